@@ -1,0 +1,1 @@
+"""A simulator-in-the-loop testbed for identifying a spacecraft's inertia with control moment gyros."""

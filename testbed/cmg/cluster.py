@@ -1,0 +1,103 @@
+"""Geometry and momentum of a cluster of single-gimbal control moment gyros, in body axes.
+
+All functions broadcast over leading axes of the gimbal angles, so that one sample, a time series or a batch of
+platforms go through the same code.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from testbed.arrays import Array, Axes, Matrices3, Units, UnitSeries, Vectors3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cluster:
+    """Axes and inertias of the CMG units; M units, six on the shipped platform.
+
+    Attributes:
+        gimbal_axis_B: g, shape (M, 3), unit vectors, body axes.
+        spin_axis_B: s at gimbal angle zero, shape (M, 3), body axes.
+        rotor_momentum: nominal Js·Ω, shape (M,), N·m·s, Ω relative to the gimbal.
+        rotor_spin_inertia: Js, shape (M,), kg·m², about the spin axis.
+        rotor_transverse_inertia: Jt, shape (M,), kg·m², about any axis normal to it.
+        gimbal_inertia: Jg, shape (M,), kg·m², of the gimbal body about the gimbal axis, rotor not included.
+    """
+
+    gimbal_axis_B: Axes
+    spin_axis_B: Axes
+    rotor_momentum: Units
+    rotor_spin_inertia: Units
+    rotor_transverse_inertia: Units
+    gimbal_inertia: Units
+
+    @property
+    def transverse_axis_B(self) -> Axes:
+        """Transverse axes t = g × s at gimbal angle zero, shape (M, 3)."""
+        return np.cross(self.gimbal_axis_B, self.spin_axis_B)
+
+    @property
+    def gimbal_axis_inertia(self) -> Units:
+        """Inertia Jg + Jt that a gimbal motor turns about its axis, shape (M,), kg·m²."""
+        return self.gimbal_inertia + self.rotor_transverse_inertia
+
+
+def spin_axes(cluster: Cluster, gimbal_angle: UnitSeries) -> Array:
+    """Return s(d) = s0 cos d + t0 sin d, shape (..., M, 3), body axes."""
+    cos, sin = np.cos(gimbal_angle)[..., None], np.sin(gimbal_angle)[..., None]
+    return np.asarray(cluster.spin_axis_B * cos + cluster.transverse_axis_B * sin)
+
+
+def transverse_axes(cluster: Cluster, gimbal_angle: UnitSeries) -> Array:
+    """Return t(d) = ds/dd = -s0 sin d + t0 cos d, shape (..., M, 3), body axes."""
+    cos, sin = np.cos(gimbal_angle)[..., None], np.sin(gimbal_angle)[..., None]
+    return np.asarray(cluster.transverse_axis_B * cos - cluster.spin_axis_B * sin)
+
+
+def cluster_momentum(
+    cluster: Cluster,
+    gimbal_angle: UnitSeries,
+    gimbal_rate: UnitSeries,
+    rotor_momentum: UnitSeries | None = None,
+) -> Vectors3:
+    """Return h = Σ (Js Ω s(d) + (Jg + Jt) ḋ g), shape (..., 3), N·m·s, body axes.
+
+    The platform's whole momentum is J(d) ω + h, with J(d) from `inertia_change`.
+
+    Args:
+        cluster: the units.
+        gimbal_angle: d, shape (..., M), rad.
+        gimbal_rate: ḋ, shape (..., M), rad/s.
+        rotor_momentum: Js·Ω, shape (..., M), N·m·s, Ω relative to the gimbal; the nominal one where absent.
+    """
+    spin_momentum = cluster.rotor_momentum if rotor_momentum is None else rotor_momentum
+    spin = (np.asarray(spin_momentum)[..., None] * spin_axes(cluster, gimbal_angle)).sum(axis=-2)
+    return np.asarray(spin + (cluster.gimbal_axis_inertia * gimbal_rate) @ cluster.gimbal_axis_B)
+
+
+def momentum_jacobian(
+    cluster: Cluster, gimbal_angle: UnitSeries, rotor_momentum: UnitSeries | None = None
+) -> Array:
+    """Return A(d) = dh/dd, columns Js Ω t(d), shape (..., 3, M), N·m·s/rad.
+
+    Args:
+        cluster: the units.
+        gimbal_angle: d, shape (..., M), rad.
+        rotor_momentum: as in `cluster_momentum`.
+    """
+    spin_momentum = cluster.rotor_momentum if rotor_momentum is None else rotor_momentum
+    columns = np.asarray(spin_momentum)[..., None] * transverse_axes(cluster, gimbal_angle)
+    return np.swapaxes(columns, -1, -2)
+
+
+def inertia_change(cluster: Cluster, gimbal_angle: UnitSeries) -> Matrices3:
+    """Return J(d) - J(0) = Σ (Js - Jt)(s sᵀ - s0 s0ᵀ), shape (..., 3, 3), kg·m².
+
+    J(0) is the platform's inertia with rotors locked and all gimbal angles zero, the quantity estimated.
+    """
+    weight = cluster.rotor_spin_inertia - cluster.rotor_transverse_inertia
+    turned = spin_axes(cluster, gimbal_angle)
+    outer = np.einsum("m,...mi,...mj->...ij", weight, turned, turned)
+    return np.asarray(outer - np.einsum("m,mi,mj->ij", weight, cluster.spin_axis_B, cluster.spin_axis_B))

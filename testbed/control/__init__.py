@@ -1,0 +1,1 @@
+"""The rate tracker and the gimbal servo."""

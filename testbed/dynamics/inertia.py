@@ -1,0 +1,65 @@
+"""The six inertia parameters θ = [J11, J22, J33, J23, J13, J12] and the regressors that they multiply."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from testbed.arrays import Array, Matrix3, Theta, Vectors3
+
+PARAMETER_NAMES = ("J11", "J22", "J33", "J23", "J13", "J12")
+"""Order of the inertia parameters. Source: paper section 2, below eq. (4)."""
+
+_ROWS = np.array([0, 1, 2, 1, 0, 0])
+_COLUMNS = np.array([0, 1, 2, 2, 2, 1])
+
+
+def theta_of(inertia: Matrix3) -> Theta:
+    """Return θ of a symmetric inertia matrix, kg·m². Broadcasts over leading axes."""
+    return np.asarray(inertia[..., _ROWS, _COLUMNS], dtype=np.float64)
+
+
+def inertia_of(theta: Theta) -> Matrix3:
+    """Return the symmetric matrix J of θ, kg·m². Broadcasts over leading axes. Source: paper eq. (3)."""
+    theta = np.asarray(theta, dtype=np.float64)
+    inertia = np.empty((*theta.shape[:-1], 3, 3))
+    inertia[..., _ROWS, _COLUMNS] = theta
+    inertia[..., _COLUMNS, _ROWS] = theta
+    return inertia
+
+
+def momentum_regressor(body_rate: Vectors3) -> Array:
+    """Return Γ(ω), shape (..., 3, 6), so that Γ(ω) θ = J ω. Source: paper eq. (6).
+
+    Args:
+        body_rate: ω, shape (..., 3), rad/s, body axes.
+    """
+    x, y, z = np.moveaxis(np.asarray(body_rate, dtype=np.float64), -1, 0)
+    gamma = np.zeros((*x.shape, 3, 6))
+    gamma[..., 0, 0], gamma[..., 0, 4], gamma[..., 0, 5] = x, z, y  # eq. (6)
+    gamma[..., 1, 1], gamma[..., 1, 3], gamma[..., 1, 5] = y, z, x
+    gamma[..., 2, 2], gamma[..., 2, 3], gamma[..., 2, 4] = z, y, x
+    return gamma
+
+
+def torque_regressor(body_rate: Vectors3, body_acceleration: Vectors3) -> Array:
+    """Return ψ(ω, ω̇) = Γ(ω̇) + ω× Γ(ω), shape (..., 3, 6). Source: paper eqs. (5), (7).
+
+    Args:
+        body_rate: ω, shape (..., 3), rad/s, body axes.
+        body_acceleration: ω̇, shape (..., 3), rad/s², body axes.
+    """
+    return momentum_regressor(body_acceleration) + cross_matrix(body_rate) @ momentum_regressor(body_rate)
+
+
+def cross_matrix(vector: Vectors3) -> Array:
+    """Return the matrix of v×, shape (..., 3, 3). Source: paper eq. (2).
+
+    Args:
+        vector: shape (..., 3).
+    """
+    x, y, z = np.moveaxis(np.asarray(vector, dtype=np.float64), -1, 0)
+    matrix = np.zeros((*x.shape, 3, 3))
+    matrix[..., 0, 1], matrix[..., 0, 2] = -z, y
+    matrix[..., 1, 0], matrix[..., 1, 2] = z, -x
+    matrix[..., 2, 0], matrix[..., 2, 1] = -y, x
+    return matrix

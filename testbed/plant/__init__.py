@@ -1,0 +1,1 @@
+"""The simulated platform. The only room with MuJoCo."""

@@ -1,0 +1,1 @@
+"""Rerun recordings and their blueprints. The only room with rerun."""

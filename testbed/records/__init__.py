@@ -1,0 +1,1 @@
+"""A run's time series: read, validated, written."""

@@ -1,0 +1,48 @@
+"""The record of one run: its time base and channels, and what is known about the run as a whole."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from testbed.arrays import Array, Series
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunDetails:
+    """What NAME.toml says of a run (records.md); None where it says nothing.
+
+    Attributes:
+        name: what a person calls the run.
+        source: measured or simulated.
+        gyro_noise: standard deviation of the gyro's white noise per sample, rad/s.
+        usable_from: first usable time, s.
+        usable_to: last usable time, s.
+        role: whether a diagnosis may fit the run or holds it out.
+    """
+
+    name: str
+    source: Literal["measured", "simulated"] = "measured"
+    gyro_noise: float | None = None
+    usable_from: float | None = None
+    usable_to: float | None = None
+    role: Literal["fit", "heldout"] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Record:
+    """A run's time series.
+
+    Attributes:
+        time: strictly increasing, shape (N,), s.
+        channels: by signal name (`testbed.signals.SIGNALS`), shape (N, width); NaN where a channel was not sampled.
+            A signal of width 1 has shape (N, 1).
+        details: what is known of the run as a whole.
+        extra_columns: columns that the signal table does not know, by column name, shape (N,).
+    """
+
+    time: Series
+    channels: Mapping[str, Array]
+    details: RunDetails
+    extra_columns: Mapping[str, Array] = field(default_factory=dict)

@@ -1,0 +1,1 @@
+"""The scenario schema and its reader. The only room that validates."""

@@ -1,0 +1,1 @@
+"""Gyro, gimbal encoders and tachometers, with seeded noise."""

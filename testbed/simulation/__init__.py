@@ -1,0 +1,1 @@
+"""The closed loop, its clock and its outcome."""
