@@ -7,6 +7,7 @@ platforms go through the same code.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -33,12 +34,12 @@ class Cluster:
     rotor_transverse_inertia: Units
     gimbal_inertia: Units
 
-    @property
+    @cached_property
     def transverse_axis_B(self) -> Axes:
         """Transverse axes t = g × s at gimbal angle zero, shape (M, 3)."""
         return np.cross(self.gimbal_axis_B, self.spin_axis_B)
 
-    @property
+    @cached_property
     def gimbal_axis_inertia(self) -> Units:
         """Inertia Jg + Jt that a gimbal motor turns about its axis, shape (M,), kg·m²."""
         return self.gimbal_inertia + self.rotor_transverse_inertia
@@ -73,8 +74,11 @@ def cluster_momentum(
         rotor_momentum: Js·Ω, shape (..., M), N·m·s, Ω relative to the gimbal; the nominal one where absent.
     """
     spin_momentum = cluster.rotor_momentum if rotor_momentum is None else rotor_momentum
-    spin = (np.asarray(spin_momentum)[..., None] * spin_axes(cluster, gimbal_angle)).sum(axis=-2)
-    return np.asarray(spin + (cluster.gimbal_axis_inertia * gimbal_rate) @ cluster.gimbal_axis_B)
+    return np.asarray(
+        (spin_momentum * np.cos(gimbal_angle)) @ cluster.spin_axis_B
+        + (spin_momentum * np.sin(gimbal_angle)) @ cluster.transverse_axis_B
+        + (cluster.gimbal_axis_inertia * gimbal_rate) @ cluster.gimbal_axis_B
+    )
 
 
 def momentum_jacobian(
@@ -88,8 +92,11 @@ def momentum_jacobian(
         rotor_momentum: as in `cluster_momentum`.
     """
     spin_momentum = cluster.rotor_momentum if rotor_momentum is None else rotor_momentum
-    columns = np.asarray(spin_momentum)[..., None] * transverse_axes(cluster, gimbal_angle)
-    return np.swapaxes(columns, -1, -2)
+    along_transverse = spin_momentum * np.cos(gimbal_angle)
+    along_spin = -spin_momentum * np.sin(gimbal_angle)
+    return np.asarray(
+        cluster.transverse_axis_B.T * along_transverse[..., None, :] + cluster.spin_axis_B.T * along_spin[..., None, :]
+    )
 
 
 def inertia_change(cluster: Cluster, gimbal_angle: UnitSeries) -> Matrices3:

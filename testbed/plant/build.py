@@ -1,0 +1,175 @@
+"""From an MJCF file and a scenario's numbers to a compiled model."""
+
+from __future__ import annotations
+
+import math
+from itertools import product
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from testbed.arrays import Matrix3
+from testbed.errors import InputError
+from testbed.plant.geometry import UNIT_NUMBERS, bus_inertia, composite_inertia, composite_mass
+from testbed.plant.properties import PlatformProperties
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+_WALL_THICKNESS = 0.05
+_TRIANGLE_SLACK = 1e-12
+
+ROTOR_SERVO_BANDWIDTH = 500.0
+"""rad/s. Stiff enough that a maneuver moves a rotor by 1e-5 of its speed; far below the 2.8/step that RK4 bears."""
+
+
+def shipped_model() -> Path:
+    """Return the path of the shipped platform.xml, in a checkout or in an installed package."""
+    candidates = (_PACKAGE.parent / "models" / "platform.xml", _PACKAGE / "models" / "platform.xml")
+    return next(path for path in candidates if path.is_file())
+
+
+def build(properties: PlatformProperties, path: Path | None = None) -> mujoco.MjModel:
+    """Compile a platform with a scenario's numbers written over the MJCF's.
+
+    Args:
+        properties: the numbers; None fields keep the MJCF's.
+        path: the MJCF; the shipped platform where absent.
+
+    Raises:
+        InputError: the MJCF cannot be read, lacks a named element, or the numbers leave the bus no positive inertia.
+    """
+    source = shipped_model() if path is None else path
+    return _compile(specification(properties, source), source)
+
+
+def specification(properties: PlatformProperties, path: Path) -> mujoco.MjSpec:
+    """Return the edited, not yet compiled MjSpec; as `build`, for those who go on editing it."""
+    spec = _read(path)
+    _apply_units(spec, properties, path)
+    _apply_bus(spec, properties, path)
+    if properties.step is not None:
+        spec.option.timestep = properties.step
+    if properties.cabin_size is not None:
+        _add_cabin(spec, properties.cabin_size)
+    return spec
+
+
+def _read(path: Path) -> mujoco.MjSpec:
+    if not path.is_file():
+        raise InputError(f"{path}: no such MJCF file; check the scenario's platform.model")
+    try:
+        return mujoco.MjSpec.from_file(str(path))
+    except ValueError as error:
+        raise InputError(f"{path}: not a readable MJCF: {error}") from error
+
+
+def _compile(spec: mujoco.MjSpec, path: Path) -> mujoco.MjModel:
+    try:
+        return spec.compile()
+    except ValueError as error:
+        raise InputError(f"{path}: MuJoCo cannot compile the platform: {error}") from error
+
+
+def _apply_units(spec: mujoco.MjSpec, properties: PlatformProperties, path: Path) -> None:
+    frames = {frame.name: frame for frame in spec.frames}
+    for index, number in enumerate(UNIT_NUMBERS):
+        unit = f"cmg{number}"
+        gimbal, rotor = spec.body(f"{unit}_gimbal"), spec.body(f"{unit}_rotor")
+        if gimbal is None or rotor is None or f"{unit}_mount" not in frames:
+            raise InputError(f"{path}: needs the frame {unit}_mount and the bodies {unit}_gimbal and {unit}_rotor")
+        _apply_mount(frames[f"{unit}_mount"], index, properties)
+        _apply_masses(gimbal, rotor, properties)
+        _apply_gimbal_motor(spec, unit, properties)
+        _apply_rotor_motor(spec, unit, index, properties)
+
+
+def _apply_mount(frame: mujoco.MjsFrame, index: int, properties: PlatformProperties) -> None:
+    azimuth = math.radians(60.0 * index)
+    if properties.mounting_radius is not None:
+        frame.pos = properties.mounting_radius * np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
+    if properties.skew is not None:
+        # Turn about z until x is the spin axis, then about x until z is the gimbal axis.
+        frame.alt.euler = [60.0 * index + 90.0, math.degrees(properties.skew), 0.0]
+
+
+def _apply_masses(gimbal: mujoco.MjsBody, rotor: mujoco.MjsBody, properties: PlatformProperties) -> None:
+    if properties.gimbal_mass is not None:
+        gimbal.mass = properties.gimbal_mass
+    if properties.rotor_mass is not None:
+        rotor.mass = properties.rotor_mass
+    if properties.gimbal_inertia is not None:
+        gimbal.inertia = [properties.gimbal_inertia] * 3
+    spin, transverse = properties.rotor_spin_inertia, properties.rotor_transverse_inertia
+    rotor.inertia = [
+        rotor.inertia[0] if spin is None else spin,
+        *([rotor.inertia[1]] * 2 if transverse is None else [transverse] * 2),
+    ]
+
+
+def _apply_gimbal_motor(spec: mujoco.MjSpec, unit: str, properties: PlatformProperties) -> None:
+    if properties.gimbal_torque_limit is not None:
+        spec.joint(f"{unit}_gimbal").actfrcrange = [-properties.gimbal_torque_limit, properties.gimbal_torque_limit]
+    if properties.gimbal_servo_bandwidth is not None:
+        inertia = spec.body(f"{unit}_gimbal").inertia[2] + spec.body(f"{unit}_rotor").inertia[2]
+        motor = spec.actuator(f"{unit}_gimbal_motor")
+        motor.biasprm[2] = -inertia * properties.gimbal_servo_bandwidth
+
+
+def _apply_rotor_motor(spec: mujoco.MjSpec, unit: str, index: int, properties: PlatformProperties) -> None:
+    """Set torque = ctrl · kv · (target - speed), the target clamped to the rotor's momentum limit."""
+    if properties.rotor_momentum is None:
+        return
+    spin_inertia = spec.body(f"{unit}_rotor").inertia[0]
+    limit = math.inf if properties.rotor_momentum_limit is None else properties.rotor_momentum_limit
+    target = float(np.clip(properties.rotor_momentum[index], -limit, limit)) / spin_inertia
+    gain = spin_inertia * ROTOR_SERVO_BANDWIDTH
+    spec.actuator(f"{unit}_rotor_motor").gainprm[:3] = [gain * target, 0.0, -gain]
+
+
+def _apply_bus(spec: mujoco.MjSpec, properties: PlatformProperties, path: Path) -> None:
+    """Give the bus what remains when the units' own inertia and parallel-axis terms are taken off."""
+    bus = spec.body("bus")
+    if bus is None:
+        raise InputError(f"{path}: needs a body named bus")
+    compiled = _compile(spec, path)
+    total = composite_inertia(compiled) if properties.inertia is None else properties.inertia
+    if properties.mass is not None:
+        bus.mass = bus.mass + properties.mass - composite_mass(compiled)
+    if bus.mass <= 0.0:
+        raise InputError(f"platform.mass_kg = {properties.mass}: the six units alone weigh as much; raise it")
+    if properties.inertia is not None:
+        _set_inertia(bus, bus_inertia(compiled, total))
+    if properties.edge is not None:
+        spec.geom("hull").size = [properties.edge / 2] * 3
+
+
+def _set_inertia(bus: mujoco.MjsBody, inertia: Matrix3) -> None:
+    moments = np.linalg.eigvalsh(inertia)
+    if moments[0] <= 0.0 or moments[0] + moments[1] < moments[2] - _TRIANGLE_SLACK:
+        raise InputError(
+            "platform.inertia_kg_m2: what remains for the bus when the CMG units are taken off has the principal moments "
+            f"{moments} kg m2, which no body has; raise the inertia, or lower the units' masses or mounting radius"
+        )
+    bus.inertia, bus.iquat = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])  # MuJoCo takes one form of inertia only
+    bus.fullinertia = [*np.diag(inertia), inertia[0, 1], inertia[0, 2], inertia[1, 2]]
+
+
+def _add_cabin(spec: mujoco.MjSpec, size: Matrix3) -> None:
+    """Put six walls around the origin and let the hull touch them."""
+    spec.option.disableflags &= ~mujoco.mjtDisableBit.mjDSBL_CONTACT.value
+    hull = spec.geom("hull")
+    hull.contype, hull.conaffinity = 1, 1
+    for axis, side in product(range(3), (-1.0, 1.0)):
+        half = np.asarray(size, dtype=np.float64) / 2 + _WALL_THICKNESS
+        center = np.zeros(3)
+        center[axis] = side * half[axis]
+        half[axis] = _WALL_THICKNESS
+        spec.worldbody.add_geom(
+            name=f"cabin_{'xyz'[axis]}{'-+'[side > 0]}",
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            pos=center,
+            size=half,
+            contype=1,
+            conaffinity=1,
+            rgba=[0.75, 0.78, 0.82, 0.08],
+        )

@@ -1,0 +1,111 @@
+"""What a compiled model says of the platform: composite inertia, the CMG cluster, the momentum of a state."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from testbed.arrays import Array, Matrix3, Vectors3
+from testbed.cmg.cluster import Cluster
+
+UNIT_NUMBERS = (1, 2, 3, 4, 5, 6)
+"""CMG units are numbered from 1, as in file columns and MJCF names."""
+
+
+def unit_names(kind: str) -> tuple[str, ...]:
+    """Return `cmg1_gimbal` ... for the kind `gimbal`."""
+    return tuple(f"cmg{number}_{kind}" for number in UNIT_NUMBERS)
+
+
+def composite_mass(model: mujoco.MjModel) -> float:
+    """Return the mass of the platform, units included, kg."""
+    return float(model.body_subtreemass[model.body("bus").id])
+
+
+def composite_inertia(model: mujoco.MjModel) -> Matrix3:
+    """Return J of the whole platform, rotors locked, gimbals at zero, about its centre of mass, kg·m², body axes."""
+    return _inertia_of_bodies(model, _platform_bodies(model))
+
+
+def bus_inertia(model: mujoco.MjModel, total: Matrix3) -> Matrix3:
+    """Return the inertia that the bus body needs so that the composite is `total`, kg·m², body axes."""
+    bus = model.body("bus").id
+    return np.asarray(total - _inertia_of_bodies(model, [body for body in _platform_bodies(model) if body != bus]))
+
+
+def cluster_of(model: mujoco.MjModel) -> Cluster:
+    """Read the cluster off a compiled model: axes from its kinematics, rotor speeds from the rotor servos' targets."""
+    data = _at_rest(model)
+    bus_rotation = data.xmat[model.body("bus").id].reshape(3, 3)
+    gimbals = [model.body(name).id for name in unit_names("gimbal")]
+    rotors = [model.body(name).id for name in unit_names("rotor")]
+    gimbal_axis_N = _axes(model, data, "gimbal")
+    spin_axis_N = _axes(model, data, "rotor")
+    spin_inertia = _inertia_along(model, data, rotors, spin_axis_N)
+    return Cluster(
+        gimbal_axis_B=gimbal_axis_N @ bus_rotation,
+        spin_axis_B=spin_axis_N @ bus_rotation,
+        rotor_momentum=spin_inertia * rotor_speed_target(model),
+        rotor_spin_inertia=spin_inertia,
+        rotor_transverse_inertia=_inertia_along(model, data, rotors, gimbal_axis_N),
+        gimbal_inertia=_inertia_along(model, data, gimbals, gimbal_axis_N),
+    )
+
+
+def rotor_speed_target(model: mujoco.MjModel) -> Array:
+    """Return the speed that each rotor servo holds, shape (6,), rad/s."""
+    gain = np.array([model.actuator(name).gainprm[:3] for name in unit_names("rotor_motor")])
+    return np.asarray(gain[:, 0] / -gain[:, 2])
+
+
+def total_momentum(model: mujoco.MjModel, qpos: Array, qvel: Array) -> Vectors3:
+    """Return MuJoCo's own angular momentum of the platform about its centre of mass, shape (N, 3), N·m·s, in N.
+
+    Args:
+        model: the platform.
+        qpos: shape (N, nq).
+        qvel: shape (N, nv).
+    """
+    data, bus = mujoco.MjData(model), model.body("bus").id
+    momentum_N = np.empty((len(qpos), 3))
+    for row, (position, velocity) in enumerate(zip(qpos, qvel, strict=True)):
+        data.qpos[:], data.qvel[:] = position, velocity
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fwdVelocity(model, data)
+        mujoco.mj_subtreeVel(model, data)
+        momentum_N[row] = data.subtree_angmom[bus]
+    return momentum_N
+
+
+def _platform_bodies(model: mujoco.MjModel) -> list[int]:
+    root = model.body("bus").id
+    return [body for body in range(model.nbody) if model.body_rootid[body] == root]
+
+
+def _inertia_of_bodies(model: mujoco.MjModel, bodies: list[int]) -> Matrix3:
+    data = _at_rest(model)
+    center = data.subtree_com[model.body("bus").id]
+    inertia = np.zeros((3, 3))
+    for body in bodies:
+        rotation = data.ximat[body].reshape(3, 3)
+        arm = data.xipos[body] - center
+        inertia += rotation @ np.diag(model.body_inertia[body]) @ rotation.T
+        inertia += model.body_mass[body] * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    return inertia
+
+
+def _at_rest(model: mujoco.MjModel) -> mujoco.MjData:
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    return data
+
+
+def _axes(model: mujoco.MjModel, data: mujoco.MjData, kind: str) -> Array:
+    return np.array([data.xaxis[model.joint(name).id] for name in unit_names(kind)])
+
+
+def _inertia_along(model: mujoco.MjModel, data: mujoco.MjData, bodies: list[int], axes_N: Array) -> Array:
+    rotations = data.ximat[bodies].reshape(-1, 3, 3)
+    in_principal_axes = np.einsum("bij,bi->bj", rotations, axes_N)
+    return np.asarray((in_principal_axes**2 * model.body_inertia[bodies]).sum(axis=1))

@@ -1,0 +1,198 @@
+"""One simulated platform: the only mutable object of the testbed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Literal
+
+import mujoco
+import numpy as np
+
+from testbed.arrays import Array, Flags, Units, Vector3
+from testbed.errors import DivergedError
+from testbed.plant.geometry import unit_names
+from testbed.plant.properties import InitialState
+
+RotorMode = Literal["constant_speed", "free"]
+
+_RATE_BOUND = 1e4
+"""rad/s. No rate of this platform comes near it; a state beyond it has diverged."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Layout:
+    """Where the platform's quantities stand in MuJoCo's state vectors.
+
+    Attributes:
+        gimbal_angle: indices into qpos, shape (6,).
+        rotor_angle: indices into qpos, shape (6,).
+        gimbal_rate: indices into qvel, shape (6,).
+        rotor_speed: indices into qvel, shape (6,).
+        gimbal_motor: indices into ctrl, shape (6,).
+        rotor_motor: indices into ctrl, shape (6,).
+        position: slice of qpos with the bus position in N.
+        attitude: slice of qpos with quat_NB.
+        velocity: slice of qvel with the bus velocity in N.
+        body_rate: slice of qvel with the body rate, body axes.
+    """
+
+    gimbal_angle: Array
+    rotor_angle: Array
+    gimbal_rate: Array
+    rotor_speed: Array
+    gimbal_motor: Array
+    rotor_motor: Array
+    position: slice
+    attitude: slice
+    velocity: slice
+    body_rate: slice
+
+
+def layout_of(model: mujoco.MjModel) -> Layout:
+    """Look up by name where each quantity stands, so that further joints in an extended model do no harm."""
+    gimbals = [model.joint(name) for name in unit_names("gimbal")]
+    rotors = [model.joint(name) for name in unit_names("rotor")]
+    bus = model.joint("bus")
+    qpos, qvel = int(bus.qposadr[0]), int(bus.dofadr[0])
+    return Layout(
+        gimbal_angle=np.array([joint.qposadr[0] for joint in gimbals]),
+        rotor_angle=np.array([joint.qposadr[0] for joint in rotors]),
+        gimbal_rate=np.array([joint.dofadr[0] for joint in gimbals]),
+        rotor_speed=np.array([joint.dofadr[0] for joint in rotors]),
+        gimbal_motor=np.array([model.actuator(name).id for name in unit_names("gimbal_motor")]),
+        rotor_motor=np.array([model.actuator(name).id for name in unit_names("rotor_motor")]),
+        position=slice(qpos, qpos + 3),
+        attitude=slice(qpos + 3, qpos + 7),
+        velocity=slice(qvel, qvel + 3),
+        body_rate=slice(qvel + 3, qvel + 6),
+    )
+
+
+class Plant:
+    """A platform flying in MuJoCo.
+
+    The gimbal motors take torque demands; each motor's own limit and tachometer loop are inside the model. The rotor
+    servos hold their speed (`constant_speed`) or stay disengaged (`free`); in both modes a rotor whose momentum is
+    beyond its limit is braked, and `rotor_clamped` says so.
+    """
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        *,
+        initial: InitialState,
+        rotor_momentum: Units,
+        rotor_momentum_limit: float = math.inf,
+        rotors: RotorMode = "constant_speed",
+    ) -> None:
+        """Put a platform into its initial state.
+
+        Args:
+            model: compiled platform.
+            initial: pose, rates and gimbal angles at the start; the gimbals stand still.
+            rotor_momentum: Js·Ω at the start, shape (6,), N·m·s.
+            rotor_momentum_limit: N·m·s.
+            rotors: what the rotor servos do.
+        """
+        self.model = model
+        self.layout = layout_of(model)
+        self._data = mujoco.MjData(model)
+        self._spin_inertia = model.body_inertia[[model.body(name).id for name in unit_names("rotor")], 0]
+        self._speed_limit = rotor_momentum_limit / self._spin_inertia
+        self._always_engaged = rotors == "constant_speed"
+        self._place(initial, rotor_momentum)
+        self._engage_rotor_servos()
+        self._last_qpos, self._last_qvel = self.qpos.copy(), self.qvel.copy()
+
+    @property
+    def time(self) -> float:
+        """Simulated time, s."""
+        return float(self._data.time)
+
+    @property
+    def qpos(self) -> Array:
+        """Live view of MuJoCo's position vector, shape (nq,); copy to keep."""
+        return self._data.qpos  # type: ignore[no-any-return]
+
+    @property
+    def qvel(self) -> Array:
+        """Live view of MuJoCo's velocity vector, shape (nv,); copy to keep."""
+        return self._data.qvel  # type: ignore[no-any-return]
+
+    @property
+    def gimbal_angle(self) -> Units:
+        """True gimbal angles, shape (6,), rad."""
+        return self._data.qpos[self.layout.gimbal_angle]  # type: ignore[no-any-return]
+
+    @property
+    def body_rate(self) -> Vector3:
+        """Live view of the true body rate, shape (3,), rad/s, body axes."""
+        return self._data.qvel[self.layout.body_rate]  # type: ignore[no-any-return]
+
+    @property
+    def joint_torque(self) -> Array:
+        """Live view of the actuator torque on every degree of freedom in the last step, shape (nv,), N·m."""
+        return self._data.qfrc_actuator  # type: ignore[no-any-return]
+
+    @property
+    def contacts(self) -> int:
+        """Number of contacts with the cabin in the last step."""
+        return int(self._data.ncon)
+
+    @property
+    def rotor_clamped(self) -> Flags:
+        """Which rotors are beyond their momentum limit, shape (6,)."""
+        return np.abs(self._data.qvel[self.layout.rotor_speed]) > self._speed_limit * (1.0 + 1e-9)
+
+    def advance(self, gimbal_torque_demand: Units, steps: int) -> None:
+        """Hold the gimbal motors' torque demands for a number of integrator steps.
+
+        Args:
+            gimbal_torque_demand: shape (6,), N·m, before the tachometer loop and the motor's limit.
+            steps: integrator steps.
+
+        Raises:
+            DivergedError: the state is no longer finite, or a rate is beyond any that the platform can have.
+        """
+        self._last_qpos[:], self._last_qvel[:] = self._data.qpos, self._data.qvel
+        self._data.ctrl[self.layout.gimbal_motor] = gimbal_torque_demand
+        if not self._always_engaged:
+            self._engage_rotor_servos()
+        mujoco.mj_step(self.model, self._data, steps)
+        fastest = np.abs(self._data.qvel).max()
+        if not fastest < _RATE_BOUND:  # also true for NaN
+            raise DivergedError(self._describe_divergence(steps))
+
+    def _place(self, initial: InitialState, rotor_momentum: Units) -> None:
+        data, layout = self._data, self.layout
+        data.qpos[layout.position] = initial.position
+        data.qpos[layout.attitude] = initial.attitude / np.linalg.norm(initial.attitude)
+        data.qpos[layout.gimbal_angle] = initial.gimbal_angle
+        data.qvel[layout.velocity] = initial.velocity
+        data.qvel[layout.body_rate] = initial.body_rate
+        data.qvel[layout.rotor_speed] = rotor_momentum / self._spin_inertia
+
+    def _engage_rotor_servos(self) -> None:
+        engaged = np.ones(6) if self._always_engaged else self.rotor_clamped.astype(np.float64)
+        self._data.ctrl[self.layout.rotor_motor] = engaged
+
+    def _describe_divergence(self, steps: int) -> str:
+        started = self.time - steps * self.model.opt.timestep
+        qpos, qvel = (np.array2string(state, precision=6) for state in (self._last_qpos, self._last_qvel))
+        return (
+            f"the simulation diverged between t = {started:.6g} s and {self.time:.6g} s. The last finite state was "
+            f"qpos = {qpos}, qvel = {qvel}. Try a smaller simulation.step_s or a softer gimbal servo"
+        )
+
+
+@contextmanager
+def quiet_warnings() -> Iterator[None]:
+    """Keep MuJoCo from writing MUJOCO_LOG.TXT into the current folder; divergence raises an error instead (trap 3)."""
+    mujoco.set_mju_user_warning(lambda _message: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(None)

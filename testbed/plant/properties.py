@@ -1,0 +1,67 @@
+"""The physical numbers that a scenario may write over an MJCF's own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from testbed.arrays import Matrix3, Quaternion, Units, Vector3
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlatformProperties:
+    """A platform's numbers; a field that is None keeps the MJCF's own.
+
+    Attributes:
+        inertia: J of the whole platform about its centre of mass, rotors locked, gimbals at zero, kg·m², body axes.
+        mass: of the whole platform, kg.
+        edge: of the bus cube, m.
+        skew: angle between body z and every gimbal axis, rad.
+        mounting_radius: distance of every unit from body z, m.
+        rotor_momentum: Js·Ω of each unit when the flight starts, shape (6,), N·m·s; 0 for a failed unit.
+        rotor_momentum_limit: what a rotor's servo may carry, N·m·s.
+        rotor_spin_inertia: Js, kg·m².
+        rotor_transverse_inertia: Jt, kg·m².
+        rotor_mass: kg.
+        gimbal_inertia: Jg about each axis of the gimbal body, rotor not included, kg·m².
+        gimbal_mass: kg.
+        gimbal_torque_limit: of each gimbal motor, N·m.
+        gimbal_servo_bandwidth: of the tachometer loop inside each gimbal motor, rad/s.
+        step: of the integrator, s.
+        cabin_size: inner edges of a room with walls, m; None for no room, and no contacts.
+    """
+
+    inertia: Matrix3 | None = None
+    mass: float | None = None
+    edge: float | None = None
+    skew: float | None = None
+    mounting_radius: float | None = None
+    rotor_momentum: Units | None = None
+    rotor_momentum_limit: float | None = None
+    rotor_spin_inertia: float | None = None
+    rotor_transverse_inertia: float | None = None
+    rotor_mass: float | None = None
+    gimbal_inertia: float | None = None
+    gimbal_mass: float | None = None
+    gimbal_torque_limit: float | None = None
+    gimbal_servo_bandwidth: float | None = None
+    step: float | None = None
+    cabin_size: Vector3 | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class InitialState:
+    """Where a flight starts.
+
+    Attributes:
+        body_rate: ω, shape (3,), rad/s, body axes.
+        attitude: quat_NB, shape (4,).
+        position: of the centre of mass in N, shape (3,), m.
+        velocity: of the centre of mass in N, shape (3,), m/s.
+        gimbal_angle: shape (6,), rad.
+    """
+
+    body_rate: Vector3
+    attitude: Quaternion
+    position: Vector3
+    velocity: Vector3
+    gimbal_angle: Units
