@@ -13,6 +13,8 @@ import numpy as np
 
 from testbed.arrays import Array, Units, UnitSeries, Vectors3
 
+_FLOOR = 1e-12 * np.eye(3)
+"""Keeps an exactly singular A Aᵀ invertible; the rates it then gives are far beyond any limit, and recorded so."""
 _PHASES = np.array([0.0, np.pi / 2, np.pi])
 
 
@@ -31,7 +33,7 @@ class MoorePenrose:
     def inverse(self, jacobian: Array, time: float) -> Array:  # noqa: ARG002 - the role's signature
         """See `SteeringLaw`."""
         transposed = np.swapaxes(jacobian, -1, -2)
-        return transposed @ np.linalg.inv(jacobian @ transposed)
+        return transposed @ np.linalg.inv(jacobian @ transposed + _FLOOR)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,0 +1,147 @@
+"""The controller of one platform, or of a batch: track, steer, serve, once every control period."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from testbed.arrays import Array, Flags, Units, UnitSeries, Vector3, Vectors3
+from testbed.cmg.cluster import Cluster, cluster_momentum, momentum_jacobian
+from testbed.cmg.steering import SteeringLaw, limit_rates, preferred_rates, steer
+from testbed.control.servo import GimbalServo, torque_demand
+from testbed.control.tracker import Tracker, wanted_momentum_rate
+
+
+@dataclass(frozen=True, kw_only=True)
+class Controller:
+    """Everything that the controller believes and how it is tuned; its model is the nominal one.
+
+    Attributes:
+        cluster: nominal units.
+        tracker: body-rate tracker.
+        law: steering law.
+        servo: gimbal servo.
+        gimbal_rate_limit: rad/s.
+        null_motion_gain: k of the null motion toward the preferred gimbal angles, 1/s.
+        period: of the control loop, s.
+    """
+
+    cluster: Cluster
+    tracker: Tracker
+    law: SteeringLaw
+    servo: GimbalServo
+    gimbal_rate_limit: float
+    null_motion_gain: float
+    period: float
+
+    @cached_property
+    def momentum_scale(self) -> float:
+        """The largest rotor momentum, by which the steering laws are scaled, N·m·s."""
+        return float(np.abs(self.cluster.rotor_momentum).max())
+
+
+class Target(NamedTuple):
+    """What the reference asks of one control period, taken at its middle so that holding it costs no delay.
+
+    Attributes:
+        body_rate: shape (3,), rad/s, body axes.
+        body_acceleration: shape (3,), rad/s².
+        gimbal_angle: preferred angles at the start of the period, shape (6,), rad.
+        gimbal_rate: their rate, shape (6,), rad/s.
+    """
+
+    body_rate: Vector3
+    body_acceleration: Vector3
+    gimbal_angle: Units
+    gimbal_rate: Units
+
+
+class ControllerState(NamedTuple):
+    """What the controller remembers from one period to the next.
+
+    Attributes:
+        commanded_angle: integral of the commanded gimbal rates, shape (..., 6), rad.
+        commanded_rate: of the last period, shape (..., 6), rad/s.
+    """
+
+    commanded_angle: UnitSeries
+    commanded_rate: UnitSeries
+
+
+class Command(NamedTuple):
+    """What one control period asks of the gimbals.
+
+    Attributes:
+        gimbal_rate: after the limit, shape (..., 6), rad/s.
+        torque: demand on each motor, shape (..., 6), N·m.
+        rate_saturated: which units asked for more than their rate limit, shape (..., 6).
+    """
+
+    gimbal_rate: UnitSeries
+    torque: UnitSeries
+    rate_saturated: Flags
+
+
+def command(
+    controller: Controller,
+    state: ControllerState,
+    target: Target,
+    rate_error: Vectors3,
+    encoder_angle: UnitSeries,
+    time: float,
+) -> tuple[ControllerState, Command]:
+    """Run one control period.
+
+    Args:
+        controller: model and gains.
+        state: from the period before.
+        target: of this period.
+        rate_error: ω_ref - ω̄ at the last gyro sample, shape (..., 3), rad/s.
+        encoder_angle: measured gimbal angles, shape (..., 6), rad.
+        time: start of the period, s.
+    """
+    cluster = controller.cluster
+    jacobian = momentum_jacobian(cluster, encoder_angle)
+    momentum_B = cluster_momentum(cluster, encoder_angle, state.commanded_rate)
+    momentum_rate_B = wanted_momentum_rate(
+        controller.tracker, target.body_rate, target.body_acceleration, momentum_B, rate_error
+    )
+    wanted = _gimbal_rates(controller, target, jacobian, momentum_rate_B, encoder_angle, time)
+    rate, saturated = limit_rates(wanted, controller.gimbal_rate_limit)
+    torque = torque_demand(
+        controller.servo,
+        cluster,
+        rate,
+        (rate - state.commanded_rate) / controller.period,
+        state.commanded_angle - encoder_angle,
+        jacobian,
+        target.body_rate,
+        target.body_acceleration,
+    )
+    return _next_state(controller, state, rate, encoder_angle), Command(rate, torque, saturated)
+
+
+def _gimbal_rates(
+    controller: Controller,
+    target: Target,
+    jacobian: Array,
+    momentum_rate_B: Vectors3,
+    encoder_angle: UnitSeries,
+    time: float,
+) -> UnitSeries:
+    preferred = preferred_rates(
+        encoder_angle, target.gimbal_angle, target.gimbal_rate, controller.null_motion_gain
+    )
+    return steer(controller.law, jacobian, momentum_rate_B, preferred, controller.momentum_scale, time)
+
+
+def _next_state(
+    controller: Controller, state: ControllerState, rate: UnitSeries, encoder_angle: UnitSeries
+) -> ControllerState:
+    """Integrate the commanded angle, but never let it run away from an angle that the motor cannot follow."""
+    bound = controller.servo.angle_error_bound
+    anchored = np.minimum(np.maximum(state.commanded_angle, encoder_angle - bound), encoder_angle + bound)
+    return ControllerState(anchored + rate * controller.period, rate)

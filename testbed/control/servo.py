@@ -1,0 +1,79 @@
+"""The gimbal servo: torque demands that make each gimbal follow its commanded rate and angle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from testbed.arrays import Array, Units, UnitSeries, Vectors3
+from testbed.cmg.cluster import Cluster
+
+
+@dataclass(frozen=True, kw_only=True)
+class GimbalServo:
+    """Gains of the servo around each motor's tachometer loop.
+
+    Attributes:
+        inertia: Jg + Jt that each motor turns, shape (6,), kg·m².
+        rate_gain: kv of the tachometer loop inside the motor, shape (6,), N·m·s/rad.
+        angle_gain: ki on the encoder, the integral of the rate error, shape (6,), N·m/rad.
+        angle_error_bound: how far the commanded angle may run ahead of a motor at its torque limit (anti-wind-up), rad.
+    """
+
+    inertia: Units
+    rate_gain: Units
+    angle_gain: Units
+    angle_error_bound: float
+
+
+def gimbal_servo(cluster: Cluster, bandwidth: float, damping_ratio: float, rate_limit: float) -> GimbalServo:
+    """Place the servo's poles: s² + ω_b s + ω_n², ω_b the tachometer loop's bandwidth and ω_n = ω_b / (2 ζ).
+
+    Args:
+        cluster: nominal units.
+        bandwidth: ω_b, rad/s.
+        damping_ratio: ζ.
+        rate_limit: of a gimbal, rad/s.
+    """
+    natural_frequency = bandwidth / (2.0 * damping_ratio)
+    inertia = cluster.gimbal_axis_inertia
+    return GimbalServo(
+        inertia=inertia,
+        rate_gain=inertia * bandwidth,
+        angle_gain=inertia * natural_frequency**2,
+        angle_error_bound=rate_limit / natural_frequency,
+    )
+
+
+def torque_demand(
+    servo: GimbalServo,
+    cluster: Cluster,
+    commanded_rate: UnitSeries,
+    commanded_acceleration: UnitSeries,
+    angle_error: UnitSeries,
+    momentum_jacobian: Array,
+    reference_rate: Vectors3,
+    reference_acceleration: Vectors3,
+) -> UnitSeries:
+    """Return the torque demand of every gimbal motor, shape (..., 6), N·m.
+
+    τ = kv ḋ_c + ki (d_c - d̄) + (Jg + Jt)(d̈_c + g·ω̇_ref) - ω_ref·A_i: the tachometer loop's set point, integral action
+    on the encoder, and the feed-forward of inertia and of the gyroscopic load Js Ω ω·t(d). The load comes from the
+    reference rate: from the noisy gyro it would shake the gimbals (trap 2).
+
+    Args:
+        servo: gains.
+        cluster: nominal units.
+        commanded_rate: ḋ_c, shape (..., 6), rad/s.
+        commanded_acceleration: d̈_c, shape (..., 6), rad/s².
+        angle_error: d_c - d̄, shape (..., 6), rad.
+        momentum_jacobian: A at the measured gimbal angles, columns Js Ω t, shape (..., 3, 6), N·m·s/rad.
+        reference_rate: ω_ref, shape (..., 3), rad/s, body axes.
+        reference_acceleration: ω̇_ref, shape (..., 3), rad/s².
+    """
+    inertial = commanded_acceleration + reference_acceleration @ cluster.gimbal_axis_B.T
+    load = (reference_rate[..., None, :] @ momentum_jacobian)[..., 0, :]
+    return np.asarray(
+        servo.rate_gain * commanded_rate + servo.angle_gain * angle_error + servo.inertia * inertial - load
+    )
