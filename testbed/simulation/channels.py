@@ -1,0 +1,107 @@
+"""From a flight's log to the channels of its record: what telemetry sent, and what only the simulation knows."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from testbed.arrays import Array, Flags, UnitSeries, Vectors3
+from testbed.cmg.cluster import Cluster, cluster_momentum, momentum_jacobian
+from testbed.cmg.singularity import singularity_measure
+from testbed.plant.geometry import total_momentum
+from testbed.plant.plant import Layout, layout_of
+from testbed.sensors.units import UnitSensor, read_units
+from testbed.simulation.flight import Flight
+from testbed.simulation.log import FlightLog
+
+
+def channels_of(log: FlightLog, flight: Flight, model: mujoco.MjModel, true_cluster: Cluster) -> dict[str, Array]:
+    """Return every channel of a flown record by signal name, each of shape (N, width), one row per control tick.
+
+    Args:
+        log: of the flight.
+        flight: clock, sensors and targets.
+        model: the flown platform.
+        true_cluster: its units.
+    """
+    layout = layout_of(model)
+    return (
+        _telemetry(log, flight, layout)
+        | _true_state(log, layout)
+        | _true_momentum(log, flight, model, layout, true_cluster)
+        | _reference(log, flight)
+        | _saturation(log, model, layout)
+    )
+
+
+def _telemetry(log: FlightLog, flight: Flight, layout: Layout) -> dict[str, Array]:
+    sensors = flight.sensors
+    sampled = np.arange(len(log.gyro)) % flight.clock.telemetry_ticks == 0
+    speed = log.qvel[:, layout.rotor_speed]
+    torque = log.joint_torque[:, layout.gimbal_rate]
+    return {
+        "body_rate": log.gyro,
+        "gimbal_angle": _where(sampled, log.encoder),
+        "gimbal_rate_command": _where(sampled, log.rate_command),
+        "gimbal_torque": _where(sampled, _read(sensors.torque_sensor, torque, sensors.torque_errors)),
+        "rotor_speed": _where(sampled, _read(sensors.tachometer, speed, sensors.tachometer_errors)),
+    }
+
+
+def _read(sensor: UnitSensor, true_value: UnitSeries, errors: UnitSeries) -> UnitSeries:
+    return read_units(sensor, true_value, errors[: len(true_value)])
+
+
+def _where(sampled: Flags, values: Array) -> Array:
+    return np.where(sampled[:, None], values, np.nan)
+
+
+def _true_state(log: FlightLog, layout: Layout) -> dict[str, Array]:
+    return {
+        "true_body_rate": log.qvel[:, layout.body_rate],
+        "true_gimbal_angle": log.qpos[:, layout.gimbal_angle],
+        "true_gimbal_rate": log.qvel[:, layout.gimbal_rate],
+        "true_rotor_angle": log.qpos[:, layout.rotor_angle],
+        "true_rotor_speed": log.qvel[:, layout.rotor_speed],
+        "true_attitude": log.qpos[:, layout.attitude],
+        "true_position": log.qpos[:, layout.position],
+    }
+
+
+def _true_momentum(
+    log: FlightLog, flight: Flight, model: mujoco.MjModel, layout: Layout, cluster: Cluster
+) -> dict[str, Array]:
+    angle, rate = log.qpos[:, layout.gimbal_angle], log.qvel[:, layout.gimbal_rate]
+    rotor_momentum = cluster.rotor_spin_inertia * log.qvel[:, layout.rotor_speed]
+    jacobian = momentum_jacobian(cluster, angle, rotor_momentum)
+    return {
+        "true_cluster_momentum": cluster_momentum(cluster, angle, rate, rotor_momentum),
+        "true_total_momentum": total_momentum(model, log.qpos, log.qvel),
+        "true_cluster_torque": -_momentum_rate(cluster, jacobian, rate, flight.clock.period),
+        "singularity_measure": singularity_measure(jacobian, cluster.rotor_momentum)[:, None],
+    }
+
+
+def _momentum_rate(cluster: Cluster, jacobian: Array, rate: UnitSeries, period: float) -> Vectors3:
+    """ḣ = A ḋ + Σ (Jg + Jt) d̈ g; the small second term from differences of the simulation's own smooth rates."""
+    acceleration = np.gradient(rate, period, axis=0) if len(rate) > 1 else np.zeros_like(rate)
+    turning = (jacobian @ rate[..., None])[..., 0]
+    return np.asarray(turning + (cluster.gimbal_axis_inertia * acceleration) @ cluster.gimbal_axis_B)
+
+
+def _reference(log: FlightLog, flight: Flight) -> dict[str, Array]:
+    rows = len(log.gyro)
+    channels = {"reference_body_rate": flight.targets.tick_rate[:rows]}
+    if flight.targets.has_gimbal_reference:
+        channels["reference_gimbal_angle"] = flight.targets.tick_gimbal_angle[:rows]
+    return channels
+
+
+def _saturation(log: FlightLog, model: mujoco.MjModel, layout: Layout) -> dict[str, Array]:
+    limit = model.jnt_actfrcrange[model.dof_jntid[layout.gimbal_rate], 1]
+    at_limit = np.abs(log.joint_torque[:, layout.gimbal_rate]) >= limit * (1.0 - 1e-9)
+    return {
+        "gimbal_rate_saturated": log.rate_saturated.astype(np.float64),
+        "gimbal_torque_saturated": at_limit.astype(np.float64),
+        "rotor_momentum_clamped": log.rotor_clamped.astype(np.float64),
+    }

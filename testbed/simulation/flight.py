@@ -1,0 +1,127 @@
+"""What one closed-loop flight needs besides its plant: clock, controller, sensors with their errors, and targets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from testbed.arrays import UnitSeries, Vectors3
+from testbed.control.controller import Controller, Target
+from testbed.maneuver.maneuver import Maneuver
+from testbed.sensors.gyro_response import Gyro
+from testbed.sensors.units import UnitSensor
+
+
+@dataclass(frozen=True, kw_only=True)
+class Clock:
+    """Integer clocks of a flight: every period is a whole number of integrator steps (trap 8).
+
+    Attributes:
+        step: of the integrator, s.
+        control_steps: integrator steps in one control period.
+        telemetry_ticks: control periods from one telemetry sample to the next.
+        ticks: control periods in the flight.
+    """
+
+    step: float
+    control_steps: int
+    telemetry_ticks: int
+    ticks: int
+
+    @property
+    def period(self) -> float:
+        """Control period, s."""
+        return self.step * self.control_steps
+
+    @property
+    def tick_times(self) -> UnitSeries:
+        """Start of every control period and the end of the last, shape (ticks + 1,), s, from the step counter."""
+        return np.arange(self.ticks + 1) * self.control_steps * self.step
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensors:
+    """Sensors of a flight and the additive errors drawn for it.
+
+    Attributes:
+        gyro: on the control clock.
+        gyro_errors: shape (samples, 3), rad/s.
+        encoder: gimbal encoders, read at every control tick.
+        encoder_errors: shape (ticks + 1, 6), rad.
+        tachometer: rotor speed.
+        tachometer_errors: shape (ticks + 1, 6), rad/s.
+        torque_sensor: gimbal motor torque.
+        torque_errors: shape (ticks + 1, 6), N·m.
+    """
+
+    gyro: Gyro
+    gyro_errors: Vectors3
+    encoder: UnitSensor
+    encoder_errors: UnitSeries
+    tachometer: UnitSensor
+    tachometer_errors: UnitSeries
+    torque_sensor: UnitSensor
+    torque_errors: UnitSeries
+
+
+@dataclass(frozen=True, kw_only=True)
+class Targets:
+    """A maneuver sampled for the controller.
+
+    Attributes:
+        tick_rate: ω_ref at the start of every control period and the end, shape (ticks + 1, 3), rad/s.
+        tick_gimbal_angle: preferred angles there, shape (ticks + 1, 6), rad.
+        by_tick: what each control period asks for.
+        has_gimbal_reference: whether the maneuver itself prescribes gimbal angles.
+    """
+
+    tick_rate: Vectors3
+    tick_gimbal_angle: UnitSeries
+    by_tick: tuple[Target, ...]
+    has_gimbal_reference: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Flight:
+    """Everything about a flight but the plant.
+
+    Attributes:
+        clock: integer clocks.
+        controller: model and gains.
+        sensors: with the errors of this flight.
+        targets: of the maneuver.
+    """
+
+    clock: Clock
+    controller: Controller
+    sensors: Sensors
+    targets: Targets
+
+
+def targets_of(maneuver: Maneuver, clock: Clock, preferred_gimbal_angle: UnitSeries | None) -> Targets:
+    """Sample a maneuver: at the ticks for errors, in the middle of each period for what is held through it.
+
+    Args:
+        maneuver: the reference.
+        clock: of the flight.
+        preferred_gimbal_angle: constant preferred angles, shape (6,), rad; None to follow the maneuver's own, or zero
+            where it has none.
+    """
+    at_ticks = maneuver.reference(clock.tick_times)
+    middle = maneuver.reference(clock.tick_times[:-1] + clock.period / 2)
+    follows = preferred_gimbal_angle is None and at_ticks.gimbal_angle is not None
+    angle = at_ticks.gimbal_angle if follows else _constant(preferred_gimbal_angle, clock)
+    rate = middle.gimbal_rate if follows else np.zeros((clock.ticks, 6))
+    assert angle is not None
+    assert rate is not None
+    return Targets(
+        tick_rate=at_ticks.body_rate,
+        tick_gimbal_angle=angle,
+        by_tick=tuple(map(Target, middle.body_rate, middle.body_acceleration, angle[:-1], rate)),
+        has_gimbal_reference=follows,
+    )
+
+
+def _constant(angle: UnitSeries | None, clock: Clock) -> UnitSeries:
+    return np.tile(np.zeros(6) if angle is None else angle, (clock.ticks + 1, 1))

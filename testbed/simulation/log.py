@@ -1,0 +1,55 @@
+"""What the loop writes down while it flies, in arrays allocated up front."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from testbed.arrays import Array, Flags, Series, UnitSeries, Vectors3
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlightLog:
+    """One row per control tick, the first at the start, the last at the end of the flight.
+
+    Attributes:
+        qpos: MuJoCo's positions, shape (N, nq).
+        qvel: MuJoCo's velocities, shape (N, nv).
+        joint_torque: actuator torque in the last step before the tick, shape (N, nv), N·m.
+        encoder: measured gimbal angles, shape (N, 6), rad.
+        gyro: measured body rate, shape (N, 3), rad/s; NaN between samples.
+        rate_command: gimbal rates asked for from this tick on, shape (N, 6), rad/s.
+        rate_saturated: shape (N, 6).
+        rotor_clamped: shape (N, 6).
+        contacts: with the cabin, shape (N,).
+    """
+
+    qpos: Array
+    qvel: Array
+    joint_torque: Array
+    encoder: UnitSeries
+    gyro: Vectors3
+    rate_command: UnitSeries
+    rate_saturated: Flags
+    rotor_clamped: Flags
+    contacts: Series
+
+    def first(self, rows: int) -> FlightLog:
+        """Return the log of the first ticks only."""
+        return FlightLog(**{field.name: getattr(self, field.name)[:rows] for field in fields(self)})
+
+
+def empty_log(rows: int, nq: int, nv: int) -> FlightLog:
+    """Allocate a log of the given number of rows for a model with nq positions and nv velocities."""
+    return FlightLog(
+        qpos=np.zeros((rows, nq)),
+        qvel=np.zeros((rows, nv)),
+        joint_torque=np.zeros((rows, nv)),
+        encoder=np.zeros((rows, 6)),
+        gyro=np.full((rows, 3), np.nan),
+        rate_command=np.zeros((rows, 6)),
+        rate_saturated=np.zeros((rows, 6), dtype=np.bool_),
+        rotor_clamped=np.zeros((rows, 6), dtype=np.bool_),
+        contacts=np.zeros(rows),
+    )

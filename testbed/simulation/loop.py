@@ -1,0 +1,109 @@
+"""The closed loop: measure, track, steer, serve, step, write down."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from testbed.arrays import UnitSeries, Vector3
+from testbed.control.controller import ControllerState, command
+from testbed.errors import DivergedError
+from testbed.plant.plant import Plant, quiet_warnings
+from testbed.sensors.gyro_response import GyroState, gyro_at_start, sample_gyro
+from testbed.sensors.units import read_units
+from testbed.simulation.flight import Flight
+from testbed.simulation.log import FlightLog, empty_log
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """How a flight ended.
+
+    Attributes:
+        log: of all ticks that were flown with a finite state.
+        divergence: what went wrong, with time and state; empty for a completed flight.
+    """
+
+    log: FlightLog
+    divergence: str = ""
+
+
+class LoopState(NamedTuple):
+    """What passes from one control tick to the next.
+
+    Attributes:
+        controller: commanded angles and rates.
+        gyro: its filter and history.
+        rate_error: ω_ref - ω̄ at the last gyro sample, shape (3,), rad/s.
+    """
+
+    controller: ControllerState
+    gyro: GyroState
+    rate_error: Vector3
+
+
+def fly(plant: Plant, flight: Flight) -> Outcome:
+    """Fly from the plant's present state to the end of the flight's clock, or until the simulation diverges."""
+    log = empty_log(flight.clock.ticks + 1, plant.model.nq, plant.model.nv)
+    state = _initial_state(plant, flight)
+    tick = 0
+    with quiet_warnings():
+        try:
+            for tick in range(flight.clock.ticks):
+                state, encoder = _measure(plant, flight, log, state, tick)
+                state = _act(plant, flight, log, state, encoder, tick)
+        except DivergedError as error:
+            return Outcome(log=log.first(tick + 1), divergence=str(error))
+    _measure(plant, flight, log, state, flight.clock.ticks)
+    return Outcome(log=log)
+
+
+def _initial_state(plant: Plant, flight: Flight) -> LoopState:
+    return LoopState(
+        controller=ControllerState(commanded_angle=plant.gimbal_angle, commanded_rate=np.zeros(6)),
+        gyro=gyro_at_start(flight.sensors.gyro, plant.body_rate),
+        rate_error=np.zeros(3),
+    )
+
+
+def _measure(
+    plant: Plant, flight: Flight, log: FlightLog, state: LoopState, tick: int
+) -> tuple[LoopState, UnitSeries]:
+    """Write down the true state, read gyro and encoders, and renew the tracking error when the gyro has a sample."""
+    sensors = flight.sensors
+    _write_state(plant, log, tick)
+    encoder = read_units(sensors.encoder, plant.gimbal_angle, sensors.encoder_errors[tick])
+    log.encoder[tick] = encoder
+    gyro, reading = sample_gyro(sensors.gyro, state.gyro, plant.body_rate, tick, sensors.gyro_errors)
+    if reading is None:
+        return state._replace(gyro=gyro), encoder
+    log.gyro[tick] = reading
+    return state._replace(gyro=gyro, rate_error=flight.targets.tick_rate[tick] - reading), encoder
+
+
+def _act(
+    plant: Plant, flight: Flight, log: FlightLog, state: LoopState, encoder: UnitSeries, tick: int
+) -> LoopState:
+    """Run the controller on what was measured and let the plant move on for one control period."""
+    controller_state, asked = command(
+        flight.controller,
+        state.controller,
+        flight.targets.by_tick[tick],
+        state.rate_error,
+        encoder,
+        tick * flight.clock.period,
+    )
+    log.rate_command[tick] = asked.gimbal_rate
+    log.rate_saturated[tick] = asked.rate_saturated
+    plant.advance(asked.torque, flight.clock.control_steps)
+    return state._replace(controller=controller_state)
+
+
+def _write_state(plant: Plant, log: FlightLog, tick: int) -> None:
+    log.qpos[tick] = plant.qpos
+    log.qvel[tick] = plant.qvel
+    log.joint_torque[tick] = plant.joint_torque
+    log.rotor_clamped[tick] = plant.rotor_clamped
+    log.contacts[tick] = plant.contacts
