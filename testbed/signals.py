@@ -66,6 +66,7 @@ _SIMULATION = (
     _signal("true_body_rate", "rad/s", AXES, "body rate, true", "B"),
     _signal("true_gimbal_angle", "rad", UNITS, "gimbal angle, true"),
     _signal("true_gimbal_rate", "rad/s", UNITS, "gimbal rate, true"),
+    _signal("true_gimbal_torque", "N·m", UNITS, "gimbal motor torque, true"),
     _signal("true_rotor_angle", "rad", UNITS, "rotor angle, true"),
     _signal("true_rotor_speed", "rad/s", UNITS, "rotor speed relative to the gimbal, true"),
     _signal("true_attitude", "", QUATERNION, "attitude quat_NB, true"),

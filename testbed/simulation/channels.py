@@ -61,6 +61,7 @@ def _true_state(log: FlightLog, layout: Layout) -> dict[str, Array]:
         "true_body_rate": log.qvel[:, layout.body_rate],
         "true_gimbal_angle": log.qpos[:, layout.gimbal_angle],
         "true_gimbal_rate": log.qvel[:, layout.gimbal_rate],
+        "true_gimbal_torque": log.joint_torque[:, layout.gimbal_rate],
         "true_rotor_angle": log.qpos[:, layout.rotor_angle],
         "true_rotor_speed": log.qvel[:, layout.rotor_speed],
         "true_attitude": log.qpos[:, layout.attitude],

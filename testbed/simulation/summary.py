@@ -71,10 +71,9 @@ def summarize(
 
 
 def _limit_use(channels: Mapping[str, Array], limits: FlightLimits) -> dict[str, float]:
-    torque = channels["gimbal_torque"]
     used = {
         "gimbal_rate": np.abs(channels["true_gimbal_rate"]) / limits.gimbal_rate,
-        "gimbal_torque": np.abs(torque[~np.isnan(torque)]) / limits.gimbal_torque,
+        "gimbal_torque": np.abs(channels["true_gimbal_torque"]) / limits.gimbal_torque,
         "cluster_momentum": np.abs(channels["true_cluster_momentum"]) / limits.cluster_momentum,
         "cluster_torque": np.abs(channels["true_cluster_torque"]) / limits.cluster_torque,
     }
