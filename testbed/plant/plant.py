@@ -105,7 +105,7 @@ class Plant:
         self._always_engaged = rotors == "constant_speed"
         self._place(initial, rotor_momentum)
         self._engage_rotor_servos()
-        self._last_qpos, self._last_qvel = self.qpos.copy(), self.qvel.copy()
+        self._last_time, self._last_qpos, self._last_qvel = 0.0, self.qpos.copy(), self.qvel.copy()
 
     @property
     def time(self) -> float:
@@ -157,14 +157,14 @@ class Plant:
         Raises:
             DivergedError: the state is no longer finite, or a rate is beyond any that the platform can have.
         """
-        self._last_qpos[:], self._last_qvel[:] = self._data.qpos, self._data.qvel
+        self._last_time, self._last_qpos[:], self._last_qvel[:] = self._data.time, self._data.qpos, self._data.qvel
         self._data.ctrl[self.layout.gimbal_motor] = gimbal_torque_demand
         if not self._always_engaged:
             self._engage_rotor_servos()
         mujoco.mj_step(self.model, self._data, steps)
         fastest = np.abs(self._data.qvel).max()
         if not fastest < _RATE_BOUND:  # also true for NaN
-            raise DivergedError(self._describe_divergence(steps))
+            raise DivergedError(self._describe_divergence())
 
     def _place(self, initial: InitialState, rotor_momentum: Units) -> None:
         data, layout = self._data, self.layout
@@ -179,11 +179,10 @@ class Plant:
         engaged = np.ones(6) if self._always_engaged else self.rotor_clamped.astype(np.float64)
         self._data.ctrl[self.layout.rotor_motor] = engaged
 
-    def _describe_divergence(self, steps: int) -> str:
-        started = self.time - steps * self.model.opt.timestep
+    def _describe_divergence(self) -> str:
         qpos, qvel = (np.array2string(state, precision=6) for state in (self._last_qpos, self._last_qvel))
         return (
-            f"the simulation diverged between t = {started:.6g} s and {self.time:.6g} s. The last finite state was "
+            f"the simulation diverged between t = {self._last_time:.6g} s and {self.time:.6g} s. The last finite state was "
             f"qpos = {qpos}, qvel = {qvel}. Try a smaller simulation.step_s or a softer gimbal servo"
         )
 
