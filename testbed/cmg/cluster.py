@@ -81,9 +81,7 @@ def cluster_momentum(
     )
 
 
-def momentum_jacobian(
-    cluster: Cluster, gimbal_angle: UnitSeries, rotor_momentum: UnitSeries | None = None
-) -> Array:
+def momentum_jacobian(cluster: Cluster, gimbal_angle: UnitSeries, rotor_momentum: UnitSeries | None = None) -> Array:
     """Return A(d) = dh/dd, columns Js Ω t(d), shape (..., 3, M), N·m·s/rad.
 
     Args:

@@ -21,7 +21,7 @@ def singularity_measure(jacobian: Array, rotor_momentum: Units) -> Series:
     """
     determinant = np.linalg.det(jacobian @ np.swapaxes(jacobian, -1, -2))
     best = (np.sum(np.square(rotor_momentum)) / 3.0) ** 3
-    return np.sqrt(np.maximum(determinant, 0.0) / best)
+    return np.asarray(np.sqrt(np.maximum(determinant, 0.0) / best))
 
 
 def envelope_radius(cluster: Cluster, direction_B: Vectors3) -> Series:

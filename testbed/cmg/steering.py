@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from testbed.arrays import Array, Units, UnitSeries, Vectors3
+from testbed.arrays import Array, Flags, Units, UnitSeries, Vectors3
 
 _FLOOR = 1e-12 * np.eye(3)
 """Keeps an exactly singular A Aᵀ invertible; the rates it then gives are far beyond any limit, and recorded so."""
@@ -140,7 +140,7 @@ def steer(
     return np.asarray(torque_rate + preferred_rate - (exact @ felt[..., None])[..., 0])
 
 
-def limit_rates(gimbal_rate: UnitSeries, limit: float) -> tuple[UnitSeries, UnitSeries]:
+def limit_rates(gimbal_rate: UnitSeries, limit: float) -> tuple[UnitSeries, Flags]:
     """Scale all gimbal rates alike so that none exceeds its limit: the torque keeps its direction.
 
     Args:
@@ -174,7 +174,7 @@ def _damping(damping: float, decay: float, gram: Array) -> Array:
 
 def _null_inverse(jacobian: Array) -> Array:
     """A⁺ for the null projector, by SVD so that it stays bounded where the laws above differ from it."""
-    return np.linalg.pinv(jacobian, rcond=1e-3)
+    return np.asarray(np.linalg.pinv(jacobian, rcond=1e-3), dtype=np.float64)
 
 
 def _dither_matrix(amplitude: float, rate: float, time: float) -> Array:

@@ -132,9 +132,7 @@ def _gimbal_rates(
     encoder_angle: UnitSeries,
     time: float,
 ) -> UnitSeries:
-    preferred = preferred_rates(
-        encoder_angle, target.gimbal_angle, target.gimbal_rate, controller.null_motion_gain
-    )
+    preferred = preferred_rates(encoder_angle, target.gimbal_angle, target.gimbal_rate, controller.null_motion_gain)
     return steer(controller.law, jacobian, momentum_rate_B, preferred, controller.momentum_scale, time)
 
 

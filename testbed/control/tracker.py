@@ -33,8 +33,8 @@ class Tracker:
 def feedback_gain(gyro_noise: float, sample_period: float) -> float:
     """Return the gain k of the rate feedback, 1/s.
 
-    k = sqrt(q / (σ² T)) is the steady-state Kalman gain of a rate that drifts with the unmodelled acceleration's spectral
-    density q and is measured with noise of spectral density σ² T; it is bounded by what a sampled loop bears.
+    k = sqrt(q / (σ² T)) is the steady-state Kalman gain of a rate that drifts with the unmodelled acceleration's
+    spectral density q and is measured with noise of spectral density σ² T; it is bounded by what a sampled loop bears.
 
     Args:
         gyro_noise: σ per sample, rad/s.

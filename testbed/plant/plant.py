@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import mujoco
 import numpy as np
@@ -16,7 +16,9 @@ from testbed.errors import DivergedError
 from testbed.plant.geometry import unit_names
 from testbed.plant.properties import InitialState
 
-RotorMode = Literal["constant_speed", "free"]
+Model: TypeAlias = mujoco.MjModel
+"""A compiled platform, named here so that no other room has to import MuJoCo."""
+RotorMode: TypeAlias = Literal["constant_speed", "free"]
 
 _RATE_BOUND = 1e4
 """rad/s. No rate of this platform comes near it; a state beyond it has diverged."""
@@ -145,7 +147,8 @@ class Plant:
     @property
     def rotor_clamped(self) -> Flags:
         """Which rotors are beyond their momentum limit, shape (6,)."""
-        return np.abs(self._data.qvel[self.layout.rotor_speed]) > self._speed_limit * (1.0 + 1e-9)
+        speed = np.abs(self._data.qvel[self.layout.rotor_speed])
+        return np.asarray(speed > self._speed_limit * (1.0 + 1e-9), dtype=np.bool_)
 
     def advance(self, gimbal_torque_demand: Units, steps: int) -> None:
         """Hold the gimbal motors' torque demands for a number of integrator steps.
@@ -182,8 +185,8 @@ class Plant:
     def _describe_divergence(self) -> str:
         qpos, qvel = (np.array2string(state, precision=6) for state in (self._last_qpos, self._last_qvel))
         return (
-            f"the simulation diverged between t = {self._last_time:.6g} s and {self.time:.6g} s. The last finite state was "
-            f"qpos = {qpos}, qvel = {qvel}. Try a smaller simulation.step_s or a softer gimbal servo"
+            f"the simulation diverged between t = {self._last_time:.6g} s and {self.time:.6g} s. "
+            f"The last finite state was qpos = {qpos}, qvel = {qvel}. Try a smaller simulation.step_s or a softer gimbal servo"
         )
 
 

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import mujoco
 import numpy as np
 
 from testbed.arrays import Array, Flags, UnitSeries, Vectors3
 from testbed.cmg.cluster import Cluster, cluster_momentum, momentum_jacobian
 from testbed.cmg.singularity import singularity_measure
 from testbed.plant.geometry import total_momentum
-from testbed.plant.plant import Layout, layout_of
+from testbed.plant.plant import Layout, Model, layout_of
 from testbed.sensors.units import UnitSensor, read_units
 from testbed.simulation.flight import Flight
 from testbed.simulation.log import FlightLog
 
 
-def channels_of(log: FlightLog, flight: Flight, model: mujoco.MjModel, true_cluster: Cluster) -> dict[str, Array]:
+def channels_of(log: FlightLog, flight: Flight, model: Model, true_cluster: Cluster) -> dict[str, Array]:
     """Return every channel of a flown record by signal name, each of shape (N, width), one row per control tick.
 
     Args:
@@ -69,9 +68,7 @@ def _true_state(log: FlightLog, layout: Layout) -> dict[str, Array]:
     }
 
 
-def _true_momentum(
-    log: FlightLog, flight: Flight, model: mujoco.MjModel, layout: Layout, cluster: Cluster
-) -> dict[str, Array]:
+def _true_momentum(log: FlightLog, flight: Flight, model: Model, layout: Layout, cluster: Cluster) -> dict[str, Array]:
     angle, rate = log.qpos[:, layout.gimbal_angle], log.qvel[:, layout.gimbal_rate]
     rotor_momentum = cluster.rotor_spin_inertia * log.qvel[:, layout.rotor_speed]
     jacobian = momentum_jacobian(cluster, angle, rotor_momentum)
@@ -98,7 +95,7 @@ def _reference(log: FlightLog, flight: Flight) -> dict[str, Array]:
     return channels
 
 
-def _saturation(log: FlightLog, model: mujoco.MjModel, layout: Layout) -> dict[str, Array]:
+def _saturation(log: FlightLog, model: Model, layout: Layout) -> dict[str, Array]:
     limit = model.jnt_actfrcrange[model.dof_jntid[layout.gimbal_rate], 1]
     at_limit = np.abs(log.joint_torque[:, layout.gimbal_rate]) >= limit * (1.0 - 1e-9)
     return {

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.arrays import UnitSeries, Vectors3
+from testbed.arrays import Series, UnitSeries, Vectors3
 from testbed.control.controller import Controller, Target
 from testbed.maneuver.maneuver import Maneuver
 from testbed.sensors.gyro_response import Gyro
@@ -35,9 +35,9 @@ class Clock:
         return self.step * self.control_steps
 
     @property
-    def tick_times(self) -> UnitSeries:
+    def tick_times(self) -> Series:
         """Start of every control period and the end of the last, shape (ticks + 1,), s, from the step counter."""
-        return np.arange(self.ticks + 1) * self.control_steps * self.step
+        return np.asarray(np.arange(self.ticks + 1) * self.control_steps * self.step, dtype=np.float64)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -68,9 +68,7 @@ def _initial_state(plant: Plant, flight: Flight) -> LoopState:
     )
 
 
-def _measure(
-    plant: Plant, flight: Flight, log: FlightLog, state: LoopState, tick: int
-) -> tuple[LoopState, UnitSeries]:
+def _measure(plant: Plant, flight: Flight, log: FlightLog, state: LoopState, tick: int) -> tuple[LoopState, UnitSeries]:
     """Write down the true state, read gyro and encoders, and renew the tracking error when the gyro has a sample."""
     sensors = flight.sensors
     _write_state(plant, log, tick)
@@ -83,9 +81,7 @@ def _measure(
     return state._replace(gyro=gyro, rate_error=flight.targets.tick_rate[tick] - reading), encoder
 
 
-def _act(
-    plant: Plant, flight: Flight, log: FlightLog, state: LoopState, encoder: UnitSeries, tick: int
-) -> LoopState:
+def _act(plant: Plant, flight: Flight, log: FlightLog, state: LoopState, encoder: UnitSeries, tick: int) -> LoopState:
     """Run the controller on what was measured and let the plant move on for one control period."""
     controller_state, asked = command(
         flight.controller,

@@ -68,7 +68,9 @@ def test_the_dithered_laws_leave_the_wall_where_the_plain_ones_lock():
     """A torque straight into the singular direction: SR commands nothing, GSR and o-DSR command an escape."""
     jacobian = momentum_jacobian(CLUSTER, WALL)
     torque = np.array([0.02, 0.0, 0.0])
-    rates = {type(law).__name__: np.abs(steer(law, jacobian, torque, np.zeros(6), ROTOR_MOMENTUM, 0.4)).max() for law in LAWS}
+    rates = {
+        type(law).__name__: np.abs(steer(law, jacobian, torque, np.zeros(6), ROTOR_MOMENTUM, 0.4)).max() for law in LAWS
+    }
     assert rates["SingularityRobust"] < 1e-6
     assert rates["GeneralizedSingularityRobust"] > 0.05
     assert rates["OffDiagonalSingularityRobust"] > 0.05
@@ -95,7 +97,8 @@ def test_limited_rates_keep_their_direction(rates, limit):
 def test_preferred_angles_are_reached_the_short_way_round(angle, turns):
     preferred = np.zeros(6) + 0.5
     plain = preferred_rates(angle, preferred, np.zeros(6), 2.0)
-    np.testing.assert_allclose(preferred_rates(angle + 2.0 * np.pi * turns, preferred, np.zeros(6), 2.0), plain, atol=1e-12)
+    turned = preferred_rates(angle + 2.0 * np.pi * turns, preferred, np.zeros(6), 2.0)
+    np.testing.assert_allclose(turned, plain, atol=1e-12)
     assert np.abs(plain).max() <= 2.0 * np.pi + 1e-12
 
 
@@ -111,8 +114,7 @@ def test_a_batch_is_steered_like_its_members():
 def test_a_failed_unit_is_not_asked():
     momentum = CLUSTER.rotor_momentum.copy()
     momentum[2] = 0.0
-    rate = steer(
-        MoorePenrose(), momentum_jacobian(CLUSTER, np.zeros(6), momentum), np.array([0.01, -0.01, 0.02]), np.zeros(6), ROTOR_MOMENTUM, 0.0
-    )
+    jacobian = momentum_jacobian(CLUSTER, np.zeros(6), momentum)
+    rate = steer(MoorePenrose(), jacobian, np.array([0.01, -0.01, 0.02]), np.zeros(6), ROTOR_MOMENTUM, 0.0)
     assert rate[2] == 0.0
     assert np.abs(np.delete(rate, 2)).min() > 0.0

@@ -67,9 +67,7 @@ def test_functions_broadcast_over_leading_axes():
     stacked = momentum_jacobian(CLUSTER, angles)
     assert stacked.shape == (4, 5, 3, 6)
     np.testing.assert_array_equal(stacked[2, 3], momentum_jacobian(CLUSTER, angles[2, 3]))
-    np.testing.assert_allclose(
-        inertia_change(CLUSTER, angles)[1, 1], inertia_change(CLUSTER, angles[1, 1]), atol=1e-20
-    )
+    np.testing.assert_allclose(inertia_change(CLUSTER, angles)[1, 1], inertia_change(CLUSTER, angles[1, 1]), atol=1e-20)
 
 
 def test_all_gimbals_at_zero_carry_no_momentum():

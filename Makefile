@@ -1,0 +1,44 @@
+# make demo: a first flight on a fresh machine. make test: the whole suite. The rest is for working on the testbed.
+PYTHON ?= python3
+VENV   ?= .venv
+BIN    := $(VENV)/bin
+STAMP  := $(VENV)/.installed
+
+.PHONY: demo test check bench format docs clean
+
+demo: $(STAMP)
+	@$(BIN)/testbed run scenarios/zero_g.toml --out runs/demo --replace
+
+test: $(STAMP)-dev
+	@OMP_NUM_THREADS=1 $(BIN)/python -m pytest
+
+check: $(STAMP)-dev
+	@$(BIN)/ruff format --check .
+	@$(BIN)/ruff check .
+	@$(BIN)/mypy
+	@$(BIN)/lint-imports
+
+bench: $(STAMP)-dev
+	@OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks
+
+format: $(STAMP)-dev
+	@$(BIN)/ruff check --fix .
+	@$(BIN)/ruff format .
+
+docs: $(STAMP)-dev
+	@$(BIN)/python -m tools.write_docs
+
+clean:
+	rm -rf $(VENV) runs build
+
+# The first line refuses an interpreter that is too old before anything is downloaded for it.
+$(STAMP): pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or later is needed, this is " + sys.version.split()[0] + "; name another with: make PYTHON=python3.12")'
+	@echo "Installing into $(VENV) (a minute or two, once) ..."
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
+	@touch $@
+
+$(STAMP)-dev: $(STAMP)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	@touch $@
