@@ -148,7 +148,7 @@ def _set_inertia(bus: mujoco.MjsBody, inertia: Matrix3) -> None:
     if moments[0] <= 0.0 or moments[0] + moments[1] < moments[2] - _TRIANGLE_SLACK:
         raise InputError(
             "platform.inertia_kg_m2: what remains for the bus when the CMG units are taken off has the principal "
-            f"moments {moments} kg m2, which no body has; raise the inertia, or lower the units' masses or mounting radius"
+            f"moments {moments} kg m2, which no body has; raise the inertia, or lower the units' masses or radius"
         )
     bus.inertia, bus.iquat = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])  # MuJoCo takes one form of inertia only
     bus.fullinertia = [*np.diag(inertia), inertia[0, 1], inertia[0, 2], inertia[1, 2]]

@@ -186,7 +186,8 @@ class Plant:
         qpos, qvel = (np.array2string(state, precision=6) for state in (self._last_qpos, self._last_qvel))
         return (
             f"the simulation diverged between t = {self._last_time:.6g} s and {self.time:.6g} s. "
-            f"The last finite state was qpos = {qpos}, qvel = {qvel}. Try a smaller simulation.step_s or a softer gimbal servo"
+            f"The last finite state was qpos = {qpos}, qvel = {qvel}. "
+            "Try a smaller simulation.step_s or a softer gimbal servo"
         )
 
 

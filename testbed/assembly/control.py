@@ -1,0 +1,100 @@
+"""The controller of a flight, built on the nominal platform, and the flight's clock."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from testbed.arrays import Units
+from testbed.assembly.platform import PlatformModel
+from testbed.cmg.steering import (
+    GeneralizedSingularityRobust,
+    MoorePenrose,
+    OffDiagonalSingularityRobust,
+    SingularityRobust,
+    SteeringLaw,
+)
+from testbed.control.controller import Controller
+from testbed.control.servo import gimbal_servo
+from testbed.control.tracker import Tracker, feedback_gain
+from testbed.scenario import control as schema
+from testbed.scenario.scenario import Scenario
+from testbed.simulation.flight import Clock
+
+
+def flight_clock(scenario: Scenario, maneuver_duration: float) -> Clock:
+    """Return the integer clocks of the flight; the scenario has checked that they divide.
+
+    Args:
+        scenario: rates and, where given, the duration.
+        maneuver_duration: s, flown with the settling time where the scenario gives no duration.
+    """
+    simulation = scenario.simulation
+    duration = simulation.duration_s
+    if duration is None:
+        duration = maneuver_duration + simulation.settle_s
+    return Clock(
+        step=simulation.step_s,
+        control_steps=round(1.0 / (simulation.control_rate_hz * simulation.step_s)),
+        telemetry_ticks=round(simulation.control_rate_hz / simulation.telemetry_rate_hz),
+        ticks=round(duration * simulation.control_rate_hz),
+    )
+
+
+def flight_controller(scenario: Scenario, nominal: PlatformModel) -> Controller:
+    """Return the controller; it knows the nominal platform only."""
+    cluster, steering = scenario.cluster, scenario.controller.steering
+    return Controller(
+        cluster=nominal.cluster,
+        tracker=Tracker(inertia=nominal.inertia, gain=_gain(scenario)),
+        law=steering_law(steering),
+        servo=gimbal_servo(
+            nominal.cluster,
+            cluster.gimbal_servo_bandwidth_rad_s,
+            cluster.gimbal_servo_damping_ratio,
+            cluster.gimbal_rate_limit_rad_s,
+        ),
+        gimbal_rate_limit=cluster.gimbal_rate_limit_rad_s,
+        null_motion_gain=steering.null_motion_gain_1_s,
+        period=1.0 / scenario.simulation.control_rate_hz,
+    )
+
+
+def preferred_gimbal_angle(scenario: Scenario) -> Units | None:
+    """Return constant preferred gimbal angles, shape (6,), rad; None where the maneuver prescribes them."""
+    preferred = scenario.controller.steering.preferred_gimbal_angle_rad
+    if preferred == "maneuver":
+        return None
+    return np.zeros(6) if preferred == "zero" else np.array(preferred, dtype=np.float64)
+
+
+def steering_law(steering: schema.Steering) -> SteeringLaw:
+    """Return the law that a scenario's steering section describes."""
+    match steering:
+        case schema.MoorePenrose():
+            return MoorePenrose()
+        case schema.SingularityRobust():
+            return SingularityRobust(damping=steering.damping, decay=steering.decay)
+        case schema.GeneralizedSingularityRobust():
+            return GeneralizedSingularityRobust(**_dithered(steering))
+        case schema.OffDiagonalSingularityRobust():
+            return OffDiagonalSingularityRobust(**_dithered(steering))
+
+
+def _dithered(
+    steering: schema.GeneralizedSingularityRobust | schema.OffDiagonalSingularityRobust,
+) -> dict[str, float]:
+    return {
+        "damping": steering.damping,
+        "decay": steering.decay,
+        "dither": steering.dither,
+        "dither_rate": steering.dither_rate_rad_s,
+    }
+
+
+def _gain(scenario: Scenario) -> float:
+    controller, gyro = scenario.controller, scenario.gyro
+    if not controller.feedback:
+        return 0.0
+    if controller.feedback_gain_1_s is not None:
+        return controller.feedback_gain_1_s
+    return feedback_gain(gyro.noise_rad_s, 1.0 / gyro.sample_rate_hz)

@@ -1,0 +1,121 @@
+"""The nominal platform, the flown one, and how a flight starts."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from testbed.arrays import Matrix3, Units
+from testbed.cmg.cluster import Cluster
+from testbed.plant.build import build
+from testbed.plant.geometry import cluster_of, composite_inertia
+from testbed.plant.plant import Model, Plant
+from testbed.plant.properties import InitialState, PlatformProperties
+from testbed.scenario.scenario import Scenario
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlatformModel:
+    """A compiled platform and what is read off it.
+
+    Attributes:
+        model: compiled.
+        cluster: its units.
+        inertia: J at zero gimbal angles, kg·m², body axes.
+    """
+
+    model: Model
+    cluster: Cluster
+    inertia: Matrix3
+
+
+def nominal_platform(scenario: Scenario) -> PlatformModel:
+    """Return what controller, designer and estimators believe.
+
+    Raises:
+        InputError: the MJCF cannot be used, or the numbers belong to no body.
+    """
+    return _compiled(scenario, nominal_properties(scenario))
+
+
+def true_platform(scenario: Scenario) -> PlatformModel:
+    """Return what flies: the nominal platform with [truth] written over it.
+
+    Raises:
+        InputError: as `nominal_platform`.
+    """
+    return _compiled(scenario, true_properties(scenario))
+
+
+def true_plant(scenario: Scenario, platform: PlatformModel) -> Plant:
+    """Return the flown platform in its initial state."""
+    momentum = true_properties(scenario).rotor_momentum
+    assert momentum is not None
+    return Plant(
+        platform.model,
+        initial=initial_state(scenario),
+        rotor_momentum=momentum,
+        rotor_momentum_limit=scenario.cluster.rotor_momentum_limit_N_m_s,
+        rotors=scenario.cluster.rotors,
+    )
+
+
+def nominal_properties(scenario: Scenario) -> PlatformProperties:
+    """Return the scenario's nominal numbers; those it leaves out stay None and keep the MJCF's."""
+    platform, cluster = scenario.platform, scenario.cluster
+    return PlatformProperties(
+        inertia=None if platform.inertia_kg_m2 is None else np.array(platform.inertia_kg_m2),
+        mass=platform.mass_kg,
+        edge=platform.edge_m,
+        skew=None if cluster.skew_deg is None else math.radians(cluster.skew_deg),
+        mounting_radius=cluster.mounting_radius_m,
+        rotor_momentum=_spinning(np.full(6, cluster.rotor_momentum_N_m_s), scenario),
+        rotor_momentum_limit=cluster.rotor_momentum_limit_N_m_s,
+        rotor_spin_inertia=cluster.rotor_spin_inertia_kg_m2,
+        rotor_transverse_inertia=cluster.rotor_transverse_inertia_kg_m2,
+        rotor_mass=cluster.rotor_mass_kg,
+        gimbal_inertia=cluster.gimbal_inertia_kg_m2,
+        gimbal_mass=cluster.gimbal_mass_kg,
+        gimbal_torque_limit=cluster.gimbal_torque_limit_N_m,
+        gimbal_servo_bandwidth=cluster.gimbal_servo_bandwidth_rad_s,
+        step=scenario.simulation.step_s,
+        cabin_size=None if scenario.cabin is None else np.array(scenario.cabin.size_m),
+    )
+
+
+def true_properties(scenario: Scenario) -> PlatformProperties:
+    """Return the numbers of the flown platform."""
+    nominal, truth = nominal_properties(scenario), scenario.truth
+    if truth.inertia_kg_m2 is not None:
+        nominal = replace(nominal, inertia=np.array(truth.inertia_kg_m2))
+    if truth.mass_kg is not None:
+        nominal = replace(nominal, mass=truth.mass_kg)
+    if truth.rotor_momentum_N_m_s is not None:
+        momentum = np.broadcast_to(np.array(truth.rotor_momentum_N_m_s, dtype=np.float64), 6)
+        nominal = replace(nominal, rotor_momentum=_spinning(momentum.copy(), scenario))
+    return nominal
+
+
+def initial_state(scenario: Scenario) -> InitialState:
+    """Return where the flight starts."""
+    start = scenario.initial
+    return InitialState(
+        body_rate=np.array(start.body_rate_rad_s),
+        attitude=np.array(start.attitude_quat_NB),
+        position=np.array(start.position_m),
+        velocity=np.array(start.velocity_m_s),
+        gimbal_angle=np.array(start.gimbal_angle_rad),
+    )
+
+
+def _spinning(momentum: Units, scenario: Scenario) -> Units:
+    """Stop the rotors of failed units: without momentum the steering law asks nothing of them."""
+    momentum[[unit - 1 for unit in scenario.cluster.failed]] = 0.0
+    return momentum
+
+
+def _compiled(scenario: Scenario, properties: PlatformProperties) -> PlatformModel:
+    model = build(properties, scenario.platform.model)
+    return PlatformModel(model=model, cluster=cluster_of(model), inertia=composite_inertia(model))
