@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
+
+from numpy.typing import NDArray
 
 from testbed.arrays import Array, Series
 
@@ -39,10 +41,10 @@ class Record:
         channels: by signal name (`testbed.signals.SIGNALS`), shape (N, width); NaN where a channel was not sampled.
             A signal of width 1 has shape (N, 1).
         details: what is known of the run as a whole.
-        extra_columns: columns that the signal table does not know, by column name, shape (N,).
+        extra_columns: columns that the signal table does not know, by column name, shape (N,), of any type.
     """
 
     time: Series
     channels: Mapping[str, Array]
     details: RunDetails
-    extra_columns: Mapping[str, Array] = field(default_factory=dict)
+    extra_columns: Mapping[str, NDArray[Any]] = field(default_factory=dict)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import quad_vec
-from scipy.interpolate import BarycentricInterpolator
+from scipy.interpolate import KroghInterpolator
 
 from testbed.arrays import Array, Matrix3, Vector3
 from testbed.sensors.gyro import GyroParameters
@@ -134,7 +134,7 @@ def _low_pass_taps(decay: float) -> Array:
     """
     if isinf(decay):
         return np.ones(1)
-    cubic = BarycentricInterpolator(np.array([1.0, 0.0, -1.0, -2.0]), np.eye(4))
+    cubic = KroghInterpolator(np.array([1.0, 0.0, -1.0, -2.0]), np.eye(4))
     taps, _ = quad_vec(lambda s: decay * exp(-decay * (1.0 - s)) * cubic(s), 0.0, 1.0, epsabs=1e-13)
     return np.asarray(taps)
 
@@ -144,5 +144,5 @@ def _latency_taps(ticks: float) -> Array:
     if ticks == 0.0:
         return np.ones(1)
     first = max(0, int(ticks) - 1)
-    weights = BarycentricInterpolator(np.arange(first, first + 4), np.eye(4))(ticks)
+    weights = KroghInterpolator(np.arange(first, first + 4), np.eye(4))(ticks)
     return np.concatenate((np.zeros(first), weights))

@@ -1,0 +1,123 @@
+"""What makes a table unusable as a record: each check returns messages that name column, row and remedy.
+
+Rows are counted from 1, the header not included.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from math import degrees
+from pathlib import Path
+
+import numpy as np
+
+from testbed.arrays import Array, Flags, Series
+from testbed.errors import InputError
+from testbed.records.foreign_units import foreign_column_problem, si_column
+from testbed.signals import SIGNALS, Signal
+
+MINIMUM_SAMPLES = 10
+"""Gyro samples that a run needs: with 3 equations each, three times as many as its 9 unknowns (6 inertia, 3 rates)."""
+
+PLAUSIBLE_BODY_RATE = 20.0
+"""Largest body rate, rad/s, that is believed; 20 deg/s or more in the wrong unit would exceed it."""
+
+_MOMENTUM_SOURCES = ("gimbal_angle", "cluster_momentum", "applied_torque")
+_LISTED = 10
+
+
+def refuse(path: Path, problems: Sequence[str]) -> None:
+    """Raise what is wrong with a file, if anything is.
+
+    Raises:
+        InputError: there are problems; the message names the file and lists them.
+    """
+    if problems:
+        raise InputError(listing(path, problems))
+
+
+def listing(path: Path, problems: Sequence[str]) -> str:
+    """Return a file's problems as one message: on one line if it is a single one, else one line each."""
+    if len(problems) == 1:
+        return f"{path}: {problems[0]}"
+    more = [f"... and {len(problems) - _LISTED} more"] if len(problems) > _LISTED else []
+    return "\n  ".join([f"{path}:", *problems[:_LISTED], *more])
+
+
+def column_problems(columns: Sequence[str]) -> list[str]:
+    """Check the header alone: units, repeated, missing and half-present columns."""
+    present = {si_column(column) for column in columns}
+    return [
+        *(problem for column in columns if (problem := foreign_column_problem(column))),
+        *(f"column {column} appears {count} times" for column, count in Counter(columns).items() if count > 1),
+        *([] if "time_s" in present else [f"column time_s is missing; the columns are {', '.join(columns)}"]),
+        *(problem for signal in SIGNALS.values() if (problem := _half_present(signal, present))),
+        *_missing_channels(present),
+    ]
+
+
+def value_problems(time: Series, channels: Mapping[str, Array]) -> list[str]:
+    """Check the numbers: the time base, then each channel."""
+    problems = list(_time_problems(time))
+    for name, values in channels.items():
+        for column, series in zip(SIGNALS[name].columns, values.T, strict=True):
+            problems += _series_problems(column, series)
+    return problems + list(_body_rate_problems(channels["body_rate"]))
+
+
+def too_few_samples(body_rate: Array) -> str | None:
+    """Return what to say where fewer rows than `MINIMUM_SAMPLES` hold a gyro sample; None where there are enough."""
+    count = int(np.isfinite(body_rate).all(axis=-1).sum())
+    if count >= MINIMUM_SAMPLES:
+        return None
+    return f"body_rate has {count} samples, at least {MINIMUM_SAMPLES} are needed: take a longer part of the run"
+
+
+def _half_present(signal: Signal, present: set[str]) -> str | None:
+    missing = [column for column in signal.columns if column not in present]
+    if not missing or len(missing) == signal.width:
+        return None
+    return f"channel {signal.name} is incomplete: add {', '.join(missing)}, or take its other columns out"
+
+
+def _missing_channels(present: set[str]) -> Iterator[str]:
+    if present.isdisjoint(SIGNALS["body_rate"].columns):
+        yield f"channel body_rate is missing: add {', '.join(SIGNALS['body_rate'].columns)}"
+    if all(present.isdisjoint(SIGNALS[name].columns) for name in _MOMENTUM_SOURCES):
+        yield f"no channel says what turned the platform: add one of {', '.join(_MOMENTUM_SOURCES)}"
+
+
+def _time_problems(time: Series) -> Iterator[str]:
+    if not np.isfinite(time).all():
+        yield f"time_s in {_rows(~np.isfinite(time))} is not a finite number: fill in the time, or take the row out"
+    step = np.diff(time)
+    if (step <= 0.0).any():
+        row = int(np.argmax(step <= 0.0)) + 1
+        fault = "repeats" if step[row - 1] == 0.0 else "goes back from"
+        yield f"time_s in row {row + 1} {fault} {time[row - 1]:.10g} s: sort the rows by time and keep one of each"
+
+
+def _series_problems(column: str, series: Series) -> Iterator[str]:
+    if series.size and np.isnan(series).all():
+        yield f"column {column} has no value in any row: fill it, or take the channel out"
+    if np.isinf(series).any():
+        yield f"column {column} is infinite in {_rows(np.isinf(series))}: leave empty what was not sampled"
+
+
+def _body_rate_problems(body_rate: Array) -> Iterator[str]:
+    if problem := too_few_samples(body_rate):
+        yield problem
+    beyond = np.isfinite(body_rate) & (np.abs(body_rate) > PLAUSIBLE_BODY_RATE)
+    for column, rate, fast in zip(SIGNALS["body_rate"].columns, body_rate.T, beyond.T, strict=True):
+        if fast.any():
+            peak = np.abs(rate[fast]).max()
+            yield (
+                f"column {column} reaches {peak:.4g} rad/s ({degrees(peak):.0f} deg/s) in {_rows(fast)}, which looks "
+                f"like deg/s: multiply it by {np.pi / 180:.10g}"
+            )
+
+
+def _rows(flags: Flags) -> str:
+    count = int(flags.sum())
+    return f"row {int(np.argmax(flags)) + 1}" + (f" and {count - 1} more" if count > 1 else "")

@@ -1,0 +1,82 @@
+"""NAME.toml: what is known of a run as a whole, read and written."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic_core import ErrorDetails
+
+from testbed.errors import InputError
+from testbed.records.checks import listing
+from testbed.records.record import RunDetails
+
+_Seconds = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class _DetailsFile(BaseModel):
+    """The keys of NAME.toml, each optional."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, validate_by_name=True, validate_by_alias=True)
+
+    name: str | None = Field(default=None, min_length=1)
+    source: Literal["measured", "simulated"] = "measured"
+    gyro_noise: float | None = Field(default=None, alias="gyro_noise_rad_s", ge=0.0, allow_inf_nan=False)
+    usable_from: _Seconds | None = Field(default=None, alias="usable_from_s")
+    usable_to: _Seconds | None = Field(default=None, alias="usable_to_s")
+    role: Literal["fit", "heldout"] | None = None
+
+    @model_validator(mode="after")
+    def _usable_span_is_ordered(self) -> Self:
+        if self.usable_from is not None and self.usable_to is not None and self.usable_from >= self.usable_to:
+            raise ValueError("usable_from_s has to be smaller than usable_to_s")
+        return self
+
+
+def read_details(path: Path) -> RunDetails:
+    """Read NAME.toml; a run without one has its file's name and nothing else.
+
+    Raises:
+        InputError: the file cannot be read, or has unknown keys or wrong values; the message lists them all.
+    """
+    if not path.exists():
+        return RunDetails(name=path.stem)
+    try:
+        file = _DetailsFile.model_validate(tomllib.loads(path.read_text(encoding="utf-8")), by_name=False)
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise InputError(f"{path}: cannot be read as TOML: {error}") from error
+    except ValidationError as error:
+        raise InputError(listing(path, [_problem(problem) for problem in error.errors()])) from error
+    return RunDetails(**{"name": path.stem, **file.model_dump(exclude_none=True)})
+
+
+def details_text(details: RunDetails, stem: str) -> str:
+    """Return the text of NAME.toml, empty where there is nothing to say that a reader would not assume.
+
+    Args:
+        details: of the run.
+        stem: NAME.
+    """
+    file = _DetailsFile.model_validate(asdict(details))
+    said = file.model_dump(by_alias=True, exclude_defaults=True)
+    return "".join(f"{key} = {_toml(value)}\n" for key, value in said.items() if (key, value) != ("name", stem))
+
+
+def _problem(error: ErrorDetails) -> str:
+    place = ".".join(str(part) for part in error["loc"])
+    if error["type"] == "extra_forbidden":
+        known = ", ".join(field.alias or name for name, field in _DetailsFile.model_fields.items())
+        return f"{place}: unknown key; known are {known}"
+    if not place:
+        return str(error["ctx"]["error"])
+    return f"{place} = {error['input']!r}: {error['msg'].lower()}"
+
+
+def _toml(value: str | float) -> str:
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")  # JSON leaves DEL, TOML refuses it
+    return repr(float(value))

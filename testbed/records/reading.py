@@ -1,0 +1,93 @@
+"""Records from files: one run, or a folder of them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+
+from testbed.arrays import Array, Series
+from testbed.errors import InputError
+from testbed.records.checks import column_problems, refuse, value_problems
+from testbed.records.details import read_details
+from testbed.records.record import Record
+from testbed.records.tables import NUMERIC_COLUMNS, SUFFIXES, column_numbers, read_table
+from testbed.signals import SIGNALS
+
+
+def read_record(path: Path) -> Record:
+    """Read a run from NAME.csv or NAME.parquet, and NAME.toml beside it if there is one.
+
+    Raises:
+        InputError: a file cannot be read, or the run in it cannot be used; the message names file, column, row, remedy.
+    """
+    table = read_table(path)
+    refuse(path, column_problems(table.column_names))
+    columns = _numeric_columns(path, table)
+    channels = _channels(columns)
+    refuse(path, value_problems(columns["time_s"], channels))
+    return Record(
+        time=columns["time_s"],
+        channels=channels,
+        details=read_details(path.with_suffix(".toml")),
+        extra_columns={name: table[name].to_numpy() for name in table.column_names if name not in NUMERIC_COLUMNS},
+    )
+
+
+def read_data_set(folder: Path) -> tuple[Record, ...]:
+    """Read every run in a folder, in the order of their file names; other files are passed over.
+
+    Raises:
+        InputError: there is no run, two have the same name, or some cannot be used; all of these are named.
+    """
+    paths = _run_paths(folder)
+    outcomes = [_attempt(path) for path in paths]
+    failures = [str(outcome) for outcome in outcomes if isinstance(outcome, InputError)]
+    if failures:
+        raise InputError("\n".join(failures))
+    records = tuple(outcome for outcome in outcomes if isinstance(outcome, Record))
+    _refuse_repeated(folder, (record.details.name for record in records), "name them differently in their .toml files")
+    return records
+
+
+def extra_columns_notice(record: Record) -> str | None:
+    """Return what to tell the user of columns that no signal bears; None where there are none."""
+    if not record.extra_columns:
+        return None
+    return f"{record.details.name}: kept, but not used: {', '.join(record.extra_columns)}"
+
+
+def _run_paths(folder: Path) -> list[Path]:
+    if not folder.is_dir():
+        raise InputError(f"{folder}: there is no such folder")
+    files = [path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES and not path.name.startswith(".")]
+    if not files:
+        raise InputError(f"{folder}: there is no run in this folder: no file ends in {' or '.join(SUFFIXES)}")
+    _refuse_repeated(folder, (path.stem for path in files), "keep one file of each run")
+    return sorted(files, key=lambda path: path.stem)
+
+
+def _refuse_repeated(folder: Path, names: Iterable[str], remedy: str) -> None:
+    repeated = [name for name, count in Counter(names).items() if count > 1]
+    refuse(folder, [f"more than one run is called {name}: {remedy}" for name in sorted(repeated)])
+
+
+def _attempt(path: Path) -> Record | InputError:
+    try:
+        return read_record(path)
+    except InputError as error:
+        return error
+
+
+def _numeric_columns(path: Path, table: pa.Table) -> dict[str, Series]:
+    read = {name: column_numbers(table[name]) for name in NUMERIC_COLUMNS if name in table.column_names}
+    refuse(path, [f"column {name} {fault}" for name, fault in read.items() if isinstance(fault, str)])
+    return {name: values for name, values in read.items() if not isinstance(values, str)}
+
+
+def _channels(columns: dict[str, Series]) -> dict[str, Array]:
+    present = (signal for signal in SIGNALS.values() if signal.columns[0] in columns)
+    return {signal.name: np.column_stack([columns[name] for name in signal.columns]) for signal in present}
