@@ -1,0 +1,79 @@
+"""The rate tracker and its steering law."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import Field
+
+from testbed.scenario.section import Section
+from testbed.scenario.values import Many, ManyOrOne, NonNegative, One, Positive, Six
+
+
+class _Steering(Section):
+    null_motion_gain_1_s: NonNegative = 0.0
+    """Rate at which null motion takes the gimbals toward their preferred angles; 0: no null motion."""
+    preferred_gimbal_angle_rad: Annotated[
+        Annotated[Literal["maneuver", "zero"], One] | Annotated[Six, Many], ManyOrOne
+    ] = "zero"
+    """Preferred gimbal angles: those of a gimbal-space "maneuver", "zero", or a list of 6 in rad."""
+
+
+class MoorePenrose(_Steering):
+    """The smallest gimbal rates, unbounded at a singularity."""
+
+    law: Literal["moore_penrose"]
+    """Steering law: which gimbal rates give a wanted torque."""
+
+
+class SingularityRobust(_Steering):
+    """Damped near a singularity, at the price of torque: λ = damping · exp(-decay · det(A Aᵀ)), A scaled to order 1."""
+
+    law: Literal["singularity_robust"]
+    """Steering law: which gimbal rates give a wanted torque."""
+    damping: Positive
+    """Damping λ at a singularity; a pure number."""
+    decay: Positive
+    """How fast λ fades away from a singularity; a pure number."""
+
+
+class _Dithered(_Steering):
+    damping: Positive
+    """Damping λ at a singularity; a pure number."""
+    decay: Positive
+    """How fast λ fades away from a singularity; a pure number."""
+    dither: Annotated[float, Field(ge=0, lt=1)]
+    """Amplitude of the off-diagonal dither that escapes singularities; a pure number below 1."""
+    dither_rate_rad_s: Positive
+    """Angular frequency of the dither."""
+
+
+class GeneralizedSingularityRobust(_Dithered):
+    """Singularity-robust with a dithered damping matrix, which escapes elliptic singularities."""
+
+    law: Literal["generalized_singularity_robust"]
+    """Steering law: which gimbal rates give a wanted torque."""
+
+
+class OffDiagonalSingularityRobust(_Dithered):
+    """Generalised singularity-robust with off-diagonal weights too, which also escape gimbal lock."""
+
+    law: Literal["off_diagonal_singularity_robust"]
+    """Steering law: which gimbal rates give a wanted torque."""
+
+
+Steering: TypeAlias = Annotated[
+    MoorePenrose | SingularityRobust | GeneralizedSingularityRobust | OffDiagonalSingularityRobust,
+    Field(discriminator="law"),
+]
+
+
+class Controller(Section):
+    """Tracks the maneuver's body rate; its model is the nominal platform."""
+
+    feedback: bool
+    """Whether the gyro is fed back; without, the torque is the feed-forward of the maneuver alone."""
+    feedback_gain_1_s: Positive | None = None
+    """Rate feedback gain per unit of inertia; omitted: chosen from the gyro's noise."""
+    steering: Steering
+    """Which gimbal rates give the wanted torque."""

@@ -1,0 +1,25 @@
+"""How the inertia is estimated from a record."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, Strict
+
+from testbed.scenario.section import Section
+from testbed.scenario.values import Distinct, Positive
+
+
+class Estimation(Section):
+    """Which estimators run, and what they assume."""
+
+    estimators: Annotated[
+        tuple[Literal["ls", "iv", "iv_momentum", "output_error"], ...], Strict(False), Field(min_length=1), Distinct
+    ]
+    """Least squares, instrumental variable, instrumental variable in momentum form, output error: any of them."""
+    prefilter_time_constant_s: Positive
+    """Time constant γ of the prefilter of ls and iv, eq. (32)."""
+    instrument: Literal["reference", "nominal", "iterated"]
+    """Instrument: the reference maneuver, a simulation of the nominal platform, or of the estimated one, iterated."""
+    initial_momentum: Literal["estimated", "zero"]
+    """Whether the total momentum is estimated along, or known to be zero."""

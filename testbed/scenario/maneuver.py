@@ -1,0 +1,134 @@
+"""What is flown: designed for this scenario, the paper's basic profile, a file, or the control points of a spline."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import Field, Strict, model_validator
+
+from testbed.scenario.section import Conflict, Section, refuse
+from testbed.scenario.values import File, Positive, Seed, Share, Six, Triple
+
+MIN_CONTROL_POINTS = 6
+"""A clamped cubic spline at rest at both ends, value and slope, is fixed by two points at each; two are left free."""
+_MIN_SAMPLES = 10
+"""Six parameters and an initial state cannot be told from fewer."""
+
+
+class _Design(Section):
+    kind: Literal["design"]
+    """Where the maneuver comes from: optimised when the scenario is run."""
+    criterion: Literal["D", "A", "E", "condition"]
+    """What is optimised: determinant, trace of the inverse, smallest eigenvalue or condition number of Ψ_fᵀΨ_f."""
+    duration_s: Positive
+    """Duration, from rest to rest."""
+    control_points: Annotated[int, Field(ge=MIN_CONTROL_POINTS)]
+    """Control points of the cubic spline of each axis or gimbal, ends included."""
+    starts: Annotated[int, Field(ge=1)]
+    """Number of random starts; the best of them is flown."""
+    seed: Seed
+    """Seed of the starts."""
+    sample_rate_hz: Positive
+    """Rate at which the information is sampled; the gyro's, as a rule."""
+    prefilter_time_constant_s: Positive
+    """Time constant γ of the prefilter inside Ψ_f, eq. (32)."""
+    envelope_fraction: Share
+    """Share of the cluster's torque and momentum limits that the design may use."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> _Design:
+        refuse(self._conflicts())
+        return self
+
+    def _conflicts(self) -> Iterator[Conflict]:
+        samples = self.duration_s * self.sample_rate_hz
+        if samples < _MIN_SAMPLES:
+            yield Conflict(
+                key="duration_s",
+                text=f"{self.duration_s} s at {self.sample_rate_hz} Hz gives {samples:.3g} samples; "
+                f"at least {_MIN_SAMPLES} are needed: {_MIN_SAMPLES / self.sample_rate_hz:.3g} s",
+            )
+        elif self.control_points > samples:
+            yield Conflict(
+                key="control_points",
+                text=f"{self.control_points} exceeds the {samples:.3g} samples of the maneuver; use fewer",
+            )
+
+
+class BodyRateDesign(_Design):
+    """The paper's design: splines for the body rate."""
+
+    parametrization: Literal["body_rate"]
+    """What the splines describe: body_rate (3 axes) or gimbal (6 angles)."""
+    constraint: Literal["hard", "penalty"]
+    """Limits as constraints on the control points, or as the paper's sixth-power penalty, eqs. (27)-(29)."""
+    body_rate_limit_rad_s: Positive | None = None
+    """Largest body rate about each axis; omitted: what the cluster's momentum limit allows, eq. (26)."""
+
+
+class GimbalDesign(_Design):
+    """Splines for the gimbal angles; the body rate follows from zero total momentum, so it can be flown."""
+
+    parametrization: Literal["gimbal"]
+    """What the splines describe: body_rate (3 axes) or gimbal (6 angles)."""
+    gimbal_rate_fraction: Share
+    """Share of the gimbal-rate limit that the design may use; the rest is the tracker's margin."""
+    gimbal_acceleration_limit_rad_s2: Positive | None = None
+    """Largest gimbal acceleration, to spare the servo; omitted: only the gimbal torque limits it."""
+    min_singularity_measure: Annotated[float, Field(ge=0, lt=1)]
+    """Smallest singularity measure on the way; a pure number, 1 at the best."""
+
+
+class BasicManeuver(Section):
+    """The paper's basic profile: all three axes excited, differently."""
+
+    kind: Literal["basic"]
+    """Where the maneuver comes from: the paper's basic profile."""
+    duration_s: Positive
+    """Duration, from rest to rest."""
+    scale: Positive
+    """Factor on the body rate; 1.5 is the paper's scaled profile."""
+
+
+class CsvManeuver(Section):
+    """A profile from a table of samples."""
+
+    kind: Literal["csv"]
+    """Where the maneuver comes from: a table of samples."""
+    file: File
+    """Table with time_s and the body rate columns of a record; relative to the scenario's folder."""
+
+
+class _ControlPoints(Section):
+    kind: Literal["control_points"]
+    """Where the maneuver comes from: the control points of a clamped cubic spline, such as an earlier design's."""
+    duration_s: Positive
+    """Duration; the knots are uniform on it."""
+
+
+class BodyRatePoints(_ControlPoints):
+    """A body-rate spline."""
+
+    parametrization: Literal["body_rate"]
+    """What the spline describes: body_rate (3 axes) or gimbal (6 angles)."""
+    body_rate_rad_s: Annotated[tuple[Triple, ...], Strict(False), Field(min_length=MIN_CONTROL_POINTS)]
+    """Control points of the body rate, one row of 3 each."""
+
+
+class GimbalPoints(_ControlPoints):
+    """A gimbal-angle spline; the body rate follows from zero total momentum."""
+
+    parametrization: Literal["gimbal"]
+    """What the spline describes: body_rate (3 axes) or gimbal (6 angles)."""
+    gimbal_angle_rad: Annotated[tuple[Six, ...], Strict(False), Field(min_length=MIN_CONTROL_POINTS)]
+    """Control points of the gimbal angles, one row of 6 each."""
+
+
+Maneuver: TypeAlias = Annotated[
+    Annotated[BodyRateDesign | GimbalDesign, Field(discriminator="parametrization")]
+    | BasicManeuver
+    | CsvManeuver
+    | Annotated[BodyRatePoints | GimbalPoints, Field(discriminator="parametrization")],
+    Field(discriminator="kind"),
+]

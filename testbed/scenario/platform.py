@@ -1,0 +1,68 @@
+"""The platform: what is believed of it, what differs in the flown one, how a flight starts, and the room around it."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from testbed.scenario.section import Section
+from testbed.scenario.values import (
+    File,
+    Inertia,
+    Many,
+    ManyOrOne,
+    One,
+    Positive,
+    PositiveTriple,
+    Six,
+    Triple,
+    UnitQuaternion,
+)
+
+
+class Platform(Section):
+    """The nominal platform: what the controller, the designer and the estimators believe.
+
+    A number that is omitted keeps the value of the MJCF model.
+    """
+
+    model: File | None = None
+    """MJCF file, relative to the scenario's folder; omitted: the shipped models/platform.xml."""
+    inertia_kg_m2: Inertia | None = None
+    """Inertia about the centre of mass, body axes: bus, gimbals and rotors, rotors locked, gimbal angles zero."""
+    mass_kg: Positive | None = None
+    """Mass of the whole platform."""
+    edge_m: Positive | None = None
+    """Edge of the cube-shaped bus."""
+
+
+class Truth(Section):
+    """What the flown platform has and the nominal one does not; a number that is omitted is as believed."""
+
+    inertia_kg_m2: Inertia | None = None
+    """True inertia of the whole platform, as platform.inertia_kg_m2."""
+    mass_kg: Positive | None = None
+    """True mass of the whole platform."""
+    rotor_momentum_N_m_s: Annotated[Annotated[Positive, One] | Annotated[Six, Many], ManyOrOne] | None = None
+    """True rotor momentum: one number for all units, or a list of 6; the rotor servo clamps it at its limit."""
+
+
+class Initial(Section):
+    """How the flight starts; by default at rest, body axes along the inertial ones."""
+
+    body_rate_rad_s: Triple = (0.0, 0.0, 0.0)
+    """Body rate, body axes."""
+    gimbal_angle_rad: Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    """Gimbal angles."""
+    attitude_quat_NB: UnitQuaternion = (1.0, 0.0, 0.0, 0.0)
+    """Attitude, scalar first, from body to inertial components."""
+    position_m: Triple = (0.0, 0.0, 0.0)
+    """Position of the centre of mass, inertial axes; the cabin's centre is the origin."""
+    velocity_m_s: Triple = (0.0, 0.0, 0.0)
+    """Velocity of the centre of mass, inertial axes."""
+
+
+class Cabin(Section):
+    """A room around the platform; with this section contacts with its walls are on."""
+
+    size_m: PositiveTriple
+    """Inner edges of the room along the inertial axes; the platform may touch the walls."""

@@ -1,0 +1,128 @@
+"""From pydantic's errors to problems that a person can mend: the place, what was wrong, what to do."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from testbed.scenario.keys import DISCRIMINATORS, choices_at, keys_at, meaning
+from testbed.scenario.places import Place
+from testbed.scenario.section import ConflictError
+
+_LONGEST_SHOWN = 60
+_WORDS = {
+    "tuple_type": "should be a list",
+    "model_type": "should be a table",
+    "model_attributes_type": "should be a table",
+    "string_pattern_mismatch": "should have other characters",
+}
+"""What is said in place of pydantic's own words, which speak of Python."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Problem:
+    """One thing wrong with a scenario.
+
+    Attributes:
+        place: the keys from the root of the file.
+        text: what was wrong and what to do.
+    """
+
+    place: Place
+    text: str
+
+    def __str__(self) -> str:
+        parts = (f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in self.place)
+        return f"{''.join(parts).removeprefix('.')}: {self.text}"
+
+
+def problems_of(error: ValidationError, tree: Mapping[str, Any]) -> list[Problem]:
+    """Return every problem that a validation found; list entries count from 1.
+
+    Args:
+        error: pydantic's.
+        tree: the file as parsed, in which the places are looked up.
+    """
+    details = [(detail, _place(detail["loc"], tree)) for detail in error.errors()]
+    unknown = [place for detail, place in details if detail["type"] == "extra_forbidden"]
+    mistyped = {(*place[:-1], _nearest(place, tree)) for place in unknown}
+    kept = [(detail, place) for detail, place in details if detail["type"] != "missing" or place not in mistyped]
+    return [problem for detail, place in kept for problem in _problems(detail, place, tree)]
+
+
+def _problems(detail: ErrorDetails, place: Place, tree: Mapping[str, Any]) -> Iterator[Problem]:
+    cause = detail.get("ctx", {}).get("error")
+    if isinstance(cause, ConflictError):
+        above = () if cause.from_root else place
+        for conflict in cause.conflicts:
+            yield Problem(place=(*above, *conflict.key.split(".")), text=conflict.text)
+    elif detail["type"].startswith("union_tag"):
+        yield _formless(detail, place, tree)
+    else:
+        yield Problem(place=place, text=_text(detail, place, tree))
+
+
+def _formless(detail: ErrorDetails, place: Place, tree: Mapping[str, Any]) -> Problem:
+    """The key that chooses between the forms of a table is missing, or its value names none."""
+    key, tag = detail["ctx"]["discriminator"].strip("'"), detail["ctx"].get("tag")
+    told = "is missing" if tag is None else f"is '{tag}', which is unknown"
+    choices = detail["ctx"].get("expected_tags") or str(choices_at((*place, key), tree)).strip("[]")
+    return Problem(place=(*place, key), text=f"{told}; use one of {choices}")
+
+
+def _text(detail: ErrorDetails, place: Place, tree: Mapping[str, Any]) -> str:
+    match detail["type"]:
+        case "extra_forbidden":
+            return f"unknown key; {_suggestion(place, tree)}"
+        case "missing":
+            return f"is missing; add it: {meaning(place, tree)}"
+        case "value_error":
+            wrong = str(detail["ctx"]["error"])
+        case _:
+            told = _WORDS.get(detail["type"], detail["msg"].removeprefix("Input "))
+            wrong = f"{told}, not {_shown(detail['input'])}"
+    return f"{wrong}; give: {meaning(place, tree)}"
+
+
+def _suggestion(place: Place, tree: Mapping[str, Any]) -> str:
+    near = _nearest(place, tree)
+    if near is None:
+        return f"the keys here are {', '.join(keys_at(place[:-1], tree))}"
+    return f"did you mean {near}? It gives: {meaning((*place[:-1], near), tree)}"
+
+
+def _nearest(place: Place, tree: Mapping[str, Any]) -> str | None:
+    return next(iter(difflib.get_close_matches(str(place[-1]), keys_at(place[:-1], tree), n=1)), None)
+
+
+def _place(location: tuple[str | int, ...], tree: Mapping[str, Any]) -> Place:
+    """Drop from pydantic's location what names a form of a union instead of a key."""
+    place: list[str | int] = []
+    value: object = tree
+    for part in location:
+        if not _names_form(part, value):
+            place.append(part)
+            value = _entry(value, part)
+    return tuple(place)
+
+
+def _names_form(part: str | int, value: object) -> bool:
+    if isinstance(value, dict):
+        return part not in value and part in [value.get(key) for key in DISCRIMINATORS]
+    return isinstance(part, str)
+
+
+def _entry(value: object, part: str | int) -> object:
+    if isinstance(value, dict):
+        return value.get(part)
+    return value[part] if isinstance(value, list) and isinstance(part, int) else None
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]}..."

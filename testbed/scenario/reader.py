@@ -1,0 +1,60 @@
+"""From a scenario file to a Scenario, or to one message with everything that is wrong with the file."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from testbed.errors import InputError
+from testbed.scenario.places import Place, key_lines, line_of
+from testbed.scenario.problems import Problem, problems_of
+from testbed.scenario.scenario import Scenario
+
+
+def read_scenario(path: Path) -> Scenario:
+    """Read and check a scenario file.
+
+    Args:
+        path: a TOML file; the paths in it are relative to its folder.
+
+    Raises:
+        InputError: the file is missing, unreadable, not TOML, or not a scenario; all problems with their places.
+    """
+    text = _read(path)
+    tree = _parse(path, text)
+    try:
+        return Scenario.model_validate(tree, context={"folder": path.parent})
+    except ValidationError as error:
+        raise InputError(_message(path, text, problems_of(error, tree))) from None
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); give the path of a scenario file") from None
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: is not UTF-8 text (byte {error.start}); save it as UTF-8") from None
+
+
+def _parse(path: Path, text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{path}: is not TOML: {error}; mend the file there") from None
+
+
+def _message(path: Path, text: str, problems: list[Problem]) -> str:
+    lines = key_lines(text)
+    count = f"{len(problems)} problem" + "s" * (len(problems) > 1)
+    ordered = sorted(problems, key=lambda problem: line_of(problem.place, lines) or 0)
+    return "\n".join([f"{path}: {count}", *(_entry(problem, lines) for problem in ordered)])
+
+
+def _entry(problem: Problem, lines: Mapping[Place, int]) -> str:
+    line = line_of(problem.place, lines)
+    return f"  {problem}" if line is None else f"  line {line}, {problem}"

@@ -1,0 +1,83 @@
+"""What the platform measures, and how well. Names follow IEEE Std 952."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from pydantic import model_validator
+
+from testbed.scenario.section import Conflict, Section, refuse
+from testbed.scenario.values import CrossAxis, NonNegative, Positive, Six, Triple
+
+
+class Gyro(Section):
+    """Three-axis rate gyro; all errors but the white noise are off unless given."""
+
+    sample_rate_hz: Positive
+    """Samples per second."""
+    noise_rad_s: NonNegative
+    """Standard deviation of the white noise of a sample, each axis."""
+    bias_rad_s: Triple = (0.0, 0.0, 0.0)
+    """Constant bias, gyro axes."""
+    bias_instability_rad_s: NonNegative = 0.0
+    """Standard deviation of the slowly varying bias, a first-order Gauss-Markov process, each axis."""
+    bias_correlation_time_s: Positive | None = None
+    """Correlation time of that process; omitted: infinite, a constant bias drawn once per flight."""
+    rate_random_walk_rad_s_per_sqrt_s: NonNegative = 0.0
+    """Rate random walk: the bias's standard deviation grows with this times the square root of time, each axis."""
+    scale_factor_error: Triple = (0.0, 0.0, 0.0)
+    """Relative scale factor error s of each axis: the gyro reads (1 + s) times the rate; a pure number."""
+    misalignment_rad: CrossAxis = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    """Three rows, zero diagonal: row i says what axis i reads of the others; antisymmetric for a turned gyro."""
+    bandwidth_hz: Positive | None = None
+    """Corner frequency of the gyro's first-order low-pass; omitted: none."""
+    latency_s: NonNegative = 0.0
+    """Age of the rate that a sample shows."""
+    quantization_rad_s: NonNegative = 0.0
+    """Step of the output's quantisation; 0: none."""
+    angle_quantization_rad: NonNegative = 0.0
+    """Quantisation noise coefficient of a rate-integrating gyro: its angle step over the square root of 12."""
+    saturation_rad_s: Positive | None = None
+    """Largest rate that the gyro can show; omitted: none."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Gyro:
+        refuse(self._conflicts())
+        return self
+
+    def _conflicts(self) -> Iterator[Conflict]:
+        if self.bias_correlation_time_s is not None and self.bias_instability_rad_s == 0.0:
+            text = "has no effect without a bias_instability_rad_s above 0; give both or neither"
+            yield Conflict(key="bias_correlation_time_s", text=text)
+        saturation = self.saturation_rad_s
+        floor = max(self.noise_rad_s, self.quantization_rad_s)
+        if saturation is not None and saturation <= floor:
+            text = f"{saturation} leaves no signal above noise and quantisation ({floor}); raise it"
+            yield Conflict(key="saturation_rad_s", text=text)
+
+
+class Encoder(Section):
+    """Gimbal encoders, one on each unit; perfect unless given."""
+
+    noise_rad: NonNegative = 0.0
+    """Standard deviation of the white noise of a sample."""
+    quantization_rad: NonNegative = 0.0
+    """Step of the output's quantisation; 0: none."""
+    zero_rad: Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    """Error of each encoder's zero, added to what it reads."""
+
+
+class Tachometer(Section):
+    """Rotor tachometers, one on each unit; perfect unless given."""
+
+    noise_rad_s: NonNegative = 0.0
+    """Standard deviation of the white noise of a sample."""
+    scale_factor_error: Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    """Relative scale factor error s of each unit: it reads (1 + s) times the speed; a pure number."""
+
+
+class TorqueSensor(Section):
+    """Measurement of each gimbal motor's torque, from its current; perfect unless given."""
+
+    noise_N_m: NonNegative = 0.0
+    """Standard deviation of the white noise of a sample."""

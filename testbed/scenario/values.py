@@ -1,0 +1,86 @@
+"""Types of the values in a scenario: ranges, lists of fixed length, inertia matrices, files beside the scenario."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, TypeAlias
+
+import numpy as np
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Strict, Tag, ValidationInfo
+
+_ROUNDING = 1e-9
+"""Relative slack on physical inequalities: far above rounding, far below any hardware's tolerance."""
+
+
+def _entries(count: int) -> BeforeValidator:
+    def check(value: object) -> object:
+        if isinstance(value, list | tuple) and len(value) != count:
+            raise ValueError(f"has {len(value)} entries instead of {count}")
+        return value
+
+    return BeforeValidator(check)
+
+
+def _physical_inertia(inertia: Inertia) -> Inertia:
+    matrix = np.array(inertia)
+    if not np.array_equal(matrix, matrix.T):
+        raise ValueError("is not symmetric; write each product of inertia twice, with the sign of eq. (3)")
+    smallest, middle, largest = moments = np.linalg.eigvalsh(matrix)
+    shown = ", ".join(f"{moment:.4g}" for moment in moments)
+    if smallest <= 0.0:
+        raise ValueError(f"is not positive definite: its principal moments are {shown}")
+    if largest > (smallest + middle) * (1.0 + _ROUNDING):
+        raise ValueError(f"belongs to no body: of its principal moments {shown} the largest exceeds the others' sum")
+    return inertia
+
+
+def _unit_quaternion(quat: Quad) -> Quad:
+    norm = float(np.linalg.norm(quat))
+    if abs(norm - 1.0) > 1e-6:  # six decimals written in the file pass
+        raise ValueError(f"has the norm {norm:.6g} instead of 1")
+    return quat
+
+
+def _cross_axis(matrix: Rows3) -> Rows3:
+    if any(matrix[axis][axis] != 0.0 for axis in range(3)):
+        raise ValueError("has a diagonal that is not zero; a scale factor error is not a misalignment")
+    return matrix
+
+
+def _located(path: Path, info: ValidationInfo) -> Path:
+    if info.context is None:
+        return path
+    located = Path(info.context["folder"]) / path
+    if not located.is_file():
+        raise ValueError(f"there is no file {located}; paths are relative to the scenario's folder")
+    return located
+
+
+def _distinct(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    if len(set(values)) != len(values):
+        raise ValueError("names an entry twice")
+    return values
+
+
+def _many_or_one(value: object) -> str:
+    return "many" if isinstance(value, list | tuple) else "one"
+
+
+Positive: TypeAlias = Annotated[float, Field(gt=0)]
+NonNegative: TypeAlias = Annotated[float, Field(ge=0)]
+Share: TypeAlias = Annotated[float, Field(gt=0, le=1)]
+Seed: TypeAlias = Annotated[int, Field(ge=0)]
+Triple: TypeAlias = Annotated[tuple[float, float, float], Strict(False), _entries(3)]
+PositiveTriple: TypeAlias = Annotated[tuple[Positive, Positive, Positive], Strict(False), _entries(3)]
+Quad: TypeAlias = Annotated[tuple[float, float, float, float], Strict(False), _entries(4)]
+Six: TypeAlias = Annotated[tuple[float, float, float, float, float, float], Strict(False), _entries(6)]
+Rows3: TypeAlias = Annotated[tuple[Triple, Triple, Triple], Strict(False), _entries(3)]
+Inertia: TypeAlias = Annotated[Rows3, AfterValidator(_physical_inertia)]
+CrossAxis: TypeAlias = Annotated[Rows3, AfterValidator(_cross_axis)]
+UnitQuaternion: TypeAlias = Annotated[Quad, AfterValidator(_unit_quaternion)]
+File: TypeAlias = Annotated[Path, Strict(False), AfterValidator(_located)]
+Distinct = AfterValidator(_distinct)
+ManyOrOne = Discriminator(_many_or_one)
+"""Tells a list from a single value, so that only the errors of the form that was meant are reported."""
+One = Tag("one")
+Many = Tag("many")
