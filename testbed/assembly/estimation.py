@@ -1,0 +1,89 @@
+"""From a record, flown or measured, to what the estimators take."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from testbed.arrays import Array, Series, UnitSeries
+from testbed.assembly.platform import PlatformModel
+from testbed.dynamics.inertia import theta_of
+from testbed.errors import InputError
+from testbed.estimation.estimate import EstimationSettings
+from testbed.estimation.telemetry import Telemetry
+from testbed.maneuver.maneuver import Maneuver
+from testbed.records.record import Record
+from testbed.records.selection import sampled, usable
+from testbed.scenario.scenario import Scenario
+
+_ACTUATOR_CHANNELS = ("gimbal_angle", "cluster_momentum", "applied_torque")
+
+
+def telemetry_of(record: Record, scenario: Scenario, nominal: PlatformModel) -> Telemetry:
+    """Return what a record tells the estimators; its usable part only.
+
+    Args:
+        record: flown or measured.
+        scenario: the gyro's noise where the record does not state it, and what is known of the initial momentum.
+        nominal: geometry of the units, and their momentum where the record has no tachometers.
+
+    Raises:
+        InputError: a channel that the estimators need is missing, or too few samples are usable.
+    """
+    part = usable(record)
+    gyro_time, body_rate = sampled(part, "body_rate")
+    source = _actuator_channel(part)
+    time, values = sampled(part, source)
+    noise = part.details.gyro_noise
+    return Telemetry(
+        gyro_time=gyro_time,
+        body_rate=body_rate,
+        gyro_noise=scenario.gyro.noise_rad_s if noise is None else noise,
+        actuator_time=time,
+        cluster=nominal.cluster,
+        gimbal_angle=values if source == "gimbal_angle" else None,
+        rotor_momentum=_rotor_momentum(part, time, nominal) if source == "gimbal_angle" else None,
+        cluster_momentum=values if source == "cluster_momentum" else None,
+        applied_torque=_at(part, "applied_torque", time) if "applied_torque" in part.channels else None,
+        initial_momentum=scenario.estimation.initial_momentum,
+    )
+
+
+def estimation_settings(scenario: Scenario, nominal: PlatformModel, maneuver: Maneuver | None) -> EstimationSettings:
+    """Return what the estimators are told beside the measurements.
+
+    Args:
+        scenario: prefilter and instrument.
+        nominal: the model that simulates the instrument.
+        maneuver: the reference, on the record's clock; None for records measured elsewhere, whose instrument is then
+            simulated from the estimate so far instead of taken from a reference.
+    """
+    instrument: Literal["reference", "nominal", "iterated"] = scenario.estimation.instrument
+    if maneuver is None and instrument == "reference":
+        instrument = "iterated"
+    return EstimationSettings(
+        nominal_theta=theta_of(nominal.inertia),
+        prefilter_time=scenario.estimation.prefilter_time_constant_s,
+        instrument=instrument,
+        reference_rate=None if maneuver is None else lambda time: maneuver.reference(time).body_rate,
+    )
+
+
+def _actuator_channel(record: Record) -> str:
+    for name in _ACTUATOR_CHANNELS:
+        if name in record.channels:
+            return name
+    raise InputError(f"{record.details.name}: one of {', '.join(_ACTUATOR_CHANNELS)} is needed to estimate the inertia")
+
+
+def _rotor_momentum(record: Record, time: Series, nominal: PlatformModel) -> UnitSeries | None:
+    if "rotor_speed" not in record.channels:
+        return None
+    return _at(record, "rotor_speed", time) * nominal.cluster.rotor_spin_inertia
+
+
+def _at(record: Record, name: str, time: Series) -> Array:
+    """Return a channel at given times; where it was sampled then, exactly as it was."""
+    known, values = sampled(record, name)
+    return np.stack([np.interp(time, known, column) for column in values.T], axis=1)

@@ -1,0 +1,58 @@
+"""Everything that one run of a scenario produced, between the flight and what is written about it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from testbed.arrays import Theta
+from testbed.assembly.platform import PlatformModel
+from testbed.estimation.estimate import Estimate
+from testbed.experiment.flying import FlownRun
+from testbed.experiment.planning import Plan
+from testbed.scenario.scenario import Scenario
+
+
+@dataclass(frozen=True, kw_only=True)
+class Estimation:
+    """The estimates of one record, or of several combined, beside the bound.
+
+    Attributes:
+        by_name: each estimator's answer; an estimator that failed is absent.
+        failures: why an estimator is absent, by its name.
+        bound_std: square root of the Cramér-Rao bound's diagonal, shape (6,), kg·m²; None where it does not exist.
+        combined_from: number of runs.
+    """
+
+    by_name: Mapping[str, Estimate]
+    failures: Mapping[str, str]
+    bound_std: Theta | None
+    combined_from: int = 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Experiment:
+    """One run of a scenario.
+
+    Attributes:
+        scenario: what was asked for.
+        seed: of the sensor noise.
+        nominal: the platform that controller, designer and estimators believe in.
+        truth: the platform that flew.
+        plan: the maneuver, and its design where it was designed.
+        flown: record, figures, and whether it diverged.
+        estimation: None where the flight diverged.
+    """
+
+    scenario: Scenario
+    seed: int
+    nominal: PlatformModel
+    truth: PlatformModel
+    plan: Plan
+    flown: FlownRun
+    estimation: Estimation | None
+
+    @property
+    def outcome(self) -> str:
+        """`completed` or `diverged`."""
+        return "diverged" if self.flown.divergence else "completed"

@@ -1,0 +1,101 @@
+"""Fly a maneuver on the true platform of a scenario."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from testbed.assembly.control import flight_clock, flight_controller, preferred_gimbal_angle
+from testbed.assembly.platform import PlatformModel, true_plant
+from testbed.assembly.sensors import flight_sensors
+from testbed.maneuver.maneuver import Maneuver
+from testbed.records.record import Record, RunDetails
+from testbed.scenario.scenario import Scenario
+from testbed.simulation.channels import channels_of
+from testbed.simulation.flight import Clock, Flight, targets_of
+from testbed.simulation.loop import fly
+from testbed.simulation.summary import FlightLimits, FlightSummary, summarize
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlownRun:
+    """A finished flight.
+
+    Attributes:
+        record: telemetry and what only the simulation knows, one row per control period.
+        summary: tracking, use of limits, conservation.
+        divergence: what went wrong and when; empty for a completed flight.
+        period: between rows of the record, s.
+    """
+
+    record: Record
+    summary: FlightSummary
+    divergence: str
+    period: float
+
+
+def prepare_flight(scenario: Scenario, nominal: PlatformModel, maneuver: Maneuver, seed: int) -> Flight:
+    """Put together everything about a flight but the plant.
+
+    Args:
+        scenario: what to fly.
+        nominal: what the controller believes.
+        maneuver: the reference.
+        seed: of all sensor noise.
+
+    Raises:
+        InputError: clocks that do not divide.
+    """
+    clock = flight_clock(scenario, maneuver.duration)
+    return Flight(
+        clock=clock,
+        controller=flight_controller(scenario, nominal),
+        sensors=flight_sensors(scenario, clock, seed),
+        targets=targets_of(maneuver, clock, preferred_gimbal_angle(scenario)),
+    )
+
+
+def fly_maneuver(
+    scenario: Scenario, nominal: PlatformModel, truth: PlatformModel, maneuver: Maneuver, seed: int
+) -> FlownRun:
+    """Fly a maneuver once in the closed loop.
+
+    Args:
+        scenario: what to fly.
+        nominal: what the controller believes.
+        truth: what flies.
+        maneuver: the reference.
+        seed: of all sensor noise.
+    """
+    flight = prepare_flight(scenario, nominal, maneuver, seed)
+    outcome = fly(true_plant(scenario, truth), flight)
+    channels = channels_of(outcome.log, flight, truth.model, truth.cluster)
+    record = Record(
+        time=flight.clock.tick_times[: len(outcome.log.gyro)],
+        channels=channels,
+        details=RunDetails(name=scenario.name, source="simulated", gyro_noise=scenario.gyro.noise_rad_s or None),
+    )
+    return FlownRun(
+        record=record,
+        summary=_summary(scenario, truth, record, flight.clock),
+        divergence=outcome.divergence,
+        period=flight.clock.period,
+    )
+
+
+def flight_limits(scenario: Scenario) -> FlightLimits:
+    """Return the limits that a flight's use is measured against."""
+    return FlightLimits(
+        gimbal_rate=scenario.cluster.gimbal_rate_limit_rad_s,
+        gimbal_torque=scenario.cluster.gimbal_torque_limit_N_m,
+        cluster_momentum=np.array(scenario.limits.cluster_momentum_N_m_s),
+        cluster_torque=np.array(scenario.limits.cluster_torque_N_m),
+    )
+
+
+def _summary(scenario: Scenario, truth: PlatformModel, record: Record, clock: Clock) -> FlightSummary:
+    total_rotor_momentum = float(np.abs(truth.cluster.rotor_momentum).sum())
+    return summarize(record.channels, clock.period, flight_limits(scenario), total_rotor_momentum)
+
+
