@@ -83,6 +83,13 @@ def test_a_failed_write_leaves_the_former_run_and_nothing_else(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["run.parquet", "run.toml"]
 
 
+def test_a_write_that_fails_half_way_leaves_nothing(tmp_path):
+    (tmp_path / "run.toml").mkdir()
+    with pytest.raises(InputError, match=r"run\.parquet: cannot be written"):
+        write_record(full_record(role="fit"), tmp_path / "run.parquet")
+    assert [path.name for path in tmp_path.iterdir()] == ["run.toml"]
+
+
 def test_a_folder_that_cannot_be_written_to_is_named(tmp_path):
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(InputError, match=r"file/run\.parquet: cannot be written"):
