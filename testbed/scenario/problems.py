@@ -68,11 +68,14 @@ def _problems(detail: ErrorDetails, place: Place, tree: Mapping[str, Any]) -> It
 
 
 def _formless(detail: ErrorDetails, place: Place, tree: Mapping[str, Any]) -> Problem:
-    """The key that chooses between the forms of a table is missing, or its value names none."""
+    """The key that chooses between the forms of a table is missing or mistyped, or its value names none."""
     key, tag = detail["ctx"]["discriminator"].strip("'"), detail["ctx"].get("tag")
-    told = "is missing" if tag is None else f"is '{tag}', which is unknown"
     choices = detail["ctx"].get("expected_tags") or str(choices_at((*place, key), tree)).strip("[]")
-    return Problem(place=(*place, key), text=f"{told}; use one of {choices}")
+    if tag is not None:
+        return Problem(place=(*place, key), text=f"is '{tag}', which is unknown; use one of {choices}")
+    for typo in difflib.get_close_matches(key, detail["input"], n=1):
+        return Problem(place=(*place, typo), text=f"unknown key; did you mean {key}? It is one of {choices}")
+    return Problem(place=(*place, key), text=f"is missing; use one of {choices}")
 
 
 def _text(detail: ErrorDetails, place: Place, tree: Mapping[str, Any]) -> str:
