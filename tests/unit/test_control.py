@@ -1,0 +1,159 @@
+"""Tracker and servo: each term against the physics it stands for."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from testbed.cmg.cluster import cluster_momentum, inertia_change, momentum_jacobian
+from testbed.cmg.steering import MoorePenrose
+from testbed.control.controller import Controller, ControllerState, Target, command
+from testbed.control.servo import gimbal_servo, torque_demand
+from testbed.control.tracker import Tracker, feedback_gain, wanted_momentum_rate
+from testbed.plant.geometry import cluster_of, composite_inertia
+from testbed.plant.plant import layout_of
+from tests.platforms import initial, plant, shipped
+
+MODEL = shipped()
+CLUSTER = cluster_of(MODEL)
+INERTIA = composite_inertia(MODEL)
+ANGLE = np.array([0.3, -1.1, 0.8, 0.7, -0.9, 1.4])
+
+
+def controller(**changes) -> Controller:
+    settings = {
+        "cluster": CLUSTER,
+        "tracker": Tracker(inertia=INERTIA, gain=1.0),
+        "law": MoorePenrose(),
+        "servo": gimbal_servo(CLUSTER, 50.0, 0.7, 2.0),
+        "gimbal_rate_limit": 2.0,
+        "null_motion_gain": 0.0,
+        "period": 0.0125,
+    }
+    return Controller(**(settings | changes))
+
+
+def target(rate=(0.0, 0.0, 0.0), acceleration=(0.0, 0.0, 0.0)) -> Target:
+    return Target(np.array(rate), np.array(acceleration), np.zeros(6), np.zeros(6))
+
+
+def test_gain_follows_the_gyros_noise():
+    quiet, flight, noisy = (feedback_gain(sigma, 1 / 16) for sigma in (0.0, 0.001658, 0.025))
+    assert quiet == flight == 4.0, "bounded by the sample rate"
+    assert noisy == pytest.approx(0.506, abs=1e-3)
+    assert feedback_gain(0.05, 1 / 16) == pytest.approx(noisy / 2, rel=1e-12)
+
+
+def test_wanted_momentum_rate_solves_eulers_equation():
+    """J ω̇ + ω × (J ω + h) + ḣ = 0 with no feedback error, eq. (1)."""
+    rate, acceleration, momentum_B = (
+        np.array([0.2, -0.1, 0.3]),
+        np.array([0.5, 1.0, -0.7]),
+        np.array([2e-3, 1e-3, -4e-3]),
+    )
+    wanted = wanted_momentum_rate(Tracker(inertia=INERTIA, gain=3.0), rate, acceleration, momentum_B, np.zeros(3))
+    balance = INERTIA @ acceleration + np.cross(rate, INERTIA @ rate + momentum_B) + wanted
+    np.testing.assert_allclose(balance, 0.0, atol=1e-16)
+
+
+def test_feedback_pushes_toward_the_reference():
+    error = np.array([0.01, 0.0, 0.0])
+    wanted = wanted_momentum_rate(Tracker(inertia=INERTIA, gain=2.0), np.zeros(3), np.zeros(3), np.zeros(3), error)
+    torque_B = -wanted
+    np.testing.assert_allclose(torque_B, INERTIA @ error * 2.0, atol=1e-18)
+
+
+def test_torque_demand_holds_the_gimbals_against_the_gyroscopic_load():
+    """At a steady body rate the demand for zero gimbal rate equals what MuJoCo needs to keep the gimbals still."""
+    rate = np.array([0.25, -0.15, 0.3])
+    demand = torque_demand(
+        gimbal_servo(CLUSTER, 50.0, 0.7, 2.0),
+        CLUSTER,
+        np.zeros(6),
+        np.zeros(6),
+        np.zeros(6),
+        momentum_jacobian(CLUSTER, ANGLE),
+        rate,
+        np.zeros(3),
+    )
+    data, layout = mujoco.MjData(MODEL), layout_of(MODEL)
+    data.qpos[layout.attitude] = [1.0, 0.0, 0.0, 0.0]
+    data.qpos[layout.gimbal_angle] = ANGLE
+    data.qvel[layout.body_rate] = rate
+    data.qvel[layout.rotor_speed] = 471.4
+    mujoco.mj_inverse(MODEL, data)  # qacc = 0
+    needed = data.qfrc_inverse[layout.gimbal_rate]
+    # What the feed-forward leaves out is (Js - Jt)(ω·s)(ω·t), below 4.7e-6 kg m² · 0.1 rad²/s².
+    np.testing.assert_allclose(demand, needed, atol=5e-7)
+    assert np.abs(needed).max() > 5e-4
+
+
+def test_servo_poles_are_where_they_were_asked_for():
+    servo = gimbal_servo(CLUSTER, 50.0, 0.7, 2.0)
+    poles = np.roots([1.0, servo.rate_gain[0] / servo.inertia[0], servo.angle_gain[0] / servo.inertia[0]])
+    assert np.abs(poles[0]) == pytest.approx(50.0 / 1.4)
+    assert -poles[0].real / np.abs(poles[0]) == pytest.approx(0.7)
+
+
+def test_commanded_rates_give_the_wanted_torque():
+    acceleration = (0.3, -0.2, 0.4)
+    state = ControllerState(ANGLE, np.zeros(6))
+    _, asked = command(controller(), state, target(acceleration=acceleration), np.zeros(3), ANGLE, 0.0)
+    torque_B = -momentum_jacobian(CLUSTER, ANGLE) @ asked.gimbal_rate
+    np.testing.assert_allclose(torque_B, INERTIA @ acceleration, rtol=1e-9)
+    assert not asked.rate_saturated.any()
+
+
+def test_rates_beyond_the_limit_are_scaled_alike_and_flagged():
+    state = ControllerState(ANGLE, np.zeros(6))
+    _, free = command(
+        controller(gimbal_rate_limit=1e3), state, target(acceleration=(3.0, 1.0, 0.0)), np.zeros(3), ANGLE, 0.0
+    )
+    _, limited = command(controller(), state, target(acceleration=(3.0, 1.0, 0.0)), np.zeros(3), ANGLE, 0.0)
+    assert np.abs(free.gimbal_rate).max() > 2.0
+    assert np.abs(limited.gimbal_rate).max() == pytest.approx(2.0)
+    cosine = free.gimbal_rate @ limited.gimbal_rate
+    cosine /= np.linalg.norm(free.gimbal_rate) * np.linalg.norm(limited.gimbal_rate)
+    assert cosine == pytest.approx(1.0)
+    assert limited.rate_saturated.tolist() == (np.abs(free.gimbal_rate) > 2.0).tolist()
+
+
+def test_the_commanded_angle_does_not_run_away_from_a_stuck_gimbal():
+    state = ControllerState(np.zeros(6), np.zeros(6))
+    for _ in range(200):
+        state, _ = command(controller(), state, target(acceleration=(0.5, 0.0, 0.0)), np.zeros(3), np.zeros(6), 0.0)
+    bound = controller().servo.angle_error_bound
+    assert np.abs(state.commanded_angle).max() <= bound + 2.0 * 0.0125 + 1e-12
+
+
+def test_a_batch_is_commanded_like_its_members():
+    rng = np.random.default_rng(4)
+    angles, errors = rng.uniform(-0.5, 0.5, (5, 6)), rng.normal(0.0, 0.02, (5, 3))
+    asked_for = target((0.1, 0.2, -0.1), (0.2, 0.1, 0.0))
+    state = ControllerState(angles, np.zeros((5, 6)))
+    _, together = command(controller(), state, asked_for, errors, angles, 0.0)
+    _, alone = command(controller(), ControllerState(angles[3], np.zeros(6)), asked_for, errors[3], angles[3], 0.0)
+    for name in ("gimbal_rate", "torque", "rate_saturated"):
+        np.testing.assert_allclose(getattr(together, name)[3], getattr(alone, name), rtol=1e-12, err_msg=name)
+
+
+def test_null_motion_goes_to_the_preferred_angles_without_turning_the_body():
+    flown = plant(shipped(), initial(gimbal_angle=np.zeros(6)))
+    # A null direction at zero angles: all gimbals alike carry momentum along z only through their tilt, so take the
+    # exact null space of A and ask for angles along it.
+    null = np.linalg.svd(momentum_jacobian(CLUSTER, np.zeros(6)))[2][3]
+    preferred = 0.3 * null / np.abs(null).max()
+    wanted = Target(np.zeros(3), np.zeros(3), preferred, np.zeros(6))
+    tuned = controller(null_motion_gain=2.0)
+    state = ControllerState(flown.gimbal_angle, np.zeros(6))
+    for tick in range(240):
+        state, asked = command(tuned, state, wanted, np.zeros(3) - flown.body_rate, flown.gimbal_angle, tick * 0.0125)
+        flown.advance(asked.torque, 10)
+    moved = flown.gimbal_angle
+    assert moved @ preferred / (preferred @ preferred) > 0.9
+    assert np.abs(flown.body_rate).max() < 1e-3
+    total_B = (INERTIA + inertia_change(CLUSTER, moved)) @ flown.body_rate + cluster_momentum(
+        CLUSTER, moved, flown.qvel[flown.layout.gimbal_rate]
+    )
+    assert np.abs(total_B).max() < 1e-6
