@@ -10,8 +10,8 @@ from pydantic import Field, Strict, model_validator
 from testbed.scenario.section import Conflict, Section, refuse
 from testbed.scenario.values import File, Positive, Seed, Share, Six, Triple
 
-MIN_CONTROL_POINTS = 6
-"""A clamped cubic spline at rest at both ends, value and slope, is fixed by two points at each; two are left free."""
+_MIN_CONTROL_POINTS = 4
+"""A cubic spline has no fewer."""
 _MIN_SAMPLES = 10
 """Six parameters and an initial state cannot be told from fewer."""
 
@@ -23,7 +23,7 @@ class _Design(Section):
     """What is optimised: determinant, trace of the inverse, smallest eigenvalue or condition number of Ψ_fᵀΨ_f."""
     duration_s: Positive
     """Duration, from rest to rest."""
-    control_points: Annotated[int, Field(ge=MIN_CONTROL_POINTS)]
+    control_points: Annotated[int, Field(ge=_MIN_CONTROL_POINTS)]
     """Control points of the cubic spline of each axis or gimbal, ends included."""
     starts: Annotated[int, Field(ge=1)]
     """Number of random starts; the best of them is flown."""
@@ -112,7 +112,7 @@ class BodyRatePoints(_ControlPoints):
 
     parametrization: Literal["body_rate"]
     """What the spline describes: body_rate (3 axes) or gimbal (6 angles)."""
-    body_rate_rad_s: Annotated[tuple[Triple, ...], Strict(False), Field(min_length=MIN_CONTROL_POINTS)]
+    body_rate_rad_s: Annotated[tuple[Triple, ...], Strict(False), Field(min_length=_MIN_CONTROL_POINTS)]
     """Control points of the body rate, one row of 3 each."""
 
 
@@ -121,7 +121,7 @@ class GimbalPoints(_ControlPoints):
 
     parametrization: Literal["gimbal"]
     """What the spline describes: body_rate (3 axes) or gimbal (6 angles)."""
-    gimbal_angle_rad: Annotated[tuple[Six, ...], Strict(False), Field(min_length=MIN_CONTROL_POINTS)]
+    gimbal_angle_rad: Annotated[tuple[Six, ...], Strict(False), Field(min_length=_MIN_CONTROL_POINTS)]
     """Control points of the gimbal angles, one row of 6 each."""
 
 

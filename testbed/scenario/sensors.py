@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pydantic import model_validator
 
 from testbed.scenario.section import Conflict, Section, refuse
-from testbed.scenario.values import CrossAxis, NonNegative, Positive, Six, Triple
+from testbed.scenario.values import NonNegative, Positive, Six, Triple
 
 
 class Gyro(Section):
@@ -27,16 +27,14 @@ class Gyro(Section):
     """Rate random walk: the bias's standard deviation grows with this times the square root of time, each axis."""
     scale_factor_error: Triple = (0.0, 0.0, 0.0)
     """Relative scale factor error s of each axis: the gyro reads (1 + s) times the rate; a pure number."""
-    misalignment_rad: CrossAxis = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    """Three rows, zero diagonal: row i says what axis i reads of the others; antisymmetric for a turned gyro."""
+    misalignment_rad: Triple = (0.0, 0.0, 0.0)
+    """Small rotation vector from body axes to gyro axes."""
     bandwidth_hz: Positive | None = None
     """Corner frequency of the gyro's first-order low-pass; omitted: none."""
     latency_s: NonNegative = 0.0
     """Age of the rate that a sample shows."""
     quantization_rad_s: NonNegative = 0.0
     """Step of the output's quantisation; 0: none."""
-    angle_quantization_rad: NonNegative = 0.0
-    """Quantisation noise coefficient of a rate-integrating gyro: its angle step over the square root of 12."""
     saturation_rad_s: Positive | None = None
     """Largest rate that the gyro can show; omitted: none."""
 
@@ -72,8 +70,6 @@ class Tachometer(Section):
 
     noise_rad_s: NonNegative = 0.0
     """Standard deviation of the white noise of a sample."""
-    scale_factor_error: Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    """Relative scale factor error s of each unit: it reads (1 + s) times the speed; a pure number."""
 
 
 class TorqueSensor(Section):

@@ -41,12 +41,6 @@ def _unit_quaternion(quat: Quad) -> Quad:
     return quat
 
 
-def _cross_axis(matrix: Rows3) -> Rows3:
-    if any(matrix[axis][axis] != 0.0 for axis in range(3)):
-        raise ValueError("has a diagonal that is not zero; a scale factor error is not a misalignment")
-    return matrix
-
-
 def _located(path: Path, info: ValidationInfo) -> Path:
     if info.context is None:
         return path
@@ -74,9 +68,9 @@ Triple: TypeAlias = Annotated[tuple[float, float, float], Strict(False), _entrie
 PositiveTriple: TypeAlias = Annotated[tuple[Positive, Positive, Positive], Strict(False), _entries(3)]
 Quad: TypeAlias = Annotated[tuple[float, float, float, float], Strict(False), _entries(4)]
 Six: TypeAlias = Annotated[tuple[float, float, float, float, float, float], Strict(False), _entries(6)]
-Rows3: TypeAlias = Annotated[tuple[Triple, Triple, Triple], Strict(False), _entries(3)]
-Inertia: TypeAlias = Annotated[Rows3, AfterValidator(_physical_inertia)]
-CrossAxis: TypeAlias = Annotated[Rows3, AfterValidator(_cross_axis)]
+Inertia: TypeAlias = Annotated[
+    tuple[Triple, Triple, Triple], Strict(False), _entries(3), AfterValidator(_physical_inertia)
+]
 UnitQuaternion: TypeAlias = Annotated[Quad, AfterValidator(_unit_quaternion)]
 File: TypeAlias = Annotated[Path, Strict(False), AfterValidator(_located)]
 Distinct = AfterValidator(_distinct)

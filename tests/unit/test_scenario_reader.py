@@ -102,12 +102,6 @@ REFUSED = {
         "gyro.bias_correlation_time_s",
         "no effect without a bias_instability_rad_s",
     ),
-    "scale as misalignment": (
-        "noise_rad_s = 0.001658",
-        "noise_rad_s = 0.001658\nmisalignment_rad = [[0.1, 0, 0], [0, 0, 0], [0, 0, 0]]",
-        "gyro.misalignment_rad",
-        "diagonal",
-    ),
     "unknown kind": ("kind", 'kind = "desing"', "maneuver.kind", "use one of 'design', 'basic', 'csv', 'control"),
     "no kind": ("kind", "", "maneuver.kind", "is missing; use one of 'design', 'basic', 'csv', 'control_points'"),
     "no parametrization": ("parametrization", "", "maneuver.parametrization", "use one of 'body_rate', 'gimbal'"),
