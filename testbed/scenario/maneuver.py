@@ -33,8 +33,8 @@ class _Design(Section):
     """Rate at which the information is sampled; the gyro's, as a rule."""
     prefilter_time_constant_s: Positive
     """Time constant γ of the prefilter inside Ψ_f, eq. (32)."""
-    envelope_fraction: Share
-    """Share of the cluster's torque and momentum limits that the design may use."""
+    body_rate_limit_rad_s: Positive | None = None
+    """Largest body rate about each axis; omitted: what the cluster's momentum allows."""
 
     @model_validator(mode="after")
     def _consistent(self) -> _Design:
@@ -63,8 +63,8 @@ class BodyRateDesign(_Design):
     """What the splines describe: body_rate (3 axes) or gimbal (6 angles)."""
     constraint: Literal["hard", "penalty"]
     """Limits as constraints on the control points, or as the paper's sixth-power penalty, eqs. (27)-(29)."""
-    body_rate_limit_rad_s: Positive | None = None
-    """Largest body rate about each axis; omitted: what the cluster's momentum limit allows, eq. (26)."""
+    envelope_fraction: Share
+    """Share of the cluster's torque and momentum limits that the design may use, eqs. (25), (26), (31)."""
 
 
 class GimbalDesign(_Design):
@@ -72,6 +72,8 @@ class GimbalDesign(_Design):
 
     parametrization: Literal["gimbal"]
     """What the splines describe: body_rate (3 axes) or gimbal (6 angles)."""
+    envelope_fraction: Share
+    """Share of the cluster's true momentum envelope that the design may use, in every direction."""
     gimbal_rate_fraction: Share
     """Share of the gimbal-rate limit that the design may use; the rest is the tracker's margin."""
     gimbal_acceleration_limit_rad_s2: Positive | None = None

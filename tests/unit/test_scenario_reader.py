@@ -107,8 +107,8 @@ REFUSED = {
     "no parametrization": ("parametrization", "", "maneuver.parametrization", "use one of 'body_rate', 'gimbal'"),
     "key of another form": (
         "gimbal_rate_fraction",
-        "gimbal_rate_fraction = 0.95\nbody_rate_limit_rad_s = 0.3",
-        "maneuver.body_rate_limit_rad_s",
+        'gimbal_rate_fraction = 0.95\nconstraint = "hard"',
+        "maneuver.constraint",
         "unknown key",
     ),
     "too few samples": ("duration_s", "duration_s = 0.5", "maneuver.duration_s", "gives 8 samples; at least 10"),
