@@ -1,0 +1,37 @@
+"""The Cramér-Rao bound of a motion as flown: what no unbiased estimator can undercut."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from testbed.arrays import Covariance, Regressor, Theta, Vector3
+from testbed.estimation.identifiability import without_momentum
+from testbed.estimation.motion import Drive, Motion, drive_of, simulate
+from testbed.estimation.sensitivity import rate_sensitivity
+from testbed.estimation.telemetry import Telemetry, covered_part
+
+
+def cramer_rao_bound(telemetry: Telemetry, theta: Theta, initial_momentum_B: Vector3) -> Covariance:
+    """Return the smallest covariance of θ that gyro noise allows, shape (6, 6), kg²·m⁴.
+
+    The gyro's noise is white, eq. (4), and enters the rates alone, so that the Fisher information is SᵀS/σ² with the
+    sensitivities S of the rates; an unknown initial momentum costs what its columns explain of the inertia's.
+
+    Args:
+        telemetry: the gyro's times and noise, the actuators' motion (its measured rates are not used), and whether
+            the initial momentum is known to be zero.
+        theta: true inertia parameters, kg·m².
+        initial_momentum_B: true momentum of the whole platform at the first sample, N·m·s, body axes.
+
+    Source: paper eqs. (9), (12), (13).
+    """
+    part = covered_part(telemetry)
+    drive = drive_of(part)
+    columns = without_momentum(rate_columns(part, drive, simulate(drive, theta, initial_momentum_B)))
+    return np.asarray(part.gyro_noise**2 * np.linalg.inv(columns.T @ columns))  # eqs. (12), (13)
+
+
+def rate_columns(telemetry: Telemetry, drive: Drive, motion: Motion) -> Regressor:
+    """Return ∂ω/∂(unknowns), shape (3N, 6) where the initial momentum is known to be zero, or (3N, 9)."""
+    unknowns = 6 if telemetry.initial_momentum == "zero" else 9
+    return rate_sensitivity(drive, motion)[..., :unknowns].reshape(-1, unknowns)

@@ -1,0 +1,92 @@
+"""Which combinations of the inertia parameters a run determines at all, said in words where it does not."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from testbed.arrays import Array, Regressor, Vectors3
+from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.errors import UnidentifiableError
+
+RELATIVE_RANK = 1e-5
+"""Excitation this much weaker than the strongest is rounding and interpolation, not motion."""
+NEGLIGIBLE_TERM = 0.02
+"""Terms of a named direction that are smaller than this share of the largest are left out."""
+WEAK_AXIS = 1e-3
+"""An axis about which the body turns less than this share of its strongest counts as not turned about."""
+
+
+def without_momentum(regressor: Regressor) -> Regressor:
+    """Return the inertia's columns, what the momentum's columns explain of them taken out, shape (3N, 6).
+
+    Args:
+        regressor: shape (3N, 6 + M), the columns of unknown momenta last.
+    """
+    inertia, momentum = regressor[:, :6], regressor[:, 6:]
+    return np.asarray(inertia - momentum @ np.linalg.lstsq(momentum, inertia, rcond=None)[0])
+
+
+def require_identifiable(regressor: Regressor, sigma: float, inertia_size: float, body_rate: Vectors3) -> None:
+    """Refuse a motion that leaves a direction of the inertia open.
+
+    A direction is open where the motion does not excite it, or so little that the standard deviation of what it would
+    be estimated at exceeds the inertia itself.
+
+    Args:
+        regressor: noise-free, shape (3N, 6 + M), the columns of unknown momenta last.
+        sigma: standard deviation of the noise on its rows.
+        inertia_size: size of the inertia, kg·m².
+        body_rate: of the motion, shape (N, 3), rad/s, for the message.
+
+    Raises:
+        UnidentifiableError: names the open directions and what the motion lacks.
+    """
+    _, strength, directions = np.linalg.svd(without_momentum(regressor), full_matrices=False)
+    open_ones = (strength <= RELATIVE_RANK * strength[0]) | (strength * inertia_size <= sigma)
+    if open_ones.any():
+        names = ", ".join(_named(direction) for direction in _sparse_basis(directions[open_ones]))
+        raise UnidentifiableError(
+            f"{names} cannot be determined: {_missing_motion(body_rate)}; fly a maneuver that turns the body about "
+            "three axes, or a longer one"
+        )
+
+
+def _named(direction: Array) -> str:
+    """Return a combination of parameters as text, such as `J12 - 0.5 J13`."""
+    text = ""
+    for weight, name in zip(direction, PARAMETER_NAMES, strict=True):
+        if abs(weight) > NEGLIGIBLE_TERM * np.abs(direction).max():
+            size = "" if np.isclose(abs(weight), 1.0, atol=0.005) else f"{abs(weight):.2g} "
+            text += (" - " if weight < 0 else " + " if text else "") + size + name
+    return text.strip()
+
+
+def _sparse_basis(directions: Array) -> Array:
+    """Return the same subspace in reduced echelon form, pivots largest first, so that rows name few parameters."""
+    rows = directions.copy()
+    for index in range(len(rows)):
+        pivot = int(np.argmax(np.abs(rows[index:]).max(axis=0)))
+        best = index + int(np.argmax(np.abs(rows[index:, pivot])))
+        rows[[index, best]] = rows[[best, index]]
+        rows[index] /= rows[index, pivot]
+        others = np.arange(len(rows)) != index
+        rows[others] -= np.outer(rows[others, pivot], rows[index])
+    return rows
+
+
+def _missing_motion(body_rate: Vectors3) -> str:
+    """Say what a motion lacks, from the directions that its body rate takes."""
+    _, strength, axes = np.linalg.svd(body_rate, full_matrices=False)
+    turning = int((strength > WEAK_AXIS * strength[0]).sum())
+    if turning == 0:
+        return "the body does not turn"
+    if turning == 1:
+        return f"the body turns about one axis only, {_axis(axes[0])} in body axes"
+    if turning == 2:
+        return f"the body does not turn about the axis {_axis(axes[2])} in body axes"
+    return "the motion does not tell it from the initial momentum"
+
+
+def _axis(axis: Vectors3) -> str:
+    upright = axis * np.sign(axis[np.argmax(np.abs(axis))])
+    return "[" + ", ".join(f"{component + 0.0:.2g}" for component in upright.round(2)) + "]"

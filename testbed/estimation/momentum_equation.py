@@ -1,0 +1,63 @@
+"""Conservation of momentum at the samples alone: Γ(ω) θ - Rᵀ H₀ = -h - (J(d) - J(0)) ω + Rᵀ ∫ R τ dt."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from testbed.arrays import Array, Matrices3, Series, Theta, Vector3, Vectors3
+from testbed.dynamics.inertia import momentum_regressor
+from testbed.estimation.actuation import actuation
+from testbed.estimation.telemetry import Telemetry
+from testbed.rotation.kinematics import integrate_attitude
+from testbed.rotation.quaternion import matrix_of
+
+
+@dataclass(frozen=True, kw_only=True)
+class MomentumEquation:
+    """The equation Ψ (θ, H₀) = Y at the gyro's times.
+
+    Attributes:
+        regressor: Ψ = [Γ(ω), -Rᵀ], shape (N, 3, 9).
+        response: Y, shape (N, 3), N·m·s.
+        matrix_NB: R, shape (N, 3, 3); N is the body frame at the first sample.
+    """
+
+    regressor: Array
+    response: Vectors3
+    matrix_NB: Matrices3
+
+
+def momentum_equation(telemetry: Telemetry, body_rate: Vectors3) -> MomentumEquation:
+    """Return Ψ and Y of a body rate, measured or of an instrument; the attitude is the rate's own integral.
+
+    Args:
+        telemetry: the actuators' part and the times.
+        body_rate: ω at the gyro's times, shape (N, 3), rad/s.
+    """
+    known = actuation(telemetry, telemetry.gyro_time)
+    matrix_NB = matrix_of(integrate_attitude(telemetry.gyro_time, body_rate))
+    impulse_N = _impulse(telemetry.gyro_time, np.matvec(matrix_NB, known.applied_torque_B))
+    to_body = np.swapaxes(matrix_NB, 1, 2)
+    shifted = np.matvec(known.inertia_change_B, body_rate)
+    return MomentumEquation(
+        regressor=np.concatenate([momentum_regressor(body_rate), -to_body], axis=2),
+        response=np.matvec(to_body, impulse_N) - known.cluster_momentum_B - shifted,
+        matrix_NB=matrix_NB,
+    )
+
+
+def mean_momentum(telemetry: Telemetry, body_rate: Vectors3, theta: Theta) -> Vector3:
+    """Return H₀ that fits an inertia best, shape (3,), N·m·s; zero where the run says so."""
+    if telemetry.initial_momentum == "zero":
+        return np.zeros(3)
+    equation = momentum_equation(telemetry, body_rate)
+    momentum_B = equation.regressor[..., :6] @ theta - equation.response
+    return np.asarray(np.matvec(equation.matrix_NB, momentum_B).mean(axis=0))
+
+
+def _impulse(time: Series, torque_N: Vectors3) -> Vectors3:
+    """Return ∫ R τ dt from the first sample, shape (N, 3), N·m·s."""
+    return np.asarray(CubicSpline(time, torque_N).antiderivative()(time))

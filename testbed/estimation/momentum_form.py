@@ -1,0 +1,81 @@
+"""Instrumental variable in momentum form: conservation of momentum at the samples, with the gyro's own white noise."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from testbed.arrays import Array, Matrices3, Theta, Vectors3
+from testbed.dynamics.inertia import inertia_of
+from testbed.estimation.actuation import actuation
+from testbed.estimation.estimate import Estimate, EstimationSettings, estimate_of
+from testbed.estimation.identifiability import require_identifiable
+from testbed.estimation.instrument import refined
+from testbed.estimation.momentum_equation import MomentumEquation, momentum_equation
+from testbed.estimation.noise_image import attitude_noise
+from testbed.estimation.preparation import identifiable_part, inertia_size
+from testbed.estimation.regression import Solution, covariance_of, residual_sigma, solution_of
+from testbed.estimation.telemetry import Telemetry
+
+
+def momentum_form(telemetry: Telemetry, settings: EstimationSettings) -> Estimate:
+    """Estimate the inertia from Γ(ω) θ - Rᵀ H₀ = -h - (J(d) - J(0)) ω with an instrument.
+
+    Each sample's rows are scaled by J(d)⁻¹, which makes their noise the gyro's, white and equal on all axes: the
+    weight (σ² J Jᵀ)⁻¹. With zero momentum the answer reaches the Cramér-Rao bound; with a momentum, the attitude R is
+    the integral of the noisy gyro, whose share of the noise is in the covariance but not in the weight.
+
+    Args:
+        telemetry: one run.
+        settings: the instrument.
+
+    Raises:
+        InputError: too few samples, or no reference.
+        UnidentifiableError: the motion or the instrument leaves directions of the inertia open.
+
+    Source: paper eqs. (6), (18), (19), on the integral of eq. (1).
+    """
+    part = identifiable_part(telemetry, settings)
+    equation = momentum_equation(part, part.body_rate)
+
+    def solve(body_rate: Vectors3, theta: Theta) -> Solution:
+        scale = _inertia_inverse(part, theta)
+        instrument = _rows(part, scale, momentum_equation(part, body_rate))
+        require_identifiable(instrument, 0.0, inertia_size(settings.nominal_theta), body_rate)
+        response = np.matvec(scale, equation.response).ravel()
+        return solution_of(_rows(part, scale, equation), instrument, response)
+
+    solution, iterations = refined(part, settings, solve)
+    sigma = residual_sigma(solution)
+    return estimate_of(
+        part,
+        solution.parameters,
+        covariance_of(solution, _noise_image(part, equation, solution), sigma**2),  # eq. (19)
+        time=part.gyro_time,
+        residual=-solution.residual,  # Ψθ - Y is the measured rate minus the predicted one
+        unit="rad/s",
+        sigma=sigma,
+        iterations=iterations,
+    )
+
+
+def _inertia_inverse(telemetry: Telemetry, theta: Theta) -> Matrices3:
+    """Return J(d)⁻¹ at the gyro's times, shape (N, 3, 3), 1/(kg·m²)."""
+    change_B = actuation(telemetry, telemetry.gyro_time).inertia_change_B
+    return np.asarray(np.linalg.inv(inertia_of(theta) + change_B), dtype=np.float64)
+
+
+def _rows(telemetry: Telemetry, scale: Matrices3, equation: MomentumEquation) -> Array:
+    """Return the scaled regressor's rows, the momentum's columns where it is unknown, shape (3N, P)."""
+    unknowns = 6 if telemetry.initial_momentum == "zero" else 9
+    return np.asarray((scale @ equation.regressor)[..., :unknowns].reshape(-1, unknowns))
+
+
+def _noise_image(telemetry: Telemetry, equation: MomentumEquation, solution: Solution) -> Array:
+    """Return MᵀZ of the scaled equation's noise, shape (3N, P): Z itself without momentum."""
+    if telemetry.initial_momentum == "zero":
+        return solution.instrument
+    scale = _inertia_inverse(telemetry, solution.parameters[:6])
+    momentum_B = np.swapaxes(equation.matrix_NB, 1, 2) @ solution.parameters[6:9]
+    rows = solution.instrument.reshape(len(scale), 3, -1)
+    image = attitude_noise(rows, scale, telemetry.gyro_time, equation.matrix_NB, momentum_B)
+    return image.reshape(solution.instrument.shape)

@@ -1,0 +1,124 @@
+"""The motion that an inertia and an initial momentum predict from the actuators' telemetry.
+
+The state is the platform's whole momentum L in body axes, because its equation needs no derivative of a measurement:
+L̇ = τ - ω × L, with ω = J(d)⁻¹ (L - h). With L = J(d) ω + h this is paper eq. (1), the gimbals' own terms included.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from testbed.arrays import Matrices3, Series, Theta, Vector3, Vectors3
+from testbed.dynamics.inertia import inertia_of
+from testbed.estimation.actuation import Actuation, actuation
+from testbed.estimation.telemetry import Telemetry
+
+LONGEST_STEP = 0.03125
+"""s; the error of the integration is then below 1e-8 rad/s for motions of 1 rad/s (a test says so)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drive:
+    """What the actuators impose on a motion, sampled once for all evaluations.
+
+    Attributes:
+        time: output times, shape (N,), s.
+        samples: the actuators at the output times.
+        grid_time: times of the integration, every half step, shape (4P+1,), s.
+        grid: the actuators at these times.
+    """
+
+    time: Series
+    samples: Actuation
+    grid_time: Series
+    grid: Actuation
+
+
+@dataclass(frozen=True, kw_only=True)
+class Motion:
+    """A predicted motion.
+
+    Attributes:
+        body_rate: ω at the output times, shape (N, 3), rad/s, body axes.
+        momentum_B: L at the ends of the integration's steps, shape (2P+1, 3), N·m·s.
+        inertia_inverse: J(d)⁻¹ at the output times, shape (N, 3, 3), 1/(kg·m²).
+        node_inverse: J(d)⁻¹ at the ends of the steps, shape (2P+1, 3, 3).
+        node_rate: ω at the ends of the steps, shape (2P+1, 3), rad/s.
+    """
+
+    body_rate: Vectors3
+    momentum_B: Vectors3
+    inertia_inverse: Matrices3
+    node_inverse: Matrices3
+    node_rate: Vectors3
+
+
+def drive_of(telemetry: Telemetry) -> Drive:
+    """Return the actuators' part of the motion at the gyro's times and on the integration's grid."""
+    start, stop = telemetry.gyro_time[0], telemetry.gyro_time[-1]
+    step_pairs = int(np.ceil((stop - start) / (2.0 * LONGEST_STEP)))
+    grid_time = np.linspace(start, stop, 4 * step_pairs + 1)
+    return Drive(
+        time=telemetry.gyro_time,
+        samples=actuation(telemetry, telemetry.gyro_time),
+        grid_time=grid_time,
+        grid=actuation(telemetry, grid_time),
+    )
+
+
+def simulate(drive: Drive, theta: Theta, initial_momentum_B: Vector3) -> Motion:
+    """Return the motion that follows from an inertia and the momentum at the first output time.
+
+    Args:
+        drive: what the actuators did.
+        theta: inertia parameters, kg·m².
+        initial_momentum_B: L at the first output time, N·m·s, body axes.
+    """
+    grid, samples = drive.grid, drive.samples
+    inverse = _inverse(theta, grid)
+    momentum_B = _runge_kutta(drive, inverse, initial_momentum_B)
+    node_rate = np.matvec(inverse[::2], momentum_B - grid.cluster_momentum_B[::2])
+    slope = grid.applied_torque_B[::2] + np.cross(momentum_B, node_rate)
+    at_samples = CubicHermiteSpline(drive.grid_time[::2], momentum_B, slope)(drive.time)
+    sample_inverse = _inverse(theta, samples)
+    return Motion(
+        body_rate=np.matvec(sample_inverse, at_samples - samples.cluster_momentum_B),
+        momentum_B=momentum_B,
+        inertia_inverse=sample_inverse,
+        node_inverse=inverse[::2],
+        node_rate=node_rate,
+    )
+
+
+def _inverse(theta: Theta, known: Actuation) -> Matrices3:
+    return np.asarray(np.linalg.inv(inertia_of(theta) + known.inertia_change_B), dtype=np.float64)
+
+
+def _runge_kutta(drive: Drive, inverse: Matrices3, initial_momentum_B: Vector3) -> Vectors3:
+    """Integrate L̇ = τ + L × (J⁻¹ L - J⁻¹ h) with the classical fourth-order rule."""
+    step = drive.grid_time[2] - drive.grid_time[0]
+    free_rate = np.matvec(inverse, drive.grid.cluster_momentum_B)
+    torque_B = drive.grid.applied_torque_B
+
+    def slope(momentum_B: Vector3, index: int) -> Vector3:
+        return np.asarray(torque_B[index] + _cross(momentum_B, inverse[index] @ momentum_B - free_rate[index]))
+
+    history = [np.asarray(initial_momentum_B, dtype=np.float64)]
+    for index in range(0, len(inverse) - 1, 2):
+        now = history[-1]
+        first = slope(now, index)
+        second = slope(now + step / 2 * first, index + 1)
+        third = slope(now + step / 2 * second, index + 1)
+        fourth = slope(now + step * third, index + 2)
+        history.append(now + step / 6 * (first + 2 * second + 2 * third + fourth))
+    return np.array(history)
+
+
+def _cross(left: Vector3, right: Vector3) -> Vector3:
+    """Return left × right of single vectors; NumPy's own costs 14 µs, most of the integration."""
+    a, b, c = left.tolist()
+    x, y, z = right.tolist()
+    return np.array((b * z - c * y, c * x - a * z, a * y - b * x))

@@ -1,0 +1,99 @@
+"""How white gyro noise enters the two linear equations: MᵀZ of noise M e, for the covariance of an IV estimate.
+
+Neither equation's noise is white. The prefilter takes the low frequencies out, eq. (21) being an approximation, and
+the attitude of the momentum equation is the integral of the gyro. Both are linear maps of the gyro's noise to first
+order, so that their share is computed rather than guessed from a residual of a few hundred numbers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from testbed.arrays import Array, Matrices3, Series, Vectors3
+from testbed.dynamics.inertia import cross_matrix, inertia_of
+from testbed.estimation.actuation import actuation
+from testbed.estimation.prefilter import FilteredEquation, first_order_lag
+from testbed.estimation.regression import Solution
+from testbed.estimation.telemetry import Telemetry
+
+
+@dataclass(frozen=True, kw_only=True)
+class NoiseImage:
+    """What an instrument sees of the equation's noise M e, e the gyro's.
+
+    Attributes:
+        image: MᵀZ, shape (3N, P).
+        power: mean variance of the equation's rows for unit variance of e.
+    """
+
+    image: Array
+    power: float
+
+
+def filtered_noise(
+    telemetry: Telemetry, equation: FilteredEquation, solution: Solution, prefilter_time: float
+) -> NoiseImage:
+    """Return the noise of the filtered equation, M e = J e/γ + F[(ω× J - L× - J/γ) e], as the instrument sees it.
+
+    Args:
+        telemetry: the actuators' part.
+        equation: of the measured rates.
+        solution: its instrument, and the inertia to take for J.
+        prefilter_time: γ, s.
+    """
+    inertia_B, momentum_B = _inertia_and_momentum(telemetry, equation, solution)
+    direct = inertia_B / prefilter_time
+    lagged = cross_matrix(equation.body_rate) @ inertia_B - cross_matrix(momentum_B) - direct
+    step = float(np.median(np.diff(equation.time)))
+    rows = solution.instrument.reshape(len(equation.time), 3, -1)
+    parts = [_lag_transposed(part, step, prefilter_time) for part in np.split(rows, equation.breaks)]
+    image = _transposed(direct) @ rows + _transposed(lagged) @ np.concatenate(parts)
+    first, *later = _impulse_response(len(rows), step, prefilter_time)
+    power = np.sum((direct + first * lagged) ** 2) + np.sum(lagged**2) * np.sum(np.square(later))
+    return NoiseImage(image=image.reshape(solution.instrument.shape), power=float(power) / solution.residual.size)
+
+
+def _inertia_and_momentum(
+    telemetry: Telemetry, equation: FilteredEquation, solution: Solution
+) -> tuple[Matrices3, Vectors3]:
+    """Return J(d) and L = J(d) ω + h at the equation's times."""
+    known = actuation(telemetry, equation.time)
+    inertia_B = inertia_of(solution.parameters[:6]) + known.inertia_change_B
+    return inertia_B, np.matvec(inertia_B, equation.body_rate) + known.cluster_momentum_B
+
+
+def attitude_noise(
+    instrument: Array, scale: Matrices3, time: Series, matrix_NB: Matrices3, momentum_B: Vectors3
+) -> Array:
+    """Return Mᵀ Z of the scaled momentum equation, M e = e - J⁻¹ L × Rᵀ ∫ R e dt, shape (N, 3, P).
+
+    Args:
+        instrument: Z, rows scaled by J⁻¹, shape (N, 3, P).
+        scale: J(d)⁻¹, shape (N, 3, 3), 1/(kg·m²).
+        time: shape (N,), s.
+        matrix_NB: R, shape (N, 3, 3).
+        momentum_B: L, shape (N, 3), N·m·s.
+    """
+    effect = scale @ cross_matrix(momentum_B) @ _transposed(matrix_NB)
+    seen = _transposed(effect) @ instrument
+    following = np.cumsum(seen[::-1], axis=0)[::-1] - seen / 2.0  # the trapezoidal rule, transposed
+    return np.asarray(instrument - np.gradient(time)[:, None, None] * (_transposed(matrix_NB) @ following))
+
+
+def _lag_transposed(rows: Array, step: float, prefilter_time: float) -> Array:
+    """Return Fᵀ x: the lag run backwards, over the first axis."""
+    backwards = np.concatenate([np.zeros_like(rows[:1]), rows[::-1]])
+    lagged = first_order_lag(backwards.reshape(len(backwards), -1), step, prefilter_time)
+    return np.asarray(lagged.reshape(backwards.shape)[:0:-1])
+
+
+def _impulse_response(length: int, step: float, prefilter_time: float) -> Series:
+    impulse = np.zeros((length + 1, 1))
+    impulse[1] = 1.0
+    return first_order_lag(impulse, step, prefilter_time)[1:, 0]
+
+
+def _transposed(matrices: Array) -> Array:
+    return np.swapaxes(matrices, -1, -2)

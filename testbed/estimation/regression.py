@@ -1,0 +1,63 @@
+"""Linear regression with an instrument, and the covariance that known noise leaves in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from testbed.arrays import Array, Regressor, Response
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solution:
+    """The solution of Ψ θ' = Y + noise with an instrument Z.
+
+    Attributes:
+        parameters: θ', shape (P,): the inertia, then the unknown momenta.
+        instrument: Z, shape (3N, P).
+        normal: ZᵀΨ, shape (P, P).
+        residual: Y - Ψ θ', shape (3N,).
+    """
+
+    parameters: Array
+    instrument: Regressor
+    normal: Array
+    residual: Response
+
+
+def solution_of(regressor: Regressor, instrument: Regressor, response: Response) -> Solution:
+    """Return θ' = (ZᵀΨ)⁻¹ ZᵀY; least squares where the instrument is the regressor.
+
+    Args:
+        regressor: Ψ, shape (3N, P).
+        instrument: Z, shape (3N, P), of full rank.
+        response: Y, shape (3N,).
+
+    Source: paper eqs. (14), (18).
+    """
+    normal = instrument.T @ regressor
+    parameters = np.asarray(np.linalg.solve(normal, instrument.T @ response), dtype=np.float64)  # eq. (18)
+    return Solution(
+        parameters=parameters, instrument=instrument, normal=normal, residual=response - regressor @ parameters
+    )
+
+
+def covariance_of(solution: Solution, noise_image: Array, variance: float) -> Array:
+    """Return σ² (ZᵀΨ)⁻¹ ZᵀM MᵀZ (ΨᵀZ)⁻¹, shape (P, P), for noise M e with e white.
+
+    Args:
+        solution: of the regression.
+        noise_image: MᵀZ, shape (3N, P); Z itself where the equation's own noise is white.
+        variance: σ², of e.
+
+    Source: paper eq. (19), which has M = I.
+    """
+    root = np.linalg.solve(solution.normal, noise_image.T)
+    return np.asarray(variance * root @ root.T)
+
+
+def residual_sigma(solution: Solution) -> float:
+    """Return the residual's standard deviation, the parameters' degrees of freedom taken off."""
+    freedom = len(solution.residual) - len(solution.parameters)
+    return float(np.sqrt(solution.residual @ solution.residual / freedom))

@@ -1,0 +1,88 @@
+"""What an estimator is given: gyro samples, the telemetry of the actuators, and what is known of the momentum."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+
+from testbed.arrays import Flags, Series, UnitSeries, Vectors3
+from testbed.cmg.cluster import Cluster
+from testbed.errors import InputError
+
+BRIDGED_PERIODS = 2.5
+"""A gap of one lost sample is interpolated over; a longer one is not (0.25 s at 16 Hz already costs 2e-5 N·m·s)."""
+FEWEST_SAMPLES = 4
+"""A cubic spline needs four samples, and so does every estimator."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Telemetry:
+    """The measurements of one run. Channels that were not sent are None; there are no NaN inside.
+
+    Attributes:
+        gyro_time: shape (N,), s, strictly increasing; gaps and jitter are allowed.
+        body_rate: measured ω, shape (N, 3), rad/s, body axes.
+        gyro_noise: standard deviation of its white noise per sample, rad/s.
+        actuator_time: shape (K,), s, strictly increasing; may differ from the gyro's in rate, start and end.
+        cluster: the CMG units; needed with `gimbal_angle`.
+        gimbal_angle: encoders, shape (K, 6), rad.
+        rotor_momentum: tachometers times Js, shape (K, 6), N·m·s; the nominal one where None.
+        cluster_momentum: h as the platform itself reports it, shape (K, 3), N·m·s, body axes; used where
+            `gimbal_angle` is None, and then the inertia's change with the gimbal angles is left out.
+        applied_torque: torque of actuators that store no momentum, shape (K, 3), N·m, body axes.
+        initial_momentum: whether the whole platform's momentum at the first sample is known to be zero.
+    """
+
+    gyro_time: Series
+    body_rate: Vectors3
+    gyro_noise: float
+    actuator_time: Series
+    cluster: Cluster | None = None
+    gimbal_angle: UnitSeries | None = None
+    rotor_momentum: UnitSeries | None = None
+    cluster_momentum: Vectors3 | None = None
+    applied_torque: Vectors3 | None = None
+    initial_momentum: Literal["estimated", "zero"] = "estimated"
+
+
+def covered_part(telemetry: Telemetry) -> Telemetry:
+    """Return the telemetry without the gyro samples that no actuator telemetry covers, or that stand alone.
+
+    Raises:
+        InputError: too few samples are left.
+    """
+    if len(telemetry.actuator_time) < FEWEST_SAMPLES:
+        raise InputError(
+            f"the actuator telemetry has {len(telemetry.actuator_time)} samples; an estimate needs {FEWEST_SAMPLES}"
+        )
+    covered = np.flatnonzero(_covered(telemetry.gyro_time, telemetry.actuator_time))
+    keep = np.concatenate([covered[run] for run in stretches(telemetry.gyro_time[covered])] or [covered[:0]])
+    if len(keep) == 0:
+        raise InputError(
+            f"{len(covered)} of {len(telemetry.gyro_time)} gyro samples lie within the actuator telemetry, and no "
+            f"{FEWEST_SAMPLES} of them follow one another without a gap: give a longer record"
+        )
+    return replace(telemetry, gyro_time=telemetry.gyro_time[keep], body_rate=telemetry.body_rate[keep])
+
+
+def stretches(time: Series) -> list[slice]:
+    """Return the runs of samples without a gap between them that are long enough for a spline."""
+    edges = [0, *(np.flatnonzero(_gaps(time)) + 1).tolist(), len(time)]
+    return [slice(first, last) for first, last in pairwise(edges) if last - first >= FEWEST_SAMPLES]
+
+
+def _gaps(time: Series) -> Flags:
+    """Return which intervals between samples are too long to interpolate over, shape (N-1,)."""
+    interval = np.diff(time)
+    return np.asarray(interval > BRIDGED_PERIODS * np.median(interval)) if len(interval) else np.zeros(0, dtype=bool)
+
+
+def _covered(gyro_time: Series, actuator_time: Series) -> Flags:
+    """Return which gyro samples lie between two actuator samples without a gap, shape (N,)."""
+    following = np.clip(np.searchsorted(actuator_time, gyro_time), 1, len(actuator_time) - 1)
+    inside = (gyro_time >= actuator_time[0]) & (gyro_time <= actuator_time[-1])
+    on_sample = np.isin(gyro_time, actuator_time)
+    return np.asarray(inside & (on_sample | ~_gaps(actuator_time)[following - 1]))

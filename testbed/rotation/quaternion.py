@@ -1,0 +1,63 @@
+"""Scalar-first quaternions: products, matrices, and vectors turned between frames.
+
+All functions broadcast over one leading axis. SciPy's rotations do the arithmetic; this is where its conventions end.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from testbed.arrays import Matrices3, Quaternions, Vectors3
+
+
+def quaternion_product(left: Quaternions, right: Quaternions) -> Quaternions:
+    """Return quat_AC = quat_AB ⊗ quat_BC, shape (..., 4), unit.
+
+    Args:
+        left: quat_AB, shape (..., 4).
+        right: quat_BC, shape (..., 4).
+    """
+    return _quaternion(_rotation(left) * _rotation(right))
+
+
+def quaternion_inverse(quat_AB: Quaternions) -> Quaternions:
+    """Return quat_BA, shape (..., 4)."""
+    return _quaternion(_rotation(quat_AB).inv())
+
+
+def matrix_of(quat_AB: Quaternions) -> Matrices3:
+    """Return R_AB, shape (..., 3, 3), which takes B components to A."""
+    return np.asarray(_rotation(quat_AB).as_matrix())
+
+
+def quaternion_of(matrix_AB: Matrices3) -> Quaternions:
+    """Return quat_AB of R_AB, shape (..., 4), with a scalar part that is not negative."""
+    return np.asarray(Rotation.from_matrix(matrix_AB).as_quat(canonical=True, scalar_first=True))
+
+
+def turned(quat_AB: Quaternions, vector_B: Vectors3) -> Vectors3:
+    """Return the A components of a vector given in B, shape (..., 3)."""
+    return np.asarray(_rotation(quat_AB).apply(vector_B))
+
+
+def exponential(rotation_vector: Vectors3) -> Quaternions:
+    """Return the quaternion that turns by |φ| about φ, shape (..., 4).
+
+    Args:
+        rotation_vector: φ, shape (..., 3), rad.
+    """
+    return _quaternion(Rotation.from_rotvec(rotation_vector))
+
+
+def logarithm(quat_AB: Quaternions) -> Vectors3:
+    """Return the rotation vector of a quaternion, shape (..., 3), rad, no longer than π."""
+    return np.asarray(_rotation(quat_AB).as_rotvec())
+
+
+def _rotation(quat_AB: Quaternions) -> Rotation:
+    return Rotation.from_quat(quat_AB, scalar_first=True)
+
+
+def _quaternion(rotation: Rotation) -> Quaternions:
+    return np.asarray(rotation.as_quat(scalar_first=True))
