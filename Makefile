@@ -7,7 +7,8 @@ STAMP  := $(VENV)/.installed
 .PHONY: demo test check bench format docs clean
 
 demo: $(STAMP)
-	@$(BIN)/testbed run scenarios/zero_g.toml --out runs/demo --replace
+	@rm -rf runs/demo
+	@$(BIN)/testbed run scenarios/zero_g.toml --out runs/demo
 
 test: $(STAMP)-dev
 	@OMP_NUM_THREADS=1 $(BIN)/python -m pytest
@@ -26,7 +27,7 @@ format: $(STAMP)-dev
 	@$(BIN)/ruff format .
 
 docs: $(STAMP)-dev
-	@$(BIN)/python -m tools.write_docs
+	@$(BIN)/python -m testbed.scenario.published
 
 clean:
 	rm -rf $(VENV) runs build

@@ -1,0 +1,7 @@
+"""The command line. Engines are imported inside commands, so that `testbed --help` answers at once."""
+
+from __future__ import annotations
+
+from testbed.cli.app import main
+
+__all__ = ["main"]

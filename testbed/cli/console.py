@@ -1,0 +1,35 @@
+"""The terminal: one console, and the progress of a multi-start design."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from math import inf, isfinite
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from testbed.maneuver.design import Start
+
+console = Console(highlight=False, soft_wrap=True)
+
+
+@contextmanager
+def design_progress(starts: int) -> Iterator[Callable[[Start], None]]:
+    """Show how many starts of a design are done and the best cost so far.
+
+    Args:
+        starts: number of starts; 0 where nothing is designed, and nothing is shown.
+    """
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("Designing the maneuver", total=starts, visible=starts > 0)
+        best = inf
+
+        def report(start: Start) -> None:
+            nonlocal best
+            best = min(best, start.cost)
+            found = f", best cost {best:.4g}" if isfinite(best) else ""
+            progress.update(task, description=f"Designing the maneuver{found}", advance=1)
+
+        yield report

@@ -1,0 +1,50 @@
+"""testbed run: one scenario, from design to recording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from testbed.cli.console import console, design_progress
+from testbed.cli.failures import COMPLETED, DIVERGED
+from testbed.cli.tables import design_lines, flight_lines, result_table
+from testbed.delivery.folder import free_folder, require_free
+from testbed.delivery.run_folder import write_run
+from testbed.experiment.conduct import conduct
+from testbed.experiment.experiment import Experiment
+from testbed.experiment.planning import starts_of
+from testbed.scenario.reader import read_scenario
+
+RUNS = Path("runs")
+
+
+def run_scenario(path: Path, out: Path | None, seed: int | None, *, view: bool) -> int:
+    """Fly a scenario, write its run folder, print its result; returns the exit code.
+
+    Raises:
+        InputError: the scenario, its limits or the output folder cannot be used.
+    """
+    scenario = read_scenario(path)
+    folder = free_folder(RUNS, scenario.name) if out is None else out
+    require_free(folder)
+    with design_progress(starts_of(scenario)) as report:
+        experiment = conduct(scenario, scenario.seed if seed is None else seed, report)
+    write_run(folder, path, experiment)
+    _print_result(experiment, folder)
+    if view:
+        from testbed.recording.viewer import open_viewer  # noqa: PLC0415 - the viewer is wanted by few runs
+
+        open_viewer(folder / "recording.rrd", web=False)
+    return COMPLETED if experiment.outcome == "completed" else DIVERGED
+
+
+def _print_result(experiment: Experiment, folder: Path) -> None:
+    if experiment.estimation is not None:
+        console.print(result_table(experiment))
+        for name, message in experiment.estimation.failures.items():
+            console.print(f"[yellow]{name} gave no estimate:[/] {message}")
+    for line in (*design_lines(experiment.plan.design), *flight_lines(experiment.flown)):
+        console.print(line)
+    console.print()
+    console.print(f"Run folder:  {folder}")
+    console.print(f"Recording:   testbed view {folder}        (in the browser: testbed view --web {folder})")
+    console.print(f"Report:      {folder / 'report.html'}")

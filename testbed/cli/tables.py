@@ -1,0 +1,87 @@
+"""What a run's figures look like in the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from rich.table import Table
+
+from testbed.arrays import Theta
+from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
+from testbed.estimation.estimate import Estimate
+from testbed.experiment.experiment import Estimation, Experiment
+from testbed.experiment.flying import FlownRun
+from testbed.maneuver.design import Design
+
+_MILLI = 1e3
+ESTIMATOR_NAMES = {
+    "ls": "least squares",
+    "iv": "instrumental variable",
+    "iv_momentum": "IV, momentum form",
+    "output_error": "output error",
+}
+"""What a person calls each estimator."""
+
+
+def estimate_table(title: str, rows: dict[str, Theta], estimation: Estimation) -> Table:
+    """Return a table of inertia parameters.
+
+    Args:
+        title: above the table.
+        rows: θ to show first, such as the truth, by label, kg·m².
+        estimation: the estimates, and the bound below them.
+    """
+    table = Table(title=title, title_justify="left", title_style="bold")
+    table.add_column("", no_wrap=True)
+    for name in PARAMETER_NAMES:
+        table.add_column(name, justify="right", no_wrap=True)
+    for label, theta in rows.items():
+        table.add_row(label, *(f"{value * _MILLI:.4f}" for value in theta))
+    table.add_section()
+    for name, estimate in estimation.by_name.items():
+        table.add_row(ESTIMATOR_NAMES[name], *_estimate_cells(estimate))
+    if estimation.bound_std is not None:
+        table.add_section()
+        table.add_row("Cramér-Rao bound", *(f"± {value * _MILLI:.4f}" for value in estimation.bound_std))
+    return table
+
+
+def _estimate_cells(estimate: Estimate) -> Iterator[str]:
+    for value, std in zip(estimate.theta, estimate.std, strict=True):
+        yield f"{value * _MILLI:.4f} ± {std * _MILLI:.4f}"
+
+
+def design_lines(design: Design | None) -> Iterator[str]:
+    """Return a design's figures, a line each; none where nothing was designed."""
+    if design is None:
+        return
+    figures = design.information
+    kept = sum(np.isfinite(start.cost) for start in design.starts)
+    yield (
+        f"Design:      {design.criterion}-optimal in {design.parametrization} space, {kept} of {len(design.starts)} "
+        f"starts kept the limits, {design.seconds:.1f} s for the best"
+    )
+    yield (
+        f"             min eigenvalue {figures.min_eigenvalue:.3f}, trace of inverse {figures.trace_inverse:.3f}, "
+        f"determinant {figures.determinant:.3g}, condition number {figures.condition_number:.2f}"
+    )
+
+
+def flight_lines(flown: FlownRun) -> Iterator[str]:
+    """Return a flight's figures, a line each."""
+    summary = flown.summary
+    if flown.divergence:
+        yield f"[bold red]Diverged:[/]    {flown.divergence}"
+    rms = ", ".join(f"{value:.2g}" for value in summary.tracking_rms)
+    used = ", ".join(f"{name.replace('_', ' ')} {share:.0%}" for name, share in summary.limit_use.items())
+    yield f"Tracking:    rms error {rms} rad/s; {summary.saturated:.3g} s at a limit"
+    yield f"Limits used: {used}; smallest singularity measure {summary.min_singularity_measure:.2f}"
+    yield f"Momentum:    drift {summary.momentum_drift:.1e} of the rotors' total"
+
+
+def result_table(experiment: Experiment) -> Table:
+    """Return a run's result table: true and nominal inertia, the estimates, the bound."""
+    assert experiment.estimation is not None
+    known = {"true": theta_of(experiment.truth.inertia), "nominal": theta_of(experiment.nominal.inertia)}
+    return estimate_table("Inertia in 1e-3 kg m² (± one standard deviation)", known, experiment.estimation)

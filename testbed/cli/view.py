@@ -1,0 +1,20 @@
+"""testbed view: open a recording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from testbed.errors import InputError
+from testbed.recording.viewer import open_viewer
+
+
+def view_run(run: Path, *, web: bool) -> None:
+    """Open the recording of a run folder, or a recording itself.
+
+    Raises:
+        InputError: there is no recording, or it cannot be opened.
+    """
+    recording = run / "recording.rrd" if run.is_dir() else run
+    if not recording.is_file():
+        raise InputError(f"{run}: no recording there; name a run folder that `testbed run` wrote, or an .rrd file")
+    open_viewer(recording, web=web)

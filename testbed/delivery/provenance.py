@@ -1,0 +1,42 @@
+"""What made a run: versions, model, scenario, seed. Enough to make it again."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from datetime import UTC, datetime
+from importlib.metadata import version
+
+from testbed.experiment.experiment import Experiment
+from testbed.plant.fingerprint import model_sha256
+
+_PACKAGES = ("testbed", "mujoco", "numpy", "scipy", "casadi", "rerun-sdk")
+
+
+def provenance_of(experiment: Experiment, scenario_text: str) -> dict[str, str]:
+    """Return what decides a run, and what it ran on.
+
+    Args:
+        experiment: the run.
+        scenario_text: its scenario file, verbatim.
+    """
+    return {
+        "scenario": experiment.scenario.name,
+        "scenario_sha256": _sha256(scenario_text),
+        "seed": str(experiment.seed),
+        "model_sha256": model_sha256(experiment.truth.model),
+        **{f"version_{package}": version(package) for package in _PACKAGES},
+        "version_python": platform.python_version(),
+        "machine": f"{platform.system()} {platform.machine()}",
+        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+
+
+def recording_id_of(provenance: dict[str, str]) -> str:
+    """Return a name from everything that decides the run, and from nothing else: a viewer merges equal names."""
+    deciding = sorted(item for item in provenance.items() if item[0] not in {"created", "machine"})
+    return f"{provenance['scenario']}-{_sha256(repr(deciding))[:16]}"
+
+
+def _sha256(text: str) -> str:
+    return hashlib.sha256(text.encode("utf-8")).hexdigest()

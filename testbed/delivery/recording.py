@@ -1,0 +1,119 @@
+"""What a run's recording shows besides the flight's channels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from testbed.arrays import Series
+from testbed.cmg.singularity import envelope_fraction, sphere_directions
+from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
+from testbed.experiment.experiment import Estimation, Experiment
+from testbed.experiment.flying import flight_limits
+from testbed.recording.content import (
+    RecordingContent,
+    ShownEstimate,
+    ShownEvent,
+    ShownLimits,
+    ShownResidual,
+)
+
+_ENVELOPE_DIRECTIONS = 400
+"""Directions in which the momentum envelope is looked at; its support is then met to 0.2 %."""
+
+
+def recording_content(experiment: Experiment, provenance: Mapping[str, str]) -> RecordingContent:
+    """Return limits, estimates, residuals, events and text pages of a run."""
+    estimation = experiment.estimation
+    return RecordingContent(
+        limits=_limits(experiment),
+        nominal_theta=theta_of(experiment.nominal.inertia),
+        true_theta=theta_of(experiment.truth.inertia),
+        estimates=() if estimation is None else tuple(_estimates(estimation)),
+        bound_std=None if estimation is None else estimation.bound_std,
+        residuals=() if estimation is None else tuple(_residuals(estimation)),
+        envelope_fraction=_envelope_fraction(experiment),
+        events=tuple(_events(experiment)),
+        result=_result_text(experiment),
+        provenance=_table(("", ""), [(f"**{name}**", f"`{value}`") for name, value in provenance.items()]),
+        properties={"seed": experiment.seed, "scenario": experiment.scenario.name, "outcome": experiment.outcome},
+    )
+
+
+def _limits(experiment: Experiment) -> ShownLimits:
+    limits = flight_limits(experiment.scenario)
+    spin_inertia = float(experiment.truth.cluster.rotor_spin_inertia.max())
+    return ShownLimits(
+        gimbal_rate=limits.gimbal_rate,
+        gimbal_torque=limits.gimbal_torque,
+        rotor_speed=experiment.scenario.cluster.rotor_momentum_limit_N_m_s / spin_inertia,
+        cluster_momentum=limits.cluster_momentum,
+        cluster_torque=limits.cluster_torque,
+    )
+
+
+def _estimates(estimation: Estimation) -> Iterator[ShownEstimate]:
+    for name, estimate in estimation.by_name.items():
+        yield ShownEstimate(name=name, theta=estimate.theta, std=estimate.std)
+
+
+def _residuals(estimation: Estimation) -> Iterator[ShownResidual]:
+    for name, estimate in estimation.by_name.items():
+        yield ShownResidual(
+            name=name, unit=estimate.residual_unit, time=estimate.residual_time, values=estimate.residual
+        )
+
+
+def _envelope_fraction(experiment: Experiment) -> Series:
+    momentum_B = experiment.flown.record.channels["true_cluster_momentum"]
+    return envelope_fraction(experiment.truth.cluster, momentum_B, sphere_directions(_ENVELOPE_DIRECTIONS))
+
+
+def _events(experiment: Experiment) -> Iterator[ShownEvent]:
+    if experiment.flown.divergence:
+        yield ShownEvent(time=float(experiment.flown.record.time[-1]), text=experiment.flown.divergence)
+
+
+def _result_text(experiment: Experiment) -> str:
+    summary = experiment.flown.summary
+    lines = [
+        f"# {experiment.scenario.name}",
+        experiment.scenario.description,
+        f"Outcome: **{experiment.outcome}**. {experiment.flown.divergence}",
+        "## Inertia, 1e-3 kg m²",
+        _estimate_table(experiment),
+        "## Flight",
+        f"- tracking error, rms: {_listed(summary.tracking_rms)} rad/s",
+        f"- time at a limit: {summary.saturated:.3g} s",
+        f"- smallest singularity measure: {summary.min_singularity_measure:.3f}",
+        f"- momentum drift: {summary.momentum_drift:.1e}",
+    ]
+    return "\n\n".join(lines[:6]) + "\n\n" + "\n".join(lines[6:])
+
+
+def _estimate_table(experiment: Experiment) -> str:
+    rows = [
+        ("true", *_milli(theta_of(experiment.truth.inertia))),
+        ("nominal", *_milli(theta_of(experiment.nominal.inertia))),
+    ]
+    if experiment.estimation is not None:
+        for name, estimate in experiment.estimation.by_name.items():
+            values = zip(_milli(estimate.theta), _milli(estimate.std), strict=True)
+            rows.append((name, *(f"{value} ± {std}" for value, std in values)))
+        if experiment.estimation.bound_std is not None:
+            rows.append(("bound", *(f"± {value}" for value in _milli(experiment.estimation.bound_std))))
+    return _table(("", *PARAMETER_NAMES), rows)
+
+
+def _table(header: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    lines = [header, ("---",) * len(header), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def _milli(values: Series) -> list[str]:
+    return [f"{1e3 * value:.4f}" for value in values]
+
+
+def _listed(values: Series) -> str:
+    return ", ".join(f"{value:.2g}" for value in np.asarray(values))

@@ -1,0 +1,92 @@
+"""Run a scenario's estimators on records, and put the bound beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from testbed.arrays import Theta, Vector3
+from testbed.assembly.estimation import estimation_settings, telemetry_of
+from testbed.assembly.platform import PlatformModel
+from testbed.dynamics.inertia import theta_of
+from testbed.errors import InputError
+from testbed.estimation.bound import cramer_rao_bound
+from testbed.estimation.estimate import Estimate, EstimationSettings
+from testbed.estimation.registry import ESTIMATORS
+from testbed.estimation.telemetry import Telemetry
+from testbed.experiment.experiment import Estimation
+from testbed.maneuver.maneuver import Maneuver
+from testbed.records.record import Record
+from testbed.rotation.quaternion import quaternion_inverse, turned
+from testbed.scenario.scenario import Scenario
+
+
+def estimate_flight(
+    scenario: Scenario, nominal: PlatformModel, truth: PlatformModel, maneuver: Maneuver, record: Record
+) -> Estimation:
+    """Estimate the inertia from a simulated flight; the bound is that of its true motion.
+
+    Args:
+        scenario: estimators and their settings.
+        nominal: what they believe.
+        truth: what flew; only the bound knows it.
+        maneuver: the reference.
+        record: of the flight.
+    """
+    telemetry = telemetry_of(record, scenario, nominal)
+    by_name, failures = run_estimators(scenario, telemetry, estimation_settings(scenario, nominal, maneuver))
+    return Estimation(
+        by_name=by_name, failures=failures, bound_std=_true_bound_std(scenario, truth, telemetry, record)
+    )
+
+
+def run_estimators(
+    scenario: Scenario, telemetry: Telemetry, settings: EstimationSettings
+) -> tuple[Mapping[str, Estimate], Mapping[str, str]]:
+    """Run every estimator that the scenario names; one that cannot answer does not stop the others.
+
+    Returns:
+        The estimates, and why an estimator gave none, both by its name.
+    """
+    by_name: dict[str, Estimate] = {}
+    failures: dict[str, str] = {}
+    for name in scenario.estimation.estimators:
+        try:
+            by_name[name] = ESTIMATORS[name](telemetry, settings)
+        except InputError as error:
+            failures[name] = str(error)
+    return by_name, failures
+
+
+def bound_std(telemetry: Telemetry, theta: Theta, initial_momentum_B: Vector3) -> Theta | None:
+    """Return the square root of the Cramér-Rao bound's diagonal, kg·m²; None where the motion leaves θ undetermined.
+
+    Args:
+        telemetry: times, noise and actuators of the motion.
+        theta: at which the bound is taken.
+        initial_momentum_B: at which the bound is taken, N·m·s.
+    """
+    try:
+        covariance = cramer_rao_bound(telemetry, theta, initial_momentum_B)
+    except (InputError, np.linalg.LinAlgError):
+        return None
+    return np.sqrt(np.diag(covariance))
+
+
+def _true_bound_std(
+    scenario: Scenario, truth: PlatformModel, telemetry: Telemetry, record: Record
+) -> Theta | None:
+    """The bound of the motion as it was: true gimbal angles and rotor speeds, at the telemetry's times."""
+    rows = np.searchsorted(record.time, telemetry.actuator_time)
+    actual = replace(
+        telemetry,
+        cluster=truth.cluster,
+        gimbal_angle=record.channels["true_gimbal_angle"][rows],
+        rotor_momentum=record.channels["true_rotor_speed"][rows] * truth.cluster.rotor_spin_inertia,
+    )
+    first = int(np.searchsorted(record.time, telemetry.gyro_time[0]))
+    attitude_BN = quaternion_inverse(record.channels["true_attitude"][first])
+    momentum_B = turned(attitude_BN, record.channels["true_total_momentum"][first])
+    return bound_std(actual, theta_of(truth.inertia), momentum_B)
