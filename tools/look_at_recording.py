@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -51,7 +52,7 @@ def headless_viewer() -> Iterator[ViewerClient]:
     try:
         yield connect(port)
     finally:
-        process.terminate()
+        process.send_signal(signal.SIGINT)  # terminated, the launcher would leave the viewer running
         process.wait()
 
 
@@ -72,14 +73,11 @@ def connect(port: int) -> ViewerClient:
     patience = time.monotonic() + START_TIME
     while True:
         try:
-            viewer = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
-            viewer.get_state()
-        except Exception as error:
+            return ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
+        except ConnectionError as error:
             if time.monotonic() > patience:
                 raise SystemExit(f"no viewer: {error}. Is mesa-vulkan-drivers installed?") from error
             time.sleep(0.2)
-        else:
-            return viewer
 
 
 def photograph(viewer: ViewerClient, recording: Path, out: Path, moment: float | None) -> list[str]:
@@ -87,7 +85,7 @@ def photograph(viewer: ViewerClient, recording: Path, out: Path, moment: float |
     viewer.open(str(recording.resolve()))
     viewer.set_time("sim_time", duration=middle(viewer) if moment is None else moment, play_state="paused")
     complaints: set[str] = set()
-    for name, show in tabs(viewer).items():
+    for name, show in reversed(tabs(viewer).items()):  # the first last: for some seconds a notice covers its corner
         show()
         time.sleep(SETTLING_TIME)
         picture = out / f"{name.lower()}.png"

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import signal
 import socket
 import subprocess
 import sys
 import warnings
-from contextlib import suppress
 from pathlib import Path
 
 from rerun.chunk import RrdReader
@@ -28,9 +28,7 @@ def open_viewer(path: Path, *, web: bool) -> None:
         InputError: the file is missing or no recording.
     """
     check_recording(path)
-    command = _web_command(path) if web else _command(path, "--port", "auto")
-    with suppress(KeyboardInterrupt):
-        subprocess.run(command, check=False)
+    _run(_web_command(path) if web else _command(path, "--port", "auto"))
 
 
 def check_recording(path: Path) -> None:
@@ -47,6 +45,16 @@ def check_recording(path: Path) -> None:
             RrdReader(path).store()
     except RuntimeError as error:
         raise InputError(f"{path}: not a whole recording ({error}); run the scenario again") from error
+
+
+def _run(command: list[str]) -> None:
+    """Run a viewer; an interrupt reaches it once, from here: killed, its launcher would leave it running."""
+    process = subprocess.Popen(command, start_new_session=True)
+    try:
+        process.wait()
+    except KeyboardInterrupt:
+        process.send_signal(signal.SIGINT)
+        process.wait()
 
 
 def _web_command(path: Path) -> list[str]:
