@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from rich.table import Table
 
 from testbed.arrays import Theta
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
+from testbed.estimation.combine import CombinedEstimate
 from testbed.estimation.estimate import Estimate
-from testbed.experiment.experiment import Estimation, Experiment
+from testbed.experiment.experiment import CombinedEstimation, Estimation, Experiment
 from testbed.experiment.flying import FlownRun
 from testbed.maneuver.design import Design
 
@@ -24,7 +25,7 @@ ESTIMATOR_NAMES = {
 """What a person calls each estimator."""
 
 
-def estimate_table(title: str, rows: dict[str, Theta], estimation: Estimation) -> Table:
+def estimate_table(title: str, rows: Mapping[str, Theta], estimation: Estimation | CombinedEstimation) -> Table:
     """Return a table of inertia parameters.
 
     Args:
@@ -41,13 +42,13 @@ def estimate_table(title: str, rows: dict[str, Theta], estimation: Estimation) -
     table.add_section()
     for name, estimate in estimation.by_name.items():
         table.add_row(ESTIMATOR_NAMES[name], *_estimate_cells(estimate))
-    if estimation.bound_std is not None:
+    if isinstance(estimation, Estimation) and estimation.bound_std is not None:
         table.add_section()
         table.add_row("Cramér-Rao bound", *(f"± {value * _MILLI:.4f}" for value in estimation.bound_std))
     return table
 
 
-def _estimate_cells(estimate: Estimate) -> Iterator[str]:
+def _estimate_cells(estimate: Estimate | CombinedEstimate) -> Iterator[str]:
     for value, std in zip(estimate.theta, estimate.std, strict=True):
         yield f"{value * _MILLI:.4f} ± {std * _MILLI:.4f}"
 

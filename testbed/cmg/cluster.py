@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from testbed.arrays import Array, Axes, Matrices3, Units, UnitSeries, Vectors3
+from testbed.arrays import Array, Axes, Matrices3, Matrix3, Units, UnitSeries, Vectors3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,3 +106,19 @@ def inertia_change(cluster: Cluster, gimbal_angle: UnitSeries) -> Matrices3:
     turned = spin_axes(cluster, gimbal_angle)
     outer = np.einsum("m,...mi,...mj->...ij", weight, turned, turned)
     return np.asarray(outer - np.einsum("m,mi,mj->ij", weight, cluster.spin_axis_B, cluster.spin_axis_B))
+
+
+def platform_momentum(
+    cluster: Cluster, inertia: Matrix3, body_rate: Vectors3, gimbal_angle: UnitSeries, gimbal_rate: UnitSeries
+) -> Vectors3:
+    """Return the whole platform's momentum J(d) ω + h, shape (..., 3), N·m·s, body axes; nominal rotor speeds.
+
+    Args:
+        cluster: the units.
+        inertia: J with all gimbals at zero, shape (3, 3), kg·m².
+        body_rate: ω, shape (..., 3), rad/s, body axes.
+        gimbal_angle: d, shape (..., M), rad.
+        gimbal_rate: ḋ, shape (..., M), rad/s.
+    """
+    turning = ((inertia + inertia_change(cluster, gimbal_angle)) @ body_rate[..., None])[..., 0]
+    return np.asarray(turning + cluster_momentum(cluster, gimbal_angle, gimbal_rate))

@@ -13,10 +13,11 @@ from testbed.assembly.platform import PlatformModel
 from testbed.dynamics.inertia import theta_of
 from testbed.errors import InputError
 from testbed.estimation.bound import cramer_rao_bound
+from testbed.estimation.combine import combined
 from testbed.estimation.estimate import Estimate, EstimationSettings
 from testbed.estimation.registry import ESTIMATORS
 from testbed.estimation.telemetry import Telemetry
-from testbed.experiment.experiment import Estimation
+from testbed.experiment.experiment import CombinedEstimation, Estimation
 from testbed.maneuver.maneuver import Maneuver
 from testbed.records.record import Record
 from testbed.rotation.quaternion import quaternion_inverse, turned
@@ -39,6 +40,45 @@ def estimate_flight(
     by_name, failures = run_estimators(scenario, telemetry, estimation_settings(scenario, nominal, maneuver))
     return Estimation(
         by_name=by_name, failures=failures, bound_std=_true_bound_std(scenario, truth, telemetry, record)
+    )
+
+
+def estimate_record(scenario: Scenario, nominal: PlatformModel, record: Record) -> Estimation:
+    """Estimate the inertia from a record measured elsewhere; the bound is taken at the most efficient estimate.
+
+    Args:
+        scenario: estimators and their settings; its maneuver is not used.
+        nominal: what the estimators believe.
+        record: telemetry.
+
+    Raises:
+        InputError: the record lacks what estimators need, or none of them gave an estimate.
+    """
+    telemetry = telemetry_of(record, scenario, nominal)
+    by_name, failures = run_estimators(scenario, telemetry, estimation_settings(scenario, nominal, maneuver=None))
+    if not by_name:
+        reasons = "; ".join(f"{name}: {reason}" for name, reason in failures.items())
+        raise InputError(f"{record.details.name}: no estimator gave an estimate ({reasons})")
+    best = min(by_name.values(), key=lambda estimate: float(np.trace(estimate.covariance)))
+    return Estimation(
+        by_name=by_name, failures=failures, bound_std=bound_std(telemetry, best.theta, best.initial_momentum_B)
+    )
+
+
+def combine_estimations(estimations: Mapping[str, Estimation]) -> CombinedEstimation:
+    """Average each estimator over the runs in which it gave an estimate, eq. (33).
+
+    Args:
+        estimations: by run.
+    """
+    runs = estimations.values()
+    names = {name: None for estimation in runs for name in estimation.by_name}
+    return CombinedEstimation(
+        by_name={
+            name: combined([estimation.by_name[name] for estimation in runs if name in estimation.by_name])
+            for name in names
+        },
+        runs=len(estimations),
     )
 
 

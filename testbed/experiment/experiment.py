@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from testbed.arrays import Theta
 from testbed.assembly.platform import PlatformModel
+from testbed.estimation.combine import CombinedEstimate
 from testbed.estimation.estimate import Estimate
 from testbed.experiment.flying import FlownRun
 from testbed.experiment.planning import Plan
@@ -15,19 +16,30 @@ from testbed.scenario.scenario import Scenario
 
 @dataclass(frozen=True, kw_only=True)
 class Estimation:
-    """The estimates of one record, or of several combined, beside the bound.
+    """The estimates of one record beside the bound.
 
     Attributes:
         by_name: each estimator's answer; an estimator that failed is absent.
         failures: why an estimator is absent, by its name.
         bound_std: square root of the Cramér-Rao bound's diagonal, shape (6,), kg·m²; None where it does not exist.
-        combined_from: number of runs.
     """
 
     by_name: Mapping[str, Estimate]
     failures: Mapping[str, str]
     bound_std: Theta | None
-    combined_from: int = 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class CombinedEstimation:
+    """The estimates of several runs, averaged.
+
+    Attributes:
+        by_name: the average of each estimator.
+        runs: number of runs.
+    """
+
+    by_name: Mapping[str, CombinedEstimate]
+    runs: int
 
 
 @dataclass(frozen=True, kw_only=True)

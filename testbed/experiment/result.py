@@ -9,6 +9,7 @@ import numpy as np
 
 from testbed.arrays import Array
 from testbed.dynamics.inertia import theta_of
+from testbed.estimation.combine import CombinedEstimate
 from testbed.estimation.estimate import Estimate
 from testbed.experiment.experiment import Experiment
 from testbed.maneuver.design import Design
@@ -37,7 +38,7 @@ def result_of(experiment: Experiment) -> dict[str, Any]:
     }
 
 
-def estimates_of(by_name: Mapping[str, Estimate]) -> dict[str, Any]:
+def estimates_of(by_name: Mapping[str, Estimate] | Mapping[str, CombinedEstimate]) -> dict[str, Any]:
     """Return each estimator's θ̂ and standard deviations by its name."""
     return {
         name: {"theta_kg_m2": _numbers(estimate.theta), "std_kg_m2": _numbers(estimate.std)}
@@ -57,6 +58,19 @@ def design_of(design: Design) -> dict[str, Any]:
         "condition_number": float(information.condition_number),
         "seconds": float(design.seconds),
     }
+
+
+def starts_of_design(design: Design) -> list[dict[str, Any]]:
+    """Return every start of a design; the cost of one that broke a limit is null."""
+    return [
+        {
+            "start": start.index,
+            "cost": start.cost if np.isfinite(start.cost) else None,
+            "seconds": start.seconds,
+            "status": start.status,
+        }
+        for start in design.starts
+    ]
 
 
 def _flight(summary: FlightSummary) -> dict[str, Any]:

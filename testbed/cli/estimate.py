@@ -1,0 +1,61 @@
+"""testbed estimate: the inertia from records measured elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from testbed.assembly.platform import PlatformModel, nominal_platform
+from testbed.cli.console import console
+from testbed.cli.tables import estimate_table
+from testbed.delivery.estimate_folder import write_estimates
+from testbed.delivery.folder import require_free
+from testbed.dynamics.inertia import theta_of
+from testbed.experiment.estimating import combine_estimations, estimate_record
+from testbed.experiment.experiment import Estimation
+from testbed.records.reading import extra_columns_notice, read_data_set
+from testbed.records.record import Record
+from testbed.records.selection import telemetry_only
+from testbed.scenario.reader import read_scenario
+from testbed.scenario.scenario import Scenario
+
+
+def estimate_records(path: Path, data: Path, out: Path | None) -> None:
+    """Estimate from every record of a folder, print each and their combination, write them where --out says.
+
+    Raises:
+        InputError: scenario, records or output folder cannot be used, or no record gives an estimate.
+    """
+    if out is not None:
+        require_free(out)
+    scenario = read_scenario(path)
+    nominal = nominal_platform(scenario)
+    estimations = _estimations(scenario, nominal, read_data_set(data))
+    combined = combine_estimations(estimations)
+    known = {"nominal": theta_of(nominal.inertia)}
+    for name, estimation in estimations.items():
+        console.print(estimate_table(f"{name}: inertia in 1e-3 kg m²", known, estimation))
+        _print_failures(name, estimation)
+    if len(estimations) > 1:
+        title = f"{len(estimations)} records combined (eq. 33): inertia in 1e-3 kg m²"
+        console.print(estimate_table(title, known, combined))
+    if out is not None:
+        write_estimates(out, path, scenario, nominal, estimations, combined)
+        console.print(f"Written to {out}")
+
+
+def _estimations(
+    scenario: Scenario, nominal: PlatformModel, records: tuple[Record, ...]
+) -> Mapping[str, Estimation]:
+    estimations = {}
+    for record in records:
+        notice = extra_columns_notice(record)
+        if notice is not None:
+            console.print(f"[yellow]note:[/] {notice}")
+        estimations[record.details.name] = estimate_record(scenario, nominal, telemetry_only(record))
+    return estimations
+
+
+def _print_failures(name: str, estimation: Estimation) -> None:
+    for estimator, message in estimation.failures.items():
+        console.print(f"[yellow]{name}: {estimator} gave no estimate:[/] {message}")

@@ -1,0 +1,62 @@
+"""The folder of a design: the maneuver in forms that a scenario can take up again, and its figures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+from pyarrow import csv
+
+from testbed.delivery.folder import whole_folder
+from testbed.delivery.run_folder import write_json
+from testbed.experiment.result import SCHEMA, design_of, starts_of_design
+from testbed.maneuver.design import Design
+from testbed.maneuver.maneuver import Maneuver
+from testbed.scenario.scenario import Scenario
+from testbed.signals import SIGNALS
+
+_SAMPLES_PER_SECOND = 100.0
+
+
+def write_design(folder: Path, scenario_path: Path, scenario: Scenario, design: Design) -> None:
+    """Write scenario, design.json, maneuver.toml (control points) and maneuver.csv (samples).
+
+    Raises:
+        InputError: the folder is taken, or cannot be written.
+    """
+    content = {
+        "schema": SCHEMA,
+        "scenario": scenario.name,
+        "design": design_of(design),
+        "starts": starts_of_design(design),
+    }
+    with whole_folder(folder) as part:
+        (part / "scenario.toml").write_text(scenario_path.read_text(encoding="utf-8"), encoding="utf-8")
+        write_json(part / "design.json", content)
+        (part / "maneuver.toml").write_text(_control_points(design), encoding="utf-8")
+        csv.write_csv(_samples(design.maneuver), part / "maneuver.csv")
+
+
+def _control_points(design: Design) -> str:
+    """Return a [maneuver] section with the spline's control points, every digit kept."""
+    maneuver = design.maneuver
+    in_gimbal_space = design.parametrization == "gimbal"
+    spline = maneuver.gimbal_angle if in_gimbal_space else maneuver.body_rate
+    assert spline is not None
+    rows = ",\n".join(f"  {row}" for row in np.asarray(spline.c).tolist())
+    key = "gimbal_angle_rad" if in_gimbal_space else "body_rate_rad_s"
+    return (
+        f"# {design.criterion}-optimal; replaces the [maneuver] of a scenario\n"
+        f'[maneuver]\nkind = "control_points"\nparametrization = "{design.parametrization}"\n'
+        f"duration_s = {maneuver.duration!r}\n{key} = [\n{rows},\n]\n"
+    )
+
+
+def _samples(maneuver: Maneuver) -> pa.Table:
+    time = np.linspace(0.0, maneuver.duration, round(maneuver.duration * _SAMPLES_PER_SECOND) + 1)
+    reference = maneuver.reference(time)
+    columns = {"time_s": time} | dict(zip(SIGNALS["body_rate"].columns, reference.body_rate.T, strict=True))
+    if reference.gimbal_angle is not None:
+        columns |= dict(zip(SIGNALS["gimbal_angle"].columns, reference.gimbal_angle.T, strict=True))
+    return pa.table(columns)
