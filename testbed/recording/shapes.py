@@ -15,6 +15,8 @@ from testbed.scene import Shape
 SEE_THROUGH = 0.5
 """A box of less opacity is drawn by its edges, so that one sees what is inside."""
 
+_OUTLINE_DIMMING = 0.45
+
 
 def log_shapes(stream: rr.RecordingStream, path: str, shapes: Sequence[Shape]) -> None:
     """Write the shapes of the body at `path`, for all times."""
@@ -48,7 +50,7 @@ def _outlines(shapes: Sequence[Shape]) -> rr.Boxes3D:
         half_sizes=_sizes(shapes),
         centers=_positions(shapes),
         quaternions=xyzw(_quaternions(shapes)),
-        colors=[shape.color[:3] for shape in shapes],
+        colors=_OUTLINE_DIMMING * _colors(shapes)[:, :3],
         fill_mode=rr.components.FillMode.MajorWireframe,
     )
 
