@@ -6,7 +6,7 @@ tolerance: an authority for the estimators that shares no code with them but the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -50,9 +50,11 @@ class GimbalMotion:
     phase: np.ndarray
 
     def angle(self, time: Series) -> UnitSeries:
+        """Return the gimbal angles, shape (N, 6), rad."""
         return self._window(time) * (np.sin(self._argument(time)) @ self.amplitude.T)
 
     def rate(self, time: Series) -> UnitSeries:
+        """Return their derivatives, shape (N, 6), rad/s."""
         sines = np.sin(self._argument(time)) @ self.amplitude.T
         slopes = (self.frequency * np.cos(self._argument(time))) @ self.amplitude.T
         return self._window(time) * slopes + self._window_slope(time) * sines
@@ -91,7 +93,7 @@ class Flight:
     initial_momentum_B: Vector3
 
     def momentum(self, time: Series) -> Vectors3:
-        """Return the whole platform's momentum in body axes, from L̇ = -ω × L."""
+        """Return the whole platform's momentum, shape (N, 3), N·m·s, body axes, from L̇ = -ω × L; times from 0 on."""
         if not self.initial_momentum_B.any():
             return np.zeros((len(time), 3))
         solution = solve_ivp(
@@ -101,6 +103,7 @@ class Flight:
         return solution.y.T
 
     def body_rate(self, time: Series) -> Vectors3:
+        """Return ω = J(d)⁻¹ (L - h), shape (N, 3), rad/s, body axes."""
         return self._rate(time, self.momentum(time))
 
     def _rate(self, time: Series, momentum: Vectors3) -> Vectors3:
@@ -132,4 +135,14 @@ def exact_telemetry(flight: Flight, gyro_time: Series, actuator_time: Series, gy
         actuator_time=actuator_time,
         cluster=flight.cluster,
         gimbal_angle=flight.gimbals.angle(actuator_time),
+    )
+
+
+def noisy(telemetry: Telemetry, seed: int, encoder_noise: float) -> Telemetry:
+    """Return exact telemetry with the gyro's and the encoders' white noise on it."""
+    gyro, encoders = (np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(2))
+    return replace(
+        telemetry,
+        body_rate=telemetry.body_rate + telemetry.gyro_noise * gyro.standard_normal(telemetry.body_rate.shape),
+        gimbal_angle=telemetry.gimbal_angle + encoder_noise * encoders.standard_normal(telemetry.gimbal_angle.shape),
     )
