@@ -19,7 +19,7 @@ UNIT_COLORS: tuple[Color, ...] = (
 )
 """CMG units 1 to 6; told apart by colour-blind eyes too."""
 
-SINGLE_COLORS: tuple[Color, ...] = ((200, 205, 215),)
+SINGLE_COLORS: tuple[Color, ...] = ((140, 150, 172),)
 LIMIT_COLOR: Color = (190, 70, 90)
 
 CLUSTER_MOMENTUM_COLOR: Color = (255, 193, 7)

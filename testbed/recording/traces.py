@@ -22,7 +22,7 @@ PLOTS: Mapping[str, tuple[tuple[str, ...], ...]] = {
     "cluster_torque": (("true_cluster_torque",),),
     "gimbal_angle": (("true_gimbal_angle", "gimbal_angle"), ("reference_gimbal_angle",)),
     "gimbal_rate": (("true_gimbal_rate", "gimbal_rate_command"),),
-    "gimbal_torque": (("gimbal_torque",),),
+    "gimbal_torque": (("true_gimbal_torque", "gimbal_torque"),),
     "rotor_speed": (("true_rotor_speed", "rotor_speed"),),
     "singularity_measure": (("singularity_measure",),),
     "applied_torque": (("applied_torque",),),
