@@ -1,0 +1,57 @@
+"""From a page's content to one HTML file that needs nothing else: no network, no neighbour, no server."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+from plotly.offline import get_plotlyjs
+
+from testbed.errors import InputError
+from testbed.report.frame.blocks import Figure, Page
+
+_TEMPLATES = Environment(
+    loader=PackageLoader(__package__, "template"),
+    autoescape=True,
+    undefined=StrictUndefined,
+    trim_blocks=True,
+    lstrip_blocks=True,
+)
+
+
+def write_page(path: Path, page: Page) -> None:
+    """Write a page, whole or not at all: under another name first, then renamed.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    part = path.with_name(f".{path.name}.part")
+    try:
+        part.write_text(render_page(page), encoding="utf-8")
+        part.replace(path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror}); choose another place") from error
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def render_page(page: Page) -> str:
+    """Return a page as HTML, style, scripts and the charting library inside."""
+    has_charts = any(isinstance(block, Figure) for section in page.sections for block in section.blocks)
+    return _TEMPLATES.get_template("page.html").render(
+        page=page,
+        style=_asset("page.css"),
+        script=_asset("page.js"),
+        charting=Markup(get_plotlyjs()) if has_charts else None,
+        chart_json=_chart_json,
+    )
+
+
+def _asset(name: str) -> Markup:
+    return Markup(_TEMPLATES.get_template(name).render())
+
+
+def _chart_json(figure: Figure) -> Markup:
+    """Return a chart as JSON that may stand inside a script element, where `<` could end it."""
+    return Markup(figure.chart.to_json(validate=False).replace("<", "\\u003c"))

@@ -1,0 +1,74 @@
+"""What has to be said up front: whatever spoils a run or puts its figures in doubt."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.experiment.flying import FlownRun
+from testbed.report.frame.blocks import Notice
+from testbed.report.sections.inertias import Inertias
+from testbed.report.sections.limits_table import LIMIT_NAMES
+from testbed.report.wording import capitalized, estimator_name, figures, listed
+from testbed.signals import UNITS
+
+NEAR_SINGULARITY = 0.05
+"""Singularity measure below which steering is poor; 1 at the best."""
+LARGE_DRIFT = 1e-6
+"""Relative drift of the total momentum that integration does not cause: 4e-8 or better at the shipped steps."""
+LARGE_ERROR = 4.0
+"""Standard deviations; noise exceeds it in one estimate of 16,000."""
+
+_FLAGS = {
+    "gimbal_rate_saturated": "at the gimbal-rate limit",
+    "gimbal_torque_saturated": "at the gimbal-torque limit",
+    "rotor_momentum_clamped": "clamped at the rotor-momentum limit",
+}
+
+
+def flight_notices(flown: FlownRun) -> Iterator[Notice]:
+    """Yield what a flight did wrong: divergence, saturation, limits exceeded, singularity, drift of momentum."""
+    if flown.divergence:
+        yield Notice(tone="bad", text=f"Diverged: {flown.divergence}")
+    yield from _saturation(flown)
+    summary = flown.summary
+    beyond = [LIMIT_NAMES[name] for name, share in summary.limit_use.items() if share > 1.0]
+    if beyond:
+        yield _warning(f"The flight went beyond the limit of {listed(beyond)}; the table of limits says by how much.")
+    if summary.min_singularity_measure < NEAR_SINGULARITY:
+        measure = figures(summary.min_singularity_measure, 2)
+        yield _warning(f"The cluster came close to a singularity: its measure fell to {measure}, 1 is the best.")
+    if summary.momentum_drift > LARGE_DRIFT:
+        drift = figures(summary.momentum_drift, 2)
+        yield _warning(f"The total momentum changed by {drift} of the rotors': a contact, or too long a step.")
+
+
+def estimation_notices(inertias: Inertias, failures: Mapping[str, str]) -> Iterator[Notice]:
+    """Yield estimators that gave no estimate, and errors that noise does not explain."""
+    for name, message in failures.items():
+        yield _warning(f"{capitalized(estimator_name(name))} gave no estimate: {message}")
+    if inertias.truth is None:
+        return
+    for name in inertias.by_name:
+        ratio = np.abs(inertias.ratio(name))
+        if ratio.max() > LARGE_ERROR:
+            worst = PARAMETER_NAMES[int(np.argmax(ratio))]
+            yield _warning(
+                f"{capitalized(estimator_name(name))} is off by {figures(ratio.max(), 2)} of its standard deviations "
+                f"in {worst}: it is biased, or states too small an uncertainty."
+            )
+
+
+def _saturation(flown: FlownRun) -> Iterator[Notice]:
+    for flag, where in _FLAGS.items():
+        raised = flown.record.channels[flag] > 0.5
+        if raised.any():
+            units = listed(UNITS[index] for index in np.flatnonzero(raised.any(axis=0)))
+            seconds = figures(raised.any(axis=1).sum() * flown.period)
+            yield _warning(f"CMG {units}: {seconds} s {where}.")
+
+
+def _warning(text: str) -> Notice:
+    return Notice(tone="warn", text=text)

@@ -1,0 +1,63 @@
+"""How numbers and names are written on the pages."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from math import floor, log10
+
+import numpy as np
+
+from testbed.arrays import Array
+
+INERTIA_UNIT = "1e-3 kg·m²"
+
+BAND = 1.96
+"""Standard deviations on either side that hold 95 % of a normal distribution."""
+
+ESTIMATOR_NAMES: Mapping[str, str] = {
+    "ls": "least squares",
+    "iv": "instrumental variable",
+    "iv_momentum": "IV, momentum form",
+    "output_error": "output error",
+}
+"""What the pages call the estimators of a scenario."""
+
+_MOST_DECIMALS = 6
+
+
+def estimator_name(key: str) -> str:
+    """Return what the pages call an estimator."""
+    return ESTIMATOR_NAMES[key]
+
+
+def capitalized(text: str) -> str:
+    """Return a text with its first letter in upper case, the others as they are."""
+    return text[:1].upper() + text[1:]
+
+
+def decimals_for(stds: Array) -> int:
+    """Return how many decimals of 1e-3 kg·m² show two digits of the smallest standard deviation.
+
+    Args:
+        stds: kg·m², any shape; entries that are no positive number do not count.
+    """
+    known = stds[np.isfinite(stds) & (stds > 0.0)]
+    if not known.size:
+        return 3
+    return min(max(1 - floor(log10(1e3 * float(known.min()))), 0), _MOST_DECIMALS)
+
+
+def milli(value: float, decimals: int) -> str:
+    """Return a number in thousandths; zero has no sign."""
+    return f"{1e3 * value:z.{decimals}f}"
+
+
+def figures(value: float, digits: int = 3) -> str:
+    """Return a number with so many significant digits, in powers of ten where it is very large or small."""
+    return f"{value:.{digits}g}"
+
+
+def listed(items: Iterable[str]) -> str:
+    """Return items as a list in a sentence: `a`, `a and b`, `a, b and c`."""
+    *head, last = items
+    return f"{', '.join(head)} and {last}" if head else last
