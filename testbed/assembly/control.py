@@ -14,7 +14,7 @@ from testbed.cmg.steering import (
     SteeringLaw,
 )
 from testbed.control.controller import Controller
-from testbed.control.servo import gimbal_servo
+from testbed.control.servo import gimbal_servo, momentum_gain
 from testbed.control.tracker import Tracker, feedback_gain
 from testbed.scenario import control as schema
 from testbed.scenario.scenario import Scenario
@@ -43,17 +43,19 @@ def flight_clock(scenario: Scenario, maneuver_duration: float) -> Clock:
 def flight_controller(scenario: Scenario, nominal: PlatformModel) -> Controller:
     """Return the controller; it knows the nominal platform only."""
     cluster, steering = scenario.cluster, scenario.controller.steering
+    servo = gimbal_servo(
+        nominal.cluster,
+        cluster.gimbal_servo_bandwidth_rad_s,
+        cluster.gimbal_servo_damping_ratio,
+        cluster.gimbal_rate_limit_rad_s,
+    )
     return Controller(
         cluster=nominal.cluster,
         tracker=Tracker(inertia=nominal.inertia, gain=_gain(scenario)),
         law=steering_law(steering),
-        servo=gimbal_servo(
-            nominal.cluster,
-            cluster.gimbal_servo_bandwidth_rad_s,
-            cluster.gimbal_servo_damping_ratio,
-            cluster.gimbal_rate_limit_rad_s,
-        ),
+        servo=servo,
         gimbal_rate_limit=cluster.gimbal_rate_limit_rad_s,
+        momentum_gain=momentum_gain(servo),
         null_motion_gain=steering.null_motion_gain_1_s,
         period=1.0 / scenario.simulation.control_rate_hz,
     )

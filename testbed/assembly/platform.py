@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from testbed.arrays import Matrix3, Units
-from testbed.cmg.cluster import Cluster
+from testbed.arrays import Matrix3, Units, Vector3
+from testbed.cmg.cluster import Cluster, platform_momentum
 from testbed.plant.build import build
 from testbed.plant.geometry import cluster_of, composite_inertia
 from testbed.plant.plant import Model, Plant
@@ -108,6 +108,12 @@ def initial_state(scenario: Scenario) -> InitialState:
         velocity=np.array(start.velocity_m_s),
         gimbal_angle=np.array(start.gimbal_angle_rad),
     )
+
+
+def initial_momentum(scenario: Scenario, platform: PlatformModel) -> Vector3:
+    """Return the whole momentum that a platform has in the scenario's initial state, N·m·s, body axes."""
+    start = initial_state(scenario)
+    return platform_momentum(platform.cluster, platform.inertia, start.body_rate, start.gimbal_angle, np.zeros(6))
 
 
 def _spinning(momentum: Units, scenario: Scenario) -> Units:

@@ -75,7 +75,9 @@ def check(scenario: ScenarioPath) -> None:
 
 @app.command()
 def view(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder, or a recording (.rrd).", show_default=False)],
+    run: Annotated[
+        Path, typer.Argument(metavar="RUN", help="A run folder, or a recording (.rrd).", show_default=False)
+    ],
     web: Annotated[bool, typer.Option("--web", help="In the browser, served on loopback only.")] = False,
 ) -> None:
     """Open a run's recording in the rerun viewer."""

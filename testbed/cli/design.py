@@ -38,7 +38,9 @@ def design_scenario(path: Path, out: Path | None, seed: int | None) -> None:
     console.print(_starts_table(design))
     for line in design_lines(design):
         console.print(line)
-    console.print(f"\nWritten to {folder}: maneuver.toml can replace the scenario's [maneuver], maneuver.csv is its table")
+    console.print(
+        f"\nWritten to {folder}: maneuver.toml can replace the scenario's [maneuver], maneuver.csv is its table"
+    )
 
 
 def _starts_table(design: Design) -> Table:

@@ -44,9 +44,7 @@ def estimate_records(path: Path, data: Path, out: Path | None) -> None:
         console.print(f"Written to {out}")
 
 
-def _estimations(
-    scenario: Scenario, nominal: PlatformModel, records: tuple[Record, ...]
-) -> Mapping[str, Estimation]:
+def _estimations(scenario: Scenario, nominal: PlatformModel, records: tuple[Record, ...]) -> Mapping[str, Estimation]:
     estimations = {}
     for record in records:
         notice = extra_columns_notice(record)

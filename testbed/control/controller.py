@@ -12,7 +12,7 @@ from testbed.arrays import Array, Flags, Units, UnitSeries, Vector3, Vectors3
 from testbed.cmg.cluster import Cluster, cluster_momentum, momentum_jacobian
 from testbed.cmg.steering import SteeringLaw, limit_rates, preferred_rates, steer
 from testbed.control.servo import GimbalServo, torque_demand
-from testbed.control.tracker import Tracker, wanted_momentum_rate
+from testbed.control.tracker import Tracker, feedback_momentum_rate
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,6 +25,7 @@ class Controller:
         law: steering law.
         servo: gimbal servo.
         gimbal_rate_limit: rad/s.
+        momentum_gain: of the loop on the cluster's momentum as the encoders show it, 1/s.
         null_motion_gain: k of the null motion toward the preferred gimbal angles, 1/s.
         period: of the control loop, s.
     """
@@ -34,6 +35,7 @@ class Controller:
     law: SteeringLaw
     servo: GimbalServo
     gimbal_rate_limit: float
+    momentum_gain: float
     null_motion_gain: float
     period: float
 
@@ -44,17 +46,21 @@ class Controller:
 
 
 class Target(NamedTuple):
-    """What the reference asks of one control period, taken at its middle so that holding it costs no delay.
+    """What the reference asks of one control period; rates of change are means over it, so that holding costs no delay.
 
     Attributes:
-        body_rate: shape (3,), rad/s, body axes.
+        body_rate: in the middle of the period, shape (3,), rad/s, body axes.
         body_acceleration: shape (3,), rad/s².
+        momentum_B: spin momentum of the cluster at the start of the period, shape (3,), N·m·s, body axes.
+        momentum_rate_B: its rate of change, shape (3,), N·m.
         gimbal_angle: preferred angles at the start of the period, shape (6,), rad.
         gimbal_rate: their rate, shape (6,), rad/s.
     """
 
     body_rate: Vector3
     body_acceleration: Vector3
+    momentum_B: Vector3
+    momentum_rate_B: Vector3
     gimbal_angle: Units
     gimbal_rate: Units
 
@@ -63,10 +69,12 @@ class ControllerState(NamedTuple):
     """What the controller remembers from one period to the next.
 
     Attributes:
+        feedback_momentum_B: what the gyro's feedback has added to the reference momentum, shape (..., 3), N·m·s.
         commanded_angle: integral of the commanded gimbal rates, shape (..., 6), rad.
         commanded_rate: of the last period, shape (..., 6), rad/s.
     """
 
+    feedback_momentum_B: Vectors3
     commanded_angle: UnitSeries
     commanded_rate: UnitSeries
 
@@ -83,6 +91,11 @@ class Command(NamedTuple):
     gimbal_rate: UnitSeries
     torque: UnitSeries
     rate_saturated: Flags
+
+
+def controller_at_rest(gimbal_angle: UnitSeries) -> ControllerState:
+    """Return the state of a controller whose gimbals stand still at given angles, shape (..., 6), rad."""
+    return ControllerState(np.zeros((*gimbal_angle.shape[:-1], 3)), gimbal_angle, np.zeros_like(gimbal_angle))
 
 
 def command(
@@ -105,10 +118,7 @@ def command(
     """
     cluster = controller.cluster
     jacobian = momentum_jacobian(cluster, encoder_angle)
-    momentum_B = cluster_momentum(cluster, encoder_angle, state.commanded_rate)
-    momentum_rate_B = wanted_momentum_rate(
-        controller.tracker, target.body_rate, target.body_acceleration, momentum_B, rate_error
-    )
+    momentum_rate_B = _momentum_rate(controller, state, target, encoder_angle)
     wanted = _gimbal_rates(controller, target, jacobian, momentum_rate_B, encoder_angle, time)
     rate, saturated = limit_rates(wanted, controller.gimbal_rate_limit)
     torque = torque_demand(
@@ -121,7 +131,22 @@ def command(
         target.body_rate,
         target.body_acceleration,
     )
-    return _next_state(controller, state, rate, encoder_angle), Command(rate, torque, saturated)
+    return _next_state(controller, state, rate_error, rate, encoder_angle), Command(rate, torque, saturated)
+
+
+def _momentum_rate(
+    controller: Controller,
+    state: ControllerState,
+    target: Target,
+    encoder_angle: UnitSeries,
+) -> Vectors3:
+    """ḣ = ḣ_ref + k_h (h_ref + h_fb - h(d̄)): what the cluster should gain, and what it is behind by.
+
+    The gyro's feedback comes in through h_fb alone: this loop takes the edge off its noise before the gimbals feel it.
+    """
+    momentum_B = cluster_momentum(controller.cluster, encoder_angle, np.zeros_like(encoder_angle))
+    behind_B = target.momentum_B + state.feedback_momentum_B - momentum_B
+    return target.momentum_rate_B + controller.momentum_gain * behind_B
 
 
 def _gimbal_rates(
@@ -137,9 +162,16 @@ def _gimbal_rates(
 
 
 def _next_state(
-    controller: Controller, state: ControllerState, rate: UnitSeries, encoder_angle: UnitSeries
+    controller: Controller,
+    state: ControllerState,
+    rate_error: Vectors3,
+    rate: UnitSeries,
+    encoder_angle: UnitSeries,
 ) -> ControllerState:
-    """Integrate the commanded angle, but never let it run away from an angle that the motor cannot follow."""
+    """Integrate feedback and commanded angle; the latter never runs away from a motor that cannot follow."""
+    feedback_rate_B = feedback_momentum_rate(controller.tracker, rate_error)
     bound = controller.servo.angle_error_bound
     anchored = np.minimum(np.maximum(state.commanded_angle, encoder_angle - bound), encoder_angle + bound)
-    return ControllerState(anchored + rate * controller.period, rate)
+    return ControllerState(
+        state.feedback_momentum_B + feedback_rate_B * controller.period, anchored + rate * controller.period, rate
+    )

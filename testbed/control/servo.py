@@ -46,6 +46,11 @@ def gimbal_servo(cluster: Cluster, bandwidth: float, damping_ratio: float, rate_
     )
 
 
+def momentum_gain(servo: GimbalServo) -> float:
+    """Return the gain of the momentum loop around the servos, 1/s: a quarter of their natural frequency."""
+    return float(np.sqrt(servo.angle_gain / servo.inertia).min()) / 4.0
+
+
 def torque_demand(
     servo: GimbalServo,
     cluster: Cluster,

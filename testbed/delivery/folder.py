@@ -50,7 +50,7 @@ def whole_folder(folder: Path) -> Iterator[Path]:
             folder.rmdir()
         scratch.rename(folder)
     except OSError as error:
-        raise InputError(f"{folder}: cannot be written ({error.strerror}); free some space or choose another") from error
+        raise InputError(f"{folder}: cannot be written ({error.strerror}); make room or choose another") from error
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
 

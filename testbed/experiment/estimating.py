@@ -38,9 +38,7 @@ def estimate_flight(
     """
     telemetry = telemetry_of(record, scenario, nominal)
     by_name, failures = run_estimators(scenario, telemetry, estimation_settings(scenario, nominal, maneuver))
-    return Estimation(
-        by_name=by_name, failures=failures, bound_std=_true_bound_std(scenario, truth, telemetry, record)
-    )
+    return Estimation(by_name=by_name, failures=failures, bound_std=_true_bound_std(truth, telemetry, record))
 
 
 def estimate_record(scenario: Scenario, nominal: PlatformModel, record: Record) -> Estimation:
@@ -115,9 +113,7 @@ def bound_std(telemetry: Telemetry, theta: Theta, initial_momentum_B: Vector3) -
     return np.sqrt(np.diag(covariance))
 
 
-def _true_bound_std(
-    scenario: Scenario, truth: PlatformModel, telemetry: Telemetry, record: Record
-) -> Theta | None:
+def _true_bound_std(truth: PlatformModel, telemetry: Telemetry, record: Record) -> Theta | None:
     """The bound of the motion as it was: true gimbal angles and rotor speeds, at the telemetry's times."""
     rows = np.searchsorted(record.time, telemetry.actuator_time)
     actual = replace(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from testbed.assembly.control import flight_clock, flight_controller, preferred_gimbal_angle
-from testbed.assembly.platform import PlatformModel, true_plant
+from testbed.assembly.platform import PlatformModel, initial_momentum, true_plant
 from testbed.assembly.sensors import flight_sensors
 from testbed.maneuver.maneuver import Maneuver
 from testbed.records.record import Record, RunDetails
@@ -48,11 +48,18 @@ def prepare_flight(scenario: Scenario, nominal: PlatformModel, maneuver: Maneuve
         InputError: clocks that do not divide.
     """
     clock = flight_clock(scenario, maneuver.duration)
+    controller = flight_controller(scenario, nominal)
     return Flight(
         clock=clock,
-        controller=flight_controller(scenario, nominal),
+        controller=controller,
         sensors=flight_sensors(scenario, clock, seed),
-        targets=targets_of(maneuver, clock, preferred_gimbal_angle(scenario)),
+        targets=targets_of(
+            maneuver,
+            clock,
+            controller,
+            preferred_gimbal_angle=preferred_gimbal_angle(scenario),
+            initial_momentum_B=initial_momentum(scenario, nominal),
+        ),
     )
 
 
@@ -97,5 +104,3 @@ def flight_limits(scenario: Scenario) -> FlightLimits:
 def _summary(scenario: Scenario, truth: PlatformModel, record: Record, clock: Clock) -> FlightSummary:
     total_rotor_momentum = float(np.abs(truth.cluster.rotor_momentum).sum())
     return summarize(record.channels, clock.period, flight_limits(scenario), total_rotor_momentum)
-
-

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.arrays import Series, UnitSeries, Vectors3
+from testbed.arrays import Series, UnitSeries, Vector3, Vectors3
 from testbed.control.controller import Controller, Target
+from testbed.control.tracker import momentum_of_gimbals, momentum_of_rates
 from testbed.maneuver.maneuver import Maneuver
 from testbed.sensors.gyro_response import Gyro
 from testbed.sensors.units import UnitSensor
@@ -99,29 +100,47 @@ class Flight:
     targets: Targets
 
 
-def targets_of(maneuver: Maneuver, clock: Clock, preferred_gimbal_angle: UnitSeries | None) -> Targets:
+def targets_of(
+    maneuver: Maneuver,
+    clock: Clock,
+    controller: Controller,
+    *,
+    preferred_gimbal_angle: UnitSeries | None,
+    initial_momentum_B: Vector3,
+) -> Targets:
     """Sample a maneuver: at the ticks for errors, in the middle of each period for what is held through it.
 
     Args:
         maneuver: the reference.
         clock: of the flight.
-        preferred_gimbal_angle: constant preferred angles, shape (6,), rad; None to follow the maneuver's own, or zero
-            where it has none.
+        controller: its model turns body rates into cluster momentum.
+        preferred_gimbal_angle: constant preferred angles, shape (6,), rad; None to follow the maneuver's own.
+        initial_momentum_B: whole momentum that the controller expects at the start, shape (3,), N·m·s, body axes.
     """
     at_ticks = maneuver.reference(clock.tick_times)
     middle = maneuver.reference(clock.tick_times[:-1] + clock.period / 2)
-    follows = preferred_gimbal_angle is None and at_ticks.gimbal_angle is not None
-    angle = at_ticks.gimbal_angle if follows else _constant(preferred_gimbal_angle, clock)
-    rate = middle.gimbal_rate if follows else np.zeros((clock.ticks, 6))
-    assert angle is not None
-    assert rate is not None
+    if preferred_gimbal_angle is None and at_ticks.gimbal_angle is not None and middle.gimbal_rate is not None:
+        angle, rate, follows = at_ticks.gimbal_angle, middle.gimbal_rate, True
+        momentum_B = momentum_of_gimbals(controller.cluster, angle)
+    else:
+        constant = np.zeros(6) if preferred_gimbal_angle is None else preferred_gimbal_angle
+        angle, rate, follows = np.tile(constant, (clock.ticks + 1, 1)), np.zeros((clock.ticks, 6)), False
+        inertia = controller.tracker.inertia
+        momentum_B = momentum_of_rates(inertia, clock.tick_times, at_ticks.body_rate, initial_momentum_B)
+    momentum_rate_B = np.diff(momentum_B, axis=0) / clock.period
     return Targets(
         tick_rate=at_ticks.body_rate,
         tick_gimbal_angle=angle,
-        by_tick=tuple(map(Target, middle.body_rate, middle.body_acceleration, angle[:-1], rate)),
+        by_tick=tuple(
+            map(
+                Target,
+                middle.body_rate,
+                middle.body_acceleration,
+                momentum_B[:-1],
+                momentum_rate_B,
+                angle[:-1],
+                rate,
+            )
+        ),
         has_gimbal_reference=follows,
     )
-
-
-def _constant(angle: UnitSeries | None, clock: Clock) -> UnitSeries:
-    return np.tile(np.zeros(6) if angle is None else angle, (clock.ticks + 1, 1))

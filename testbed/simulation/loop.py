@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from testbed.arrays import UnitSeries, Vector3
-from testbed.control.controller import ControllerState, command
+from testbed.control.controller import ControllerState, command, controller_at_rest
 from testbed.errors import DivergedError
 from testbed.plant.plant import Plant, quiet_warnings
 from testbed.sensors.gyro_response import GyroState, gyro_at_start, sample_gyro
@@ -62,7 +62,7 @@ def fly(plant: Plant, flight: Flight) -> Outcome:
 
 def _initial_state(plant: Plant, flight: Flight) -> LoopState:
     return LoopState(
-        controller=ControllerState(commanded_angle=plant.gimbal_angle, commanded_rate=np.zeros(6)),
+        controller=controller_at_rest(plant.gimbal_angle),
         gyro=gyro_at_start(flight.sensors.gyro, plant.body_rate),
         rate_error=np.zeros(3),
     )

@@ -8,11 +8,19 @@ import pytest
 
 from testbed.cmg.cluster import cluster_momentum, inertia_change, momentum_jacobian
 from testbed.cmg.steering import MoorePenrose
-from testbed.control.controller import Controller, ControllerState, Target, command
+from testbed.control.controller import Controller, Target, command, controller_at_rest
 from testbed.control.servo import gimbal_servo, torque_demand
-from testbed.control.tracker import Tracker, feedback_gain, wanted_momentum_rate
+from testbed.control.tracker import (
+    Tracker,
+    feedback_gain,
+    feedback_momentum_rate,
+    momentum_of_gimbals,
+    momentum_of_rates,
+)
 from testbed.plant.geometry import cluster_of, composite_inertia
 from testbed.plant.plant import layout_of
+from testbed.rotation.kinematics import integrate_attitude
+from testbed.rotation.quaternion import turned
 from tests.platforms import initial, plant, shipped
 
 MODEL = shipped()
@@ -28,40 +36,43 @@ def controller(**changes) -> Controller:
         "law": MoorePenrose(),
         "servo": gimbal_servo(CLUSTER, 50.0, 0.7, 2.0),
         "gimbal_rate_limit": 2.0,
+        "momentum_gain": 9.0,
         "null_motion_gain": 0.0,
         "period": 0.0125,
     }
     return Controller(**(settings | changes))
 
 
-def target(rate=(0.0, 0.0, 0.0), acceleration=(0.0, 0.0, 0.0)) -> Target:
-    return Target(np.array(rate), np.array(acceleration), np.zeros(6), np.zeros(6))
+def target(acceleration=(0.0, 0.0, 0.0), angle=ANGLE) -> Target:
+    """Speed the body up from rest, gimbals where they are."""
+    momentum_B = momentum_of_gimbals(CLUSTER, angle)
+    torque_B = INERTIA @ np.array(acceleration)
+    return Target(np.zeros(3), np.array(acceleration), momentum_B, -torque_B, np.zeros(6), np.zeros(6))
 
 
 def test_gain_follows_the_gyros_noise():
     quiet, flight, noisy = (feedback_gain(sigma, 1 / 16) for sigma in (0.0, 0.001658, 0.025))
-    assert quiet == flight == 4.0, "bounded by the sample rate"
-    assert noisy == pytest.approx(0.506, abs=1e-3)
+    assert quiet == 2.0, "bounded by the sample rate"
+    assert flight == pytest.approx(1.805, abs=1e-3)
+    assert noisy == pytest.approx(0.1197, abs=1e-4)
     assert feedback_gain(0.05, 1 / 16) == pytest.approx(noisy / 2, rel=1e-12)
 
 
-def test_wanted_momentum_rate_solves_eulers_equation():
-    """J ω̇ + ω × (J ω + h) + ḣ = 0 with no feedback error, eq. (1)."""
-    rate, acceleration, momentum_B = (
-        np.array([0.2, -0.1, 0.3]),
-        np.array([0.5, 1.0, -0.7]),
-        np.array([2e-3, 1e-3, -4e-3]),
-    )
-    wanted = wanted_momentum_rate(Tracker(inertia=INERTIA, gain=3.0), rate, acceleration, momentum_B, np.zeros(3))
-    balance = INERTIA @ acceleration + np.cross(rate, INERTIA @ rate + momentum_B) + wanted
-    np.testing.assert_allclose(balance, 0.0, atol=1e-16)
-
-
-def test_feedback_pushes_toward_the_reference():
+def test_feedback_takes_momentum_out_of_the_cluster_to_speed_the_body_up():
     error = np.array([0.01, 0.0, 0.0])
-    wanted = wanted_momentum_rate(Tracker(inertia=INERTIA, gain=2.0), np.zeros(3), np.zeros(3), np.zeros(3), error)
-    torque_B = -wanted
-    np.testing.assert_allclose(torque_B, INERTIA @ error * 2.0, atol=1e-18)
+    rate_B = feedback_momentum_rate(Tracker(inertia=INERTIA, gain=2.0), error)
+    np.testing.assert_allclose(rate_B, -INERTIA @ error * 2.0, atol=1e-18)
+
+
+def test_momentum_of_rates_balances_the_whole_momentum():
+    """R (J ω + h) = H₀ along a turning reference, with H₀ not zero."""
+    time = np.linspace(0.0, 2.0, 161)
+    rate = np.stack([0.3 * np.sin(2.0 * time), 0.2 * np.cos(1.5 * time), 0.1 + 0.0 * time], axis=1)
+    start_B = np.array([2e-3, -1e-3, 4e-3])
+    momentum_B = momentum_of_rates(INERTIA, time, rate, start_B)
+    total_N = turned(integrate_attitude(time, rate), rate @ INERTIA + momentum_B)
+    np.testing.assert_allclose(total_N, np.tile(start_B, (161, 1)), atol=1e-15)
+    np.testing.assert_allclose(momentum_of_rates(INERTIA, time, rate, np.zeros(3)), -rate @ INERTIA, atol=1e-18)
 
 
 def test_torque_demand_holds_the_gimbals_against_the_gyroscopic_load():
@@ -98,7 +109,7 @@ def test_servo_poles_are_where_they_were_asked_for():
 
 def test_commanded_rates_give_the_wanted_torque():
     acceleration = (0.3, -0.2, 0.4)
-    state = ControllerState(ANGLE, np.zeros(6))
+    state = controller_at_rest(ANGLE)
     _, asked = command(controller(), state, target(acceleration=acceleration), np.zeros(3), ANGLE, 0.0)
     torque_B = -momentum_jacobian(CLUSTER, ANGLE) @ asked.gimbal_rate
     np.testing.assert_allclose(torque_B, INERTIA @ acceleration, rtol=1e-9)
@@ -106,7 +117,7 @@ def test_commanded_rates_give_the_wanted_torque():
 
 
 def test_rates_beyond_the_limit_are_scaled_alike_and_flagged():
-    state = ControllerState(ANGLE, np.zeros(6))
+    state = controller_at_rest(ANGLE)
     _, free = command(
         controller(gimbal_rate_limit=1e3), state, target(acceleration=(3.0, 1.0, 0.0)), np.zeros(3), ANGLE, 0.0
     )
@@ -120,9 +131,9 @@ def test_rates_beyond_the_limit_are_scaled_alike_and_flagged():
 
 
 def test_the_commanded_angle_does_not_run_away_from_a_stuck_gimbal():
-    state = ControllerState(np.zeros(6), np.zeros(6))
+    state = controller_at_rest(np.zeros(6))
     for _ in range(200):
-        state, _ = command(controller(), state, target(acceleration=(0.5, 0.0, 0.0)), np.zeros(3), np.zeros(6), 0.0)
+        state, _ = command(controller(), state, target((0.5, 0.0, 0.0), np.zeros(6)), np.zeros(3), np.zeros(6), 0.0)
     bound = controller().servo.angle_error_bound
     assert np.abs(state.commanded_angle).max() <= bound + 2.0 * 0.0125 + 1e-12
 
@@ -130,10 +141,10 @@ def test_the_commanded_angle_does_not_run_away_from_a_stuck_gimbal():
 def test_a_batch_is_commanded_like_its_members():
     rng = np.random.default_rng(4)
     angles, errors = rng.uniform(-0.5, 0.5, (5, 6)), rng.normal(0.0, 0.02, (5, 3))
-    asked_for = target((0.1, 0.2, -0.1), (0.2, 0.1, 0.0))
-    state = ControllerState(angles, np.zeros((5, 6)))
+    asked_for = target((0.2, 0.1, 0.0))
+    state = controller_at_rest(angles)
     _, together = command(controller(), state, asked_for, errors, angles, 0.0)
-    _, alone = command(controller(), ControllerState(angles[3], np.zeros(6)), asked_for, errors[3], angles[3], 0.0)
+    _, alone = command(controller(), controller_at_rest(angles[3]), asked_for, errors[3], angles[3], 0.0)
     for name in ("gimbal_rate", "torque", "rate_saturated"):
         np.testing.assert_allclose(getattr(together, name)[3], getattr(alone, name), rtol=1e-12, err_msg=name)
 
@@ -144,9 +155,9 @@ def test_null_motion_goes_to_the_preferred_angles_without_turning_the_body():
     # exact null space of A and ask for angles along it.
     null = np.linalg.svd(momentum_jacobian(CLUSTER, np.zeros(6)))[2][3]
     preferred = 0.3 * null / np.abs(null).max()
-    wanted = Target(np.zeros(3), np.zeros(3), preferred, np.zeros(6))
+    wanted = target(angle=np.zeros(6))._replace(gimbal_angle=preferred)
     tuned = controller(null_motion_gain=2.0)
-    state = ControllerState(flown.gimbal_angle, np.zeros(6))
+    state = controller_at_rest(flown.gimbal_angle)
     for tick in range(240):
         state, asked = command(tuned, state, wanted, np.zeros(3) - flown.body_rate, flown.gimbal_angle, tick * 0.0125)
         flown.advance(asked.torque, 10)
