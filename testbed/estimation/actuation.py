@@ -48,7 +48,8 @@ def actuation(telemetry: Telemetry, time: Series) -> Actuation:
 
 def _momentum_and_change(telemetry: Telemetry, time: Series) -> tuple[Vectors3, Matrices3]:
     if telemetry.cluster is not None and telemetry.gimbal_angle is not None:
-        return _from_gimbals(telemetry, telemetry.cluster, _spline(telemetry, telemetry.gimbal_angle), time)
+        continuous = np.unwrap(telemetry.gimbal_angle, axis=0)  # encoders may start over after a turn
+        return _from_gimbals(telemetry, telemetry.cluster, _spline(telemetry, continuous), time)
     momentum_B = telemetry.cluster_momentum
     known_B = np.zeros((len(time), 3)) if momentum_B is None else _spline(telemetry, momentum_B)(time)
     return known_B, np.zeros((len(time), 3, 3))

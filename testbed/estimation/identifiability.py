@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.arrays import Array, Regressor, Vectors3
+from testbed.arrays import Array, Regressor, Vector3, Vectors3
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.errors import UnidentifiableError
 
 RELATIVE_RANK = 1e-5
 """Excitation this much weaker than the strongest is rounding and interpolation, not motion."""
+SIGNIFICANCE = 3.0
+"""Standard deviations that an excitation must stand out by."""
 NEGLIGIBLE_TERM = 0.02
 """Terms of a named direction that are smaller than this share of the largest are left out."""
 WEAK_AXIS = 1e-3
@@ -29,8 +31,8 @@ def without_momentum(regressor: Regressor) -> Regressor:
 def require_identifiable(regressor: Regressor, sigma: float, inertia_size: float, body_rate: Vectors3) -> None:
     """Refuse a motion that leaves a direction of the inertia open.
 
-    A direction is open where the motion does not excite it, or so little that the standard deviation of what it would
-    be estimated at exceeds the inertia itself.
+    A direction is open where the motion does not excite it, or so little that a third of the inertia itself would lie
+    within one standard deviation: such an excitation cannot be told from none at three standard deviations.
 
     Args:
         regressor: noise-free, shape (3N, 6 + M), the columns of unknown momenta last.
@@ -42,28 +44,31 @@ def require_identifiable(regressor: Regressor, sigma: float, inertia_size: float
         UnidentifiableError: names the open directions and what the motion lacks.
     """
     _, strength, directions = np.linalg.svd(without_momentum(regressor), full_matrices=False)
-    open_ones = (strength <= RELATIVE_RANK * strength[0]) | (strength * inertia_size <= sigma)
+    open_ones = strength <= np.maximum(RELATIVE_RANK * strength[0], SIGNIFICANCE * sigma / inertia_size)
     if open_ones.any():
         names = ", ".join(_named(direction) for direction in _sparse_basis(directions[open_ones]))
         raise UnidentifiableError(
-            f"{names} cannot be determined: {_missing_motion(body_rate)}; fly a maneuver that turns the body about "
-            "three axes, or a longer one"
+            f"{names} cannot be determined: {_missing_motion(body_rate, sigma)}; fly a maneuver whose actuators turn "
+            "the body about three axes, or a longer one"
         )
 
 
 def _named(direction: Array) -> str:
-    """Return a combination of parameters as text, such as `J12 - 0.5 J13`."""
+    """Return a combination of parameters as text, such as `J12 - 0.5 J13`, its first term positive."""
+    terms = np.flatnonzero(np.abs(direction) > NEGLIGIBLE_TERM * np.abs(direction).max())
+    weights = direction * np.sign(direction[terms[0]])
     text = ""
-    for weight, name in zip(direction, PARAMETER_NAMES, strict=True):
-        if abs(weight) > NEGLIGIBLE_TERM * np.abs(direction).max():
-            size = "" if np.isclose(abs(weight), 1.0, atol=0.005) else f"{abs(weight):.2g} "
-            text += (" - " if weight < 0 else " + " if text else "") + size + name
-    return text.strip()
+    for term in terms:
+        size = "" if np.isclose(abs(weights[term]), 1.0, atol=0.005) else f"{abs(weights[term]):.2g} "
+        sign = " - " if weights[term] < 0 else " + " if text else ""
+        text += sign + size + PARAMETER_NAMES[term]
+    return text
 
 
 def _sparse_basis(directions: Array) -> Array:
     """Return the same subspace in reduced echelon form, pivots largest first, so that rows name few parameters."""
     rows = directions.copy()
+    pivots = []
     for index in range(len(rows)):
         pivot = int(np.argmax(np.abs(rows[index:]).max(axis=0)))
         best = index + int(np.argmax(np.abs(rows[index:, pivot])))
@@ -71,22 +76,23 @@ def _sparse_basis(directions: Array) -> Array:
         rows[index] /= rows[index, pivot]
         others = np.arange(len(rows)) != index
         rows[others] -= np.outer(rows[others, pivot], rows[index])
-    return rows
+        pivots.append(pivot)
+    return rows[np.argsort(pivots)]
 
 
-def _missing_motion(body_rate: Vectors3) -> str:
+def _missing_motion(body_rate: Vectors3, sigma: float) -> str:
     """Say what a motion lacks, from the directions that its body rate takes."""
     _, strength, axes = np.linalg.svd(body_rate, full_matrices=False)
-    turning = int((strength > WEAK_AXIS * strength[0]).sum())
+    turning = int((strength > max(WEAK_AXIS * strength[0], SIGNIFICANCE * sigma)).sum())
     if turning == 0:
         return "the body does not turn"
     if turning == 1:
         return f"the body turns about one axis only, {_axis(axes[0])} in body axes"
     if turning == 2:
         return f"the body does not turn about the axis {_axis(axes[2])} in body axes"
-    return "the motion does not tell it from the initial momentum"
+    return "the motion does not tell the inertia from the initial momentum"
 
 
-def _axis(axis: Vectors3) -> str:
-    upright = axis * np.sign(axis[np.argmax(np.abs(axis))])
-    return "[" + ", ".join(f"{component + 0.0:.2g}" for component in upright.round(2)) + "]"
+def _axis(axis: Vector3) -> str:
+    upright = (axis * np.sign(axis[np.argmax(np.abs(axis))])).round(2)
+    return "[" + ", ".join(f"{component + 0.0:.2g}" for component in upright) + "]"

@@ -14,7 +14,8 @@ import numpy as np
 from testbed.arrays import Array, Matrices3, Series, Vectors3
 from testbed.dynamics.inertia import cross_matrix, inertia_of
 from testbed.estimation.actuation import actuation
-from testbed.estimation.prefilter import FilteredEquation, first_order_lag
+from testbed.estimation.lag import impulse_power, transposed_lag
+from testbed.estimation.prefilter import FilteredEquation
 from testbed.estimation.regression import Solution
 from testbed.estimation.telemetry import Telemetry
 
@@ -48,10 +49,10 @@ def filtered_noise(
     lagged = cross_matrix(equation.body_rate) @ inertia_B - cross_matrix(momentum_B) - direct
     step = float(np.median(np.diff(equation.time)))
     rows = solution.instrument.reshape(len(equation.time), 3, -1)
-    parts = [_lag_transposed(part, step, prefilter_time) for part in np.split(rows, equation.breaks)]
+    parts = [transposed_lag(part, step, prefilter_time) for part in np.split(rows, equation.breaks)]
     image = _transposed(direct) @ rows + _transposed(lagged) @ np.concatenate(parts)
-    first, *later = _impulse_response(len(rows), step, prefilter_time)
-    power = np.sum((direct + first * lagged) ** 2) + np.sum(lagged**2) * np.sum(np.square(later))
+    first, later = impulse_power(step, prefilter_time)
+    power = np.sum((direct + first * lagged) ** 2) + later * np.sum(lagged**2)
     return NoiseImage(image=image.reshape(solution.instrument.shape), power=float(power) / solution.residual.size)
 
 
@@ -79,20 +80,8 @@ def attitude_noise(
     effect = scale @ cross_matrix(momentum_B) @ _transposed(matrix_NB)
     seen = _transposed(effect) @ instrument
     following = np.cumsum(seen[::-1], axis=0)[::-1] - seen / 2.0  # the trapezoidal rule, transposed
-    return np.asarray(instrument - np.gradient(time)[:, None, None] * (_transposed(matrix_NB) @ following))
-
-
-def _lag_transposed(rows: Array, step: float, prefilter_time: float) -> Array:
-    """Return Fᵀ x: the lag run backwards, over the first axis."""
-    backwards = np.concatenate([np.zeros_like(rows[:1]), rows[::-1]])
-    lagged = first_order_lag(backwards.reshape(len(backwards), -1), step, prefilter_time)
-    return np.asarray(lagged.reshape(backwards.shape)[:0:-1])
-
-
-def _impulse_response(length: int, step: float, prefilter_time: float) -> Series:
-    impulse = np.zeros((length + 1, 1))
-    impulse[1] = 1.0
-    return first_order_lag(impulse, step, prefilter_time)[1:, 0]
+    weight = np.gradient(time) * np.where(time == time[0], 0.5, 1.0)
+    return np.asarray(instrument - weight[:, None, None] * (_transposed(matrix_NB) @ following))
 
 
 def _transposed(matrices: Array) -> Array:

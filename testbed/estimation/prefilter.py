@@ -16,11 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 from scipy.linalg import block_diag
-from scipy.signal import lfilter
 
 from testbed.arrays import Array, Regressor, Response, Series, Vectors3
 from testbed.dynamics.inertia import cross_matrix, momentum_regressor
 from testbed.estimation.actuation import actuation
+from testbed.estimation.lag import first_order_lag
 from testbed.estimation.telemetry import Telemetry, stretches
 
 FINE_STEP = 1.0 / 256.0
@@ -75,24 +75,6 @@ def filtered_equation(
     )
 
 
-def first_order_lag(signal: Array, step: float, time_constant: float) -> Array:
-    """Return F x, F(s) = 1/(γs + 1) from zero state; exact where x is linear between samples.
-
-    Args:
-        signal: x, shape (M, C), uniformly sampled.
-        step: between the samples, s.
-        time_constant: γ, s.
-
-    Source: paper eq. (32).
-    """
-    ratio = step / time_constant
-    decay = np.exp(-ratio)
-    mean_decay = (1.0 - decay) / ratio
-    new, old = 1.0 - mean_decay, mean_decay - decay
-    start = -new * signal[:1]  # so that the first output is zero
-    return np.asarray(lfilter([new, old], [1.0, -decay], signal, axis=0, zi=start)[0])
-
-
 def _stretch(
     telemetry: Telemetry, stretch: slice, body_rate: Vectors3, prefilter_time: float, fine_step: float
 ) -> FilteredEquation:
@@ -137,7 +119,6 @@ def _known_momentum(telemetry: Telemetry, time: Series, body_rate: Vectors3) -> 
 
 def _filtered_at(time: Series, grid: Series, signal: Array, prefilter_time: float) -> Array:
     """Return F x at the given times, x on the grid with any trailing shape."""
-    output = first_order_lag(signal.reshape(len(grid), -1), grid[1] - grid[0], prefilter_time)
-    output = output.reshape(signal.shape)
+    output = first_order_lag(signal, grid[1] - grid[0], prefilter_time)
     slope = (signal - output) / prefilter_time
     return np.asarray(CubicHermiteSpline(grid, output, slope)(time))

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from testbed.arrays import Theta
 from testbed.estimation.bound import rate_columns
 from testbed.estimation.estimate import EstimationSettings
-from testbed.estimation.identifiability import require_identifiable
-from testbed.estimation.momentum_equation import mean_momentum
+from testbed.estimation.identifiability import RELATIVE_RANK, SIGNIFICANCE, require_identifiable, without_momentum
+from testbed.estimation.momentum_equation import mean_momentum, momentum_equation
 from testbed.estimation.motion import drive_of, simulate
 from testbed.estimation.telemetry import Telemetry, covered_part
+
+NOISE_SHARE = np.diag([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
+"""Mean of Γ(e)ᵀ Γ(e) for white e of unit variance."""
 
 
 def identifiable_part(telemetry: Telemetry, settings: EstimationSettings) -> Telemetry:
     """Return the usable part of the telemetry, after a look at what its motion can tell.
 
-    The look is at the nominal model's motion, which is free of noise: noise excites every direction, and a fit to it
-    would answer with confidence where there is nothing to see.
+    The look is at a simulated motion: gyro noise excites every direction, and a fit to it would answer with confidence
+    where there is nothing to see.
 
     Raises:
         InputError: too few samples.
@@ -23,10 +28,29 @@ def identifiable_part(telemetry: Telemetry, settings: EstimationSettings) -> Tel
     """
     part = covered_part(telemetry)
     drive = drive_of(part)
-    theta = settings.nominal_theta
+    theta = likely_theta(part, settings.nominal_theta)
     motion = simulate(drive, theta, mean_momentum(part, part.body_rate, theta))
     require_identifiable(rate_columns(part, drive, motion), part.gyro_noise, inertia_size(theta), motion.body_rate)
     return part
+
+
+def likely_theta(telemetry: Telemetry, nominal_theta: Theta) -> Theta:
+    """Return the nominal inertia, corrected in the directions in which the gyro shows more than its own noise.
+
+    Least squares in momentum form with the noise's mean share taken out of the normal matrix, so that what is excited
+    is not pulled down by noise, and what is not excited stays nominal. Shape (6,), kg·m².
+    """
+    equation, variance = momentum_equation(telemetry, telemetry.body_rate), telemetry.gyro_noise**2
+    unknowns = 6 if telemetry.initial_momentum == "zero" else 9
+    regressor = without_momentum(equation.regressor[..., :unknowns].reshape(-1, unknowns))
+    samples = len(equation.response)
+    normal = regressor.T @ regressor - samples * variance * NOISE_SHARE
+    wanted = regressor.T @ equation.response.ravel() - normal @ nominal_theta
+    strength, directions = np.linalg.eigh(normal)
+    noise_spread = 2.0 * variance * np.sqrt(2.0 * samples)
+    seen = strength > np.maximum(SIGNIFICANCE * noise_spread, RELATIVE_RANK**2 * strength[-1])
+    known = directions[:, seen]
+    return np.asarray(nominal_theta + known @ ((known.T @ wanted) / strength[seen]))
 
 
 def inertia_size(theta: Theta) -> float:
