@@ -1,0 +1,111 @@
+"""What the simulation costs and how exact it is: speed beside bare MuJoCo, momentum, step, tracking.
+
+Run with `python -m benchmarks.flight`.
+"""
+
+from __future__ import annotations
+
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from testbed.assembly.platform import nominal_platform, true_plant
+from testbed.experiment.flying import fly_maneuver, prepare_flight
+from testbed.experiment.planning import plan_maneuver
+from testbed.maneuver.maneuver import Maneuver
+from testbed.scenario.reader import read_scenario
+from testbed.scenario.scenario import Scenario
+from testbed.simulation.loop import fly
+
+SCENARIOS = Path(__file__).resolve().parents[1] / "scenarios"
+PAIRS = 15
+
+
+def main() -> None:
+    """Print every figure with the bound that it has to keep."""
+    print_speed(read_scenario(SCENARIOS / "zero_g.toml"))
+    print_help_time()
+    scenario = read_scenario(SCENARIOS / "gimbal_d_optimal.toml")
+    maneuver = plan_maneuver(scenario, nominal_platform(scenario)).maneuver
+    print_tracking(scenario, maneuver)
+    print_step(scenario, maneuver)
+
+
+def print_speed(scenario: Scenario) -> None:
+    """Time simulation and control of a flight against bare mj_step at the same step, in pairs."""
+    platform = nominal_platform(scenario)
+    flight = prepare_flight(scenario, platform, plan_maneuver(scenario, platform).maneuver, scenario.seed)
+    steps = flight.clock.ticks * flight.clock.control_steps
+
+    def bare() -> float:
+        plant = true_plant(scenario, platform)
+        data = mujoco.MjData(platform.model)
+        data.qpos[:], data.qvel[:] = plant.qpos, plant.qvel
+        data.ctrl[plant.layout.rotor_motor] = 1.0
+        return _seconds(lambda: mujoco.mj_step(platform.model, data, steps))
+
+    def loop() -> float:
+        plant = true_plant(scenario, platform)
+        return _seconds(lambda: fly(plant, flight))
+
+    bare(), loop()
+    ratios = [bare() / loop() for _ in range(PAIRS)]
+    print(
+        f"speed of simulation and control over bare MuJoCo ({steps} steps, median of {PAIRS} pairs): "
+        f"{statistics.median(ratios):.3f}   (at least 0.60)"
+    )
+
+
+def print_help_time() -> None:
+    """Time `testbed --help`."""
+    command = [str(Path(sys.executable).with_name("testbed")), "--help"]
+    times = [_seconds(lambda: subprocess.run(command, check=True, capture_output=True)) for _ in range(5)]
+    print(f"testbed --help: {min(times):.2f} s   (below 0.4 s)")
+
+
+def print_tracking(scenario: Scenario, maneuver: Maneuver) -> None:
+    """Fly the gimbal-space design without noise, and with its scenario's over 40 seeds."""
+    platform = nominal_platform(scenario)
+    quiet = scenario.model_copy(update={"gyro": scenario.gyro.model_copy(update={"noise_rad_s": 0.0})})
+    calm = fly_maneuver(quiet, platform, platform, maneuver, 1).summary
+    print(
+        f"tracking, noise-free: rms {np.array2string(calm.tracking_rms, precision=5)} rad/s (at most 0.003), "
+        f"saturated {calm.saturated:g} s, smallest singularity measure {calm.min_singularity_measure:.2f}, "
+        f"momentum drift {calm.momentum_drift:.1e} (at most 1e-7)"
+    )
+    noisy = [fly_maneuver(scenario, platform, platform, maneuver, seed).summary for seed in range(40)]
+    saturated = np.array([summary.saturated for summary in noisy])
+    rms = np.mean([summary.tracking_rms for summary in noisy], axis=0)
+    print(
+        f"tracking with the scenario's noise, 40 seeds: rms {np.array2string(rms, precision=5)} rad/s, saturated "
+        f"mean {saturated.mean():.4f} s, largest {saturated.max():g} s (at most 0.05)"
+    )
+
+
+def print_step(scenario: Scenario, maneuver: Maneuver) -> None:
+    """Fly the same noise with the shipped step and with one ten times smaller."""
+    rates = []
+    for divisor in (1, 10):
+        clock = scenario.simulation.model_copy(update={"step_s": scenario.simulation.step_s / divisor})
+        finer = scenario.model_copy(update={"simulation": clock})
+        platform = nominal_platform(finer)
+        record = fly_maneuver(finer, platform, platform, maneuver, 1).record
+        rates.append(record.channels["true_body_rate"])
+    error = np.abs(rates[0] - rates[1]).max()
+    print(f"body rate of the {scenario.simulation.step_s:g} s step against a tenth of it: {error:.1e} rad/s (below 1e-6)")
+
+
+def _seconds(action: Callable[[], object]) -> float:
+    began = time.perf_counter()
+    action()
+    return time.perf_counter() - began
+
+
+if __name__ == "__main__":
+    main()
