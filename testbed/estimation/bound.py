@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.arrays import Covariance, Regressor, Theta, Vector3
-from testbed.estimation.identifiability import without_momentum
+from testbed.estimation.identifiability import inertia_size, require_identifiable, without_momentum
 from testbed.estimation.motion import Drive, Motion, drive_of, simulate
 from testbed.estimation.sensitivity import rate_sensitivity
 from testbed.estimation.telemetry import Telemetry, covered_part
@@ -23,11 +23,18 @@ def cramer_rao_bound(telemetry: Telemetry, theta: Theta, initial_momentum_B: Vec
         theta: true inertia parameters, kg·m².
         initial_momentum_B: true momentum of the whole platform at the first sample, N·m·s, body axes.
 
+    Raises:
+        InputError: too few samples.
+        UnidentifiableError: the motion leaves directions of the inertia open.
+
     Source: paper eqs. (9), (12), (13).
     """
     part = covered_part(telemetry)
     drive = drive_of(part)
-    columns = without_momentum(rate_columns(part, drive, simulate(drive, theta, initial_momentum_B)))
+    motion = simulate(drive, theta, initial_momentum_B)
+    columns = rate_columns(part, drive, motion)
+    require_identifiable(columns, 0.0, inertia_size(theta), motion.body_rate)
+    columns = without_momentum(columns)
     return np.asarray(part.gyro_noise**2 * np.linalg.inv(columns.T @ columns))  # eqs. (12), (13)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.arrays import Array, Regressor, Vector3, Vectors3
+from testbed.arrays import Array, Regressor, Theta, Vector3, Vectors3
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.errors import UnidentifiableError
 
@@ -16,6 +16,8 @@ NEGLIGIBLE_TERM = 0.02
 """Terms of a named direction that are smaller than this share of the largest are left out."""
 WEAK_AXIS = 1e-3
 """An axis about which the body turns less than this share of its strongest counts as not turned about."""
+CONFOUNDED = "the motion does not tell the inertia from the initial momentum"
+DROWNED = "the motion is too weak, or too short, for the gyro's noise"
 
 
 def without_momentum(regressor: Regressor) -> Regressor:
@@ -44,13 +46,20 @@ def require_identifiable(regressor: Regressor, sigma: float, inertia_size: float
         UnidentifiableError: names the open directions and what the motion lacks.
     """
     _, strength, directions = np.linalg.svd(without_momentum(regressor), full_matrices=False)
-    open_ones = strength <= np.maximum(RELATIVE_RANK * strength[0], SIGNIFICANCE * sigma / inertia_size)
-    if open_ones.any():
-        names = ", ".join(_named(direction) for direction in _sparse_basis(directions[open_ones]))
+    unexcited = strength <= RELATIVE_RANK * strength[0]
+    drowned = strength * inertia_size <= SIGNIFICANCE * sigma
+    if unexcited.any() or drowned.any():
+        names = ", ".join(_named(direction) for direction in _sparse_basis(directions[unexcited | drowned]))
+        reason = _missing_axis(body_rate, sigma) or (CONFOUNDED if unexcited.any() else DROWNED)
         raise UnidentifiableError(
-            f"{names} cannot be determined: {_missing_motion(body_rate, sigma)}; fly a maneuver whose actuators turn "
-            "the body about three axes, or a longer one"
+            f"{names} cannot be determined: {reason}; fly a maneuver whose actuators turn the body about three axes, "
+            "or a longer one"
         )
+
+
+def inertia_size(theta: Theta) -> float:
+    """Return the mean principal moment, kg·m²."""
+    return float(theta[:3].mean())
 
 
 def _named(direction: Array) -> str:
@@ -80,17 +89,17 @@ def _sparse_basis(directions: Array) -> Array:
     return rows[np.argsort(pivots)]
 
 
-def _missing_motion(body_rate: Vectors3, sigma: float) -> str:
-    """Say what a motion lacks, from the directions that its body rate takes."""
+def _missing_axis(body_rate: Vectors3, sigma: float) -> str:
+    """Say about which axes a motion turns the body too little; nothing where it turns it about three."""
     _, strength, axes = np.linalg.svd(body_rate, full_matrices=False)
     turning = int((strength > max(WEAK_AXIS * strength[0], SIGNIFICANCE * sigma)).sum())
     if turning == 0:
-        return "the body does not turn"
+        return "the body hardly turns"
     if turning == 1:
-        return f"the body turns about one axis only, {_axis(axes[0])} in body axes"
+        return f"the body hardly turns but about the axis {_axis(axes[0])} in body axes"
     if turning == 2:
-        return f"the body does not turn about the axis {_axis(axes[2])} in body axes"
-    return "the motion does not tell the inertia from the initial momentum"
+        return f"the body hardly turns about the axis {_axis(axes[2])} in body axes"
+    return ""
 
 
 def _axis(axis: Vector3) -> str:

@@ -10,7 +10,7 @@ from testbed.arrays import Theta, Vector3, Vectors3
 from testbed.errors import InputError
 from testbed.estimation.estimate import EstimationSettings
 from testbed.estimation.momentum_equation import mean_momentum
-from testbed.estimation.motion import drive_of, simulate
+from testbed.estimation.motion import drive_of, is_physical, simulate
 from testbed.estimation.regression import Solution
 from testbed.estimation.telemetry import Telemetry
 
@@ -32,13 +32,13 @@ def refined(
         InputError: the reference is asked for and there is none.
     """
     solution = solve(_first_rate(telemetry, settings), settings.nominal_theta)
-    if settings.instrument != "iterated":
-        return solution, 1
-    for _ in range(ITERATIONS - 1):
+    rounds = 1
+    while settings.instrument == "iterated" and rounds < ITERATIONS and is_physical(solution.parameters[:6]):
         theta = solution.parameters[:6]
         momentum_B = np.zeros(3) if telemetry.initial_momentum == "zero" else solution.parameters[6:9]
         solution = solve(_simulated_rate(telemetry, theta, momentum_B), theta)
-    return solution, ITERATIONS
+        rounds += 1
+    return solution, rounds
 
 
 def _first_rate(telemetry: Telemetry, settings: EstimationSettings) -> Vectors3:

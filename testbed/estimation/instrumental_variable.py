@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from testbed.arrays import Theta, Vectors3
 from testbed.estimation.estimate import Estimate, EstimationSettings, estimate_of
-from testbed.estimation.identifiability import require_identifiable
+from testbed.estimation.identifiability import inertia_size, require_identifiable
 from testbed.estimation.instrument import refined
 from testbed.estimation.noise_image import filtered_noise
 from testbed.estimation.prefilter import filtered_equation
-from testbed.estimation.preparation import identifiable_part, inertia_size
+from testbed.estimation.preparation import identifiable_part
 from testbed.estimation.regression import Solution, covariance_of, residual_sigma, solution_of
 from testbed.estimation.telemetry import Telemetry
 

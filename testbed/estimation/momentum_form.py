@@ -8,11 +8,11 @@ from testbed.arrays import Array, Matrices3, Theta, Vectors3
 from testbed.dynamics.inertia import inertia_of
 from testbed.estimation.actuation import actuation
 from testbed.estimation.estimate import Estimate, EstimationSettings, estimate_of
-from testbed.estimation.identifiability import require_identifiable
+from testbed.estimation.identifiability import inertia_size, require_identifiable
 from testbed.estimation.instrument import refined
 from testbed.estimation.momentum_equation import MomentumEquation, momentum_equation
 from testbed.estimation.noise_image import attitude_noise
-from testbed.estimation.preparation import identifiable_part, inertia_size
+from testbed.estimation.preparation import identifiable_part
 from testbed.estimation.regression import Solution, covariance_of, residual_sigma, solution_of
 from testbed.estimation.telemetry import Telemetry
 

@@ -18,6 +18,8 @@ from testbed.estimation.telemetry import Telemetry
 
 LONGEST_STEP = 0.03125
 """s; the error of the integration is then below 1e-8 rad/s for motions of 1 rad/s (a test says so)."""
+SMALLEST_SHARE = 0.01
+"""Least ratio of principal moments that is simulated; no real body comes near it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,12 +71,18 @@ def drive_of(telemetry: Telemetry) -> Drive:
     )
 
 
+def is_physical(theta: Theta) -> bool:
+    """Return whether an inertia resists turning about every axis; an estimate from poor data may not."""
+    principal = np.linalg.eigvalsh(inertia_of(theta))
+    return bool(principal[0] > SMALLEST_SHARE * abs(principal[2]))
+
+
 def simulate(drive: Drive, theta: Theta, initial_momentum_B: Vector3) -> Motion:
     """Return the motion that follows from an inertia and the momentum at the first output time.
 
     Args:
         drive: what the actuators did.
-        theta: inertia parameters, kg·m².
+        theta: inertia parameters, kg·m², physical.
         initial_momentum_B: L at the first output time, N·m·s, body axes.
     """
     grid, samples = drive.grid, drive.samples

@@ -7,17 +7,14 @@ from functools import lru_cache
 import numpy as np
 from scipy import optimize
 
-from testbed.arrays import Array, Regressor, Response, Theta, Vector3
-from testbed.dynamics.inertia import inertia_of
+from testbed.arrays import Array, Regressor, Response, Vector3
 from testbed.estimation.bound import rate_columns
 from testbed.estimation.estimate import Estimate, EstimationSettings, estimate_of
 from testbed.estimation.momentum_equation import mean_momentum
-from testbed.estimation.motion import Motion, drive_of, simulate
+from testbed.estimation.motion import Motion, drive_of, is_physical, simulate
 from testbed.estimation.preparation import identifiable_part, likely_theta
 from testbed.estimation.telemetry import Telemetry
 
-SMALLEST_SHARE = 0.01
-"""Least ratio of principal moments that the search tries; no real body comes near it."""
 REFUSED = 1e3
 """rad/s; the residual of an inertia that is not tried, larger than any other."""
 
@@ -47,7 +44,7 @@ def output_error(telemetry: Telemetry, settings: EstimationSettings) -> Estimate
         return simulate(drive, unknowns[:6], _momentum(unknowns))
 
     def residual(parameters: Array) -> Response:
-        if not _is_physical(parameters[:6]):
+        if not is_physical(parameters[:6]):
             return np.full(part.body_rate.size, REFUSED)
         return np.asarray((motion(parameters.tobytes()).body_rate - part.body_rate).ravel())
 
@@ -70,17 +67,10 @@ def output_error(telemetry: Telemetry, settings: EstimationSettings) -> Estimate
 
 def _start(telemetry: Telemetry, settings: EstimationSettings) -> Array:
     """Return the parameters to start from: a likely inertia, and the momentum that fits it best where unknown."""
-    likely = likely_theta(telemetry, settings.nominal_theta)
-    theta = likely if _is_physical(likely) else settings.nominal_theta
+    theta = likely_theta(telemetry, settings.nominal_theta)
     if telemetry.initial_momentum == "zero":
         return theta
     return np.concatenate([theta, mean_momentum(telemetry, telemetry.body_rate, theta)])
-
-
-def _is_physical(theta: Theta) -> bool:
-    """Return whether the inertia turns at all about every axis; a trial step may leave that region."""
-    principal = np.linalg.eigvalsh(inertia_of(theta))
-    return bool(principal[0] > SMALLEST_SHARE * abs(principal[2]))
 
 
 def _momentum(unknowns: Array) -> Vector3:

@@ -7,9 +7,15 @@ import numpy as np
 from testbed.arrays import Theta
 from testbed.estimation.bound import rate_columns
 from testbed.estimation.estimate import EstimationSettings
-from testbed.estimation.identifiability import RELATIVE_RANK, SIGNIFICANCE, require_identifiable, without_momentum
+from testbed.estimation.identifiability import (
+    RELATIVE_RANK,
+    SIGNIFICANCE,
+    inertia_size,
+    require_identifiable,
+    without_momentum,
+)
 from testbed.estimation.momentum_equation import mean_momentum, momentum_equation
-from testbed.estimation.motion import drive_of, simulate
+from testbed.estimation.motion import drive_of, is_physical, simulate
 from testbed.estimation.telemetry import Telemetry, covered_part
 
 NOISE_SHARE = np.diag([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
@@ -50,9 +56,5 @@ def likely_theta(telemetry: Telemetry, nominal_theta: Theta) -> Theta:
     noise_spread = 2.0 * variance * np.sqrt(2.0 * samples)
     seen = strength > np.maximum(SIGNIFICANCE * noise_spread, RELATIVE_RANK**2 * strength[-1])
     known = directions[:, seen]
-    return np.asarray(nominal_theta + known @ ((known.T @ wanted) / strength[seen]))
-
-
-def inertia_size(theta: Theta) -> float:
-    """Return the mean principal moment, kg·m²."""
-    return float(theta[:3].mean())
+    likely = np.asarray(nominal_theta + known @ ((known.T @ wanted) / strength[seen]))
+    return likely if is_physical(likely) else nominal_theta

@@ -31,11 +31,6 @@ def matrix_of(quat_AB: Quaternions) -> Matrices3:
     return np.asarray(_rotation(quat_AB).as_matrix())
 
 
-def quaternion_of(matrix_AB: Matrices3) -> Quaternions:
-    """Return quat_AB of R_AB, shape (..., 4), with a scalar part that is not negative."""
-    return np.asarray(Rotation.from_matrix(matrix_AB).as_quat(canonical=True, scalar_first=True))
-
-
 def turned(quat_AB: Quaternions, vector_B: Vectors3) -> Vectors3:
     """Return the A components of a vector given in B, shape (..., 3)."""
     return np.asarray(_rotation(quat_AB).apply(vector_B))
@@ -48,11 +43,6 @@ def exponential(rotation_vector: Vectors3) -> Quaternions:
         rotation_vector: φ, shape (..., 3), rad.
     """
     return _quaternion(Rotation.from_rotvec(rotation_vector))
-
-
-def logarithm(quat_AB: Quaternions) -> Vectors3:
-    """Return the rotation vector of a quaternion, shape (..., 3), rad, no longer than π."""
-    return np.asarray(_rotation(quat_AB).as_rotvec())
 
 
 def _rotation(quat_AB: Quaternions) -> Rotation:

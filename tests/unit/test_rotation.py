@@ -8,10 +8,8 @@ from testbed.dynamics.inertia import cross_matrix
 from testbed.rotation.kinematics import integrate_attitude
 from testbed.rotation.quaternion import (
     exponential,
-    logarithm,
     matrix_of,
     quaternion_inverse,
-    quaternion_of,
     quaternion_product,
     turned,
 )
@@ -45,16 +43,6 @@ def test_touching_letters_cancel():
         matrix_of(quaternion_product(quat_AB, quat_BC)), matrix_of(quat_AB) @ matrix_of(quat_BC), atol=ROUNDING
     )
     np.testing.assert_allclose(matrix_of(quaternion_inverse(quat_AB)), matrix_of(quat_AB).T, atol=ROUNDING)
-
-
-def test_matrix_and_quaternion_are_inverse_with_a_positive_scalar():
-    quat = -exponential(np.array([0.3, -0.2, 0.9]))
-    np.testing.assert_allclose(quaternion_of(matrix_of(quat)), -quat, atol=ROUNDING)
-
-
-def test_logarithm_undoes_the_exponential():
-    rotation_vector = np.array([[0.0, 0.0, 0.0], [1e-9, 0.0, 0.0], [1.0, -2.0, 0.5]])
-    np.testing.assert_allclose(logarithm(exponential(rotation_vector)), rotation_vector, atol=ROUNDING)
 
 
 def test_constant_rate_gives_the_exponential_at_every_sample():
