@@ -17,7 +17,7 @@ from testbed.report.notices import estimation_notices
 from testbed.report.sections.estimates import estimates_blocks
 from testbed.report.sections.inertias import Inertias
 from testbed.report.sections.provenance import provenance_section
-from testbed.report.sections.residuals import residual_figures
+from testbed.report.sections.residuals import residual_blocks
 from testbed.report.sections.telemetry import telemetry_figures
 from testbed.report.verdict import measured_verdict
 from testbed.report.wording import listed
@@ -77,7 +77,7 @@ def _record_section(record: Record, estimation: Estimation, nominal: Theta) -> S
     blocks = (
         *estimates_blocks(_inertias(estimation, nominal)),
         *telemetry_figures(record),
-        *residual_figures(estimation.by_name),
+        *residual_blocks(estimation.by_name),
     )
     return Section(title=f"Record {record.details.name}", blocks=blocks)
 

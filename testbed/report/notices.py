@@ -31,12 +31,12 @@ _FLAGS = {
 def flight_notices(flown: FlownRun) -> Iterator[Notice]:
     """Yield what a flight did wrong: divergence, saturation, limits exceeded, singularity, drift of momentum."""
     if flown.divergence:
-        yield Notice(tone="bad", text=f"Diverged: {flown.divergence}")
+        yield Notice(tone="bad", text=capitalized(flown.divergence))
     yield from _saturation(flown)
     summary = flown.summary
     beyond = [LIMIT_NAMES[name] for name, share in summary.limit_use.items() if share > 1.0]
     if beyond:
-        yield _warning(f"The flight went beyond the limit of {listed(beyond)}; the table of limits says by how much.")
+        yield _warning(f"Beyond its limit: {listed(beyond)}; the table of limits says by how much.")
     if summary.min_singularity_measure < NEAR_SINGULARITY:
         measure = figures(summary.min_singularity_measure, 2)
         yield _warning(f"The cluster came close to a singularity: its measure fell to {measure}, 1 is the best.")

@@ -19,7 +19,7 @@ from testbed.report.sections.failures import failures_table
 from testbed.report.sections.inertias import Inertias
 from testbed.report.sections.maneuver import maneuver_section
 from testbed.report.sections.provenance import provenance_section
-from testbed.report.sections.residuals import residual_figures
+from testbed.report.sections.residuals import residual_blocks
 from testbed.report.sections.tracking import tracking_section
 from testbed.report.verdict import diverged_verdict, flight_verdict
 
@@ -73,13 +73,13 @@ def _notices(experiment: Experiment, inertias: Inertias | None) -> Iterator[Noti
 
 def _sections(experiment: Experiment, inertias: Inertias | None) -> Iterator[Section]:
     flown, estimation, design = experiment.flown, experiment.estimation, experiment.plan.design
-    if inertias is not None:
+    if inertias is not None and inertias.by_name:
         yield Section(title="Estimates", blocks=estimates_blocks(inertias))
     yield maneuver_section(experiment.plan.maneuver, flown.record)
     yield tracking_section(flown.record, flown.summary)
     yield actuators_section(experiment)
     if estimation is not None and estimation.by_name:
-        yield Section(title="Residuals", blocks=residual_figures(estimation.by_name))
+        yield Section(title="Residuals", blocks=residual_blocks(estimation.by_name))
     yield conservation_section(flown.record, flown.summary, experiment.truth)
     if design is not None:
         yield design_section(design)

@@ -9,7 +9,7 @@ import numpy as np
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.report.frame.blocks import Notice
 from testbed.report.sections.inertias import Inertias
-from testbed.report.wording import BAND, INERTIA_UNIT, estimator_name, figures, listed
+from testbed.report.wording import BAND, estimator_name, figures, listed
 
 
 def flight_verdict(inertias: Inertias) -> Notice:
@@ -39,12 +39,12 @@ def measured_verdict(inertias: Inertias, records: int) -> Notice:
         inertias: of the only record, or of all of them combined.
         records: how many there are.
     """
-    best = min(inertias.by_name, key=lambda name: float(np.sum(inertias.by_name[name].std ** 2)))
-    std = 1e3 * inertias.by_name[best].std
+    best = inertias.most_certain
+    std = inertias.by_name[best].std
     source = "one record" if records == 1 else f"{records} records"
     text = (
         f"The inertia was estimated from {source}; {estimator_name(best)} states the smallest uncertainty, "
-        f"{figures(std.min(), 2)} to {figures(std.max(), 2)} {INERTIA_UNIT} (one standard deviation)."
+        f"{figures(std.min(), 2)} to {figures(std.max(), 2)} kg·m² (one standard deviation)."
     )
     return Notice(tone="good", text=text)
 

@@ -15,16 +15,17 @@ from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
+from numpy.typing import NDArray
 
 from testbed.arrays import Flags, Series
 from testbed.report.frame.series import Line, thinned
+from testbed.report.frame.style import color, layout
 from testbed.signals import UNITS
 
-TIME_AXIS = "time, s"
+_TIME_AXIS = "time, s"
 _SHORTEST_TIME = 1e-4
 """s; less than a chart shows."""
 _DASHES = ("dash", "dot", "dashdot")
-_FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,62 +43,36 @@ class Level:
 
 @dataclass(frozen=True, kw_only=True)
 class Span:
-    """A stretch of the horizontal axis that is shaded."""
+    """A stretch of time that is shaded, s."""
 
     start: float
     end: float
-
-
-def color(name: str) -> str:
-    """Return a colour of the style sheet."""
-    return f"var(--{name})"
 
 
 def line_chart(
     lines: Iterable[Line],
     *,
     y_title: str,
-    x_title: str = TIME_AXIS,
     levels: Iterable[Level] = (),
     shaded: Iterable[Span] = (),
 ) -> go.Figure:
-    """Return a chart of lines.
+    """Return a chart of lines over time.
 
     Args:
         lines: drawn in this order, the last on top.
         y_title: of the vertical axis, with its unit.
-        x_title: of the horizontal axis, with its unit.
         levels: limits and the like.
         shaded: stretches that need a look.
     """
     drawn = tuple(lines)
     extent = _extent(drawn)
-    chart = go.Figure([_trace(line) for line in drawn], layout=layout(x_title, y_title))
+    chart = go.Figure([_trace(line) for line in drawn], layout=layout(_TIME_AXIS, y_title))
     _add_levels(chart, levels, extent)
     for span in shaded:
         chart.add_vrect(x0=span.start, x1=span.end, fillcolor=color("shade"), line_width=0, layer="below")
     units = any(line.name in UNITS for line in drawn)
     chart.update_layout(legend_title_text="CMG " if units else "", showlegend=len(chart.data) > 1)
-    return chart.update_xaxes(range=extent)
-
-
-def layout(x_title: str, y_title: str) -> go.Layout:
-    """Return the layout that all charts share."""
-    axis = _axis()
-    return go.Layout(
-        template=None,
-        paper_bgcolor="rgba(0,0,0,0)",
-        plot_bgcolor="rgba(0,0,0,0)",
-        font={"family": _FONT, "size": 12, "color": color("ink")},
-        margin={"l": 64, "r": 12, "t": 8, "b": 44},
-        xaxis={**axis, "title": {"text": x_title, "standoff": 8}, "hoverformat": ".4~f"},
-        yaxis={**axis, "title": {"text": y_title, "standoff": 8}, "hoverformat": ".4~g"},
-        legend={"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom", "bgcolor": "rgba(0,0,0,0)"},
-        hovermode="x unified",
-        hoverlabel={"bgcolor": color("card"), "bordercolor": color("rule"), "font": {"color": color("ink")}},
-        modebar={"bgcolor": "rgba(0,0,0,0)", "color": color("faint"), "activecolor": color("ink")},
-        uirevision="kept",  # a redraw in other colours keeps the zoom
-    )
+    return chart.update_xaxes(range=extent if extent[0] < extent[1] else None)  # a single sample spans nothing
 
 
 def raised(time: Series, flags: Flags, period: float) -> tuple[Span, ...]:
@@ -115,27 +90,13 @@ def raised(time: Series, flags: Flags, period: float) -> tuple[Span, ...]:
     )
 
 
-def _axis() -> dict[str, Any]:
-    return {
-        "gridcolor": color("grid"),
-        "linecolor": color("rule"),
-        "zerolinecolor": color("rule"),
-        "zerolinewidth": 1,
-        "showline": True,
-        "ticks": "outside",
-        "ticklen": 4,
-        "tickcolor": color("rule"),
-        "exponentformat": "power",
-        "showexponent": "all",
-        "automargin": True,
-    }
-
-
 def _trace(line: Line) -> go.Scatter:
     x, y = thinned(line.x, line.y)
+    with np.errstate(over="ignore"):  # what diverged may be too large; it leaves the chart, and that is how it looks
+        short_y = y.astype(np.float32)  # seven digits are more than a screen shows, in half the file
     return go.Scatter(
         x=_short(x),
-        y=y.astype(np.float32),  # seven digits are more than a screen shows, in half the file
+        y=short_y,
         name=line.name,
         legendgroup=line.name,
         showlegend=line.listed,
@@ -145,7 +106,7 @@ def _trace(line: Line) -> go.Scatter:
     )
 
 
-def _short(x: Series) -> Series:
+def _short(x: Series) -> NDArray[np.floating[Any]]:
     """Return x in single precision where that moves no sample by more than 0.1 ms; a clock's date needs double."""
     single = x.astype(np.float32)
     return single if len(x) and np.abs(single - x).max() < _SHORTEST_TIME else x

@@ -8,7 +8,7 @@ import plotly.graph_objects as go
 
 from testbed.maneuver.design import Design, Start
 from testbed.report.frame.blocks import Cell, Column, Figure, Section, Table
-from testbed.report.frame.chart import color, layout
+from testbed.report.frame.style import color, layout
 from testbed.report.wording import figures
 
 CRITERIA = {

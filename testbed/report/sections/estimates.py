@@ -68,10 +68,11 @@ def _table_note(inertias: Inertias) -> str:
 
 def _figure(inertias: Inertias) -> Figure:
     origin = "nominal value" if inertias.truth is None else "truth"
-    bound = "" if inertias.bound_std is None else f" Grey: ±{BAND} std of the Cramér-Rao bound of the motion as flown."
+    around = "the truth" if inertias.truth is not None else f"what {estimator_name(inertias.most_certain)} says"
+    bound = f" Grey: ±{BAND} std of the motion's Cramér-Rao bound around {around}."
     return Figure(
         title=f"Estimate minus {origin}, with 95 % bands",
         chart=estimates_chart(inertias),
-        note=f"Bars: ±{BAND} std as each estimator states it.{bound} The legend's names switch on and off.",
+        note=f"Bars: ±{BAND} std as each estimator states it.{'' if inertias.bound_std is None else bound}",
         wide=True,
     )

@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 
 from testbed.arrays import Series, Theta
 from testbed.dynamics.inertia import PARAMETER_NAMES
-from testbed.report.frame.chart import color, layout
+from testbed.report.frame.style import color, layout
 from testbed.report.sections.inertias import AnyEstimate, Inertias
 from testbed.report.wording import BAND, ESTIMATOR_NAMES, INERTIA_UNIT, estimator_name
 
@@ -21,7 +21,7 @@ def estimates_chart(inertias: Inertias) -> go.Figure:
     """Return the chart; its zero line is the truth, or the nominal θ where nobody knows it."""
     chart = go.Figure(layout=layout("", f"difference, {INERTIA_UNIT}"))
     if inertias.bound_std is not None:
-        _add_bound(chart, inertias.bound_std)
+        _add_bound(chart, inertias.bound_std, inertias.bound_center - inertias.origin)
     count = len(inertias.by_name)
     for place, (name, estimate) in enumerate(inertias.by_name.items()):
         offset = 0.8 * _BAND_WIDTH * ((place + 0.5) / count - 0.5)
@@ -32,9 +32,9 @@ def estimates_chart(inertias: Inertias) -> go.Figure:
     return chart.update_layout(hovermode="closest")
 
 
-def _add_bound(chart: go.Figure, std: Theta) -> None:
+def _add_bound(chart: go.Figure, std: Theta, center: Theta) -> None:
     reach = 1e3 * BAND * std
-    place = {"x": _PLACES, "y": 2 * reach, "base": -reach, "width": _BAND_WIDTH}
+    place = {"x": _PLACES, "y": 2 * reach, "base": 1e3 * center - reach, "width": _BAND_WIDTH}
     band = {"color": color("bound"), "line": {"width": 0}}
     chart.add_bar(**place, name="bound", marker=band, customdata=reach, hovertemplate="±%{customdata:.3~g}")
 

@@ -36,6 +36,16 @@ class Inertias:
         """What differences refer to: the truth, or the nominal θ where nobody knows it."""
         return self.nominal if self.truth is None else self.truth
 
+    @property
+    def most_certain(self) -> str:
+        """The estimator that states the smallest sum of variances."""
+        return min(self.by_name, key=lambda name: float(np.sum(self.by_name[name].std ** 2)))
+
+    @property
+    def bound_center(self) -> Theta:
+        """Where the bound was taken: at the truth, or at the most certain estimate where nobody knows it."""
+        return self.by_name[self.most_certain].theta if self.truth is None else self.truth
+
     def ratio(self, name: str) -> Theta:
         """Return (θ̂ - origin) / std of an estimator, shape (6,)."""
         estimate = self.by_name[name]

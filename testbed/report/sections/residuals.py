@@ -9,18 +9,23 @@ import plotly.graph_objects as go
 
 from testbed.arrays import Series, Vectors3
 from testbed.estimation.estimate import Estimate
-from testbed.report.frame.blocks import Figure
-from testbed.report.frame.chart import Level, color, layout, line_chart
+from testbed.report.frame.blocks import Block, Figure, Paragraph
+from testbed.report.frame.chart import Level, line_chart
 from testbed.report.frame.series import AXIS_COLORS, component_lines
+from testbed.report.frame.style import color, layout
 from testbed.report.wording import BAND, capitalized, estimator_name
 from testbed.signals import AXES
 
 MOST_LAGS = 20
 
 
-def residual_figures(estimates: Mapping[str, Estimate]) -> tuple[Figure, ...]:
+def residual_blocks(estimates: Mapping[str, Estimate]) -> tuple[Block, ...]:
     """Return for each estimator the residual over time and its autocorrelation."""
-    return tuple(figure for name, estimate in estimates.items() for figure in _figures(name, estimate))
+    meaning = Paragraph(
+        text="What an estimator could not explain: measured minus predicted. Noise alone leaves the ±2 σ lines once in "
+        "twenty samples, and is not correlated from one sample to the next."
+    )
+    return meaning, *(figure for name, estimate in estimates.items() for figure in _figures(name, estimate))
 
 
 def autocorrelation(values: Series, lags: int) -> Series:
@@ -39,7 +44,7 @@ def _figures(name: str, estimate: Estimate) -> Iterator[Figure]:
     title = capitalized(estimator_name(name))
     sigma = estimate.residual_sigma
     yield Figure(
-        title=f"{title}: measured minus predicted, body axes",
+        title=f"{title}: residual, body axes",
         chart=line_chart(
             component_lines(AXES, estimate.residual_time, estimate.residual),
             y_title=f"residual, {estimate.residual_unit}",
@@ -47,7 +52,7 @@ def _figures(name: str, estimate: Estimate) -> Iterator[Figure]:
         ),
         shares_time=True,
     )
-    yield Figure(title=f"{title}: autocorrelation of the residual", chart=_correlation_chart(estimate.residual))
+    yield Figure(title=f"{title}: autocorrelation", chart=_correlation_chart(estimate.residual))
 
 
 def _correlation_chart(residual: Vectors3) -> go.Figure:

@@ -1,0 +1,100 @@
+"""The frame of the pages: one well-formed file that fetches nothing, whatever stands in it."""
+
+import re
+
+import numpy as np
+import pytest
+
+from testbed.errors import InputError
+from testbed.report.frame.blocks import Cell, Column, Figure, Listing, Notice, Page, Paragraph, Section, Table
+from testbed.report.frame.chart import line_chart
+from testbed.report.frame.page import render_page, write_page
+from testbed.report.frame.series import component_lines
+from tests.report_pages import ParsedPage
+
+NASTY = "</script><b>\"&'<!-- ü ω"
+
+
+def page(*blocks, title="A title"):
+    sections = (Section(title="First part", blocks=blocks), Section(title="Second part", blocks=()))
+    return Page(title=title, subtitle="", verdict=Notice(text="Well.", tone="good"), notices=(), sections=sections)
+
+
+def figure(title="A chart", name="x"):
+    lines = component_lines((name, "y", "z"), np.arange(4.0), np.arange(12.0).reshape(4, 3))
+    return Figure(title=title, chart=line_chart(lines, y_title="rate, rad/s"))
+
+
+def table(text):
+    return Table(columns=(Column(title="a"), Column(title="b", unit="N·m")), rows=((Cell(text=text), Cell(text="1")),))
+
+
+def test_a_page_fetches_nothing():
+    parsed = ParsedPage(render_page(page(figure(), table("t"), Listing(title="l", text="t"), Paragraph(text="p"))))
+    links = [value for _, name, value in parsed.attributes if name in {"src", "href", "srcset", "action", "data"}]
+    assert links
+    assert all(value.startswith(("#", "data:")) for value in links)
+
+
+def test_the_browser_is_told_to_refuse_every_request():
+    parsed = ParsedPage(render_page(page()))
+    policy = next(value for tag, name, value in parsed.attributes if tag == "meta" and "default-src" in value)
+    rules = dict(rule.split(maxsplit=1) for rule in policy.split("; "))
+    assert rules.pop("default-src") == "'none'"
+    assert set(" ".join(rules.values()).split()) == {"'unsafe-inline'", "data:", "blob:"}
+
+
+def test_the_style_sheet_fetches_nothing():
+    style = re.search(r"<style>(.*?)</style>", render_page(page()), re.DOTALL)
+    assert style is not None
+    assert "url(" not in style[1]
+    assert "@import" not in style[1]
+
+
+def test_text_is_escaped_wherever_it_stands():
+    blocks = (figure(NASTY, NASTY), table(NASTY), Listing(title=NASTY, text=NASTY), Paragraph(text=NASTY))
+    parsed = ParsedPage(render_page(page(*blocks, title=NASTY)))  # the parser refuses a tag that slipped through
+    assert parsed.charts[0]["data"][0]["name"] == NASTY
+    assert parsed.tables[0][1][0] == NASTY
+    assert parsed.texts["first-part"].count(NASTY) == 5  # caption, cell, summary, listing, paragraph
+    assert not [tag for tag, _, _ in parsed.attributes if tag == "b"]
+
+
+def test_links_lead_to_sections():
+    parsed = ParsedPage(render_page(page()))
+    anchors = [value[1:] for tag, name, value in parsed.attributes if tag == "a" and name == "href"]
+    assert anchors == ["first-part", "second-part"] == parsed.ids
+
+
+def test_the_charting_library_stands_in_the_page_once():
+    banner = "* plotly.js v"
+    assert render_page(page(figure(), figure())).count(banner) == 1
+    assert banner not in render_page(page(table("t")))
+
+
+def test_every_colour_of_a_chart_is_defined_for_light_and_dark():
+    html = render_page(page(figure()))
+    light, dark = html.split("@media (prefers-color-scheme: dark)")[:2]
+    dark = dark.split("@media print")[0]
+    names = set(re.findall(r'"var\((--[\w-]+)\)"', html))
+    assert len(names) > 5
+    assert names <= set(re.findall(r"(--[\w-]+):", light))
+    assert names <= set(re.findall(r"(--[\w-]+):", dark))
+
+
+def test_a_page_appears_whole_or_not_at_all(tmp_path):
+    path = tmp_path / "report.html"
+    write_page(path, page(table("old")))
+    old = path.read_text(encoding="utf-8")
+    broken = page(figure())
+    object.__setattr__(broken.sections[0].blocks[0], "chart", None)
+    with pytest.raises(AttributeError):
+        write_page(path, broken)
+    assert path.read_text(encoding="utf-8") == old
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_page_that_cannot_be_written_says_so(tmp_path):
+    path = tmp_path / "missing" / "report.html"
+    with pytest.raises(InputError, match="cannot be written"):
+        write_page(path, page())
