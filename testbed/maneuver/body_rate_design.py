@@ -1,0 +1,155 @@
+"""The paper's design: cubic B-splines for the body rate, from rest to rest, within the cluster's limits."""
+
+from __future__ import annotations
+
+import time
+from typing import NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from testbed.arrays import Array, Vector3
+from testbed.errors import InfeasibleDesignError
+from testbed.maneuver.design import BodyRateLimits, Design, DesignProblem, Search
+from testbed.maneuver.formulation import formulated, prefilter_of
+from testbed.maneuver.maneuver import Maneuver
+from testbed.maneuver.multistart import best_of_starts, finished_design
+from testbed.maneuver.penalty import Penalty, sixth_power
+from testbed.maneuver.program import Constraint, Program, solver, within
+from testbed.maneuver.splines import basis_matrix, clamped_spline, derivative_points_matrix
+
+_HELD_POINTS = 2
+"""Control points held at each end, so that ω and ω̇ both stand still and the gimbal servos need not jump. It costs 3 %
+of the A-optimal trace of the inverse against holding ω alone."""
+
+
+class _Budget(NamedTuple):
+    """What the maneuver may take, each of shape (3,), per body axis.
+
+    Attributes:
+        rate: of ω, rad/s.
+        momentum: of J ω, N·m·s.
+        torque: of J ω̇, N·m.
+    """
+
+    rate: Vector3
+    momentum: Vector3
+    torque: Vector3
+
+
+class _Points(NamedTuple):
+    """Control points and those of their entries that are free.
+
+    Attributes:
+        free: a column.
+        rows: shape (n, 3), rad/s.
+    """
+
+    free: ca.MX
+    rows: ca.MX
+
+
+def body_rate_design(
+    problem: DesignProblem, limits: BodyRateLimits, search: Search, penalty: Penalty | None = None
+) -> Design:
+    """Design the body rate, from its initial value to rest.
+
+    Args:
+        problem: criterion, duration, platform.
+        limits: of the cluster and of the body rate.
+        search: starts and seed.
+        penalty: weights of the paper's soft limits, where they replace hard ones; they are overshot by 1 to 2 %.
+
+    Raises:
+        InfeasibleDesignError: the limits cannot be met.
+
+    Source: paper eqs. (8), (24)-(29).
+    """
+    began = time.perf_counter()
+    points = _held_points(problem) if penalty is None else _open_points(problem)
+    program = _program(problem, _budget(problem, limits), points, penalty)
+    solve = solver(program)
+    setup_seconds = time.perf_counter() - began
+    best = best_of_starts(program, solve, search)
+    values = ca.Function("points", [points.free], [points.rows])(best.variables[: points.free.numel()]).full()
+    maneuver = Maneuver(
+        name=problem.name, duration=problem.duration, body_rate=clamped_spline(problem.duration, values)
+    )
+    return finished_design(problem, "body_rate", maneuver, best, setup_seconds)
+
+
+def _budget(problem: DesignProblem, limits: BodyRateLimits) -> _Budget:
+    """Turn the actuators' limits into the motion's, eqs. (25), (26).
+
+    h = Rᵀ H₀ - J ω and -ḣ = J ω̇ + ω × Rᵀ H₀: a total momentum takes its norm off every axis, whatever the attitude.
+
+    Raises:
+        InfeasibleDesignError: the total momentum alone takes all.
+    """
+    total = float(np.linalg.norm(problem.total_momentum_B))
+    momentum = limits.cluster_momentum - total  # eq. (26)
+    rate = np.minimum(limits.body_rate, np.abs(np.linalg.inv(problem.inertia)) @ np.maximum(momentum, 0.0))
+    torque = limits.cluster_torque - total * float(np.linalg.norm(rate))  # eq. (25)
+    if min(momentum.min(), torque.min()) <= 0.0:
+        raise InfeasibleDesignError(
+            f"the total momentum of {total:.3g} N·m·s leaves {momentum.min():.3g} N·m·s of the cluster's momentum "
+            f"limit and {torque.min():.3g} N·m of its torque limit; start slower, or raise the limits"
+        )
+    return _Budget(rate=rate, momentum=momentum, torque=torque)
+
+
+def _held_points(problem: DesignProblem) -> _Points:
+    free = ca.MX.sym("body_rate", problem.control_points - 2 * _HELD_POINTS, 3)
+    start = np.tile(problem.initial_body_rate, (_HELD_POINTS, 1))
+    return _Points(free=ca.vec(free), rows=ca.vertcat(start, free, np.zeros((_HELD_POINTS, 3))))
+
+
+def _open_points(problem: DesignProblem) -> _Points:
+    """Leave all points free: the penalty brings the ends to rest."""
+    free = ca.MX.sym("body_rate", problem.control_points, 3)
+    return _Points(free=ca.vec(free), rows=free)
+
+
+def _program(problem: DesignProblem, budget: _Budget, points: _Points, penalty: Penalty | None) -> Program:
+    time_grid = prefilter_of(problem).fine_time
+    basis = basis_matrix(problem.duration, problem.control_points, time_grid)
+    limits = _limits(problem, budget, points.rows)
+    scale = np.repeat(budget.rate, points.free.numel() // 3)
+
+    def draw(rng: np.random.Generator) -> Array:
+        return rng.uniform(-scale, scale)
+
+    return formulated(
+        problem,
+        free=points.free,
+        fine_body_rate=ca.DM(basis) @ points.rows,
+        limits=limits if penalty is None else (),
+        draw=draw,
+        hessian="exact",
+        penalty=0.0 if penalty is None else _penalty(problem, budget, points.rows, limits, penalty),
+    )
+
+
+def _limits(problem: DesignProblem, budget: _Budget, points: ca.MX) -> tuple[Constraint, ...]:
+    """Bound the control points of ω, J ω and J ω̇, and so the curves. Source: paper section 3, eqs. (25), (26)."""
+    slopes = ca.DM(derivative_points_matrix(problem.duration, problem.control_points, 1)) @ points
+    inertia = ca.DM(problem.inertia)
+    return (
+        within("body rate", points, budget.rate),
+        within("cluster momentum", points @ inertia, budget.momentum),  # eq. (26)
+        within("cluster torque", slopes @ inertia, budget.torque),  # eq. (25)
+    )
+
+
+def _penalty(
+    problem: DesignProblem, budget: _Budget, points: ca.MX, limits: tuple[Constraint, ...], weights: Penalty
+) -> ca.MX:
+    """Return the paper's penalty. Source: paper eq. (28)."""
+    rate, momentum, torque = (sixth_power(limit) for limit in limits)
+    start = (points[0, :].T - problem.initial_body_rate) / budget.rate
+    end = points[-1, :].T / budget.rate
+    return (
+        weights.ends * (ca.sumsqr(start**3) + ca.sumsqr(end**3))
+        + weights.rate * (rate + momentum)
+        + weights.torque * torque
+    )  # eq. (28)

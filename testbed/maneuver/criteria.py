@@ -1,0 +1,146 @@
+"""Optimality criteria of the information matrix as smooth, exact CasADi expressions.
+
+D and A are costs by themselves. E and the condition number are bounds on eigenvalues, not smooth where two of them
+meet: they become slack variables t and κ with M - tI = L Lᵀ and κtI - M = K Kᵀ, which is exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import casadi as ca
+import numpy as np
+
+from testbed.arrays import Array, Covariance
+from testbed.maneuver.information import FIRST_FACTOR, SECOND_FACTOR, SampledFilter, regressor_features
+
+Criterion: TypeAlias = Literal["D", "A", "E", "condition"]
+"""Determinant, trace of the inverse, smallest eigenvalue, condition number."""
+_SIGNAL_WEIGHT = 0.3
+"""Weight of log t beside log κ: the condition number alone is met best by no motion at all (trap 11). With 0.3 the
+condition number of Ψ_f ends within 0.5 % of what any smaller weight reaches; with 0.03 starts fall to t = 0."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CriterionTerms:
+    """What a criterion adds to an optimisation problem.
+
+    Attributes:
+        cost: to be minimised.
+        slack: its own variables, a column; empty for D and A.
+        equality: expressions that are zero, a column; empty likewise.
+        slack_start: the slack's values at a motion with the given information matrix, shape (6, 6).
+    """
+
+    cost: ca.MX
+    slack: ca.MX
+    equality: ca.MX
+    slack_start: Callable[[Covariance], Array]
+
+
+def information_matrix(sampling: SampledFilter, body_rate: ca.MX) -> ca.MX:
+    """Return M = Ψ_fᵀΨ_f, shape (6, 6).
+
+    With ψ_f = T_i f for each axis i and the features f of a sample, M = Σ_i T_i (Σ f fᵀ) T_iᵀ.
+
+    Args:
+        sampling: prefilter and grids.
+        body_rate: ω on the fine grid, shape (M, 3), rad/s, body axes.
+
+    Source: paper eqs. (17), (22), (23).
+    """
+    swing = body_rate - ca.repmat(body_rate[0, :], body_rate.shape[0], 1)
+    products = body_rate[:, list(FIRST_FACTOR)] * body_rate[:, list(SECOND_FACTOR)]
+    share, carry = (ca.sparsify(ca.DM(matrix)) for matrix in (sampling.share, sampling.carry))
+    lagged = carry @ (share @ ca.horzcat(swing, products))
+    slope = (swing[sampling.samples, :] - lagged[:, :3]) / sampling.time_constant  # s F ω, nothing differentiated
+    features = ca.horzcat(slope, lagged[:, 3:])
+    gram = features.T @ features
+    x, y, z = (ca.DM(axis) @ gram @ ca.DM(axis).T for axis in regressor_features())
+    return x + y + z
+
+
+def criterion_terms(criterion: Criterion, information: ca.MX) -> CriterionTerms:
+    """Return a criterion's cost and what it needs besides.
+
+    Args:
+        criterion: which one.
+        information: M, shape (6, 6).
+
+    Source: paper section 4.1.
+    """
+    return _TERMS[criterion](information)
+
+
+def _determinant(information: ca.MX) -> CriterionTerms:
+    """-log det M = -2 Σ log of the Cholesky factor's diagonal. Source: paper eq. (24)."""
+    return _plain(-2.0 * ca.sum1(ca.log(ca.diag(_cholesky(information)))))
+
+
+def _trace_inverse(information: ca.MX) -> CriterionTerms:
+    """Log of trace(M⁻¹) = |L⁻¹|², of the INVERSE (trap 11); the logarithm scales and does not move the optimum."""
+    return _plain(ca.log(ca.sumsqr(ca.solve(_cholesky(information), ca.MX.eye(6)))))
+
+
+def _smallest_eigenvalue(information: ca.MX) -> CriterionTerms:
+    log_floor, factor = ca.MX.sym("log_floor"), ca.MX.sym("factor", _LOWER.nnz())
+    return CriterionTerms(
+        cost=-log_floor,
+        slack=ca.vertcat(log_floor, factor),
+        equality=_semidefinite(information - ca.exp(log_floor) * ca.MX.eye(6), factor),
+        slack_start=_floor_start,
+    )
+
+
+def _condition_number(information: ca.MX) -> CriterionTerms:
+    below = _smallest_eigenvalue(information)
+    log_ceiling, factor = ca.MX.sym("log_ceiling"), ca.MX.sym("ceiling_factor", _LOWER.nnz())
+    return CriterionTerms(
+        cost=log_ceiling + (1.0 + _SIGNAL_WEIGHT) * below.cost,
+        slack=ca.vertcat(below.slack, log_ceiling, factor),
+        equality=ca.vertcat(below.equality, _semidefinite(ca.exp(log_ceiling) * ca.MX.eye(6) - information, factor)),
+        slack_start=_ratio_start,
+    )
+
+
+_TERMS: dict[Criterion, Callable[[ca.MX], CriterionTerms]] = {
+    "D": _determinant,
+    "A": _trace_inverse,
+    "E": _smallest_eigenvalue,
+    "condition": _condition_number,
+}
+_LOWER = ca.Sparsity.lower(6)
+_ROWS, _COLUMNS = _LOWER.get_triplet()
+
+
+def _plain(cost: ca.MX) -> CriterionTerms:
+    return CriterionTerms(cost=cost, slack=ca.MX(0, 1), equality=ca.MX(0, 1), slack_start=lambda _: np.zeros(0))
+
+
+def _cholesky(matrix: ca.MX) -> ca.MX:
+    """Lower Cholesky factor; CasADi factors scalar expressions only, so the matrix goes through a function."""
+    entries = ca.SX.sym("entries", 6, 6)
+    return ca.Function("cholesky", [entries], [ca.chol(entries).T])(matrix)
+
+
+def _semidefinite(matrix: ca.MX, factor: ca.MX) -> ca.MX:
+    """Lower triangle of matrix - L Lᵀ; zero for some L exactly where the matrix has no negative eigenvalue."""
+    lower = ca.MX(_LOWER, factor)
+    return ca.project(matrix - lower @ lower.T, _LOWER).nz[:]
+
+
+def _floor_start(information: Covariance) -> Array:
+    floor = 0.5 * np.linalg.eigvalsh(information)[0]  # half: the factor starts away from singular
+    return np.concatenate([[np.log(floor)], _factor(information - floor * np.eye(6))])
+
+
+def _ratio_start(information: Covariance) -> Array:
+    ceiling = 2.0 * np.linalg.eigvalsh(information)[-1]
+    above = _factor(ceiling * np.eye(6) - information)
+    return np.concatenate([_floor_start(information), [np.log(ceiling)], above])
+
+
+def _factor(matrix: Covariance) -> Array:
+    return np.asarray(np.linalg.cholesky(matrix)[_ROWS, _COLUMNS])

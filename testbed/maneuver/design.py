@@ -1,0 +1,154 @@
+"""What is asked of a maneuver design, and what it answers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from math import inf
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from testbed.arrays import Matrix3, Units, Vector3
+from testbed.cmg.cluster import Cluster, platform_momentum
+from testbed.maneuver.criteria import Criterion
+from testbed.maneuver.information import Information
+from testbed.maneuver.maneuver import Maneuver
+
+Parametrization: TypeAlias = Literal["body_rate", "gimbal"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class DesignProblem:
+    """What to design, for which platform.
+
+    Attributes:
+        name: of the maneuver.
+        criterion: what is optimised.
+        duration: s.
+        control_points: of the spline of each axis or gimbal, those that fix its ends included.
+        sample_rate: of the gyro, Hz.
+        prefilter_time_constant: γ, s, eq. (32).
+        inertia: J with all gimbals at zero, kg·m², body axes.
+        cluster: units; one whose rotor carries no momentum has failed and keeps its gimbal angle.
+        initial_body_rate: ω(0), shape (3,), rad/s, body axes.
+        initial_gimbal_angle: d(0), shape (6,), rad.
+    """
+
+    name: str
+    criterion: Criterion
+    duration: float
+    control_points: int
+    sample_rate: float
+    prefilter_time_constant: float
+    inertia: Matrix3
+    cluster: Cluster
+    initial_body_rate: Vector3 = field(default_factory=lambda: np.zeros(3))
+    initial_gimbal_angle: Units = field(default_factory=lambda: np.zeros(6))
+
+    @property
+    def total_momentum_B(self) -> Vector3:
+        """J(d) ω + h at the start, N·m·s, body axes at that time; conserved in inertial axes."""
+        angle = self.initial_gimbal_angle
+        return platform_momentum(self.cluster, self.inertia, self.initial_body_rate, angle, np.zeros(6))
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyRateLimits:
+    """What a body-rate design may use, per body axis.
+
+    Attributes:
+        cluster_torque: shape (3,), N·m.
+        cluster_momentum: shape (3,), N·m·s.
+        body_rate: about each axis, rad/s.
+    """
+
+    cluster_torque: Vector3
+    cluster_momentum: Vector3
+    body_rate: float = inf
+
+
+@dataclass(frozen=True, kw_only=True)
+class GimbalLimits:
+    """What a gimbal-space design may use; margins are taken off by the caller.
+
+    Attributes:
+        gimbal_rate: rad/s.
+        gimbal_torque: of each motor, N·m.
+        cluster_torque: per body axis, shape (3,), N·m.
+        gimbal_acceleration: rad/s²; a servo follows a smooth reference better.
+        cluster_momentum: per body axis, shape (3,), N·m·s.
+        envelope_fraction: share of the cluster's true momentum envelope, in every direction.
+        min_singularity_measure: smallest on the way, 1 at the best.
+        body_rate: about each axis, rad/s.
+    """
+
+    gimbal_rate: float
+    gimbal_torque: float
+    cluster_torque: Vector3
+    gimbal_acceleration: float = inf
+    cluster_momentum: Vector3 = field(default_factory=lambda: np.full(3, inf))
+    envelope_fraction: float = 1.0
+    min_singularity_measure: float = 0.0
+    body_rate: float = inf
+
+
+@dataclass(frozen=True, kw_only=True)
+class Start:
+    """One start of the optimiser.
+
+    Attributes:
+        index: of its seed, from 0.
+        cost: what was minimised: -log det, log trace of the inverse, -log of the smallest eigenvalue, or the condition
+            number's logarithm with its signal term; infinite where the start did not end within the limits.
+        seconds: of this solve.
+        status: the optimiser's own word.
+    """
+
+    index: int
+    cost: float
+    seconds: float
+    status: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Search:
+    """How the optimum is looked for.
+
+    Attributes:
+        starts: number of random starts.
+        seed: of all of them; start i is the same whatever the number of starts.
+        progress: told of each start as it ends.
+    """
+
+    starts: int
+    seed: int
+    progress: Callable[[Start], None] = field(default=lambda _: None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Design:
+    """A designed maneuver and how it was found.
+
+    Attributes:
+        maneuver: the reference.
+        criterion: what was optimised.
+        parametrization: what the splines describe.
+        information: figures of Ψ_fᵀΨ_f of the maneuver.
+        starts: all starts, in order.
+        best: index of the start that became the maneuver.
+        setup_seconds: before the first start.
+    """
+
+    maneuver: Maneuver
+    criterion: Criterion
+    parametrization: Parametrization
+    information: Information
+    starts: tuple[Start, ...]
+    best: int
+    setup_seconds: float
+
+    @property
+    def seconds(self) -> float:
+        """Time of the start that became the maneuver, s."""
+        return self.starts[self.best].seconds

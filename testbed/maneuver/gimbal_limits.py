@@ -1,0 +1,100 @@
+"""The limits of a gimbal-space design as constraints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from testbed.arrays import Series
+from testbed.cmg.cluster import Cluster
+from testbed.cmg.singularity import envelope_radius, sphere_directions
+from testbed.maneuver.cluster_motion import MOTION_OUTPUTS, motion_function
+from testbed.maneuver.design import DesignProblem, GimbalLimits
+from testbed.maneuver.momentum_path import sampled
+from testbed.maneuver.program import Constraint, within
+from testbed.maneuver.splines import derivative_points_matrix
+
+_CHECKS_PER_KNOT = 3
+"""Instants per knot interval at which limits without a convex hull are kept."""
+_ENVELOPE_DIRECTIONS = sphere_directions(26)[:13]
+"""Axes along which the envelope is held, both ways."""
+
+
+def hull_limits(problem: DesignProblem, limits: GimbalLimits, points: ca.MX) -> tuple[Constraint, ...]:
+    """Bound the control points of ḋ and d̈; the convex hull property bounds the curves.
+
+    Args:
+        problem: duration.
+        limits: of gimbal rate and acceleration.
+        points: of d, shape (n, 6), rad.
+    """
+    rate, acceleration = (
+        ca.DM(derivative_points_matrix(problem.duration, problem.control_points, order)) @ points for order in (1, 2)
+    )
+    return tuple(
+        _finite(
+            ("gimbal rate", rate, limits.gimbal_rate),
+            ("gimbal acceleration", acceleration, limits.gimbal_acceleration),
+        )
+    )
+
+
+def path_limits(
+    problem: DesignProblem, limits: GimbalLimits, points: ca.MX, path_time: Series, total: ca.MX
+) -> tuple[Constraint, ...]:
+    """Keep what is not linear in the control points at a few instants of each knot interval, and rest at the end.
+
+    Args:
+        problem: platform and duration.
+        limits: what to keep.
+        points: of d, shape (n, 6), rad.
+        path_time: shape (N,), s, ends with the duration.
+        total: L at these times, shape (3, N), N·m·s, body axes.
+    """
+    checked = _checked(problem, len(path_time))
+    motion = motion_function(problem.cluster, problem.inertia).map(len(checked))
+    curves = [sampled(problem, points, path_time[checked], order) for order in (0, 1, 2)]
+    outputs = motion(*curves, total[:, checked.tolist()])
+    values = {name: output.T for name, output in zip(MOTION_OUTPUTS, outputs, strict=True)}
+    return (
+        *_finite(
+            ("body rate", values["body_rate"], limits.body_rate),
+            ("cluster momentum", values["momentum"], limits.cluster_momentum),
+            ("cluster torque", values["momentum_rate"], limits.cluster_torque),
+            ("gimbal torque", values["gimbal_torque"], limits.gimbal_torque),
+        ),
+        _envelope(problem.cluster, values["momentum"], limits.envelope_fraction),
+        _dexterity(values["dexterity"], limits.min_singularity_measure),
+        _rest(problem.cluster, values["momentum"][-1, :] - total[:, -1].T),
+    )
+
+
+def _checked(problem: DesignProblem, path_length: int) -> NDArray[np.int_]:
+    """Indices into the path, both ends included."""
+    intervals = (problem.control_points - 3) * _CHECKS_PER_KNOT
+    return np.unique(np.linspace(0, path_length - 1, intervals + 1).round().astype(int))
+
+
+def _envelope(cluster: Cluster, momentum: ca.MX, fraction: float) -> Constraint:
+    """|u·h| within a share of the envelope's support, for every axis u."""
+    radius = fraction * envelope_radius(cluster, _ENVELOPE_DIRECTIONS)
+    return within("momentum envelope", momentum @ ca.DM(_ENVELOPE_DIRECTIONS.T), radius)
+
+
+def _dexterity(dexterity: ca.MX, measure: float) -> Constraint:
+    """Singularity measure not below its floor, squared to stay smooth."""
+    return Constraint(name="singularity measure", expression=dexterity, lower=measure**2, upper=np.inf)
+
+
+def _rest(cluster: Cluster, difference: ca.MX) -> Constraint:
+    """All momentum in the cluster at the end: the platform rests."""
+    share = difference.T / np.abs(cluster.rotor_momentum).sum()
+    return Constraint(name="rest at the end", expression=share, lower=0.0, upper=0.0)
+
+
+def _finite(*limits: tuple[str, ca.MX, ArrayLike]) -> Iterator[Constraint]:
+    """Leave out infinite limits; they would only cost time."""
+    return (within(name, curve, limit) for name, curve, limit in limits if np.all(np.isfinite(limit)))

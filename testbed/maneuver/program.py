@@ -1,0 +1,135 @@
+"""A nonlinear program with named limits, and IPOPT to solve it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple, TypeAlias
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from testbed.arrays import Array
+
+_TOLERANCE = 1e-6
+"""Largest overshoot of a limit, as a share of it: far below any margin, above what IPOPT's own slack leaves (1e-8)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Constraint:
+    """lower ≤ expression ≤ upper, in shares of a limit so that all limits weigh alike.
+
+    Attributes:
+        name: of the limit, as in "gimbal rate".
+        expression: a column.
+        lower: of every row.
+        upper: of every row.
+    """
+
+    name: str
+    expression: ca.MX
+    lower: float
+    upper: float
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bound of each row."""
+        rows = self.expression.numel()
+        return np.full(rows, self.lower), np.full(rows, self.upper)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Program:
+    """What to minimise, over what, within which limits.
+
+    Attributes:
+        variables: a column.
+        cost: a scalar.
+        constraints: the limits.
+        random_start: draws initial variables.
+        hessian: exact second derivatives, or IPOPT's limited-memory approximation.
+    """
+
+    variables: ca.MX
+    cost: ca.MX
+    constraints: tuple[Constraint, ...]
+    random_start: Callable[[np.random.Generator], Array]
+    hessian: Literal["exact", "limited-memory"]
+
+
+class Solution(NamedTuple):
+    """Where one start ended.
+
+    Attributes:
+        variables: shape (n,).
+        cost: there.
+        status: the optimiser's own word.
+        excess: largest overshoot of each named limit, as a share of it; empty where all are kept.
+    """
+
+    variables: Array
+    cost: float
+    status: str
+    excess: dict[str, float]
+
+
+Solver: TypeAlias = Callable[[Array], Solution]
+"""Solves a program from given initial variables."""
+
+
+def within(name: str, expression: ca.MX, limit: ArrayLike) -> Constraint:
+    """Return |expression| ≤ limit; the limit has the expression's rows, or one entry for each of its columns.
+
+    Args:
+        name: of the limit.
+        expression: shape (N, C).
+        limit: positive scalar, or shape (C,).
+    """
+    scale = np.broadcast_to(limit, (expression.shape[1],))
+    return Constraint(name=name, expression=ca.vec(expression @ ca.DM(np.diag(1.0 / scale))), lower=-1.0, upper=1.0)
+
+
+def solver(program: Program) -> Solver:
+    """Compile a program."""
+    limits = ca.vertcat(*(constraint.expression for constraint in program.constraints))
+    bounds = [constraint.bounds for constraint in program.constraints]
+    lower = np.concatenate([low for low, _ in bounds] or [np.zeros(0)])
+    upper = np.concatenate([high for _, high in bounds] or [np.zeros(0)])
+    problem: dict[str, Any] = {"x": program.variables, "f": program.cost, "g": limits}
+    ipopt = ca.nlpsol("ipopt", "ipopt", problem, _options(program.hessian))
+
+    def solve(start: Array) -> Solution:
+        result = ipopt(x0=start, lbg=lower, ubg=upper)
+        overshoot = np.maximum(lower - result["g"].full().ravel(), result["g"].full().ravel() - upper)
+        return Solution(
+            variables=result["x"].full().ravel(),
+            cost=float(result["f"]),
+            status=str(ipopt.stats()["return_status"]),
+            excess=_excess(program.constraints, overshoot),
+        )
+
+    return solve
+
+
+def _options(hessian: str) -> dict[str, Any]:
+    return {
+        "print_time": False,
+        "show_eval_warnings": False,  # a trial step may leave the criterion's domain; IPOPT shortens it
+        "ipopt.print_level": 0,
+        "ipopt.sb": "yes",
+        "ipopt.hessian_approximation": hessian,
+        "ipopt.max_iter": 500,
+        "ipopt.tol": 1e-5,  # of costs of order 1: the sixth digit of a criterion decides nothing
+        "ipopt.constr_viol_tol": 1e-8,
+    }
+
+
+def _excess(constraints: tuple[Constraint, ...], overshoot: Array) -> dict[str, float]:
+    """Largest overshoot of each name, where it matters; NaN matters."""
+    rows = np.cumsum([constraint.expression.numel() for constraint in constraints])[:-1]
+    worst = {
+        constraint.name: float(part.max(initial=0.0))
+        for constraint, part in zip(constraints, np.split(overshoot, rows), strict=True)
+    }
+    return {name: value for name, value in worst.items() if not value <= _TOLERANCE}
