@@ -8,6 +8,7 @@ import numpy as np
 from scipy import optimize
 
 from testbed.arrays import Array, Regressor, Response, Vector3
+from testbed.errors import InputError
 from testbed.estimation.bound import rate_columns
 from testbed.estimation.estimate import Estimate, EstimationSettings, estimate_of
 from testbed.estimation.momentum_equation import mean_momentum
@@ -30,28 +31,13 @@ def output_error(telemetry: Telemetry, settings: EstimationSettings) -> Estimate
         settings: the nominal inertia, which the search starts near.
 
     Raises:
-        InputError: too few samples, or the search does not converge.
+        InputError: too few samples, or the search finds no minimum.
         UnidentifiableError: the motion leaves directions of the inertia open.
 
     Source: paper eqs. (1), (4), (12), (13).
     """
     part = identifiable_part(telemetry, settings)
-    drive = drive_of(part)
-
-    @lru_cache(maxsize=1)  # the residual and its sensitivities are asked for at the same parameters
-    def motion(parameters: bytes) -> Motion:
-        unknowns = np.frombuffer(parameters)
-        return simulate(drive, unknowns[:6], _momentum(unknowns))
-
-    def residual(parameters: Array) -> Response:
-        if not is_physical(parameters[:6]):
-            return np.full(part.body_rate.size, REFUSED)
-        return np.asarray((motion(parameters.tobytes()).body_rate - part.body_rate).ravel())
-
-    def sensitivity(parameters: Array) -> Regressor:
-        return rate_columns(part, drive, motion(parameters.tobytes()))
-
-    answer = optimize.least_squares(residual, _start(part, settings), sensitivity, method="lm", x_scale="jac")
+    answer = _search(part, _start(part, settings))
     variance = float(answer.fun @ answer.fun) / (answer.fun.size - answer.x.size)
     return estimate_of(
         part,
@@ -63,6 +49,29 @@ def output_error(telemetry: Telemetry, settings: EstimationSettings) -> Estimate
         sigma=float(np.sqrt(variance)),
         iterations=answer.njev,
     )
+
+
+def _search(telemetry: Telemetry, start: Array) -> optimize.OptimizeResult:
+    """Minimise the squares of predicted minus measured rates over the unknowns."""
+    drive = drive_of(telemetry)
+
+    @lru_cache(maxsize=1)  # the residual and its sensitivities are asked for at the same unknowns
+    def motion(unknowns: bytes) -> Motion:
+        values = np.frombuffer(unknowns)
+        return simulate(drive, values[:6], _momentum(values))
+
+    def residual(unknowns: Array) -> Response:
+        if not is_physical(unknowns[:6]):
+            return np.full(telemetry.body_rate.size, REFUSED)
+        return np.asarray((motion(unknowns.tobytes()).body_rate - telemetry.body_rate).ravel())
+
+    def sensitivity(unknowns: Array) -> Regressor:
+        return rate_columns(telemetry, drive, motion(unknowns.tobytes()))
+
+    answer = optimize.least_squares(residual, start, sensitivity, method="lm", x_scale="jac")
+    if not answer.success:
+        raise InputError(f"output error found no minimum in {answer.nfev} evaluations; look at the record's residuals")
+    return answer
 
 
 def _start(telemetry: Telemetry, settings: EstimationSettings) -> Array:
