@@ -8,6 +8,7 @@ import pytest
 
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.experiment.result import result_of
+from testbed.report.frame.page import render_page
 from testbed.report.run import run_page, write_run_report
 from testbed.report.sections.inertias import Inertias
 from testbed.report.verdict import flight_verdict
@@ -180,6 +181,16 @@ def test_an_error_beyond_noise_is_a_warning(tmp_path):
     page = page_of(replace(experiment, estimation=estimation), tmp_path)
     assert "off by 6.3 of its standard deviations in J33" in page.said_with("notice warn")[0]
     assert page.said_with("warn") == ["+6.30"]  # the cell of the table
+
+
+def test_every_colour_of_a_chart_is_defined_for_light_and_dark():
+    html = render_page(run_page(designed(flight(1.2)), PROVENANCE, {}))
+    light, dark = html.split("@media (prefers-color-scheme: dark)")[:2]
+    dark = dark.split("@media print")[0]
+    used = set(re.findall(r'"var\((--[\w-]+)\)"', html))
+    assert {"--axis-x", "--unit-6", "--estimator-4", "--limit", "--bound", "--shade"} <= used
+    for colors in (light, dark):
+        assert used <= set(re.findall(r"(--[\w-]+):", colors))
 
 
 def test_a_long_flight_stays_below_6_megabytes(tmp_path):

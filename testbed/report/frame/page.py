@@ -53,5 +53,5 @@ def _asset(name: str) -> Markup:
 
 
 def _chart_json(figure: Figure) -> Markup:
-    """Return a chart as JSON that may stand inside a script element, where `<` could end it."""
-    return Markup(figure.chart.to_json(validate=False).replace("<", "\\u003c"))
+    """Return a chart as JSON; plotly escapes the `<` that could end the script element around it."""
+    return Markup(figure.chart.to_json(validate=False))
