@@ -1,0 +1,122 @@
+"""Maneuvers that are not designed: the paper's basic profile, and profiles from tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+from pyarrow import csv
+from scipy.interpolate import BSpline, make_interp_spline
+
+from testbed.arrays import Array, Series
+from testbed.errors import InputError
+from testbed.maneuver.maneuver import Maneuver
+from testbed.maneuver.splines import DEGREE, clamped_spline
+from testbed.signals import SIGNALS
+
+_BODY_RATE, _GIMBAL_ANGLE = SIGNALS["body_rate"].columns, SIGNALS["gimbal_angle"].columns
+_TIME = "time_s"
+_FEWEST_ROWS = DEGREE + 1
+_BASIC_POINTS = np.array(
+    [
+        [0.0, 0.0, 0.0],
+        [0.0, 0.0, 0.0],
+        [0.028, -0.023, 0.095],
+        [0.044, -0.083, 0.181],
+        [0.016, -0.161, 0.195],
+        [-0.059, -0.197, 0.156],
+        [-0.149, -0.153, 0.112],
+        [-0.201, -0.054, 0.088],
+        [-0.173, 0.024, 0.068],
+        [-0.084, 0.032, 0.033],
+        [0.0, 0.0, 0.0],
+        [0.0, 0.0, 0.0],
+    ]
+)
+"""rad/s. The paper shows its basic profile only as a plot; these points were fitted to the figures of Table 1, which
+they meet within 1 %: 0.099, 21.26, 0.0036, 3.269."""
+
+
+def basic_profile(*, duration: float = 5.0, scale: float = 1.0) -> Maneuver:
+    """Return the paper's basic profile: all axes excited, differently, from rest to rest, peak 0.19 rad/s times scale.
+
+    Args:
+        duration: s; the paper's is 5.
+        scale: factor on the body rate; 1.5 is the paper's scaled profile.
+
+    Source: paper section 5.1, Fig. 1 and Table 1.
+    """
+    return Maneuver(name="basic", duration=duration, body_rate=clamped_spline(duration, scale * _BASIC_POINTS))
+
+
+def read_profile(path: Path) -> Maneuver:
+    """Return the maneuver of a CSV table: time_s, the body rate, and optionally the six gimbal angles.
+
+    A cubic spline goes through the rows; its time starts at the first.
+
+    Args:
+        path: columns are named as in a record.
+
+    Raises:
+        InputError: the file cannot be used; the message names file, column or row, and remedy.
+    """
+    columns = _columns(path)
+    _refuse(path, _problems(columns))
+    time = columns[_TIME] - columns[_TIME][0]
+    has_gimbals = _GIMBAL_ANGLE[0] in columns
+    return Maneuver(
+        name=path.stem,
+        duration=float(time[-1]),
+        body_rate=_spline(time, columns, _BODY_RATE),
+        gimbal_angle=_spline(time, columns, _GIMBAL_ANGLE) if has_gimbals else None,
+    )
+
+
+def _columns(path: Path) -> dict[str, Array]:
+    """Read the columns that a profile knows, as numbers; others are passed over."""
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file; paths in a scenario are relative to its folder")
+    known = (_TIME, *_BODY_RATE, *_GIMBAL_ANGLE)
+    numbers = csv.ConvertOptions(column_types=dict.fromkeys(known, pa.float64()))
+    try:
+        table = csv.read_csv(path, convert_options=numbers)
+        names = table.column_names
+    except (OSError, pa.ArrowInvalid, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: cannot be read as a table of numbers: {error}") from error
+    _refuse(path, _name_problems(names))
+    return {name: table[name].to_numpy() for name in known if name in names}
+
+
+def _name_problems(names: list[str]) -> Iterator[str]:
+    wanted = (_TIME, *_BODY_RATE, *(_GIMBAL_ANGLE if set(_GIMBAL_ANGLE) & set(names) else ()))
+    missing = [name for name in wanted if name not in names]
+    if missing:
+        yield f"has no column {', '.join(missing)}; its columns are {', '.join(names)}"
+    repeated = sorted({name for name in wanted if names.count(name) > 1})
+    if repeated:
+        yield f"has column {', '.join(repeated)} more than once; keep one of each"
+
+
+def _problems(columns: Mapping[str, Array]) -> Iterator[str]:
+    rows = len(columns[_TIME])
+    if rows < _FEWEST_ROWS:
+        yield f"has {rows} rows; a cubic spline needs at least {_FEWEST_ROWS}"
+    for name, values in columns.items():
+        gaps = np.flatnonzero(~np.isfinite(values))
+        if gaps.size:
+            yield f"{name} is not a finite number in row {gaps[0] + 1}; fill it in or leave the row out"
+    backward = np.flatnonzero(np.diff(columns[_TIME]) <= 0.0)
+    if backward.size:
+        yield f"{_TIME} does not increase from row {backward[0] + 1} to row {backward[0] + 2}; sort the rows by time"
+
+
+def _refuse(path: Path, problems: Iterator[str]) -> None:
+    lines = [f"{path}: {problem}" for problem in problems]
+    if lines:
+        raise InputError("\n".join(lines))
+
+
+def _spline(time: Series, columns: Mapping[str, Array], names: tuple[str, ...]) -> BSpline:
+    return make_interp_spline(time, np.stack([columns[name] for name in names], axis=1), k=DEGREE)
