@@ -29,7 +29,7 @@ app = typer.Typer(
 
 def main() -> None:
     """Run the command; errors in the input end it with a message and exit code 2."""
-    sys.exit(exit_code_of(lambda: app(standalone_mode=False)))
+    sys.exit(exit_code_of(app))
 
 
 @app.command()
@@ -38,11 +38,11 @@ def run(
     out: Out = None,
     seed: Seed = None,
     view: Annotated[bool, typer.Option("--view", help="Open the recording when the run is done.")] = False,
-) -> int:
+) -> None:
     """Design, fly, estimate and record a scenario."""
     from testbed.cli.run import run_scenario  # noqa: PLC0415 - engines load only when a command needs them
 
-    return run_scenario(scenario, out, seed, view=view)
+    raise typer.Exit(run_scenario(scenario, out, seed, view=view))
 
 
 @app.command()

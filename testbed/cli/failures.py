@@ -5,35 +5,30 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 
-import click
-
 from testbed.errors import DivergedError, InputError
 
 COMPLETED = 0
 BAD_INPUT = 2
 DIVERGED = 3
-_INTERRUPTED = 130
 
 
 def exit_code_of(command: Callable[[], object]) -> int:
     """Run a command and return its exit code; what a person can mend is printed without a traceback.
 
     Args:
-        command: returns nothing, or an exit code of its own.
+        command: a Typer application; it ends with SystemExit, and reports what is wrong with its options by itself.
     """
     try:
-        code = command()
-    except (InputError, click.ClickException) as error:
-        _say(error.format_message() if isinstance(error, click.ClickException) else str(error))
-        return BAD_INPUT
+        command()
+    except InputError as error:
+        return _say(error, BAD_INPUT)
     except DivergedError as error:
-        _say(str(error))
-        return DIVERGED
-    except (KeyboardInterrupt, click.Abort):
-        _say("interrupted; nothing half-written was left behind")
-        return _INTERRUPTED
-    return code if isinstance(code, int) else COMPLETED
+        return _say(error, DIVERGED)
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else COMPLETED
+    return COMPLETED
 
 
-def _say(message: str) -> None:
-    print(f"error: {message}", file=sys.stderr)
+def _say(error: Exception, code: int) -> int:
+    print(f"error: {error}", file=sys.stderr)
+    return code

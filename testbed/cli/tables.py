@@ -9,8 +9,6 @@ from rich.table import Table
 
 from testbed.arrays import Theta
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
-from testbed.estimation.combine import CombinedEstimate
-from testbed.estimation.estimate import Estimate
 from testbed.experiment.experiment import CombinedEstimation, Estimation, Experiment
 from testbed.experiment.flying import FlownRun
 from testbed.maneuver.design import Design
@@ -38,19 +36,20 @@ def estimate_table(title: str, rows: Mapping[str, Theta], estimation: Estimation
     for name in PARAMETER_NAMES:
         table.add_column(name, justify="right", no_wrap=True)
     for label, theta in rows.items():
-        table.add_row(label, *(f"{value * _MILLI:.4f}" for value in theta))
+        table.add_row(label, *_cells(theta))
     table.add_section()
     for name, estimate in estimation.by_name.items():
-        table.add_row(ESTIMATOR_NAMES[name], *_estimate_cells(estimate))
+        table.add_row(ESTIMATOR_NAMES[name], *_cells(estimate.theta))
+        table.add_row("", *_cells(estimate.std, "±"), style="dim")
     if isinstance(estimation, Estimation) and estimation.bound_std is not None:
         table.add_section()
-        table.add_row("Cramér-Rao bound", *(f"± {value * _MILLI:.4f}" for value in estimation.bound_std))
+        table.add_row("Cramér-Rao bound", *_cells(estimation.bound_std, "±"))
     return table
 
 
-def _estimate_cells(estimate: Estimate | CombinedEstimate) -> Iterator[str]:
-    for value, std in zip(estimate.theta, estimate.std, strict=True):
-        yield f"{value * _MILLI:.4f} ± {std * _MILLI:.4f}"
+def _cells(values: Theta, sign: str = "") -> Iterator[str]:
+    for value in values:
+        yield f"{sign}{value * _MILLI:.4f}".replace("-0.0000", "0.0000")
 
 
 def design_lines(design: Design | None) -> Iterator[str]:
@@ -85,4 +84,4 @@ def result_table(experiment: Experiment) -> Table:
     """Return a run's result table: true and nominal inertia, the estimates, the bound."""
     assert experiment.estimation is not None
     known = {"true": theta_of(experiment.truth.inertia), "nominal": theta_of(experiment.nominal.inertia)}
-    return estimate_table("Inertia in 1e-3 kg m² (± one standard deviation)", known, experiment.estimation)
+    return estimate_table("Inertia in 1e-3 kg m², ± one standard deviation", known, experiment.estimation)

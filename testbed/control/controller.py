@@ -11,7 +11,7 @@ import numpy as np
 from testbed.arrays import Array, Flags, Units, UnitSeries, Vector3, Vectors3
 from testbed.cmg.cluster import Cluster, cluster_momentum, momentum_jacobian
 from testbed.cmg.steering import SteeringLaw, limit_rates, preferred_rates, steer
-from testbed.control.servo import GimbalServo, torque_demand
+from testbed.control.servo import GimbalServo, rate_set_point, torque_demand
 from testbed.control.tracker import Tracker, feedback_momentum_rate
 
 
@@ -85,7 +85,7 @@ class Command(NamedTuple):
     Attributes:
         gimbal_rate: after the limit, shape (..., 6), rad/s.
         torque: demand on each motor, shape (..., 6), N·m.
-        rate_saturated: which units asked for more than their rate limit, shape (..., 6).
+        rate_saturated: which units were cut to their rate limit, shape (..., 6).
     """
 
     gimbal_rate: UnitSeries
@@ -121,17 +121,18 @@ def command(
     momentum_rate_B = _momentum_rate(controller, state, target, encoder_angle)
     wanted = _gimbal_rates(controller, target, jacobian, momentum_rate_B, encoder_angle, time)
     rate, saturated = limit_rates(wanted, controller.gimbal_rate_limit)
+    set_point, cut = rate_set_point(controller.servo, rate, state.commanded_angle - encoder_angle)
     torque = torque_demand(
         controller.servo,
         cluster,
-        rate,
+        set_point,
         (rate - state.commanded_rate) / controller.period,
-        state.commanded_angle - encoder_angle,
         jacobian,
         target.body_rate,
         target.body_acceleration,
     )
-    return _next_state(controller, state, rate_error, rate, encoder_angle), Command(rate, torque, saturated)
+    following = _next_state(controller, state, rate_error, encoder_angle, rate, saturated)
+    return following, Command(rate, torque, saturated | cut)
 
 
 def _momentum_rate(
@@ -165,11 +166,17 @@ def _next_state(
     controller: Controller,
     state: ControllerState,
     rate_error: Vectors3,
-    rate: UnitSeries,
     encoder_angle: UnitSeries,
+    rate: UnitSeries,
+    saturated: Flags,
 ) -> ControllerState:
-    """Integrate feedback and commanded angle; the latter never runs away from a motor that cannot follow."""
-    feedback_rate_B = feedback_momentum_rate(controller.tracker, rate_error)
+    """Integrate feedback and commanded angle, without wind-up.
+
+    The feedback waits while a gimbal is at its rate limit, and the commanded angle never runs away from a motor that
+    cannot follow.
+    """
+    free = ~saturated.any(axis=-1, keepdims=True)
+    feedback_rate_B = feedback_momentum_rate(controller.tracker, rate_error) * free
     bound = controller.servo.angle_error_bound
     anchored = np.minimum(np.maximum(state.commanded_angle, encoder_angle - bound), encoder_angle + bound)
     return ControllerState(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.arrays import Array, Units, UnitSeries, Vectors3
+from testbed.arrays import Array, Flags, Units, UnitSeries, Vectors3
 from testbed.cmg.cluster import Cluster
 
 
@@ -18,12 +18,14 @@ class GimbalServo:
         inertia: Jg + Jt that each motor turns, shape (6,), kg·m².
         rate_gain: kv of the tachometer loop inside the motor, shape (6,), N·m·s/rad.
         angle_gain: ki on the encoder, the integral of the rate error, shape (6,), N·m/rad.
+        rate_limit: largest set point of the tachometer loop, rad/s.
         angle_error_bound: how far the commanded angle may run ahead of a motor at its torque limit (anti-wind-up), rad.
     """
 
     inertia: Units
     rate_gain: Units
     angle_gain: Units
+    rate_limit: float
     angle_error_bound: float
 
 
@@ -42,6 +44,7 @@ def gimbal_servo(cluster: Cluster, bandwidth: float, damping_ratio: float, rate_
         inertia=inertia,
         rate_gain=inertia * bandwidth,
         angle_gain=inertia * natural_frequency**2,
+        rate_limit=rate_limit,
         angle_error_bound=rate_limit / natural_frequency,
     )
 
@@ -51,34 +54,43 @@ def momentum_gain(servo: GimbalServo) -> float:
     return float(np.sqrt(servo.angle_gain / servo.inertia).min()) / 4.0
 
 
+def rate_set_point(servo: GimbalServo, commanded_rate: UnitSeries, angle_error: UnitSeries) -> tuple[UnitSeries, Flags]:
+    """Return the tachometer loop's set point ḋ_c + (ki / kv)(d_c - d̄) within the rate limit, and where it was cut.
+
+    Args:
+        servo: gains.
+        commanded_rate: ḋ_c, shape (..., 6), rad/s.
+        angle_error: d_c - d̄, shape (..., 6), rad.
+    """
+    wanted = commanded_rate + servo.angle_gain / servo.rate_gain * angle_error
+    limited = np.minimum(np.maximum(wanted, -servo.rate_limit), servo.rate_limit)
+    return limited, limited != wanted
+
+
 def torque_demand(
     servo: GimbalServo,
     cluster: Cluster,
-    commanded_rate: UnitSeries,
+    set_point: UnitSeries,
     commanded_acceleration: UnitSeries,
-    angle_error: UnitSeries,
     momentum_jacobian: Array,
     reference_rate: Vectors3,
     reference_acceleration: Vectors3,
 ) -> UnitSeries:
     """Return the torque demand of every gimbal motor, shape (..., 6), N·m.
 
-    τ = kv ḋ_c + ki (d_c - d̄) + (Jg + Jt)(d̈_c + g·ω̇_ref) - ω_ref·A_i: the tachometer loop's set point, integral action
-    on the encoder, and the feed-forward of inertia and of the gyroscopic load Js Ω ω·t(d). The load comes from the
-    reference rate: from the noisy gyro it would shake the gimbals (trap 2).
+    τ = kv ḋ_s + (Jg + Jt)(d̈_c + g·ω̇_ref) - ω_ref·A_i: the tachometer loop's set point, and the feed-forward of inertia
+    and of the gyroscopic load Js Ω ω·t(d). The load comes from the reference rate: from the noisy gyro it would shake
+    the gimbals (trap 2).
 
     Args:
         servo: gains.
         cluster: nominal units.
-        commanded_rate: ḋ_c, shape (..., 6), rad/s.
+        set_point: ḋ_s, shape (..., 6), rad/s.
         commanded_acceleration: d̈_c, shape (..., 6), rad/s².
-        angle_error: d_c - d̄, shape (..., 6), rad.
         momentum_jacobian: A at the measured gimbal angles, columns Js Ω t, shape (..., 3, 6), N·m·s/rad.
         reference_rate: ω_ref, shape (..., 3), rad/s, body axes.
         reference_acceleration: ω̇_ref, shape (..., 3), rad/s².
     """
     inertial = commanded_acceleration + reference_acceleration @ cluster.gimbal_axis_B.T
     load = (reference_rate[..., None, :] @ momentum_jacobian)[..., 0, :]
-    return np.asarray(
-        servo.rate_gain * commanded_rate + servo.angle_gain * angle_error + servo.inertia * inertial - load
-    )
+    return np.asarray(servo.rate_gain * set_point + servo.inertia * inertial - load)

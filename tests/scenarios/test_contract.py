@@ -16,11 +16,19 @@ from testbed.scenario.reader import read_scenario
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.toml"))
-FILES = {"scenario.toml", "record.parquet", "record.toml", "recording.rrd", "report.html", "result.json", "provenance.json"}
+FILES = {
+    "scenario.toml",
+    "record.parquet",
+    "record.toml",
+    "recording.rrd",
+    "report.html",
+    "result.json",
+    "provenance.json",
+}
 
 
 def run(*arguments: object) -> int:
-    return exit_code_of(lambda: app([str(argument) for argument in arguments], standalone_mode=False))
+    return exit_code_of(lambda: app([str(argument) for argument in arguments]))
 
 
 @pytest.fixture(scope="module", params=SCENARIOS, ids=lambda path: path.stem)

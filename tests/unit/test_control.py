@@ -83,7 +83,6 @@ def test_torque_demand_holds_the_gimbals_against_the_gyroscopic_load():
         CLUSTER,
         np.zeros(6),
         np.zeros(6),
-        np.zeros(6),
         momentum_jacobian(CLUSTER, ANGLE),
         rate,
         np.zeros(3),

@@ -1,0 +1,187 @@
+"""The command line: exit codes, messages for people, no half-written folders."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+from testbed.cli.app import app
+from testbed.cli.failures import exit_code_of
+from testbed.records.reading import read_record
+
+ROOT = Path(__file__).resolve().parents[2]
+BASIC = (ROOT / "scenarios" / "basic.toml").read_text(encoding="utf-8")
+
+
+def run(*arguments: object) -> int:
+    return exit_code_of(lambda: app([str(argument) for argument in arguments]))
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def scenario(folder: Path, *changes: tuple[str, str], name: str = "changed.toml") -> Path:
+    text = BASIC
+    for old, new in changes:
+        assert old in text, f"{old} is not in basic.toml"
+        text = text.replace(old, new)
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def refused(capsys, *fragments: str) -> None:
+    printed = capsys.readouterr()
+    assert printed.err.startswith("error: ")
+    assert "Traceback" not in printed.err
+    for fragment in fragments:
+        assert fragment in printed.err
+
+
+def test_a_missing_scenario(here, capsys):
+    assert run("run", "nowhere.toml") == 2
+    refused(capsys, "nowhere.toml", "scenario file")
+    assert list(here.iterdir()) == []
+
+
+def test_an_unknown_key_names_the_nearest(here, capsys):
+    path = scenario(here, ("mass_kg", "mas_kg"))
+    assert run("check", path) == 2
+    refused(capsys, "changed.toml", "line ", "mas_kg", "mass_kg")
+
+
+def test_a_wrong_shape(here, capsys):
+    path = scenario(here, ("cluster_torque_N_m = [0.040, 0.040, 0.047]", "cluster_torque_N_m = [0.040, 0.047]"))
+    assert run("run", path, "--out", "out") == 2
+    refused(capsys, "cluster_torque_N_m", "2 entries instead of 3")
+    assert not (here / "out").exists()
+
+
+def test_an_inertia_that_no_bus_has(here, capsys):
+    inertia = "[[0.022, 0.0, 0.0], [0.0, 0.022, 0.0], [0.0, 0.0, 0.027]]"
+    path = scenario(here, (inertia, "[[0.0005, 0.0, 0.0], [0.0, 0.0005, 0.0], [0.0, 0.0, 0.0005]]"))
+    assert run("check", path) == 2
+    refused(capsys, "inertia_kg_m2", "no body has")
+
+
+def test_a_folder_that_is_not_empty_is_left_alone(here, capsys):
+    kept = here / "out" / "mine.txt"
+    kept.parent.mkdir()
+    kept.write_text("mine", encoding="utf-8")
+    assert run("run", scenario(here), "--out", "out") == 2
+    refused(capsys, "out", "not empty")
+    assert [path.name for path in kept.parent.iterdir()] == ["mine.txt"]
+
+
+def test_a_folder_that_cannot_be_made(here, capsys):
+    (here / "file").write_text("", encoding="utf-8")
+    assert run("run", scenario(here), "--out", "file/out") == 2
+    refused(capsys, "file/out")
+
+
+def test_a_design_whose_limits_cannot_be_met(here, capsys):
+    design = (
+        'kind = "design"\nparametrization = "gimbal"\ncriterion = "D"\nduration_s = 5.0\ncontrol_points = 10\n'
+        "starts = 1\nseed = 1\nsample_rate_hz = 16.0\nprefilter_time_constant_s = 0.8\nenvelope_fraction = 0.9\n"
+        "gimbal_rate_fraction = 0.9\nmin_singularity_measure = 0.95\n"
+    )
+    path = scenario(here, ('kind = "basic"\nduration_s = 5.0\nscale = 1.0\n', design))
+    assert run("design", path, "--out", "out") == 2
+    refused(capsys, "singularity")
+    assert {entry.name for entry in here.iterdir()} == {"changed.toml"}
+
+
+def test_there_is_nothing_to_design_in_a_given_maneuver(here, capsys):
+    assert run("design", scenario(here)) == 2
+    refused(capsys, 'maneuver.kind is "basic"')
+
+
+def test_a_diverged_flight_keeps_what_was_recorded_and_says_so(here, capsys):
+    # A rotor servo of 500 1/s with a step of 6.25 ms is beyond RK4's stability limit of 2.8.
+    path = scenario(here, ("step_s = 0.00125", "step_s = 0.0125"))
+    assert run("run", path, "--out", "out") == 3
+    assert "iverged" in capsys.readouterr().out
+    result = json.loads((here / "out" / "result.json").read_text(encoding="utf-8"))
+    assert result["outcome"] == "diverged"
+    assert "diverged between t = " in result["message"]
+    assert result["estimates"] == {}
+    table = pq.read_table(here / "out" / "record.parquet")
+    assert 0 < table.num_rows < 401
+    assert (here / "out" / "report.html").is_file()
+    assert (here / "out" / "recording.rrd").is_file()
+    assert {entry.name for entry in here.iterdir()} == {"changed.toml", "out"}
+
+
+def test_without_out_runs_are_numbered_under_runs(here, capsys):
+    path = scenario(here)
+    assert run("run", path) == 0
+    assert run("run", path, "--seed", 7) == 0
+    capsys.readouterr()
+    assert {entry.name for entry in (here / "runs").iterdir()} == {"basic", "basic-2"}
+    seeds = [json.loads((here / "runs" / name / "result.json").read_text())["seed"] for name in ("basic", "basic-2")]
+    assert seeds == [1, 7]
+    gyros = [
+        read_record(here / "runs" / name / "record.parquet").channels["body_rate"] for name in ("basic", "basic-2")
+    ]
+    assert (gyros[0] != gyros[1]).any()
+
+
+def test_a_run_without_a_recording_cannot_be_viewed(here, capsys):
+    assert run("view", here) == 2
+    refused(capsys, "no recording there")
+
+
+def test_an_empty_data_folder(here, capsys):
+    path = scenario(here)
+    (here / "data").mkdir()
+    assert run("estimate", path, "--data", "data") == 2
+    refused(capsys, "data", "no run in this folder")
+
+
+def test_a_record_that_does_not_excite_every_axis_is_refused_with_the_directions(here, capsys):
+    rows = [
+        "time_s,body_rate_x_rad_s,body_rate_y_rad_s,body_rate_z_rad_s,"
+        "cluster_momentum_x_N_m_s,cluster_momentum_y_N_m_s,cluster_momentum_z_N_m_s"
+    ]
+    for index in range(80):
+        rate = 0.2 * (index % 16) / 16
+        rows.append(f"{index / 16},{rate},0,0,{-0.022 * rate},0,0")
+    (here / "data").mkdir()
+    (here / "data" / "one_axis.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    assert run("estimate", scenario(here), "--data", "data") == 2
+    refused(capsys, "one_axis", "J22")
+
+
+def test_a_mistyped_option_is_named(here, capsys):
+    assert run("run", scenario(here), "--sede", 3) == 2
+    assert "--sede" in capsys.readouterr().err
+
+
+def test_help_lists_the_commands():
+    command = [sys.executable, "-c", "from testbed.cli import main; main()", "--help"]
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    shown = subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout
+    for name in ("run", "design", "estimate", "check", "view"):
+        assert name in shown
+
+
+def test_help_imports_no_engine():
+    """What keeps `testbed --help` fast."""
+    code = (
+        "import sys; sys.argv = ['testbed', '--help']\n"
+        "from testbed.cli import main\n"
+        "try:\n    main()\nexcept SystemExit:\n    pass\n"
+        "loaded = {'mujoco', 'casadi', 'rerun', 'scipy', 'numpy', 'pydantic'} & set(sys.modules)\n"
+        "assert not loaded, loaded\n"
+    )
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, env=environment)
