@@ -20,8 +20,9 @@ def flight_verdict(inertias: Inertias) -> Notice:
     ratio = np.abs(inertias.ratio(best))
     worst = int(np.argmax(ratio))
     text = (
-        f"The flight was completed; {estimator_name(best)} comes closest to the true inertia, its largest error is "
-        f"{figures(ratio[worst], 2)} standard deviations (in {PARAMETER_NAMES[worst]}), and {_coverage(inertias)}."
+        f"The flight was completed; closest to the true inertia is the estimate by {estimator_name(best)}: its largest "
+        f"error is {figures(ratio[worst], 2)} standard deviations (in {PARAMETER_NAMES[worst]}), "
+        f"and {_coverage(inertias)}."
     )
     return Notice(tone="good", text=text)
 
