@@ -34,7 +34,10 @@ def initial(
 
 
 def plant(
-    model: mujoco.MjModel, start: InitialState | None = None, rotors: RotorMode = "constant_speed", limit: float = 0.0052
+    model: mujoco.MjModel,
+    start: InitialState | None = None,
+    rotors: RotorMode = "constant_speed",
+    limit: float = 0.0052,
 ) -> Plant:
     """A plant whose rotors start at their servos' targets."""
     return Plant(

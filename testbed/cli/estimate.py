@@ -30,7 +30,8 @@ def estimate_records(path: Path, data: Path, out: Path | None) -> None:
         require_free(out)
     scenario = read_scenario(path)
     nominal = nominal_platform(scenario)
-    estimations = _estimations(scenario, nominal, read_data_set(data))
+    records = read_data_set(data)
+    estimations = _estimations(scenario, nominal, records)
     combined = combine_estimations(estimations)
     known = {"nominal": theta_of(nominal.inertia)}
     for name, estimation in estimations.items():
@@ -40,7 +41,7 @@ def estimate_records(path: Path, data: Path, out: Path | None) -> None:
         title = f"{len(estimations)} records combined (eq. 33): inertia in 1e-3 kg m²"
         console.print(estimate_table(title, known, combined))
     if out is not None:
-        write_estimates(out, path, scenario, nominal, estimations, combined)
+        write_estimates(out, path, scenario, nominal, records, estimations, combined)
         console.print(f"Written to {out}")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 import numpy as np
+from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from testbed.arrays import Theta
@@ -12,15 +13,9 @@ from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.experiment.experiment import CombinedEstimation, Estimation, Experiment
 from testbed.experiment.flying import FlownRun
 from testbed.maneuver.design import Design
+from testbed.report.wording import estimator_name
 
 _MILLI = 1e3
-ESTIMATOR_NAMES = {
-    "ls": "least squares",
-    "iv": "instrumental variable",
-    "iv_momentum": "IV, momentum form",
-    "output_error": "output error",
-}
-"""What a person calls each estimator."""
 
 
 def estimate_table(title: str, rows: Mapping[str, Theta], estimation: Estimation | CombinedEstimation) -> Table:
@@ -31,15 +26,15 @@ def estimate_table(title: str, rows: Mapping[str, Theta], estimation: Estimation
         rows: θ to show first, such as the truth, by label, kg·m².
         estimation: the estimates, and the bound below them.
     """
-    table = Table(title=title, title_justify="left", title_style="bold")
-    table.add_column("", no_wrap=True)
+    table = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE_HEAD, pad_edge=False)
+    table.add_column(no_wrap=True)
     for name in PARAMETER_NAMES:
         table.add_column(name, justify="right", no_wrap=True)
     for label, theta in rows.items():
         table.add_row(label, *_cells(theta))
     table.add_section()
     for name, estimate in estimation.by_name.items():
-        table.add_row(ESTIMATOR_NAMES[name], *_cells(estimate.theta))
+        table.add_row(estimator_name(name), *_cells(estimate.theta))
         table.add_row("", *_cells(estimate.std, "±"), style="dim")
     if isinstance(estimation, Estimation) and estimation.bound_std is not None:
         table.add_section()

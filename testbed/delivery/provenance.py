@@ -9,22 +9,32 @@ from importlib.metadata import version
 
 from testbed.experiment.experiment import Experiment
 from testbed.plant.fingerprint import model_sha256
+from testbed.scenario.scenario import Scenario
 
 _PACKAGES = ("testbed", "mujoco", "numpy", "scipy", "casadi", "rerun-sdk")
 
 
-def provenance_of(experiment: Experiment, scenario_text: str) -> dict[str, str]:
+def run_provenance(experiment: Experiment, scenario_text: str) -> dict[str, str]:
     """Return what decides a run, and what it ran on.
 
     Args:
         experiment: the run.
         scenario_text: its scenario file, verbatim.
     """
+    deciding = {"seed": str(experiment.seed), "model_sha256": model_sha256(experiment.truth.model)}
+    return provenance(experiment.scenario, scenario_text) | deciding
+
+
+def provenance(scenario: Scenario, scenario_text: str) -> dict[str, str]:
+    """Return the scenario, the versions and the machine behind a result.
+
+    Args:
+        scenario: as read.
+        scenario_text: its file, verbatim.
+    """
     return {
-        "scenario": experiment.scenario.name,
+        "scenario": scenario.name,
         "scenario_sha256": _sha256(scenario_text),
-        "seed": str(experiment.seed),
-        "model_sha256": model_sha256(experiment.truth.model),
         **{f"version_{package}": version(package) for package in _PACKAGES},
         "version_python": platform.python_version(),
         "machine": f"{platform.system()} {platform.machine()}",

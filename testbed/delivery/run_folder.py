@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from testbed.delivery.folder import whole_folder
-from testbed.delivery.provenance import provenance_of, recording_id_of
+from testbed.delivery.provenance import recording_id_of, run_provenance
 from testbed.delivery.recording import recording_content
 from testbed.experiment.experiment import Experiment
 from testbed.experiment.result import result_of
@@ -30,7 +30,7 @@ def write_run(folder: Path, scenario_path: Path, experiment: Experiment) -> None
         InputError: the folder is taken, or cannot be written.
     """
     scenario_text = scenario_path.read_text(encoding="utf-8")
-    provenance = provenance_of(experiment, scenario_text)
+    provenance = run_provenance(experiment, scenario_text)
     result = result_of(experiment)
     record = experiment.flown.record
     with whole_folder(folder) as part:
@@ -38,7 +38,7 @@ def write_run(folder: Path, scenario_path: Path, experiment: Experiment) -> None
         write_record(record, part / "record.parquet")
         write_json(part / "result.json", result)
         write_json(part / "provenance.json", provenance)
-        write_run_report(part / "report.html", experiment, provenance, result)
+        write_run_report(part / "report.html", experiment, provenance | {"scenario.toml": scenario_text}, result)
         write_recording(
             part / "recording.rrd",
             recording_id=recording_id_of(provenance),

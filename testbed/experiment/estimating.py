@@ -108,7 +108,7 @@ def bound_std(telemetry: Telemetry, theta: Theta, initial_momentum_B: Vector3) -
     """
     try:
         covariance = cramer_rao_bound(telemetry, theta, initial_momentum_B)
-    except (InputError, np.linalg.LinAlgError):
+    except (InputError, ValueError, np.linalg.LinAlgError):  # ValueError: a motion too wild to be predicted
         return None
     return np.sqrt(np.diag(covariance))
 

@@ -11,6 +11,7 @@ import numpy as np
 import rerun as rr
 
 from testbed.arrays import Array, Series
+from testbed.files import whole_file
 from testbed.recording.blueprint import blueprint
 from testbed.recording.chart import log_estimates
 from testbed.recording.content import RecordingContent, ShownEvent
@@ -59,18 +60,15 @@ def write_recording(
 @contextmanager
 def _stream(path: Path, recording_id: str) -> Iterator[rr.RecordingStream]:
     """Open a stream into a file beside `path` that takes its place when all has been written."""
-    beside = path.with_name(f".{path.name}.part")
     stream = rr.RecordingStream(APPLICATION_ID, recording_id=recording_id, send_properties=False)
     stream.set_log_time_enabled(False)
-    try:
-        stream.save(beside)
-        yield stream
-        stream.flush()
-        stream.disconnect()
-        beside.replace(path)
-    finally:
-        stream.disconnect()
-        beside.unlink(missing_ok=True)
+    with whole_file(path) as part:
+        stream.save(part)
+        try:
+            yield stream
+            stream.flush()
+        finally:
+            stream.disconnect()
 
 
 def _log_trace(stream: rr.RecordingStream, trace: Trace) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +10,7 @@ import pyarrow.csv
 import pyarrow.parquet
 
 from testbed.errors import InputError
+from testbed.files import whole_file
 from testbed.records.details import details_text
 from testbed.records.record import Record
 from testbed.records.tables import SUFFIXES
@@ -37,7 +36,7 @@ def write_record(record: Record, destination: Path) -> Path:
     path = _table_path(record, destination)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with _whole_file(path) as part:
+        with whole_file(path) as part:
             _write_table(record, part, path.suffix)
             # Before the table gets its name: no reader meets a run whose details are still missing.
             _write_details(path.with_suffix(".toml"), details_text(record.details, path.stem))
@@ -55,21 +54,11 @@ def _table_path(record: Record, destination: Path) -> Path:
     return destination / f"{name}.parquet"
 
 
-@contextmanager
-def _whole_file(path: Path) -> Iterator[Path]:
-    part = path.with_name(f".{path.name}.part")
-    try:
-        yield part
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
-
-
 def _write_details(path: Path, text: str) -> None:
     if not text:
         path.unlink(missing_ok=True)  # what an earlier run of this name said
         return
-    with _whole_file(path) as part:
+    with whole_file(path) as part:
         part.write_text(text, encoding="utf-8")
 
 

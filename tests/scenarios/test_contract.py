@@ -79,7 +79,10 @@ def test_the_result_has_its_form_and_sense(flown):
         assert np.all(np.array(result["estimates"][name]["std_kg_m2"]) > 0.7 * bound)
     assert result["conservation"]["momentum_drift_relative"] < 1e-7
     assert result["limits"]["min_singularity_measure"] > 0.05
-    assert max(result["tracking"]["rms_rad_s"]) < 0.05
+    if result["limits"]["saturated_s"] < 1.0:  # the paper's own design asks more than this cluster can give (trap 10)
+        assert max(result["tracking"]["rms_rad_s"]) < 0.03
+    else:
+        assert scenario.name == "paper_d_optimal"
 
 
 def test_the_record_reads_back_as_if_it_had_been_measured(flown):

@@ -9,6 +9,7 @@ from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
 from testbed.errors import InputError
+from testbed.files import whole_file
 from testbed.report.frame.blocks import Figure, Page
 
 _TEMPLATES = Environment(
@@ -21,19 +22,16 @@ _TEMPLATES = Environment(
 
 
 def write_page(path: Path, page: Page) -> None:
-    """Write a page, whole or not at all: under another name first, then renamed.
+    """Write a page, whole or not at all.
 
     Raises:
         InputError: the file cannot be written.
     """
-    part = path.with_name(f".{path.name}.part")
     try:
-        part.write_text(render_page(page), encoding="utf-8")
-        part.replace(path)
+        with whole_file(path) as part:
+            part.write_text(render_page(page), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror}); choose another place") from error
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def render_page(page: Page) -> str:
