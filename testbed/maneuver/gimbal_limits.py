@@ -10,17 +10,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from testbed.arrays import Series
 from testbed.cmg.cluster import Cluster
-from testbed.cmg.singularity import envelope_radius, sphere_directions
 from testbed.maneuver.cluster_motion import MOTION_OUTPUTS, motion_function
 from testbed.maneuver.design import DesignProblem, GimbalLimits
+from testbed.maneuver.envelope import envelope_share_function
 from testbed.maneuver.momentum_path import sampled
 from testbed.maneuver.program import Constraint, within
 from testbed.maneuver.splines import derivative_points_matrix
 
-_CHECKS_PER_KNOT = 3
+_CHECKS_PER_KNOT = 4
 """Instants per knot interval at which limits without a convex hull are kept."""
-_ENVELOPE_DIRECTIONS = sphere_directions(26)[:13]
-"""Axes along which the envelope is held, both ways."""
 
 
 def hull_limits(problem: DesignProblem, limits: GimbalLimits, points: ca.MX) -> tuple[Constraint, ...]:
@@ -58,6 +56,7 @@ def path_limits(
     motion = motion_function(problem.cluster, problem.inertia).map(len(checked))
     curves = [sampled(problem, points, path_time[checked], order) for order in (0, 1, 2)]
     outputs = motion(*curves, total[:, checked.tolist()])
+    envelope = envelope_share_function(problem.cluster).map(len(checked))(outputs[MOTION_OUTPUTS.index("momentum")])
     values = {name: output.T for name, output in zip(MOTION_OUTPUTS, outputs, strict=True)}
     return (
         *_finite(
@@ -66,7 +65,7 @@ def path_limits(
             ("cluster torque", values["momentum_rate"], limits.cluster_torque),
             ("gimbal torque", values["gimbal_torque"], limits.gimbal_torque),
         ),
-        _envelope(problem.cluster, values["momentum"], limits.envelope_fraction),
+        Constraint(name="momentum envelope", expression=envelope.T, lower=-np.inf, upper=limits.envelope_fraction),
         _dexterity(values["dexterity"], limits.min_singularity_measure),
         _rest(problem.cluster, values["momentum"][-1, :] - total[:, -1].T),
     )
@@ -76,12 +75,6 @@ def _checked(problem: DesignProblem, path_length: int) -> NDArray[np.int_]:
     """Indices into the path, both ends included."""
     intervals = (problem.control_points - 3) * _CHECKS_PER_KNOT
     return np.unique(np.linspace(0, path_length - 1, intervals + 1).round().astype(int))
-
-
-def _envelope(cluster: Cluster, momentum: ca.MX, fraction: float) -> Constraint:
-    """|u·h| within a share of the envelope's support, for every axis u."""
-    radius = fraction * envelope_radius(cluster, _ENVELOPE_DIRECTIONS)
-    return within("momentum envelope", momentum @ ca.DM(_ENVELOPE_DIRECTIONS.T), radius)
 
 
 def _dexterity(dexterity: ca.MX, measure: float) -> Constraint:
