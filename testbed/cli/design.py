@@ -39,7 +39,7 @@ def design_scenario(path: Path, out: Path | None, seed: int | None) -> None:
     for line in design_lines(design):
         console.print(line)
     console.print(
-        f"\nWritten to {folder}: maneuver.toml can replace the scenario's [maneuver], maneuver.csv is its table"
+        f"\nWritten to {folder}: maneuver.toml can replace the scenario's \\[maneuver], maneuver.csv is its table"
     )
 
 

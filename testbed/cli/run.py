@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from rich.markup import escape
+
 from testbed.cli.console import console, design_progress
 from testbed.cli.failures import COMPLETED, DIVERGED
 from testbed.cli.tables import design_lines, flight_lines, result_table
@@ -41,10 +43,11 @@ def _print_result(experiment: Experiment, folder: Path) -> None:
     if experiment.estimation is not None:
         console.print(result_table(experiment))
         for name, message in experiment.estimation.failures.items():
-            console.print(f"[yellow]{name} gave no estimate:[/] {message}")
+            console.print(f"[yellow]{name} gave no estimate:[/] {escape(message)}")
+        console.print()
     for line in (*design_lines(experiment.plan.design), *flight_lines(experiment.flown)):
         console.print(line)
     console.print()
-    console.print(f"Run folder:  {folder}")
-    console.print(f"Recording:   testbed view {folder}        (in the browser: testbed view --web {folder})")
-    console.print(f"Report:      {folder / 'report.html'}")
+    console.print(f"Folder     {folder}")
+    console.print(f"Report     {folder / 'report.html'}")
+    console.print(f"Recording  testbed view {folder}  (in the browser: testbed view --web {folder})")

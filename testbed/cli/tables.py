@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
+from rich.markup import escape
 from rich.table import Table
 
 from testbed.arrays import Theta
@@ -26,7 +27,15 @@ def estimate_table(title: str, rows: Mapping[str, Theta], estimation: Estimation
         rows: θ to show first, such as the truth, by label, kg·m².
         estimation: the estimates, and the bound below them.
     """
-    table = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE_HEAD, pad_edge=False)
+    table = Table(
+        title=title,
+        title_justify="left",
+        title_style="bold",
+        box=SIMPLE_HEAD,
+        show_edge=False,
+        pad_edge=False,
+        padding=(0, 1, 0, 0),
+    )
     table.add_column(no_wrap=True)
     for name in PARAMETER_NAMES:
         table.add_column(name, justify="right", no_wrap=True)
@@ -51,28 +60,24 @@ def design_lines(design: Design | None) -> Iterator[str]:
     """Return a design's figures, a line each; none where nothing was designed."""
     if design is None:
         return
-    figures = design.information
+    figures, space = design.information, design.parametrization.replace("_", "-")
     kept = sum(np.isfinite(start.cost) for start in design.starts)
-    yield (
-        f"Design:      {design.criterion}-optimal in {design.parametrization} space, {kept} of {len(design.starts)} "
-        f"starts kept the limits, {design.seconds:.1f} s for the best"
-    )
-    yield (
-        f"             min eigenvalue {figures.min_eigenvalue:.3f}, trace of inverse {figures.trace_inverse:.3f}, "
-        f"determinant {figures.determinant:.3g}, condition number {figures.condition_number:.2f}"
-    )
+    yield f"Design     {design.criterion}-optimal in {space} space, best of {kept} starts, {design.seconds:.1f} s each"
+    yield f"           of Ψ_fᵀΨ_f: smallest eigenvalue {figures.min_eigenvalue:.2f}, determinant {figures.determinant:.3g},"
+    yield f"           trace of the inverse {figures.trace_inverse:.3f}, condition number {figures.condition_number:.2f}"
 
 
 def flight_lines(flown: FlownRun) -> Iterator[str]:
     """Return a flight's figures, a line each."""
     summary = flown.summary
     if flown.divergence:
-        yield f"[bold red]Diverged:[/]    {flown.divergence}"
+        yield f"[bold red]Diverged[/]   {escape(flown.divergence)}"
     rms = ", ".join(f"{value:.2g}" for value in summary.tracking_rms)
+    yield f"Tracking   rms error {rms} rad/s; {summary.saturated:.3g} s at a limit"
     used = ", ".join(f"{name.replace('_', ' ')} {share:.0%}" for name, share in summary.limit_use.items())
-    yield f"Tracking:    rms error {rms} rad/s; {summary.saturated:.3g} s at a limit"
-    yield f"Limits used: {used}; smallest singularity measure {summary.min_singularity_measure:.2f}"
-    yield f"Momentum:    drift {summary.momentum_drift:.1e} of the rotors' total"
+    yield f"Limits     {used}"
+    yield f"           smallest singularity measure {summary.min_singularity_measure:.2f} (1 at the best)"
+    yield f"Momentum   drift {summary.momentum_drift:.1e} of the rotors' total"
 
 
 def result_table(experiment: Experiment) -> Table:

@@ -16,7 +16,7 @@ BAND = 1.96
 
 ESTIMATOR_NAMES: Mapping[str, str] = {
     "ls": "least squares",
-    "iv": "IV, prefiltered",
+    "iv": "instrumental variable",
     "iv_momentum": "IV, momentum form",
     "output_error": "output error",
 }

@@ -6,7 +6,6 @@ import json
 from pathlib import Path
 
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 
 from testbed.cli.app import app
@@ -50,8 +49,8 @@ def test_the_run_folder_is_complete_and_nothing_else_is_written(flown):
 
 def test_two_runs_are_identical(flown):
     _, place = flown
-    first, second = (pq.read_table(place / name / "record.parquet") for name in ("first", "second"))
-    assert first.equals(second)
+    first, second = ((place / name / "record.parquet").read_bytes() for name in ("first", "second"))
+    assert first == second
     results = [json.loads((place / name / "result.json").read_text()) for name in ("first", "second")]
     for result in results:
         if result["design"]:
@@ -104,9 +103,12 @@ def test_the_record_gives_the_same_estimate_through_the_estimate_command(flown, 
     again = json.loads((place / "again" / "estimates.json").read_text())
     result = json.loads((place / "first" / "result.json").read_text())
     (record,) = again["records"].values()
-    for name in ("iv_momentum", "output_error"):
-        # Output error has no instrument; the momentum form's differs (reference or iterated), at second order in noise.
-        tolerance = 1e-9 if name == "output_error" else 0.2 * np.array(result["bound_std_kg_m2"])
+    # Output error has no instrument; the momentum form's differs (reference or iterated), at second order in the noise
+    # where the reference was tracked, and not at all alike where it could not be.
+    tolerances = {"output_error": 1e-9}
+    if result["limits"]["saturated_s"] < 1.0:
+        tolerances["iv_momentum"] = 0.2 * np.array(result["bound_std_kg_m2"])
+    for name, tolerance in tolerances.items():
         assert np.all(
             np.abs(np.array(record["estimates"][name]["theta_kg_m2"]) - result["estimates"][name]["theta_kg_m2"])
             <= tolerance
