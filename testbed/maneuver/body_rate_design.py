@@ -8,8 +8,8 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
-from testbed.arrays import Array, Vector3
-from testbed.errors import InfeasibleDesignError
+from testbed.arrays import Array
+from testbed.maneuver.budget import Budget, body_rate_budget
 from testbed.maneuver.design import BodyRateLimits, Design, DesignProblem, Search
 from testbed.maneuver.formulation import formulated, prefilter_of
 from testbed.maneuver.maneuver import Maneuver
@@ -21,20 +21,6 @@ from testbed.maneuver.splines import basis_matrix, clamped_spline, derivative_po
 _HELD_POINTS = 2
 """Control points held at each end, so that ω and ω̇ both stand still and the gimbal servos need not jump. It costs 3 %
 of the A-optimal trace of the inverse against holding ω alone."""
-
-
-class _Budget(NamedTuple):
-    """What the maneuver may take, each of shape (3,), per body axis.
-
-    Attributes:
-        rate: of ω, rad/s.
-        momentum: of J ω, N·m·s.
-        torque: of J ω̇, N·m.
-    """
-
-    rate: Vector3
-    momentum: Vector3
-    torque: Vector3
 
 
 class _Points(NamedTuple):
@@ -67,7 +53,7 @@ def body_rate_design(
     """
     began = time.perf_counter()
     points = _held_points(problem) if penalty is None else _open_points(problem)
-    program = _program(problem, _budget(problem, limits), points, penalty)
+    program = _program(problem, body_rate_budget(problem, limits), points, penalty)
     solve = solver(program)
     setup_seconds = time.perf_counter() - began
     best = best_of_starts(program, solve, search)
@@ -76,26 +62,6 @@ def body_rate_design(
         name=problem.name, duration=problem.duration, body_rate=clamped_spline(problem.duration, values)
     )
     return finished_design(problem, "body_rate", maneuver, best, setup_seconds)
-
-
-def _budget(problem: DesignProblem, limits: BodyRateLimits) -> _Budget:
-    """Turn the actuators' limits into the motion's, eqs. (25), (26).
-
-    h = Rᵀ H₀ - J ω and -ḣ = J ω̇ + ω × Rᵀ H₀: a total momentum takes its norm off every axis, whatever the attitude.
-
-    Raises:
-        InfeasibleDesignError: the total momentum alone takes all.
-    """
-    total = float(np.linalg.norm(problem.total_momentum_B))
-    momentum = limits.cluster_momentum - total  # eq. (26)
-    rate = np.minimum(limits.body_rate, np.abs(np.linalg.inv(problem.inertia)) @ np.maximum(momentum, 0.0))
-    torque = limits.cluster_torque - total * float(np.linalg.norm(rate))  # eq. (25)
-    if min(momentum.min(), torque.min()) <= 0.0:
-        raise InfeasibleDesignError(
-            f"the total momentum of {total:.3g} N·m·s leaves {momentum.min():.3g} N·m·s of the cluster's momentum "
-            f"limit and {torque.min():.3g} N·m of its torque limit; start slower, or raise the limits"
-        )
-    return _Budget(rate=rate, momentum=momentum, torque=torque)
 
 
 def _held_points(problem: DesignProblem) -> _Points:
@@ -110,7 +76,7 @@ def _open_points(problem: DesignProblem) -> _Points:
     return _Points(free=ca.vec(free), rows=free)
 
 
-def _program(problem: DesignProblem, budget: _Budget, points: _Points, penalty: Penalty | None) -> Program:
+def _program(problem: DesignProblem, budget: Budget, points: _Points, penalty: Penalty | None) -> Program:
     time_grid = prefilter_of(problem).fine_time
     basis = basis_matrix(problem.duration, problem.control_points, time_grid)
     limits = _limits(problem, budget, points.rows)
@@ -130,7 +96,7 @@ def _program(problem: DesignProblem, budget: _Budget, points: _Points, penalty: 
     )
 
 
-def _limits(problem: DesignProblem, budget: _Budget, points: ca.MX) -> tuple[Constraint, ...]:
+def _limits(problem: DesignProblem, budget: Budget, points: ca.MX) -> tuple[Constraint, ...]:
     """Bound the control points of ω, J ω and J ω̇, and so the curves. Source: paper section 3, eqs. (25), (26)."""
     slopes = ca.DM(derivative_points_matrix(problem.duration, problem.control_points, 1)) @ points
     inertia = ca.DM(problem.inertia)
@@ -142,7 +108,7 @@ def _limits(problem: DesignProblem, budget: _Budget, points: ca.MX) -> tuple[Con
 
 
 def _penalty(
-    problem: DesignProblem, budget: _Budget, points: ca.MX, limits: tuple[Constraint, ...], weights: Penalty
+    problem: DesignProblem, budget: Budget, points: ca.MX, limits: tuple[Constraint, ...], weights: Penalty
 ) -> ca.MX:
     """Return the paper's penalty. Source: paper eq. (28)."""
     rate, momentum, torque = (sixth_power(limit) for limit in limits)

@@ -13,8 +13,9 @@ import numpy as np
 
 from testbed.arrays import Matrix3, Units
 from testbed.cmg.cluster import Cluster
+from testbed.maneuver.envelope import envelope_share_function
 
-MOTION_OUTPUTS = ("body_rate", "momentum", "momentum_rate", "dexterity", "gimbal_torque")
+MOTION_OUTPUTS = ("body_rate", "momentum", "momentum_rate", "envelope_share", "dexterity", "gimbal_torque")
 """What `motion_function` returns, in order."""
 
 
@@ -34,38 +35,32 @@ def body_rate_function(cluster: Cluster, inertia: Matrix3) -> ca.Function:
         inertia: J with all gimbals at zero, kg·m², body axes.
     """
     angle, rate, total = ca.SX.sym("angle", 6), ca.SX.sym("rate", 6), ca.SX.sym("total", 3)
-    return ca.Function("body_rate", [angle, rate, total], [_body_rate(cluster, inertia, angle, rate, total)])
+    body_rate = _body_rate(cluster, inertia, _frame(cluster, angle), rate, total)
+    return ca.Function("body_rate", [angle, rate, total], [body_rate])
 
 
 def motion_function(cluster: Cluster, inertia: Matrix3) -> ca.Function:
     """Return the quantities that are limited, named in `MOTION_OUTPUTS`, as a function of (d, ḋ, d̈, L).
 
-    body_rate ω; momentum h; momentum_rate ḣ = A ḋ + Σ (Jg + Jt) d̈ g; dexterity det(A Aᵀ)/(Σ h²/3)³, the square of the
-    singularity measure; gimbal_torque (Jg + Jt)(d̈ + g·ω̇) - (h + (Js - Jt) s·ω)(t·ω) of each motor.
+    body_rate ω; momentum h and its rate ḣ; envelope_share of h; dexterity det(A Aᵀ)/(Σ h²/3)³, the square of the
+    singularity measure; gimbal_torque of each motor.
 
     Args:
         cluster: the units.
         inertia: J with all gimbals at zero, kg·m², body axes.
     """
-    angle, rate, acceleration = ca.SX.sym("angle", 6), ca.SX.sym("rate", 6), ca.SX.sym("acceleration", 6)
+    angle, rate, acceleration = (ca.SX.sym(name, 6) for name in ("angle", "rate", "acceleration"))
     total = ca.SX.sym("total", 3)
     frame = _frame(cluster, angle)
-    body_rate = _body_rate(cluster, inertia, angle, rate, total)
-    momentum_rate = frame.transverse @ (ca.DM(cluster.rotor_momentum) * rate) + _gimbal_part(
-        cluster, frame, acceleration
-    )
-    # d/dt (J(d) ω + h) = -ω × L
-    balance = -ca.cross(body_rate, total) - momentum_rate - _inertia_rate(cluster, frame, rate) @ body_rate
-    body_acceleration = ca.solve(_inertia(cluster, inertia, frame), balance)
-    outputs = [
-        body_rate,
-        _momentum(cluster, frame, rate),
-        momentum_rate,
-        _dexterity(cluster, frame),
-        _gimbal_torque(cluster, frame, acceleration, body_rate, body_acceleration),
-    ]
-    inputs = [angle, rate, acceleration, total]
-    return ca.Function("motion", inputs, outputs, ["d", "d_dot", "d_ddot", "total"], list(MOTION_OUTPUTS))
+    body_rate = _body_rate(cluster, inertia, frame, rate, total)
+    momentum, momentum_rate = _momentum(cluster, frame, rate), _momentum_rate(cluster, frame, rate, acceleration)
+    # J(d) ω̇ = d/dt L - ḣ - dJ(d)/dt ω
+    remainder = -ca.cross(body_rate, total) - momentum_rate - _inertia_rate(cluster, frame, rate) @ body_rate
+    body_acceleration = ca.solve(_inertia(cluster, inertia, frame), remainder)
+    torque = _gimbal_torque(cluster, frame, acceleration, body_rate, body_acceleration)
+    share = envelope_share_function(cluster)(momentum)
+    outputs = [body_rate, momentum, momentum_rate, share, _dexterity(cluster, frame), torque]
+    return ca.Function("motion", [angle, rate, acceleration, total], outputs)
 
 
 def _frame(cluster: Cluster, angle: ca.SX) -> _Frame:
@@ -78,18 +73,20 @@ def _frame(cluster: Cluster, angle: ca.SX) -> _Frame:
     )
 
 
-def _body_rate(cluster: Cluster, inertia: Matrix3, angle: ca.SX, rate: ca.SX, total: ca.SX) -> ca.SX:
-    frame = _frame(cluster, angle)
+def _body_rate(cluster: Cluster, inertia: Matrix3, frame: _Frame, rate: ca.SX, total: ca.SX) -> ca.SX:
     return ca.solve(_inertia(cluster, inertia, frame), total - _momentum(cluster, frame, rate))
 
 
 def _momentum(cluster: Cluster, frame: _Frame, rate: ca.SX) -> ca.SX:
-    return frame.spin @ ca.DM(cluster.rotor_momentum) + _gimbal_part(cluster, frame, rate)
+    """H = Σ (Js Ω s + (Jg + Jt) ḋ g)."""
+    turning = ca.DM(cluster.gimbal_axis_inertia) * rate
+    return frame.spin @ ca.DM(cluster.rotor_momentum) + frame.gimbal @ turning
 
 
-def _gimbal_part(cluster: Cluster, frame: _Frame, rate: ca.SX) -> ca.SX:
-    """Σ (Jg + Jt) ḋ g, or its derivative where it is given d̈."""
-    return frame.gimbal @ (ca.DM(cluster.gimbal_axis_inertia) * rate)
+def _momentum_rate(cluster: Cluster, frame: _Frame, rate: ca.SX, acceleration: ca.SX) -> ca.SX:
+    """ḣ = A ḋ + Σ (Jg + Jt) d̈ g."""
+    turning = ca.DM(cluster.gimbal_axis_inertia) * acceleration
+    return frame.transverse @ (ca.DM(cluster.rotor_momentum) * rate) + frame.gimbal @ turning
 
 
 def _inertia(cluster: Cluster, inertia: Matrix3, frame: _Frame) -> ca.SX:
@@ -112,7 +109,7 @@ def _dexterity(cluster: Cluster, frame: _Frame) -> ca.SX:
 def _gimbal_torque(
     cluster: Cluster, frame: _Frame, acceleration: ca.SX, body_rate: ca.SX, body_acceleration: ca.SX
 ) -> ca.SX:
-    """Component along g of the rate of change of a unit's angular momentum; Jg is the same about all axes."""
+    """(Jg + Jt)(d̈ + g·ω̇) - (Js Ω + (Js - Jt) s·ω)(t·ω): along g, what turns a unit; Jg is the same about all axes."""
     carried = ca.DM(cluster.rotor_momentum) + ca.DM(_asymmetry(cluster)) * (frame.spin.T @ body_rate)
     turned = ca.DM(cluster.gimbal_axis_inertia) * (acceleration + frame.gimbal.T @ body_acceleration)
     return turned - carried * (frame.transverse.T @ body_rate)

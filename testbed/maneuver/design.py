@@ -99,8 +99,7 @@ class Start:
 
     Attributes:
         index: of its seed, from 0.
-        cost: what was minimised: -log det, log trace of the inverse, -log of the smallest eigenvalue, or the condition
-            number's logarithm with its signal term; infinite where the start did not end within the limits.
+        cost: logarithm of what was minimised; infinite where the start did not end within the limits.
         seconds: of this solve.
         status: the optimiser's own word.
     """

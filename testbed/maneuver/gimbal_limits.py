@@ -12,7 +12,6 @@ from testbed.arrays import Series
 from testbed.cmg.cluster import Cluster
 from testbed.maneuver.cluster_motion import MOTION_OUTPUTS, motion_function
 from testbed.maneuver.design import DesignProblem, GimbalLimits
-from testbed.maneuver.envelope import envelope_share_function
 from testbed.maneuver.momentum_path import sampled
 from testbed.maneuver.program import Constraint, within
 from testbed.maneuver.splines import derivative_points_matrix
@@ -56,7 +55,6 @@ def path_limits(
     motion = motion_function(problem.cluster, problem.inertia).map(len(checked))
     curves = [sampled(problem, points, path_time[checked], order) for order in (0, 1, 2)]
     outputs = motion(*curves, total[:, checked.tolist()])
-    envelope = envelope_share_function(problem.cluster).map(len(checked))(outputs[MOTION_OUTPUTS.index("momentum")])
     values = {name: output.T for name, output in zip(MOTION_OUTPUTS, outputs, strict=True)}
     return (
         *_finite(
@@ -65,8 +63,8 @@ def path_limits(
             ("cluster torque", values["momentum_rate"], limits.cluster_torque),
             ("gimbal torque", values["gimbal_torque"], limits.gimbal_torque),
         ),
-        Constraint(name="momentum envelope", expression=envelope.T, lower=-np.inf, upper=limits.envelope_fraction),
-        _dexterity(values["dexterity"], limits.min_singularity_measure),
+        *_envelope(values["envelope_share"], limits.envelope_fraction),
+        *_dexterity(values["dexterity"], limits.min_singularity_measure),
         _rest(problem.cluster, values["momentum"][-1, :] - total[:, -1].T),
     )
 
@@ -77,9 +75,17 @@ def _checked(problem: DesignProblem, path_length: int) -> NDArray[np.int_]:
     return np.unique(np.linspace(0, path_length - 1, intervals + 1).round().astype(int))
 
 
-def _dexterity(dexterity: ca.MX, measure: float) -> Constraint:
-    """Singularity measure not below its floor, squared to stay smooth."""
-    return Constraint(name="singularity measure", expression=dexterity, lower=measure**2, upper=np.inf)
+def _envelope(share: ca.MX, fraction: float) -> Iterator[Constraint]:
+    """Keep a margin to the envelope; within all of it the cluster is anyway."""
+    if fraction < 1.0:
+        yield Constraint(name="momentum envelope", expression=share / fraction, lower=-np.inf, upper=1.0)
+
+
+def _dexterity(dexterity: ca.MX, measure: float) -> Iterator[Constraint]:
+    """Keep the singularity measure above its floor, both squared to stay smooth."""
+    if measure > 0.0:
+        share = dexterity / measure**2
+        yield Constraint(name="singularity measure, squared,", expression=share, lower=1.0, upper=np.inf)
 
 
 def _rest(cluster: Cluster, difference: ca.MX) -> Constraint:

@@ -91,6 +91,7 @@ def _complaint(solutions: list[Solution]) -> str:
     nearest = min(solutions, key=lambda solution: max(solution.excess.values(), default=inf))
     missed = "; ".join(f"{name} by {excess:.2g} of its limit" for name, excess in nearest.excess.items())
     return (
-        f"none of {len(solutions)} starts kept all limits together. The nearest exceeds {missed or 'no limit'} "
-        f"(optimiser: {nearest.status}). Relax one of these, lengthen the maneuver, or use more control points"
+        f"none of {len(solutions)} starts kept all limits together. The nearest misses "
+        f"{missed or 'none, but diverged'} (optimiser: {nearest.status}). "
+        "Relax one of these, lengthen the maneuver, or use more control points"
     )
