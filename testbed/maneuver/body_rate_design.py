@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -11,7 +10,7 @@ import numpy as np
 from testbed.arrays import Array
 from testbed.maneuver.budget import Budget, body_rate_budget
 from testbed.maneuver.design import BodyRateLimits, Design, DesignProblem, Search
-from testbed.maneuver.formulation import formulated, prefilter_of
+from testbed.maneuver.formulation import SplinePoints, formulated, prefilter_of
 from testbed.maneuver.maneuver import Maneuver
 from testbed.maneuver.multistart import best_of_starts, finished_design
 from testbed.maneuver.penalty import Penalty, sixth_power
@@ -21,18 +20,6 @@ from testbed.maneuver.splines import basis_matrix, clamped_spline, derivative_po
 _HELD_POINTS = 2
 """Control points held at each end, so that ω and ω̇ both stand still and the gimbal servos need not jump. It costs 3 %
 of the A-optimal trace of the inverse against holding ω alone."""
-
-
-class _Points(NamedTuple):
-    """Control points and those of their entries that are free.
-
-    Attributes:
-        free: a column.
-        rows: shape (n, 3), rad/s.
-    """
-
-    free: ca.MX
-    rows: ca.MX
 
 
 def body_rate_design(
@@ -57,26 +44,27 @@ def body_rate_design(
     solve = solver(program)
     setup_seconds = time.perf_counter() - began
     best = best_of_starts(program, solve, search)
-    values = ca.Function("points", [points.free], [points.rows])(best.variables[: points.free.numel()]).full()
     maneuver = Maneuver(
-        name=problem.name, duration=problem.duration, body_rate=clamped_spline(problem.duration, values)
+        name=problem.name,
+        duration=problem.duration,
+        body_rate=clamped_spline(problem.duration, points.values(best.variables)),
     )
     return finished_design(problem, "body_rate", maneuver, best, setup_seconds)
 
 
-def _held_points(problem: DesignProblem) -> _Points:
+def _held_points(problem: DesignProblem) -> SplinePoints:
     free = ca.MX.sym("body_rate", problem.control_points - 2 * _HELD_POINTS, 3)
     start = np.tile(problem.initial_body_rate, (_HELD_POINTS, 1))
-    return _Points(free=ca.vec(free), rows=ca.vertcat(start, free, np.zeros((_HELD_POINTS, 3))))
+    return SplinePoints(free=ca.vec(free), rows=ca.vertcat(start, free, np.zeros((_HELD_POINTS, 3))))
 
 
-def _open_points(problem: DesignProblem) -> _Points:
+def _open_points(problem: DesignProblem) -> SplinePoints:
     """Leave all points free: the penalty brings the ends to rest."""
     free = ca.MX.sym("body_rate", problem.control_points, 3)
-    return _Points(free=ca.vec(free), rows=free)
+    return SplinePoints(free=ca.vec(free), rows=free)
 
 
-def _program(problem: DesignProblem, budget: Budget, points: _Points, penalty: Penalty | None) -> Program:
+def _program(problem: DesignProblem, budget: Budget, points: SplinePoints, penalty: Penalty | None) -> Program:
     time_grid = prefilter_of(problem).fine_time
     basis = basis_matrix(problem.duration, problem.control_points, time_grid)
     limits = _limits(problem, budget, points.rows)
@@ -87,7 +75,7 @@ def _program(problem: DesignProblem, budget: Budget, points: _Points, penalty: P
 
     return formulated(
         problem,
-        free=points.free,
+        points=points,
         fine_body_rate=ca.DM(basis) @ points.rows,
         limits=limits if penalty is None else (),
         draw=draw,

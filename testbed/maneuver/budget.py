@@ -48,4 +48,4 @@ def body_rate_budget(problem: DesignProblem, limits: BodyRateLimits) -> Budget:
             f"the total momentum of {total:.3g} N·m·s leaves {momentum.min():.3g} N·m·s of the cluster's momentum "
             f"limit and {torque.min():.3g} N·m of its torque limit; start slower, or raise the limits"
         )
-    return _Budget(rate=rate, momentum=momentum, torque=torque)
+    return Budget(rate=rate, momentum=momentum, torque=torque)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -15,6 +15,23 @@ from testbed.maneuver.information import SampledFilter, sampled_filter
 from testbed.maneuver.program import Constraint, Program
 
 
+class SplinePoints(NamedTuple):
+    """Control points as expressions of those of their entries that are free.
+
+    Attributes:
+        free: a column.
+        rows: shape (n, axes).
+    """
+
+    free: ca.MX
+    rows: ca.MX
+
+    def values(self, variables: Array) -> Array:
+        """Return the control points of a solution, whose first variables are the free entries."""
+        evaluate = ca.Function("points", [self.free], [self.rows])
+        return np.asarray(evaluate(variables[: self.free.numel()]).full())
+
+
 def prefilter_of(problem: DesignProblem) -> SampledFilter:
     """Return the prefilter and the grids of a problem."""
     return sampled_filter(problem.duration, problem.sample_rate, problem.prefilter_time_constant)
@@ -23,7 +40,7 @@ def prefilter_of(problem: DesignProblem) -> SampledFilter:
 def formulated(
     problem: DesignProblem,
     *,
-    free: ca.MX,
+    points: SplinePoints,
     fine_body_rate: ca.MX,
     limits: tuple[Constraint, ...],
     draw: Callable[[np.random.Generator], Array],
@@ -34,10 +51,10 @@ def formulated(
 
     Args:
         problem: criterion and prefilter.
-        free: the motion's free parameters, a column.
-        fine_body_rate: ω on the prefilter's fine grid as their expression, shape (M, 3), rad/s.
+        points: the motion's parameters.
+        fine_body_rate: ω on the prefilter's fine grid, shape (M, 3), rad/s.
         limits: what the motion has to keep.
-        draw: initial values of the free parameters.
+        draw: initial values of the free ones.
         hessian: exact second derivatives, or the optimiser's approximation.
         penalty: added to the criterion, eq. (27).
 
@@ -45,7 +62,7 @@ def formulated(
     """
     information = information_matrix(prefilter_of(problem), fine_body_rate)
     terms = criterion_terms(problem.criterion, information)
-    information_at = ca.Function("information", [free], [information])
+    information_at = ca.Function("information", [points.free], [information])
     equality = Constraint(name="criterion", expression=terms.equality, lower=0.0, upper=0.0)
 
     def random_start(rng: np.random.Generator) -> Array:
@@ -53,7 +70,7 @@ def formulated(
         return np.concatenate([values, terms.slack_start(information_at(values).full())])
 
     return Program(
-        variables=ca.vertcat(free, terms.slack),
+        variables=ca.vertcat(points.free, terms.slack),
         cost=terms.cost + penalty,  # eq. (27)
         constraints=(*limits, equality),
         random_start=random_start,

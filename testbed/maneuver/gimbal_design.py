@@ -6,7 +6,6 @@ What is designed can be flown: the cluster's own limits are constraints, and no 
 from __future__ import annotations
 
 import time
-from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -14,7 +13,7 @@ import numpy as np
 from testbed.arrays import Array
 from testbed.maneuver.cluster_motion import body_rate_function
 from testbed.maneuver.design import Design, DesignProblem, GimbalLimits, Search
-from testbed.maneuver.formulation import formulated, prefilter_of
+from testbed.maneuver.formulation import SplinePoints, formulated, prefilter_of
 from testbed.maneuver.gimbal_limits import hull_limits, path_limits
 from testbed.maneuver.gimbal_maneuver import gimbal_maneuver
 from testbed.maneuver.momentum_path import sampled, total_momentum
@@ -24,18 +23,6 @@ from testbed.maneuver.splines import clamped_spline
 
 _FIRST_ANGLES = 1.0
 """rad; random starts draw the control points this far from the initial angles."""
-
-
-class _Points(NamedTuple):
-    """Control points and those of their entries that are free.
-
-    Attributes:
-        free: a column.
-        rows: shape (n, 6), rad.
-    """
-
-    free: ca.MX
-    rows: ca.MX
 
 
 def gimbal_design(problem: DesignProblem, limits: GimbalLimits, search: Search) -> Design:
@@ -55,10 +42,9 @@ def gimbal_design(problem: DesignProblem, limits: GimbalLimits, search: Search) 
     solve = solver(program)
     setup_seconds = time.perf_counter() - began
     best = best_of_starts(program, solve, search)
-    values = ca.Function("points", [points.free], [points.rows])(best.variables[: points.free.numel()]).full()
     maneuver = gimbal_maneuver(
         problem.name,
-        clamped_spline(problem.duration, values),
+        clamped_spline(problem.duration, points.values(best.variables)),
         inertia=problem.inertia,
         cluster=problem.cluster,
         total_momentum_B=problem.total_momentum_B,
@@ -66,16 +52,16 @@ def gimbal_design(problem: DesignProblem, limits: GimbalLimits, search: Search) 
     return finished_design(problem, "gimbal", maneuver, best, setup_seconds)
 
 
-def _held_points(problem: DesignProblem) -> _Points:
+def _held_points(problem: DesignProblem) -> SplinePoints:
     """Hold two points at each end, so that d starts as given and ḋ is zero at both; failed units do not move at all."""
     working = np.eye(6)[problem.cluster.rotor_momentum != 0.0]
     free = ca.MX.sym("gimbal_angle", problem.control_points - 3, len(working))
     moved = ca.vertcat(np.zeros((2, len(working))), free, free[-1, :])
     home = np.tile(problem.initial_gimbal_angle, (problem.control_points, 1))
-    return _Points(free=ca.vec(free), rows=moved @ working + home)
+    return SplinePoints(free=ca.vec(free), rows=moved @ working + home)
 
 
-def _program(problem: DesignProblem, limits: GimbalLimits, points: _Points) -> Program:
+def _program(problem: DesignProblem, limits: GimbalLimits, points: SplinePoints) -> Program:
     fine_time = prefilter_of(problem).fine_time
     path_time = np.union1d(fine_time, problem.duration)
     total = total_momentum(problem, points.rows, path_time)
@@ -88,7 +74,7 @@ def _program(problem: DesignProblem, limits: GimbalLimits, points: _Points) -> P
 
     return formulated(
         problem,
-        free=points.free,
+        points=points,
         fine_body_rate=body_rate(angle, rate, total[:, : len(fine_time)]).T,
         limits=(
             *hull_limits(problem, limits, points.rows),
