@@ -98,7 +98,9 @@ def print_step(scenario: Scenario, maneuver: Maneuver) -> None:
         record = fly_maneuver(finer, platform, platform, maneuver, 1).record
         rates.append(record.channels["true_body_rate"])
     error = np.abs(rates[0] - rates[1]).max()
-    print(f"body rate of the {scenario.simulation.step_s:g} s step against a tenth of it: {error:.1e} rad/s (below 1e-6)")
+    print(
+        f"body rate of the {scenario.simulation.step_s:g} s step against a tenth of it: {error:.1e} rad/s (below 1e-6)"
+    )
 
 
 def _seconds(action: Callable[[], object]) -> float:

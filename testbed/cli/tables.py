@@ -60,11 +60,11 @@ def design_lines(design: Design | None) -> Iterator[str]:
     """Return a design's figures, a line each; none where nothing was designed."""
     if design is None:
         return
-    figures, space = design.information, design.parametrization.replace("_", "-")
+    of, space = design.information, design.parametrization.replace("_", "-")
     kept = sum(np.isfinite(start.cost) for start in design.starts)
     yield f"Design     {design.criterion}-optimal in {space} space, best of {kept} starts, {design.seconds:.1f} s each"
-    yield f"           of Ψ_fᵀΨ_f: smallest eigenvalue {figures.min_eigenvalue:.2f}, determinant {figures.determinant:.3g},"
-    yield f"           trace of the inverse {figures.trace_inverse:.3f}, condition number {figures.condition_number:.2f}"
+    yield f"           of Ψ_fᵀΨ_f: smallest eigenvalue {of.min_eigenvalue:.2f}, determinant {of.determinant:.3g},"
+    yield f"           trace of the inverse {of.trace_inverse:.3f}, condition number {of.condition_number:.2f}"
 
 
 def flight_lines(flown: FlownRun) -> Iterator[str]:

@@ -40,6 +40,11 @@ class Cluster:
         return np.cross(self.gimbal_axis_B, self.spin_axis_B)
 
     @cached_property
+    def axes_by_column(self) -> tuple[Array, Array]:
+        """Spin and transverse axes at gimbal angle zero as contiguous columns, each of shape (3, M)."""
+        return np.ascontiguousarray(self.spin_axis_B.T), np.ascontiguousarray(self.transverse_axis_B.T)
+
+    @cached_property
     def gimbal_axis_inertia(self) -> Units:
         """Inertia Jg + Jt that a gimbal motor turns about its axis, shape (M,), kg·m²."""
         return self.gimbal_inertia + self.rotor_transverse_inertia
@@ -95,6 +100,20 @@ def momentum_jacobian(cluster: Cluster, gimbal_angle: UnitSeries, rotor_momentum
     return np.asarray(
         cluster.transverse_axis_B.T * along_transverse[..., None, :] + cluster.spin_axis_B.T * along_spin[..., None, :]
     )
+
+
+def spin_momentum_and_jacobian(cluster: Cluster, gimbal_angle: UnitSeries) -> tuple[Vectors3, Array]:
+    """Return Σ Js Ω s(d), shape (..., 3), and A(d), shape (..., 3, M), at nominal rotor speeds, for the price of one.
+
+    Args:
+        cluster: the units.
+        gimbal_angle: d, shape (..., M), rad.
+    """
+    along = cluster.rotor_momentum * np.cos(gimbal_angle)
+    across = cluster.rotor_momentum * np.sin(gimbal_angle)
+    spin_T, transverse_T = cluster.axes_by_column
+    jacobian = transverse_T * along[..., None, :] - spin_T * across[..., None, :]
+    return along @ cluster.spin_axis_B + across @ cluster.transverse_axis_B, jacobian
 
 
 def inertia_change(cluster: Cluster, gimbal_angle: UnitSeries) -> Matrices3:

@@ -122,7 +122,7 @@ def steer(
     momentum_scale: float,
     time: float,
 ) -> UnitSeries:
-    """Return gimbal rates A# ḣ + (1 - A⁺A) v, shape (..., M), rad/s.
+    """Return gimbal rates A# ḣ + (1 - A⁺A) v, shape (..., M), rad/s; the projector never lengthens v.
 
     Args:
         law: gives A#.
@@ -134,7 +134,7 @@ def steer(
     """
     scaled = jacobian / momentum_scale
     inverse = law.inverse(scaled, time)
-    exact = inverse if isinstance(law, MoorePenrose) else _null_inverse(scaled)
+    exact = inverse if isinstance(law, MoorePenrose) else MoorePenrose().inverse(scaled, time)
     torque_rate = (inverse @ (momentum_rate_B / momentum_scale)[..., None])[..., 0]
     felt = (scaled @ preferred_rate[..., None])[..., 0]
     return np.asarray(torque_rate + preferred_rate - (exact @ felt[..., None])[..., 0])
@@ -170,11 +170,6 @@ def preferred_rates(gimbal_angle: UnitSeries, preferred_angle: Units, feed_forwa
 
 def _damping(damping: float, decay: float, gram: Array) -> Array:
     return np.asarray(damping * np.exp(-decay * np.linalg.det(gram)))[..., None, None]
-
-
-def _null_inverse(jacobian: Array) -> Array:
-    """A⁺ for the null projector, by SVD so that it stays bounded where the laws above differ from it."""
-    return np.asarray(np.linalg.pinv(jacobian, rcond=1e-3), dtype=np.float64)
 
 
 def _dither_matrix(amplitude: float, rate: float, time: float) -> Array:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from testbed.arrays import Array, Flags, Units, UnitSeries, Vector3, Vectors3
-from testbed.cmg.cluster import Cluster, cluster_momentum, momentum_jacobian
+from testbed.cmg.cluster import Cluster, spin_momentum_and_jacobian
 from testbed.cmg.steering import SteeringLaw, limit_rates, preferred_rates, steer
 from testbed.control.servo import GimbalServo, rate_set_point, torque_demand
 from testbed.control.tracker import Tracker, feedback_momentum_rate
@@ -117,8 +117,8 @@ def command(
         time: start of the period, s.
     """
     cluster = controller.cluster
-    jacobian = momentum_jacobian(cluster, encoder_angle)
-    momentum_rate_B = _momentum_rate(controller, state, target, encoder_angle)
+    momentum_B, jacobian = spin_momentum_and_jacobian(cluster, encoder_angle)
+    momentum_rate_B = _momentum_rate(controller, state, target, momentum_B)
     wanted = _gimbal_rates(controller, target, jacobian, momentum_rate_B, encoder_angle, time)
     rate, saturated = limit_rates(wanted, controller.gimbal_rate_limit)
     set_point, cut = rate_set_point(controller.servo, rate, state.commanded_angle - encoder_angle)
@@ -139,13 +139,12 @@ def _momentum_rate(
     controller: Controller,
     state: ControllerState,
     target: Target,
-    encoder_angle: UnitSeries,
+    momentum_B: Vectors3,
 ) -> Vectors3:
     """ḣ = ḣ_ref + k_h (h_ref + h_fb - h(d̄)): what the cluster should gain, and what it is behind by.
 
     The gyro's feedback comes in through h_fb alone: this loop takes the edge off its noise before the gimbals feel it.
     """
-    momentum_B = cluster_momentum(controller.cluster, encoder_angle, np.zeros_like(encoder_angle))
     behind_B = target.momentum_B + state.feedback_momentum_B - momentum_B
     return target.momentum_rate_B + controller.momentum_gain * behind_B
 

@@ -112,7 +112,7 @@ def _table(header: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
 
 
 def _milli(values: Series) -> list[str]:
-    return [f"{1e3 * value:.4f}" for value in values]
+    return [f"{1e3 * value:.4f}".replace("-0.0000", "0.0000") for value in values]
 
 
 def _listed(values: Series) -> str:

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from testbed.cmg.cluster import cluster_momentum, inertia_change, momentum_jacobian
+from testbed.cmg.cluster import cluster_momentum, inertia_change, momentum_jacobian, spin_momentum_and_jacobian
 from testbed.cmg.singularity import (
     envelope_fraction,
     envelope_radius,
@@ -60,6 +60,12 @@ def test_inertia_change_equals_mujocos_composite():
     np.testing.assert_allclose(
         composite_inertia(MODEL) + inertia_change(CLUSTER, ANGLE), mass_matrix[3:6, 3:6], atol=1e-16
     )
+
+
+def test_the_pair_is_momentum_and_jacobian():
+    momentum_B, jacobian = spin_momentum_and_jacobian(CLUSTER, ANGLE)
+    np.testing.assert_allclose(momentum_B, cluster_momentum(CLUSTER, ANGLE, np.zeros(6)), atol=1e-18)
+    np.testing.assert_allclose(jacobian, momentum_jacobian(CLUSTER, ANGLE), atol=1e-18)
 
 
 def test_functions_broadcast_over_leading_axes():
