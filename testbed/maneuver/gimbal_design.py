@@ -24,6 +24,10 @@ from testbed.maneuver.splines import clamped_spline
 _FIRST_ANGLES = 1.0
 """rad; random starts draw the control points this far from the initial angles."""
 
+_CURVED = ("E", "condition")
+"""Criteria whose matrix factors need exact second derivatives to converge. D and A find the same optima with
+IPOPT's own approximation in a tenth of the time (docs/notes/2026-11-21-design.md)."""
+
 
 def gimbal_design(problem: DesignProblem, limits: GimbalLimits, search: Search) -> Design:
     """Design the gimbal angles, from the initial ones to a platform at rest, gimbals at rest at both ends.
@@ -81,5 +85,5 @@ def _program(problem: DesignProblem, limits: GimbalLimits, points: SplinePoints)
             *path_limits(problem, limits, points.rows, path_time, total),
         ),
         draw=draw,
-        hessian="limited-memory",
+        hessian="exact" if problem.criterion in _CURVED else "limited-memory",
     )
