@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+import sys
 from pathlib import Path
 
 from rich.markup import escape
@@ -50,4 +52,9 @@ def _print_result(experiment: Experiment, folder: Path) -> None:
     console.print()
     console.print(f"Folder     {folder}")
     console.print(f"Report     {folder / 'report.html'}")
-    console.print(f"Recording  testbed view {folder}  (in the browser: testbed view --web {folder})")
+    console.print(f"Recording  {_this_command()} view {folder}  (or view --web: in the browser)")
+
+
+def _this_command() -> str:
+    """Return how this person can call testbed: by its name where that is on the path, else as it was called."""
+    return "testbed" if shutil.which("testbed") else sys.argv[0]
