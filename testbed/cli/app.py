@@ -15,7 +15,7 @@ Out = Annotated[
     Path | None,
     typer.Option(metavar="DIR", help="New or empty folder for the results; by default a fresh one under runs/."),
 ]
-Seed = Annotated[int | None, typer.Option(min=0, help="Seed of all noise; by default the scenario's.")]
+Seed = Annotated[int | None, typer.Option(min=0, max=2**63 - 1, help="Seed of all noise; by default the scenario's.")]
 
 app = typer.Typer(
     name="testbed",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from testbed.assembly.platform import nominal_platform, true_platform
-from testbed.cli.console import console
+from testbed.cli.console import say
 from testbed.scenario.reader import read_scenario
 
 
@@ -18,4 +18,4 @@ def check_scenario(path: Path) -> None:
     scenario = read_scenario(path)
     nominal_platform(scenario)
     true_platform(scenario)
-    console.print(f"{path}: a valid scenario ({scenario.name}). {scenario.description}")
+    say(f"{path}: a valid scenario ({scenario.name}). {scenario.description}")

@@ -7,11 +7,22 @@ from contextlib import contextmanager
 from math import inf, isfinite
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from testbed.maneuver.design import Start
 
 console = Console(highlight=False, soft_wrap=True)
+
+
+def say(text: str = "") -> None:
+    """Print text as it is: what users call things may look like markup."""
+    console.print(text, markup=False)
+
+
+def warn(what: str, why: str) -> None:
+    """Print a line whose first words stand out."""
+    console.print(f"[yellow]{escape(what)}:[/] {escape(why)}")
 
 
 @contextmanager

@@ -7,7 +7,8 @@ from pathlib import Path
 from rich.table import Table
 
 from testbed.assembly.platform import nominal_platform
-from testbed.cli.console import console, design_progress
+from testbed.cli.console import console, design_progress, say
+from testbed.cli.failures import naming
 from testbed.cli.tables import design_lines
 from testbed.delivery.design_folder import write_design
 from testbed.delivery.folder import free_folder, require_free
@@ -30,16 +31,16 @@ def design_scenario(path: Path, out: Path | None, seed: int | None) -> None:
         raise InputError(f'{path}: maneuver.kind is "{scenario.maneuver.kind}"; only "design" has something to design')
     folder = free_folder(RUNS, f"{scenario.name}-design") if out is None else out
     require_free(folder)
-    with design_progress(starts_of(scenario)) as report:
+    with naming(path), design_progress(starts_of(scenario)) as report:
         plan = plan_maneuver(scenario, nominal_platform(scenario), report, seed)
     design = plan.design
     assert design is not None
     write_design(folder, path, scenario, design)
     console.print(_starts_table(design))
     for line in design_lines(design):
-        console.print(line)
+        say(line)
     console.print(
-        f"\nWritten to {folder}: maneuver.toml can replace the scenario's \\[maneuver], maneuver.csv is its table"
+        f"\nWritten to {folder}: maneuver.toml can replace the scenario's [maneuver], maneuver.csv is its table"
     )
 
 

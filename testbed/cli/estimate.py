@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from rich.markup import escape
-
 from testbed.assembly.platform import PlatformModel, nominal_platform
-from testbed.cli.console import console
+from testbed.cli.console import console, say, warn
 from testbed.cli.tables import estimate_table
 from testbed.delivery.estimate_folder import write_estimates
 from testbed.delivery.folder import require_free
@@ -39,13 +37,13 @@ def estimate_records(path: Path, data: Path, out: Path | None) -> None:
     for name, estimation in estimations.items():
         console.print(estimate_table(f"{name}: inertia in 1e-3 kg m²", known, estimation))
         _print_failures(name, estimation)
-        console.print()
+        say()
     if len(estimations) > 1:
         title = f"{len(estimations)} records combined (eq. 33): inertia in 1e-3 kg m²"
         console.print(estimate_table(title, known, combined))
     if out is not None:
         write_estimates(out, path, scenario, nominal, records, estimations, combined)
-        console.print(f"Written to {out}")
+        say(f"Written to {out}")
 
 
 def _estimations(scenario: Scenario, nominal: PlatformModel, records: tuple[Record, ...]) -> Mapping[str, Estimation]:
@@ -53,11 +51,11 @@ def _estimations(scenario: Scenario, nominal: PlatformModel, records: tuple[Reco
     for record in records:
         notice = extra_columns_notice(record)
         if notice is not None:
-            console.print(f"[yellow]note:[/] {escape(notice)}")
+            warn("note", notice)
         estimations[record.details.name] = estimate_record(scenario, nominal, telemetry_only(record))
     return estimations
 
 
 def _print_failures(name: str, estimation: Estimation) -> None:
     for estimator, message in estimation.failures.items():
-        console.print(f"[yellow]{name}: {estimator} gave no estimate:[/] {escape(message)}")
+        warn(f"{name}: {estimator} gave no estimate", message)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
-from testbed.errors import DivergedError, InputError
+from testbed.errors import DivergedError, InfeasibleDesignError, InputError
 
 COMPLETED = 0
 BAD_INPUT = 2
@@ -27,6 +29,15 @@ def exit_code_of(command: Callable[[], object]) -> int:
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else COMPLETED
     return COMPLETED
+
+
+@contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """Put the scenario's path before what is said of its maneuver."""
+    try:
+        yield
+    except InfeasibleDesignError as error:
+        raise InputError(f"{path}: [maneuver]: {error}") from error
 
 
 def _say(error: Exception, code: int) -> int:

@@ -6,10 +6,8 @@ import shutil
 import sys
 from pathlib import Path
 
-from rich.markup import escape
-
-from testbed.cli.console import console, design_progress
-from testbed.cli.failures import COMPLETED, DIVERGED
+from testbed.cli.console import console, design_progress, say, warn
+from testbed.cli.failures import COMPLETED, DIVERGED, naming
 from testbed.cli.tables import design_lines, flight_lines, result_table
 from testbed.delivery.folder import free_folder, require_free
 from testbed.delivery.run_folder import write_run
@@ -30,7 +28,7 @@ def run_scenario(path: Path, out: Path | None, seed: int | None, *, view: bool) 
     scenario = read_scenario(path)
     folder = free_folder(RUNS, scenario.name) if out is None else out
     require_free(folder)
-    with design_progress(starts_of(scenario)) as report:
+    with naming(path), design_progress(starts_of(scenario)) as report:
         experiment = conduct(scenario, scenario.seed if seed is None else seed, report)
     write_run(folder, path, experiment)
     _print_result(experiment, folder)
@@ -45,14 +43,14 @@ def _print_result(experiment: Experiment, folder: Path) -> None:
     if experiment.estimation is not None:
         console.print(result_table(experiment))
         for name, message in experiment.estimation.failures.items():
-            console.print(f"[yellow]{name} gave no estimate:[/] {escape(message)}")
-        console.print()
+            warn(f"{name} gave no estimate", message)
+        say()
     for line in (*design_lines(experiment.plan.design), *flight_lines(experiment.flown)):
-        console.print(line)
-    console.print()
-    console.print(f"Folder     {folder}")
-    console.print(f"Report     {folder / 'report.html'}")
-    console.print(f"Recording  {_this_command()} view {folder}  (or view --web: in the browser)")
+        say(line)
+    say()
+    say(f"Folder     {folder}")
+    say(f"Report     {folder / 'report.html'}")
+    say(f"Recording  {_this_command()} view {folder}  (or view --web: in the browser)")
 
 
 def _this_command() -> str:

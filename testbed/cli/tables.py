@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from testbed.arrays import Theta
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
@@ -17,6 +17,8 @@ from testbed.maneuver.design import Design
 from testbed.report.wording import estimator_name
 
 _MILLI = 1e3
+_WIDEST = 1000.0
+"""1e-3 kg·m²; what is larger, such as the answer of an estimator that lost its way, is written with an exponent."""
 
 
 def estimate_table(title: str, rows: Mapping[str, Theta], estimation: Estimation | CombinedEstimation) -> Table:
@@ -28,7 +30,7 @@ def estimate_table(title: str, rows: Mapping[str, Theta], estimation: Estimation
         estimation: the estimates, and the bound below them.
     """
     table = Table(
-        title=title,
+        title=Text(title),
         title_justify="left",
         title_style="bold",
         box=SIMPLE_HEAD,
@@ -53,7 +55,8 @@ def estimate_table(title: str, rows: Mapping[str, Theta], estimation: Estimation
 
 def _cells(values: Theta, sign: str = "") -> Iterator[str]:
     for value in values:
-        yield f"{sign}{value * _MILLI:.4f}".replace("-0.0000", "0.0000")
+        milli = value * _MILLI
+        yield sign + (f"{milli:.4f}" if abs(milli) < _WIDEST else f"{milli:.1e}").replace("-0.0000", "0.0000")
 
 
 def design_lines(design: Design | None) -> Iterator[str]:
@@ -71,12 +74,16 @@ def flight_lines(flown: FlownRun) -> Iterator[str]:
     """Return a flight's figures, a line each."""
     summary = flown.summary
     if flown.divergence:
-        yield f"[bold red]Diverged[/]   {escape(flown.divergence)}"
+        yield f"DIVERGED   {flown.divergence}"
     rms = ", ".join(f"{value:.2g}" for value in summary.tracking_rms)
     yield f"Tracking   rms error {rms} rad/s; {summary.saturated:.3g} s at a limit"
     used = ", ".join(f"{name.replace('_', ' ')} {share:.0%}" for name, share in summary.limit_use.items())
     yield f"Limits     {used}"
     yield f"           smallest singularity measure {summary.min_singularity_measure:.2f} (1 at the best)"
+    if summary.rotor_clamped:
+        yield f"Rotors     {summary.rotor_clamped:.3g} s with a rotor at its momentum limit"
+    if flown.first_contact is not None:
+        yield f"Contact    with the cabin at {flown.first_contact:.3f} s; the estimates use the record up to there"
     yield f"Momentum   drift {summary.momentum_drift:.1e} of the rotors' total"
 
 

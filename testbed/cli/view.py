@@ -14,7 +14,11 @@ def view_run(run: Path, *, web: bool) -> None:
     Raises:
         InputError: there is no recording, or it cannot be opened.
     """
-    recording = run / "recording.rrd" if run.is_dir() else run
-    if not recording.is_file():
+    try:
+        recording = run / "recording.rrd" if run.is_dir() else run
+        found = recording.is_file()
+    except OSError as error:
+        raise InputError(f"{run}: cannot be read ({error.strerror})") from error
+    if not found:
         raise InputError(f"{run}: no recording there; name a run folder that `testbed run` wrote, or an .rrd file")
     open_viewer(recording, web=web)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -32,7 +33,7 @@ def write_design(folder: Path, scenario_path: Path, scenario: Scenario, design: 
         "starts": starts_of_design(design),
     }
     with whole_folder(folder) as part:
-        (part / "scenario.toml").write_text(scenario_path.read_text(encoding="utf-8"), encoding="utf-8")
+        shutil.copyfile(scenario_path, part / "scenario.toml")
         write_json(part / "design.json", content)
         (part / "maneuver.toml").write_text(_control_points(design), encoding="utf-8")
         csv.write_csv(_samples(design.maneuver), part / "maneuver.csv")

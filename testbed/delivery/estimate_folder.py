@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -41,7 +42,7 @@ def write_estimates(
     scenario_text = scenario_path.read_text(encoding="utf-8")
     origin = provenance(scenario, scenario_text)
     with whole_folder(folder) as part:
-        (part / "scenario.toml").write_text(scenario_text, encoding="utf-8")
+        shutil.copyfile(scenario_path, part / "scenario.toml")
         write_json(part / "estimates.json", content)
         write_json(part / "provenance.json", origin)
         write_estimates_report(

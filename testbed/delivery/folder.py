@@ -43,16 +43,24 @@ def whole_folder(folder: Path) -> Iterator[Path]:
         InputError: the folder is taken, or cannot be written.
     """
     require_free(folder)
+    folder = folder.resolve()
     scratch = _scratch_beside(folder)
     try:
         yield scratch
-        if folder.is_dir():
-            folder.rmdir()
-        scratch.rename(folder)
+        _put(scratch, folder)
     except OSError as error:
         raise InputError(f"{folder}: cannot be written ({error.strerror}); make room or choose another") from error
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
+
+
+def _put(scratch: Path, folder: Path) -> None:
+    """Rename the scratch folder, or fill the empty folder that a person made, perhaps to stand in it."""
+    if not folder.is_dir():
+        scratch.rename(folder)
+        return
+    for entry in scratch.iterdir():
+        entry.rename(folder / entry.name)
 
 
 def _scratch_beside(folder: Path) -> Path:
@@ -66,4 +74,7 @@ def _scratch_beside(folder: Path) -> Path:
 
 
 def _is_taken(path: Path) -> bool:
-    return path.is_file() or (path.is_dir() and any(path.iterdir()))
+    try:
+        return path.is_file() or (path.is_dir() and any(path.iterdir()))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be looked at ({error.strerror}); choose another --out") from error

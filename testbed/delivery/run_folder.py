@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -34,7 +35,7 @@ def write_run(folder: Path, scenario_path: Path, experiment: Experiment) -> None
     result = result_of(experiment)
     record = experiment.flown.record
     with whole_folder(folder) as part:
-        (part / "scenario.toml").write_text(scenario_text, encoding="utf-8")
+        shutil.copyfile(scenario_path, part / "scenario.toml")
         write_record(record, part / "record.parquet")
         write_json(part / "result.json", result)
         write_json(part / "provenance.json", provenance)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from testbed.assembly.platform import nominal_platform, true_platform
+from testbed.assembly.platform import PlatformModel, nominal_platform, true_platform
+from testbed.errors import InputError
 from testbed.experiment.estimating import estimate_flight
-from testbed.experiment.experiment import Experiment
+from testbed.experiment.experiment import Estimation, Experiment
 from testbed.experiment.flying import fly_maneuver
 from testbed.experiment.planning import plan_maneuver
 from testbed.maneuver.design import Start
+from testbed.maneuver.maneuver import Maneuver
+from testbed.records.record import Record
 from testbed.scenario.scenario import Scenario
 
 
@@ -27,7 +30,6 @@ def conduct(scenario: Scenario, seed: int, progress: Callable[[Start], None] = l
     nominal, truth = nominal_platform(scenario), true_platform(scenario)
     plan = plan_maneuver(scenario, nominal, progress)
     flown = fly_maneuver(scenario, nominal, truth, plan.maneuver, seed)
-    completed = not flown.divergence
     return Experiment(
         scenario=scenario,
         seed=seed,
@@ -35,5 +37,16 @@ def conduct(scenario: Scenario, seed: int, progress: Callable[[Start], None] = l
         truth=truth,
         plan=plan,
         flown=flown,
-        estimation=estimate_flight(scenario, nominal, truth, plan.maneuver, flown.record) if completed else None,
+        estimation=None if flown.divergence else _estimation(scenario, nominal, truth, plan.maneuver, flown.record),
     )
+
+
+def _estimation(
+    scenario: Scenario, nominal: PlatformModel, truth: PlatformModel, maneuver: Maneuver, record: Record
+) -> Estimation:
+    """Estimate; a flight that gives no estimate, such as one that soon met the wall, is still worth keeping."""
+    try:
+        return estimate_flight(scenario, nominal, truth, maneuver, record)
+    except InputError as error:
+        failures = dict.fromkeys(scenario.estimation.estimators, str(error))
+        return Estimation(by_name={}, failures=failures, bound_std=None)

@@ -26,12 +26,14 @@ class FlownRun:
         record: telemetry and what only the simulation knows, one row per control period.
         summary: tracking, use of limits, conservation.
         divergence: what went wrong and when; empty for a completed flight.
+        first_contact: time of the first contact with the cabin, s; None where there was none.
         period: between rows of the record, s.
     """
 
     record: Record
     summary: FlightSummary
     divergence: str
+    first_contact: float | None
     period: float
 
 
@@ -78,15 +80,24 @@ def fly_maneuver(
     flight = prepare_flight(scenario, nominal, maneuver, seed)
     outcome = fly(true_plant(scenario, truth), flight)
     channels = channels_of(outcome.log, flight, truth.model, truth.cluster)
+    time = flight.clock.tick_times[: len(outcome.log.gyro)]
+    touched = np.flatnonzero(outcome.log.contacts)
     record = Record(
-        time=flight.clock.tick_times[: len(outcome.log.gyro)],
+        time=time,
         channels=channels,
-        details=RunDetails(name=scenario.name, source="simulated", gyro_noise=scenario.gyro.noise_rad_s or None),
+        details=RunDetails(
+            name=scenario.name,
+            source="simulated",
+            gyro_noise=scenario.gyro.noise_rad_s or None,
+            # The row that shows the contact was written after it; the one before may have seen its beginning.
+            usable_to=float(time[max(touched[0] - 2, 0)]) if touched.size else None,
+        ),
     )
     return FlownRun(
         record=record,
         summary=_summary(scenario, truth, record, flight.clock),
         divergence=outcome.divergence,
+        first_contact=float(time[touched[0]]) if touched.size else None,
         period=flight.clock.period,
     )
 

@@ -79,6 +79,7 @@ def _flight(summary: FlightSummary) -> dict[str, Any]:
         "limits": {
             **summary.limit_use,
             "saturated_s": summary.saturated,
+            "rotor_clamped_s": summary.rotor_clamped,
             "min_singularity_measure": summary.min_singularity_measure,
         },
         "conservation": {"momentum_drift_relative": summary.momentum_drift},

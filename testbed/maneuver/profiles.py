@@ -19,6 +19,8 @@ from testbed.signals import SIGNALS
 _BODY_RATE, _GIMBAL_ANGLE = SIGNALS["body_rate"].columns, SIGNALS["gimbal_angle"].columns
 _TIME = "time_s"
 _FEWEST_ROWS = DEGREE + 1
+_PLAUSIBLE_RATE = 20.0
+"""rad/s; no maneuver of a spacecraft comes near it, and degrees per second do."""
 _BASIC_POINTS = np.array(
     [
         [0.0, 0.0, 0.0],
@@ -107,6 +109,9 @@ def _problems(columns: Mapping[str, Array]) -> Iterator[str]:
         gaps = np.flatnonzero(~np.isfinite(values))
         if gaps.size:
             yield f"{name} is not a finite number in row {gaps[0] + 1}; fill it in or leave the row out"
+    fastest = max(float(np.abs(columns[name]).max(initial=0.0)) for name in _BODY_RATE)
+    if fastest > _PLAUSIBLE_RATE:
+        yield f"has body rates of up to {fastest:.3g} rad/s; if these are deg/s, divide them by 57.29578"
     backward = np.flatnonzero(np.diff(columns[_TIME]) <= 0.0)
     if backward.size:
         yield f"{_TIME} does not increase from row {backward[0] + 1} to row {backward[0] + 2}; sort the rows by time"

@@ -36,6 +36,7 @@ class FlightSummary:
         tracking_max: largest magnitude of it, shape (3,), rad/s.
         limit_use: largest fraction of each limit, by the limit's name.
         saturated: time in which any gimbal was at a limit, s.
+        rotor_clamped: time in which any rotor was beyond its momentum limit, s.
         min_singularity_measure: smallest on the way; 1 at the best, 0 where a torque direction is lost.
         momentum_drift: max |H_N(t) - H_N(0)| over the sum of the rotors' momenta; MuJoCo's own momentum.
     """
@@ -44,6 +45,7 @@ class FlightSummary:
     tracking_max: Vector3
     limit_use: Mapping[str, float]
     saturated: float
+    rotor_clamped: float
     min_singularity_measure: float
     momentum_drift: float
 
@@ -64,7 +66,8 @@ def summarize(
         tracking_rms=np.sqrt((error**2).mean(axis=0)),
         tracking_max=np.abs(error).max(axis=0),
         limit_use=_limit_use(channels, limits),
-        saturated=_saturated_time(channels, period),
+        saturated=_flagged_time(channels, ("gimbal_rate_saturated", "gimbal_torque_saturated"), period),
+        rotor_clamped=_flagged_time(channels, ("rotor_momentum_clamped",), period),
         min_singularity_measure=float(channels["singularity_measure"].min()),
         momentum_drift=_momentum_drift(channels["true_total_momentum"], total_rotor_momentum),
     )
@@ -80,8 +83,8 @@ def _limit_use(channels: Mapping[str, Array], limits: FlightLimits) -> dict[str,
     return {name: float(fraction.max()) for name, fraction in used.items()}
 
 
-def _saturated_time(channels: Mapping[str, Array], period: float) -> float:
-    flags = np.concatenate([channels["gimbal_rate_saturated"], channels["gimbal_torque_saturated"]], axis=1)
+def _flagged_time(channels: Mapping[str, Array], names: tuple[str, ...], period: float) -> float:
+    flags = np.concatenate([channels[name] for name in names], axis=1)
     return float(flags.any(axis=1).sum() * period)
 
 

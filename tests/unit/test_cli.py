@@ -185,3 +185,65 @@ def test_help_imports_no_engine():
     )
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, env=environment)
+
+
+def test_names_that_look_like_markup_are_printed_as_they_are(here, capsys):
+    path = scenario(here, ('description = "', 'description = "[/x] [bold]'))
+    assert run("check", path) == 0
+    assert "[/x] [bold]" in capsys.readouterr().out
+    assert run("run", path, "--out", "a[/b]") == 0
+    assert "a[/b]" in capsys.readouterr().out
+
+
+def test_the_scenario_is_copied_byte_for_byte(here, capsys):
+    path = scenario(here)
+    path.write_bytes(path.read_bytes().replace(b"\n", b"\r\n"))
+    assert run("run", path, "--out", "out") == 0
+    capsys.readouterr()
+    assert (here / "out" / "scenario.toml").read_bytes() == path.read_bytes()
+
+
+def test_an_empty_folder_is_filled_even_if_one_stands_in_it(here, capsys):
+    path = scenario(here)
+    place = here / "empty"
+    place.mkdir()
+    os.chdir(place)
+    assert run("run", path, "--out", ".") == 0
+    capsys.readouterr()
+    assert (place / "result.json").is_file()
+    assert {entry.name for entry in here.iterdir()} == {"changed.toml", "empty"}
+
+
+def test_an_overspeeding_rotor_is_clamped_and_said_so(here, capsys):
+    momenta = "[0.004714, 0.004714, 0.0056, 0.004714, 0.004714, 0.004714]"
+    truth = ("[gyro]", f"[truth]\nrotor_momentum_N_m_s = {momenta}\n\n[gyro]")
+    path = scenario(here, truth, ('initial_momentum = "zero"', 'initial_momentum = "estimated"'))
+    assert run("run", path, "--out", "out") == 0
+    assert "with a rotor at its momentum limit" in capsys.readouterr().out
+    record = read_record(here / "out" / "record.parquet")
+    clamped = record.channels["rotor_momentum_clamped"].any(axis=0)
+    assert clamped.tolist() == [False, False, True, False, False, False]
+    assert abs(record.channels["true_rotor_speed"][-1, 2]) * 1e-5 <= 0.0052 * (1.0 + 1e-6)
+
+
+def test_a_contact_with_the_cabin_ends_the_usable_record(here, capsys):
+    drift = ("velocity_m_s = [0.0, 0.0, 0.0]", "velocity_m_s = [0.12, 0.0, 0.0]\n\n[cabin]\nsize_m = [1.0, 1.0, 1.0]")
+    assert run("run", scenario(here, drift), "--out", "out") == 0
+    assert "with the cabin at 3." in capsys.readouterr().out  # (0.5 - 0.09) m / 0.12 m/s, less what the cube has turned
+    record = read_record(here / "out" / "record.parquet")
+    end = record.details.usable_to
+    assert end is not None
+    free = record.time <= end
+    momentum_N = record.channels["true_total_momentum"]
+    drift_free = abs(momentum_N[free] - momentum_N[0]).max()
+    assert drift_free < 1e-8
+    assert abs(momentum_N - momentum_N[0]).max() > 1e-4, "the wall did push"
+
+
+def test_a_profile_in_degrees_per_second_is_refused(here, capsys):
+    rows = ["time_s,body_rate_x_rad_s,body_rate_y_rad_s,body_rate_z_rad_s"]
+    rows += [f"{index / 10},{30 * (index % 5)},0,0" for index in range(20)]
+    (here / "profile.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    path = scenario(here, ('kind = "basic"\nduration_s = 5.0\nscale = 1.0\n', 'kind = "csv"\nfile = "profile.csv"\n'))
+    assert run("run", path, "--out", "out") == 2
+    refused(capsys, "profile.csv", "deg/s")
