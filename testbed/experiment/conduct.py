@@ -48,5 +48,5 @@ def _estimation(
     try:
         return estimate_flight(scenario, nominal, truth, maneuver, record)
     except InputError as error:
-        failures = dict.fromkeys(scenario.estimation.estimators, str(error))
+        failures = {str(name): str(error) for name in scenario.estimation.estimators}
         return Estimation(by_name={}, failures=failures, bound_std=None)
