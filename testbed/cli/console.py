@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from math import inf, isfinite
+from types import FrameType
 
 from rich.console import Console
 from rich.markup import escape
@@ -26,6 +28,23 @@ def warn(what: str, why: str) -> None:
 
 
 @contextmanager
+def remembered_interrupt() -> Iterator[Callable[[], bool]]:
+    """Tell whether Ctrl-C was pressed: the optimiser stops at it, but keeps the exception to itself."""
+    pressed = False
+
+    def note(signum: int, frame: FrameType | None) -> None:
+        nonlocal pressed
+        pressed = True
+        signal.default_int_handler(signum, frame)
+
+    before = signal.signal(signal.SIGINT, note)
+    try:
+        yield lambda: pressed
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
 def design_progress(starts: int) -> Iterator[Callable[[Start], None]]:
     """Show how many starts of a design are done and the best cost so far.
 
@@ -33,12 +52,14 @@ def design_progress(starts: int) -> Iterator[Callable[[Start], None]]:
         starts: number of starts; 0 where nothing is designed, and nothing is shown.
     """
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as progress:
+    with remembered_interrupt() as interrupted, Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task("Designing the maneuver", total=starts, visible=starts > 0)
         best = inf
 
         def report(start: Start) -> None:
             nonlocal best
+            if interrupted():
+                raise KeyboardInterrupt
             best = min(best, start.cost)
             found = f", best cost {best:.4g}" if isfinite(best) else ""
             progress.update(task, description=f"Designing the maneuver{found}", advance=1)

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import re
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pyarrow.parquet as pq
@@ -247,3 +250,24 @@ def test_a_profile_in_degrees_per_second_is_refused(here, capsys):
     path = scenario(here, ('kind = "basic"\nduration_s = 5.0\nscale = 1.0\n', 'kind = "csv"\nfile = "profile.csv"\n'))
     assert run("run", path, "--out", "out") == 2
     refused(capsys, "profile.csv", "deg/s")
+
+
+def test_an_interrupted_design_leaves_nothing_behind(here):
+    """The optimiser catches Ctrl-C for itself; the command must end all the same."""
+    shipped = (ROOT / "scenarios" / "gimbal_d_optimal.toml").read_text(encoding="utf-8")
+    path = here / "long.toml"
+    path.write_text(re.sub(r"(?m)^starts = \d+", "starts = 500", shipped), encoding="utf-8")
+    command = [sys.executable, "-c", "from testbed.cli import main; main()", "design", str(path), "--out", "out"]
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    # A session of its own with the default handler: a suite in the background may have inherited an ignored SIGINT.
+    reset = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
+    command[2] = reset + command[2]
+    with subprocess.Popen(
+        command, cwd=here, env=environment, stderr=subprocess.PIPE, start_new_session=True
+    ) as running:
+        time.sleep(6.0)
+        running.send_signal(signal.SIGINT)
+        _, complaint = running.communicate(timeout=60)
+    assert running.returncode not in {0, 2, 3}
+    assert b"Traceback" not in complaint
+    assert {entry.name for entry in here.iterdir()} == {"long.toml"}
