@@ -73,6 +73,28 @@ def layout_of(model: mujoco.MjModel) -> Layout:
     )
 
 
+def _described_state(layout: Layout, qpos: Array, qvel: Array) -> str:
+    """Return a state in one line for a person: the platform's quantities by name, with their units.
+
+    Args:
+        layout: of the model.
+        qpos: shape (nq,).
+        qvel: shape (nv,).
+    """
+    quantities = {
+        "position": (qpos[layout.position], "m"),
+        "attitude quat_NB": (qpos[layout.attitude], ""),
+        "gimbal angles": (qpos[layout.gimbal_angle], "rad"),
+        "body rate": (qvel[layout.body_rate], "rad/s"),
+        "gimbal rates": (qvel[layout.gimbal_rate], "rad/s"),
+        "rotor speeds": (qvel[layout.rotor_speed], "rad/s"),
+    }
+    return ", ".join(
+        f"{name} [{', '.join(f'{value:.4g}' for value in values)}] {unit}".rstrip()
+        for name, (values, unit) in quantities.items()
+    )
+
+
 class Plant:
     """A platform flying in MuJoCo.
 
@@ -183,11 +205,10 @@ class Plant:
         self._data.ctrl[self.layout.rotor_motor] = engaged
 
     def _describe_divergence(self) -> str:
-        qpos, qvel = (np.array2string(state, precision=6) for state in (self._last_qpos, self._last_qvel))
+        state = _described_state(self.layout, self._last_qpos, self._last_qvel)
         return (
             f"the simulation diverged between t = {self._last_time:.6g} s and {self.time:.6g} s. "
-            f"The last finite state was qpos = {qpos}, qvel = {qvel}. "
-            "Try a smaller simulation.step_s or a softer gimbal servo"
+            f"The last finite state was {state}. Try a smaller simulation.step_s or a softer gimbal servo"
         )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import mujoco
 import numpy as np
 import pytest
@@ -69,12 +71,12 @@ def test_a_full_inertia_matrix_is_met():
 
 
 def test_inertia_smaller_than_the_units_is_refused():
-    with pytest.raises(InputError, match=r"inertia_kg_m2.*no body has"):
+    with pytest.raises(InputError, match=r"^inertia_kg_m2.*no body has"):
         build(PlatformProperties(inertia=np.diag([1e-4, 1e-4, 1e-4])))
 
 
 def test_mass_smaller_than_the_units_is_refused():
-    with pytest.raises(InputError, match="mass_kg"):
+    with pytest.raises(InputError, match=r"^mass_kg = 0\.3"):  # of [platform] or of [truth]: the plant cannot know
         build(PlatformProperties(mass=0.3))
 
 
@@ -89,6 +91,50 @@ def test_a_model_that_cannot_serve_is_refused_with_its_path(tmp_path, text):
     path = tmp_path / "other.xml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=r"other\.xml"):
+        build(PlatformProperties(), path)
+
+
+def renamed(folder: Path, *changes: tuple[str, str]) -> Path:
+    """A copy of the shipped model with parts of its text replaced."""
+    for name in ("platform.xml", "cmg.xml"):
+        text = shipped_model().with_name(name).read_text(encoding="utf-8")
+        for old, new in changes:
+            text = text.replace(old, new)
+        (folder / name).write_text(text, encoding="utf-8")
+    return folder / "platform.xml"
+
+
+def test_any_model_flies_with_rk4_and_shows_divergence(tmp_path):
+    """The other integrators lose momentum, and an automatic reset would hide a divergence."""
+    path = renamed(tmp_path, ('integrator="RK4"', 'integrator="Euler"'), ('autoreset="disable"', 'autoreset="enable"'))
+    model = build(PlatformProperties(), path)
+    assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4
+    assert model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_AUTORESET
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "missing"),
+    [
+        ('name="gimbal_motor"', 'name="motor_a"', "the actuator cmg1_gimbal_motor, cmg2_gimbal_motor"),
+        ('name="rotor_motor"', 'name="motor_b"', "the actuator cmg1_rotor_motor"),
+        ('<freejoint name="bus"/>', '<freejoint name="float"/>', "the freejoint bus"),
+        ('<freejoint name="bus"/>', "", "the freejoint bus"),
+        ('<joint name="rotor"', '<joint name="spin"', "the hinge cmg1_rotor"),
+        ('name="hull"', 'name="box"', "the geom hull"),
+        ('name="cmg3_mount"', 'name="mount3"', "the frame cmg3_mount"),
+        ('prefix="cmg6_"', 'prefix="cmg7_"', "the body cmg6_gimbal, cmg6_rotor; the hinge cmg6_gimbal, cmg6_rotor"),
+    ],
+)
+def test_parts_that_a_model_lacks_are_named(tmp_path, old, new, missing):
+    path = renamed(tmp_path, (old, new))
+    with pytest.raises(InputError, match=r"platform\.xml: needs ") as caught:
+        build(PlatformProperties(), path)
+    assert missing in str(caught.value)
+
+
+def test_all_parts_that_a_model_lacks_are_named_at_once(tmp_path):
+    path = renamed(tmp_path, ('name="gimbal_motor"', 'name="motor"'), ('name="cmg3_mount"', 'name="mount3"'))
+    with pytest.raises(InputError, match=r"frame cmg3_mount; the actuator cmg1_gimbal_motor"):
         build(PlatformProperties(), path)
 
 

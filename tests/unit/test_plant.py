@@ -59,7 +59,12 @@ def test_divergence_names_time_and_last_finite_state(tmp_path, monkeypatch):
     message = r"(?s)t = [\d.]+ s and [\d.]+ s.*last finite state"
     with quiet_warnings(), pytest.raises(DivergedError, match=message) as caught:
         flown.advance(restless_torque(0.1), 4000)
-    assert "nan" not in str(caught.value)
+    told = str(caught.value)
+    assert "nan" not in told
+    assert "\n" not in told
+    for name in ("position", "attitude", "gimbal angles", "body rate", "gimbal rates", "rotor speeds [471.4, "):
+        assert name in told
+    assert "qpos" not in told
     assert list(tmp_path.iterdir()) == [], "MuJoCo leaves no log file behind"
 
 
