@@ -67,6 +67,15 @@ def test_the_low_pass_is_exact_on_a_ramp(bandwidth):
     np.testing.assert_allclose(measured[200:], (steady + transient)[200:], atol=1e-12)
 
 
+@pytest.mark.parametrize("bandwidth", [*np.logspace(-2, 9, 23), np.inf])
+def test_a_steady_rate_passes_any_bandwidth(bandwidth):
+    """Pole and taps sum to one within rounding; far above the control rate the gyro shows the present rate alone."""
+    gyro = gyro_on_clock(GyroParameters(sample_rate=CONTROL_RATE, bandwidth=bandwidth), CONTROL_RATE)
+    assert gyro.pole + gyro.taps.sum() == pytest.approx(1.0, abs=1e-14)
+    if bandwidth > 1e6:  # the lag 1 / (2π bandwidth), in ticks, is what is left
+        np.testing.assert_allclose(gyro.taps[:1], 1.0, atol=2 * CONTROL_RATE / (2 * np.pi * bandwidth))
+
+
 @pytest.mark.parametrize("bandwidth", [1.0, 10.0, 30.0])
 @pytest.mark.parametrize("latency", [0.0, 0.0031, 0.0125, 0.04])
 def test_bandwidth_and_latency_respond_as_in_continuous_time(bandwidth, latency):
