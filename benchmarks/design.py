@@ -35,7 +35,9 @@ CLUSTER_TORQUE, CLUSTER_MOMENTUM = np.array([0.040, 0.040, 0.047]), np.array([0.
 def main() -> None:
     """Print every figure with the bound that it has to keep."""
     platform = nominal_platform(read_scenario(SCENARIO))
-    print("figures of Ψ_fᵀΨ_f; cond. is that of Ψ_f, as in Table 1; of the starts' costs (logarithms) the best is flown")
+    print(
+        "figures of Ψ_fᵀΨ_f; cond. is that of Ψ_f, as in Table 1; of the starts' costs (logarithms) the best is flown"
+    )
     print_information("basic profile (0.099, 21.27, 0.0036, 3.271)", maneuver_information(basic_profile(), 16.0, 0.8))
     for penalty in (None, Penalty()):
         for criterion in CRITERIA:

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 import casadi as ca
 import numpy as np
 
 from testbed.arrays import Array
 from testbed.maneuver.budget import Budget, body_rate_budget
+from testbed.maneuver.criteria import Criterion
 from testbed.maneuver.design import BodyRateLimits, Design, DesignProblem, Search
 from testbed.maneuver.formulation import SplinePoints, formulated, prefilter_of
 from testbed.maneuver.maneuver import Maneuver
-from testbed.maneuver.multistart import best_of_starts, finished_design
+from testbed.maneuver.multistart import best_of_starts, compiled_stages, finished_design
 from testbed.maneuver.penalty import Penalty, sixth_power
-from testbed.maneuver.program import Constraint, Program, solver, within
+from testbed.maneuver.program import Constraint, Program, within
 from testbed.maneuver.splines import basis_matrix, clamped_spline, derivative_points_matrix
 
 _HELD_POINTS = 2
@@ -40,10 +42,10 @@ def body_rate_design(
     """
     began = time.perf_counter()
     points = _held_points(problem) if penalty is None else _open_points(problem)
-    program = _program(problem, body_rate_budget(problem, limits), points, penalty)
-    solve = solver(program)
+    budget = body_rate_budget(problem, limits)
+    stages = compiled_stages(problem, lambda criterion: _program(problem, criterion, budget, points, penalty))
     setup_seconds = time.perf_counter() - began
-    best = best_of_starts(program, solve, search)
+    best = best_of_starts(stages, _draw(budget, points), search)
     maneuver = Maneuver(
         name=problem.name,
         duration=problem.duration,
@@ -64,21 +66,23 @@ def _open_points(problem: DesignProblem) -> SplinePoints:
     return SplinePoints(free=ca.vec(free), rows=free)
 
 
-def _program(problem: DesignProblem, budget: Budget, points: SplinePoints, penalty: Penalty | None) -> Program:
-    time_grid = prefilter_of(problem).fine_time
-    basis = basis_matrix(problem.duration, problem.control_points, time_grid)
-    limits = _limits(problem, budget, points.rows)
+def _draw(budget: Budget, points: SplinePoints) -> Callable[[np.random.Generator], Array]:
     scale = np.repeat(budget.rate, points.free.numel() // 3)
+    return lambda rng: rng.uniform(-scale, scale)
 
-    def draw(rng: np.random.Generator) -> Array:
-        return rng.uniform(-scale, scale)
 
+def _program(
+    problem: DesignProblem, criterion: Criterion, budget: Budget, points: SplinePoints, penalty: Penalty | None
+) -> Program:
+    sampling = prefilter_of(problem)
+    basis = basis_matrix(problem.duration, problem.control_points, sampling.fine_time)
+    limits = _limits(problem, budget, points.rows)
     return formulated(
-        problem,
+        criterion,
+        sampling,
         points=points,
         fine_body_rate=ca.DM(basis) @ points.rows,
         limits=limits if penalty is None else (),
-        draw=draw,
         hessian="exact",
         penalty=0.0 if penalty is None else _penalty(problem, budget, points.rows, limits, penalty),
     )

@@ -1,7 +1,7 @@
 """Optimality criteria of the information matrix as smooth, exact CasADi expressions.
 
 D and A are costs by themselves. E and the condition number are bounds on eigenvalues, not smooth where two of them
-meet: they become slack variables t and κ with M - tI = L Lᵀ and κtI - M = K Kᵀ, which is exact.
+meet: they become slack variables, a floor t with M - tI = L Lᵀ and a ceiling u with uI - M = K Kᵀ, which is exact.
 """
 
 from __future__ import annotations
@@ -19,8 +19,7 @@ from testbed.maneuver.information import FIRST_FACTOR, SECOND_FACTOR, SampledFil
 Criterion: TypeAlias = Literal["D", "A", "E", "condition"]
 """Determinant, trace of the inverse, smallest eigenvalue, condition number."""
 _SIGNAL_WEIGHT = 0.3
-"""Weight of log t beside log κ: the condition number alone is met best by no motion at all (trap 11). With 0.3 the
-condition number of Ψ_f ends within 0.5 % of what any smaller weight reaches; with 0.03 starts fall to t = 0."""
+"""Weight of the mean log eigenvalue beside log κ: the condition number alone is met by no motion at all (trap 11)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,12 +94,15 @@ def _smallest_eigenvalue(information: ca.MX) -> CriterionTerms:
 
 
 def _condition_number(information: ca.MX) -> CriterionTerms:
-    below = _smallest_eigenvalue(information)
-    log_ceiling, factor = ca.MX.sym("log_ceiling"), ca.MX.sym("ceiling_factor", _LOWER.nnz())
+    """Bounds on M over its mean eigenvalue: at any size alike, the floor below 1 and the ceiling 1 + e² above."""
+    mean = ca.trace(information) / 6.0
+    floor = _smallest_eigenvalue(information / mean)
+    excess, factor = ca.MX.sym("excess"), ca.MX.sym("ceiling_factor", _LOWER.nnz())
+    ceiling = 1.0 + excess**2
     return CriterionTerms(
-        cost=log_ceiling + (1.0 + _SIGNAL_WEIGHT) * below.cost,
-        slack=ca.vertcat(below.slack, log_ceiling, factor),
-        equality=ca.vertcat(below.equality, _semidefinite(ca.exp(log_ceiling) * ca.MX.eye(6) - information, factor)),
+        cost=ca.log(ceiling) + floor.cost + _SIGNAL_WEIGHT / 6.0 * _determinant(information).cost,
+        slack=ca.vertcat(floor.slack, excess, factor),
+        equality=ca.vertcat(floor.equality, _semidefinite(ceiling * ca.MX.eye(6) - information / mean, factor)),
         slack_start=_ratio_start,
     )
 
@@ -137,9 +139,10 @@ def _floor_start(information: Covariance) -> Array:
 
 
 def _ratio_start(information: Covariance) -> Array:
-    ceiling = 2.0 * np.linalg.eigvalsh(information)[-1]
-    above = _factor(ceiling * np.eye(6) - information)
-    return np.concatenate([_floor_start(information), [np.log(ceiling)], above])
+    share = information / (np.trace(information) / 6.0)
+    ceiling = 1.0 + 2.0 * np.linalg.eigvalsh(share)[-1]
+    above = _factor(ceiling * np.eye(6) - share)
+    return np.concatenate([_floor_start(share), [np.sqrt(ceiling - 1.0)], above])
 
 
 def _factor(matrix: Covariance) -> Array:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Literal, NamedTuple
 
 import casadi as ca
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.maneuver.criteria import criterion_terms, information_matrix
+from testbed.maneuver.criteria import Criterion, criterion_terms, information_matrix
 from testbed.maneuver.design import DesignProblem
 from testbed.maneuver.information import SampledFilter, sampled_filter
 from testbed.maneuver.program import Constraint, Program
@@ -38,41 +37,40 @@ def prefilter_of(problem: DesignProblem) -> SampledFilter:
 
 
 def formulated(
-    problem: DesignProblem,
+    criterion: Criterion,
+    sampling: SampledFilter,
     *,
     points: SplinePoints,
     fine_body_rate: ca.MX,
     limits: tuple[Constraint, ...],
-    draw: Callable[[np.random.Generator], Array],
     hessian: Literal["exact", "limited-memory"],
     penalty: ca.MX | float = 0.0,
 ) -> Program:
     """Return the program that optimises a motion.
 
     Args:
-        problem: criterion and prefilter.
+        criterion: what is optimised.
+        sampling: prefilter and grids.
         points: the motion's parameters.
         fine_body_rate: ω on the prefilter's fine grid, shape (M, 3), rad/s.
         limits: what the motion has to keep.
-        draw: initial values of the free ones.
         hessian: exact second derivatives, or the optimiser's approximation.
         penalty: added to the criterion, eq. (27).
 
     Source: paper eq. (27).
     """
-    information = information_matrix(prefilter_of(problem), fine_body_rate)
-    terms = criterion_terms(problem.criterion, information)
+    information = information_matrix(sampling, fine_body_rate)
+    terms = criterion_terms(criterion, information)
     information_at = ca.Function("information", [points.free], [information])
     equality = Constraint(name="criterion", expression=terms.equality, lower=0.0, upper=0.0)
 
-    def random_start(rng: np.random.Generator) -> Array:
-        values = draw(rng)
+    def completed(values: Array) -> Array:
         return np.concatenate([values, terms.slack_start(information_at(values).full())])
 
     return Program(
         variables=ca.vertcat(points.free, terms.slack),
         cost=terms.cost + penalty,  # eq. (27)
         constraints=(*limits, equality),
-        random_start=random_start,
+        completed=completed,
         hessian=hessian,
     )

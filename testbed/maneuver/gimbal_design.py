@@ -6,27 +6,29 @@ What is designed can be flown: the cluster's own limits are constraints, and no 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 import casadi as ca
 import numpy as np
 
 from testbed.arrays import Array
 from testbed.maneuver.cluster_motion import body_rate_function
+from testbed.maneuver.criteria import Criterion
 from testbed.maneuver.design import Design, DesignProblem, GimbalLimits, Search
 from testbed.maneuver.formulation import SplinePoints, formulated, prefilter_of
 from testbed.maneuver.gimbal_limits import hull_limits, path_limits
 from testbed.maneuver.gimbal_maneuver import gimbal_maneuver
 from testbed.maneuver.momentum_path import sampled, total_momentum
-from testbed.maneuver.multistart import best_of_starts, finished_design
-from testbed.maneuver.program import Program, solver
+from testbed.maneuver.multistart import best_of_starts, compiled_stages, finished_design
+from testbed.maneuver.program import Program
 from testbed.maneuver.splines import clamped_spline
 
 _FIRST_ANGLES = 1.0
 """rad; random starts draw the control points this far from the initial angles."""
 
-_CURVED = ("E", "condition")
-"""Criteria whose matrix factors need exact second derivatives to converge. D and A find the same optima with
-IPOPT's own approximation in a tenth of the time (docs/notes/2026-11-21-design.md)."""
+_CURVED: Criterion = "condition"
+"""It needs exact second derivatives to converge. The others find the same optima with IPOPT's own approximation in a
+tenth to a third of the time (docs/notes/2026-11-21-design.md)."""
 
 
 def gimbal_design(problem: DesignProblem, limits: GimbalLimits, search: Search) -> Design:
@@ -42,10 +44,9 @@ def gimbal_design(problem: DesignProblem, limits: GimbalLimits, search: Search) 
     """
     began = time.perf_counter()
     points = _held_points(problem)
-    program = _program(problem, limits, points)
-    solve = solver(program)
+    stages = compiled_stages(problem, lambda criterion: _program(problem, criterion, limits, points))
     setup_seconds = time.perf_counter() - began
-    best = best_of_starts(program, solve, search)
+    best = best_of_starts(stages, _draw(points), search)
     maneuver = gimbal_maneuver(
         problem.name,
         clamped_spline(problem.duration, points.values(best.variables)),
@@ -65,25 +66,25 @@ def _held_points(problem: DesignProblem) -> SplinePoints:
     return SplinePoints(free=ca.vec(free), rows=moved @ working + home)
 
 
-def _program(problem: DesignProblem, limits: GimbalLimits, points: SplinePoints) -> Program:
-    fine_time = prefilter_of(problem).fine_time
+def _draw(points: SplinePoints) -> Callable[[np.random.Generator], Array]:
+    return lambda rng: rng.uniform(-_FIRST_ANGLES, _FIRST_ANGLES, points.free.numel())
+
+
+def _program(problem: DesignProblem, criterion: Criterion, limits: GimbalLimits, points: SplinePoints) -> Program:
+    sampling = prefilter_of(problem)
+    fine_time = sampling.fine_time
     path_time = np.union1d(fine_time, problem.duration)
     total = total_momentum(problem, points.rows, path_time)
     body_rate = body_rate_function(problem.cluster, problem.inertia).map(len(fine_time))
     angle, rate = (sampled(problem, points.rows, fine_time, order) for order in (0, 1))
-    count = points.free.numel()
-
-    def draw(rng: np.random.Generator) -> Array:
-        return rng.uniform(-_FIRST_ANGLES, _FIRST_ANGLES, count)
-
     return formulated(
-        problem,
+        criterion,
+        sampling,
         points=points,
         fine_body_rate=body_rate(angle, rate, total[:, : len(fine_time)]).T,
         limits=(
             *hull_limits(problem, limits, points.rows),
             *path_limits(problem, limits, points.rows, path_time, total),
         ),
-        draw=draw,
-        hessian="exact" if problem.criterion in _CURVED else "limited-memory",
+        hessian="exact" if criterion == _CURVED else "limited-memory",
     )

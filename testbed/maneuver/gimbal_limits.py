@@ -17,7 +17,9 @@ from testbed.maneuver.program import Constraint, within
 from testbed.maneuver.splines import derivative_points_matrix
 
 _CHECKS_PER_KNOT = 4
-"""Instants per knot interval at which limits without a convex hull are kept."""
+_CHECKS_PER_SECOND = 12.0
+"""Instants at which limits without a convex hull are kept, whichever are more. Between them the nominal designs bend
+torque, envelope and body rate by less than 2 %, and a narrow dip of the singularity measure by 10 %."""
 
 
 def hull_limits(problem: DesignProblem, limits: GimbalLimits, points: ca.MX) -> tuple[Constraint, ...]:
@@ -71,7 +73,8 @@ def path_limits(
 
 def _checked(problem: DesignProblem, path_length: int) -> NDArray[np.int_]:
     """Indices into the path, both ends included."""
-    intervals = (problem.control_points - 3) * _CHECKS_PER_KNOT
+    by_knot = (problem.control_points - 3) * _CHECKS_PER_KNOT
+    intervals = max(by_knot, int(np.ceil(_CHECKS_PER_SECOND * problem.duration)))
     return np.unique(np.linspace(0, path_length - 1, intervals + 1).round().astype(int))
 
 

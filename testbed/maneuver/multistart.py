@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from math import inf, isfinite
 from typing import NamedTuple
 
@@ -10,17 +11,27 @@ import numpy as np
 
 from testbed.arrays import Array
 from testbed.errors import InfeasibleDesignError
+from testbed.maneuver.criteria import Criterion
 from testbed.maneuver.design import Design, DesignProblem, Parametrization, Search, Start
 from testbed.maneuver.information import maneuver_information
 from testbed.maneuver.maneuver import Maneuver
-from testbed.maneuver.program import Program, Solution, Solver
+from testbed.maneuver.program import Program, Solution, Solver, solver
+
+_LEADING: Criterion = "D"
+
+
+class Stage(NamedTuple):
+    """A program and its compiled solver."""
+
+    program: Program
+    solve: Solver
 
 
 class Best(NamedTuple):
     """The best of the starts.
 
     Attributes:
-        variables: of the program.
+        variables: of the last stage's program.
         starts: all of them, in order.
         winner: index of the best.
     """
@@ -30,12 +41,26 @@ class Best(NamedTuple):
     winner: int
 
 
-def best_of_starts(program: Program, solve: Solver, search: Search) -> Best:
-    """Solve a program from random starts and keep the best that stays within the limits.
+def compiled_stages(problem: DesignProblem, program_of: Callable[[Criterion], Program]) -> tuple[Stage, ...]:
+    """Return the D criterion and then the problem's own, which starts from what D found.
+
+    The determinant is smooth everywhere and forgives a poor start. From random motions the other criteria take up to
+    five times as long and end in worse optima than D's, even by their own figure.
 
     Args:
-        program: what to solve.
-        solve: its compiled solver.
+        problem: with the criterion.
+        program_of: formulates the problem for a criterion.
+    """
+    programs = [program_of(criterion) for criterion in dict.fromkeys((_LEADING, problem.criterion))]
+    return tuple(Stage(program=program, solve=solver(program)) for program in programs)
+
+
+def best_of_starts(stages: tuple[Stage, ...], draw: Callable[[np.random.Generator], Array], search: Search) -> Best:
+    """Solve from random starts and keep the best that stays within the limits.
+
+    Args:
+        stages: solved one after the other.
+        draw: initial values of the motion's free parameters.
         search: how many starts, from which seed.
 
     Raises:
@@ -44,7 +69,10 @@ def best_of_starts(program: Program, solve: Solver, search: Search) -> Best:
     solutions: list[Solution] = []
     starts: list[Start] = []
     for index, seed in enumerate(np.random.SeedSequence(search.seed).spawn(search.starts)):
-        solution, start = _timed(solve, program.random_start(np.random.default_rng(seed)), index)
+        began = time.perf_counter()
+        solution = _solved(stages, draw(np.random.default_rng(seed)))
+        seconds = time.perf_counter() - began
+        start = Start(index=index, cost=_usable_cost(solution), seconds=seconds, status=solution.status)
         solutions.append(solution)
         starts.append(start)
         search.progress(start)
@@ -52,6 +80,21 @@ def best_of_starts(program: Program, solve: Solver, search: Search) -> Best:
     if not isfinite(starts[best].cost):
         raise InfeasibleDesignError(_complaint(solutions))
     return Best(variables=solutions[best].variables, starts=tuple(starts), winner=best)
+
+
+def _solved(stages: tuple[Stage, ...], values: Array) -> Solution:
+    """Solve one stage after the other; what the first cannot keep within the limits, no later one can."""
+    count = len(values)
+    for program, solve in stages:
+        solution = solve(program.completed(values[:count]))
+        if solution.excess:
+            break
+        values = solution.variables
+    return solution
+
+
+def _usable_cost(solution: Solution) -> float:
+    return solution.cost if not solution.excess and isfinite(solution.cost) else inf
 
 
 def finished_design(
@@ -75,15 +118,6 @@ def finished_design(
         best=best.winner,
         setup_seconds=setup_seconds,
     )
-
-
-def _timed(solve: Solver, initial: Array, index: int) -> tuple[Solution, Start]:
-    began = time.perf_counter()
-    solution = solve(initial)
-    seconds = time.perf_counter() - began
-    usable = not solution.excess and isfinite(solution.cost)
-    cost = solution.cost if usable else inf
-    return solution, Start(index=index, cost=cost, seconds=seconds, status=solution.status)
 
 
 def _complaint(solutions: list[Solution]) -> str:

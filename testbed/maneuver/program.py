@@ -46,15 +46,15 @@ class Program:
     Attributes:
         variables: a column.
         cost: a scalar.
-        constraints: the limits.
-        random_start: draws initial variables.
+        constraints: the limits, at least one.
+        completed: free parameters of a motion to variables, the criterion's own included.
         hessian: exact second derivatives, or IPOPT's limited-memory approximation.
     """
 
     variables: ca.MX
     cost: ca.MX
     constraints: tuple[Constraint, ...]
-    random_start: Callable[[np.random.Generator], Array]
+    completed: Callable[[Array], Array]
     hessian: Literal["exact", "limited-memory"]
 
 
@@ -94,8 +94,8 @@ def solver(program: Program) -> Solver:
     """Compile a program."""
     limits = ca.vertcat(*(constraint.expression for constraint in program.constraints))
     bounds = [constraint.bounds for constraint in program.constraints]
-    lower = np.concatenate([low for low, _ in bounds] or [np.zeros(0)])
-    upper = np.concatenate([high for _, high in bounds] or [np.zeros(0)])
+    lower = np.concatenate([low for low, _ in bounds])
+    upper = np.concatenate([high for _, high in bounds])
     problem: dict[str, Any] = {"x": program.variables, "f": program.cost, "g": limits}
     ipopt = ca.nlpsol("ipopt", "ipopt", problem, _options(program.hessian))
 
@@ -119,8 +119,9 @@ def _options(hessian: str) -> dict[str, Any]:
         "ipopt.print_level": 0,
         "ipopt.sb": "yes",
         "ipopt.hessian_approximation": hessian,
+        "ipopt.nlp_scaling_method": "none",  # all is in shares of limits, and costs are logarithms
         "ipopt.max_iter": 500,
-        "ipopt.tol": 1e-5,  # of costs of order 1: the sixth digit of a criterion decides nothing
+        "ipopt.tol": 1e-6,  # the barrier then costs a criterion less than 1e-5 of itself
         "ipopt.constr_viol_tol": 1e-8,
     }
 
