@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, Strict
 
 from testbed.scenario.section import Section
-from testbed.scenario.values import Distinct, Positive
+from testbed.scenario.values import Distinct, PrefilterTime
 
 
 class Estimation(Section):
@@ -17,7 +17,7 @@ class Estimation(Section):
         tuple[Literal["ls", "iv", "iv_momentum", "output_error"], ...], Strict(False), Field(min_length=1), Distinct
     ]
     """Least squares, instrumental variable, instrumental variable in momentum form, output error: any of them."""
-    prefilter_time_constant_s: Positive
+    prefilter_time_constant_s: PrefilterTime
     """Time constant γ of the prefilter of ls and iv, eq. (32)."""
     instrument: Literal["reference", "nominal", "iterated"]
     """Instrument: the reference maneuver, a simulation of the nominal platform, or of the estimated one, iterated."""

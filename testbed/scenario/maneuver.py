@@ -8,11 +8,11 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import Field, Strict, model_validator
 
 from testbed.scenario.section import Conflict, Section, refuse
-from testbed.scenario.values import File, Positive, Seed, Share, Six, Triple
+from testbed.scenario.values import Duration, File, Positive, PrefilterTime, Rate, Seed, Share, Six, Triple
 
 _MIN_CONTROL_POINTS = 4
 """A cubic spline has no fewer."""
-_MIN_SAMPLES = 10
+MIN_SAMPLES = 10
 """Six parameters and an initial state cannot be told from fewer."""
 
 
@@ -21,7 +21,7 @@ class _Design(Section):
     """Where the maneuver comes from: optimised when the scenario is run."""
     criterion: Literal["D", "A", "E", "condition"]
     """What is optimised: determinant, trace of the inverse, smallest eigenvalue or condition number of Ψ_fᵀΨ_f."""
-    duration_s: Positive
+    duration_s: Duration
     """Duration, from rest to rest."""
     control_points: Annotated[int, Field(ge=_MIN_CONTROL_POINTS)]
     """Control points of the cubic spline of each axis or gimbal, ends included."""
@@ -29,9 +29,9 @@ class _Design(Section):
     """Number of random starts; the best of them is flown."""
     seed: Seed
     """Seed of the starts."""
-    sample_rate_hz: Positive
+    sample_rate_hz: Rate
     """Rate at which the information is sampled; the gyro's, as a rule."""
-    prefilter_time_constant_s: Positive
+    prefilter_time_constant_s: PrefilterTime
     """Time constant γ of the prefilter inside Ψ_f, eq. (32)."""
     body_rate_limit_rad_s: Positive | None = None
     """Largest body rate about each axis; omitted: what the cluster's momentum allows."""
@@ -43,11 +43,11 @@ class _Design(Section):
 
     def _conflicts(self) -> Iterator[Conflict]:
         samples = self.duration_s * self.sample_rate_hz
-        if samples < _MIN_SAMPLES:
+        if samples < MIN_SAMPLES:
             yield Conflict(
                 key="duration_s",
                 text=f"{self.duration_s} s at {self.sample_rate_hz} Hz gives {samples:.3g} samples; "
-                f"at least {_MIN_SAMPLES} are needed: {_MIN_SAMPLES / self.sample_rate_hz:.3g} s",
+                f"at least {MIN_SAMPLES} are needed: {MIN_SAMPLES / self.sample_rate_hz:.3g} s",
             )
         elif self.control_points > samples:
             yield Conflict(
@@ -87,7 +87,7 @@ class BasicManeuver(Section):
 
     kind: Literal["basic"]
     """Where the maneuver comes from: the paper's basic profile."""
-    duration_s: Positive
+    duration_s: Duration
     """Duration, from rest to rest."""
     scale: Positive
     """Factor on the body rate; 1.5 is the paper's scaled profile."""
@@ -105,7 +105,7 @@ class CsvManeuver(Section):
 class _ControlPoints(Section):
     kind: Literal["control_points"]
     """Where the maneuver comes from: the control points of a clamped cubic spline, such as an earlier design's."""
-    duration_s: Positive
+    duration_s: Duration
     """Duration; the knots are uniform on it."""
 
 

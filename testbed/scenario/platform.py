@@ -12,6 +12,7 @@ from testbed.scenario.values import (
     ManyOrOne,
     One,
     Positive,
+    PositiveSix,
     PositiveTriple,
     Six,
     Triple,
@@ -42,8 +43,8 @@ class Truth(Section):
     """True inertia of the whole platform, as platform.inertia_kg_m2."""
     mass_kg: Positive | None = None
     """True mass of the whole platform."""
-    rotor_momentum_N_m_s: Annotated[Annotated[Positive, One] | Annotated[Six, Many], ManyOrOne] | None = None
-    """True rotor momentum: one number for all units, or a list of 6; the rotor servo clamps it at its limit."""
+    rotor_momentum_N_m_s: Annotated[Annotated[Positive, One] | Annotated[PositiveSix, Many], ManyOrOne] | None = None
+    """True rotor momentum of all units, or a list of 6; servos clamp it at the limit; at rest: use cluster.failed."""
 
 
 class Initial(Section):

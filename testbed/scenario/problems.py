@@ -86,6 +86,11 @@ def _text(detail: ErrorDetails, place: Place, tree: Mapping[str, Any]) -> str:
             return f"is missing; add it: {meaning(place, tree)}"
         case "value_error":
             wrong = str(detail["ctx"]["error"])
+        case "too_long":
+            wrong = f"should have at most {detail['ctx']['max_length']} entries, not {detail['ctx']['actual_length']}"
+        case "too_short":
+            least, given = detail["ctx"]["min_length"], detail["ctx"]["actual_length"]
+            wrong = f"should have at least {least} {'entry' if least == 1 else 'entries'}, not {given}"
         case _:
             told = _WORDS.get(detail["type"], detail["msg"].removeprefix("Input "))
             wrong = f"{told}, not {_shown(detail['input'])}"

@@ -34,7 +34,7 @@ def read_scenario(path: Path) -> Scenario:
 
 def _read(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")  # some editors begin a file with a byte order mark
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}); give the path of a scenario file") from None
     except UnicodeDecodeError as error:

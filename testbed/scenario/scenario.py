@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from testbed.scenario.clocks import duration_conflicts, order_conflicts, rate_conflicts, step_conflicts
 from testbed.scenario.cluster import Cluster, Limits
 from testbed.scenario.control import Controller
 from testbed.scenario.estimation import Estimation
@@ -16,10 +16,9 @@ from testbed.scenario.platform import Cabin, Initial, Platform, Truth
 from testbed.scenario.section import Conflict, Section, refuse
 from testbed.scenario.sensors import Encoder, Gyro, Tachometer, TorqueSensor
 from testbed.scenario.simulation import Simulation
+from testbed.scenario.start import first_angle_conflicts, locked_conflicts, momentum_conflicts, room_conflicts
+from testbed.scenario.timing import clock_conflicts, sample_conflicts, stiffness_conflicts
 from testbed.scenario.values import Seed
-
-_STIFFEST_SERVO = 2.8
-"""Largest servo bandwidth times step that a fourth-order Runge-Kutta step bears (its stability limit is 2.785)."""
 
 
 class Scenario(Section):
@@ -66,21 +65,32 @@ class Scenario(Section):
     @field_validator("initial")
     @classmethod
     def _locked(cls, initial: Initial, info: ValidationInfo) -> Initial:
-        refuse(_locked_conflicts(initial, info.data.get("cluster")), from_root=True)
+        refuse(locked_conflicts(initial, info.data.get("cluster")), from_root=True)
         return initial
 
     @field_validator("cabin")
     @classmethod
     def _room(cls, cabin: Cabin | None, info: ValidationInfo) -> Cabin | None:
         if cabin is not None:
-            refuse(_room_conflicts(cabin, info.data.get("platform"), info.data.get("initial")), from_root=True)
+            refuse(room_conflicts(cabin, info.data.get("platform"), info.data.get("initial")), from_root=True)
         return cabin
+
+    @field_validator("maneuver")
+    @classmethod
+    def _first_angle(cls, maneuver: Maneuver, info: ValidationInfo) -> Maneuver:
+        refuse(first_angle_conflicts(maneuver, info.data.get("initial")), from_root=True)
+        return maneuver
 
     @field_validator("simulation")
     @classmethod
     def _clocks(cls, simulation: Simulation, info: ValidationInfo) -> Simulation:
-        refuse(_clock_conflicts(simulation, info.data.get("gyro")), from_root=True)
-        refuse(_stiffness_conflicts(simulation, info.data.get("cluster")), from_root=True)
+        gyro = info.data.get("gyro")
+        conflicts = (
+            clock_conflicts(simulation, gyro),
+            stiffness_conflicts(simulation, info.data.get("cluster")),
+            sample_conflicts(simulation, gyro, info.data.get("maneuver")),
+        )
+        refuse(chain.from_iterable(conflicts), from_root=True)
         return simulation
 
     @field_validator("controller")
@@ -89,48 +99,12 @@ class Scenario(Section):
         refuse(_preference_conflicts(controller, info.data.get("maneuver")), from_root=True)
         return controller
 
-
-def _locked_conflicts(initial: Initial, cluster: Cluster | None) -> Iterator[Conflict]:
-    for unit in cluster.failed if cluster else ():
-        angle = initial.gimbal_angle_rad[unit - 1]
-        if angle != 0.0:
-            text = f"has {angle} for unit {unit}, which has failed and is locked at zero; write 0 there"
-            yield Conflict(key="initial.gimbal_angle_rad", text=text)
-
-
-def _room_conflicts(cabin: Cabin, platform: Platform | None, initial: Initial | None) -> Iterator[Conflict]:
-    edge = (platform and platform.edge_m) or 0.0
-    position = initial.position_m if initial else (0.0, 0.0, 0.0)
-    for axis, size, place in zip("xyz", cabin.size_m, position, strict=True):
-        if abs(place) + edge / 2.0 >= size / 2.0:
-            text = f"{size} m along {axis} leaves no room for a platform of {edge} m at {place} m; enlarge it"
-            yield Conflict(key="cabin.size_m", text=text)
-
-
-def _clock_conflicts(simulation: Simulation, gyro: Gyro | None) -> Iterator[Conflict]:
-    rates = {
-        "simulation.control_rate_hz": simulation.control_rate_hz,
-        "simulation.telemetry_rate_hz": simulation.telemetry_rate_hz,
-    }
-    if gyro is not None:
-        rates["gyro.sample_rate_hz"] = gyro.sample_rate_hz
-    yield from step_conflicts(simulation.step_s, rates)
-    yield from order_conflicts(rates, "simulation.control_rate_hz")
-    yield from rate_conflicts(rates)
-    if simulation.duration_s is not None:
-        yield from duration_conflicts(simulation.duration_s, simulation.control_rate_hz)
-
-
-def _stiffness_conflicts(simulation: Simulation, cluster: Cluster | None) -> Iterator[Conflict]:
-    if cluster is None:
-        return
-    longest = _STIFFEST_SERVO / cluster.gimbal_servo_bandwidth_rad_s
-    if simulation.step_s >= longest:
-        text = (
-            f"{simulation.step_s} s is too long for the gimbal servo of {cluster.gimbal_servo_bandwidth_rad_s} rad/s; "
-            f"stay below {longest:.3g} s"
-        )
-        yield Conflict(key="simulation.step_s", text=text)
+    @field_validator("estimation")
+    @classmethod
+    def _momentum(cls, estimation: Estimation, info: ValidationInfo) -> Estimation:
+        start = (info.data.get(section) for section in ("initial", "cluster", "platform", "truth"))
+        refuse(momentum_conflicts(estimation, *start), from_root=True)
+        return estimation
 
 
 def _preference_conflicts(controller: Controller, maneuver: Maneuver | None) -> Iterator[Conflict]:

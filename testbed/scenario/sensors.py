@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from pydantic import model_validator
 
 from testbed.scenario.section import Conflict, Section, refuse
-from testbed.scenario.values import NonNegative, Positive, Six, Triple
+from testbed.scenario.values import NonNegative, Positive, Rate, Six, Triple
 
 
 class Gyro(Section):
     """Three-axis rate gyro; all errors but the white noise are off unless given."""
 
-    sample_rate_hz: Positive
+    sample_rate_hz: Rate
     """Samples per second."""
     noise_rad_s: NonNegative
     """Standard deviation of the white noise of a sample, each axis."""

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
+from pydantic import Field
+
 from testbed.scenario.section import Section
-from testbed.scenario.values import NonNegative, Positive
+from testbed.scenario.values import LONGEST, Duration, Rate, Step
 
 
 class Simulation(Section):
     """Step, duration and rates; every period is a whole number of steps, and of the faster periods."""
 
-    step_s: Positive
+    step_s: Step
     """Integration step."""
-    duration_s: Positive | None = None
+    duration_s: Duration | None = None
     """Length of the run, a whole number of control periods; omitted: the maneuver and settle_s."""
-    settle_s: NonNegative = 0.0
+    settle_s: Annotated[float, Field(ge=0, le=LONGEST)] = 0.0
     """Time flown on after the maneuver, where duration_s is omitted."""
-    control_rate_hz: Positive = 80.0
+    control_rate_hz: Rate = 80.0
     """Ticks of the rate tracker and the gimbal servo."""
-    telemetry_rate_hz: Positive = 16.0
+    telemetry_rate_hz: Rate = 16.0
     """Samples of the record."""

@@ -11,6 +11,9 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Stri
 _ROUNDING = 1e-9
 """Relative slack on physical inequalities: far above rounding, far below any hardware's tolerance."""
 
+LONGEST = 3600.0
+"""s. Hundreds of times the length of a flight; a longer run is a slip of the pen that would fill the memory."""
+
 
 def _entries(count: int) -> BeforeValidator:
     def check(value: object) -> object:
@@ -62,12 +65,23 @@ def _many_or_one(value: object) -> str:
 
 Positive: TypeAlias = Annotated[float, Field(gt=0)]
 NonNegative: TypeAlias = Annotated[float, Field(ge=0)]
+Step: TypeAlias = Annotated[float, Field(ge=1e-6)]
+"""s."""
+Duration: TypeAlias = Annotated[float, Field(gt=0, le=LONGEST)]
+"""s."""
+PrefilterTime: TypeAlias = Annotated[float, Field(ge=1e-3, le=1e3)]
+"""s. Beyond these a prefilter passes a flight of seconds unchanged, or nothing of it."""
+Rate: TypeAlias = Annotated[float, Field(gt=0, le=1e5)]
+"""Hz."""
 Share: TypeAlias = Annotated[float, Field(gt=0, le=1)]
 Seed: TypeAlias = Annotated[int, Field(ge=0)]
 Triple: TypeAlias = Annotated[tuple[float, float, float], Strict(False), _entries(3)]
 PositiveTriple: TypeAlias = Annotated[tuple[Positive, Positive, Positive], Strict(False), _entries(3)]
 Quad: TypeAlias = Annotated[tuple[float, float, float, float], Strict(False), _entries(4)]
 Six: TypeAlias = Annotated[tuple[float, float, float, float, float, float], Strict(False), _entries(6)]
+PositiveSix: TypeAlias = Annotated[
+    tuple[Positive, Positive, Positive, Positive, Positive, Positive], Strict(False), _entries(6)
+]
 Inertia: TypeAlias = Annotated[
     tuple[Triple, Triple, Triple], Strict(False), _entries(3), AfterValidator(_physical_inertia)
 ]

@@ -21,6 +21,15 @@ def edited(tmp_path, pattern, replacement, name="diagnose"):
     return path, text[: match.start()].count("\n") + 1
 
 
+def flown_again(tmp_path, points):
+    """The basic scenario with a gimbal-angle spline as its maneuver."""
+    text = (SHIPPED / "basic.toml").read_text(encoding="utf-8")
+    spline = f'kind = "control_points"\nparametrization = "gimbal"\nduration_s = 5.0\ngimbal_angle_rad = {points}'
+    path = tmp_path / "flown_again.toml"
+    path.write_text(text.replace('kind = "basic"\nduration_s = 5.0\nscale = 1.0', spline), encoding="utf-8")
+    return path
+
+
 def message_of(path):
     with pytest.raises(InputError) as caught:
         read_scenario(path)
@@ -77,7 +86,12 @@ REFUSED = {
     ),
     "no such unit": ("failed", "failed = [7]", "cluster.failed[1]", "less than or equal to 6, not 7"),
     "a unit twice": ("failed", "failed = [2, 2]", "cluster.failed", "names an entry twice"),
-    "too many failed": ("failed", "failed = [1, 2, 3, 4]", "cluster.failed", "at most 3 items"),
+    "too many failed": (
+        "failed",
+        "failed = [1, 2, 3, 4]",
+        "cluster.failed",
+        "should have at most 3 entries, not 4",
+    ),
     "overspeed by design": (
         "rotor_momentum_N_m_s",
         "rotor_momentum_N_m_s = 0.006",
@@ -121,12 +135,17 @@ REFUSED = {
         "estimation.estimators[1]",
         "'ls', 'iv', 'iv_momentum'",
     ),
-    "no estimator": ("estimators", "estimators = []", "estimation.estimators", "at least 1 item"),
+    "no estimator": (
+        "estimators",
+        "estimators = []",
+        "estimation.estimators",
+        "should have at least 1 entry, not 0",
+    ),
     "stiff servo": (
         "gimbal_servo_bandwidth",
         "gimbal_servo_bandwidth_rad_s = 2500.0",
         "simulation.step_s",
-        "stay below 0.00112 s",
+        "stay below 0.00111 s",
     ),
     "indivisible step": ("step_s", "step_s = 0.001", "simulation.step_s", "use 0.00125 or 0.00078125"),
     "indivisible rates": (
@@ -146,6 +165,46 @@ REFUSED = {
         "[cabin]\nsize_m = [2.0, 0.17, 2.0]\n[gyro]",
         "cabin.size_m",
         "along y leaves no room for a platform of 0.18 m",
+    ),
+    "cabin in which the cube cannot turn": (  # its diagonal is 0.312 m
+        r"\[gyro\]",
+        "[cabin]\nsize_m = [2.0, 2.0, 0.31]\n[gyro]",
+        "cabin.size_m",
+        "along z leaves no room for a platform of 0.18 m, 0.312 m from corner to corner",
+    ),
+    "rotor at rest": (
+        r"\[initial\]",
+        "[truth]\nrotor_momentum_N_m_s = [0, 0.0047, 0.0047, 0.0047, 0.0047, 0.0047]\n[initial]",
+        "truth.rotor_momentum_N_m_s[1]",
+        "should be greater than 0, not 0; give: True rotor momentum of all units, or a list of 6; servos "
+        "clamp it at the limit; at rest: use cluster.failed",
+    ),
+    "rotor that turns backwards": (
+        r"\[initial\]",
+        "[truth]\nrotor_momentum_N_m_s = [0.0047, -0.0047, 0.0047, 0.0047, 0.0047, 0.0047]\n[initial]",
+        "truth.rotor_momentum_N_m_s[2]",
+        "should be greater than 0, not -0.0047",
+    ),
+    "day-long run": (
+        "telemetry_rate",
+        "telemetry_rate_hz = 16.0\nsettle_s = 86400.0",
+        "simulation.settle_s",
+        "less than or equal to 3600",
+    ),
+    "endless maneuver": ("duration_s", "duration_s = 1e9", "maneuver.duration_s", "less than or equal to 3600"),
+    "step of nothing": ("step_s", "step_s = 1.25e-9", "simulation.step_s", "equal to 0.000001, not"),
+    "rate of a radio": ("sample_rate_hz = 16.0", "sample_rate_hz = 1e9", "gyro.sample_rate_hz", "equal to 100000"),
+    "prefilter of everything": (
+        "prefilter_time_constant_s = 0.8 # paper",
+        "prefilter_time_constant_s = 1e9",
+        "estimation.prefilter_time_constant_s",
+        "less than or equal to 1000",
+    ),
+    "prefilter of nothing": (
+        "prefilter_time_constant_s = 0.8 # paper",
+        "prefilter_time_constant_s = 1e-9",
+        "estimation.prefilter_time_constant_s",
+        "greater than or equal to 0.001",
     ),
 }
 
@@ -196,6 +255,36 @@ class TestRefused:
         path.write_text(text.replace("duration_s = 5.0\ncontrol", "duration_s = 5.01\ncontrol"), encoding="utf-8")
         assert "is no whole number of control periods of 1/80.0 s; use 5.0 or 5.0125" in message_of(path)
 
+    @pytest.mark.parametrize(("rotors", "refused"), [("constant_speed", True), ("free", False)])
+    def test_step_that_the_rotor_servo_does_not_bear(self, tmp_path, rotors, refused):
+        """2.785 / 500 = 5.57 ms; a free rotor has no servo at work, and the gimbal servo bears 55.7 ms."""
+        path, _ = edited(tmp_path, "rotors", f'rotors = "{rotors}"', name="basic")
+        text = path.read_text(encoding="utf-8").replace("step_s = 0.00125", "step_s = 0.00625")
+        path.write_text(text, encoding="utf-8")
+        if refused:
+            expected = "step_s: 0.00625 s is too long for the rotor servo of 500.0 rad/s; stay below 0.00557 s"
+            assert expected in message_of(path)
+        else:
+            assert read_scenario(path).simulation.step_s == 0.00625
+
+    @pytest.mark.parametrize(
+        ("flown", "key"),
+        [("duration_s = 0.5\n", "simulation.duration_s"), ("", "maneuver.duration_s")],
+        ids=["given", "of the maneuver"],
+    )
+    def test_run_too_short_for_an_estimate(self, tmp_path, flown, key):
+        text = (SHIPPED / "basic.toml").read_text(encoding="utf-8")
+        text = text.replace("duration_s = 5.0\ncontrol", f"{flown}control")
+        path = tmp_path / "edited.toml"
+        path.write_text(text.replace("duration_s = 5.0", "duration_s = 0.5"), encoding="utf-8")
+        expected = f"{key}: 0.5 s at gyro.sample_rate_hz = 16.0 gives 8 samples, an estimate needs 10; fly 0.625 s"
+        assert expected in message_of(path)
+
+    def test_gimbal_angle_spline_that_starts_elsewhere_than_the_gimbals(self, tmp_path):
+        path = flown_again(tmp_path, [[0.1 * row] * 6 for row in (1, 1, 2, 2, 1, 1)])
+        expected = "maneuver.gimbal_angle_rad: starts at [0.1, 0.1, 0.1, 0.1, 0.1, 0.1], the gimbals at [0.0, 0.0, "
+        assert expected in message_of(path)
+
     def test_failed_unit_that_starts_off_its_lock(self, tmp_path):
         path, _ = edited(tmp_path, "failed", "failed = [3]", name="failed_cmg")
         expected = "initial.gimbal_angle_rad: has -0.781427 for unit 3, which has failed and is locked at zero"
@@ -227,22 +316,25 @@ class TestAccepted:
 
     def test_truth_may_overspeed_one_rotor_or_all(self, tmp_path):
         momenta = [0.0055, 0.004714, 0.004714, 0.004714, 0.004714, 0.004714]
-        path, _ = edited(tmp_path, r"\[initial\]", f"[truth]\nrotor_momentum_N_m_s = {momenta}\n\n[initial]")
+        overspeed = f"[truth]\nrotor_momentum_N_m_s = {momenta}\n\n[initial]"
+        path, _ = edited(tmp_path, r"\[initial\]", overspeed, name="momentum_bias")
         assert read_scenario(path).truth.rotor_momentum_N_m_s == tuple(momenta)
         path, _ = edited(tmp_path, r"\[initial\]", "[truth]\nrotor_momentum_N_m_s = 0.0055\n\n[initial]")
         assert read_scenario(path).truth.rotor_momentum_N_m_s == 0.0055
 
     def test_control_points_of_an_earlier_design(self, tmp_path):
-        text = (SHIPPED / "basic.toml").read_text(encoding="utf-8")
         points = [[0.1 * row] * 6 for row in (0, 0, 1, 2, 1, 0, 0)]
-        spline = f'kind = "control_points"\nparametrization = "gimbal"\nduration_s = 5.0\ngimbal_angle_rad = {points}'
-        path = tmp_path / "flown_again.toml"
-        path.write_text(text.replace('kind = "basic"\nduration_s = 5.0\nscale = 1.0', spline), encoding="utf-8")
+        path = flown_again(tmp_path, points)
         assert read_scenario(path).maneuver.gimbal_angle_rad == tuple(tuple(row) for row in points)
 
     def test_what_is_omitted_keeps_the_models_numbers(self, tmp_path):
         path, _ = edited(tmp_path, "skew_deg", "")
         assert read_scenario(path).cluster.skew_deg is None
+
+    def test_a_byte_order_mark_is_no_problem(self, tmp_path):
+        path = tmp_path / "saved_by_an_editor.toml"
+        path.write_bytes(b"\xef\xbb\xbf" + (SHIPPED / "basic.toml").read_bytes())
+        assert read_scenario(path) == read_scenario(SHIPPED / "basic.toml")
 
     def test_is_frozen(self):
         scenario = read_scenario(SHIPPED / "basic.toml")

@@ -1,0 +1,98 @@
+"""What the start of a flight must agree with: locked gimbals, the room, the maneuver, the momentum that is assumed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from testbed.arrays import Units, Vector3
+from testbed.scenario.cluster import Cluster
+from testbed.scenario.estimation import Estimation
+from testbed.scenario.maneuver import GimbalPoints, Maneuver
+from testbed.scenario.platform import Cabin, Initial, Platform, Truth
+from testbed.scenario.section import Conflict
+
+_NO_MOMENTUM = 1e-4
+"""Share of the rotors' momenta that is as good as none: it moves an estimate by less than its scatter."""
+_SAME_ANGLE = 1e-6
+"""rad. Six decimals written in the file pass."""
+
+
+def locked_conflicts(initial: Initial, cluster: Cluster | None) -> Iterator[Conflict]:
+    """Find failed units that start off their lock."""
+    for unit in cluster.failed if cluster else ():
+        angle = initial.gimbal_angle_rad[unit - 1]
+        if angle != 0.0:
+            text = f"has {angle} for unit {unit}, which has failed and is locked at zero; write 0 there"
+            yield Conflict(key="initial.gimbal_angle_rad", text=text)
+
+
+def room_conflicts(cabin: Cabin, platform: Platform | None, initial: Initial | None) -> Iterator[Conflict]:
+    """Find walls that the cube touches at the start, or would touch when it turns there."""
+    edge = (platform and platform.edge_m) or 0.0
+    position = initial.position_m if initial else (0.0, 0.0, 0.0)
+    for axis, size, place in zip("xyz", cabin.size_m, position, strict=True):
+        if abs(place) + math.sqrt(3.0) / 2.0 * edge >= size / 2.0:
+            text = (
+                f"{size} m along {axis} leaves no room for a platform of {edge} m, {math.sqrt(3.0) * edge:.3g} m from "
+                f"corner to corner, to turn at {place} m; enlarge it"
+            )
+            yield Conflict(key="cabin.size_m", text=text)
+
+
+def first_angle_conflicts(maneuver: Maneuver, initial: Initial | None) -> Iterator[Conflict]:
+    """Find a gimbal-angle spline that starts elsewhere than the gimbals; a clamped spline starts at its first point."""
+    if initial is None or not isinstance(maneuver, GimbalPoints):
+        return
+    first = maneuver.gimbal_angle_rad[0]
+    if np.abs(np.subtract(first, initial.gimbal_angle_rad)).max() > _SAME_ANGLE:
+        text = f"starts at {list(first)}, the gimbals at {list(initial.gimbal_angle_rad)}; make them equal"
+        yield Conflict(key="maneuver.gimbal_angle_rad", text=f"{text}, here or in initial.gimbal_angle_rad")
+
+
+def momentum_conflicts(
+    estimation: Estimation,
+    initial: Initial | None,
+    cluster: Cluster | None,
+    platform: Platform | None,
+    truth: Truth | None,
+) -> Iterator[Conflict]:
+    """Find a flight that starts with momentum while the estimators take it to be zero: wrong, and too sure of it."""
+    if estimation.initial_momentum != "zero" or not (initial and cluster and platform and truth):
+        return
+    rotors = _rotor_momenta(cluster, truth)
+    momentum = np.linalg.norm(_of_body(initial, platform, truth) + _of_rotors(rotors, initial, cluster))
+    if momentum > _NO_MOMENTUM * rotors.sum():
+        amount = f" of {momentum:.3g} N·m·s" if math.isfinite(momentum) else ""
+        text = f'is "zero", but the flight starts with momentum{amount}; use "estimated"'
+        yield Conflict(key="estimation.initial_momentum", text=text)
+
+
+def _rotor_momenta(cluster: Cluster, truth: Truth) -> Units:
+    """Rotor momenta as flown, shape (6,), N·m·s; those of failed units are zero."""
+    flown = cluster.rotor_momentum_N_m_s if truth.rotor_momentum_N_m_s is None else truth.rotor_momentum_N_m_s
+    momenta = np.array(np.broadcast_to(flown, 6), dtype=np.float64)
+    momenta[[unit - 1 for unit in cluster.failed]] = 0.0
+    return momenta
+
+
+def _of_body(initial: Initial, platform: Platform, truth: Truth) -> Vector3:
+    """J ω, N·m·s, body axes; infinite where the body turns with an inertia that only the MJCF knows."""
+    rate, inertia = np.array(initial.body_rate_rad_s), truth.inertia_kg_m2 or platform.inertia_kg_m2
+    if not rate.any():
+        return np.zeros(3)
+    return np.full(3, np.inf) if inertia is None else np.array(inertia) @ rate
+
+
+def _of_rotors(momenta: Units, initial: Initial, cluster: Cluster) -> Vector3:
+    """Σ Js·Ω s(d), s(d) = s0 cos d + (g × s0) sin d, N·m·s, body axes; zero where it takes a skew of the MJCF's own."""
+    angle, azimuth = np.array(initial.gimbal_angle_rad), np.radians(60.0 * np.arange(6))
+    if cluster.skew_deg is None and angle.any():
+        return np.zeros(3)
+    skew = math.radians(cluster.skew_deg or 0.0)  # where it is omitted all angles are zero, and it has no effect
+    outward = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros(6)], axis=1)
+    gimbal = math.sin(skew) * outward + math.cos(skew) * np.array([0.0, 0.0, 1.0])
+    spin = np.cross([0.0, 0.0, 1.0], outward)
+    return np.asarray((momenta * np.cos(angle)) @ spin + (momenta * np.sin(angle)) @ np.cross(gimbal, spin))
