@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from testbed.arrays import Array, Series
-from testbed.plant.plant import layout_of
+from testbed.plant.layout import layout_of
 from testbed.recording.content import RecordingContent, ShownEstimate, ShownEvent, ShownLimits, ShownResidual
 from tests.platforms import plant, restless_torque, shipped
 

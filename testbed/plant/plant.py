@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import mujoco
@@ -14,6 +13,7 @@ import numpy as np
 from testbed.arrays import Array, Flags, Units, Vector3
 from testbed.errors import DivergedError
 from testbed.plant.geometry import unit_names
+from testbed.plant.layout import described_state, layout_of
 from testbed.plant.properties import InitialState
 
 Model: TypeAlias = mujoco.MjModel
@@ -22,77 +22,6 @@ RotorMode: TypeAlias = Literal["constant_speed", "free"]
 
 _RATE_BOUND = 1e4
 """rad/s. No rate of this platform comes near it; a state beyond it has diverged."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Layout:
-    """Where the platform's quantities stand in MuJoCo's state vectors.
-
-    Attributes:
-        gimbal_angle: indices into qpos, shape (6,).
-        rotor_angle: indices into qpos, shape (6,).
-        gimbal_rate: indices into qvel, shape (6,).
-        rotor_speed: indices into qvel, shape (6,).
-        gimbal_motor: indices into ctrl, shape (6,).
-        rotor_motor: indices into ctrl, shape (6,).
-        position: slice of qpos with the bus position in N.
-        attitude: slice of qpos with quat_NB.
-        velocity: slice of qvel with the bus velocity in N.
-        body_rate: slice of qvel with the body rate, body axes.
-    """
-
-    gimbal_angle: Array
-    rotor_angle: Array
-    gimbal_rate: Array
-    rotor_speed: Array
-    gimbal_motor: Array
-    rotor_motor: Array
-    position: slice
-    attitude: slice
-    velocity: slice
-    body_rate: slice
-
-
-def layout_of(model: mujoco.MjModel) -> Layout:
-    """Look up by name where each quantity stands, so that further joints in an extended model do no harm."""
-    gimbals = [model.joint(name) for name in unit_names("gimbal")]
-    rotors = [model.joint(name) for name in unit_names("rotor")]
-    bus = model.joint("bus")
-    qpos, qvel = int(bus.qposadr[0]), int(bus.dofadr[0])
-    return Layout(
-        gimbal_angle=np.array([joint.qposadr[0] for joint in gimbals]),
-        rotor_angle=np.array([joint.qposadr[0] for joint in rotors]),
-        gimbal_rate=np.array([joint.dofadr[0] for joint in gimbals]),
-        rotor_speed=np.array([joint.dofadr[0] for joint in rotors]),
-        gimbal_motor=np.array([model.actuator(name).id for name in unit_names("gimbal_motor")]),
-        rotor_motor=np.array([model.actuator(name).id for name in unit_names("rotor_motor")]),
-        position=slice(qpos, qpos + 3),
-        attitude=slice(qpos + 3, qpos + 7),
-        velocity=slice(qvel, qvel + 3),
-        body_rate=slice(qvel + 3, qvel + 6),
-    )
-
-
-def _described_state(layout: Layout, qpos: Array, qvel: Array) -> str:
-    """Return a state in one line for a person: the platform's quantities by name, with their units.
-
-    Args:
-        layout: of the model.
-        qpos: shape (nq,).
-        qvel: shape (nv,).
-    """
-    quantities = {
-        "position": (qpos[layout.position], "m"),
-        "attitude quat_NB": (qpos[layout.attitude], ""),
-        "gimbal angles": (qpos[layout.gimbal_angle], "rad"),
-        "body rate": (qvel[layout.body_rate], "rad/s"),
-        "gimbal rates": (qvel[layout.gimbal_rate], "rad/s"),
-        "rotor speeds": (qvel[layout.rotor_speed], "rad/s"),
-    }
-    return ", ".join(
-        f"{name} [{', '.join(f'{value:.4g}' for value in values)}] {unit}".rstrip()
-        for name, (values, unit) in quantities.items()
-    )
 
 
 class Plant:
@@ -205,7 +134,7 @@ class Plant:
         self._data.ctrl[self.layout.rotor_motor] = engaged
 
     def _describe_divergence(self) -> str:
-        state = _described_state(self.layout, self._last_qpos, self._last_qvel)
+        state = described_state(self.layout, self._last_qpos, self._last_qvel)
         return (
             f"the simulation diverged between t = {self._last_time:.6g} s and {self.time:.6g} s. "
             f"The last finite state was {state}. Try a smaller simulation.step_s or a softer gimbal servo"

@@ -8,7 +8,8 @@ from testbed.arrays import Array, Flags, UnitSeries, Vectors3
 from testbed.cmg.cluster import Cluster, cluster_momentum, momentum_jacobian
 from testbed.cmg.singularity import singularity_measure
 from testbed.plant.geometry import total_momentum
-from testbed.plant.plant import Layout, Model, layout_of
+from testbed.plant.layout import Layout, layout_of
+from testbed.plant.plant import Model
 from testbed.sensors.units import UnitSensor, read_units
 from testbed.simulation.flight import Flight
 from testbed.simulation.log import FlightLog

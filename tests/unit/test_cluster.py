@@ -15,7 +15,7 @@ from testbed.cmg.singularity import (
     sphere_directions,
 )
 from testbed.plant.geometry import cluster_of, composite_inertia, total_momentum
-from testbed.plant.plant import layout_of
+from testbed.plant.layout import layout_of
 from tests.platforms import ROTOR_MOMENTUM, shipped
 
 MODEL = shipped()

@@ -18,7 +18,7 @@ from testbed.control.tracker import (
     momentum_of_rates,
 )
 from testbed.plant.geometry import cluster_of, composite_inertia
-from testbed.plant.plant import layout_of
+from testbed.plant.layout import layout_of
 from testbed.rotation.kinematics import integrate_attitude
 from testbed.rotation.quaternion import turned
 from tests.platforms import initial, plant, shipped

@@ -10,7 +10,7 @@ from testbed.cmg.cluster import cluster_momentum, momentum_jacobian, platform_mo
 from testbed.cmg.singularity import envelope_fraction, singularity_measure, sphere_directions
 from testbed.maneuver.cluster_motion import MOTION_OUTPUTS, body_rate_function, motion_function
 from testbed.maneuver.envelope import envelope_share_function
-from testbed.plant.plant import layout_of
+from testbed.plant.layout import layout_of
 from tests.maneuvers import CLUSTER, INERTIA, without_units
 from tests.platforms import shipped
 

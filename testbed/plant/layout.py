@@ -1,0 +1,82 @@
+"""Where the platform's quantities stand in MuJoCo's state vectors, and a state told in words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from testbed.arrays import Array
+from testbed.plant.geometry import unit_names
+
+
+@dataclass(frozen=True, kw_only=True)
+class Layout:
+    """Where the platform's quantities stand in MuJoCo's state vectors.
+
+    Attributes:
+        gimbal_angle: indices into qpos, shape (6,).
+        rotor_angle: indices into qpos, shape (6,).
+        gimbal_rate: indices into qvel, shape (6,).
+        rotor_speed: indices into qvel, shape (6,).
+        gimbal_motor: indices into ctrl, shape (6,).
+        rotor_motor: indices into ctrl, shape (6,).
+        position: slice of qpos with the bus position in N.
+        attitude: slice of qpos with quat_NB.
+        velocity: slice of qvel with the bus velocity in N.
+        body_rate: slice of qvel with the body rate, body axes.
+    """
+
+    gimbal_angle: Array
+    rotor_angle: Array
+    gimbal_rate: Array
+    rotor_speed: Array
+    gimbal_motor: Array
+    rotor_motor: Array
+    position: slice
+    attitude: slice
+    velocity: slice
+    body_rate: slice
+
+
+def layout_of(model: mujoco.MjModel) -> Layout:
+    """Look up by name where each quantity stands, so that further joints in an extended model do no harm."""
+    gimbals = [model.joint(name) for name in unit_names("gimbal")]
+    rotors = [model.joint(name) for name in unit_names("rotor")]
+    bus = model.joint("bus")
+    qpos, qvel = int(bus.qposadr[0]), int(bus.dofadr[0])
+    return Layout(
+        gimbal_angle=np.array([joint.qposadr[0] for joint in gimbals]),
+        rotor_angle=np.array([joint.qposadr[0] for joint in rotors]),
+        gimbal_rate=np.array([joint.dofadr[0] for joint in gimbals]),
+        rotor_speed=np.array([joint.dofadr[0] for joint in rotors]),
+        gimbal_motor=np.array([model.actuator(name).id for name in unit_names("gimbal_motor")]),
+        rotor_motor=np.array([model.actuator(name).id for name in unit_names("rotor_motor")]),
+        position=slice(qpos, qpos + 3),
+        attitude=slice(qpos + 3, qpos + 7),
+        velocity=slice(qvel, qvel + 3),
+        body_rate=slice(qvel + 3, qvel + 6),
+    )
+
+
+def described_state(layout: Layout, qpos: Array, qvel: Array) -> str:
+    """Return a state in one line for a person: the platform's quantities by name, with their units.
+
+    Args:
+        layout: of the model.
+        qpos: shape (nq,).
+        qvel: shape (nv,).
+    """
+    quantities = {
+        "position": (qpos[layout.position], "m"),
+        "attitude quat_NB": (qpos[layout.attitude], ""),
+        "gimbal angles": (qpos[layout.gimbal_angle], "rad"),
+        "body rate": (qvel[layout.body_rate], "rad/s"),
+        "gimbal rates": (qvel[layout.gimbal_rate], "rad/s"),
+        "rotor speeds": (qvel[layout.rotor_speed], "rad/s"),
+    }
+    return ", ".join(
+        f"{name} [{', '.join(f'{value:.4g}' for value in values)}] {unit}".rstrip()
+        for name, (values, unit) in quantities.items()
+    )
