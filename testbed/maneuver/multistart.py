@@ -87,7 +87,7 @@ def _solved(stages: tuple[Stage, ...], values: Array) -> Solution:
     count = len(values)
     for program, solve in stages:
         solution = solve(program.completed(values[:count]))
-        if solution.excess:
+        if not isfinite(_usable_cost(solution)):
             break
         values = solution.variables
     return solution

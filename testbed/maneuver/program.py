@@ -98,15 +98,17 @@ def solver(program: Program) -> Solver:
     upper = np.concatenate([high for _, high in bounds])
     problem: dict[str, Any] = {"x": program.variables, "f": program.cost, "g": limits}
     ipopt = ca.nlpsol("ipopt", "ipopt", problem, _options(program.hessian))
+    # What a failed solve reports as cost and limits may be empty; the point itself is never.
+    evaluate = ca.Function("evaluate", [program.variables], [program.cost, limits])
 
     def solve(start: Array) -> Solution:
-        result = ipopt(x0=start, lbg=lower, ubg=upper)
-        overshoot = np.maximum(lower - result["g"].full().ravel(), result["g"].full().ravel() - upper)
+        variables = ipopt(x0=start, lbg=lower, ubg=upper)["x"]
+        cost, values = (output.full().ravel() for output in evaluate(variables))
         return Solution(
-            variables=result["x"].full().ravel(),
-            cost=float(result["f"]),
+            variables=variables.full().ravel(),
+            cost=float(cost[0]),
             status=str(ipopt.stats()["return_status"]),
-            excess=_excess(program.constraints, overshoot),
+            excess=_excess(program.constraints, np.maximum(lower - values, values - upper)),
         )
 
     return solve
