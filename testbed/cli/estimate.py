@@ -11,6 +11,7 @@ from testbed.cli.tables import estimate_table
 from testbed.delivery.estimate_folder import write_estimates
 from testbed.delivery.folder import require_free
 from testbed.dynamics.inertia import theta_of
+from testbed.errors import InputError
 from testbed.experiment.estimating import combine_estimations, estimate_record
 from testbed.experiment.experiment import Estimation
 from testbed.records.reading import extra_columns_notice, read_data_set
@@ -42,17 +43,27 @@ def estimate_records(path: Path, data: Path, out: Path | None) -> None:
         title = f"{len(estimations)} records combined (eq. 33): inertia in 1e-3 kg m²"
         console.print(estimate_table(title, known, combined))
     if out is not None:
-        write_estimates(out, path, scenario, nominal, records, estimations, combined)
+        used = [record for record in records if record.details.name in estimations]
+        write_estimates(out, path, scenario, nominal, used, estimations, combined)
         say(f"Written to {out}")
 
 
 def _estimations(scenario: Scenario, nominal: PlatformModel, records: tuple[Record, ...]) -> Mapping[str, Estimation]:
-    estimations = {}
+    """Estimate from every record that allows it; a record that does not is left out, with the reason."""
+    estimations: dict[str, Estimation] = {}
+    refused: list[str] = []
     for record in records:
         notice = extra_columns_notice(record)
         if notice is not None:
             warn("note", notice)
-        estimations[record.details.name] = estimate_record(scenario, nominal, telemetry_only(record))
+        try:
+            estimations[record.details.name] = estimate_record(scenario, nominal, telemetry_only(record))
+        except InputError as error:
+            refused.append(str(error))
+    if not estimations:
+        raise InputError("\n".join(refused))
+    for reason in refused:
+        warn("left out", reason)
     return estimations
 
 

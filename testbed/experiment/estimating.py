@@ -10,7 +10,7 @@ import numpy as np
 from testbed.arrays import Theta, Vector3
 from testbed.assembly.estimation import estimation_settings, telemetry_of
 from testbed.assembly.platform import PlatformModel
-from testbed.dynamics.inertia import theta_of
+from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.errors import InputError
 from testbed.estimation.bound import cramer_rao_bound
 from testbed.estimation.combine import combined
@@ -22,6 +22,9 @@ from testbed.maneuver.maneuver import Maneuver
 from testbed.records.record import Record
 from testbed.rotation.quaternion import quaternion_inverse, turned
 from testbed.scenario.scenario import Scenario
+
+_DOUBTFUL_STDS = 5.0
+"""Standard deviations by which an answer may miss what is physical before it is called none."""
 
 
 def estimate_flight(
@@ -55,7 +58,7 @@ def estimate_record(scenario: Scenario, nominal: PlatformModel, record: Record) 
     telemetry = telemetry_of(record, scenario, nominal)
     by_name, failures = run_estimators(scenario, telemetry, estimation_settings(scenario, nominal, maneuver=None))
     if not by_name:
-        reasons = "; ".join(f"{name}: {reason}" for name, reason in failures.items())
+        reasons = "; ".join(dict.fromkeys(failures.values()))  # often all for the same reason
         raise InputError(f"{record.details.name}: no estimator gave an estimate ({reasons})")
     best = min(by_name.values(), key=lambda estimate: float(np.trace(estimate.covariance)))
     return Estimation(
@@ -92,10 +95,32 @@ def run_estimators(
     failures: dict[str, str] = {}
     for name in scenario.estimation.estimators:
         try:
-            by_name[name] = ESTIMATORS[name](telemetry, settings)
+            estimate = ESTIMATORS[name](telemetry, settings)
         except InputError as error:
             failures[name] = str(error)
+            continue
+        except np.linalg.LinAlgError:
+            failures[name] = "the inertia cannot be determined: the record's equations are singular"
+            continue
+        if doubt := _doubt(estimate):
+            failures[name] = doubt
+        else:
+            by_name[name] = estimate
     return by_name, failures
+
+
+def _doubt(estimate: Estimate) -> str:
+    """Return why an answer is none: not finite, or no inertia that a body can have, however wide the bands."""
+    if not (np.isfinite(estimate.theta).all() and np.isfinite(estimate.covariance).all()):
+        return "its answer is not finite; the record does not fit the model"
+    smallest, middle, largest = np.linalg.eigvalsh(inertia_of(estimate.theta))
+    slack = _DOUBTFUL_STDS * float(estimate.std.max())
+    if smallest < -slack or largest > smallest + middle + 3.0 * slack:
+        return (
+            f"its answer, with principal moments {smallest:.3g}, {middle:.3g}, {largest:.3g} kg m2, is the inertia of "
+            "no body: check the signs and units of gyro and actuators, and that the scenario is of this platform"
+        )
+    return ""
 
 
 def bound_std(telemetry: Telemetry, theta: Theta, initial_momentum_B: Vector3) -> Theta | None:

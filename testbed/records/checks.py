@@ -22,6 +22,8 @@ MINIMUM_SAMPLES = 10
 
 PLAUSIBLE_BODY_RATE = 20.0
 """Largest body rate, rad/s, that is believed; 20 deg/s or more in the wrong unit would exceed it."""
+SLOWEST_PERIOD = 20.0
+"""s; the slowest sampling that is taken for seconds: 16 Hz in milliseconds is 62.5 a row."""
 
 _MOMENTUM_SOURCES = ("gimbal_angle", "cluster_momentum", "applied_torque")
 _LISTED = 10
@@ -59,7 +61,7 @@ def column_problems(columns: Sequence[str]) -> list[str]:
 
 def value_problems(time: Series, channels: Mapping[str, Array]) -> list[str]:
     """Check the numbers: the time base, then each channel."""
-    problems = list(_time_problems(time))
+    problems = [*_time_problems(time), *_sampling_problems(time)]
     for name, values in channels.items():
         for column, series in zip(SIGNALS[name].columns, values.T, strict=True):
             problems += _series_problems(column, series)
@@ -96,6 +98,12 @@ def _time_problems(time: Series) -> Iterator[str]:
         row = int(np.argmax(step <= 0.0)) + 1
         fault = "repeats" if step[row - 1] == 0.0 else "goes back from"
         yield f"time_s in row {row + 1} {fault} {time[row - 1]:.10g} s: sort the rows by time and keep one of each"
+
+
+def _sampling_problems(time: Series) -> Iterator[str]:
+    """Find a time base that is not in seconds: no telemetry of a maneuver is that slow."""
+    if len(time) > 1 and (period := float(np.median(np.diff(time)))) > SLOWEST_PERIOD:
+        yield f"time_s grows by {period:.4g} a row, not as seconds do: divide it by 1e3 (ms), 1e6 (us) or 1e9 (ns)"
 
 
 def _series_problems(column: str, series: Series) -> Iterator[str]:

@@ -61,6 +61,8 @@ def extra_columns_notice(record: Record) -> str | None:
 
 
 def _run_paths(folder: Path) -> list[Path]:
+    if folder.is_file():
+        raise InputError(f"{folder}: is a file; name the folder that it is in")
     if not folder.is_dir():
         raise InputError(f"{folder}: there is no such folder")
     files = [path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES and not path.name.startswith(".")]

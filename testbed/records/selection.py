@@ -25,7 +25,9 @@ def usable(record: Record) -> Record:
     end = inf if details.usable_to is None else details.usable_to
     part = _rows_of(record, (record.time >= start) & (record.time <= end))
     if problem := too_few_samples(part.channels["body_rate"]):
-        raise InputError(f"{details.name}: between usable_from = {start:g} s and usable_to = {end:g} s, {problem}")
+        bounded = details.usable_from is not None or details.usable_to is not None
+        where = f"between usable_from = {start:g} s and usable_to = {end:g} s, " if bounded else ""
+        raise InputError(f"{details.name}: {where}{problem}")
     return part
 
 
