@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from testbed.errors import InputError
+from testbed.records.checks import SLOWEST_PERIOD
 from testbed.records.reading import read_record
 from testbed.records.record import Record, RunDetails
 from testbed.records.writing import write_record
@@ -41,7 +42,9 @@ def details(draw):
 @st.composite
 def records(draw):
     rows = draw(st.integers(10, 20))
-    steps = draw(arrays.arrays(np.float64, rows, elements=st.floats(1e-3, 1e3)))
+    # Gaps of any length may occur, but a record is not slower than a reader takes for seconds.
+    steps = draw(arrays.arrays(np.float64, rows, elements=st.floats(1e-3, SLOWEST_PERIOD)))
+    steps[draw(st.integers(0, rows - 1))] *= draw(st.floats(1.0, 1e3))
     channels = {"body_rate": draw(arrays.arrays(np.float64, (rows, 3), elements=st.floats(-20, 20)))}
     for name in ("applied_torque", *draw(st.lists(st.sampled_from(OPTIONAL_CHANNELS), unique=True, max_size=2))):
         channels[name] = draw(values(SIGNALS[name].width, rows, NUMBERS))
