@@ -6,11 +6,12 @@ from typing import Literal
 
 import numpy as np
 
-from testbed.arrays import Array, Series, UnitSeries
+from testbed.arrays import Array, Series, UnitSeries, Vectors3
 from testbed.assembly.platform import PlatformModel
 from testbed.dynamics.inertia import theta_of
 from testbed.errors import InputError
 from testbed.estimation.estimate import EstimationSettings
+from testbed.estimation.gyro_noise import gyro_noise_of
 from testbed.estimation.telemetry import Telemetry
 from testbed.maneuver.maneuver import Maneuver
 from testbed.records.record import Record
@@ -25,7 +26,8 @@ def telemetry_of(record: Record, scenario: Scenario, nominal: PlatformModel) -> 
 
     Args:
         record: flown or measured.
-        scenario: the gyro's noise where the record does not state it, and what is known of the initial momentum.
+        scenario: the gyro's noise where neither the record states it nor its samples tell it, and what is known of the
+            initial momentum.
         nominal: geometry of the units, and their momentum where the record has no tachometers.
 
     Raises:
@@ -35,7 +37,7 @@ def telemetry_of(record: Record, scenario: Scenario, nominal: PlatformModel) -> 
     gyro_time, body_rate = sampled(part, "body_rate")
     source = _actuator_channel(part)
     time, values = sampled(part, source)
-    noise = part.details.gyro_noise
+    noise = _gyro_noise(part, gyro_time, body_rate)
     return Telemetry(
         gyro_time=gyro_time,
         body_rate=body_rate,
@@ -68,6 +70,14 @@ def estimation_settings(scenario: Scenario, nominal: PlatformModel, maneuver: Ma
         instrument=instrument,
         reference_rate=None if maneuver is None else lambda time: maneuver.reference(time).body_rate,
     )
+
+
+def _gyro_noise(record: Record, time: Series, body_rate: Vectors3) -> float | None:
+    """Return the noise that the record states; of a measured one that does not, what its samples tell."""
+    stated = record.details.gyro_noise
+    if stated or record.details.source == "simulated":  # no measured gyro is free of noise
+        return stated
+    return gyro_noise_of(time, body_rate)
 
 
 def _actuator_channel(record: Record) -> str:

@@ -94,12 +94,19 @@ def _missing_axis(body_rate: Vectors3, sigma: float) -> str:
     _, strength, axes = np.linalg.svd(body_rate, full_matrices=False)
     turning = int((strength > max(WEAK_AXIS * strength[0], SIGNIFICANCE * sigma)).sum())
     if turning == 0:
-        return "the body hardly turns"
+        return _drowned_rate(body_rate, sigma)
     if turning == 1:
         return f"the body hardly turns but about the axis {_axis(axes[0])} in body axes"
     if turning == 2:
         return f"the body hardly turns about the axis {_axis(axes[2])} in body axes"
     return ""
+
+
+def _drowned_rate(body_rate: Vectors3, sigma: float) -> str:
+    speed = float(np.sqrt(np.mean(np.sum(body_rate**2, axis=1))))
+    if speed == 0.0:
+        return "the body hardly turns"
+    return f"its body rate, {speed:.2g} rad/s (rms), drowns in the gyro's noise of {sigma:.2g} rad/s per sample"
 
 
 def _axis(axis: Vector3) -> str:

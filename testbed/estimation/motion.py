@@ -21,10 +21,12 @@ LONGEST_STEP = 0.03125
 """s; the error of the integration is then below 1e-8 rad/s for motions of 1 rad/s (a test says so)."""
 SMALLEST_SHARE = 0.01
 """Least ratio of principal moments that is simulated; no real body comes near it."""
-
-
 _WILDEST_MOMENTUM = 1e6
 """N·m·s; beyond it no platform of this kind turns, and squares of it are still far from overflow."""
+RUNAWAY = (
+    "the motion that these actuator channels predict runs away: check their units and signs, and that the scenario is "
+    "of this platform"
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,10 +100,7 @@ def simulate(drive: Drive, theta: Theta, initial_momentum_B: Vector3) -> Motion:
     with np.errstate(over="ignore", invalid="ignore"):
         momentum_B = _runge_kutta(drive, inverse, initial_momentum_B)
     if not np.abs(momentum_B).max() < _WILDEST_MOMENTUM:  # also true for NaN
-        raise InputError(
-            "the motion that these actuator channels predict runs away: check their units and signs, and that the "
-            "scenario is of this platform"
-        )
+        raise InputError(RUNAWAY)
     node_rate = np.matvec(inverse[::2], momentum_B - grid.cluster_momentum_B[::2])
     slope = grid.applied_torque_B[::2] + np.cross(momentum_B, node_rate)
     at_samples = CubicHermiteSpline(drive.grid_time[::2], momentum_B, slope)(drive.time)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from functools import lru_cache
 
 import numpy as np
 from scipy import optimize
 
-from testbed.arrays import Array, Regressor, Response, Vector3
+from testbed.arrays import Array, Regressor, Response, Theta, Vector3
 from testbed.errors import InputError
 from testbed.estimation.bound import rate_columns
 from testbed.estimation.estimate import Estimate, EstimationSettings, estimate_of
+from testbed.estimation.identifiability import inertia_size
 from testbed.estimation.momentum_equation import mean_momentum
 from testbed.estimation.motion import Motion, drive_of, is_physical, simulate
 from testbed.estimation.preparation import identifiable_part, likely_theta
@@ -39,10 +41,12 @@ def output_error(telemetry: Telemetry, settings: EstimationSettings) -> Estimate
     part = identifiable_part(telemetry, settings)
     answer = _search(part, _start(part, settings))
     variance = float(answer.fun @ answer.fun) / (answer.fun.size - answer.x.size)
+    covariance = variance * np.linalg.inv(answer.jac.T @ answer.jac)  # eqs. (12), (13)
+    _require_minimum(answer.x[:6], covariance)
     return estimate_of(
         part,
         answer.x,
-        variance * np.linalg.inv(answer.jac.T @ answer.jac),  # eqs. (12), (13)
+        covariance,
         time=part.gyro_time,
         residual=-answer.fun,
         unit="rad/s",
@@ -61,9 +65,10 @@ def _search(telemetry: Telemetry, start: Array) -> optimize.OptimizeResult:
         return simulate(drive, values[:6], _momentum(values))
 
     def residual(unknowns: Array) -> Response:
-        if not is_physical(unknowns[:6]):
-            return np.full(telemetry.body_rate.size, REFUSED)
-        return np.asarray((motion(unknowns.tobytes()).body_rate - telemetry.body_rate).ravel())
+        with suppress(InputError):  # a trial whose motion runs away is not the answer, nor the end of the search
+            if is_physical(unknowns[:6]):
+                return np.asarray((motion(unknowns.tobytes()).body_rate - telemetry.body_rate).ravel())
+        return np.full(telemetry.body_rate.size, REFUSED)
 
     def sensitivity(unknowns: Array) -> Regressor:
         return rate_columns(telemetry, drive, motion(unknowns.tobytes()))
@@ -72,6 +77,16 @@ def _search(telemetry: Telemetry, start: Array) -> optimize.OptimizeResult:
     if not answer.success:
         raise InputError(f"output error found no minimum in {answer.nfev} evaluations; look at the record's residuals")
     return answer
+
+
+def _require_minimum(theta: Theta, covariance: Array) -> None:
+    """Refuse where the search ran off to an inertia so large that the rates no longer depend on it."""
+    size, std = inertia_size(theta), float(np.sqrt(np.abs(np.diag(covariance)[:6]).max()))
+    if std > size:
+        raise InputError(
+            f"output error found no minimum: it ended at an inertia of {size:.2g} kg m2, uncertain by {std:.2g} kg m2; "
+            "check the signs of gyro and actuators, and that the scenario is of this platform"
+        )
 
 
 def _start(telemetry: Telemetry, settings: EstimationSettings) -> Array:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.arrays import Theta
+from testbed.arrays import Theta, Vectors3
+from testbed.errors import UnidentifiableError
 from testbed.estimation.bound import rate_columns
 from testbed.estimation.estimate import EstimationSettings
 from testbed.estimation.identifiability import (
@@ -17,6 +18,7 @@ from testbed.estimation.identifiability import (
 from testbed.estimation.momentum_equation import mean_momentum, momentum_equation
 from testbed.estimation.motion import drive_of, is_physical, simulate
 from testbed.estimation.telemetry import Telemetry, covered_part
+from testbed.signals import AXES
 
 NOISE_SHARE = np.diag([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
 """Mean of Γ(e)ᵀ Γ(e) for white e of unit variance."""
@@ -30,14 +32,24 @@ def identifiable_part(telemetry: Telemetry, settings: EstimationSettings) -> Tel
 
     Raises:
         InputError: too few samples.
-        UnidentifiableError: the motion leaves directions of the inertia open.
+        UnidentifiableError: the motion leaves directions of the inertia open, or the gyro shows none of it.
     """
     part = covered_part(telemetry)
     drive = drive_of(part)
     theta = likely_theta(part, settings.nominal_theta)
     motion = simulate(drive, theta, mean_momentum(part, part.body_rate, theta))
     require_identifiable(rate_columns(part, drive, motion), part.gyro_noise, inertia_size(theta), motion.body_rate)
+    _require_live_gyro(part.body_rate)
     return part
+
+
+def _require_live_gyro(body_rate: Vectors3) -> None:
+    dead = [axis for axis, rate in zip(AXES, body_rate.T, strict=True) if not rate.any()]
+    if dead:
+        raise UnidentifiableError(
+            f"the inertia cannot be determined: the gyro reads exactly zero throughout about {', '.join(dead)}, where "
+            "the actuators should have turned the body; check the gyro's channels"
+        )
 
 
 def likely_theta(telemetry: Telemetry, nominal_theta: Theta) -> Theta:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from testbed.arrays import Array, Regressor, Response
-from testbed.errors import UnidentifiableError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,19 +34,10 @@ def solution_of(regressor: Regressor, instrument: Regressor, response: Response)
         instrument: Z, shape (3N, P), of full rank.
         response: Y, shape (3N,).
 
-    Raises:
-        UnidentifiableError: the measured rates leave a direction without any excitation.
-
     Source: paper eqs. (14), (18).
     """
     normal = instrument.T @ regressor
-    try:
-        parameters = np.asarray(np.linalg.solve(normal, instrument.T @ response), dtype=np.float64)  # eq. (18)
-    except np.linalg.LinAlgError:
-        raise UnidentifiableError(
-            "the inertia cannot be determined: the measured body rate is zero throughout on at least one axis; "
-            "check the gyro, or fly a maneuver that turns about every axis"
-        ) from None
+    parameters = np.asarray(np.linalg.solve(normal, instrument.T @ response), dtype=np.float64)  # eq. (18)
     return Solution(
         parameters=parameters, instrument=instrument, normal=normal, residual=response - regressor @ parameters
     )

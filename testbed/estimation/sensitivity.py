@@ -7,10 +7,13 @@ from scipy.interpolate import CubicHermiteSpline
 
 from testbed.arrays import Array
 from testbed.dynamics.inertia import cross_matrix, momentum_regressor
-from testbed.estimation.motion import Drive, Motion
+from testbed.errors import InputError
+from testbed.estimation.motion import RUNAWAY, Drive, Motion
 
 PARAMETERS = 9
 """Six of the inertia, then three of the initial momentum."""
+LARGEST = 1e100
+"""SI; sensitivities beyond it are no motion's, and their squares are still finite."""
 
 
 def rate_sensitivity(drive: Drive, motion: Motion) -> Array:
@@ -21,6 +24,9 @@ def rate_sensitivity(drive: Drive, motion: Motion) -> Array:
     Args:
         drive: what the actuators did.
         motion: the motion that they and the parameters give.
+
+    Raises:
+        InputError: the sensitivities leave the finite numbers, as those of a wild motion do.
     """
     momentum = _momentum_sensitivity(drive, motion)
     momentum[..., :6] -= momentum_regressor(motion.body_rate)
@@ -34,7 +40,10 @@ def _momentum_sensitivity(drive: Drive, motion: Motion) -> Array:
     forcing = np.zeros((len(feedback), 3, PARAMETERS))
     forcing[..., :6] = -momentum_cross @ momentum_regressor(motion.node_rate)  # B = -L× J⁻¹ Γ(ω)
     time = drive.grid_time[::4]
-    nodes = _linear_runge_kutta(feedback, forcing, time[1] - time[0])
+    with np.errstate(over="ignore", invalid="ignore"):
+        nodes = _linear_runge_kutta(feedback, forcing, time[1] - time[0])
+    if not np.abs(nodes).max() < LARGEST:  # also true for NaN
+        raise InputError(RUNAWAY)
     slope = feedback[::2] @ nodes + forcing[::2]
     return np.asarray(CubicHermiteSpline(time, nodes, slope)(drive.time))
 

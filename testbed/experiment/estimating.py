@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from testbed.arrays import Theta, Vector3
+from testbed.arrays import Covariance, Theta, Vector3
 from testbed.assembly.estimation import estimation_settings, telemetry_of
 from testbed.assembly.platform import PlatformModel
 from testbed.dynamics.inertia import inertia_of, theta_of
@@ -25,6 +25,8 @@ from testbed.scenario.scenario import Scenario
 
 _DOUBTFUL_STDS = 5.0
 """Standard deviations by which an answer may miss what is physical before it is called none."""
+_ROUNDING = 1e-9
+"""How far a correlation matrix's smallest eigenvalue may lie below zero: six numbers of order 1, inverted once."""
 
 
 def estimate_flight(
@@ -102,17 +104,17 @@ def run_estimators(
         except np.linalg.LinAlgError:
             failures[name] = "the inertia cannot be determined: the record's equations are singular"
             continue
-        if doubt := _doubt(estimate):
+        if doubt := doubt_of(estimate):
             failures[name] = doubt
         else:
             by_name[name] = estimate
     return by_name, failures
 
 
-def _doubt(estimate: Estimate) -> str:
+def doubt_of(estimate: Estimate) -> str:
     """Return why an answer is none: not finite, or no inertia that a body can have, however wide the bands."""
-    if not (np.isfinite(estimate.theta).all() and np.isfinite(estimate.covariance).all()):
-        return "its answer is not finite; the record does not fit the model"
+    if not (np.isfinite(estimate.theta).all() and _is_covariance(estimate.covariance)):
+        return "its answer is no finite inertia with a covariance; the record does not fit the model"
     smallest, middle, largest = np.linalg.eigvalsh(inertia_of(estimate.theta))
     slack = _DOUBTFUL_STDS * float(estimate.std.max())
     if smallest < -slack or largest > smallest + middle + 3.0 * slack:
@@ -121,6 +123,15 @@ def _doubt(estimate: Estimate) -> str:
             "no body: check the signs and units of gyro and actuators, and that the scenario is of this platform"
         )
     return ""
+
+
+def _is_covariance(covariance: Covariance) -> bool:
+    """Return whether a matrix is finite and positive semidefinite, judged free of its parameters' scales."""
+    variance = np.diag(covariance)
+    if not (np.isfinite(covariance).all() and (variance >= 0.0).all()):
+        return False
+    scale = np.sqrt(np.where(variance > 0.0, variance, 1.0))
+    return bool(np.linalg.eigvalsh(covariance / np.outer(scale, scale))[0] >= -_ROUNDING)
 
 
 def bound_std(telemetry: Telemetry, theta: Theta, initial_momentum_B: Vector3) -> Theta | None:
@@ -133,9 +144,9 @@ def bound_std(telemetry: Telemetry, theta: Theta, initial_momentum_B: Vector3) -
     """
     try:
         covariance = cramer_rao_bound(telemetry, theta, initial_momentum_B)
-    except (InputError, ValueError, np.linalg.LinAlgError):  # ValueError: a motion too wild to be predicted
+    except (InputError, np.linalg.LinAlgError):
         return None
-    return np.sqrt(np.diag(covariance))
+    return np.sqrt(np.diag(covariance)) if _is_covariance(covariance) else None
 
 
 def _true_bound_std(truth: PlatformModel, telemetry: Telemetry, record: Record) -> Theta | None:

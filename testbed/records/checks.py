@@ -22,10 +22,15 @@ MINIMUM_SAMPLES = 10
 
 PLAUSIBLE_BODY_RATE = 20.0
 """Largest body rate, rad/s, that is believed; 20 deg/s or more in the wrong unit would exceed it."""
-SLOWEST_PERIOD = 20.0
-"""s; the slowest sampling that is taken for seconds: 16 Hz in milliseconds is 62.5 a row."""
+SLOWEST_PERIOD = 10.0
+"""s; the slowest sampling that is taken for seconds: 80 Hz in milliseconds is 12.5 a row."""
+LARGEST_ACTUATION = 1e9
+"""Largest value, SI, that is believed of an actuator; its square and its integrals are still far from overflow."""
+LONGEST_RUN = 2e4
+"""s; a prediction takes 64 points a second, and a longer run would fill the memory."""
 
 _MOMENTUM_SOURCES = ("gimbal_angle", "cluster_momentum", "applied_torque")
+_ACTUATION = (*_MOMENTUM_SOURCES, "rotor_speed")
 _LISTED = 10
 
 
@@ -64,7 +69,10 @@ def value_problems(time: Series, channels: Mapping[str, Array]) -> list[str]:
     problems = [*_time_problems(time), *_sampling_problems(time)]
     for name, values in channels.items():
         for column, series in zip(SIGNALS[name].columns, values.T, strict=True):
-            problems += _series_problems(column, series)
+            problems += [
+                *_series_problems(column, series),
+                *(_size_problems(column, series) if name in _ACTUATION else ()),
+            ]
     return problems + list(_body_rate_problems(channels["body_rate"]))
 
 
@@ -74,6 +82,16 @@ def too_few_samples(body_rate: Array) -> str | None:
     if count >= MINIMUM_SAMPLES:
         return None
     return f"body_rate has {count} samples, at least {MINIMUM_SAMPLES} are needed: take a longer part of the run"
+
+
+def too_long(time: Series) -> str | None:
+    """Return what to say of a run whose prediction would fill the memory; None of any other."""
+    duration = float(np.ptp(time)) if len(time) else 0.0
+    if duration <= LONGEST_RUN:
+        return None
+    return (
+        f"lasts {duration:.4g} s, at most {LONGEST_RUN:g} s can be used: set usable_from_s and usable_to_s in its .toml"
+    )
 
 
 def _half_present(signal: Signal, present: set[str]) -> str | None:
@@ -111,6 +129,13 @@ def _series_problems(column: str, series: Series) -> Iterator[str]:
         yield f"column {column} has no value in any row: fill it, or take the channel out"
     if np.isinf(series).any():
         yield f"column {column} is infinite in {_rows(np.isinf(series))}: leave empty what was not sampled"
+
+
+def _size_problems(column: str, series: Series) -> Iterator[str]:
+    beyond = np.isfinite(series) & (np.abs(series) > LARGEST_ACTUATION)
+    if beyond.any():
+        peak = np.abs(series[beyond]).max()
+        yield f"column {column} reaches {peak:.3g} in {_rows(beyond)}: bring it to SI, or leave faulty values empty"
 
 
 def _body_rate_problems(body_rate: Array) -> Iterator[str]:

@@ -9,8 +9,8 @@ import numpy as np
 
 from testbed.arrays import Array, Flags, Series
 from testbed.errors import InputError
-from testbed.records.checks import too_few_samples
-from testbed.records.record import Record
+from testbed.records.checks import too_few_samples, too_long
+from testbed.records.record import Record, RunDetails
 from testbed.signals import SIGNALS
 
 
@@ -18,16 +18,14 @@ def usable(record: Record) -> Record:
     """Return the part of a run between usable_from and usable_to, both included.
 
     Raises:
-        InputError: too few gyro samples are left.
+        InputError: too few gyro samples are left, or a run that is too long.
     """
     details = record.details
     start = -inf if details.usable_from is None else details.usable_from
     end = inf if details.usable_to is None else details.usable_to
     part = _rows_of(record, (record.time >= start) & (record.time <= end))
-    if problem := too_few_samples(part.channels["body_rate"]):
-        bounded = details.usable_from is not None or details.usable_to is not None
-        where = f"between usable_from = {start:g} s and usable_to = {end:g} s, " if bounded else ""
-        raise InputError(f"{details.name}: {where}{problem}")
+    if problem := too_few_samples(part.channels["body_rate"]) or too_long(part.time):
+        raise InputError(f"{details.name}: {_limits(details)}{problem}")
     return part
 
 
@@ -52,6 +50,13 @@ def telemetry_only(record: Record) -> Record:
     """
     telemetry = {name: values for name, values in record.channels.items() if SIGNALS[name].telemetry}
     return replace(record, channels=telemetry, extra_columns={})
+
+
+def _limits(details: RunDetails) -> str:
+    """Say which limits the run states, such as `from usable_from_s = 1 s to usable_to_s = 3 s, `; nothing if none."""
+    start = [] if details.usable_from is None else [f"from usable_from_s = {details.usable_from:g} s"]
+    end = [] if details.usable_to is None else [f"to usable_to_s = {details.usable_to:g} s"]
+    return " ".join([*start, *end]) + ", " if start or end else ""
 
 
 def _rows_of(record: Record, rows: Flags) -> Record:

@@ -10,14 +10,17 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from testbed.errors import InputError
-from testbed.records.checks import SLOWEST_PERIOD
+from testbed.records.checks import LARGEST_ACTUATION, SLOWEST_PERIOD
 from testbed.records.reading import read_record
 from testbed.records.record import Record, RunDetails
 from testbed.records.writing import write_record
 from testbed.signals import SIGNALS
 
 NUMBERS = st.floats(allow_nan=True, allow_infinity=False, width=64)
+ACTUATION = st.just(np.nan) | st.floats(-LARGEST_ACTUATION, LARGEST_ACTUATION)
 OPTIONAL_CHANNELS = sorted(set(SIGNALS) - {"body_rate", "applied_torque"})
+
+ACTUATORS = ("gimbal_angle", "cluster_momentum", "applied_torque", "rotor_speed")
 
 
 def values(width, rows, elements):
@@ -47,7 +50,7 @@ def records(draw):
     steps[draw(st.integers(0, rows - 1))] *= draw(st.floats(1.0, 1e3))
     channels = {"body_rate": draw(arrays.arrays(np.float64, (rows, 3), elements=st.floats(-20, 20)))}
     for name in ("applied_torque", *draw(st.lists(st.sampled_from(OPTIONAL_CHANNELS), unique=True, max_size=2))):
-        channels[name] = draw(values(SIGNALS[name].width, rows, NUMBERS))
+        channels[name] = draw(values(SIGNALS[name].width, rows, ACTUATION if name in ACTUATORS else NUMBERS))
     return Record(
         time=np.cumsum(steps),
         channels=channels,

@@ -1,9 +1,12 @@
 """The predicted motion and its sensitivities, against a tight integration and finite differences."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from benchmarks.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times
+from testbed.errors import InputError
 from testbed.estimation import motion as motion_module
 from testbed.estimation.motion import drive_of, simulate
 from testbed.estimation.sensitivity import rate_sensitivity
@@ -26,6 +29,20 @@ def test_order_of_convergence_is_four(monkeypatch):
         errors.append(np.abs(predicted - TELEMETRY.body_rate).max())
     order = np.log2(np.array(errors[:-1]) / errors[1:])
     assert (order > 3.7).all()
+
+
+def test_a_motion_that_runs_away_is_refused_without_a_warning():
+    """1 kN·m on 0.02 kg·m² leaves the finite numbers within a second of simulated time."""
+    torque_B = np.full((len(TELEMETRY.actuator_time), 3), 1e3) * [1.0, -2.0, 3.0]
+    with pytest.raises(InputError, match="runs away: check their units"):
+        simulate(drive_of(replace(TELEMETRY, applied_torque=torque_B)), TRUE_THETA, MOMENTUM_B)
+
+
+def test_sensitivities_that_run_away_are_refused_without_a_warning():
+    drive = drive_of(TELEMETRY)
+    motion = simulate(drive, TRUE_THETA, MOMENTUM_B)
+    with pytest.raises(InputError, match="runs away: check their units"):
+        rate_sensitivity(drive, replace(motion, node_rate=1e6 * motion.node_rate))
 
 
 def test_momentum_keeps_its_size_without_torque():

@@ -141,11 +141,18 @@ def test_single_precision_columns_are_widened(tmp_path):
         ),
         ("body_rate_y_rad_s", slice(None), np.nan, "column body_rate_y_rad_s has no value in any row: fill it"),
         ("body_rate_x_rad_s", slice(3), np.nan, "body_rate has 9 samples, at least 10 are needed"),
+        ("applied_torque_z_N_m", 3, -1e300, "column applied_torque_z_N_m reaches 1e+300 in row 4: bring it to SI"),
         ("applied_torque_z_N_m", slice(None), np.nan, "column applied_torque_z_N_m has no value in any row"),
     ],
 )
 def test_wrong_values_are_refused(write, column, row, value, message):
     assert message in refusal(write(changed(column, row, value)))
+
+
+@pytest.mark.parametrize("period", [12.5, 62.5, 62500.0])
+def test_time_that_is_not_in_seconds_is_refused(write, period):
+    """80 Hz and 16 Hz in milliseconds, and 16 Hz in microseconds."""
+    assert "divide it by 1e3 (ms)" in refusal(write(good_columns() | {"time_s": period * np.arange(ROWS)}))
 
 
 def test_twenty_rad_s_are_believed_and_more_are_not(write):

@@ -1,5 +1,7 @@
 """Parts of a record: usable time, sampled rows, telemetry, and the table of signals."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -37,8 +39,31 @@ def test_without_limits_all_of_a_run_is_usable():
 
 
 def test_too_short_a_usable_part_is_refused():
-    with pytest.raises(InputError, match="flight: between usable_from = 1 s and usable_to = 2 s, body_rate has 9"):
+    with pytest.raises(InputError, match="flight: from usable_from_s = 1 s to usable_to_s = 2 s, body_rate has 9"):
         usable(flight(usable_from=1.0, usable_to=2.0))
+
+
+@pytest.mark.parametrize(
+    ("limits", "said"),
+    [({"usable_from": 5.9}, "from usable_from_s = 5.9 s, body"), ({"usable_to": 0.1}, "to usable_to_s = 0.1 s, body")],
+)
+def test_only_the_limits_that_are_set_are_said(limits, said):
+    with pytest.raises(InputError, match=f"^flight: {said}"):
+        usable(flight(**limits))
+
+
+def test_a_run_without_limits_that_is_too_short_says_none():
+    short = replace(flight(), time=TIME[:9], channels={"body_rate": np.ones((9, 3))}, extra_columns={})
+    with pytest.raises(InputError, match=r"^flight: body_rate has 9 samples"):
+        usable(short)
+
+
+def test_a_clock_that_jumps_by_years_is_refused_unless_its_usable_part_is_named():
+    jumped = replace(flight(), time=TIME + 1.7e9 * (TIME >= 1.0))
+    with pytest.raises(InputError, match=r"lasts 1\.7e\+09 s.*set usable_from_s and usable_to_s"):
+        usable(jumped)
+    later = replace(jumped, details=RunDetails(name="flight", usable_from=1e9))
+    assert usable(later).time.size == 84
 
 
 def test_sampled_rows_are_those_with_every_component():

@@ -1,0 +1,55 @@
+"""The gyro's white noise from its samples alone, for records that do not state it."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.stats import median_abs_deviation
+
+from testbed.arrays import Array, Series, Vectors3
+from testbed.estimation.telemetry import stretches
+
+WINDOW = 5
+"""Samples to a difference: it takes any cubic out of the motion; of 1 rad/s at 2 rad/s, 3e-5 are left at 16 Hz."""
+FEWEST_WINDOWS = 20
+"""With fewer, the noise is not known to a quarter."""
+ROUNDING = 1e-12
+"""Share of the largest rate below which differences are rounding."""
+
+
+def gyro_noise_of(time: Series, body_rate: Vectors3) -> float | None:
+    """Return the standard deviation of the white noise per sample, rad/s, root mean square over the axes.
+
+    Fourth-order divided differences, scaled to the noise's variance, within stretches without gaps; the median of their
+    size bears a tenth of outliers. Either the samples are uneven, or their time stamps alone: what the motion leaves in
+    the differences only adds to the noise, so that the smaller of both answers is the better one. Noise that the gyro
+    itself has smoothed is not white, and is taken for smaller than it is.
+
+    Args:
+        time: shape (N,), s, strictly increasing.
+        body_rate: measured ω, shape (N, 3), rad/s.
+
+    Returns:
+        None where the record is too short, or its samples repeat, so that they hide the noise.
+    """
+    runs = [run for run in stretches(time) if run.stop - run.start >= WINDOW]
+    if sum(run.stop - run.start - WINDOW + 1 for run in runs) < FEWEST_WINDOWS:
+        return None
+    even = np.arange(float(len(time)))
+    noise = min(_noise(clock, body_rate, runs) for clock in (time, even))
+    return noise if noise > ROUNDING * np.abs(body_rate).max() else None
+
+
+def _noise(time: Series, body_rate: Vectors3, runs: list[slice]) -> float:
+    differences = np.concatenate([_noise_differences(time[run], body_rate[run]) for run in runs])
+    per_axis = median_abs_deviation(differences, axis=0, scale="normal")
+    return float(np.sqrt(np.mean(per_axis**2)))
+
+
+def _noise_differences(time: Series, body_rate: Vectors3) -> Array:
+    """Return divided differences with weights of unit length, shape (N-4, 3), rad/s."""
+    times = np.lib.stride_tricks.sliding_window_view(time, WINDOW)
+    rates = np.lib.stride_tricks.sliding_window_view(body_rate, WINDOW, axis=0)
+    apart = times[:, :, None] - times[:, None, :] + np.eye(WINDOW)
+    weights = 1.0 / apart.prod(axis=2)
+    weights /= np.linalg.norm(weights, axis=1, keepdims=True)
+    return np.asarray(np.matvec(rates, weights))
