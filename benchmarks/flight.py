@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 
 from testbed.assembly.platform import nominal_platform, true_plant
-from testbed.experiment.flying import fly_maneuver, prepare_flight
+from testbed.experiment.flying import Sortie, fly_maneuver, prepare_flight
 from testbed.experiment.planning import plan_maneuver
 from testbed.maneuver.maneuver import Maneuver
 from testbed.scenario.reader import read_scenario
@@ -40,18 +40,19 @@ def main() -> None:
 def print_speed(scenario: Scenario) -> None:
     """Time simulation and control of a flight against bare mj_step at the same step, in pairs."""
     platform = nominal_platform(scenario)
-    flight = prepare_flight(scenario, platform, plan_maneuver(scenario, platform).maneuver, scenario.seed)
+    sortie = Sortie(scenario=scenario, truth=platform, seed=scenario.seed)
+    flight = prepare_flight([sortie], platform, plan_maneuver(scenario, platform).maneuver)
     steps = flight.clock.ticks * flight.clock.control_steps
 
     def bare() -> float:
-        plant = true_plant(scenario, platform)
+        plant = true_plant([(scenario, platform)])
         data = mujoco.MjData(platform.model)
-        data.qpos[:], data.qvel[:] = plant.qpos, plant.qvel
+        data.qpos[:], data.qvel[:] = plant.qpos[0], plant.qvel[0]
         data.ctrl[plant.layout.rotor_motor] = 1.0
         return _seconds(lambda: mujoco.mj_step(platform.model, data, steps))
 
     def loop() -> float:
-        plant = true_plant(scenario, platform)
+        plant = true_plant([(scenario, platform)])
         return _seconds(lambda: fly(plant, flight))
 
     bare(), loop()

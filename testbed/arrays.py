@@ -42,3 +42,5 @@ Response: TypeAlias = NDArray[np.float64]
 """Shape (3N,): rows as in Regressor."""
 Flags: TypeAlias = NDArray[np.bool_]
 """Boolean, any shape."""
+Indices: TypeAlias = NDArray[np.intp]
+"""Indices, shape (N,)."""

@@ -13,7 +13,3 @@ class InfeasibleDesignError(InputError):
 
 class UnidentifiableError(InputError):
     """The data do not determine all parameters; the message names the directions that they leave open."""
-
-
-class DivergedError(Exception):
-    """The simulation left the finite numbers. The command exits with code 3 and keeps what was recorded."""

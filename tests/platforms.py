@@ -33,19 +33,38 @@ def initial(
     )
 
 
+class OnePlatform:
+    """A plant of one platform without the leading axis."""
+
+    def __init__(self, flown: Plant) -> None:
+        self._plant = flown
+        self.model, self.layout = flown.models[0], flown.layout
+
+    def __getattr__(self, name: str) -> Array:
+        return getattr(self._plant, name)[0]
+
+    def advance(self, torque: Units, steps: int) -> None:
+        self._plant.advance(torque, steps)
+        assert not self._plant.divergence, self._plant.divergence[0]
+
+
 def plant(
     model: mujoco.MjModel,
     start: InitialState | None = None,
     rotors: RotorMode = "constant_speed",
     limit: float = 0.0052,
-) -> Plant:
-    """A plant whose rotors start at their servos' targets."""
-    return Plant(
-        model,
-        initial=initial() if start is None else start,
-        rotor_momentum=cluster_of(model).rotor_momentum,
-        rotor_momentum_limit=limit,
-        rotors=rotors,
+    rotor_momentum: Units | None = None,
+) -> OnePlatform:
+    """A plant whose rotors start at their servos' targets unless told otherwise."""
+    momentum = cluster_of(model).rotor_momentum if rotor_momentum is None else rotor_momentum
+    return OnePlatform(
+        Plant(
+            [model],
+            initial=[initial() if start is None else start],
+            rotor_momentum=momentum[None],
+            rotor_momentum_limit=limit,
+            rotors=rotors,
+        )
     )
 
 

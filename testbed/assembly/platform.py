@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -49,16 +50,21 @@ def true_platform(scenario: Scenario) -> PlatformModel:
     return _compiled(scenario, true_properties(scenario))
 
 
-def true_plant(scenario: Scenario, platform: PlatformModel) -> Plant:
-    """Return the flown platform in its initial state."""
-    momentum = true_properties(scenario).rotor_momentum
-    assert momentum is not None
+def true_plant(flown: Sequence[tuple[Scenario, PlatformModel]], threads: int = 1) -> Plant:
+    """Return flown platforms side by side in their initial states.
+
+    Args:
+        flown: each platform with its scenario; what all share is taken from the first.
+        threads: that step the platforms.
+    """
+    cluster = flown[0][0].cluster
     return Plant(
-        platform.model,
-        initial=initial_state(scenario),
-        rotor_momentum=momentum,
-        rotor_momentum_limit=scenario.cluster.rotor_momentum_limit_N_m_s,
-        rotors=scenario.cluster.rotors,
+        [platform.model for _, platform in flown],
+        initial=[initial_state(scenario) for scenario, _ in flown],
+        rotor_momentum=np.stack([_starting_momentum(scenario) for scenario, _ in flown]),
+        rotor_momentum_limit=cluster.rotor_momentum_limit_N_m_s,
+        rotors=cluster.rotors,
+        threads=threads,
     )
 
 
@@ -114,6 +120,13 @@ def initial_momentum(scenario: Scenario, platform: PlatformModel) -> Vector3:
     """Return the whole momentum that a platform has in the scenario's initial state, N·m·s, body axes."""
     start = initial_state(scenario)
     return platform_momentum(platform.cluster, platform.inertia, start.body_rate, start.gimbal_angle, np.zeros(6))
+
+
+def _starting_momentum(scenario: Scenario) -> Units:
+    """Js·Ω of the flown rotors when the flight starts; unlike their servos' targets it may exceed the limit."""
+    momentum = true_properties(scenario).rotor_momentum
+    assert momentum is not None
+    return momentum
 
 
 def _spinning(momentum: Units, scenario: Scenario) -> Units:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from testbed.errors import DivergedError, InfeasibleDesignError, InputError
+from testbed.errors import InfeasibleDesignError, InputError
 
 COMPLETED = 0
 BAD_INPUT = 2
@@ -23,9 +23,8 @@ def exit_code_of(command: Callable[[], object]) -> int:
     try:
         command()
     except InputError as error:
-        return _say(error, BAD_INPUT)
-    except DivergedError as error:
-        return _say(error, DIVERGED)
+        print(f"error: {error}", file=sys.stderr)
+        return BAD_INPUT
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else COMPLETED
     return COMPLETED
@@ -38,8 +37,3 @@ def naming(path: Path) -> Iterator[None]:
         yield
     except InfeasibleDesignError as error:
         raise InputError(f"{path}: [maneuver]: {error}") from error
-
-
-def _say(error: Exception, code: int) -> int:
-    print(f"error: {error}", file=sys.stderr)
-    return code

@@ -113,7 +113,8 @@ def spin_momentum_and_jacobian(cluster: Cluster, gimbal_angle: UnitSeries) -> tu
     across = cluster.rotor_momentum * np.sin(gimbal_angle)
     spin_T, transverse_T = cluster.axes_by_column
     jacobian = transverse_T * along[..., None, :] - spin_T * across[..., None, :]
-    return along @ cluster.spin_axis_B + across @ cluster.transverse_axis_B, jacobian
+    # vecmat: a matrix product of a whole batch would round one platform's row by how many platforms there are.
+    return np.vecmat(along, cluster.spin_axis_B) + np.vecmat(across, cluster.transverse_axis_B), jacobian
 
 
 def inertia_change(cluster: Cluster, gimbal_angle: UnitSeries) -> Matrices3:

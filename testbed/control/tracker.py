@@ -60,7 +60,8 @@ def feedback_momentum_rate(tracker: Tracker, rate_error: Vectors3) -> Vectors3:
         tracker: nominal inertia and gain.
         rate_error: e = ω_ref - ω̄ at the last gyro sample, shape (..., 3), rad/s, body axes.
     """
-    return -tracker.gain * (rate_error @ tracker.inertia)
+    # vecmat, here and below: a matrix product of a whole batch would round a row by how many rows there are.
+    return np.asarray(-tracker.gain * np.vecmat(rate_error, tracker.inertia))
 
 
 def momentum_of_gimbals(cluster: Cluster, gimbal_angle: UnitSeries) -> Vectors3:

@@ -1,7 +1,8 @@
-"""Fly a maneuver on the true platform of a scenario."""
+"""Fly a maneuver on the true platform of a scenario, once or many times side by side."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +14,8 @@ from testbed.maneuver.maneuver import Maneuver
 from testbed.records.record import Record, RunDetails
 from testbed.scenario.scenario import Scenario
 from testbed.simulation.channels import channels_of
-from testbed.simulation.flight import Clock, Flight, targets_of
-from testbed.simulation.loop import fly
+from testbed.simulation.flight import Clock, Flight, flight_of, side_by_side, targets_of
+from testbed.simulation.loop import Outcome, fly
 from testbed.simulation.summary import FlightLimits, FlightSummary, summarize
 
 
@@ -37,24 +38,39 @@ class FlownRun:
     period: float
 
 
-def prepare_flight(scenario: Scenario, nominal: PlatformModel, maneuver: Maneuver, seed: int) -> Flight:
-    """Put together everything about a flight but the plant.
+@dataclass(frozen=True, kw_only=True)
+class Sortie:
+    """One flight among several of a scenario: what may differ between them.
+
+    Attributes:
+        scenario: with the truth, the start and the gyro of this flight; all else is common.
+        truth: what flies.
+        seed: of all sensor noise.
+    """
+
+    scenario: Scenario
+    truth: PlatformModel
+    seed: int
+
+
+def prepare_flight(sorties: Sequence[Sortie], nominal: PlatformModel, maneuver: Maneuver) -> Flight:
+    """Put together everything about flights side by side but the plant.
 
     Args:
-        scenario: what to fly.
+        sorties: the flights; clock, controller and targets are the first one's.
         nominal: what the controller believes.
         maneuver: the reference.
-        seed: of all sensor noise.
 
     Raises:
         InputError: clocks that do not divide.
     """
+    scenario = sorties[0].scenario
     clock = flight_clock(scenario, maneuver.duration)
     controller = flight_controller(scenario, nominal)
     return Flight(
         clock=clock,
         controller=controller,
-        sensors=flight_sensors(scenario, clock, seed),
+        sensors=side_by_side([flight_sensors(sortie.scenario, clock, sortie.seed) for sortie in sorties]),
         targets=targets_of(
             maneuver,
             clock,
@@ -77,8 +93,33 @@ def fly_maneuver(
         maneuver: the reference.
         seed: of all sensor noise.
     """
-    flight = prepare_flight(scenario, nominal, maneuver, seed)
-    outcome = fly(true_plant(scenario, truth), flight)
+    (run,) = fly_sorties([Sortie(scenario=scenario, truth=truth, seed=seed)], nominal, maneuver)
+    return run
+
+
+def fly_sorties(
+    sorties: Sequence[Sortie], nominal: PlatformModel, maneuver: Maneuver, threads: int = 1
+) -> list[FlownRun]:
+    """Fly a maneuver in the closed loop, several flights side by side; each comes out as if flown alone, bit for bit.
+
+    Args:
+        sorties: the flights.
+        nominal: what the controller believes.
+        maneuver: the reference.
+        threads: that step the platforms.
+    """
+    flight = prepare_flight(sorties, nominal, maneuver)
+    plant = true_plant([(sortie.scenario, sortie.truth) for sortie in sorties], threads)
+    outcomes = fly(plant, flight)
+    return [
+        _flown(sortie, outcome, flight_of(flight, platform))
+        for platform, (sortie, outcome) in enumerate(zip(sorties, outcomes, strict=True))
+    ]
+
+
+def _flown(sortie: Sortie, outcome: Outcome, flight: Flight) -> FlownRun:
+    """Make the record and the figures of one flight."""
+    scenario, truth = sortie.scenario, sortie.truth
     channels = channels_of(outcome.log, flight, truth.model, truth.cluster)
     time = flight.clock.tick_times[: len(outcome.log.gyro)]
     touched = np.flatnonzero(outcome.log.contacts)

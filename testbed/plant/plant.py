@@ -1,17 +1,17 @@
-"""One simulated platform: the only mutable object of the testbed."""
+"""Simulated platforms, one or many: the only mutable object of the testbed."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Literal, TypeAlias
 
 import mujoco
 import numpy as np
+from mujoco.batch import Batch
 
-from testbed.arrays import Array, Flags, Units, Vector3
-from testbed.errors import DivergedError
+from testbed.arrays import Array, Flags, Indices, Units, UnitSeries, Vectors3
 from testbed.plant.geometry import unit_names
 from testbed.plant.layout import described_state, layout_of
 from testbed.plant.properties import InitialState
@@ -25,120 +25,127 @@ _RATE_BOUND = 1e4
 
 
 class Plant:
-    """A platform flying in MuJoCo.
+    """One platform or many, flying side by side in MuJoCo; every array has the platforms on its first axis.
 
     The gimbal motors take torque demands; each motor's own limit and tachometer loop are inside the model. The rotor
     servos hold their speed (`constant_speed`) or stay disengaged (`free`); in both modes a rotor whose momentum is
-    beyond its limit is braked, and `rotor_clamped` says so.
+    beyond its limit is braked, and `rotor_clamped` says so. A platform that diverges stays in its last finite state;
+    the others fly on. What one platform does depends neither on the others nor on the number of threads, bit for bit.
     """
 
     def __init__(
         self,
-        model: mujoco.MjModel,
+        models: Sequence[Model],
         *,
-        initial: InitialState,
-        rotor_momentum: Units,
+        initial: Sequence[InitialState],
+        rotor_momentum: UnitSeries,
         rotor_momentum_limit: float = math.inf,
         rotors: RotorMode = "constant_speed",
+        threads: int = 1,
     ) -> None:
-        """Put a platform into its initial state.
+        """Put platforms into their initial states.
 
         Args:
-            model: compiled platform.
-            initial: pose, rates and gimbal angles at the start; the gimbals stand still.
-            rotor_momentum: Js·Ω at the start, shape (6,), N·m·s.
+            models: compiled platforms of one layout, B of them; the same object where they are alike.
+            initial: pose, rates and gimbal angles of each at the start; the gimbals stand still.
+            rotor_momentum: Js·Ω at the start, shape (B, 6), N·m·s.
             rotor_momentum_limit: N·m·s.
             rotors: what the rotor servos do.
+            threads: that step the platforms.
         """
-        self.model = model
-        self.layout = layout_of(model)
-        self._data = mujoco.MjData(model)
-        self._spin_inertia = model.body_inertia[[model.body(name).id for name in unit_names("rotor")], 0]
+        self.models = tuple(models)
+        self.layout = layout_of(self.models[0])
+        self.divergence: dict[int, str] = {}
+        """What went wrong with each platform that diverged, with time and state."""
+        self._batch = Batch(self.models[0], len(self.models), threads)
+        if any(model is not self.models[0] for model in self.models):
+            self._batch.set_models(self.models)
+        self.qpos: Array = self._batch.bind("qpos")
+        """Live view of MuJoCo's positions, shape (B, nq); copy to keep."""
+        self.qvel: Array = self._batch.bind("qvel")
+        """Live view of MuJoCo's velocities, shape (B, nv); copy to keep."""
+        self.joint_torque: Array = self._batch.bind("qfrc_actuator")
+        """Live view of the actuator torque on every degree of freedom in the last step, shape (B, nv), N·m."""
+        self.contacts: Array = self._batch.bind("ncon")
+        """Live view of the number of contacts with the cabin in the last step, shape (B,)."""
+        self._control, self._time = self._batch.bind("ctrl"), self._batch.bind("time")
+        self._spin_inertia = np.stack([_spin_inertia(model) for model in self.models])
         self._speed_limit = rotor_momentum_limit / self._spin_inertia
         self._always_engaged = rotors == "constant_speed"
         self._place(initial, rotor_momentum)
         self._engage_rotor_servos()
-        self._last_time, self._last_qpos, self._last_qvel = 0.0, self.qpos.copy(), self.qvel.copy()
+        self.flying: Flags = np.ones(len(self.models), dtype=np.bool_)
+        """Which platforms have not diverged, shape (B,)."""
+        self._last_time, self._last_qpos, self._last_qvel = self._time.copy(), self.qpos.copy(), self.qvel.copy()
 
     @property
-    def time(self) -> float:
-        """Simulated time, s."""
-        return float(self._data.time)
+    def gimbal_angle(self) -> UnitSeries:
+        """True gimbal angles, shape (B, 6), rad."""
+        return self.qpos[:, self.layout.gimbal_angle]
 
     @property
-    def qpos(self) -> Array:
-        """Live view of MuJoCo's position vector, shape (nq,); copy to keep."""
-        return self._data.qpos  # type: ignore[no-any-return]
-
-    @property
-    def qvel(self) -> Array:
-        """Live view of MuJoCo's velocity vector, shape (nv,); copy to keep."""
-        return self._data.qvel  # type: ignore[no-any-return]
-
-    @property
-    def gimbal_angle(self) -> Units:
-        """True gimbal angles, shape (6,), rad."""
-        return self._data.qpos[self.layout.gimbal_angle]  # type: ignore[no-any-return]
-
-    @property
-    def body_rate(self) -> Vector3:
-        """Live view of the true body rate, shape (3,), rad/s, body axes."""
-        return self._data.qvel[self.layout.body_rate]  # type: ignore[no-any-return]
-
-    @property
-    def joint_torque(self) -> Array:
-        """Live view of the actuator torque on every degree of freedom in the last step, shape (nv,), N·m."""
-        return self._data.qfrc_actuator  # type: ignore[no-any-return]
-
-    @property
-    def contacts(self) -> int:
-        """Number of contacts with the cabin in the last step."""
-        return int(self._data.ncon)
+    def body_rate(self) -> Vectors3:
+        """Live view of the true body rates, shape (B, 3), rad/s, body axes."""
+        return self.qvel[:, self.layout.body_rate]
 
     @property
     def rotor_clamped(self) -> Flags:
-        """Which rotors are beyond their momentum limit, shape (6,)."""
-        speed = np.abs(self._data.qvel[self.layout.rotor_speed])
+        """Which rotors are beyond their momentum limit, shape (B, 6)."""
+        speed = np.abs(self.qvel[:, self.layout.rotor_speed])
         return np.asarray(speed > self._speed_limit * (1.0 + 1e-9), dtype=np.bool_)
 
-    def advance(self, gimbal_torque_demand: Units, steps: int) -> None:
+    def advance(self, gimbal_torque_demand: UnitSeries, steps: int) -> None:
         """Hold the gimbal motors' torque demands for a number of integrator steps.
 
-        Args:
-            gimbal_torque_demand: shape (6,), N·m, before the tachometer loop and the motor's limit.
-            steps: integrator steps.
+        A platform whose state is no longer finite, or has a rate beyond any that it can have, joins `divergence`.
 
-        Raises:
-            DivergedError: the state is no longer finite, or a rate is beyond any that the platform can have.
+        Args:
+            gimbal_torque_demand: shape (B, 6) or (6,), N·m, before the tachometer loop and the motor's limit.
+            steps: integrator steps.
         """
-        self._last_time, self._last_qpos[:], self._last_qvel[:] = self._data.time, self._data.qpos, self._data.qvel
-        self._data.ctrl[self.layout.gimbal_motor] = gimbal_torque_demand
+        self._last_time[:], self._last_qpos[:], self._last_qvel[:] = self._time, self.qpos, self.qvel
+        self._control[:, self.layout.gimbal_motor] = gimbal_torque_demand
         if not self._always_engaged:
             self._engage_rotor_servos()
-        mujoco.mj_step(self.model, self._data, steps)
-        fastest = np.abs(self._data.qvel).max()
-        if not fastest < _RATE_BOUND:  # also true for NaN
-            raise DivergedError(self._describe_divergence())
+        self._batch.step(np.flatnonzero(self.flying), nstep=steps)
+        fastest = np.abs(self.qvel).max(axis=1)
+        diverged = np.flatnonzero(~(fastest < _RATE_BOUND))  # also true for NaN
+        if diverged.size:
+            self._ground(diverged)
 
-    def _place(self, initial: InitialState, rotor_momentum: Units) -> None:
-        data, layout = self._data, self.layout
-        data.qpos[layout.position] = initial.position
-        data.qpos[layout.attitude] = initial.attitude / np.linalg.norm(initial.attitude)
-        data.qpos[layout.gimbal_angle] = initial.gimbal_angle
-        data.qvel[layout.velocity] = initial.velocity
-        data.qvel[layout.body_rate] = initial.body_rate
-        data.qvel[layout.rotor_speed] = rotor_momentum / self._spin_inertia
+    def _ground(self, diverged: Indices) -> None:
+        """Put platforms back into their last finite state and leave them there."""
+        for platform in diverged:
+            self.divergence[int(platform)] = self._describe_divergence(int(platform))
+        self.qpos[diverged], self.qvel[diverged] = self._last_qpos[diverged], self._last_qvel[diverged]
+        self.flying[diverged] = False
+
+    def _place(self, initial: Sequence[InitialState], rotor_momentum: UnitSeries) -> None:
+        layout = self.layout
+        for platform, start in enumerate(initial):
+            qpos, qvel = self.qpos[platform], self.qvel[platform]
+            qpos[layout.position] = start.position
+            qpos[layout.attitude] = start.attitude / np.linalg.norm(start.attitude)
+            qpos[layout.gimbal_angle] = start.gimbal_angle
+            qvel[layout.velocity] = start.velocity
+            qvel[layout.body_rate] = start.body_rate
+        self.qvel[:, layout.rotor_speed] = rotor_momentum / self._spin_inertia
 
     def _engage_rotor_servos(self) -> None:
-        engaged = np.ones(6) if self._always_engaged else self.rotor_clamped.astype(np.float64)
-        self._data.ctrl[self.layout.rotor_motor] = engaged
+        engaged = 1.0 if self._always_engaged else self.rotor_clamped.astype(np.float64)
+        self._control[:, self.layout.rotor_motor] = engaged
 
-    def _describe_divergence(self) -> str:
-        state = described_state(self.layout, self._last_qpos, self._last_qvel)
+    def _describe_divergence(self, platform: int) -> str:
+        state = described_state(self.layout, self._last_qpos[platform], self._last_qvel[platform])
         return (
-            f"the simulation diverged between t = {self._last_time:.6g} s and {self.time:.6g} s. "
-            f"The last finite state was {state}. Try a smaller simulation.step_s or a softer gimbal servo"
+            f"the simulation diverged between t = {self._last_time[platform]:.6g} s and "
+            f"{self._time[platform]:.6g} s. The last finite state was {state}. "
+            "Try a smaller simulation.step_s or a softer gimbal servo"
         )
+
+
+def _spin_inertia(model: Model) -> Units:
+    return model.body_inertia[[model.body(name).id for name in unit_names("rotor")], 0]  # type: ignore[no-any-return]
 
 
 @contextmanager

@@ -26,7 +26,7 @@ class Gyro:
         ticks_per_sample: control ticks from one reading to the next.
         pole: of the low-pass over one tick; zero for none.
         taps: weights of the rate at this tick and the K - 1 before in the low-passed, delayed rate, shape (K,).
-        response: I + diag(s) + E, shape (3, 3).
+        response: I + diag(s) + E, shape (3, 3), or (..., 3, 3) where the gyros of a batch differ.
         saturation: rad/s.
         quantization: rad/s.
     """
@@ -109,7 +109,7 @@ def sample_gyro(
         return state, None
     seen = true_body_rate if gyro.instant else state.filtered
     # The response comes last, once per sample: it commutes with a low-pass and a delay that are the same on each axis.
-    return state, _digitized(gyro, seen @ gyro.response.T + errors[tick // gyro.ticks_per_sample])
+    return state, _digitized(gyro, np.matvec(gyro.response, seen) + errors[tick // gyro.ticks_per_sample])
 
 
 def _advanced(gyro: Gyro, state: GyroState, true_body_rate: Vector3) -> GyroState:

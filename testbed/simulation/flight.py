@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +14,8 @@ from testbed.control.tracker import momentum_of_gimbals, momentum_of_rates
 from testbed.maneuver.maneuver import Maneuver
 from testbed.sensors.gyro_response import Gyro
 from testbed.sensors.units import UnitSensor
+
+_ERRORS = ("gyro_errors", "encoder_errors", "tachometer_errors", "torque_errors")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,6 +48,8 @@ class Clock:
 @dataclass(frozen=True, kw_only=True)
 class Sensors:
     """Sensors of a flight and the additive errors drawn for it.
+
+    Of platforms side by side, errors have shape (samples, B, ...) and the gyro's response (B, 3, 3).
 
     Attributes:
         gyro: on the control clock.
@@ -98,6 +104,23 @@ class Flight:
     controller: Controller
     sensors: Sensors
     targets: Targets
+
+
+def side_by_side(sensors: Sequence[Sensors]) -> Sensors:
+    """Put the sensors of several flights beside each other; they may differ in errors and in the gyro's response."""
+    first = sensors[0]
+    errors: dict[str, Any] = {name: np.stack([getattr(each, name) for each in sensors], axis=1) for name in _ERRORS}
+    return replace(
+        first, gyro=replace(first.gyro, response=np.stack([each.gyro.response for each in sensors])), **errors
+    )
+
+
+def flight_of(flight: Flight, platform: int) -> Flight:
+    """Return the flight of one platform among those side by side."""
+    sensors = flight.sensors
+    errors: dict[str, Any] = {name: getattr(sensors, name)[:, platform] for name in _ERRORS}
+    gyro = replace(sensors.gyro, response=sensors.gyro.response[platform])
+    return replace(flight, sensors=replace(sensors, gyro=gyro, **errors))
 
 
 def targets_of(

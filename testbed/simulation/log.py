@@ -13,6 +13,8 @@ from testbed.arrays import Array, Flags, Series, UnitSeries, Vectors3
 class FlightLog:
     """One row per control tick, the first at the start, the last at the end of the flight.
 
+    Of platforms side by side, every attribute has shape (N, B, ...); of one, as given here.
+
     Attributes:
         qpos: MuJoCo's positions, shape (N, nq).
         qvel: MuJoCo's velocities, shape (N, nv).
@@ -35,21 +37,24 @@ class FlightLog:
     rotor_clamped: Flags
     contacts: Series
 
-    def first(self, rows: int) -> FlightLog:
-        """Return the log of the first ticks only."""
-        return FlightLog(**{field.name: getattr(self, field.name)[:rows] for field in fields(self)})
+    def of_platform(self, platform: int, rows: int) -> FlightLog:
+        """Return the first ticks of one platform."""
+        return FlightLog(
+            **{field.name: np.ascontiguousarray(getattr(self, field.name)[:rows, platform]) for field in fields(self)}
+        )
 
 
-def empty_log(rows: int, nq: int, nv: int) -> FlightLog:
-    """Allocate a log of the given number of rows for a model with nq positions and nv velocities."""
+def empty_log(rows: int, platforms: int, nq: int, nv: int) -> FlightLog:
+    """Allocate a log of the given number of rows for platforms with nq positions and nv velocities each."""
+    shape = (rows, platforms)
     return FlightLog(
-        qpos=np.zeros((rows, nq)),
-        qvel=np.zeros((rows, nv)),
-        joint_torque=np.zeros((rows, nv)),
-        encoder=np.zeros((rows, 6)),
-        gyro=np.full((rows, 3), np.nan),
-        rate_command=np.zeros((rows, 6)),
-        rate_saturated=np.zeros((rows, 6), dtype=np.bool_),
-        rotor_clamped=np.zeros((rows, 6), dtype=np.bool_),
-        contacts=np.zeros(rows),
+        qpos=np.zeros((*shape, nq)),
+        qvel=np.zeros((*shape, nv)),
+        joint_torque=np.zeros((*shape, nv)),
+        encoder=np.zeros((*shape, 6)),
+        gyro=np.full((*shape, 3), np.nan),
+        rate_command=np.zeros((*shape, 6)),
+        rate_saturated=np.zeros((*shape, 6), dtype=np.bool_),
+        rotor_clamped=np.zeros((*shape, 6), dtype=np.bool_),
+        contacts=np.zeros(shape),
     )

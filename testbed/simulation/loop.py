@@ -7,9 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from testbed.arrays import UnitSeries, Vector3
+from testbed.arrays import UnitSeries, Vectors3
 from testbed.control.controller import ControllerState, command, controller_at_rest
-from testbed.errors import DivergedError
 from testbed.plant.plant import Plant, quiet_warnings
 from testbed.sensors.gyro_response import GyroState, gyro_at_start, sample_gyro
 from testbed.sensors.units import read_units
@@ -19,7 +18,7 @@ from testbed.simulation.log import FlightLog, empty_log
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """How a flight ended.
+    """How the flight of one platform ended.
 
     Attributes:
         log: of all ticks that were flown with a finite state.
@@ -36,35 +35,43 @@ class LoopState(NamedTuple):
     Attributes:
         controller: commanded angles and rates.
         gyro: its filter and history.
-        rate_error: ω_ref - ω̄ at the last gyro sample, shape (3,), rad/s.
+        rate_error: ω_ref - ω̄ at the last gyro sample, shape (B, 3), rad/s.
     """
 
     controller: ControllerState
     gyro: GyroState
-    rate_error: Vector3
+    rate_error: Vectors3
 
 
-def fly(plant: Plant, flight: Flight) -> Outcome:
-    """Fly from the plant's present state to the end of the flight's clock, or until the simulation diverges."""
-    log = empty_log(flight.clock.ticks + 1, plant.model.nq, plant.model.nv)
+def fly(plant: Plant, flight: Flight) -> list[Outcome]:
+    """Fly all platforms side by side to the end of the flight's clock; one that diverges ends there.
+
+    Returns:
+        One outcome per platform; what it holds depends on that platform alone, bit for bit.
+    """
+    platforms = len(plant.models)
+    log = empty_log(flight.clock.ticks + 1, platforms, plant.qpos.shape[1], plant.qvel.shape[1])
+    rows = np.ones(platforms, dtype=np.intp)
     state = _initial_state(plant, flight)
-    tick = 0
     with quiet_warnings():
-        try:
-            for tick in range(flight.clock.ticks):
-                state, encoder = _measure(plant, flight, log, state, tick)
-                state = _act(plant, flight, log, state, encoder, tick)
-        except DivergedError as error:
-            return Outcome(log=log.first(tick + 1), divergence=str(error))
+        for tick in range(flight.clock.ticks):
+            state, encoder = _measure(plant, flight, log, state, tick)
+            state = _act(plant, flight, log, state, encoder, tick)
+            rows += plant.flying
+            if not plant.flying.any():
+                break
     _measure(plant, flight, log, state, flight.clock.ticks)
-    return Outcome(log=log)
+    return [
+        Outcome(log=log.of_platform(platform, rows[platform]), divergence=plant.divergence.get(platform, ""))
+        for platform in range(platforms)
+    ]
 
 
 def _initial_state(plant: Plant, flight: Flight) -> LoopState:
     return LoopState(
         controller=controller_at_rest(plant.gimbal_angle),
         gyro=gyro_at_start(flight.sensors.gyro, plant.body_rate),
-        rate_error=np.zeros(3),
+        rate_error=np.zeros_like(plant.body_rate),
     )
 
 
