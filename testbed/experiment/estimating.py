@@ -46,6 +46,17 @@ def estimate_flight(
     return Estimation(by_name=by_name, failures=failures, bound_std=_true_bound_std(truth, telemetry, record))
 
 
+def try_estimate_flight(
+    scenario: Scenario, nominal: PlatformModel, truth: PlatformModel, maneuver: Maneuver, record: Record
+) -> Estimation:
+    """As `estimate_flight`; a flight that gives no estimate, such as one that soon met the wall, is kept too."""
+    try:
+        return estimate_flight(scenario, nominal, truth, maneuver, record)
+    except InputError as error:
+        failures = {str(name): str(error) for name in scenario.estimation.estimators}
+        return Estimation(by_name={}, failures=failures, bound_std=None)
+
+
 def estimate_record(scenario: Scenario, nominal: PlatformModel, record: Record) -> Estimation:
     """Estimate the inertia from a record measured elsewhere; the bound is taken at the most efficient estimate.
 

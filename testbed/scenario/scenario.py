@@ -10,13 +10,20 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from testbed.scenario.cluster import Cluster, Limits
 from testbed.scenario.control import Controller
+from testbed.scenario.dispersion import Dispersion
 from testbed.scenario.estimation import Estimation
 from testbed.scenario.maneuver import BasicManeuver, BodyRateDesign, BodyRatePoints, CsvManeuver, Maneuver
 from testbed.scenario.platform import Cabin, Initial, Platform, Truth
 from testbed.scenario.section import Conflict, Section, refuse
 from testbed.scenario.sensors import Encoder, Gyro, Tachometer, TorqueSensor
 from testbed.scenario.simulation import Simulation
-from testbed.scenario.start import first_angle_conflicts, locked_conflicts, momentum_conflicts, room_conflicts
+from testbed.scenario.start import (
+    dispersion_conflicts,
+    first_angle_conflicts,
+    locked_conflicts,
+    momentum_conflicts,
+    room_conflicts,
+)
 from testbed.scenario.timing import clock_conflicts, sample_conflicts, stiffness_conflicts
 from testbed.scenario.values import Seed
 
@@ -53,6 +60,8 @@ class Scenario(Section):
     """The rotor tachometers."""
     torque_sensor: TorqueSensor = TorqueSensor()
     """The gimbal motors' torque measurement."""
+    dispersion: Dispersion | None = None
+    """What each flight of a campaign draws anew."""
     maneuver: Maneuver
     """What is flown."""
     simulation: Simulation
@@ -103,7 +112,8 @@ class Scenario(Section):
     @classmethod
     def _momentum(cls, estimation: Estimation, info: ValidationInfo) -> Estimation:
         start = (info.data.get(section) for section in ("initial", "cluster", "platform", "truth"))
-        refuse(momentum_conflicts(estimation, *start), from_root=True)
+        drawn = dispersion_conflicts(estimation, info.data.get("dispersion"))
+        refuse(chain(momentum_conflicts(estimation, *start), drawn), from_root=True)
         return estimation
 
 

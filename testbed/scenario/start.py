@@ -9,6 +9,7 @@ import numpy as np
 
 from testbed.arrays import Units, Vector3
 from testbed.scenario.cluster import Cluster
+from testbed.scenario.dispersion import Dispersion
 from testbed.scenario.estimation import Estimation
 from testbed.scenario.maneuver import GimbalPoints, Maneuver
 from testbed.scenario.platform import Cabin, Initial, Platform, Truth
@@ -68,6 +69,16 @@ def momentum_conflicts(
         amount = f" of {momentum:.3g} N·m·s" if math.isfinite(momentum) else ""
         text = f'is "zero", but the flight starts with momentum{amount}; use "estimated"'
         yield Conflict(key="estimation.initial_momentum", text=text)
+
+
+def dispersion_conflicts(estimation: Estimation, dispersion: Dispersion | None) -> Iterator[Conflict]:
+    """Find flights that draw a momentum to start with while the estimators take it to be zero."""
+    if estimation.initial_momentum != "zero" or dispersion is None:
+        return
+    for key in ("body_rate_rad_s", "rotor_momentum_relative"):
+        if np.any(getattr(dispersion, key)):
+            text = f'is "zero", but dispersion.{key} gives each flight a momentum to start with; use "estimated"'
+            yield Conflict(key="estimation.initial_momentum", text=text)
 
 
 def _rotor_momenta(cluster: Cluster, truth: Truth) -> Units:

@@ -82,6 +82,10 @@ Six: TypeAlias = Annotated[tuple[float, float, float, float, float, float], Stri
 PositiveSix: TypeAlias = Annotated[
     tuple[Positive, Positive, Positive, Positive, Positive, Positive], Strict(False), _entries(6)
 ]
+NonNegativeTriple: TypeAlias = Annotated[tuple[NonNegative, NonNegative, NonNegative], Strict(False), _entries(3)]
+NonNegativeSix: TypeAlias = Annotated[
+    tuple[NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative], Strict(False), _entries(6)
+]
 Inertia: TypeAlias = Annotated[
     tuple[Triple, Triple, Triple], Strict(False), _entries(3), AfterValidator(_physical_inertia)
 ]

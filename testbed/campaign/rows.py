@@ -1,0 +1,68 @@
+"""A campaign's runs as rows of its data set."""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+from testbed.arrays import Theta
+from testbed.assembly.platform import PlatformModel, nominal_platform
+from testbed.campaign.flights import DispersedFlight, fly_seeds
+from testbed.campaign.plan import Block, CampaignPlan
+from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
+from testbed.experiment.estimating import try_estimate_flight
+from testbed.experiment.experiment import Estimation
+from testbed.simulation.summary import FlightSummary
+
+Row: TypeAlias = dict[str, Any]
+"""One run by column name; a column is absent where the run has no such value."""
+
+
+def block_rows(plan: CampaignPlan, block: Block, threads: int = 1) -> list[Row]:
+    """Fly and estimate the runs of a block: the unit of work that a worker gets.
+
+    Args:
+        plan: of the campaign.
+        block: which runs.
+        threads: that step the platforms.
+    """
+    nominal = nominal_platform(plan.scenario)
+    flights = fly_seeds(plan.scenario, plan.maneuver, block.seeds, threads)
+    return [{"run": block.first + index} | _row(plan, nominal, flight) for index, flight in enumerate(flights)]
+
+
+def _row(plan: CampaignPlan, nominal: PlatformModel, flight: DispersedFlight) -> Row:
+    row: Row = {"seed": flight.seed, "outcome": "failed" if flight.message else "completed", "message": flight.message}
+    if flight.truth is not None:
+        row |= _parameters("true", theta_of(flight.truth.inertia))
+    if flight.flown is None or flight.truth is None:
+        return row
+    row |= _flight(flight.flown.summary) | {"first_contact_s": flight.flown.first_contact}
+    if flight.message:
+        return row
+    return row | _estimates(
+        try_estimate_flight(flight.scenario, nominal, flight.truth, plan.maneuver, flight.flown.record)
+    )
+
+
+def _estimates(estimation: Estimation) -> Row:
+    row: Row = {}
+    for name, estimate in estimation.by_name.items():
+        row |= _parameters(name, estimate.theta) | _parameters(f"{name}_std", estimate.std)
+    if estimation.bound_std is not None:
+        row |= _parameters("bound_std", estimation.bound_std)
+    return row | {f"{name}_failure": message for name, message in estimation.failures.items()}
+
+
+def _parameters(prefix: str, theta: Theta) -> Row:
+    return {f"{prefix}_{name}_kg_m2": float(value) for name, value in zip(PARAMETER_NAMES, theta, strict=True)}
+
+
+def _flight(summary: FlightSummary) -> Row:
+    tracking = {
+        f"tracking_rms_{axis}_rad_s": float(value) for axis, value in zip("xyz", summary.tracking_rms, strict=True)
+    }
+    return tracking | {
+        "saturated_s": summary.saturated,
+        "min_singularity_measure": summary.min_singularity_measure,
+        "momentum_drift_relative": summary.momentum_drift,
+    }
