@@ -41,7 +41,7 @@ def print_speed(scenario: Scenario) -> None:
     """Time simulation and control of a flight against bare mj_step at the same step, in pairs."""
     platform = nominal_platform(scenario)
     sortie = Sortie(scenario=scenario, truth=platform, seed=scenario.seed)
-    flight = prepare_flight([sortie], platform, plan_maneuver(scenario, platform).maneuver)
+    flight = prepare_flight(scenario, [sortie], platform, plan_maneuver(scenario, platform).maneuver)
     steps = flight.clock.ticks * flight.clock.control_steps
 
     def bare() -> float:

@@ -7,31 +7,40 @@ from collections.abc import Callable
 from testbed.assembly.platform import nominal_platform, true_platform
 from testbed.experiment.estimating import try_estimate_flight
 from testbed.experiment.experiment import Experiment
-from testbed.experiment.flying import fly_maneuver
+from testbed.experiment.flying import Sortie, fly_sorties
 from testbed.experiment.planning import plan_maneuver
 from testbed.maneuver.design import Start
 from testbed.scenario.scenario import Scenario
 
 
-def conduct(scenario: Scenario, seed: int, progress: Callable[[Start], None] = lambda _: None) -> Experiment:
+def conduct(
+    scenario: Scenario,
+    seed: int,
+    progress: Callable[[Start], None] = lambda _: None,
+    *,
+    flown_scenario: Scenario | None = None,
+) -> Experiment:
     """Plan the maneuver, fly it, estimate the inertia.
 
     Args:
         scenario: what to do.
         seed: of all sensor noise.
         progress: told of each start of a design as it ends.
+        flown_scenario: with the truth, the start and the gyro that are flown where the controller, the designer and
+            the estimators believe otherwise, as in a dispersed run; the scenario's own where absent.
 
     Raises:
         InputError: the platform cannot be built, or the maneuver cannot be designed or read.
     """
-    nominal, truth = nominal_platform(scenario), true_platform(scenario)
+    drawn = scenario if flown_scenario is None else flown_scenario
+    nominal, truth = nominal_platform(scenario), true_platform(drawn)
     plan = plan_maneuver(scenario, nominal, progress)
-    flown = fly_maneuver(scenario, nominal, truth, plan.maneuver, seed)
+    (flown,) = fly_sorties(scenario, [Sortie(scenario=drawn, truth=truth, seed=seed)], nominal, plan.maneuver)
     estimation = None
     if not flown.divergence:
-        estimation = try_estimate_flight(scenario, nominal, truth, plan.maneuver, flown.record)
+        estimation = try_estimate_flight(drawn, nominal, truth, plan.maneuver, flown.record)
     return Experiment(
-        scenario=scenario,
+        scenario=drawn,
         seed=seed,
         nominal=nominal,
         truth=truth,

@@ -43,7 +43,7 @@ class Sortie:
     """One flight among several of a scenario: what may differ between them.
 
     Attributes:
-        scenario: with the truth, the start and the gyro of this flight; all else is common.
+        scenario: with the truth, the start and the gyro of this flight; all else is as the controller believes.
         truth: what flies.
         seed: of all sensor noise.
     """
@@ -53,18 +53,18 @@ class Sortie:
     seed: int
 
 
-def prepare_flight(sorties: Sequence[Sortie], nominal: PlatformModel, maneuver: Maneuver) -> Flight:
+def prepare_flight(scenario: Scenario, sorties: Sequence[Sortie], nominal: PlatformModel, maneuver: Maneuver) -> Flight:
     """Put together everything about flights side by side but the plant.
 
     Args:
-        sorties: the flights; clock, controller and targets are the first one's.
+        scenario: clock and controller, and the start that the controller expects.
+        sorties: the flights.
         nominal: what the controller believes.
         maneuver: the reference.
 
     Raises:
         InputError: clocks that do not divide.
     """
-    scenario = sorties[0].scenario
     clock = flight_clock(scenario, maneuver.duration)
     controller = flight_controller(scenario, nominal)
     return Flight(
@@ -93,22 +93,23 @@ def fly_maneuver(
         maneuver: the reference.
         seed: of all sensor noise.
     """
-    (run,) = fly_sorties([Sortie(scenario=scenario, truth=truth, seed=seed)], nominal, maneuver)
+    (run,) = fly_sorties(scenario, [Sortie(scenario=scenario, truth=truth, seed=seed)], nominal, maneuver)
     return run
 
 
 def fly_sorties(
-    sorties: Sequence[Sortie], nominal: PlatformModel, maneuver: Maneuver, threads: int = 1
+    scenario: Scenario, sorties: Sequence[Sortie], nominal: PlatformModel, maneuver: Maneuver, threads: int = 1
 ) -> list[FlownRun]:
     """Fly a maneuver in the closed loop, several flights side by side; each comes out as if flown alone, bit for bit.
 
     Args:
+        scenario: clock and controller, and the start that the controller expects.
         sorties: the flights.
         nominal: what the controller believes.
         maneuver: the reference.
         threads: that step the platforms.
     """
-    flight = prepare_flight(sorties, nominal, maneuver)
+    flight = prepare_flight(scenario, sorties, nominal, maneuver)
     plant = true_plant([(sortie.scenario, sortie.truth) for sortie in sorties], threads)
     outcomes = fly(plant, flight)
     return [

@@ -109,7 +109,7 @@ class Plant:
             self._engage_rotor_servos()
         self._batch.step(np.flatnonzero(self.flying), nstep=steps)
         fastest = np.abs(self.qvel).max(axis=1)
-        diverged = np.flatnonzero(~(fastest < _RATE_BOUND))  # also true for NaN
+        diverged = np.flatnonzero(self.flying & ~(fastest < _RATE_BOUND))  # also true for NaN
         if diverged.size:
             self._ground(diverged)
 
