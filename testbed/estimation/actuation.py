@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from testbed.arrays import Array, Matrices3, Series, Vectors3
-from testbed.cmg.cluster import Cluster, cluster_momentum, inertia_change
+from testbed.arrays import Array, Matrices3, Series, UnitSeries, Vectors3
+from testbed.cmg.cluster import cluster_momentum, inertia_change
 from testbed.estimation.telemetry import Telemetry
 
 
@@ -25,6 +26,20 @@ class Actuation:
     cluster_momentum_B: Vectors3
     inertia_change_B: Matrices3
     applied_torque_B: Vectors3
+
+
+class GimbalMotion(NamedTuple):
+    """What encoders and tachometers say at N times.
+
+    Attributes:
+        angle: d, shape (N, 6), rad.
+        rate: ḋ, shape (N, 6), rad/s.
+        rotor_momentum: Js·Ω, shape (N, 6), N·m·s; None where there are no tachometers.
+    """
+
+    angle: UnitSeries
+    rate: UnitSeries
+    rotor_momentum: UnitSeries | None
 
 
 def actuation(telemetry: Telemetry, time: Series) -> Actuation:
@@ -46,23 +61,26 @@ def actuation(telemetry: Telemetry, time: Series) -> Actuation:
     )
 
 
+def gimbal_motion(telemetry: Telemetry, gimbal_angle: UnitSeries, time: Series) -> GimbalMotion:
+    """Return the gimbals' motion at given times, from cubic splines through the samples.
+
+    Args:
+        telemetry: the tachometers and the samples' times.
+        gimbal_angle: encoders, shape (K, 6), rad.
+        time: shape (N,), s.
+    """
+    angle = _spline(telemetry, np.unwrap(gimbal_angle, axis=0))  # encoders may start over after a turn
+    spin = telemetry.rotor_momentum
+    return GimbalMotion(angle(time), angle(time, 1), None if spin is None else _spline(telemetry, spin)(time))
+
+
 def _momentum_and_change(telemetry: Telemetry, time: Series) -> tuple[Vectors3, Matrices3]:
     if telemetry.cluster is not None and telemetry.gimbal_angle is not None:
-        continuous = np.unwrap(telemetry.gimbal_angle, axis=0)  # encoders may start over after a turn
-        return _from_gimbals(telemetry, telemetry.cluster, _spline(telemetry, continuous), time)
+        motion = gimbal_motion(telemetry, telemetry.gimbal_angle, time)
+        return cluster_momentum(telemetry.cluster, *motion), inertia_change(telemetry.cluster, motion.angle)
     momentum_B = telemetry.cluster_momentum
     known_B = np.zeros((len(time), 3)) if momentum_B is None else _spline(telemetry, momentum_B)(time)
     return known_B, np.zeros((len(time), 3, 3))
-
-
-def _from_gimbals(
-    telemetry: Telemetry, cluster: Cluster, angle: CubicSpline, time: Series
-) -> tuple[Vectors3, Matrices3]:
-    spin = telemetry.rotor_momentum
-    rotor_momentum = None if spin is None else _spline(telemetry, spin)(time)
-    gimbal_angle = angle(time)
-    momentum_B = cluster_momentum(cluster, gimbal_angle, angle(time, 1), rotor_momentum)
-    return momentum_B, inertia_change(cluster, gimbal_angle)
 
 
 def _spline(telemetry: Telemetry, samples: Array) -> CubicSpline:

@@ -1,6 +1,8 @@
-"""Analytic sensitivities of a predicted motion to the inertia and to the initial momentum."""
+"""Analytic sensitivities of a predicted motion to the inertia, the initial momentum, and what the actuators hold."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
@@ -10,35 +12,50 @@ from testbed.dynamics.inertia import cross_matrix, momentum_regressor
 from testbed.errors import InputError
 from testbed.estimation.motion import RUNAWAY, Drive, Motion
 
-PARAMETERS = 9
-"""Six of the inertia, then three of the initial momentum."""
 LARGEST = 1e100
 """SI; sensitivities beyond it are no motion's, and their squares are still finite."""
 
 
-def rate_sensitivity(drive: Drive, motion: Motion) -> Array:
-    """Return ∂ω/∂(θ, L₀) at the output times, shape (N, 3, 9), (rad/s)/(kg·m²) and (rad/s)/(N·m·s).
+class HeldMomentum(NamedTuple):
+    """∂(J(d) ω + h)/∂p at unchanged ω, for E parameters p of what the actuators hold.
 
-    ∂ω = J⁻¹ (∂L - Γ(ω) ∂θ), and ∂L follows from the variational equation of the momentum.
+    Attributes:
+        at_nodes: at the ends of the integration's steps, shape (2P+1, 3, E), N·m·s per unit of p.
+        at_samples: at the output times, shape (N, 3, E).
+    """
+
+    at_nodes: Array
+    at_samples: Array
+
+
+def rate_sensitivity(drive: Drive, motion: Motion, held: HeldMomentum | None = None) -> Array:
+    """Return ∂ω/∂(θ, p, L₀) at the output times, shape (N, 3, 9 + E), SI.
+
+    ∂ω = J⁻¹ (∂L - Γ(ω) ∂θ - ∂(J ω + h)/∂p ∂p), and ∂L follows from the variational equation of the momentum.
 
     Args:
         drive: what the actuators did.
         motion: the motion that they and the parameters give.
+        held: of parameters that what the actuators hold depends on; none where absent.
 
     Raises:
         InputError: the sensitivities leave the finite numbers, as those of a wild motion do.
     """
-    momentum = _momentum_sensitivity(drive, motion)
-    momentum[..., :6] -= momentum_regressor(motion.body_rate)
+    regressors = HeldMomentum(momentum_regressor(motion.node_rate), momentum_regressor(motion.body_rate))
+    if held is not None:
+        pairs = zip(regressors, held, strict=True)
+        regressors = HeldMomentum(*(np.concatenate(pair, axis=-1) for pair in pairs))
+    momentum = _momentum_sensitivity(drive, motion, regressors.at_nodes)
+    momentum[..., :-3] -= regressors.at_samples
     return np.asarray(motion.inertia_inverse @ momentum)
 
 
-def _momentum_sensitivity(drive: Drive, motion: Motion) -> Array:
-    """Integrate Ṡ = A S + B, S = ∂L/∂(θ, L₀), over pairs of the motion's steps."""
+def _momentum_sensitivity(drive: Drive, motion: Motion, regressor: Array) -> Array:
+    """Integrate Ṡ = A S + B, S = ∂L/∂(θ, p, L₀), over pairs of the motion's steps."""
     momentum_cross = cross_matrix(motion.momentum_B) @ motion.node_inverse
     feedback = momentum_cross - cross_matrix(motion.node_rate)  # A = L× J⁻¹ - ω×
-    forcing = np.zeros((len(feedback), 3, PARAMETERS))
-    forcing[..., :6] = -momentum_cross @ momentum_regressor(motion.node_rate)  # B = -L× J⁻¹ Γ(ω)
+    forcing = np.zeros((*regressor.shape[:-1], regressor.shape[-1] + 3))
+    forcing[..., :-3] = -momentum_cross @ regressor  # B = -L× J⁻¹ ∂(J ω + h)/∂(θ, p)
     time = drive.grid_time[::4]
     with np.errstate(over="ignore", invalid="ignore"):
         nodes = _linear_runge_kutta(feedback, forcing, time[1] - time[0])
@@ -57,7 +74,7 @@ def _linear_runge_kutta(feedback: Array, forcing: Array, step: float) -> Array:
         change[..., 3:] += forcing[at]
         return np.asarray(change)
 
-    identity = np.zeros((len(feedback) // 2, 3, 3 + PARAMETERS))
+    identity = np.zeros((len(feedback) // 2, 3, 3 + forcing.shape[-1]))
     identity[..., :3] = np.eye(3)
     first = slope(start, identity)
     second = slope(middle, identity + step / 2 * first)
@@ -68,8 +85,8 @@ def _linear_runge_kutta(feedback: Array, forcing: Array, step: float) -> Array:
 
 
 def _chained(transition: Array, increment: Array) -> Array:
-    """Return S of every step's end, S ← Φ S + G, after its start S = ∂L₀/∂(θ, L₀) = (0, I)."""
-    states = [np.hstack([np.zeros((3, 6)), np.eye(3)])]
+    """Return S of every step's end, S ← Φ S + G, after its start S = ∂L₀/∂(θ, p, L₀) = (0, 0, I)."""
+    states = [np.eye(3, increment.shape[-1], increment.shape[-1] - 3)]
     for turn, growth in zip(transition, increment, strict=True):
         states.append(turn @ states[-1] + growth)
     return np.array(states)

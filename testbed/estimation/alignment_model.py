@@ -1,0 +1,165 @@
+"""What the actuators hold as a function of their alignments: axes, encoder zeros and rotor momenta not as believed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from testbed.arrays import Array, Axes, Flags, Series, Units, UnitSeries, Vectors3
+from testbed.cmg.cluster import Cluster, cluster_momentum, inertia_change, spin_axes, transverse_axes
+from testbed.cmg.misalignment import misaligned, turning_axes
+from testbed.errors import InputError
+from testbed.estimation.actuation import Actuation, GimbalMotion, gimbal_motion
+from testbed.estimation.motion import Drive, Motion, drive_of
+from testbed.estimation.sensitivity import HeldMomentum
+from testbed.estimation.telemetry import Telemetry
+
+KINDS = ("axis about s", "axis about t", "encoder zero", "momentum scale")
+"""What is aligned of each unit, in the order of the parameters."""
+ALIGNMENTS = 24
+"""Four kinds of six units, all units of a kind together."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Alignment:
+    """How the units differ from what is believed of them.
+
+    Attributes:
+        misalignment: turns of the gimbal axis about s0 and t, shape (6, 2), rad, as in `testbed.cmg.misalignment`.
+        encoder_zero: what the encoders read at gimbal angle zero, shape (6,), rad.
+        momentum_scale: k, shape (6,): a rotor carries (1 + k) times Js·Ω of its tachometer.
+    """
+
+    misalignment: Array
+    encoder_zero: Units
+    momentum_scale: Units
+
+    @property
+    def parameters(self) -> Array:
+        """All of them in the order of `KINDS`, shape (24,)."""
+        return np.concatenate([*self.misalignment.T, self.encoder_zero, self.momentum_scale])
+
+
+@dataclass(frozen=True, kw_only=True)
+class GimbalTelemetry:
+    """The gimbals' motion as sent, sampled once for all evaluations.
+
+    Attributes:
+        cluster: as believed.
+        believed: what the actuators did if all is aligned.
+        samples: the gimbals at the output times.
+        grid: the gimbals at the times of the integration.
+    """
+
+    cluster: Cluster
+    believed: Drive
+    samples: GimbalMotion
+    grid: GimbalMotion
+
+
+def alignment_of(parameters: Array) -> Alignment:
+    """Return the alignment of parameters in the order of `KINDS`, shape (24,)."""
+    about_spin, about_transverse, zero, scale = parameters.reshape(4, 6)
+    return Alignment(
+        misalignment=np.stack([about_spin, about_transverse], axis=1), encoder_zero=zero, momentum_scale=scale
+    )
+
+
+def gimbal_telemetry(telemetry: Telemetry) -> GimbalTelemetry:
+    """Sample a run's gimbals.
+
+    Raises:
+        InputError: the run has no encoders.
+    """
+    if telemetry.cluster is None or telemetry.gimbal_angle is None:
+        raise InputError("alignments cannot be estimated without gimbal angles: send the encoders' channels")
+    believed, cluster, angle = drive_of(telemetry), telemetry.cluster, telemetry.gimbal_angle
+    return GimbalTelemetry(
+        cluster=cluster,
+        believed=believed,
+        samples=_spinning(cluster, gimbal_motion(telemetry, angle, believed.time)),
+        grid=_spinning(cluster, gimbal_motion(telemetry, angle, believed.grid_time)),
+    )
+
+
+def _spinning(cluster: Cluster, motion: GimbalMotion) -> GimbalMotion:
+    """Put the nominal momenta where there are no tachometers."""
+    if motion.rotor_momentum is not None:
+        return motion
+    return motion._replace(rotor_momentum=np.broadcast_to(cluster.rotor_momentum, motion.angle.shape))
+
+
+def drive_at(record: GimbalTelemetry, alignment: Alignment) -> Drive:
+    """Return what the actuators did if their alignment is as given."""
+    cluster = misaligned(record.cluster, alignment.misalignment)
+
+    def known(motion: GimbalMotion, believed: Actuation) -> Actuation:
+        angle, rate, momentum = _corrected(motion, alignment)
+        return replace(
+            believed,
+            cluster_momentum_B=cluster_momentum(cluster, angle, rate, momentum),
+            inertia_change_B=inertia_change(cluster, angle),
+        )
+
+    drive = record.believed
+    return replace(drive, samples=known(record.samples, drive.samples), grid=known(record.grid, drive.grid))
+
+
+def held_momentum(record: GimbalTelemetry, alignment: Alignment, motion: Motion) -> HeldMomentum:
+    """Return what the momentum that the actuators hold owes to each alignment parameter, at a motion's rates."""
+    nodes = GimbalMotion(*(None if channel is None else channel[::2] for channel in record.grid))
+    return HeldMomentum(
+        at_nodes=_held(record.cluster, alignment, nodes, motion.node_rate),
+        at_samples=_held(record.cluster, alignment, record.samples, motion.body_rate),
+    )
+
+
+def working_units(cluster: Cluster) -> Flags:
+    """Return which units carry momentum, shape (6,); failed ones show nothing of their alignment."""
+    return np.asarray(cluster.rotor_momentum != 0.0)
+
+
+def _corrected(motion: GimbalMotion, alignment: Alignment) -> tuple[UnitSeries, UnitSeries, UnitSeries]:
+    assert motion.rotor_momentum is not None  # `_spinning` put it there
+    momentum = (1.0 + alignment.momentum_scale) * motion.rotor_momentum
+    return motion.angle - alignment.encoder_zero, motion.rate, momentum
+
+
+def _held(cluster: Cluster, alignment: Alignment, motion: GimbalMotion, body_rate: Vectors3) -> Array:
+    """∂(J(d) ω + h)/∂p, shape (N, 3, 24); a unit's axes turn by axis × vector, and ∂s/∂(zero) = -t(d)."""
+    turned = misaligned(cluster, alignment.misalignment)
+    angle, rate, momentum = _corrected(motion, alignment)
+    spin, home, gimbal = spin_axes(turned, angle), turned.spin_axis_B, turned.gimbal_axis_B
+    carried = cluster.gimbal_axis_inertia * rate
+
+    def turn(axis: Axes) -> Array:
+        along_gimbal = carried[..., None] * np.cross(axis, gimbal)
+        return along_gimbal + _moved(turned, momentum, spin, np.cross(axis, spin), np.cross(axis, home), body_rate)
+
+    zero = _moved(turned, momentum, spin, -transverse_axes(turned, angle), np.zeros_like(home), body_rate)
+    about_spin, about_transverse = turning_axes(cluster, alignment.misalignment)
+    assert motion.rotor_momentum is not None  # `_spinning` put it there
+    scale = motion.rotor_momentum[..., None] * spin
+    columns = np.stack([turn(about_spin), turn(about_transverse), zero, scale], axis=1)
+    return np.moveaxis(columns.reshape(len(angle), ALIGNMENTS, 3), 1, 2)
+
+
+def _moved(
+    cluster: Cluster, momentum: UnitSeries, spin: Array, change: Array, home_change: Axes, body_rate: Vectors3
+) -> Array:
+    """Js Ω ∂s + (Js - Jt) ∂(s sᵀ - s0 s0ᵀ) ω of each unit, shape (N, 6, 3), for changes of s(d) and of s0."""
+    asymmetry = (cluster.rotor_spin_inertia - cluster.rotor_transverse_inertia)[:, None]
+    home = cluster.spin_axis_B
+
+    def product_change(axis: Array, of_axis: Array) -> Array:
+        along, of_along = _dot(axis, body_rate), _dot(of_axis, body_rate)
+        return np.asarray(of_axis * along[..., None] + axis * of_along[..., None])
+
+    turning = product_change(spin, change) - product_change(home, home_change)
+    return np.asarray(momentum[..., None] * change + asymmetry * turning)
+
+
+def _dot(axis: Array, body_rate: Vectors3) -> Series:
+    """Return each unit's axis·ω, shape (N, 6)."""
+    return np.asarray(np.sum(axis * body_rate[:, None, :], axis=-1))
