@@ -14,6 +14,7 @@ from testbed.scenario.scenario import Scenario
 
 def design_problem(scenario: Scenario, section: BodyRateDesign | GimbalDesign, nominal: PlatformModel) -> DesignProblem:
     """Return what to design, for the nominal platform in the scenario's initial state."""
+    target = section.target_std_kg_m2
     return DesignProblem(
         name=scenario.name,
         criterion=section.criterion,
@@ -25,6 +26,8 @@ def design_problem(scenario: Scenario, section: BodyRateDesign | GimbalDesign, n
         cluster=nominal.cluster,
         initial_body_rate=np.array(scenario.initial.body_rate_rad_s),
         initial_gimbal_angle=np.array(scenario.initial.gimbal_angle_rad),
+        metric=section.metric,
+        target_std=None if target is None else np.array(target),
     )
 
 

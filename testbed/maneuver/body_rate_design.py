@@ -15,6 +15,7 @@ from testbed.maneuver.design import BodyRateLimits, Design, DesignProblem, Searc
 from testbed.maneuver.formulation import SplinePoints, formulated, prefilter_of
 from testbed.maneuver.maneuver import Maneuver
 from testbed.maneuver.multistart import best_of_starts, compiled_stages, finished_design
+from testbed.maneuver.objective import design_information
 from testbed.maneuver.penalty import Penalty, sixth_power
 from testbed.maneuver.program import Constraint, Program, within
 from testbed.maneuver.splines import basis_matrix, clamped_spline, derivative_points_matrix
@@ -79,9 +80,8 @@ def _program(
     limits = _limits(problem, budget, points.rows)
     return formulated(
         criterion,
-        sampling,
+        design_information(problem, sampling, ca.DM(basis) @ points.rows),
         points=points,
-        fine_body_rate=ca.DM(basis) @ points.rows,
         limits=limits if penalty is None else (),
         hessian="exact",
         penalty=0.0 if penalty is None else _penalty(problem, budget, points.rows, limits, penalty),

@@ -9,13 +9,15 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from testbed.arrays import Matrix3, Units, Vector3
+from testbed.arrays import Matrix3, Theta, Units, Vector3
 from testbed.cmg.cluster import Cluster, platform_momentum
 from testbed.maneuver.criteria import Criterion
 from testbed.maneuver.information import Information
 from testbed.maneuver.maneuver import Maneuver
 
 Parametrization: TypeAlias = Literal["body_rate", "gimbal"]
+Metric: TypeAlias = Literal["torque", "momentum"]
+"""Of the information: the paper's Ψ_fᵀΨ_f, or that of the momentum equation, which is the Cramér-Rao bound's."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,6 +35,8 @@ class DesignProblem:
         cluster: units; one whose rotor carries no momentum has failed and keeps its gimbal angle.
         initial_body_rate: ω(0), shape (3,), rad/s, body axes.
         initial_gimbal_angle: d(0), shape (6,), rad.
+        metric: which information the criterion is taken of.
+        target_std: of θ, kg·m²; the criterion counts each parameter in shares of its target; None counts all alike.
     """
 
     name: str
@@ -45,6 +49,8 @@ class DesignProblem:
     cluster: Cluster
     initial_body_rate: Vector3 = field(default_factory=lambda: np.zeros(3))
     initial_gimbal_angle: Units = field(default_factory=lambda: np.zeros(6))
+    metric: Metric = "torque"
+    target_std: Theta | None = None
 
     @property
     def total_momentum_B(self) -> Vector3:

@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.maneuver.criteria import Criterion, criterion_terms, information_matrix
+from testbed.maneuver.criteria import Criterion, criterion_terms
 from testbed.maneuver.design import DesignProblem
 from testbed.maneuver.information import SampledFilter, sampled_filter
 from testbed.maneuver.program import Constraint, Program
@@ -38,10 +38,9 @@ def prefilter_of(problem: DesignProblem) -> SampledFilter:
 
 def formulated(
     criterion: Criterion,
-    sampling: SampledFilter,
+    information: ca.MX,
     *,
     points: SplinePoints,
-    fine_body_rate: ca.MX,
     limits: tuple[Constraint, ...],
     hessian: Literal["exact", "limited-memory"],
     penalty: ca.MX | float = 0.0,
@@ -50,16 +49,14 @@ def formulated(
 
     Args:
         criterion: what is optimised.
-        sampling: prefilter and grids.
+        information: the motion's, shape (6, 6), an expression of the points.
         points: the motion's parameters.
-        fine_body_rate: ω on the prefilter's fine grid, shape (M, 3), rad/s.
         limits: what the motion has to keep.
         hessian: exact second derivatives, or the optimiser's approximation.
         penalty: added to the criterion, eq. (27).
 
     Source: paper eq. (27).
     """
-    information = information_matrix(sampling, fine_body_rate)
     terms = criterion_terms(criterion, information)
     information_at = ca.Function("information", [points.free], [information])
     equality = Constraint(name="criterion", expression=terms.equality, lower=0.0, upper=0.0)

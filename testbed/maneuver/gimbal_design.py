@@ -20,6 +20,7 @@ from testbed.maneuver.gimbal_limits import hull_limits, path_limits
 from testbed.maneuver.gimbal_maneuver import gimbal_maneuver
 from testbed.maneuver.momentum_path import sampled, total_momentum
 from testbed.maneuver.multistart import best_of_starts, compiled_stages, finished_design
+from testbed.maneuver.objective import design_information
 from testbed.maneuver.program import Program
 from testbed.maneuver.splines import clamped_spline
 
@@ -75,13 +76,13 @@ def _program(problem: DesignProblem, criterion: Criterion, limits: GimbalLimits,
     fine_time = sampling.fine_time
     path_time = np.union1d(fine_time, problem.duration)
     total = total_momentum(problem, points.rows, path_time)
-    body_rate = body_rate_function(problem.cluster, problem.inertia).map(len(fine_time))
     angle, rate = (sampled(problem, points.rows, fine_time, order) for order in (0, 1))
+    motion = body_rate_function(problem.cluster, problem.inertia).map(len(fine_time))
+    body_rate = motion(angle, rate, total[:, : len(fine_time)]).T
     return formulated(
         criterion,
-        sampling,
+        design_information(problem, sampling, body_rate),
         points=points,
-        fine_body_rate=body_rate(angle, rate, total[:, : len(fine_time)]).T,
         limits=(
             *hull_limits(problem, limits, points.rows),
             *path_limits(problem, limits, points.rows, path_time, total),

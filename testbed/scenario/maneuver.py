@@ -8,7 +8,7 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import Field, Strict, model_validator
 
 from testbed.scenario.section import Conflict, Section, refuse
-from testbed.scenario.values import Duration, File, Positive, PrefilterTime, Rate, Seed, Share, Six, Triple
+from testbed.scenario.values import Duration, File, Positive, PositiveSix, PrefilterTime, Rate, Seed, Share, Six, Triple
 
 _MIN_CONTROL_POINTS = 4
 """A cubic spline has no fewer."""
@@ -20,7 +20,14 @@ class _Design(Section):
     kind: Literal["design"]
     """Where the maneuver comes from: optimised when the scenario is run."""
     criterion: Literal["D", "A", "E", "condition"]
-    """What is optimised: determinant, trace of the inverse, smallest eigenvalue or condition number of Ψ_fᵀΨ_f."""
+    """What is optimised: determinant, trace of the inverse, smallest eigenvalue or condition number of the information
+    matrix."""
+    metric: Literal["torque", "momentum"] = "torque"
+    """Information of the paper's torque equation, Ψ_fᵀΨ_f behind the prefilter, or of the momentum equation, which is
+    the Cramér-Rao bound's where the total momentum is zero."""
+    target_std_kg_m2: PositiveSix | None = None
+    """Standard deviations of J11, J22, J33, J23, J13, J12 that count alike: A minimises the sum of (deviation /
+    target)²; omitted: all parameters count alike."""
     duration_s: Duration
     """Duration, from rest to rest."""
     control_points: Annotated[int, Field(ge=_MIN_CONTROL_POINTS)]
@@ -53,6 +60,11 @@ class _Design(Section):
             yield Conflict(
                 key="control_points",
                 text=f"{self.control_points} exceeds the {samples:.3g} samples of the maneuver; use fewer",
+            )
+        if self.criterion == "D" and self.target_std_kg_m2 is not None:
+            yield Conflict(
+                key="target_std_kg_m2",
+                text="has no effect on criterion D, whose optimum is the same in all units; use A or E, or omit it",
             )
 
 

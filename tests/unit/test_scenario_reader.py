@@ -116,6 +116,12 @@ REFUSED = {
         "gyro.bias_correlation_time_s",
         "no effect without a bias_instability_rad_s",
     ),
+    "targets without effect": (
+        "criterion",
+        'criterion = "D"\ntarget_std_kg_m2 = [1e-4, 1e-4, 1e-4, 1e-4, 1e-4, 1e-4]',
+        "maneuver.target_std_kg_m2",
+        "has no effect on criterion D",
+    ),
     "unknown kind": ("kind", 'kind = "desing"', "maneuver.kind", "use one of 'design', 'basic', 'csv', 'control"),
     "no kind": ("kind", "", "maneuver.kind", "is missing; use one of 'design', 'basic', 'csv', 'control_points'"),
     "no parametrization": ("parametrization", "", "maneuver.parametrization", "use one of 'body_rate', 'gimbal'"),

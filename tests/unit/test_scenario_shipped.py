@@ -32,6 +32,7 @@ REQUIRED = {
     "zero_g",
     "paper_d_optimal",
     "gimbal_d_optimal",
+    "gimbal_weighted",
     "diagnose",
     "basic",
     "failed_cmg",
