@@ -20,8 +20,7 @@ class _Design(Section):
     kind: Literal["design"]
     """Where the maneuver comes from: optimised when the scenario is run."""
     criterion: Literal["D", "A", "E", "condition"]
-    """What is optimised: determinant, trace of the inverse, smallest eigenvalue or condition number of the information
-    matrix."""
+    """What is optimised: determinant, trace of the inverse, smallest eigenvalue or condition number of the information."""
     metric: Literal["torque", "momentum"] = "torque"
     """Information of the paper's torque equation, Ψ_fᵀΨ_f behind the prefilter, or of the momentum equation, which is
     the Cramér-Rao bound's where the total momentum is zero."""
