@@ -12,9 +12,9 @@ from testbed.arrays import Array, Covariance, Matrix3, Series, Theta, Vector3, V
 from testbed.estimation.telemetry import Telemetry
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class EstimationSettings:
-    """What an estimator is told beside the measurements.
+    """What an estimator is told beside the measurements; compared as `Telemetry` is.
 
     Attributes:
         nominal_theta: the nominal model's inertia, kg·m²; simulates the instrument and sizes what is identifiable.

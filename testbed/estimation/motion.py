@@ -7,6 +7,7 @@ L̇ = τ - ω × L, with ω = J(d)⁻¹ (L - h). With L = J(d) ω + h this is pa
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
@@ -65,6 +66,7 @@ class Motion:
     node_rate: Vectors3
 
 
+@lru_cache(maxsize=2)  # a run's telemetry, and the one of its true motion that the bound is taken of
 def drive_of(telemetry: Telemetry) -> Drive:
     """Return the actuators' part of the motion at the gyro's times and on the integration's grid."""
     start, stop = telemetry.gyro_time[0], telemetry.gyro_time[-1]

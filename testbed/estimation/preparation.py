@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from testbed.arrays import Theta, Vectors3
@@ -24,6 +26,7 @@ NOISE_SHARE = np.diag([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
 """Mean of Γ(e)ᵀ Γ(e) for white e of unit variance."""
 
 
+@lru_cache(maxsize=1)  # all estimators ask for the same one in turn
 def identifiable_part(telemetry: Telemetry, settings: EstimationSettings) -> Telemetry:
     """Return the usable part of the telemetry, after a look at what its motion can tell.
 

@@ -18,9 +18,11 @@ FEWEST_SAMPLES = 4
 """A cubic spline needs four samples, and so does every estimator."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Telemetry:
     """The measurements of one run. Channels that were not sent are None; there are no NaN inside.
+
+    Two are the same only if they are one object, by which what follows from them is remembered.
 
     Attributes:
         gyro_time: shape (N,), s, strictly increasing; gaps and jitter are allowed.
