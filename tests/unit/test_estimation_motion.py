@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -25,7 +27,7 @@ def test_order_of_convergence_is_four(monkeypatch):
     errors = []
     for step in (1 / 8, 1 / 16, 1 / 32):
         monkeypatch.setattr(motion_module, "LONGEST_STEP", step)
-        predicted = simulate(drive_of(TELEMETRY), TRUE_THETA, MOMENTUM_B).body_rate
+        predicted = simulate(drive_of(replace(TELEMETRY)), TRUE_THETA, MOMENTUM_B).body_rate
         errors.append(np.abs(predicted - TELEMETRY.body_rate).max())
     order = np.log2(np.array(errors[:-1]) / errors[1:])
     assert (order > 3.7).all()
