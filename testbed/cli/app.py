@@ -37,12 +37,39 @@ def run(
     scenario: ScenarioPath,
     out: Out = None,
     seed: Seed = None,
+    dispersed: Annotated[
+        bool, typer.Option("--dispersed", help="Draw the scenario's [dispersion], as a campaign's run with this seed.")
+    ] = False,
     view: Annotated[bool, typer.Option("--view", help="Open the recording when the run is done.")] = False,
 ) -> None:
     """Design, fly, estimate and record a scenario."""
     from testbed.cli.run import run_scenario  # noqa: PLC0415 - engines load only when a command needs them
 
-    raise typer.Exit(run_scenario(scenario, out, seed, view=view))
+    raise typer.Exit(run_scenario(scenario, out, seed, drawn=dispersed, view=view))
+
+
+@app.command()
+def montecarlo(
+    scenario: ScenarioPath,
+    runs: Annotated[int, typer.Option(metavar="N", min=2, help="How many runs.", show_default=False)],
+    seed: Annotated[
+        int | None,
+        typer.Option(min=0, max=2**63 - 1, help="From which every run has its seed; by default the scenario's."),
+    ] = None,
+    out: Out = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with the campaign in DIR.")] = False,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Fly on a Dask cluster: tcp://host:port of its scheduler.")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="Cores to use on this machine; by default all.")
+    ] = None,
+) -> None:
+    """Fly a scenario many times, each run with its own noise and dispersions, and give statistics."""
+    from testbed.cli.montecarlo import run_montecarlo  # noqa: PLC0415
+
+    code = run_montecarlo(scenario, runs, seed, out, resume=resume, scheduler=scheduler, workers=workers)
+    raise typer.Exit(code)
 
 
 @app.command()

@@ -10,11 +10,23 @@ from types import FrameType
 
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    Task,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+from rich.text import Text
 
+from testbed.campaign.run import Progress as CampaignProgress
 from testbed.maneuver.design import Start
 
 console = Console(highlight=False, soft_wrap=True)
+_terminal = Console(stderr=True, highlight=False, soft_wrap=True)
 
 
 def say(text: str = "") -> None:
@@ -65,3 +77,41 @@ def design_progress(starts: int) -> Iterator[Callable[[Start], None]]:
             progress.update(task, description=f"Designing the maneuver{found}", advance=1)
 
         yield report
+
+
+@contextmanager
+def campaign_progress(runs: int) -> Iterator[CampaignProgress]:
+    """Show how many runs of a campaign are kept, how fast they come and how long it will take, on standard error.
+
+    Args:
+        runs: of the campaign.
+    """
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        _RateColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+        TextColumn("left"),
+    )
+    with Progress(*columns, console=_terminal, transient=True, speed_estimate_period=120.0) as progress:
+        task = None
+
+        def kept(more: int) -> None:
+            nonlocal task
+            if task is None:  # what an earlier start has kept says nothing about this one's speed
+                task = progress.add_task("Flying", total=runs, completed=more)
+            else:
+                progress.update(task, advance=more)
+
+        yield CampaignProgress(kept=kept, notify=lambda text: progress.console.print(f"note: {text}", markup=False))
+
+
+class _RateColumn(ProgressColumn):
+    """Runs per second."""
+
+    def render(self, task: Task) -> Text:
+        """Return the rate; a dash until it is known."""
+        speed = task.finished_speed or task.speed
+        return Text("- runs/s" if speed is None else f"{speed:.3g} runs/s")

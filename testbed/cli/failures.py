@@ -12,6 +12,8 @@ from testbed.errors import InfeasibleDesignError, InputError
 COMPLETED = 0
 BAD_INPUT = 2
 DIVERGED = 3
+INTERRUPTED = 130
+"""128 + SIGINT, as shells have it."""
 
 
 def exit_code_of(command: Callable[[], object]) -> int:

@@ -6,6 +6,7 @@ import shutil
 import sys
 from pathlib import Path
 
+from testbed.assembly.dispersion import dispersed
 from testbed.cli.console import console, design_progress, say, warn
 from testbed.cli.failures import COMPLETED, DIVERGED, naming
 from testbed.cli.tables import design_lines, flight_lines, result_table
@@ -19,17 +20,25 @@ from testbed.scenario.reader import read_scenario
 RUNS = Path("runs")
 
 
-def run_scenario(path: Path, out: Path | None, seed: int | None, *, view: bool) -> int:
+def run_scenario(path: Path, out: Path | None, seed: int | None, *, drawn: bool, view: bool) -> int:
     """Fly a scenario, write its run folder, print its result; returns the exit code.
+
+    Args:
+        path: of the scenario.
+        out: the run folder.
+        seed: of all noise; the scenario's where None.
+        drawn: whether truth, start and gyro are what a campaign's run with this seed draws.
+        view: whether to open the recording.
 
     Raises:
         InputError: the scenario, its limits or the output folder cannot be used.
     """
     scenario = read_scenario(path)
+    seed = scenario.seed if seed is None else seed
     folder = free_folder(RUNS, scenario.name) if out is None else out
     require_free(folder)
     with naming(path), design_progress(starts_of(scenario)) as report:
-        experiment = conduct(scenario, scenario.seed if seed is None else seed, report)
+        experiment = conduct(scenario, seed, report, flown_scenario=dispersed(scenario, seed) if drawn else None)
     write_run(folder, path, experiment)
     _print_result(experiment, folder)
     if view:

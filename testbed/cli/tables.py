@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from testbed.arrays import Theta
+from testbed.campaign.statistics import CampaignStatistics
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.experiment.experiment import CombinedEstimation, Estimation, Experiment
 from testbed.experiment.flying import FlownRun
@@ -29,6 +30,36 @@ def estimate_table(title: str, rows: Mapping[str, Theta], estimation: Estimation
         rows: θ to show first, such as the truth, by label, kg·m².
         estimation: the estimates, and the bound below them.
     """
+    table = _parameter_table(title)
+    for label, theta in rows.items():
+        table.add_row(label, *_cells(theta))
+    table.add_section()
+    for name, estimate in estimation.by_name.items():
+        table.add_row(estimator_name(name), *_cells(estimate.theta))
+        table.add_row("", *_cells(estimate.std, "±"), style="dim")
+    if isinstance(estimation, Estimation) and estimation.bound_std is not None:
+        table.add_section()
+        table.add_row("Cramér-Rao bound", *_cells(estimation.bound_std, "±"))
+    return table
+
+
+def statistics_table(statistics: CampaignStatistics) -> Table:
+    """Return the table of a campaign: truth, each estimator's mean, scatter, bias and coverage, the bound."""
+    table = _parameter_table("Inertia in 1e-3 kg m², mean over the runs ± their scatter")
+    table.add_row("true", *_cells(statistics.true_theta))
+    for name, figures in statistics.estimators.items():
+        table.add_section()
+        table.add_row(estimator_name(name), *_cells(figures.mean))
+        table.add_row("", *_cells(figures.std, "±"))
+        table.add_row("  bias / standard error", *_plain(figures.bias_in_standard_errors, "+.1f"), style="dim")
+        table.add_row("  scatter / bound", *_plain(figures.scatter_over_bound, ".2f"), style="dim")
+        table.add_row("  in its 95 % interval", *_plain(figures.coverage, ".1%"), style="dim")
+    table.add_section()
+    table.add_row("Cramér-Rao bound", *_cells(statistics.bound_std, "±"))
+    return table
+
+
+def _parameter_table(title: str) -> Table:
     table = Table(
         title=Text(title),
         title_justify="left",
@@ -41,16 +72,11 @@ def estimate_table(title: str, rows: Mapping[str, Theta], estimation: Estimation
     table.add_column(no_wrap=True)
     for name in PARAMETER_NAMES:
         table.add_column(name, justify="right", no_wrap=True)
-    for label, theta in rows.items():
-        table.add_row(label, *_cells(theta))
-    table.add_section()
-    for name, estimate in estimation.by_name.items():
-        table.add_row(estimator_name(name), *_cells(estimate.theta))
-        table.add_row("", *_cells(estimate.std, "±"), style="dim")
-    if isinstance(estimation, Estimation) and estimation.bound_std is not None:
-        table.add_section()
-        table.add_row("Cramér-Rao bound", *_cells(estimation.bound_std, "±"))
     return table
+
+
+def _plain(values: Theta, form: str) -> Iterator[str]:
+    return (format(value, form) for value in values)
 
 
 def _cells(values: Theta, sign: str = "") -> Iterator[str]:

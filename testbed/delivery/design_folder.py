@@ -35,11 +35,11 @@ def write_design(folder: Path, scenario_path: Path, scenario: Scenario, design: 
     with whole_folder(folder) as part:
         shutil.copyfile(scenario_path, part / "scenario.toml")
         write_json(part / "design.json", content)
-        (part / "maneuver.toml").write_text(_control_points(design), encoding="utf-8")
+        (part / "maneuver.toml").write_text(maneuver_section(design), encoding="utf-8")
         csv.write_csv(_samples(design.maneuver), part / "maneuver.csv")
 
 
-def _control_points(design: Design) -> str:
+def maneuver_section(design: Design) -> str:
     """Return a [maneuver] section with the spline's control points, every digit kept."""
     maneuver = design.maneuver
     in_gimbal_space = design.parametrization == "gimbal"

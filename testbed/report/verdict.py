@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from testbed.campaign.statistics import CampaignStatistics, EstimatorStatistics
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.report.frame.blocks import Notice
 from testbed.report.sections.inertias import Inertias
@@ -48,6 +49,25 @@ def measured_verdict(inertias: Inertias, records: int) -> Notice:
         f"{figures(std.min(), 2)} to {figures(std.max(), 2)} kg·m² (one standard deviation)."
     )
     return Notice(tone="good", text=text)
+
+
+def campaign_verdict(statistics: CampaignStatistics) -> Notice:
+    """Return the verdict on a campaign: the estimator with the smallest errors, how near the bound, how honest."""
+    if not statistics.estimators:
+        return Notice(tone="bad", text="No estimator gave two estimates: there is no scatter to speak of.")
+    best = min(statistics.estimators, key=lambda name: _mean_square_error(statistics.estimators[name]))
+    of = statistics.estimators[best]
+    text = (
+        f"Closest to the truth over {of.runs} runs is {estimator_name(best)}: its scatter is "
+        f"{figures(of.scatter_over_bound.min(), 3)} to {figures(of.scatter_over_bound.max(), 3)} times the Cramér-Rao "
+        f"bound, its largest bias {figures(np.abs(of.bias_in_standard_errors).max(), 2)} standard errors, and its 95 % "
+        f"intervals hold the truth in {100.0 * of.coverage.min():.0f} to {100.0 * of.coverage.max():.0f} % of them."
+    )
+    return Notice(tone="good", text=text)
+
+
+def _mean_square_error(of: EstimatorStatistics) -> float:
+    return float(np.sum(of.mean_error**2 + of.std**2))
 
 
 def _closest(inertias: Inertias) -> str:

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 
 from testbed.errors import InputError
+from testbed.scenario.maneuver import Maneuver
 from testbed.scenario.places import Place, key_lines, line_of
 from testbed.scenario.problems import Problem, problems_of
 from testbed.scenario.scenario import Scenario
@@ -30,6 +31,20 @@ def read_scenario(path: Path) -> Scenario:
         return Scenario.model_validate(tree, context={"folder": path.parent})
     except ValidationError as error:
         raise InputError(_message(path, text, problems_of(error, tree))) from None
+
+
+def read_maneuver(path: Path) -> Maneuver:
+    """Read and check a [maneuver] section that stands in a file of its own, as `testbed design` writes it.
+
+    Raises:
+        InputError: the file is missing, unreadable, not TOML, or no such section.
+    """
+    tree = _parse(path, _read(path)).get("maneuver", {})
+    try:
+        section: Maneuver = TypeAdapter(Maneuver).validate_python(tree, context={"folder": path.parent})
+    except ValidationError as error:
+        raise InputError(f"{path}: is no [maneuver] section ({error.error_count()} problems)") from None
+    return section
 
 
 def _read(path: Path) -> str:

@@ -1,0 +1,48 @@
+"""The role of an executor: it gets the blocks of a campaign flown, wherever, in whatever order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
+from typing import Protocol, TypeAlias
+
+from testbed.campaign.plan import Block, CampaignPlan
+from testbed.campaign.rows import Row
+
+MOST_DEATHS = 3
+"""Workers that a block may take down before it is given up: bad luck strikes a block once, seldom twice."""
+
+Notify: TypeAlias = Callable[[str], None]
+"""Told in a sentence of what went wrong and was mended."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BlockRows:
+    """A finished block.
+
+    Attributes:
+        block: which.
+        rows: one per run, in the order of its seeds.
+    """
+
+    block: Block
+    rows: list[Row]
+
+
+class Executor(Protocol):
+    """Flies blocks. What a block gives does not depend on who flies it."""
+
+    def finished(self, plan: CampaignPlan, blocks: Sequence[Block], notify: Notify) -> Generator[BlockRows]:
+        """Yield each block once, as it is finished; no more than a few are held at a time.
+
+        Closing the iterator early gives up what is being flown.
+
+        Args:
+            plan: of the campaign.
+            blocks: to fly.
+            notify: told of workers that died.
+
+        Raises:
+            InputError: the workers cannot be reached, or a block took every worker down that tried it.
+        """
+        ...

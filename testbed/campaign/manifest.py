@@ -1,0 +1,160 @@
+"""campaign.json: what decides a campaign's results, so that only the same campaign goes on in its folder."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from testbed.assembly.platform import nominal_platform, true_platform
+from testbed.campaign.plan import BLOCK_RUNS, CampaignPlan
+from testbed.errors import InputError
+from testbed.files import whole_file
+from testbed.maneuver.maneuver import Maneuver
+from testbed.plant.fingerprint import model_sha256
+from testbed.scenario.scenario import Scenario
+
+MANIFEST = "campaign.json"
+_SCHEMA = 1
+_DECIDING_PACKAGES = ("testbed", "mujoco", "numpy", "scipy", "pyarrow")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Manifest:
+    """What campaign.json says.
+
+    Attributes:
+        complete: whether all runs are there.
+        seconds: of flying and estimating, all starts of the campaign together, s.
+        campaign: what decides its results, as `identity_of`.
+    """
+
+    complete: bool
+    seconds: float
+    campaign: Mapping[str, Any]
+
+    def after(self, seconds: float, *, complete: bool) -> Manifest:
+        """Return the manifest after so many seconds more."""
+        return Manifest(complete=complete, seconds=self.seconds + seconds, campaign=self.campaign)
+
+
+def claimed(folder: Path, plan: CampaignPlan) -> Manifest:
+    """Return the manifest of a campaign's folder; a new one where there is none yet.
+
+    Raises:
+        InputError: the folder holds another campaign, or cannot be written.
+    """
+    campaign = identity_of(plan)
+    if not (folder / MANIFEST).exists():
+        manifest = Manifest(complete=False, seconds=0.0, campaign=campaign)
+        write_manifest(folder, manifest)
+        return manifest
+    manifest = read_manifest(folder)
+    changes = differences(manifest.campaign, campaign)
+    if changes:
+        raise InputError(
+            "\n".join(
+                [f"{folder}: holds another campaign, and nothing in it was touched. It was started with", *changes]
+            )
+        )
+    return manifest
+
+
+def read_manifest(folder: Path) -> Manifest:
+    """Read a folder's campaign.json.
+
+    Raises:
+        InputError: there is none, or it is damaged.
+    """
+    try:
+        content = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        return Manifest(complete=content["complete"], seconds=content["seconds"], campaign=content["campaign"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{folder}: is not the folder of a campaign: {MANIFEST} cannot be read ({error})") from error
+
+
+def write_manifest(folder: Path, manifest: Manifest) -> None:
+    """Write a folder's campaign.json, whole or not at all; the folder is made where there is none.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    content = {"schema": _SCHEMA, **asdict(manifest)}
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with whole_file(folder / MANIFEST) as part:
+            part.write_text(json.dumps(content, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise InputError(
+            f"{folder}: cannot be written ({error.strerror}); make room or choose another --out"
+        ) from error
+
+
+def deciding_versions() -> dict[str, str]:
+    """Return the versions of everything that a run's numbers pass through."""
+    return {package: version(package) for package in _DECIDING_PACKAGES}
+
+
+def identity_of(plan: CampaignPlan) -> dict[str, Any]:
+    """Return what decides a campaign's results, as JSON.
+
+    Raises:
+        InputError: the platforms cannot be built.
+    """
+    return {
+        "name": plan.scenario.name,
+        "seed": plan.seed,
+        "runs": plan.runs,
+        "block_runs": BLOCK_RUNS,
+        "scenario": _deciding_keys(plan.scenario),
+        "maneuver_sha256": maneuver_sha256(plan.maneuver),
+        "nominal_model_sha256": model_sha256(nominal_platform(plan.scenario).model),
+        "true_model_sha256": model_sha256(true_platform(plan.scenario).model),
+        "versions": deciding_versions(),
+    }
+
+
+def maneuver_sha256(maneuver: Maneuver) -> str:
+    """Return a name for exactly this reference: knots and control points of its splines."""
+    digest = hashlib.sha256(np.float64(maneuver.duration).tobytes())
+    for spline in (maneuver.body_rate, maneuver.gimbal_angle):
+        if spline is not None:
+            digest.update(np.ascontiguousarray(spline.t).tobytes() + np.ascontiguousarray(spline.c).tobytes())
+    return digest.hexdigest()
+
+
+def differences(kept: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
+    """Return what differs between two identities, a line per key: its name, the kept value, the present one."""
+    before, after = dict(_leaves(kept)), dict(_leaves(now))
+    keys = [*before, *(key for key in after if key not in before)]
+    return [
+        f"  {key} {_shown(before, key)}, now {_shown(after, key)}"
+        for key in keys
+        if _shown(before, key) != _shown(after, key)
+    ]
+
+
+def _deciding_keys(scenario: Scenario) -> dict[str, Any]:
+    """The scenario without its paths: what the files hold is in the hashes, and they may be moved."""
+    keys: dict[str, Any] = json.loads(scenario.model_dump_json(exclude_none=True, by_alias=True))
+    keys["platform"].pop("model", None)
+    keys["maneuver"].pop("file", None)
+    return keys
+
+
+def _leaves(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for key, value in tree.items():
+        if isinstance(value, Mapping):
+            yield from _leaves(value, f"{prefix}{key}.")
+        else:
+            yield prefix + key, value
+
+
+def _shown(leaves: Mapping[str, Any], key: str) -> str:
+    return json.dumps(leaves[key], ensure_ascii=False) if key in leaves else "absent"

@@ -1,0 +1,66 @@
+"""The figures of a campaign in the form of montecarlo.json."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from testbed.arrays import Array
+from testbed.campaign.statistics import CampaignStatistics, EstimatorStatistics
+
+_SCHEMA = 1
+
+
+def montecarlo_of(
+    table: pa.Table, statistics: CampaignStatistics, *, name: str, seed: int, seconds: float, flight_s: float
+) -> dict[str, Any]:
+    """Return what montecarlo.json holds.
+
+    Args:
+        table: the runs.
+        statistics: of them.
+        name: of the scenario.
+        seed: of the campaign.
+        seconds: that flying and estimating took, s.
+        flight_s: how long each flight lasts, s.
+    """
+    return {
+        "schema": _SCHEMA,
+        "scenario": name,
+        "seed": seed,
+        "runs": statistics.runs,
+        "failed": statistics.failed,
+        "estimates": {name: _estimator(figures) for name, figures in statistics.estimators.items()},
+        "bound_std_kg_m2": _numbers(statistics.bound_std),
+        "true_theta_kg_m2": _numbers(statistics.true_theta),
+        "failures": failures_of(table),
+        "seconds": seconds,
+        "simulated_s": flight_s * (statistics.runs - statistics.failed),
+    }
+
+
+def failures_of(table: pa.Table) -> list[dict[str, Any]]:
+    """Return run, seed and message of every failed run."""
+    failed = table.filter(pc.not_equal(table["outcome"], "completed"))
+    rows: list[dict[str, Any]] = failed.select(["run", "seed", "message"]).to_pylist()
+    return rows
+
+
+def _estimator(figures: EstimatorStatistics) -> dict[str, Any]:
+    return {
+        "runs": figures.runs,
+        "mean_kg_m2": _numbers(figures.mean),
+        "std_kg_m2": _numbers(figures.std),
+        "claimed_std_kg_m2": _numbers(figures.claimed_std),
+        "bias_in_standard_errors": _numbers(figures.bias_in_standard_errors),
+        "coverage_95": _numbers(figures.coverage),
+        "scatter_over_bound": _numbers(figures.scatter_over_bound),
+    }
+
+
+def _numbers(values: Array) -> list[float | None]:
+    """Numbers as JSON has them; null for one that is not finite."""
+    return [float(value) if np.isfinite(value) else None for value in values]

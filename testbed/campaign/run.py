@@ -1,0 +1,94 @@
+"""Run a campaign: have every block flown that is not kept yet, and keep each as it comes."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import pyarrow as pa
+
+from testbed.campaign.columns import schema_of
+from testbed.campaign.executor import Executor, Notify
+from testbed.campaign.manifest import Manifest, claimed, write_manifest
+from testbed.campaign.plan import CampaignPlan, blocks_of
+from testbed.campaign.runs import Runs, RunsFolder, RunsInMemory, only_writer
+from testbed.errors import InputError
+
+FEWEST_RUNS = 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Progress:
+    """Who is told how a campaign goes.
+
+    Attributes:
+        kept: told how many runs more are kept: first those of an earlier start, then each block.
+        notify: told of workers that died.
+    """
+
+    kept: Callable[[int], None] = lambda _runs: None
+    notify: Notify = lambda _text: None
+
+
+SILENT = Progress()
+
+
+def run_campaign(plan: CampaignPlan, folder: Path | None, executor: Executor, progress: Progress = SILENT) -> pa.Table:
+    """Fly and estimate all runs of a campaign; what a folder holds already is not flown again.
+
+    Args:
+        plan: of the campaign.
+        folder: keeps the parts under runs/, and campaign.json; None keeps the runs in memory.
+        executor: gets the blocks flown.
+        progress: told of every block.
+
+    Returns:
+        One row per run, in their order; columns as in `schema_of`.
+
+    Raises:
+        InputError: fewer than two runs, another campaign's folder, a full disk, or workers that cannot do it; what was
+            flown is kept.
+    """
+    if plan.runs < FEWEST_RUNS:
+        raise InputError(f"a campaign of {plan.runs} runs has no scatter; ask for {FEWEST_RUNS} or more")
+    schema = schema_of(plan.scenario)
+    if folder is None:
+        memory = RunsInMemory(schema=schema)
+        _fly_missing(plan, memory, executor, progress)
+        return memory.table()
+    runs = RunsFolder(folder=folder / "runs", schema=schema)
+    manifest = claimed(folder, plan)
+    runs.prepare()
+    with only_writer(runs.folder), _timed(folder, manifest):
+        _fly_missing(plan, runs, executor, progress)
+    return runs.table()
+
+
+def _fly_missing(plan: CampaignPlan, runs: Runs, executor: Executor, progress: Progress) -> None:
+    blocks = list(blocks_of(plan))
+    missing = [block for block in blocks if not runs.has(block)]
+    progress.kept(plan.runs - sum(len(block.seeds) for block in missing))
+    if not missing:
+        return
+    finished = executor.finished(plan, missing, progress.notify)
+    try:
+        for block in finished:
+            runs.keep(block)
+            progress.kept(len(block.rows))
+    finally:
+        finished.close()
+
+
+@contextmanager
+def _timed(folder: Path, manifest: Manifest) -> Iterator[None]:
+    """Add the time taken to the manifest, however it ends; complete where it ends without an error."""
+    began = time.monotonic()
+    complete = False
+    try:
+        yield
+        complete = True
+    finally:
+        write_manifest(folder, manifest.after(time.monotonic() - began, complete=complete))

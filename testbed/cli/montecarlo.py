@@ -1,0 +1,108 @@
+"""testbed montecarlo: many runs of one scenario, in statistics."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from testbed.assembly.platform import nominal_platform
+from testbed.campaign.executor import Executor
+from testbed.campaign.local import LocalExecutor, usable_cores
+from testbed.campaign.manifest import MANIFEST
+from testbed.campaign.plan import CampaignPlan
+from testbed.campaign.result import failures_of
+from testbed.campaign.run import run_campaign
+from testbed.campaign.statistics import CampaignStatistics, statistics_of
+from testbed.cli.console import campaign_progress, console, design_progress, say, warn
+from testbed.cli.failures import COMPLETED, INTERRUPTED, naming
+from testbed.cli.tables import statistics_table
+from testbed.delivery.campaign_folder import finish_campaign, kept_maneuver, start_campaign
+from testbed.delivery.folder import free_folder, require_free
+from testbed.errors import InputError
+from testbed.experiment.planning import plan_maneuver, starts_of
+from testbed.maneuver.maneuver import Maneuver
+from testbed.scenario.reader import read_scenario
+from testbed.scenario.scenario import Scenario
+
+RUNS = Path("runs")
+_MOST_LISTED = 5
+
+
+def run_montecarlo(
+    path: Path,
+    runs: int,
+    seed: int | None,
+    out: Path | None,
+    *,
+    resume: bool,
+    scheduler: str | None,
+    workers: int | None,
+) -> int:
+    """Fly a campaign, write its folder as it goes, print its statistics; returns the exit code.
+
+    Raises:
+        InputError: the scenario, the folder, or the scheduler cannot be used; what was flown is kept.
+    """
+    scenario = read_scenario(path)
+    if resume and out is None:
+        raise InputError("--resume goes on with a campaign that was begun: name its folder with --out")
+    folder = free_folder(RUNS, f"{scenario.name}-montecarlo") if out is None else out
+    executor = _executor(scheduler, workers)
+    maneuver = kept_maneuver(folder, scenario) if resume else _new_maneuver(folder, path, scenario)
+    plan = CampaignPlan(scenario=scenario, maneuver=maneuver, seed=scenario.seed if seed is None else seed, runs=runs)
+    try:
+        with _resumable(folder), campaign_progress(runs) as progress:
+            table = run_campaign(plan, folder, executor, progress)
+            statistics = statistics_of(table)
+            finish_campaign(folder, path, plan, table, statistics)
+    except KeyboardInterrupt:
+        say(
+            f"Interrupted. What was flown is kept in {folder}: repeat the command with --out {folder} --resume to go on"
+        )
+        return INTERRUPTED
+    _print_result(path, folder, statistics, failures_of(table))
+    return COMPLETED
+
+
+def _executor(scheduler: str | None, workers: int | None) -> Executor:
+    if scheduler is None:
+        return LocalExecutor(workers=usable_cores() if workers is None else workers)
+    if workers is not None:
+        raise InputError("--workers counts processes on this machine; a scheduler has workers of its own, omit one")
+    from testbed.campaign.dask_executor import DaskExecutor  # noqa: PLC0415 - its library is optional
+
+    return DaskExecutor(address=scheduler)
+
+
+def _new_maneuver(folder: Path, path: Path, scenario: Scenario) -> Maneuver:
+    require_free(folder)
+    with naming(path), design_progress(starts_of(scenario)) as report:
+        plan = plan_maneuver(scenario, nominal_platform(scenario), report)
+    start_campaign(folder, path, plan)
+    return plan.maneuver
+
+
+@contextmanager
+def _resumable(folder: Path) -> Iterator[None]:
+    """Say of a campaign that cannot go on how it can be resumed."""
+    try:
+        yield
+    except InputError as error:
+        if not (folder / MANIFEST).is_file():
+            raise
+        raise InputError(f"{error}\nWhat was flown is kept in {folder}; --out {folder} --resume goes on") from error
+
+
+def _print_result(path: Path, folder: Path, statistics: CampaignStatistics, failures: list[dict[str, object]]) -> None:
+    console.print(statistics_table(statistics))
+    say()
+    flown = statistics.runs - statistics.failed
+    say(f"Runs       {flown} of {statistics.runs} completed")
+    for failure in failures[:_MOST_LISTED]:
+        warn(f"run {failure['run']} failed", str(failure["message"]))
+        say(f"           to see it: testbed run {path} --dispersed --seed {failure['seed']}")
+    if len(failures) > _MOST_LISTED:
+        say(f"           and {len(failures) - _MOST_LISTED} more, all in the report")
+    say(f"Folder     {folder}")
+    say(f"Report     {folder / 'report.html'}")

@@ -1,0 +1,100 @@
+"""The folder of a campaign. It grows while the campaign runs and cannot appear whole; campaign.json says how far it is.
+
+`run_campaign` writes the runs and campaign.json; here is what comes before and after.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+
+from testbed.assembly.control import flight_clock
+from testbed.assembly.platform import nominal_platform
+from testbed.campaign.manifest import read_manifest
+from testbed.campaign.plan import CampaignPlan
+from testbed.campaign.result import montecarlo_of
+from testbed.campaign.statistics import CampaignStatistics
+from testbed.delivery.design_folder import maneuver_section
+from testbed.delivery.provenance import provenance
+from testbed.errors import InputError
+from testbed.experiment.planning import Plan, plan_maneuver, starts_of
+from testbed.files import whole_file
+from testbed.maneuver.maneuver import Maneuver
+from testbed.report.campaign import write_campaign_report
+from testbed.scenario.reader import read_maneuver
+from testbed.scenario.scenario import Scenario
+
+_MANEUVER = "maneuver.toml"
+
+
+def start_campaign(folder: Path, scenario_path: Path, plan: Plan) -> None:
+    """Write the scenario, and the maneuver where it was designed, before the first run.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(scenario_path, folder / "scenario.toml")
+        if plan.design is not None:
+            (folder / _MANEUVER).write_text(maneuver_section(plan.design), encoding="utf-8")
+    except OSError as error:
+        raise InputError(
+            f"{folder}: cannot be written ({error.strerror}); make room or choose another --out"
+        ) from error
+
+
+def kept_maneuver(folder: Path, scenario: Scenario) -> Maneuver:
+    """Return the maneuver that a campaign began with; a design is not made again.
+
+    Raises:
+        InputError: the folder is no campaign's, or its maneuver cannot be read.
+    """
+    read_manifest(folder)
+    if starts_of(scenario) and (folder / _MANEUVER).is_file():
+        scenario = scenario.model_copy(update={"maneuver": read_maneuver(folder / _MANEUVER)})
+    return plan_maneuver(scenario, nominal_platform(scenario)).maneuver
+
+
+def finish_campaign(
+    folder: Path, scenario_path: Path, plan: CampaignPlan, table: pa.Table, statistics: CampaignStatistics
+) -> None:
+    """Write montecarlo.json and the report of a complete campaign.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    clock = flight_clock(plan.scenario, plan.maneuver.duration)
+    result = montecarlo_of(
+        table,
+        statistics,
+        name=plan.scenario.name,
+        seed=plan.seed,
+        seconds=read_manifest(folder).seconds,
+        flight_s=clock.ticks * clock.period,
+    )
+    scenario_text = scenario_path.read_text(encoding="utf-8")
+    _write_result(folder, result)
+    write_campaign_report(
+        folder / "report.html",
+        plan=plan,
+        scenario_path=scenario_path,
+        table=table,
+        statistics=statistics,
+        provenance=provenance(plan.scenario, scenario_text)
+        | {"campaign seed": str(plan.seed), "scenario.toml": scenario_text},
+        result=result,
+    )
+
+
+def _write_result(folder: Path, result: dict[str, Any]) -> None:
+    try:
+        with whole_file(folder / "montecarlo.json") as part:
+            text = json.dumps(result, indent=2, ensure_ascii=False, allow_nan=False)
+            part.write_text(text + "\n", encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written ({error.strerror}); make room there") from error
