@@ -35,7 +35,11 @@ def blueprint(roots: Collection[str], residual_units: dict[str, str]) -> rrb.Blu
         roots: first parts of the paths of what the recording holds; what it does not hold gets no view.
         residual_units: unit of each estimator's residual.
     """
-    tabs = (_flight(roots), _actuators(roots), _estimates(roots, residual_units), _provenance())
+    return whole_layout((_flight(roots), _actuators(roots), _estimates(roots, residual_units), _provenance()))
+
+
+def whole_layout(tabs: Sequence[rrb.Container]) -> rrb.Blueprint:
+    """Return a layout of tabs over the flight's time, the viewer's own panels out of the way."""
     return rrb.Blueprint(
         rrb.Tabs(*tabs, active_tab=0),
         rrb.TimePanel(timeline=TIMELINE, play_state="paused", state="collapsed"),
@@ -48,7 +52,7 @@ def blueprint(roots: Collection[str], residual_units: dict[str, str]) -> rrb.Blu
 
 def _flight(roots: Collection[str]) -> rrb.Horizontal:
     plots = _plots(roots, ("body_rate", "tracking_error", "cluster_momentum", "envelope_fraction", "applied_torque"))
-    return rrb.Horizontal(_scene(), rrb.Vertical(*plots), column_shares=(5, 4), name="Flight")
+    return rrb.Horizontal(scene_view(), rrb.Vertical(*plots), column_shares=(5, 4), name="Flight")
 
 
 def _actuators(roots: Collection[str]) -> rrb.Horizontal:
@@ -63,7 +67,7 @@ def _actuators(roots: Collection[str]) -> rrb.Horizontal:
 
 def _estimates(roots: Collection[str], residual_units: dict[str, str]) -> rrb.Horizontal:
     residuals = [
-        _plot(f"/residual/{name}", f"Residual, {name}: measured - predicted, B [{unit}]")
+        plot_view(f"/residual/{name}", f"Residual, {name}: measured - predicted, B [{unit}]")
         for name, unit in residual_units.items()
     ]
     table = rrb.TextDocumentView(origin="/result", name="Result")
@@ -81,7 +85,8 @@ def _provenance() -> rrb.Horizontal:
     )
 
 
-def _scene() -> rrb.Spatial3DView:
+def scene_view() -> rrb.Spatial3DView:
+    """Return the view of the platform in flight."""
     return rrb.Spatial3DView(
         origin="/",
         contents=["/platform/**", "/total_momentum/**", "/world/**"],
@@ -105,10 +110,11 @@ def _chart() -> rrb.Spatial2DView:
 
 
 def _plots(roots: Collection[str], names: Sequence[str]) -> list[rrb.View]:
-    return [_plot(f"/{name}", TITLES[name]) for name in names if name in roots]
+    return [plot_view(f"/{name}", TITLES[name]) for name in names if name in roots]
 
 
-def _plot(origin: str, title: str) -> rrb.TimeSeriesView:
+def plot_view(origin: str, title: str) -> rrb.TimeSeriesView:
+    """Return a plot over time of everything below a path."""
     return rrb.TimeSeriesView(
         origin=origin,
         name=title,

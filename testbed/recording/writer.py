@@ -44,12 +44,12 @@ def write_recording(
         scene: bodies of the platform, parents before children.
         content: what is shown besides.
     """
-    with _stream(path, recording_id) as stream:
+    with recording_stream(path, recording_id) as stream:
         traces = flight_traces(time, channels, content)
         log_platform(stream, scene, time, channels)
         log_saturation(stream, time, channels)
         for trace in traces:
-            _log_trace(stream, trace)
+            log_trace(stream, trace)
         if content.estimates:
             log_estimates(stream, content)
         _log_text(stream, content)
@@ -58,8 +58,13 @@ def write_recording(
 
 
 @contextmanager
-def _stream(path: Path, recording_id: str) -> Iterator[rr.RecordingStream]:
-    """Open a stream into a file beside `path` that takes its place when all has been written."""
+def recording_stream(path: Path, recording_id: str) -> Iterator[rr.RecordingStream]:
+    """Open a stream into a file beside `path` that takes its place when all has been written.
+
+    Args:
+        path: of the .rrd file.
+        recording_id: from everything that decides what is recorded.
+    """
     stream = rr.RecordingStream(APPLICATION_ID, recording_id=recording_id, send_properties=False)
     stream.set_log_time_enabled(False)
     with whole_file(path) as part:
@@ -71,7 +76,8 @@ def _stream(path: Path, recording_id: str) -> Iterator[rr.RecordingStream]:
             stream.disconnect()
 
 
-def _log_trace(stream: rr.RecordingStream, trace: Trace) -> None:
+def log_trace(stream: rr.RecordingStream, trace: Trace) -> None:
+    """Write the lines of one entity and how they look."""
     stream.log(trace.path, _styling(trace), static=True)
     send(stream, trace.path, trace.time, lambda rows: rr.Scalars.columns(scalars=trace.values[rows]))
 
