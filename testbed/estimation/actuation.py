@@ -9,7 +9,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Array, Matrices3, Series, UnitSeries, Vectors3
-from testbed.cmg.cluster import cluster_momentum, inertia_change
+from testbed.cmg.cluster import Cluster, cluster_momentum, inertia_change
 from testbed.estimation.telemetry import Telemetry
 
 
@@ -34,12 +34,12 @@ class GimbalMotion(NamedTuple):
     Attributes:
         angle: d, shape (N, 6), rad.
         rate: ḋ, shape (N, 6), rad/s.
-        rotor_momentum: Js·Ω, shape (N, 6), N·m·s; None where there are no tachometers.
+        rotor_momentum: Js·Ω, shape (N, 6), N·m·s; the nominal one where there are no tachometers.
     """
 
     angle: UnitSeries
     rate: UnitSeries
-    rotor_momentum: UnitSeries | None
+    rotor_momentum: UnitSeries
 
 
 def actuation(telemetry: Telemetry, time: Series) -> Actuation:
@@ -61,23 +61,26 @@ def actuation(telemetry: Telemetry, time: Series) -> Actuation:
     )
 
 
-def gimbal_motion(telemetry: Telemetry, gimbal_angle: UnitSeries, time: Series) -> GimbalMotion:
+def gimbal_motion(telemetry: Telemetry, cluster: Cluster, gimbal_angle: UnitSeries, time: Series) -> GimbalMotion:
     """Return the gimbals' motion at given times, from cubic splines through the samples.
 
     Args:
         telemetry: the tachometers and the samples' times.
+        cluster: the units.
         gimbal_angle: encoders, shape (K, 6), rad.
         time: shape (N,), s.
     """
     angle = _spline(telemetry, np.unwrap(gimbal_angle, axis=0))  # encoders may start over after a turn
     spin = telemetry.rotor_momentum
-    return GimbalMotion(angle(time), angle(time, 1), None if spin is None else _spline(telemetry, spin)(time))
+    nominal = np.broadcast_to(cluster.rotor_momentum, (len(time), len(cluster.rotor_momentum)))
+    return GimbalMotion(angle(time), angle(time, 1), nominal if spin is None else _spline(telemetry, spin)(time))
 
 
 def _momentum_and_change(telemetry: Telemetry, time: Series) -> tuple[Vectors3, Matrices3]:
     if telemetry.cluster is not None and telemetry.gimbal_angle is not None:
-        motion = gimbal_motion(telemetry, telemetry.gimbal_angle, time)
-        return cluster_momentum(telemetry.cluster, *motion), inertia_change(telemetry.cluster, motion.angle)
+        cluster = telemetry.cluster
+        motion = gimbal_motion(telemetry, cluster, telemetry.gimbal_angle, time)
+        return cluster_momentum(cluster, *motion), inertia_change(cluster, motion.angle)
     momentum_B = telemetry.cluster_momentum
     known_B = np.zeros((len(time), 3)) if momentum_B is None else _spline(telemetry, momentum_B)(time)
     return known_B, np.zeros((len(time), 3, 3))

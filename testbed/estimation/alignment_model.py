@@ -78,16 +78,9 @@ def gimbal_telemetry(telemetry: Telemetry) -> GimbalTelemetry:
     return GimbalTelemetry(
         cluster=cluster,
         believed=believed,
-        samples=_spinning(cluster, gimbal_motion(telemetry, angle, believed.time)),
-        grid=_spinning(cluster, gimbal_motion(telemetry, angle, believed.grid_time)),
+        samples=gimbal_motion(telemetry, cluster, angle, believed.time),
+        grid=gimbal_motion(telemetry, cluster, angle, believed.grid_time),
     )
-
-
-def _spinning(cluster: Cluster, motion: GimbalMotion) -> GimbalMotion:
-    """Put the nominal momenta where there are no tachometers."""
-    if motion.rotor_momentum is not None:
-        return motion
-    return motion._replace(rotor_momentum=np.broadcast_to(cluster.rotor_momentum, motion.angle.shape))
 
 
 def drive_at(record: GimbalTelemetry, alignment: Alignment) -> Drive:
@@ -108,7 +101,7 @@ def drive_at(record: GimbalTelemetry, alignment: Alignment) -> Drive:
 
 def held_momentum(record: GimbalTelemetry, alignment: Alignment, motion: Motion) -> HeldMomentum:
     """Return what the momentum that the actuators hold owes to each alignment parameter, at a motion's rates."""
-    nodes = GimbalMotion(*(None if channel is None else channel[::2] for channel in record.grid))
+    nodes = GimbalMotion(*(channel[::2] for channel in record.grid))
     return HeldMomentum(
         at_nodes=_held(record.cluster, alignment, nodes, motion.node_rate),
         at_samples=_held(record.cluster, alignment, record.samples, motion.body_rate),
@@ -121,7 +114,6 @@ def working_units(cluster: Cluster) -> Flags:
 
 
 def _corrected(motion: GimbalMotion, alignment: Alignment) -> tuple[UnitSeries, UnitSeries, UnitSeries]:
-    assert motion.rotor_momentum is not None  # `_spinning` put it there
     momentum = (1.0 + alignment.momentum_scale) * motion.rotor_momentum
     return motion.angle - alignment.encoder_zero, motion.rate, momentum
 
@@ -139,7 +131,6 @@ def _held(cluster: Cluster, alignment: Alignment, motion: GimbalMotion, body_rat
 
     zero = _moved(turned, momentum, spin, -transverse_axes(turned, angle), np.zeros_like(home), body_rate)
     about_spin, about_transverse = turning_axes(cluster, alignment.misalignment)
-    assert motion.rotor_momentum is not None  # `_spinning` put it there
     scale = motion.rotor_momentum[..., None] * spin
     columns = np.stack([turn(about_spin), turn(about_transverse), zero, scale], axis=1)
     return np.moveaxis(columns.reshape(len(angle), ALIGNMENTS, 3), 1, 2)

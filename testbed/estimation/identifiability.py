@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from testbed.arrays import Array, Regressor, Theta, Vector3, Vectors3
@@ -20,14 +22,15 @@ CONFOUNDED = "the motion does not tell the inertia from the initial momentum"
 DROWNED = "the motion is too weak, or too short, for the gyro's noise"
 
 
-def without_momentum(regressor: Regressor) -> Regressor:
-    """Return the inertia's columns, what the momentum's columns explain of them taken out, shape (3N, 6).
+def without_momentum(regressor: Regressor, unknowns: int = 6) -> Regressor:
+    """Return the unknowns' columns, what the momentum's columns explain of them taken out, shape (3N, P).
 
     Args:
-        regressor: shape (3N, 6 + M), the columns of unknown momenta last.
+        regressor: shape (3N, P + M), the columns of unknown momenta last.
+        unknowns: P, the inertia's parameters where not told.
     """
-    inertia, momentum = regressor[:, :6], regressor[:, 6:]
-    return np.asarray(inertia - momentum @ np.linalg.lstsq(momentum, inertia, rcond=None)[0])
+    wanted, momentum = regressor[:, :unknowns], regressor[:, unknowns:]
+    return np.asarray(wanted - momentum @ np.linalg.lstsq(momentum, wanted, rcond=None)[0])
 
 
 def require_identifiable(regressor: Regressor, sigma: float, inertia_size: float, body_rate: Vectors3) -> None:
@@ -49,7 +52,9 @@ def require_identifiable(regressor: Regressor, sigma: float, inertia_size: float
     unexcited = strength <= RELATIVE_RANK * strength[0]
     drowned = strength * inertia_size <= SIGNIFICANCE * sigma
     if unexcited.any() or drowned.any():
-        names = ", ".join(_named(direction) for direction in _sparse_basis(directions[unexcited | drowned]))
+        names = ", ".join(
+            named_direction(direction, PARAMETER_NAMES) for direction in sparse_basis(directions[unexcited | drowned])
+        )
         reason = _missing_axis(body_rate, sigma) or (CONFOUNDED if unexcited.any() else DROWNED)
         raise UnidentifiableError(
             f"{names} cannot be determined: {reason}; fly a maneuver whose actuators turn the body about three axes, "
@@ -62,19 +67,24 @@ def inertia_size(theta: Theta) -> float:
     return float(theta[:3].mean())
 
 
-def _named(direction: Array) -> str:
-    """Return a combination of parameters as text, such as `J12 - 0.5 J13`, its first term positive."""
+def named_direction(direction: Array, names: Sequence[str]) -> str:
+    """Return a combination of parameters as text, such as `J12 - 0.5 J13`, its first term positive.
+
+    Args:
+        direction: weight of each parameter, shape (P,).
+        names: of the parameters.
+    """
     terms = np.flatnonzero(np.abs(direction) > NEGLIGIBLE_TERM * np.abs(direction).max())
     weights = direction * np.sign(direction[terms[0]])
     text = ""
-    for term in terms:
+    for term in terms.tolist():
         size = "" if np.isclose(abs(weights[term]), 1.0, atol=0.005) else f"{abs(weights[term]):.2g} "
         sign = " - " if weights[term] < 0 else " + " if text else ""
-        text += sign + size + PARAMETER_NAMES[term]
+        text += sign + size + names[term]
     return text
 
 
-def _sparse_basis(directions: Array) -> Array:
+def sparse_basis(directions: Array) -> Array:
     """Return the same subspace in reduced echelon form, pivots largest first, so that rows name few parameters."""
     rows = directions.copy()
     pivots = []

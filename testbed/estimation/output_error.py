@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
-from functools import lru_cache
-
 import numpy as np
 from scipy import optimize
 
-from testbed.arrays import Array, Regressor, Response, Theta, Vector3
+from testbed.arrays import Array, Regressor, Theta, Vector3
 from testbed.errors import InputError
 from testbed.estimation.bound import rate_columns
 from testbed.estimation.estimate import Estimate, EstimationSettings, estimate_of
 from testbed.estimation.identifiability import inertia_size
+from testbed.estimation.likelihood import most_likely, require_physical
 from testbed.estimation.momentum_equation import mean_momentum
-from testbed.estimation.motion import Motion, drive_of, is_physical, simulate
+from testbed.estimation.motion import Motion, drive_of, simulate
 from testbed.estimation.preparation import identifiable_part, likely_theta
 from testbed.estimation.telemetry import Telemetry
-
-REFUSED = 1e3
-"""rad/s; the residual of an inertia that is not tried, larger than any other."""
 
 
 def output_error(telemetry: Telemetry, settings: EstimationSettings) -> Estimate:
@@ -59,24 +54,14 @@ def _search(telemetry: Telemetry, start: Array) -> optimize.OptimizeResult:
     """Minimise the squares of predicted minus measured rates over the unknowns."""
     drive = drive_of(telemetry)
 
-    @lru_cache(maxsize=1)  # the residual and its sensitivities are asked for at the same unknowns
-    def motion(unknowns: bytes) -> Motion:
-        values = np.frombuffer(unknowns)
-        return simulate(drive, values[:6], _momentum(values))
+    def motion(unknowns: Array) -> Motion:
+        require_physical(unknowns[:6])
+        return simulate(drive, unknowns[:6], _momentum(unknowns))
 
-    def residual(unknowns: Array) -> Response:
-        with suppress(InputError):  # a trial whose motion runs away is not the answer, nor the end of the search
-            if is_physical(unknowns[:6]):
-                return np.asarray((motion(unknowns.tobytes()).body_rate - telemetry.body_rate).ravel())
-        return np.full(telemetry.body_rate.size, REFUSED)
+    def sensitivity(_: Array, at: Motion) -> Regressor:
+        return rate_columns(telemetry, drive, at)
 
-    def sensitivity(unknowns: Array) -> Regressor:
-        return rate_columns(telemetry, drive, motion(unknowns.tobytes()))
-
-    answer = optimize.least_squares(residual, start, sensitivity, method="lm", x_scale="jac")
-    if not answer.success:
-        raise InputError(f"output error found no minimum in {answer.nfev} evaluations; look at the record's residuals")
-    return answer
+    return most_likely(telemetry.body_rate, start, motion, sensitivity)
 
 
 def _require_minimum(theta: Theta, covariance: Array) -> None:

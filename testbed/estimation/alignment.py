@@ -1,0 +1,169 @@
+"""Output error for inertia and alignments together: the values of all of them that make the measured rates most likely.
+
+Conservation of momentum, J(d) ω + h(d; p) = Rᵀ H₀, is predicted as `testbed.estimation.motion` does, with the cluster's
+momentum a function of the alignments p. The initial momentum is estimated along: a cluster out of alignment carries
+some even at rest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import OptimizeResult
+
+from testbed.arrays import Array, Regressor, Theta, Vector3
+from testbed.errors import InputError
+from testbed.estimation.alignment_model import (
+    ALIGNMENTS,
+    Alignment,
+    GimbalTelemetry,
+    alignment_of,
+    drive_at,
+    gimbal_telemetry,
+    held_momentum,
+    working_units,
+)
+from testbed.estimation.alignment_observability import NAMES, Observability, observability
+from testbed.estimation.estimate import EstimationSettings
+from testbed.estimation.identifiability import without_momentum
+from testbed.estimation.likelihood import most_likely, require_physical
+from testbed.estimation.momentum_equation import mean_momentum
+from testbed.estimation.motion import Motion, simulate
+from testbed.estimation.preparation import identifiable_part, likely_theta
+from testbed.estimation.sensitivity import rate_sensitivity
+from testbed.estimation.telemetry import Telemetry
+
+
+@dataclass(frozen=True, kw_only=True)
+class AlignmentEstimate:
+    """Inertia and alignments from one record, relative to a mean momentum scale of zero.
+
+    Attributes:
+        parameters: in the order of `NAMES`, shape (30,), kg·m², rad, and shares; where not determined, the value that
+            moves the least.
+        std: their standard deviations, shape (30,); NaN where the record does not determine the parameter.
+        initial_momentum_B: of the whole platform at the first sample, N·m·s, body axes.
+        observability: what the record determines, and what not.
+        residual_sigma: rad/s, the unknowns' degrees of freedom taken off.
+        iterations: rounds until the answer.
+    """
+
+    parameters: Array
+    std: Array
+    initial_momentum_B: Vector3
+    observability: Observability
+    residual_sigma: float
+    iterations: int
+
+
+def estimated_alignments(telemetry: Telemetry, settings: EstimationSettings) -> AlignmentEstimate:
+    """Estimate the inertia and each unit's misalignment, encoder zero and momentum scale from one run.
+
+    The covariance is that of the linearised problem at the answer, scaled by its residual, on what is determined.
+
+    Args:
+        telemetry: one run with encoders, its initial momentum to be estimated.
+        settings: the nominal inertia, which the search starts near.
+
+    Raises:
+        InputError: too few samples, no encoders, or no minimum.
+        UnidentifiableError: the motion leaves directions of the inertia itself open.
+
+    Source: paper eqs. (1), (4), (12), (13).
+    """
+    if telemetry.initial_momentum == "zero":
+        raise InputError('alignments need initial_momentum = "estimated": a cluster out of alignment has one at rest')
+    part = identifiable_part(telemetry, settings)
+    record = gimbal_telemetry(part)
+    theta = likely_theta(part, settings.nominal_theta)
+    start = _Unknowns(
+        parameters=np.concatenate([theta, np.zeros(ALIGNMENTS)]), momentum_B=mean_momentum(part, part.body_rate, theta)
+    )
+    told = _told(part, record, start)
+    answer = _search(part, record, start, told)
+    return _estimate(start, told, answer)
+
+
+def relative_parameters(theta: Theta, alignment: Alignment, working: Array) -> Array:
+    """Return parameters in the order of `NAMES`, shape (30,), relative to a mean momentum scale of zero.
+
+    (1 + k) and J are divided by the mean of 1 + k: what no motion tells apart becomes the same numbers.
+
+    Args:
+        theta: kg·m².
+        alignment: with scales of any mean.
+        working: which units' rotors carry momentum, shape (6,).
+    """
+    mean = float(np.mean(1.0 + alignment.momentum_scale[working]))
+    scale = np.where(working, (1.0 + alignment.momentum_scale) / mean - 1.0, 0.0)
+    return np.concatenate([theta / mean, replace(alignment, momentum_scale=scale).parameters])
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Unknowns:
+    parameters: Array
+    momentum_B: Vector3
+
+    @property
+    def theta(self) -> Theta:
+        return self.parameters[:6]
+
+    @property
+    def alignment(self) -> Alignment:
+        return alignment_of(self.parameters[6:])
+
+
+def _motion(record: GimbalTelemetry, unknowns: _Unknowns) -> Motion:
+    require_physical(unknowns.theta)
+    return simulate(drive_at(record, unknowns.alignment), unknowns.theta, unknowns.momentum_B)
+
+
+def _columns(record: GimbalTelemetry, unknowns: _Unknowns, motion: Motion) -> Regressor:
+    """∂ω/∂(θ, alignments, L₀), shape (3N, 33)."""
+    alignment = unknowns.alignment
+    held = held_momentum(record, alignment, motion)
+    return rate_sensitivity(drive_at(record, alignment), motion, held).reshape(-1, len(NAMES) + 3)
+
+
+def _told(telemetry: Telemetry, record: GimbalTelemetry, start: _Unknowns) -> Observability:
+    columns = without_momentum(_columns(record, start, _motion(record, start)), unknowns=len(NAMES))
+    return observability(columns, telemetry.gyro_noise, start.theta, working_units(record.cluster))
+
+
+def _search(telemetry: Telemetry, record: GimbalTelemetry, start: _Unknowns, told: Observability) -> OptimizeResult:
+    """Search over coordinates in the basis of what is told, and over the initial momentum."""
+
+    def motion(values: Array) -> Motion:
+        return _motion(record, _moved(start, told, values))
+
+    def sensitivity(values: Array, at: Motion) -> Regressor:
+        columns = _columns(record, _moved(start, told, values), at)
+        return np.hstack([columns[:, :-3] @ _steps(told), columns[:, -3:]])
+
+    first = np.concatenate([np.zeros(told.basis.shape[1]), start.momentum_B])
+    return most_likely(telemetry.body_rate, first, motion, sensitivity)
+
+
+def _steps(told: Observability) -> Array:
+    """Parameters per coordinate, shape (30, r), SI."""
+    return np.asarray(told.scale[:, None] * told.basis)
+
+
+def _moved(start: _Unknowns, told: Observability, values: Array) -> _Unknowns:
+    return _Unknowns(parameters=start.parameters + _steps(told) @ values[:-3], momentum_B=values[-3:])
+
+
+def _estimate(start: _Unknowns, told: Observability, answer: OptimizeResult) -> AlignmentEstimate:
+    variance = float(answer.fun @ answer.fun) / (answer.fun.size - answer.x.size)
+    covariance = variance * np.linalg.inv(answer.jac.T @ answer.jac)  # eqs. (12), (13)
+    steps, end = _steps(told), _moved(start, told, answer.x)
+    variances = np.einsum("pi,ij,pj->p", steps, covariance[:-3, :-3], steps)
+    return AlignmentEstimate(
+        parameters=end.parameters,
+        std=np.where(told.determined, np.sqrt(variances), np.nan),
+        initial_momentum_B=end.momentum_B,
+        observability=told,
+        residual_sigma=float(np.sqrt(variance)),
+        iterations=answer.njev,
+    )

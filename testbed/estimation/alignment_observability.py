@@ -1,0 +1,110 @@
+"""Which combinations of inertia and alignments a record determines, and in words those that it leaves open."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+from scipy.linalg import null_space
+
+from testbed.arrays import Array, Flags, Regressor, Theta
+from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.estimation.alignment_model import ALIGNMENTS, KINDS
+from testbed.estimation.identifiability import inertia_size, named_direction, sparse_basis
+
+KNOWN_ANYWAY = 0.1
+"""Shares of the inertia, rad, or shares of a momentum. What is drawn and weighed before a flight is better than that:
+a direction which a record determines no better stays open."""
+NO_PART = 0.02
+"""A parameter with a smaller component in an open direction has no part in it."""
+ALIGNMENT_NAMES = tuple(f"{kind} of cmg{unit}" for kind in KINDS for unit in range(1, 7))
+NAMES = (*PARAMETER_NAMES, *ALIGNMENT_NAMES)
+"""Of all 30 parameters, in order."""
+COMMON_SCALE = "a common scale of J and all rotor momenta"
+CONVENTION = "the mean momentum scale is taken to be 0, so that J and each unit's scale are relative to it"
+_BEFORE_SCALES = len(NAMES) - 6
+
+
+@dataclass(frozen=True, kw_only=True)
+class OpenDirection:
+    """A combination of parameters that a record does not determine.
+
+    Attributes:
+        direction: unit vector in the scaled parameters, shape (30,).
+        name: in words.
+        std: standard deviation along it if nothing else were unknown, in shares and rad; infinite where the record
+            shows nothing of it.
+    """
+
+    direction: Array
+    name: str
+    std: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Observability:
+    """What a record tells of the scaled parameters: θ in shares of the mean moment, angles in rad, momentum scales.
+
+    Attributes:
+        scale: of the 30 parameters, SI per scaled unit.
+        common_scale: the one direction that no record tells; the convention holds it.
+        others: what this record leaves open besides; the parameters are not moved along it.
+        basis: orthonormal directions in which the parameters are estimated, shape (30, r).
+    """
+
+    scale: Array
+    common_scale: OpenDirection
+    others: tuple[OpenDirection, ...]
+    basis: Array
+
+    @property
+    def determined(self) -> Flags:
+        """Which parameters the record determines, given the convention, shape (30,)."""
+        parts = np.array([np.abs(each.direction) for each in self.others]).reshape(-1, len(NAMES))
+        return np.asarray(parts.max(axis=0, initial=0.0) < NO_PART)
+
+
+def observability(columns: Regressor, gyro_noise: float, theta: Theta, working: Flags) -> Observability:
+    """Return what the sensitivities of a record's rates say of each direction.
+
+    Args:
+        columns: ∂ω/∂(θ, alignments), the unknown momentum's share taken out, shape (3N, 30), SI.
+        gyro_noise: σ, rad/s.
+        theta: where they were taken, kg·m².
+        working: which units' rotors carry momentum, shape (6,).
+    """
+    scale = np.concatenate([np.full(6, inertia_size(theta)), np.ones(ALIGNMENTS)])
+    scaled = columns * scale
+    _, strength, directions = np.linalg.svd(scaled, full_matrices=False)
+    common = _common_scale(theta / scale[:6], working)
+    others = _beside(directions[strength * KNOWN_ANYWAY < gyro_noise], common)
+
+    def described(direction: Array, name: str) -> OpenDirection:
+        seen = float(np.linalg.norm(scaled @ direction))
+        return OpenDirection(direction=direction, name=name, std=gyro_noise / seen if seen > 0.0 else inf)
+
+    return Observability(
+        scale=scale,
+        common_scale=described(common, COMMON_SCALE),
+        others=tuple(described(row / np.linalg.norm(row), named_direction(row, NAMES)) for row in sparse_basis(others)),
+        basis=null_space(np.vstack([_mean_scale(working), others])),
+    )
+
+
+def _common_scale(theta: Theta, working: Flags) -> Array:
+    """Return the direction in which θ and all rotor momenta grow alike (trap 18), a unit vector."""
+    direction = np.concatenate([theta, np.zeros(_BEFORE_SCALES - 6), working])
+    return np.asarray(direction / np.linalg.norm(direction))
+
+
+def _mean_scale(working: Flags) -> Array:
+    """Return the weights of the parameters in the mean momentum scale, shape (30,)."""
+    return np.concatenate([np.zeros(_BEFORE_SCALES), working / working.sum()])
+
+
+def _beside(directions: Array, common: Array) -> Array:
+    """Return an orthonormal basis of what open directions span beside the common scale."""
+    beside = directions - np.outer(directions @ common, common)
+    _, size, basis = np.linalg.svd(beside, full_matrices=False)
+    return np.asarray(basis[size > 0.5])  # where one of them was nearly the common scale itself, little is left of it
