@@ -1,0 +1,33 @@
+"""A record cut where it shows its first contact."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from testbed.assembly.estimation import telemetry_of
+from testbed.assembly.platform import PlatformModel
+from testbed.dynamics.inertia import theta_of
+from testbed.estimation.contact import Contact, first_contact
+from testbed.records.record import Record
+from testbed.scenario.scenario import Scenario
+
+
+def cut_at_contact(record: Record, scenario: Scenario, nominal: PlatformModel) -> tuple[Record, Contact | None]:
+    """Return the record, usable up to the first contact that it shows, and that contact.
+
+    A record that states its usable_to, or shows no contact, is returned as it is.
+
+    Args:
+        record: telemetry, flown or measured.
+        scenario: the gyro's noise where the record does not tell it.
+        nominal: the platform that is believed.
+
+    Raises:
+        InputError: the record lacks what the search needs.
+    """
+    if record.details.usable_to is not None:
+        return record, None
+    contact = first_contact(telemetry_of(record, scenario, nominal), theta_of(nominal.inertia))
+    if contact is None:
+        return record, None
+    return replace(record, details=replace(record.details, usable_to=contact.last_free)), contact
