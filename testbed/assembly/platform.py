@@ -101,6 +101,8 @@ def true_properties(scenario: Scenario) -> PlatformProperties:
     if truth.rotor_momentum_N_m_s is not None:
         momentum = np.broadcast_to(np.array(truth.rotor_momentum_N_m_s, dtype=np.float64), 6)
         nominal = replace(nominal, rotor_momentum=_spinning(momentum.copy(), scenario))
+    if truth.gimbal_axis_misalignment_rad is not None:
+        nominal = replace(nominal, misalignment=np.array(truth.gimbal_axis_misalignment_rad))
     return nominal
 
 

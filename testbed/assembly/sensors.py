@@ -67,14 +67,14 @@ def flight_sensors(scenario: Scenario, clock: Clock, seed: int) -> Sensors:
 
 
 def _unit_sensors(scenario: Scenario) -> tuple[UnitSensor, UnitSensor, UnitSensor]:
-    encoder = scenario.encoder
+    encoder, tachometer = scenario.encoder, scenario.tachometer
     return (
         UnitSensor(
             white_noise=encoder.noise_rad,
             zero_offset=np.array(encoder.zero_rad),
             quantization=encoder.quantization_rad,
         ),
-        UnitSensor(white_noise=scenario.tachometer.noise_rad_s),
+        UnitSensor(white_noise=tachometer.noise_rad_s, scale_factor_error=np.array(tachometer.scale_factor_error)),
         UnitSensor(white_noise=scenario.torque_sensor.noise_N_m),
     )
 

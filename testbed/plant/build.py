@@ -12,6 +12,7 @@ import numpy as np
 from testbed.arrays import Matrix3
 from testbed.errors import InputError
 from testbed.plant.geometry import UNIT_NUMBERS, bus_inertia, composite_inertia, composite_mass
+from testbed.plant.misalignment import turn_units
 from testbed.plant.parts import require_parts
 from testbed.plant.properties import PlatformProperties
 
@@ -49,6 +50,8 @@ def specification(properties: PlatformProperties, path: Path) -> mujoco.MjSpec:
     require_parts(spec, path)
     _apply_solver(spec, properties)
     _apply_units(spec, properties)
+    if properties.misalignment is not None:
+        turn_units(spec, properties.misalignment)
     _apply_bus(spec, properties, path)
     if properties.cabin_size is not None:
         _add_cabin(spec, properties.cabin_size)

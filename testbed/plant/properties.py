@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from testbed.arrays import Matrix3, Quaternion, Units, Vector3
+from testbed.arrays import Array, Matrix3, Quaternion, Units, Vector3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,6 +17,7 @@ class PlatformProperties:
         edge: of the bus cube, m.
         skew: angle between body z and every gimbal axis, rad.
         mounting_radius: distance of every unit from body z, m.
+        misalignment: turns of each unit out of its place, shape (6, 2), rad, as in `testbed.cmg.misalignment`.
         rotor_momentum: Js·Ω of each unit when the flight starts, shape (6,), N·m·s; 0 for a failed unit.
         rotor_momentum_limit: what a rotor's servo may carry, N·m·s.
         rotor_spin_inertia: Js, kg·m².
@@ -35,6 +36,7 @@ class PlatformProperties:
     edge: float | None = None
     skew: float | None = None
     mounting_radius: float | None = None
+    misalignment: Array | None = None
     rotor_momentum: Units | None = None
     rotor_momentum_limit: float | None = None
     rotor_spin_inertia: float | None = None

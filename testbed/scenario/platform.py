@@ -15,6 +15,7 @@ from testbed.scenario.values import (
     PositiveSix,
     PositiveTriple,
     Six,
+    SixPairs,
     Triple,
     UnitQuaternion,
 )
@@ -45,6 +46,9 @@ class Truth(Section):
     """True mass of the whole platform."""
     rotor_momentum_N_m_s: Annotated[Annotated[Positive, One] | Annotated[PositiveSix, Many], ManyOrOne] | None = None
     """True rotor momentum of all units, or a list of 6; servos clamp it at the limit; at rest: use cluster.failed."""
+    gimbal_axis_misalignment_rad: SixPairs | None = None
+    """Turns of each unit out of its place: 6 pairs, about its spin axis at gimbal angle zero, then about its transverse
+    axis; a turn about the gimbal axis is an encoder.zero_rad."""
 
 
 class Initial(Section):

@@ -70,6 +70,8 @@ class Tachometer(Section):
 
     noise_rad_s: NonNegative = 0.0
     """Standard deviation of the white noise of a sample."""
+    scale_factor_error: Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    """Relative scale factor error s of each tachometer: it reads (1 + s) times the speed; a pure number."""
 
 
 class TorqueSensor(Section):

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from testbed.arrays import Units, Vector3
+from testbed.cmg.misalignment import turned_axes
 from testbed.scenario.cluster import Cluster
 from testbed.scenario.dispersion import Dispersion
 from testbed.scenario.estimation import Estimation
@@ -64,7 +65,7 @@ def momentum_conflicts(
     if estimation.initial_momentum != "zero" or not (initial and cluster and platform and truth):
         return
     rotors = _rotor_momenta(cluster, truth)
-    momentum = np.linalg.norm(_of_body(initial, platform, truth) + _of_rotors(rotors, initial, cluster))
+    momentum = np.linalg.norm(_of_body(initial, platform, truth) + _of_rotors(rotors, initial, cluster, truth))
     if momentum > _NO_MOMENTUM * rotors.sum():
         amount = f" of {momentum:.3g} N·m·s" if math.isfinite(momentum) else ""
         text = f'is "zero", but the flight starts with momentum{amount}; use "estimated"'
@@ -97,13 +98,15 @@ def _of_body(initial: Initial, platform: Platform, truth: Truth) -> Vector3:
     return np.full(3, np.inf) if inertia is None else np.array(inertia) @ rate
 
 
-def _of_rotors(momenta: Units, initial: Initial, cluster: Cluster) -> Vector3:
-    """Σ Js·Ω s(d), s(d) = s0 cos d + (g × s0) sin d, N·m·s, body axes; zero where it takes a skew of the MJCF's own."""
+def _of_rotors(momenta: Units, initial: Initial, cluster: Cluster, truth: Truth) -> Vector3:
+    """Σ Js·Ω s(d), s(d) = s0 cos d + t0 sin d, N·m·s, body axes; zero where it takes a skew of the MJCF's own."""
     angle, azimuth = np.array(initial.gimbal_angle_rad), np.radians(60.0 * np.arange(6))
-    if cluster.skew_deg is None and angle.any():
+    turned = np.array(truth.gimbal_axis_misalignment_rad or np.zeros((6, 2)))
+    if cluster.skew_deg is None and (angle.any() or turned.any()):
         return np.zeros(3)
     skew = math.radians(cluster.skew_deg or 0.0)  # where it is omitted all angles are zero, and it has no effect
     outward = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros(6)], axis=1)
     gimbal = math.sin(skew) * outward + math.cos(skew) * np.array([0.0, 0.0, 1.0])
-    spin = np.cross([0.0, 0.0, 1.0], outward)
-    return np.asarray((momenta * np.cos(angle)) @ spin + (momenta * np.sin(angle)) @ np.cross(gimbal, spin))
+    axes = turned_axes(gimbal, np.cross([0.0, 0.0, 1.0], outward), turned)
+    along, across = momenta * np.cos(angle), momenta * np.sin(angle)
+    return np.asarray(along @ axes.spin_axis_B + across @ axes.transverse_axis_B)

@@ -79,6 +79,8 @@ Triple: TypeAlias = Annotated[tuple[float, float, float], Strict(False), _entrie
 PositiveTriple: TypeAlias = Annotated[tuple[Positive, Positive, Positive], Strict(False), _entries(3)]
 Quad: TypeAlias = Annotated[tuple[float, float, float, float], Strict(False), _entries(4)]
 Six: TypeAlias = Annotated[tuple[float, float, float, float, float, float], Strict(False), _entries(6)]
+_Pair: TypeAlias = Annotated[tuple[float, float], Strict(False), _entries(2)]
+SixPairs: TypeAlias = Annotated[tuple[_Pair, _Pair, _Pair, _Pair, _Pair, _Pair], Strict(False), _entries(6)]
 PositiveSix: TypeAlias = Annotated[
     tuple[Positive, Positive, Positive, Positive, Positive, Positive], Strict(False), _entries(6)
 ]

@@ -49,7 +49,8 @@ class Clock:
 class Sensors:
     """Sensors of a flight and the additive errors drawn for it.
 
-    Of platforms side by side, errors have shape (samples, B, ...) and the gyro's response (B, 3, 3).
+    Of platforms side by side, errors have shape (samples, B, ...), the gyro's response (B, 3, 3), and the tachometers'
+    scale (B, 6).
 
     Attributes:
         gyro: on the control clock.
@@ -107,12 +108,15 @@ class Flight:
 
 
 def side_by_side(sensors: Sequence[Sensors]) -> Sensors:
-    """Put the sensors of several flights beside each other; they may differ in errors and in the gyro's response."""
+    """Put the sensors of several flights beside each other.
+
+    They may differ in errors, in the gyro's response and in the tachometers' scale.
+    """
     first = sensors[0]
     errors: dict[str, Any] = {name: np.stack([getattr(each, name) for each in sensors], axis=1) for name in _ERRORS}
-    return replace(
-        first, gyro=replace(first.gyro, response=np.stack([each.gyro.response for each in sensors])), **errors
-    )
+    gyro = replace(first.gyro, response=np.stack([each.gyro.response for each in sensors]))
+    scales = np.stack([each.tachometer.scale_factor_error for each in sensors])
+    return replace(first, gyro=gyro, tachometer=replace(first.tachometer, scale_factor_error=scales), **errors)
 
 
 def flight_of(flight: Flight, platform: int) -> Flight:
@@ -120,7 +124,10 @@ def flight_of(flight: Flight, platform: int) -> Flight:
     sensors = flight.sensors
     errors: dict[str, Any] = {name: getattr(sensors, name)[:, platform] for name in _ERRORS}
     gyro = replace(sensors.gyro, response=sensors.gyro.response[platform])
-    return replace(flight, sensors=replace(sensors, gyro=gyro, **errors))
+    tachometer = replace(
+        sensors.tachometer, scale_factor_error=np.asarray(sensors.tachometer.scale_factor_error)[platform]
+    )
+    return replace(flight, sensors=replace(sensors, gyro=gyro, tachometer=tachometer, **errors))
 
 
 def targets_of(
