@@ -32,7 +32,7 @@ class Worker:
         """
         self.connection, remote = _CONTEXT.Pipe()
         self._process = _CONTEXT.Process(target=_serve, args=(remote, plan, threads), daemon=True)
-        with _for_workers():
+        with workers_environment():
             self._process.start()
         remote.close()  # so that the death of the process ends the connection
         self.block: Block | None = None
@@ -80,7 +80,7 @@ def _serve(connection: Connection, plan: CampaignPlan, threads: int) -> None:
 
 
 @contextmanager
-def _for_workers() -> Iterator[None]:
+def workers_environment() -> Iterator[None]:
     """Let processes started here inherit one BLAS thread each, and leave Ctrl-C to their parent."""
     before = {name: os.environ.get(name) for name in _BLAS_THREADS}
     os.environ.update(dict.fromkeys(_BLAS_THREADS, "1"))

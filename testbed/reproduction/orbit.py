@@ -1,0 +1,17 @@
+"""The paper's first piece of future work: a longer maneuver, of an orbiting satellite."""
+
+from __future__ import annotations
+
+from testbed.experiment.conduct import conduct
+from testbed.experiment.experiment import Experiment
+from testbed.scenario.reader import read_scenario
+from testbed.scenario.shipped import shipped_scenario
+
+
+def orbit(seed: int) -> Experiment:
+    """Design, fly and estimate the maneuver of scenarios/orbit.toml once.
+
+    Args:
+        seed: of all sensor noise.
+    """
+    return conduct(read_scenario(shipped_scenario("orbit")), seed)
