@@ -76,8 +76,12 @@ def test_the_result_has_its_form_and_sense(flown):
         # Six parameters, seven scenarios, one seed each: beyond 4.5 standard deviations once in 3,000 suites.
         assert np.abs(error / result["estimates"][name]["std_kg_m2"]).max() < 4.5
         assert np.all(np.array(result["estimates"][name]["std_kg_m2"]) > 0.7 * bound)
-    assert result["conservation"]["momentum_drift_relative"] < 1e-7
     assert result["limits"]["min_singularity_measure"] > 0.05
+    drift = result["conservation"]["momentum_drift_relative"]
+    if scenario.cabin is not None:  # the flight meets its wall, and is neither free nor tracked from then on
+        assert drift > 1e-3
+        return
+    assert drift < 1e-7
     if result["limits"]["saturated_s"] < 1.0:  # the paper's own design asks more than this cluster can give (trap 10)
         assert max(result["tracking"]["rms_rad_s"]) < 0.03
     else:
