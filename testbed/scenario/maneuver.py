@@ -20,7 +20,7 @@ class _Design(Section):
     kind: Literal["design"]
     """Where the maneuver comes from: optimised when the scenario is run."""
     criterion: Literal["D", "A", "E", "condition"]
-    """What is optimised: determinant, trace of the inverse, smallest eigenvalue or condition number of the information."""
+    """What is optimised: determinant, trace of the inverse, smallest eigenvalue or condition number of information."""
     metric: Literal["torque", "momentum"] = "torque"
     """Information of the paper's torque equation, Ψ_fᵀΨ_f behind the prefilter, or of the momentum equation, which is
     the Cramér-Rao bound's where the total momentum is zero."""
@@ -83,6 +83,9 @@ class GimbalDesign(_Design):
 
     parametrization: Literal["gimbal"]
     """What the splines describe: body_rate (3 axes) or gimbal (6 angles)."""
+    parameters: Literal["inertia", "alignments"] = "inertia"
+    """What the criterion is about: the inertia, or the inertia together with every unit's gimbal-axis misalignment, encoder
+    zero and momentum scale."""
     envelope_fraction: Share
     """Share of the cluster's true momentum envelope that the design may use, in every direction."""
     gimbal_rate_fraction: Share
@@ -91,6 +94,17 @@ class GimbalDesign(_Design):
     """Largest gimbal acceleration, to spare the servo; omitted: only the gimbal torque limits it."""
     min_singularity_measure: Annotated[float, Field(ge=0, lt=1)]
     """Smallest singularity measure on the way; a pure number, 1 at the best."""
+
+    def _conflicts(self) -> Iterator[Conflict]:
+        yield from super()._conflicts()
+        if self.parameters == "inertia":
+            return
+        if self.metric != "momentum":
+            text = 'is "torque", but alignments are designed for in the momentum equation; use "momentum"'
+            yield Conflict(key="metric", text=text)
+        if self.criterion != "D":
+            text = f'is "{self.criterion}", but 29 parameters of three units are designed for; use "D", which has none'
+            yield Conflict(key="criterion", text=text)
 
 
 class BasicManeuver(Section):

@@ -238,7 +238,7 @@ class TestRefused:
         path, line = edited(tmp_path, "criterion", 'critrion = "D"')
         assert message_of(path).splitlines()[1:] == [
             f"  line {line}, maneuver.critrion: unknown key; did you mean criterion? It gives: What is optimised: "
-            "determinant, trace of the inverse, smallest eigenvalue or condition number of Ψ_fᵀΨ_f"
+            "determinant, trace of the inverse, smallest eigenvalue or condition number of information"
         ]
 
     def test_all_problems_at_once_in_the_order_of_the_file(self, tmp_path):
