@@ -28,6 +28,7 @@ def design_problem(scenario: Scenario, section: BodyRateDesign | GimbalDesign, n
         initial_gimbal_angle=np.array(scenario.initial.gimbal_angle_rad),
         metric=section.metric,
         target_std=None if target is None else np.array(target),
+        parameters=section.parameters if isinstance(section, GimbalDesign) else "inertia",
     )
 
 

@@ -66,7 +66,7 @@ def criterion_terms(criterion: Criterion, information: ca.MX) -> CriterionTerms:
 
     Args:
         criterion: which one.
-        information: M, shape (6, 6).
+        information: M, shape (6, 6); of any size for D and A.
 
     Source: paper section 4.1.
     """
@@ -80,7 +80,7 @@ def _determinant(information: ca.MX) -> CriterionTerms:
 
 def _trace_inverse(information: ca.MX) -> CriterionTerms:
     """Log of trace(M⁻¹) = |L⁻¹|², of the INVERSE (trap 11); the logarithm scales and does not move the optimum."""
-    return _plain(ca.log(ca.sumsqr(ca.solve(_cholesky(information), ca.MX.eye(6)))))
+    return _plain(ca.log(ca.sumsqr(ca.solve(_cholesky(information), ca.MX.eye(information.shape[0])))))
 
 
 def _smallest_eigenvalue(information: ca.MX) -> CriterionTerms:
@@ -123,7 +123,7 @@ def _plain(cost: ca.MX) -> CriterionTerms:
 
 def _cholesky(matrix: ca.MX) -> ca.MX:
     """Lower Cholesky factor; CasADi factors scalar expressions only, so the matrix goes through a function."""
-    entries = ca.SX.sym("entries", 6, 6)
+    entries = ca.SX.sym("entries", *matrix.shape)
     return ca.Function("cholesky", [entries], [ca.chol(entries).T])(matrix)
 
 

@@ -19,6 +19,9 @@ Parametrization: TypeAlias = Literal["body_rate", "gimbal"]
 Metric: TypeAlias = Literal["torque", "momentum"]
 """Of the information: the paper's Ψ_fᵀΨ_f, or that of the momentum equation, which is the Cramér-Rao bound's."""
 
+Parameters: TypeAlias = Literal["inertia", "alignments"]
+"""What the criterion is about: the inertia alone, or together with the alignments of every unit."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class DesignProblem:
@@ -37,6 +40,7 @@ class DesignProblem:
         initial_gimbal_angle: d(0), shape (6,), rad.
         metric: which information the criterion is taken of.
         target_std: of θ, kg·m²; the criterion counts each parameter in shares of its target; None counts all alike.
+        parameters: what the criterion is about; alignments take the momentum equation and a start without momentum.
     """
 
     name: str
@@ -51,6 +55,7 @@ class DesignProblem:
     initial_gimbal_angle: Units = field(default_factory=lambda: np.zeros(6))
     metric: Metric = "torque"
     target_std: Theta | None = None
+    parameters: Parameters = "inertia"
 
     @property
     def total_momentum_B(self) -> Vector3:

@@ -12,13 +12,16 @@ import casadi as ca
 import numpy as np
 
 from testbed.arrays import Array
+from testbed.errors import InputError
+from testbed.maneuver.alignment_information import alignment_information
 from testbed.maneuver.cluster_motion import body_rate_function
 from testbed.maneuver.criteria import Criterion
 from testbed.maneuver.design import Design, DesignProblem, GimbalLimits, Search
 from testbed.maneuver.formulation import SplinePoints, formulated, prefilter_of
 from testbed.maneuver.gimbal_limits import hull_limits, path_limits
 from testbed.maneuver.gimbal_maneuver import gimbal_maneuver
-from testbed.maneuver.momentum_path import sampled, total_momentum
+from testbed.maneuver.information import SampledFilter
+from testbed.maneuver.momentum_path import rests_without_momentum, sampled, total_momentum
 from testbed.maneuver.multistart import best_of_starts, compiled_stages, finished_design
 from testbed.maneuver.objective import design_information
 from testbed.maneuver.program import Program
@@ -81,7 +84,7 @@ def _program(problem: DesignProblem, criterion: Criterion, limits: GimbalLimits,
     body_rate = motion(angle, rate, total[:, : len(fine_time)]).T
     return formulated(
         criterion,
-        design_information(problem, sampling, body_rate),
+        _information(problem, sampling, angle, body_rate),
         points=points,
         limits=(
             *hull_limits(problem, limits, points.rows),
@@ -89,3 +92,14 @@ def _program(problem: DesignProblem, criterion: Criterion, limits: GimbalLimits,
         ),
         hessian="exact" if criterion == _CURVED else "limited-memory",
     )
+
+
+def _information(problem: DesignProblem, sampling: SampledFilter, angle: ca.MX, body_rate: ca.MX) -> ca.MX:
+    if problem.parameters == "inertia":
+        return design_information(problem, sampling, body_rate)
+    if not rests_without_momentum(problem):
+        raise InputError(
+            "a design for alignments starts without momentum: at rest, with gimbal angles at which the rotors' momenta "
+            "cancel, such as zero"
+        )
+    return alignment_information(problem.cluster, problem.inertia, sampling, angle, body_rate)

@@ -27,12 +27,18 @@ def total_momentum(problem: DesignProblem, points: ca.MX, time: Series) -> ca.MX
         time: shape (N,), s, from 0.
     """
     start = problem.total_momentum_B
-    if np.linalg.norm(start) <= _NEGLIGIBLE * np.abs(problem.cluster.rotor_momentum).sum():
+    if rests_without_momentum(problem):
         return ca.MX(np.tile(start[:, None], len(time)))
     middle = (time[:-1] + time[1:]) / 2.0
     at = [sampled(problem, points, grid, order) for grid in (time[:-1], middle, time[1:]) for order in (0, 1)]
     later = _step_function(problem).mapaccum(len(middle))(start, *at, np.diff(time)[None])
     return ca.horzcat(start, later)
+
+
+def rests_without_momentum(problem: DesignProblem) -> bool:
+    """Return whether a maneuver starts, and so stays, without total momentum."""
+    rotors = np.abs(problem.cluster.rotor_momentum).sum()
+    return bool(np.linalg.norm(problem.total_momentum_B) <= _NEGLIGIBLE * rotors)
 
 
 def sampled(problem: DesignProblem, points: ca.MX, time: Series, derivative: int) -> ca.MX:

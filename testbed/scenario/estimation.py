@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
-from pydantic import Field, Strict
+from pydantic import Field, Strict, model_validator
 
-from testbed.scenario.section import Section
+from testbed.scenario.section import Conflict, Section, refuse
 from testbed.scenario.values import Distinct, PrefilterTime
 
 
@@ -23,3 +24,16 @@ class Estimation(Section):
     """Instrument: the reference maneuver, a simulation of the nominal platform, or of the estimated one, iterated."""
     initial_momentum: Literal["estimated", "zero"]
     """Whether the total momentum is estimated along, or known to be zero."""
+    alignments: bool = False
+    """Whether output error also estimates the inertia together with every unit's gimbal-axis misalignment, encoder zero
+    and momentum scale."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Estimation:
+        refuse(self._conflicts())
+        return self
+
+    def _conflicts(self) -> Iterator[Conflict]:
+        if self.alignments and self.initial_momentum == "zero":
+            text = 'is "zero", but a cluster out of alignment carries momentum even at rest; use "estimated"'
+            yield Conflict(key="initial_momentum", text=text)

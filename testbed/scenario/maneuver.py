@@ -84,8 +84,8 @@ class GimbalDesign(_Design):
     parametrization: Literal["gimbal"]
     """What the splines describe: body_rate (3 axes) or gimbal (6 angles)."""
     parameters: Literal["inertia", "alignments"] = "inertia"
-    """What the criterion is about: the inertia, or the inertia together with every unit's gimbal-axis misalignment, encoder
-    zero and momentum scale."""
+    """What the criterion is about: the inertia, or together with it every unit's gimbal-axis misalignment, encoder zero
+    and momentum scale."""
     envelope_fraction: Share
     """Share of the cluster's true momentum envelope that the design may use, in every direction."""
     gimbal_rate_fraction: Share
