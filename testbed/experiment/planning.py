@@ -91,7 +91,8 @@ def _design(
     if isinstance(section, GimbalDesign):
         return gimbal_design(problem, gimbal_limits(scenario, section), search)
     penalty = Penalty() if section.constraint == "penalty" else None
-    return body_rate_design(problem, body_rate_limits(scenario, section), search, penalty)
+    initial = basic_profile(duration=section.duration_s) if section.start_from == "basic" else None
+    return body_rate_design(problem, body_rate_limits(scenario, section), search, penalty, initial)
 
 
 def _gimbal_points(scenario: Scenario, section: GimbalPoints, nominal: PlatformModel) -> Maneuver:

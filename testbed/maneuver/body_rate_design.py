@@ -23,10 +23,16 @@ from testbed.maneuver.splines import basis_matrix, clamped_spline, derivative_po
 _HELD_POINTS = 2
 """Control points held at each end, so that ω and ω̇ both stand still and the gimbal servos need not jump. It costs 3 %
 of the A-optimal trace of the inverse against holding ω alone."""
+_INSTANTS_PER_POINT = 10
+"""Instants at which a given start is met as nearly as the control points allow."""
 
 
 def body_rate_design(
-    problem: DesignProblem, limits: BodyRateLimits, search: Search, penalty: Penalty | None = None
+    problem: DesignProblem,
+    limits: BodyRateLimits,
+    search: Search,
+    penalty: Penalty | None = None,
+    initial: Maneuver | None = None,
 ) -> Design:
     """Design the body rate, from its initial value to rest.
 
@@ -35,6 +41,7 @@ def body_rate_design(
         limits: of the cluster and of the body rate.
         search: starts and seed.
         penalty: weights of the paper's soft limits, where they replace hard ones; they are overshot by 1 to 2 %.
+        initial: where the optimiser starts, as the paper does from its basic profile; None draws the starts at random.
 
     Raises:
         InfeasibleDesignError: the limits cannot be met.
@@ -46,7 +53,8 @@ def body_rate_design(
     budget = body_rate_budget(problem, limits)
     stages = compiled_stages(problem, lambda criterion: _program(problem, criterion, budget, points, penalty))
     setup_seconds = time.perf_counter() - began
-    best = best_of_starts(stages, _draw(budget, points), search)
+    draw = _draw(budget, points) if initial is None else _given(problem, points, initial)
+    best = best_of_starts(stages, draw, search)
     maneuver = Maneuver(
         name=problem.name,
         duration=problem.duration,
@@ -70,6 +78,16 @@ def _open_points(problem: DesignProblem) -> SplinePoints:
 def _draw(budget: Budget, points: SplinePoints) -> Callable[[np.random.Generator], Array]:
     scale = np.repeat(budget.rate, points.free.numel() // 3)
     return lambda rng: rng.uniform(-scale, scale)
+
+
+def _given(problem: DesignProblem, points: SplinePoints, initial: Maneuver) -> Callable[[np.random.Generator], Array]:
+    """Start from the spline nearest to a maneuver, whatever control points that one has."""
+    time = np.linspace(0.0, problem.duration, _INSTANTS_PER_POINT * problem.control_points)
+    basis = basis_matrix(problem.duration, problem.control_points, time)
+    nearest = np.linalg.lstsq(basis, initial.reference(time).body_rate)[0]
+    held = (problem.control_points - points.free.numel() // 3) // 2  # at each end
+    values = np.asarray(nearest[held : problem.control_points - held].ravel(order="F"))
+    return lambda _: values
 
 
 def _program(

@@ -76,6 +76,16 @@ class BodyRateDesign(_Design):
     """Limits as constraints on the control points, or as the paper's sixth-power penalty, eqs. (27)-(29)."""
     envelope_fraction: Share
     """Share of the cluster's torque and momentum limits that the design may use, eqs. (25), (26), (31)."""
+    start_from: Literal["random", "basic"] = "random"
+    """Where the optimiser starts: random motions, or the paper's basic profile, which is one start."""
+
+    def _conflicts(self) -> Iterator[Conflict]:
+        yield from super()._conflicts()
+        if self.start_from == "basic" and self.starts != 1:
+            yield Conflict(
+                key="starts",
+                text=f'is {self.starts}, but the basic profile is one start; use 1, or start_from "random"',
+            )
 
 
 class GimbalDesign(_Design):

@@ -8,7 +8,9 @@ import pytest
 from testbed.errors import InfeasibleDesignError
 from testbed.maneuver.body_rate_design import body_rate_design
 from testbed.maneuver.design import Search
+from testbed.maneuver.information import maneuver_information
 from testbed.maneuver.penalty import Penalty
+from testbed.maneuver.profiles import basic_profile
 from tests.maneuvers import INERTIA, MOMENTUM_LIMIT, TORQUE_LIMIT, body_rate_limits, design_problem
 
 FINE = np.linspace(0.0, 5.0, 1601)  # the design's own grid has 161 instants
@@ -103,3 +105,26 @@ def test_limits_that_conflict_are_named():
     """A start at 0.4 rad/s cannot keep |ω| ≤ 0.3 rad/s: a third too much."""
     with pytest.raises(InfeasibleDesignError, match=r"body rate by 0\.33 of its limit"):
         designed(starts=1, initial_body_rate=np.array([0.4, 0.0, 0.0]))
+
+
+def test_a_given_start_leads_to_an_optimum_near_it():
+    """Each design is an optimum, so that started from itself it stays, to the solver's tolerance in the cost."""
+    for penalty in (None, Penalty()):
+        design = designed(penalty=penalty, starts=1)
+        again = body_rate_design(
+            design_problem("D", 16), body_rate_limits(), Search(starts=1, seed=9), penalty, initial=design.maneuver
+        )
+        np.testing.assert_allclose(again.maneuver.body_rate.c, design.maneuver.body_rate.c, atol=1e-3 * 0.3)
+        assert again.starts[0].cost == pytest.approx(design.starts[0].cost, abs=1e-4)
+
+
+def test_a_given_start_may_have_other_control_points():
+    """What seeds draw does not matter then, and the paper's way improves on the profile it starts from."""
+    first, second = (
+        body_rate_design(
+            design_problem("D", 8), body_rate_limits(), Search(starts=1, seed=seed), Penalty(), initial=basic_profile()
+        )
+        for seed in (1, 2)
+    )
+    np.testing.assert_array_equal(first.maneuver.body_rate.c, second.maneuver.body_rate.c)
+    assert first.information.determinant > 1e4 * maneuver_information(basic_profile(), 16.0, 0.8).determinant
