@@ -1,0 +1,118 @@
+"""What every named effect tells of itself, how it enters the prediction, and how it is built into a flying model."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Literal, TypeAlias
+
+import numpy as np
+
+from testbed.arrays import Array
+from testbed.plant.additions import Addition
+from testbed.prediction.grid import Grid
+from testbed.prediction.hooks import Hooks
+from testbed.scenario.scenario import Scenario
+
+Channel: TypeAlias = Literal[
+    "gimbal_angle", "gimbal_rate_command", "gimbal_torque", "rotor_speed", "applied_torque", "attitude", "any_actuator"
+]
+"""What a record has to carry beside the body rate for an effect to be tested for."""
+
+UNITS = tuple(f"cmg{number}" for number in range(1, 7))
+"""Components of effects that sit in one CMG unit."""
+AXES = ("x", "y", "z")
+"""Components of effects that sit on one gyro axis."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """One parameter of an effect, SI.
+
+    Attributes:
+        name: as in files, with its unit suffix, e.g. `delay_s`.
+        unit: e.g. `s`.
+        typical: a size that hardware of this class shows; tests use it.
+        lower: smallest value that is physical; minus infinity where any is.
+        upper: largest.
+        absent: value at which the effect does nothing.
+    """
+
+    name: str
+    unit: str
+    typical: float
+    lower: float = -np.inf
+    upper: float = np.inf
+    absent: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Extension:
+    """What an effect adds to a flying model.
+
+    Attributes:
+        platform: parts and torques that are added to the MJCF.
+        scenario: keys of the scenario that change, by section, e.g. `{"gyro": {"latency_s": 0.01}}`.
+    """
+
+    platform: Sequence[Addition] = ()
+    scenario: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+
+class Effect(ABC):
+    """One row of the table of effects. Adding one: a file with a class like this, its line in the registry, its test.
+
+    Attributes:
+        id: as in diagnosis.json.
+        components: where it can sit; the parameters of two components are different hypotheses.
+        parameters: in the order of the values.
+        needs: channels without which it cannot be tested for.
+        sentence: what it is, for the report; `{component}` stands for the place.
+        look_alikes: ids of effects that leave nearly the same trace.
+        confirm: the experiment that would tell it from them.
+    """
+
+    id: ClassVar[str]
+    components: ClassVar[tuple[str, ...]]
+    parameters: ClassVar[tuple[Parameter, ...]]
+    needs: ClassVar[tuple[Channel, ...]] = ("any_actuator",)
+    sentence: ClassVar[str]
+    look_alikes: ClassVar[tuple[str, ...]] = ()
+    confirm: ClassVar[str]
+
+    @abstractmethod
+    def hooks(self, component: str) -> Hooks:
+        """Return how it enters the prediction."""
+
+    def starts(self, component: str, grid: Grid) -> Array:  # noqa: ARG002 - for those that scan
+        """Return values from which to search, and at which its signature is taken, shape (S, K).
+
+        One row, at which it is absent, unless a frequency or an instant has to be scanned.
+        """
+        return np.array([[parameter.absent for parameter in self.parameters]])
+
+    @abstractmethod
+    def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
+        """Return how a flying model with this effect differs from one without.
+
+        Args:
+            component: where it sits.
+            values: of the parameters, shape (K,).
+            scenario: without the effect.
+        """
+
+
+def unit_index(component: str) -> int:
+    """Return the index, from 0, of the CMG unit that a component such as `cmg3` names."""
+    return UNITS.index(component)
+
+
+def only_unit(component: str, value: Array) -> Array:
+    """Return values for all six units of which only the component's is not zero, shape (..., 6).
+
+    Args:
+        component: e.g. `cmg3`.
+        value: shape (...,).
+    """
+    return np.asarray(value[..., None] * (np.arange(6) == unit_index(component)))

@@ -1,0 +1,53 @@
+"""One rotor turns at another speed than its tachometer says, or carries another inertia: its momentum is off."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import final
+
+from typing_extensions import override
+
+from testbed.arrays import Array
+from testbed.cmg.cluster import Cluster
+from testbed.effects.contract import UNITS, Effect, Extension, Parameter, only_unit
+from testbed.prediction.grid import Gimbals, Grid
+from testbed.prediction.hooks import Hooks
+from testbed.scenario.scenario import Scenario
+
+
+class _Scaled(Hooks):
+    def __init__(self, component: str) -> None:
+        self._component = component
+
+    @override
+    def gimbals(self, gimbals: Gimbals, value: Array, grid: Grid, cluster: Cluster) -> Gimbals:
+        scale = 1.0 + only_unit(self._component, value[:, 0])
+        return replace(gimbals, rotor_momentum=gimbals.rotor_momentum * scale[:, None])
+
+
+@final
+class RotorSpeed(Effect):
+    """h_i → (1 + e) h_i against what telemetry says."""
+
+    id = "rotor_speed"
+    components = UNITS
+    parameters = (Parameter(name="relative_error", unit="1", typical=0.01, lower=-0.5, upper=0.5),)
+    needs = ("gimbal_angle",)
+    sentence = "The rotor of {component} carries another momentum than its tachometer and its drawing say."
+    look_alikes = ("inertia", "gimbal_zero")
+    confirm = "Null motion of that unit; an outside measurement for an error common to all rotors."
+
+    @override
+    def hooks(self, component: str) -> Hooks:
+        return _Scaled(component)
+
+    @override
+    def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
+        error = only_unit(component, values[:1])[0]
+        momentum = scenario.cluster.rotor_momentum_N_m_s * (1.0 + error)
+        return Extension(
+            scenario={
+                "truth": {"rotor_momentum_N_m_s": momentum.tolist()},
+                "tachometer": {"scale_factor_error": (1.0 / (1.0 + error) - 1.0).tolist()},
+            }
+        )

@@ -1,0 +1,111 @@
+"""What a physical effect may change in the prediction: the contract between the effects and the integration.
+
+Every hook does nothing unless an effect overrides it. `value` holds the effect's parameters, shape (P, K), or (K,) in
+`initial_state`; the results broadcast over runs R and parameter sets P. All arithmetic has to be analytic in `value`,
+because derivatives are taken by a complex step: no abs, no comparison of values, no real parts but of what a branch is
+chosen by (`sign_of` and `magnitude` are the analytic ones).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from testbed.arrays import Array, Series
+from testbed.cmg.cluster import Cluster
+from testbed.prediction.grid import Gimbals, Grid
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Instant:
+    """The motion at one instant of all runs and parameter sets.
+
+    Attributes:
+        time: of each run, shape (R, 1), s.
+        body_rate: ω, shape (R, P, 3), rad/s, body axes.
+        attitude: R_RB, shape (R, P, 3, 3): turns body components into those of the body's axes at the run's first
+            sample; the identity where no effect asks for it.
+        state: the effect's own states, shape (R, P, S).
+    """
+
+    time: Array
+    body_rate: Array
+    attitude: Array
+    state: Array
+
+
+class Hooks:
+    """An effect in the prediction; this one changes nothing.
+
+    Attributes:
+        states: number of further states that the effect integrates.
+        needs_attitude: whether its torque depends on the attitude.
+    """
+
+    states: int = 0
+    needs_attitude: bool = False
+
+    def gimbals(self, gimbals: Gimbals, value: Array, grid: Grid, cluster: Cluster) -> Gimbals:  # noqa: ARG002
+        """Return the units as they are instead of as telemetry has them."""
+        return gimbals
+
+    def cluster_momentum(self, momentum_B: Array, value: Array, grid: Grid) -> Array:  # noqa: ARG002
+        """Return h(t), shape (R, P, T, 3), N·m·s, for runs with or without gimbal angles."""
+        return momentum_B
+
+    def applied_torque(self, torque_B: Array, value: Array, grid: Grid) -> Array:  # noqa: ARG002
+        """Return the torque that the actuators apply, shape (R, P, T, 3), N·m, from what telemetry says of it."""
+        return torque_B
+
+    def torque(self, value: Array, at: Instant) -> Array:  # noqa: ARG002
+        """Return the external torque, shape (R, P, 3), N·m, body axes."""
+        return np.zeros(3)
+
+    def initial_state(self, value: Array) -> Array:
+        """Return the effect's states at the first sample of every run, shape (P, S)."""
+        return np.zeros((len(value), self.states))
+
+    def state_rate(self, value: Array, at: Instant) -> Array:  # noqa: ARG002
+        """Return the rates of change of the effect's states, shape (R, P, S)."""
+        return np.zeros(self.states)
+
+    def hidden_inertia(self, value: Array) -> Array:  # noqa: ARG002
+        """Return what of the whole inertia does not turn with the body, shape (P, 3, 3), kg·m²."""
+        return np.zeros((3, 3))
+
+    def hidden_momentum(self, value: Array, state: Array) -> Array:  # noqa: ARG002
+        """Return the momentum that the effect's states hold, shape (R, P, 3), N·m·s, body axes."""
+        return np.zeros(3)
+
+    def gyro_time_constant(self, value: Array) -> Array:  # noqa: ARG002
+        """Return the time constant of a first-order low-pass in the gyro, shape (P,), s."""
+        return np.zeros(1)
+
+    def gyro_delay(self, value: Array) -> Array:  # noqa: ARG002
+        """Return the age of what a gyro sample shows, shape (P,), s."""
+        return np.zeros(1)
+
+    def gyro_reading(self, reading: Array, value: Array, time: Series, run: int) -> Array:  # noqa: ARG002
+        """Return what the gyro reads, shape (P, N, 3), rad/s, instead of `reading`, at times of shape (N,)."""
+        return reading
+
+
+def sign_of(value: Array) -> Array:
+    """Return the sign of the real part: analytic but at zero."""
+    return np.sign(value.real)
+
+
+def magnitude(value: Array) -> Array:
+    """Return |value| as the analytic function that it is on either side of zero."""
+    return value * sign_of(value)
+
+
+def column(value: Array, index: int) -> Array:
+    """Return one parameter so that it broadcasts against (R, P, 3), shape (P, 1).
+
+    Args:
+        value: shape (P, K).
+        index: of the parameter.
+    """
+    return value[:, index, None]

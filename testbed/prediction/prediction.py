@@ -1,0 +1,86 @@
+"""Predictions of the gyro's samples, and their exact derivatives with respect to every parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from testbed.arrays import Array
+from testbed.prediction.grid import Grid
+from testbed.prediction.gyro import readings
+from testbed.prediction.hooks import Hooks
+from testbed.prediction.integration import Values, node_rates
+
+_COMPLEX_STEP = 1e-20
+"""The derivative is the imaginary part over it: no difference is taken, so that it is exact to rounding.
+
+Source: Squire and Trapp, "Using complex variables to estimate derivatives of real functions", SIAM Review (1998).
+"""
+_SETS_AT_ONCE = 64
+"""Parameter sets integrated together: beyond it memory grows and time does not fall."""
+
+
+def predicted(grid: Grid, hooks: Sequence[Hooks], values: Values) -> list[Array]:
+    """Return the predicted gyro samples of every run, each of shape (P, N, 3), rad/s.
+
+    Args:
+        grid: the runs.
+        hooks: the effects in the model.
+        values: parameter sets, P of them.
+
+    Raises:
+        InputError: the motion leaves the finite numbers.
+    """
+    return readings(grid, hooks, values.effects, node_rates(grid, hooks, values))
+
+
+def common_size(effects: Sequence[Array]) -> int:
+    """Return the number of parameters that all runs share: θ, and those of the effects."""
+    return 6 + sum(int(value.shape[-1]) for value in effects)
+
+
+def predicted_with_derivatives(grid: Grid, hooks: Sequence[Hooks], values: Values) -> tuple[list[Array], list[Array]]:
+    """Return the prediction of one parameter set and its derivatives.
+
+    Args:
+        grid: the runs.
+        hooks: the effects in the model.
+        values: one parameter set, P = 1.
+
+    Returns:
+        Of every run the samples, shape (N, 3), rad/s, and ∂ω̄/∂(θ, effects, the run's own ω₀), shape (N, 3, C + 3) with
+        C from `common_size`.
+    """
+    common = common_size(values.effects)
+    columns = [_columns(grid, hooks, values, block) for block in _blocks(common + 3)]
+    samples = [reading.real[0] for reading in columns[0]]
+    derivatives = [
+        np.concatenate([_imaginary(block[run]) for block in columns], axis=-1) for run in range(len(samples))
+    ]
+    return samples, derivatives
+
+
+def _blocks(columns: int) -> list[range]:
+    return [range(first, min(first + _SETS_AT_ONCE, columns)) for first in range(0, columns, _SETS_AT_ONCE)]
+
+
+def _columns(grid: Grid, hooks: Sequence[Hooks], values: Values, block: range) -> list[Array]:
+    """Predict with one parameter after the other a complex step away from its value."""
+    step: Any = np.zeros((len(block), common_size(values.effects) + 3), dtype=np.complex128)
+    step[np.arange(len(block)), block] = 1j * _COMPLEX_STEP
+    theta, *effects, initial = np.split(step, np.cumsum([6, *(value.shape[-1] for value in values.effects)]), axis=1)
+    return predicted(
+        grid,
+        hooks,
+        Values(
+            theta=values.theta + theta,
+            initial_rate=values.initial_rate + initial,
+            effects=tuple(value + change for value, change in zip(values.effects, effects, strict=True)),
+        ),
+    )
+
+
+def _imaginary(reading: Array) -> Array:
+    return np.moveaxis(reading.imag / _COMPLEX_STEP, 0, -1)

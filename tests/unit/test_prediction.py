@@ -1,0 +1,173 @@
+"""Predictions of measured runs against a tight integration, and their derivatives against differences."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from typing_extensions import override
+
+from benchmarks.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times
+from testbed.arrays import Array
+from testbed.effects.registry import EFFECTS
+from testbed.errors import InputError
+from testbed.estimation.motion import drive_of, simulate
+from testbed.prediction.grid import grid_of
+from testbed.prediction.hooks import Hooks, Instant
+from testbed.prediction.integration import Values, symmetric_inverse
+from testbed.prediction.prediction import predicted, predicted_with_derivatives
+
+MOMENTUM_B = np.array([0.003, -0.004, 0.006])
+FLIGHT = nominal_flight(MOMENTUM_B)
+RUN = exact_telemetry(FLIGHT, sample_times(16.0), sample_times(1000.0))  # so that encoders leave no error
+SHORT = replace(RUN, gyro_time=RUN.gyro_time[:40], body_rate=RUN.body_rate[:40])
+GRID = grid_of([RUN, SHORT])
+INITIAL_RATE = np.stack([RUN.body_rate[0], SHORT.body_rate[0]])[:, None]
+
+
+def values(*effects: float | Array, theta=TRUE_THETA) -> Values:
+    return Values(
+        theta=np.atleast_2d(theta),
+        initial_rate=INITIAL_RATE,
+        effects=tuple(np.atleast_2d(np.asarray(value, dtype=float)) for value in effects),
+    )
+
+
+def test_the_prediction_meets_the_exact_motion_in_every_run():
+    for reading, run in zip(predicted(GRID, [], values()), (RUN, SHORT), strict=True):
+        np.testing.assert_allclose(reading[0], run.body_rate, atol=1e-8)  # rad/s, of 1 rad/s
+
+
+def test_it_agrees_with_the_estimators_own_prediction():
+    theirs = simulate(drive_of(RUN), TRUE_THETA + 1e-3, MOMENTUM_B).body_rate
+    ours = predicted(grid_of([RUN]), [], replace(values(theta=TRUE_THETA + 1e-3), initial_rate=theirs[:1][:, None]))
+    np.testing.assert_allclose(ours[0][0], theirs, atol=1e-8)
+
+
+def test_parameter_sets_do_not_mix():
+    many = values(theta=TRUE_THETA + 1e-3 * np.arange(3)[:, None])
+    for run in range(2):
+        together = predicted(GRID, [], many)[run]
+        alone = [predicted(GRID, [], values(theta=theta))[run][0] for theta in many.theta]
+        np.testing.assert_allclose(together, alone, atol=1e-14)
+
+
+class Everything(Hooks):
+    """Uses every hook at once: drag, a hinged mode, an inertial torque, a slow and late gyro, a leaking momentum."""
+
+    states = 2
+    needs_attitude = True
+
+    @override
+    def cluster_momentum(self, momentum_B, value, grid):
+        return momentum_B * (1.0 + value[:, 0, None, None] * grid.time[:, None, :, None])
+
+    @override
+    def applied_torque(self, torque_B, value, grid):
+        return torque_B + value[:, 1, None, None]
+
+    @override
+    def torque(self, value, at: Instant):
+        field = np.array([1e-4, -2e-4, 1e-4])
+        return -value[:, 2, None] * at.body_rate + value[:, 3, None] * np.vecmat(field, at.attitude)
+
+    @override
+    def hidden_inertia(self, value):
+        return value[:, 4, None, None] * np.diag([1.0, 0.0, 0.0])
+
+    @override
+    def hidden_momentum(self, value, state):
+        return state[..., 1:] * np.array([1.0, 0.0, 0.0])
+
+    @override
+    def state_rate(self, value, at: Instant):
+        """π̇ = -k η - c η̇, η̇ = π / I - a·ω."""
+        deflection, momentum = at.state[..., 0], at.state[..., 1]
+        speed = momentum / value[:, 4] - at.body_rate[..., 0]
+        return np.stack([speed, -value[:, 5] * deflection - 1e-5 * speed], axis=-1)
+
+    @override
+    def gyro_time_constant(self, value):
+        return value[:, 6]
+
+    @override
+    def gyro_delay(self, value):
+        return value[:, 7]
+
+    @override
+    def gyro_reading(self, reading, value, time, run):
+        return reading * (1.0 + value[:, 8, None, None])
+
+
+SIZES = np.array([0.01, 1e-4, 1e-4, 1.0, 1e-3, 0.4, 0.02, 0.013, 0.01])
+
+
+def test_derivatives_agree_with_differences():
+    samples, derivatives = predicted_with_derivatives(GRID, [Everything()], values(SIZES))
+    for run, sample in enumerate(samples):
+        np.testing.assert_allclose(sample, predicted(GRID, [Everything()], values(SIZES))[run][0], atol=1e-14)
+
+    def shifted(index: int, step: float) -> list[Array]:
+        change = np.zeros(6 + len(SIZES) + 3)
+        change[index] = step
+        moved = values(SIZES + change[6:-3], theta=TRUE_THETA + change[:6])
+        return predicted(GRID, [Everything()], replace(moved, initial_rate=INITIAL_RATE + change[-3:]))
+
+    scales = np.concatenate([np.full(6, 0.02), SIZES, np.ones(3)])
+    for index, scale in enumerate(scales):
+        step = 1e-5 * scale
+        forward, back = shifted(index, step), shifted(index, -step)
+        for run in range(2):
+            difference = (forward[run][0] - back[run][0]) / (2 * step)
+            # A central difference of 1e-5: 1e-10 of truncation, 1e-16 / 1e-5 of rounding, both per scale.
+            np.testing.assert_allclose(derivatives[run][..., index] * scale, difference * scale, atol=2e-9)
+
+
+@pytest.mark.parametrize("lag", [1e-4, 0.02, 0.3])
+def test_the_low_pass_is_that_of_a_line_and_of_a_sine(lag):
+    """A rate that grows on a line is shown late by T; a hook that is only a lag must do what the theory says."""
+
+    class Slow(Hooks):
+        @override
+        def gyro_time_constant(self, value):
+            return value[:, 0]
+
+    class Late(Hooks):
+        @override
+        def gyro_delay(self, value):
+            return value[:, 0]
+
+    slow, late = (predicted(GRID, [hook], values(lag))[0][0] for hook in (Slow(), Late()))
+    straight = predicted(GRID, [], values())[0][0]
+    if lag == 1e-4:  # T ≪ the motion's times: a lag is a delay but for T² ω̈ / 2, below 1e-8 · 100 / 2
+        np.testing.assert_allclose(slow, late, atol=1e-6)
+    assert np.abs(slow - straight).max() > 0.5 * lag
+    # ∫ (u - x) dt = T (x(end) - x(0)): what a low-pass holds back, whatever the motion; Simpson at 16 Hz leaves 1e-4.
+    held_back = np.trapezoid(straight - slow, RUN.gyro_time, axis=0)
+    np.testing.assert_allclose(held_back, lag * (slow[-1] - slow[0]), atol=5e-3 * max(lag, 0.02))
+
+
+def test_inverse_by_cofactors():
+    matrix = np.random.default_rng(1).normal(size=(20, 3, 3))
+    matrix = matrix @ np.swapaxes(matrix, -1, -2) + np.eye(3)
+    np.testing.assert_allclose(symmetric_inverse(matrix) @ matrix, np.tile(np.eye(3), (20, 1, 1)), atol=1e-11)
+
+
+def test_runs_with_other_channels_are_refused():
+    with pytest.raises(InputError, match="same channels"):
+        grid_of([RUN, replace(RUN, rotor_momentum=None)] if RUN.rotor_momentum is not None else [RUN, without_angles()])
+
+
+def without_angles():
+    return replace(RUN, gimbal_angle=None, rotor_momentum=None, cluster_momentum=np.zeros((len(RUN.actuator_time), 3)))
+
+
+@pytest.mark.parametrize("effect", EFFECTS.values(), ids=lambda effect: effect.id)
+def test_an_absent_effect_changes_nothing(effect):
+    plain = predicted(GRID, [], values())
+    absent = [parameter.absent for parameter in effect.parameters]
+    for component in effect.components:
+        with_effect = predicted(GRID, [effect.hooks(component)], values(absent))
+        for run in range(2):
+            np.testing.assert_allclose(with_effect[run], plain[run], atol=1e-12)
