@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from testbed.assembly.dispersion import dispersed
+from testbed.cli.alignments import print_alignments
 from testbed.cli.console import console, design_progress, say, warn
 from testbed.cli.failures import COMPLETED, DIVERGED, naming
 from testbed.cli.tables import design_lines, flight_lines, result_table
@@ -54,6 +55,8 @@ def _print_result(experiment: Experiment, folder: Path) -> None:
         for name, message in experiment.estimation.failures.items():
             warn(f"{name} gave no estimate", message)
         say()
+    if experiment.aligning is not None:
+        print_alignments(experiment.aligning)
     for line in (*design_lines(experiment.plan.design), *flight_lines(experiment.flown)):
         say(line)
     say()

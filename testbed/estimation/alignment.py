@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import OptimizeResult
 
-from testbed.arrays import Array, Regressor, Theta, Vector3
+from testbed.arrays import Array, Flags, Regressor, Theta, Vector3
 from testbed.errors import InputError
 from testbed.estimation.alignment_model import (
     ALIGNMENTS,
@@ -85,7 +85,7 @@ def estimated_alignments(telemetry: Telemetry, settings: EstimationSettings) -> 
     return _estimate(start, told, answer)
 
 
-def relative_parameters(theta: Theta, alignment: Alignment, working: Array) -> Array:
+def relative_parameters(theta: Theta, alignment: Alignment, working: Flags) -> Array:
     """Return parameters in the order of `NAMES`, shape (30,), relative to a mean momentum scale of zero.
 
     (1 + k) and J are divided by the mean of 1 + k: what no motion tells apart becomes the same numbers.

@@ -21,6 +21,7 @@ NO_PART = 0.02
 ALIGNMENT_NAMES = tuple(f"{kind} of cmg{unit}" for kind in KINDS for unit in range(1, 7))
 NAMES = (*PARAMETER_NAMES, *ALIGNMENT_NAMES)
 """Of all 30 parameters, in order."""
+UNITS = (*["kg·m²"] * 6, *["rad"] * 18, *["1"] * 6)
 COMMON_SCALE = "a common scale of J and all rotor momenta"
 CONVENTION = "the mean momentum scale is taken to be 0, so that J and each unit's scale are relative to it"
 _BEFORE_SCALES = len(NAMES) - 6

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from testbed.assembly.platform import nominal_platform, true_platform
+from testbed.experiment.aligning import align_flight
 from testbed.experiment.estimating import try_estimate_flight
 from testbed.experiment.experiment import Experiment
 from testbed.experiment.flying import Sortie, fly_sorties
@@ -36,7 +37,9 @@ def conduct(
     nominal, truth = nominal_platform(scenario), true_platform(drawn)
     plan = plan_maneuver(scenario, nominal, progress)
     (flown,) = fly_sorties(scenario, [Sortie(scenario=drawn, truth=truth, seed=seed)], nominal, plan.maneuver)
-    estimation = None
+    estimation, aligning = None, None
+    if not flown.divergence and scenario.estimation.alignments:
+        aligning = align_flight(drawn, nominal, truth, flown.record)
     if not flown.divergence:
         estimation = try_estimate_flight(drawn, nominal, truth, plan.maneuver, flown.record)
     return Experiment(
@@ -47,4 +50,5 @@ def conduct(
         plan=plan,
         flown=flown,
         estimation=estimation,
+        aligning=aligning,
     )

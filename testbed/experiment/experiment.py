@@ -9,6 +9,7 @@ from testbed.arrays import Theta
 from testbed.assembly.platform import PlatformModel
 from testbed.estimation.combine import CombinedEstimate
 from testbed.estimation.estimate import Estimate
+from testbed.experiment.aligning import Aligning
 from testbed.experiment.flying import FlownRun
 from testbed.experiment.planning import Plan
 from testbed.scenario.scenario import Scenario
@@ -54,6 +55,7 @@ class Experiment:
         plan: the maneuver, and its design where it was designed.
         flown: record, figures, and whether it diverged.
         estimation: None where the flight diverged.
+        aligning: None where the flight diverged, or the scenario does not ask for alignments.
     """
 
     scenario: Scenario
@@ -63,6 +65,7 @@ class Experiment:
     plan: Plan
     flown: FlownRun
     estimation: Estimation | None
+    aligning: Aligning | None = None
 
     @property
     def outcome(self) -> str:

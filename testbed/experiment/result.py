@@ -11,6 +11,7 @@ from testbed.arrays import Array
 from testbed.dynamics.inertia import theta_of
 from testbed.estimation.combine import CombinedEstimate
 from testbed.estimation.estimate import Estimate
+from testbed.experiment.aligning import aligning_result
 from testbed.experiment.experiment import Experiment
 from testbed.maneuver.design import Design
 from testbed.simulation.summary import FlightSummary
@@ -31,6 +32,7 @@ def result_of(experiment: Experiment) -> dict[str, Any]:
         "truth": {"theta_kg_m2": _numbers(theta_of(experiment.truth.inertia))},
         "nominal": {"theta_kg_m2": _numbers(theta_of(experiment.nominal.inertia))},
         "estimates": {} if estimation is None else estimates_of(estimation.by_name),
+        "alignments": None if experiment.aligning is None else aligning_result(experiment.aligning),
         "failures": {} if estimation is None else dict(estimation.failures),
         "bound_std_kg_m2": None if bound is None else _numbers(bound),
         **_flight(experiment.flown.summary),

@@ -1,0 +1,60 @@
+"""What a run's alignments look like in the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+import numpy as np
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+from rich.text import Text
+
+from testbed.cli.console import console, say, warn
+from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.estimation.alignment import AlignmentEstimate
+from testbed.estimation.alignment_model import KINDS
+from testbed.experiment.aligning import Aligning, null_space_lines
+
+_MILLI = 1e3
+_UNITS = tuple(f"cmg{number}" for number in range(1, 7))
+
+
+def print_alignments(aligning: Aligning) -> None:
+    """Print inertia and alignments as estimated together, and what the record leaves open."""
+    estimate = aligning.estimate
+    if estimate is None:
+        warn("the alignments were not estimated", aligning.failure)
+        return
+    inertia = _rows(aligning, estimate, "", slice(6), "{:z.4f}")
+    console.print(_table("Inertia with alignments, 1e-3 kg m²", PARAMETER_NAMES, [inertia]))
+    say()
+    kinds = [_rows(aligning, estimate, kind, slice(6 * first, 6 * first + 6), "{:z.1f}") for first, kind in _KINDS]
+    console.print(_table("Alignments in mrad and, of momentum scales, 1e-3", _UNITS, kinds))
+    say()
+    for line in null_space_lines(estimate.observability):
+        say(f"Open       {line}")
+    say()
+
+
+_KINDS = tuple(enumerate(KINDS, start=1))
+"""Each kind with its place among the parameters, in sixes; the inertia comes first."""
+
+
+def _table(title: str, columns: Sequence[str], groups: Iterable[Iterator[list[str]]]) -> Table:
+    table = Table(
+        title=Text(title), title_justify="left", title_style="bold", box=SIMPLE_HEAD, show_edge=False, pad_edge=False
+    )
+    for heading in ("", "", *columns):
+        table.add_column(heading, justify="right" if heading else "left", no_wrap=True)
+    for rows in groups:
+        for row in rows:
+            table.add_row(*row)
+    return table
+
+
+def _rows(aligning: Aligning, estimate: AlignmentEstimate, label: str, part: slice, form: str) -> Iterator[list[str]]:
+    """True and estimated values and their standard deviations; a parameter that the record leaves open has none."""
+    yield [label, "true", *(form.format(_MILLI * value) for value in aligning.true_parameters[part])]
+    yield ["", "estimated", *(form.format(_MILLI * value) for value in estimate.parameters[part])]
+    stds = estimate.std[part]
+    yield ["", "", *(f"±{form.format(_MILLI * std)}" if np.isfinite(std) else "open" for std in stds)]

@@ -1,0 +1,95 @@
+"""Alignments from a simulated flight, beside what was built."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from testbed.arrays import Array
+from testbed.assembly.estimation import estimation_settings, telemetry_of
+from testbed.assembly.platform import PlatformModel
+from testbed.dynamics.inertia import theta_of
+from testbed.errors import InputError
+from testbed.estimation.alignment import AlignmentEstimate, estimated_alignments, relative_parameters
+from testbed.estimation.alignment_model import Alignment, working_units
+from testbed.estimation.alignment_observability import CONVENTION, NAMES, UNITS, Observability
+from testbed.records.record import Record
+from testbed.scenario.scenario import Scenario
+
+
+@dataclass(frozen=True, kw_only=True)
+class Aligning:
+    """What a flight tells of the alignments.
+
+    Attributes:
+        estimate: None where there is none.
+        failure: why there is none; empty otherwise.
+        true_parameters: in the estimate's order and relative to the same mean momentum scale, shape (30,).
+    """
+
+    estimate: AlignmentEstimate | None
+    failure: str
+    true_parameters: Array
+
+
+def align_flight(scenario: Scenario, nominal: PlatformModel, truth: PlatformModel, record: Record) -> Aligning:
+    """Estimate inertia and alignments from a flight; one that gives no estimate is still worth keeping.
+
+    Args:
+        scenario: sensors and what is known of the initial momentum.
+        nominal: what is believed of the units.
+        truth: what flew, to be put beside the estimate.
+        record: of the flight.
+    """
+    estimate, failure = None, ""
+    try:
+        settings = estimation_settings(scenario, nominal, maneuver=None)
+        estimate = estimated_alignments(telemetry_of(record, scenario, nominal), settings)
+    except InputError as error:
+        failure = str(error)
+    except np.linalg.LinAlgError:
+        failure = "the alignments cannot be determined: the record's equations are singular"
+    return Aligning(estimate=estimate, failure=failure, true_parameters=true_parameters(scenario, nominal, truth))
+
+
+def true_parameters(scenario: Scenario, nominal: PlatformModel, truth: PlatformModel) -> Array:
+    """Return inertia and alignments as built, relative to a mean momentum scale of zero, shape (30,)."""
+    read = (1.0 + np.array(scenario.tachometer.scale_factor_error)) * nominal.cluster.rotor_spin_inertia
+    built = Alignment(
+        misalignment=np.array(scenario.truth.gimbal_axis_misalignment_rad or np.zeros((6, 2))),
+        encoder_zero=np.array(scenario.encoder.zero_rad),
+        momentum_scale=truth.cluster.rotor_spin_inertia / read - 1.0,
+    )
+    return relative_parameters(theta_of(truth.inertia), built, working_units(nominal.cluster))
+
+
+def null_space_lines(told: Observability) -> Iterator[str]:
+    """Return what a record leaves open, a line each, the common scale with the convention that holds it first."""
+    for index, each in enumerate((told.common_scale, *told.others)):
+        known = f"to {each.std:.2g} at best" if np.isfinite(each.std) else "not at all"
+        held = CONVENTION if index == 0 else "the parameters are not moved along it"
+        yield f"{each.name}: known {known}; {held}"
+
+
+def aligning_result(aligning: Aligning) -> dict[str, Any]:
+    """Return what result.json says of the alignments."""
+    estimate = aligning.estimate
+    if estimate is None:
+        return {"message": aligning.failure, "parameters": {}, "null_space": []}
+    rows = zip(NAMES, UNITS, estimate.parameters, estimate.std, aligning.true_parameters, strict=True)
+    return {
+        "message": None,
+        "parameters": {
+            name: {
+                "value": float(value),
+                "std": float(std) if np.isfinite(std) else None,
+                "true": float(true),
+                "unit": unit,
+            }
+            for name, unit, value, std, true in rows
+        },
+        "null_space": list(null_space_lines(estimate.observability)),
+    }
