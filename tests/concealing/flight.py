@@ -1,0 +1,243 @@
+"""Several runs side by side, from release on: the craft as it is, under the controller as flown."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from tests.concealing.craft import Array
+from tests.concealing.integration import step, steps_for
+from tests.concealing.mechanics import Inputs, Mechanics
+from tests.concealing.sensors import Noise, SensorNumbers, encoder_reading, gyro_reading
+
+
+class Order(NamedTuple):
+    """What the controller asks for through one period.
+
+    Attributes:
+        torque: demand on each gimbal motor, (B, M), N·m.
+        gimbal_rate: that the steering law wants, (B, M), rad/s.
+    """
+
+    torque: Array
+    gimbal_rate: Array
+
+
+class Guidance(Protocol):
+    """The controller on board."""
+
+    def order(self, tick: int, encoder: Array, gyro: Array | None) -> Order:
+        """Return what to do from a tick on, given readings, (B, M) and (B, 3); the gyro's where it has a sample."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class Clock:
+    """Control ticks, and how many of them lie between two samples of the gyro.
+
+    Attributes:
+        period: s.
+        ticks: whole periods in the flight.
+        gyro_ticks: periods between two gyro samples.
+    """
+
+    period: float
+    ticks: int
+    gyro_ticks: int
+
+    @property
+    def times(self) -> Array:
+        """Start of every period and the end of the last, s."""
+        return np.arange(self.ticks + 1) * self.period
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlightLog:
+    """One row per control tick, K in all, of B runs; and the true state on the integrator's own grid.
+
+    Attributes:
+        time: (K,), s.
+        gyro: (K, B, 3), rad/s; NaN between samples.
+        encoder: (K, B, M), rad.
+        tachometer: (K, B, M), rad/s.
+        motor_torque: measured, (K, B, M), N·m.
+        rate_order: (K, B, M), rad/s.
+        body_rate: true, (K, B, 3), rad/s.
+        state: true, (K, B, n).
+        demand: in the period before each tick, (K, B, M), N·m.
+        fine_time: (F,), s.
+        fine_state: (F, B, n).
+    """
+
+    time: Array
+    gyro: Array
+    encoder: Array
+    tachometer: Array
+    motor_torque: Array
+    rate_order: Array
+    body_rate: Array
+    state: Array
+    demand: Array
+    fine_time: Array
+    fine_state: Array
+
+
+class _Trace:
+    """States on the integrator's grid, and the gyro's view of the past."""
+
+    def __init__(self, mechanics: Mechanics, clock: Clock, body_rate: Array) -> None:
+        self.time: list[float] = []
+        self.state: list[Array] = []
+        self._mechanics, self._released = mechanics, body_rate
+        periods = mechanics.craft.gyro.latency / clock.period
+        self._age = int(np.ceil(periods - 1e-9))
+        self.share = self._age - periods
+        """Of each period, after which the rate is seen that a later tick's reading shows."""
+        self._views: list[Array] = []
+
+    def note(self, time: float, state: Array) -> None:
+        self.time.append(time)
+        self.state.append(state)
+
+    def view(self, time: float, state: Array) -> None:
+        """Remember what the gyro will show later."""
+        low_passed = self._mechanics.craft.gyro.bandwidth < np.inf
+        self._views.append(
+            state[:, self._mechanics.slices["lowpass"]]
+            if low_passed
+            else self._mechanics.velocities(time, state).body_rate
+        )
+
+    def seen(self, tick: int) -> Array:
+        """Return the rate that a reading at a tick shows: what was viewed `age` periods before."""
+        before = tick - self._age
+        return self._views[before] if before >= 0 else self._released
+
+
+def fly(
+    mechanics: Mechanics,
+    start: Array,
+    guidance: Guidance,
+    clock: Clock,
+    sensors: SensorNumbers,
+    noise: Noise,
+    refinement: int = 1,
+) -> FlightLog:
+    """Fly to the end of the clock.
+
+    Args:
+        mechanics: of the craft.
+        start: state at release, (B, n).
+        guidance: controller.
+        clock: ticks.
+        sensors: nominal noise.
+        noise: drawn numbers.
+        refinement: of the integrator's steps, for tests of its error.
+    """
+    craft, units = mechanics.craft, mechanics.craft.units
+    released = mechanics.velocities(0.0, start)
+    trace, state = _Trace(mechanics, clock, released.body_rate), start
+    demand = np.zeros_like(released.gimbal_rate)
+    lead, angle_before = np.zeros_like(demand), start[:, mechanics.slices["angle"]]
+    rows: dict[str, list[Array]] = {
+        name: []
+        for name in ("gyro", "encoder", "tachometer", "motor_torque", "rate_order", "body_rate", "state", "demand")
+    }
+    for tick, time in enumerate(clock.times):
+        rates, angle = mechanics.velocities(time, state), state[:, mechanics.slices["angle"]]
+        moved = angle - angle_before
+        lead, angle_before = np.where(moved == 0.0, lead, np.sign(moved)), angle
+        encoder = encoder_reading(
+            craft.encoders, angle, lead, sensors.encoder_noise * noise.encoder[tick], sensors.encoder_step
+        )
+        if trace.share == 0.0:
+            trace.view(time, state)
+        due = tick % clock.gyro_ticks == 0
+        gyro = (
+            gyro_reading(
+                craft.gyro, trace.seen(tick), time, sensors.gyro_noise * noise.gyro[tick], noise.walk[tick]
+            )
+            if due
+            else None
+        )
+        rows["gyro"].append(np.full_like(rates.body_rate, np.nan) if gyro is None else gyro)
+        rows["encoder"].append(encoder)
+        rows["tachometer"].append(
+            rates.rotor_speed / craft.tachometer_scale + sensors.tachometer_noise * noise.tachometer[tick]
+        )
+        rows["motor_torque"].append(
+            mechanics.motor_torque(state, rates.gimbal_rate, demand) + sensors.torque_noise * noise.torque[tick]
+        )
+        rows["body_rate"].append(rates.body_rate)
+        rows["state"].append(state)
+        rows["demand"].append(demand)
+        order = guidance.order(tick, encoder, gyro)
+        rows["rate_order"].append(order.gimbal_rate)
+        trace.note(time, state)
+        if tick == clock.ticks:
+            break
+        demand = order.torque
+        state = _through_period(mechanics, trace, state, time, clock.period, Inputs(demand), refinement)
+    assert len(units.spin_inertia) == demand.shape[1]
+    return FlightLog(
+        time=clock.times,
+        fine_time=np.array(trace.time),
+        fine_state=np.array(trace.state),
+        **{name: np.array(values) for name, values in rows.items()},
+    )
+
+
+def _through_period(
+    mechanics: Mechanics, trace: _Trace, state: Array, time: float, period: float, inputs: Inputs, refinement: int
+) -> Array:
+    """Integrate one control period, in pieces that end at blows and where the gyro looks."""
+    look = time + trace.share * period
+    blows = {impulse.time for impulse in mechanics.craft.impulses if time < impulse.time <= time + period}
+    looks = {look} if trace.share > 0.0 else set()
+    here = time
+    for there in sorted(blows | looks | {time + period}):
+        for now, size in _steps(here, there, mechanics.fastest, refinement):
+            state = step(lambda at, value: mechanics.derivative(at, value, inputs), now, state, size)
+            if now + 1.5 * size < there:
+                trace.note(now + size, state)
+        if there in blows:
+            state = _struck(mechanics, state, there)
+        if there in looks:
+            trace.view(there, state)
+        if there < time + period:
+            trace.note(there, state)
+        here = there
+    return state
+
+
+def _steps(start: float, end: float, fastest: float, refinement: int) -> Iterator[tuple[float, float]]:
+    count = steps_for(end - start, fastest, refinement)
+    size = (end - start) / count
+    return ((start + index * size, size) for index in range(count))
+
+
+def _struck(mechanics: Mechanics, state: Array, time: float) -> Array:
+    """Add the blows of one time to the whole momentum; the gimbals, free to turn, keep their own."""
+    state = state.copy()
+    attitude = state[:, mechanics.slices["attitude"]].reshape(-1, 3, 3)
+    for impulse in mechanics.craft.impulses:
+        if impulse.time == time:
+            struck = slice(None) if impulse.run is None else min(impulse.run, len(state) - 1)
+            state[struck, mechanics.slices["momentum"]] += attitude[struck] @ impulse.momentum
+    return state
+
+
+def follow(
+    mechanics: Mechanics, start: Array, demand: Callable[[int], Array], period: float, ticks: int, refinement: int = 1
+) -> Array:
+    """Return the states at the ticks of a flight under given torque demands, (ticks + 1, B, n), without sensors."""
+    states, state = [start], start
+    for tick in range(ticks):
+        inputs, time = Inputs(demand(tick)), tick * period
+        for now, size in _steps(time, time + period, mechanics.fastest, refinement):
+            state = step(lambda at, value, held=inputs: mechanics.derivative(at, value, held), now, state, size)
+        states.append(state)
+    return np.array(states)
