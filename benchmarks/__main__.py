@@ -1,22 +1,94 @@
-"""All figures, one after the other: `make bench`.
+"""Everything that is measured against something else, in one table: `make bench`, `make bench-long`.
 
-Each part also runs alone: `python -m benchmarks.flight`, `.design`, `.estimators`, `.monte_carlo`.
+python -m benchmarks [PART ...] [--long] [--write]
+
+Without PART, every part that takes minutes, or with --long the parts that take longer. With --write the rows go into
+docs/benchmarks.md. Each part also runs alone, `python -m benchmarks.flight` and so on, and `python -m benchmarks
+--figures` prints what is measured against a bound instead of another code.
 """
 
 from __future__ import annotations
 
+import argparse
+import importlib
+import json
 import subprocess
 import sys
+import tempfile
+from dataclasses import asdict
+from pathlib import Path
 
-PARTS = ("benchmarks.flight", "benchmarks.design", "benchmarks.estimators", "benchmarks.monte_carlo")
+from benchmarks.ratios import Ratio
+from benchmarks.table import PAGE, PartRows, here_and_now, page, read_parts, write_parts
+
+PARTS = {
+    "flight": "benchmarks.flight:ratios",
+    "campaign": "benchmarks.campaign:ratios",
+    "basilisk": "benchmarks.basilisk:ratios",
+    "sysid": "benchmarks.sysid:ratios",
+    "design": "benchmarks.design:ratios",
+    "recording": "benchmarks.recording:ratios",
+}
+LONG_PARTS = {
+    "campaign_size": "benchmarks.campaign:size_ratios",
+    "sysid_scatter": "benchmarks.sysid:scatter_ratios",
+}
+FIGURES = ("benchmarks.flight", "benchmarks.design", "benchmarks.estimators", "benchmarks.monte_carlo")
+_MEASURE = "--measure"
 
 
 def main() -> None:
-    """Run every part in a process of its own, so that none warms up another."""
-    for part in PARTS:
+    """Measure parts, each in a process of its own, so that none warms up another."""
+    chosen = _arguments()
+    if chosen.figures:
+        _print_figures()
+        return
+    known = LONG_PARTS if chosen.long else PARTS
+    measured = here_and_now()
+    fresh = {name: PartRows(measured=measured, rows=measure(name)) for name in chosen.parts or known}
+    order = [*PARTS, *LONG_PARTS]
+    print("\n" + page(fresh, order))
+    if chosen.write:
+        write_parts(read_parts() | fresh, order)
+        print(f"Written to {PAGE.relative_to(Path.cwd()) if PAGE.is_relative_to(Path.cwd()) else PAGE}")
+
+
+def measure(name: str) -> tuple[Ratio, ...]:
+    """Return the rows of a part, measured in a process of its own."""
+    print(f"\n== {name}", flush=True)
+    with tempfile.TemporaryDirectory() as folder:
+        rows = Path(folder) / "rows.json"
+        subprocess.run([sys.executable, "-m", "benchmarks", _MEASURE, name, str(rows)], check=True)
+        return tuple(Ratio(**row) for row in json.loads(rows.read_text(encoding="utf-8")))
+
+
+def _measure_here(name: str, path: Path) -> None:
+    module, function = (PARTS | LONG_PARTS)[name].split(":")
+    rows = getattr(importlib.import_module(module), function)()
+    path.write_text(json.dumps([asdict(row) for row in rows]), encoding="utf-8")
+
+
+def _print_figures() -> None:
+    for part in FIGURES:
         print(f"\n== python -m {part}", flush=True)
         subprocess.run([sys.executable, "-m", part], check=True)
 
 
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__.splitlines()[0])
+    parser.add_argument("parts", nargs="*", metavar="PART", help=", ".join([*PARTS, *LONG_PARTS]))
+    parser.add_argument("--long", action="store_true", help="the parts that take longer than minutes")
+    parser.add_argument("--write", action="store_true", help="write the rows into docs/benchmarks.md")
+    parser.add_argument("--figures", action="store_true", help="print what is measured against a bound")
+    chosen = parser.parse_args()
+    unknown = set(chosen.parts) - set(PARTS) - set(LONG_PARTS)
+    if unknown:
+        parser.error(f"no part {', '.join(sorted(unknown))}; there are {', '.join([*PARTS, *LONG_PARTS])}")
+    return chosen
+
+
 if __name__ == "__main__":
-    main()
+    if sys.argv[1:2] == [_MEASURE]:
+        _measure_here(sys.argv[2], Path(sys.argv[3]))
+    else:
+        main()

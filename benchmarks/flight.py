@@ -5,31 +5,31 @@ Run with `python -m benchmarks.flight`.
 
 from __future__ import annotations
 
-import statistics
 import subprocess
 import sys
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
+from benchmarks.paired import paired, seconds
+from benchmarks.ratios import Ratio
 from testbed.assembly.platform import nominal_platform, true_plant
 from testbed.experiment.flying import Sortie, fly_maneuver, prepare_flight
 from testbed.experiment.planning import plan_maneuver
 from testbed.maneuver.maneuver import Maneuver
+from testbed.plant.plant import Plant
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.scenario import Scenario
 from testbed.simulation.loop import fly
 
 SCENARIOS = Path(__file__).resolve().parents[1] / "scenarios"
-PAIRS = 15
+PAIRS, BATCH = 15, 25
 
 
 def main() -> None:
     """Print every figure with the bound that it has to keep."""
-    print_speed(read_scenario(SCENARIOS / "zero_g.toml"))
+    print_speed()
     print_help_time()
     scenario = read_scenario(SCENARIOS / "gimbal_d_optimal.toml")
     maneuver = plan_maneuver(scenario, nominal_platform(scenario)).maneuver
@@ -37,36 +37,56 @@ def main() -> None:
     print_step(scenario, maneuver)
 
 
-def print_speed(scenario: Scenario) -> None:
-    """Time simulation and control of a flight against bare mj_step at the same step, in pairs."""
+def ratios() -> list[Ratio]:
+    """Return the speed of simulation and control over bare MuJoCo, one flight and many side by side."""
+    scenario = read_scenario(SCENARIOS / "zero_g.toml")
+    return [speed_ratio(scenario, flights=1), speed_ratio(scenario, flights=BATCH)]
+
+
+def speed_ratio(scenario: Scenario, *, flights: int) -> Ratio:
+    """Time simulation and control of flights side by side against bare mj_step at the same step, in pairs."""
     platform = nominal_platform(scenario)
-    sortie = Sortie(scenario=scenario, truth=platform, seed=scenario.seed)
-    flight = prepare_flight(scenario, [sortie], platform, plan_maneuver(scenario, platform).maneuver)
+    sorties = [Sortie(scenario=scenario, truth=platform, seed=scenario.seed + index) for index in range(flights)]
+    flight = prepare_flight(scenario, sorties, platform, plan_maneuver(scenario, platform).maneuver)
     steps = flight.clock.ticks * flight.clock.control_steps
 
+    def plant() -> Plant:
+        return true_plant([(scenario, platform)] * flights)
+
     def bare() -> float:
-        plant = true_plant([(scenario, platform)])
-        data = mujoco.MjData(platform.model)
-        data.qpos[:], data.qvel[:] = plant.qpos[0], plant.qvel[0]
-        data.ctrl[plant.layout.rotor_motor] = 1.0
-        return _seconds(lambda: mujoco.mj_step(platform.model, data, steps))
+        start, data = plant(), mujoco.MjData(platform.model)
+        data.qpos[:], data.qvel[:] = start.qpos[0], start.qvel[0]
+        data.ctrl[start.layout.rotor_motor] = 1.0
+        return flights * seconds(lambda: mujoco.mj_step(platform.model, data, steps))
 
     def loop() -> float:
-        plant = true_plant([(scenario, platform)])
-        return _seconds(lambda: fly(plant, flight))
+        start = plant()
+        return seconds(lambda: fly(start, flight))
 
-    bare(), loop()
-    ratios = [bare() / loop() for _ in range(PAIRS)]
-    print(
-        f"speed of simulation and control over bare MuJoCo ({steps} steps, median of {PAIRS} pairs): "
-        f"{statistics.median(ratios):.3f}   (at least 0.60)"
+    times = paired(loop, bare, PAIRS)
+    simulated = flights * flight.clock.ticks * flight.clock.period
+    return Ratio(
+        what="speed of simulation and control over bare MuJoCo steps, "
+        + ("one flight" if flights == 1 else f"{flights} flights side by side, one thread"),
+        ours=f"{simulated / times.ours:.0f} simulated s per s",
+        theirs=f"mj_step {simulated / times.theirs:.0f} simulated s per s",
+        ratio=times.ratio,
+        target="at least 0.60",
+        command="python -m benchmarks.flight",
+        note=f"{steps} steps of {1e3 * flight.clock.step:g} ms a flight, median of {PAIRS} pairs",
     )
+
+
+def print_speed() -> None:
+    """Print the speeds beside bare MuJoCo."""
+    for row in ratios():
+        print(f"{row.what}: {row.ratio:.3f}   ({row.target})")
 
 
 def print_help_time() -> None:
     """Time `testbed --help`."""
     command = [str(Path(sys.executable).with_name("testbed")), "--help"]
-    times = [_seconds(lambda: subprocess.run(command, check=True, capture_output=True)) for _ in range(5)]
+    times = [seconds(lambda: subprocess.run(command, check=True, capture_output=True)) for _ in range(5)]
     print(f"testbed --help: {min(times):.2f} s   (below 0.4 s)")
 
 
@@ -102,12 +122,6 @@ def print_step(scenario: Scenario, maneuver: Maneuver) -> None:
     print(
         f"body rate of the {scenario.simulation.step_s:g} s step against a tenth of it: {error:.1e} rad/s (below 1e-6)"
     )
-
-
-def _seconds(action: Callable[[], object]) -> float:
-    began = time.perf_counter()
-    action()
-    return time.perf_counter() - began
 
 
 if __name__ == "__main__":

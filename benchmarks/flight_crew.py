@@ -1,0 +1,99 @@
+"""Closed-loop flights without records or estimates: which step they need, and a process that flies many.
+
+`python -m benchmarks.flight_crew SCENARIO STEP SEED...` flies the seeds for every line read (see `paired.crew`).
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from testbed.arrays import Vectors3
+from testbed.assembly.platform import PlatformModel, nominal_platform, true_plant
+from testbed.experiment.flying import Sortie, prepare_flight
+from testbed.experiment.planning import plan_maneuver
+from testbed.maneuver.maneuver import Maneuver
+from testbed.scenario.reader import read_scenario
+from testbed.scenario.scenario import Scenario
+from testbed.simulation.loop import Outcome, fly
+
+CONTROL_PERIOD = 0.0125
+STEPS = tuple(CONTROL_PERIOD / parts for parts in (1, 2, 3, 4, 5, 8, 10))
+"""Integrator steps that divide the 80 Hz control period, s, the largest first."""
+TOLERANCE = 1e-6
+"""Of the body rate, rad/s."""
+CHECKED_SEEDS = (0, 1, 2)
+BLOCK = 25
+"""Flights side by side in one process."""
+
+
+def body_rate_errors(path: Path) -> dict[float, float]:
+    """Return how far each step's body rate is from that of a tenth of the step, rad/s; infinite where it diverges."""
+    scenario = read_scenario(path)
+    maneuver = plan_maneuver(scenario, nominal_platform(scenario)).maneuver
+    return {step: _error(scenario, maneuver, step) for step in STEPS}
+
+
+def largest_step(errors: Mapping[float, float]) -> float:
+    """Return the largest step that holds the tolerance together with every smaller one, s.
+
+    Args:
+        errors: of the body rate by step, rad/s.
+
+    Raises:
+        ValueError: even the smallest does not.
+    """
+    found = None
+    for step in sorted(errors):
+        if not errors[step] < TOLERANCE:
+            break
+        found = step
+    if found is None:
+        raise ValueError(f"no step among {sorted(errors)} s keeps the body rate within {TOLERANCE} rad/s")
+    return found
+
+
+def fly_seeds(scenario: Scenario, nominal: PlatformModel, maneuver: Maneuver, seeds: list[int]) -> list[Outcome]:
+    """Fly the nominal platform once per seed, in blocks side by side."""
+    outcomes = []
+    for first in range(0, len(seeds), BLOCK):
+        sorties = [Sortie(scenario=scenario, truth=nominal, seed=seed) for seed in seeds[first : first + BLOCK]]
+        flight = prepare_flight(scenario, sorties, nominal, maneuver)
+        outcomes += fly(true_plant([(scenario, nominal) for _ in sorties]), flight)
+    return outcomes
+
+
+def with_step(scenario: Scenario, step: float) -> Scenario:
+    """Return the scenario with another integrator step, s."""
+    return scenario.model_copy(update={"simulation": scenario.simulation.model_copy(update={"step_s": step})})
+
+
+def _error(scenario: Scenario, maneuver: Maneuver, step: float) -> float:
+    coarse, fine = (_body_rates(with_step(scenario, size), maneuver) for size in (step, step / 10))
+    if any(len(rate) != len(converged) for rate, converged in zip(coarse, fine, strict=True)):
+        return np.inf
+    return max(float(np.abs(rate - converged).max()) for rate, converged in zip(coarse, fine, strict=True))
+
+
+def _body_rates(scenario: Scenario, maneuver: Maneuver) -> list[Vectors3]:
+    platform = nominal_platform(scenario)
+    rate = true_plant([(scenario, platform)]).layout.body_rate
+    return [outcome.log.qvel[:, rate] for outcome in fly_seeds(scenario, platform, maneuver, list(CHECKED_SEEDS))]
+
+
+def serve(path: Path, step: float, seeds: list[int]) -> None:
+    """Fly all seeds for every line that comes in."""
+    scenario = with_step(read_scenario(path), step)
+    nominal = nominal_platform(scenario)
+    maneuver = plan_maneuver(scenario, nominal).maneuver
+    print("ready", flush=True)
+    for _ in sys.stdin:
+        fly_seeds(scenario, nominal, maneuver, seeds)
+        print("done", flush=True)
+
+
+if __name__ == "__main__":
+    serve(Path(sys.argv[1]), float(sys.argv[2]), [int(seed) for seed in sys.argv[3:]])
