@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from testbed.assembly.contact import cut_at_contact
 from testbed.assembly.platform import PlatformModel, nominal_platform
 from testbed.cli.console import console, say, warn
 from testbed.cli.tables import estimate_table
@@ -31,7 +32,7 @@ def estimate_records(path: Path, data: Path, out: Path | None) -> None:
         require_free(out)
     scenario = read_scenario(path)
     nominal = nominal_platform(scenario)
-    records = read_data_set(data)
+    records = tuple(_cut(scenario, nominal, record) for record in read_data_set(data))
     estimations = _estimations(scenario, nominal, records)
     combined = combine_estimations(estimations)
     known = {"nominal": theta_of(nominal.inertia)}
@@ -46,6 +47,20 @@ def estimate_records(path: Path, data: Path, out: Path | None) -> None:
         used = [record for record in records if record.details.name in estimations]
         write_estimates(out, path, scenario, nominal, used, estimations, combined)
         say(f"Written to {out}")
+
+
+def _cut(scenario: Scenario, nominal: PlatformModel, record: Record) -> Record:
+    """Cut a record at the first contact that it shows, where the scenario asks for it, and say so."""
+    if not scenario.estimation.cut_at_contact:
+        return record
+    try:
+        cut, contact = cut_at_contact(record, scenario, nominal)
+    except InputError:  # its own message follows when it is estimated from
+        return record
+    if contact is not None:
+        place = f"contact found at {contact.first_seen:.3f} s, the body rate jumps by {contact.rate_jump:.2g} rad/s"
+        warn("note", f"{record.details.name}: {place}; record cut at {contact.last_free:.3f} s")
+    return cut
 
 
 def _estimations(scenario: Scenario, nominal: PlatformModel, records: tuple[Record, ...]) -> Mapping[str, Estimation]:

@@ -52,6 +52,11 @@ class Contact:
     first_seen: float
     rate_jump_B: Vector3
 
+    @property
+    def rate_jump(self) -> float:
+        """Size of the change, rad/s."""
+        return float(np.linalg.norm(self.rate_jump_B))
+
 
 class _Equation(NamedTuple):
     """The samples as equations for (θ, H)/size whose noise is the gyro's: regressor (N, 3, 9), response (N, 3)."""

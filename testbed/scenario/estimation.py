@@ -37,3 +37,6 @@ class Estimation(Section):
         if self.alignments and self.initial_momentum == "zero":
             text = 'is "zero", but a cluster out of alignment carries momentum even at rest; use "estimated"'
             yield Conflict(key="initial_momentum", text=text)
+
+    cut_at_contact: bool = False
+    """Whether `testbed estimate` uses a record that states no usable_to_s only up to the first contact it shows."""
