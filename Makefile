@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: demo test check bench format docs clean
+.PHONY: demo test check bench bench-long format docs clean
 
 demo: $(STAMP)
 	@rm -rf runs/demo
@@ -20,7 +20,11 @@ check: $(STAMP)-dev
 	@$(BIN)/lint-imports
 
 bench: $(STAMP)-dev
-	@OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks
+	@OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks --write
+
+bench-long: $(STAMP)-dev
+	@OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks --long --write
+	@OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks --figures
 
 format: $(STAMP)-dev
 	@$(BIN)/ruff check --fix .
