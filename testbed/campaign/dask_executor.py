@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import socket
 from collections.abc import Generator, Hashable, Iterator, Sequence
@@ -11,6 +12,7 @@ from dataclasses import dataclass
 from itertools import islice
 
 from distributed import Client, Future, as_completed
+from distributed.core import rpc
 from distributed.scheduler import KilledWorker
 
 from testbed.campaign.executor import MOST_DEATHS, BlockRows, Notify
@@ -19,8 +21,8 @@ from testbed.campaign.plan import Block, CampaignPlan
 from testbed.campaign.rows import Row, block_rows
 from testbed.errors import InputError
 
-_PATIENCE = 8.0
-"""s, to find a scheduler, and again to find a worker."""
+_PATIENCE = 5.0
+"""s, to find a scheduler."""
 _AHEAD = 2
 """Blocks submitted for each thread of the cluster: one to fly, one to fly next."""
 
@@ -38,10 +40,30 @@ class DaskExecutor:
 
     address: str
 
+    def require_workers(self) -> None:
+        """Refuse a cluster that cannot fly, before any work is done for it.
+
+        Raises:
+            InputError: no scheduler answers, or it has no workers.
+        """
+        try:
+            workers = asyncio.run(_workers_of(self.address))
+        except (OSError, ValueError, TimeoutError, TypeError, KeyError, MemoryError) as error:  # also: no Dask
+            raise InputError(
+                f"{self.address}: no Dask scheduler answers there; give --scheduler the address that `dask scheduler` "
+                "prints, such as tcp://127.0.0.1:8786"
+            ) from error
+        if not workers:
+            raise InputError(
+                f"{self.address}: the scheduler has no workers; start some with "
+                f"`dask worker {self.address} --nthreads 1`"
+            )
+
     def finished(self, plan: CampaignPlan, blocks: Sequence[Block], notify: Notify) -> Generator[BlockRows]:  # noqa: ARG002 - the scheduler replaces workers silently
         """Fly blocks; as in `Executor`."""
+        self.require_workers()
         with _connected(self.address) as client:
-            waiting, flying = iter(blocks), as_completed()
+            waiting, flying = iter(blocks), as_completed(loop=client.loop)
             given: dict[Hashable, Block] = {}
             _submit(client, plan, islice(waiting, _window(client)), flying, given)
             for future in flying:
@@ -53,7 +75,7 @@ class DaskExecutor:
 
     def _rows_of(self, future: Future[list[Row]], block: Block) -> list[Row]:
         try:
-            return future.result()
+            rows: list[Row] = future.result()
         except KilledWorker as error:
             runs = f"runs {block.first} to {block.first + len(block.seeds) - 1}"
             raise InputError(
@@ -66,6 +88,7 @@ class DaskExecutor:
             ) from error
         except (CancelledError, OSError) as error:
             raise InputError(f"{self.address}: the connection to the scheduler was lost") from error
+        return rows
 
 
 def _submit(
@@ -86,33 +109,28 @@ def _flown(plan: CampaignPlan, block: Block, versions: dict[str, str]) -> list[R
     """
     here = deciding_versions()
     if here != versions:
-        other = ", ".join(f"{name} {here[name]} instead of {versions[name]}" for name in here if here != versions)
+        differing = [name for name in versions if here[name] != versions[name]]
+        other = ", ".join(f"{name} {here[name]} instead of {versions[name]}" for name in differing)
         raise InputError(f"the worker on {socket.gethostname()} has {other}; install the same versions")
     return block_rows(plan, block)
 
 
 def _window(client: Client) -> int:
     """Return how many blocks are to be with the cluster; workers may have come and gone."""
-    return max(_AHEAD * sum(client.ncores().values()), 1)
+    threads: int = sum(client.ncores().values())
+    return max(_AHEAD * threads, 1)
 
 
 @contextmanager
 def _connected(address: str) -> Iterator[Client]:
-    """Connect to a scheduler that has workers.
-
-    Raises:
-        InputError: there is no scheduler, or it has no workers.
-    """
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what goes wrong is said in the message
-    try:
-        client = Client(address, timeout=_PATIENCE, set_as_default=False)
-    except (OSError, ValueError) as error:
-        raise InputError(f"{address}: no Dask scheduler answers there; start one with `dask scheduler`") from error
-    with client:
-        try:
-            client.wait_for_workers(1, timeout=_PATIENCE)
-        except TimeoutError as error:
-            raise InputError(
-                f"{address}: the scheduler has no workers; start one with `dask worker {address} --nthreads 1`"
-            ) from error
+    for part in ("client", "core"):
+        logging.getLogger(f"distributed.{part}").setLevel(logging.CRITICAL)  # what goes wrong is said in the message
+    with Client(address, timeout=_PATIENCE, set_as_default=False) as client:
         yield client
+
+
+async def _workers_of(address: str) -> int:
+    """Ask a scheduler how many workers it has."""
+    async with rpc(address, timeout=_PATIENCE) as scheduler:
+        identity = await asyncio.wait_for(scheduler.identity(), _PATIENCE)
+    return len(identity["workers"])

@@ -22,6 +22,8 @@ from testbed.scenario.scenario import Scenario
 
 MANIFEST = "campaign.json"
 _SCHEMA = 1
+_MOST_SHOWN = 8
+"""Differences between two campaigns that a message lists."""
 _DECIDING_PACKAGES = ("testbed", "mujoco", "numpy", "scipy", "pyarrow")
 
 

@@ -62,7 +62,7 @@ def run_campaign(plan: CampaignPlan, folder: Path | None, executor: Executor, pr
     runs = RunsFolder(folder=folder / "runs", schema=schema)
     manifest = claimed(folder, plan)
     runs.prepare()
-    with only_writer(runs.folder), _timed(folder, manifest):
+    with only_writer(runs.folder), _resumable(folder), _timed(folder, manifest):
         _fly_missing(plan, runs, executor, progress)
     return runs.table()
 
@@ -80,6 +80,15 @@ def _fly_missing(plan: CampaignPlan, runs: Runs, executor: Executor, progress: P
             progress.kept(len(block.rows))
     finally:
         finished.close()
+
+
+@contextmanager
+def _resumable(folder: Path) -> Iterator[None]:
+    """Say of a campaign that cannot go on that it can later."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{error}\nWhat was flown is kept: --out {folder} --resume goes on with it") from error
 
 
 @contextmanager

@@ -26,7 +26,9 @@ from testbed.campaign.run import Progress as CampaignProgress
 from testbed.maneuver.design import Start
 
 console = Console(highlight=False, soft_wrap=True)
-_terminal = Console(stderr=True, highlight=False, soft_wrap=True)
+RATE_PERIOD = 120.0
+"""s, over which the rate of a campaign is averaged: blocks come in every few seconds."""
+terminal = Console(stderr=True, highlight=False, soft_wrap=True)
 
 
 def say(text: str = "") -> None:
@@ -90,12 +92,15 @@ def campaign_progress(runs: int) -> Iterator[CampaignProgress]:
         TextColumn("{task.description}"),
         BarColumn(),
         MofNCompleteColumn(),
-        _RateColumn(),
+        RateColumn("runs/s"),
         TimeElapsedColumn(),
         TimeRemainingColumn(),
         TextColumn("left"),
     )
-    with Progress(*columns, console=_terminal, transient=True, speed_estimate_period=120.0) as progress:
+    hidden = not terminal.is_terminal
+    with Progress(
+        *columns, console=terminal, transient=True, disable=hidden, speed_estimate_period=RATE_PERIOD
+    ) as progress:
         task = None
 
         def kept(more: int) -> None:
@@ -108,10 +113,15 @@ def campaign_progress(runs: int) -> Iterator[CampaignProgress]:
         yield CampaignProgress(kept=kept, notify=lambda text: progress.console.print(f"note: {text}", markup=False))
 
 
-class _RateColumn(ProgressColumn):
-    """Runs per second."""
+class RateColumn(ProgressColumn):
+    """How fast items are done."""
+
+    def __init__(self, unit: str) -> None:
+        """Remember the unit, such as runs/s."""
+        super().__init__()
+        self._unit = unit
 
     def render(self, task: Task) -> Text:
         """Return the rate; a dash until it is known."""
         speed = task.finished_speed or task.speed
-        return Text("- runs/s" if speed is None else f"{speed:.3g} runs/s")
+        return Text(f"- {self._unit}" if speed is None else f"{speed:.3g} {self._unit}")

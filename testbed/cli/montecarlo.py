@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from testbed.assembly.platform import nominal_platform
 from testbed.campaign.executor import Executor
 from testbed.campaign.local import LocalExecutor, usable_cores
-from testbed.campaign.manifest import MANIFEST
 from testbed.campaign.plan import CampaignPlan
 from testbed.campaign.result import failures_of
 from testbed.campaign.run import run_campaign
@@ -48,11 +45,13 @@ def run_montecarlo(
     if resume and out is None:
         raise InputError("--resume goes on with a campaign that was begun: name its folder with --out")
     folder = free_folder(RUNS, f"{scenario.name}-montecarlo") if out is None else out
+    if not resume:
+        require_free(folder)
     executor = _executor(scheduler, workers)
     maneuver = kept_maneuver(folder, scenario) if resume else _new_maneuver(folder, path, scenario)
     plan = CampaignPlan(scenario=scenario, maneuver=maneuver, seed=scenario.seed if seed is None else seed, runs=runs)
     try:
-        with _resumable(folder), campaign_progress(runs) as progress:
+        with campaign_progress(runs) as progress:
             table = run_campaign(plan, folder, executor, progress)
             statistics = statistics_of(table)
             finish_campaign(folder, path, plan, table, statistics)
@@ -70,28 +69,20 @@ def _executor(scheduler: str | None, workers: int | None) -> Executor:
         return LocalExecutor(workers=usable_cores() if workers is None else workers)
     if workers is not None:
         raise InputError("--workers counts processes on this machine; a scheduler has workers of its own, omit one")
-    from testbed.campaign.dask_executor import DaskExecutor  # noqa: PLC0415 - its library is optional
-
-    return DaskExecutor(address=scheduler)
+    try:
+        from testbed.campaign.dask_executor import DaskExecutor  # noqa: PLC0415 - its library is optional
+    except ImportError as error:
+        raise InputError("--scheduler needs Dask: pip install 'testbed[cluster]'") from error
+    cluster = DaskExecutor(address=scheduler)
+    cluster.require_workers()
+    return cluster
 
 
 def _new_maneuver(folder: Path, path: Path, scenario: Scenario) -> Maneuver:
-    require_free(folder)
     with naming(path), design_progress(starts_of(scenario)) as report:
         plan = plan_maneuver(scenario, nominal_platform(scenario), report)
     start_campaign(folder, path, plan)
     return plan.maneuver
-
-
-@contextmanager
-def _resumable(folder: Path) -> Iterator[None]:
-    """Say of a campaign that cannot go on how it can be resumed."""
-    try:
-        yield
-    except InputError as error:
-        if not (folder / MANIFEST).is_file():
-            raise
-        raise InputError(f"{error}\nWhat was flown is kept in {folder}; --out {folder} --resume goes on") from error
 
 
 def _print_result(path: Path, folder: Path, statistics: CampaignStatistics, failures: list[dict[str, object]]) -> None:

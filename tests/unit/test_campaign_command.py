@@ -1,0 +1,170 @@
+"""testbed montecarlo as people use it: interrupted and resumed, with flights that fail, with unusable input."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from testbed.cli.app import app
+from testbed.cli.failures import exit_code_of
+from tests.campaigns import ROOT, small_scenario
+
+PATIENCE = 120.0
+BLOCK_RUNS = 4
+RUNS = 3 * BLOCK_RUNS + 2
+
+
+def run(*arguments: object) -> int:
+    return exit_code_of(lambda: app([str(argument) for argument in arguments]))
+
+
+def command(*arguments: object) -> subprocess.Popen:
+    code = f"import testbed.campaign.plan as plan; plan.BLOCK_RUNS = {BLOCK_RUNS}; from testbed.cli import main; main()"
+    called = [sys.executable, "-c", code, *map(str, arguments)]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    return subprocess.Popen(called, **pipes, env={**os.environ, "PYTHONPATH": str(ROOT)}, start_new_session=True)
+
+
+def parts(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in (folder / "runs").iterdir()}
+
+
+def figures(folder: Path) -> dict:
+    content = json.loads((folder / "montecarlo.json").read_text(encoding="utf-8"))
+    assert content.pop("seconds") > 0.0
+    return content
+
+
+@pytest.fixture(scope="module", autouse=True)
+def small_blocks():
+    """Interruptions need blocks, not runs."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in ("plan", "manifest"):
+            patch.setattr(f"testbed.campaign.{module}.BLOCK_RUNS", BLOCK_RUNS)
+        yield
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    return small_scenario(tmp_path_factory.mktemp("scenario"))
+
+
+@pytest.fixture(scope="module")
+def straight(path, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("campaign") / "straight"
+    assert run("montecarlo", path, "--runs", RUNS, "--out", folder, "--workers", 2) == 0
+    return folder
+
+
+def test_the_folder_is_complete(path, straight):
+    names = {"campaign.json", "scenario.toml", "runs", "montecarlo.json", "report.html"}
+    assert {entry.name for entry in straight.iterdir()} == names
+    assert (straight / "scenario.toml").read_bytes() == path.read_bytes()
+    content = figures(straight)
+    assert content["runs"] == RUNS
+    assert content["failed"] == 0
+    assert content["simulated_s"] == pytest.approx(RUNS * 1.0)
+    assert set(content["estimates"]) == {"ls", "output_error"}
+    for name in ("bound_std_kg_m2", "true_theta_kg_m2"):
+        assert len(content[name]) == 6
+    assert len(content["estimates"]["output_error"]["std_kg_m2"]) == 6
+
+
+def test_ctrl_c_and_resume_end_as_an_uninterrupted_campaign(path, straight, tmp_path):
+    folder = tmp_path / "twice"
+    arguments = ("montecarlo", path, "--runs", RUNS, "--out", folder, "--workers", 1)
+    process = command(*arguments)
+    began = time.monotonic()
+    while not (folder / "runs" / "part-00000.parquet").exists():
+        assert time.monotonic() - began < PATIENCE
+        assert process.poll() is None, process.communicate()[0]
+        time.sleep(0.02)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does it: the workers get it too
+    printed, _ = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 130, printed
+    assert f"--out {folder} --resume" in printed
+    assert "Traceback" not in printed
+    assert not (folder / "montecarlo.json").exists()
+    assert json.loads((folder / "campaign.json").read_text(encoding="utf-8"))["complete"] is False
+    assert run(*arguments, "--resume") == 0
+    assert parts(folder) == parts(straight)
+    assert figures(folder) == figures(straight)
+
+
+def test_a_changed_scenario_is_not_resumed(straight, tmp_path, capsys):
+    whole = parts(straight)
+    changed = small_scenario(tmp_path, ("noise_rad_s = 0.002", "noise_rad_s = 0.003"))
+    assert run("montecarlo", changed, "--runs", RUNS, "--out", straight, "--resume") == 2
+    printed = capsys.readouterr().err
+    assert "scenario.gyro.noise_rad_s 0.002, now 0.003" in printed
+    assert "Traceback" not in printed
+    assert parts(straight) == whole
+
+
+def test_a_design_is_not_made_again(tmp_path, capsys):
+    design = (
+        'kind = "design"\nparametrization = "body_rate"\nconstraint = "hard"\ncriterion = "D"\nduration_s = 1.0\n'
+        "control_points = 6\nstarts = 6\nseed = 1\nsample_rate_hz = 16.0\nprefilter_time_constant_s = 0.8\n"
+        "envelope_fraction = 0.5"
+    )
+    path = small_scenario(tmp_path, ('kind = "basic"\nduration_s = 1.0\nscale = 1.0', design))
+    assert run("montecarlo", path, "--runs", 2, "--out", tmp_path / "out", "--workers", 1) == 0
+    first = figures(tmp_path / "out")
+    (tmp_path / "out" / "runs" / "part-00000.parquet").unlink()
+    (tmp_path / "out" / "montecarlo.json").unlink()
+    assert run("montecarlo", path, "--runs", 2, "--out", tmp_path / "out", "--workers", 1, "--resume") == 0
+    assert figures(tmp_path / "out") == first
+    points = tmp_path / "out" / "maneuver.toml"
+    points.write_text(points.read_text(encoding="utf-8").replace("= [\n  [0.0", "= [\n  [0.1"), encoding="utf-8")
+    capsys.readouterr()
+    assert run("montecarlo", path, "--runs", 2, "--out", tmp_path / "out", "--resume") == 2
+    assert "maneuver_sha256" in capsys.readouterr().err
+
+
+def test_failed_flights_do_not_stop_the_rest(tmp_path, capsys):
+    # About one inertia in two of these belongs to no body.
+    wild = "[dispersion]\ninertia_kg_m2 = [5e-3, 5e-3, 5e-3, 5e-3, 5e-3, 5e-3]\n"
+    path = small_scenario(tmp_path, dispersion=wild)
+    assert run("montecarlo", path, "--runs", 12, "--out", tmp_path / "out", "--workers", 1) == 0
+    content = figures(tmp_path / "out")
+    assert 0 < content["failed"] < 12
+    assert len(content["failures"]) == content["failed"]
+    failure = content["failures"][0]
+    printed = capsys.readouterr().out
+    assert f"testbed run {path} --dispersed --seed {failure['seed']}" in printed
+    assert str(failure["seed"]) in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert run("run", path, "--dispersed", "--seed", failure["seed"], "--out", tmp_path / "alone") == 2
+    assert failure["message"] in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("--runs", 1), "--runs"),
+        (("--runs", 2, "--resume"), "--out"),
+        (("--runs", 2, "--workers", 0), "--workers"),
+        (("--runs", 2, "--scheduler", "tcp://127.0.0.1:1", "--workers", 2), "omit one"),
+    ],
+)
+def test_options_that_cannot_be_used(path, arguments, told, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert run("montecarlo", path, *arguments) == 2
+    assert told in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_resuming_what_is_no_campaign(path, tmp_path, capsys):
+    (tmp_path / "notes.txt").write_text("mine", encoding="utf-8")
+    assert run("montecarlo", path, "--runs", 2, "--out", tmp_path, "--resume") == 2
+    assert "is not the folder of a campaign" in capsys.readouterr().err
+    assert run("montecarlo", path, "--runs", 2, "--out", tmp_path / "nowhere", "--resume") == 2
+    assert not (tmp_path / "nowhere").exists()
+    assert run("montecarlo", path, "--runs", 2, "--out", tmp_path) == 2
+    assert [entry.name for entry in tmp_path.iterdir()] == ["notes.txt"]
