@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -29,6 +30,8 @@ app = typer.Typer(
 
 def main() -> None:
     """Run the command; errors in the input end it with a message and exit code 2."""
+    for library in ("OMP", "OPENBLAS", "MKL"):  # matrices of this size gain nothing from threads, and lose time to them
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     sys.exit(exit_code_of(app))
 
 
