@@ -1,0 +1,63 @@
+"""Table 1: every maneuver of the paper in three ways, each row the figures of its own maneuver."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+
+import numpy as np
+import pytest
+
+from testbed.maneuver.information import maneuver_information
+from testbed.reproduction import table1 as module
+from testbed.reproduction.table1 import CRITERIA, PAPER, table1
+
+
+@pytest.fixture(scope="module")
+def table():
+    """The table without its gimbal-space rows, which take half a minute and have tests of their own."""
+    told = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "_gimbal_tasks", lambda _quick: [])
+        made = table1(lambda part, items: told.append((part, items)) or told.append, quick=True)
+    assert told == [("Table 1, designs", 8), *[1] * 8]
+    return made
+
+
+def test_the_rows_stand_in_the_papers_order(table):
+    assert [(row.way, row.name) for row in table.rows] == [
+        ("given", "basic"),
+        *(("paper", criterion) for criterion in CRITERIA),
+        *(("hard", criterion) for criterion in CRITERIA),
+    ]
+    assert all(row.paper is PAPER[row.name] for row in table.rows)
+
+
+def test_a_row_says_what_its_maneuver_is(table):
+    for row in table.rows:
+        information = maneuver_information(table.maneuvers[row.way, row.name], 16.0, 0.8)
+        assert row.determinant == information.determinant
+        assert row.regressor_condition_number**2 == pytest.approx(row.condition_number)
+
+
+@pytest.mark.parametrize(("way", "slack"), [("paper", 0.03), ("hard", 1e-4)])
+def test_each_way_is_best_at_what_it_was_designed_for(table, way, slack):
+    """Log det weighs six times log trace, so D bends the penalty's limits by 1 % more than A; hard limits do not bend."""
+    rows = {row.name: row for row in table.rows if row.way == way}
+    assert rows["A"].trace_inverse <= (1 + slack) * min(row.trace_inverse for row in rows.values())
+    assert rows["D"].determinant >= (1 - 6 * slack) * max(row.determinant for row in rows.values())
+    assert rows["E"].min_eigenvalue >= (1 - slack) * max(row.min_eigenvalue for row in rows.values())
+    assert rows["condition"].condition_number <= (1 + slack) * min(row.condition_number for row in rows.values())
+
+
+def test_every_design_improves_on_the_basic_profile_and_keeps_its_peak(table):
+    basic, *designs = table.rows
+    for row in designs:
+        assert row.min_eigenvalue > 5 * basic.min_eigenvalue
+        assert row.peak_rate < 0.3 * 1.03  # the penalty bends its limits by up to 3 %
+
+
+def test_the_rows_are_json(table):
+    rows = json.loads(json.dumps([asdict(row) for row in table.rows]))
+    assert rows[0]["paper"]["trace_inverse"] == 21.27
+    assert np.isfinite([row["seconds"] for row in rows]).all()
