@@ -117,6 +117,12 @@ class _Motion:
         self._attitude = any(hook.needs_attitude for hook in hooks)
         edges = np.cumsum([3 + 4 * self._attitude, *(hook.states for hook in hooks)])
         self._own = [slice(first, last) for first, last in pairwise(edges.tolist())]
+        # Of many hypotheses at once few act on the motion itself; the others cost nothing here.
+        self._acting = [
+            (hook, value, own)
+            for (hook, value), own in zip(self._pairs, self._own, strict=True)
+            if hook.states or type(hook).torque is not Hooks.torque
+        ]
         self._start = self._initial(values)
 
     def integrated(self) -> Array:
@@ -146,7 +152,7 @@ class _Motion:
 
     def _hidden(self, state: Array) -> Array:
         held = np.zeros(3)
-        for (hook, value), own in zip(self._pairs, self._own, strict=True):
+        for hook, value, own in self._acting:
             if hook.states:
                 held = held + hook.hidden_momentum(value, state[..., own])
         return held
@@ -162,7 +168,7 @@ class _Motion:
         rates = [np.zeros_like(body_rate)]
         if self._attitude:
             rates.append(quaternion_rate(state[..., 3:7], body_rate))
-        for (hook, value), own in zip(self._pairs, self._own, strict=True):
+        for hook, value, own in self._acting:
             at = Instant(
                 time=self._grid.time[:, index, None], body_rate=body_rate, attitude=attitude, state=state[..., own]
             )

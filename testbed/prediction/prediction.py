@@ -41,29 +41,27 @@ def common_size(effects: Sequence[Array]) -> int:
     return 6 + sum(int(value.shape[-1]) for value in effects)
 
 
-def predicted_with_derivatives(grid: Grid, hooks: Sequence[Hooks], values: Values) -> tuple[list[Array], list[Array]]:
+def predicted_with_derivatives(
+    grid: Grid, hooks: Sequence[Hooks], values: Values, columns: range | None = None
+) -> tuple[list[Array], list[Array]]:
     """Return the prediction of one parameter set and its derivatives.
 
     Args:
         grid: the runs.
         hooks: the effects in the model.
         values: one parameter set, P = 1.
+        columns: which derivatives; all of them where absent.
 
     Returns:
         Of every run the samples, shape (N, 3), rad/s, and ∂ω̄/∂(θ, effects, the run's own ω₀), shape (N, 3, C + 3) with
-        C from `common_size`.
+        C from `common_size`, or the columns asked for.
     """
-    common = common_size(values.effects)
-    columns = [_columns(grid, hooks, values, block) for block in _blocks(common + 3)]
-    samples = [reading.real[0] for reading in columns[0]]
-    derivatives = [
-        np.concatenate([_imaginary(block[run]) for block in columns], axis=-1) for run in range(len(samples))
-    ]
-    return samples, derivatives
-
-
-def _blocks(columns: int) -> list[range]:
-    return [range(first, min(first + _SETS_AT_ONCE, columns)) for first in range(0, columns, _SETS_AT_ONCE)]
+    wanted = range(common_size(values.effects) + 3) if columns is None else columns
+    blocks = [wanted[first : first + _SETS_AT_ONCE] for first in range(0, len(wanted), _SETS_AT_ONCE)]
+    parts = [_columns(grid, hooks, values, block) for block in blocks]
+    samples = [reading.real[0] for reading in parts[0]]
+    by_run = zip(*parts, strict=True)
+    return samples, [np.concatenate([_imaginary(part) for part in run], axis=-1) for run in by_run]
 
 
 def _columns(grid: Grid, hooks: Sequence[Hooks], values: Values, block: range) -> list[Array]:

@@ -1,0 +1,232 @@
+"""The nominal model with the effects that the diagnosis has added so far, and its fit to runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from testbed.arrays import Array, Flags, Theta
+from testbed.diagnosis.data import Runs
+from testbed.effects.contract import Effect
+from testbed.errors import InputError
+from testbed.prediction.hooks import Hooks
+from testbed.prediction.integration import Values
+from testbed.prediction.prediction import common_size, predicted, predicted_with_derivatives
+
+_ROUNDS = 30
+_CONVERGED = 1e-6
+"""Change of χ² at which a fit is done; a standard error moves it by 1."""
+_DAMPING = (1e-6, 1e6)
+"""Smallest and largest Levenberg-Marquardt damping, in shares of the normal matrix's diagonal."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Placed:
+    """An effect at a component: one hypothesis.
+
+    Attributes:
+        effect: which.
+        component: where.
+    """
+
+    effect: Effect
+    component: str
+
+    @property
+    def hooks(self) -> Hooks:
+        """How it enters the prediction."""
+        return self.effect.hooks(self.component)
+
+    @property
+    def size(self) -> int:
+        """Number of parameters."""
+        return len(self.effect.parameters)
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Least and greatest values, each of shape (K,)."""
+        parameters = self.effect.parameters
+        return np.array([p.lower for p in parameters]), np.array([p.upper for p in parameters])
+
+    @property
+    def key(self) -> str:
+        """Unique name, e.g. `rotor_speed:cmg3`."""
+        return f"{self.effect.id}:{self.component}"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Fit:
+    """A model fitted to runs.
+
+    Attributes:
+        placed: the effects in the model.
+        values: of all parameters, P = 1.
+        residual: whitened, shape (samples,).
+        jacobian: whitened ∂prediction/∂(θ, effects, ω₀ of every run), shape (samples, C + 3 R).
+        at_bound: which effect parameters lie at a bound, shape (C - 6,).
+    """
+
+    placed: tuple[Placed, ...]
+    values: Values
+    residual: Array
+    jacobian: Array
+    at_bound: Flags
+
+    @property
+    def chi_square(self) -> float:
+        """Sum of the squared whitened residuals."""
+        return float(self.residual @ self.residual)
+
+    @property
+    def freedom(self) -> int:
+        """Samples less parameters."""
+        return len(self.residual) - int(self.jacobian.shape[1])
+
+    @property
+    def theta(self) -> Theta:
+        """Inertia parameters, shape (6,), kg·m²."""
+        return np.asarray(self.values.theta[0])
+
+    @property
+    def effect_values(self) -> Array:
+        """Parameters of all effects, one after the other, shape (C - 6,)."""
+        return np.concatenate([np.zeros(0), *(value[0] for value in self.values.effects)])
+
+    @property
+    def covariance(self) -> Array:
+        """Of (θ, effects), the initial rates marginalised, shape (C, C)."""
+        common = 6 + len(self.effect_values)
+        return np.asarray(np.linalg.inv(self.jacobian.T @ self.jacobian)[:common, :common])
+
+
+def fitted(runs: Runs, placed: Sequence[Placed], theta: Theta, starts: Sequence[Array]) -> Fit:
+    """Fit inertia, initial rates and effects by maximum likelihood.
+
+    Args:
+        runs: to fit.
+        placed: the effects in the model.
+        theta: to start from, shape (6,), kg·m².
+        starts: of each effect's parameters, shapes (K,).
+
+    Raises:
+        InputError: the nominal motion leaves the finite numbers.
+    """
+    first = np.stack([rates[0] for rates in runs.measured])[:, None]
+    values = Values(theta=theta[None], initial_rate=first, effects=tuple(start[None] for start in starts))
+    return _search(runs, tuple(placed), values)
+
+
+def fitted_initial_rates(runs: Runs, fit: Fit) -> Fit:
+    """Fit the initial rates alone, all else as another fit has it: for runs that were held out.
+
+    Args:
+        runs: held out.
+        fit: of other runs.
+    """
+    first = np.stack([rates[0] for rates in runs.measured])[:, None]
+    values = Values(theta=fit.values.theta, initial_rate=first, effects=fit.values.effects)
+    return _search(runs, fit.placed, values, only_initial=True)
+
+
+def evaluated(runs: Runs, placed: tuple[Placed, ...], values: Values) -> Fit:
+    """Return residual and Jacobian at given parameters."""
+    hooks = [each.hooks for each in placed]
+    samples, derivatives = predicted_with_derivatives(runs.grid, hooks, values)
+    return Fit(
+        placed=placed,
+        values=values,
+        residual=runs.whitened(samples),
+        jacobian=stacked(runs, derivatives, common_size(values.effects)),
+        at_bound=_at_bound(placed, values),
+    )
+
+
+def stacked(runs: Runs, derivatives: Sequence[Array], common: int) -> Array:
+    """Put the whitened derivatives of all runs below each other, every run's initial rate in columns of its own.
+
+    Args:
+        runs: with their sigma.
+        derivatives: of each run, shape (N, 3, common + 3).
+        common: columns that all runs share.
+    """
+    blocks = []
+    for run, (derivative, sigma) in enumerate(zip(derivatives, runs.sigma, strict=True)):
+        whitened = (derivative / sigma[:, None]).reshape(-1, common + 3)
+        own = np.zeros((len(whitened), 3 * len(runs.names)))
+        own[:, 3 * run : 3 * run + 3] = whitened[:, common:]
+        blocks.append(np.hstack([whitened[:, :common], own]))
+    return np.vstack(blocks)
+
+
+def _search(runs: Runs, placed: tuple[Placed, ...], values: Values, *, only_initial: bool = False) -> Fit:
+    """Levenberg-Marquardt with the effects' bounds kept by projection."""
+    fit, damping = evaluated(runs, placed, values), _DAMPING[0]
+    common = common_size(values.effects)
+    free = np.arange(fit.jacobian.shape[1]) >= common if only_initial else np.ones(fit.jacobian.shape[1], dtype=bool)
+    for _ in range(_ROUNDS):
+        normal, slope = fit.jacobian.T @ fit.jacobian, fit.jacobian.T @ fit.residual
+        moving = free & ~_pushing_out(fit, slope)
+        trial, gained = None, 0.0
+        while trial is None and damping < _DAMPING[1]:
+            step = np.zeros(len(slope))
+            step[moving] = _damped(normal[np.ix_(moving, moving)], slope[moving], damping)
+            trial = _better(runs, fit, _moved(fit, step))
+            damping *= 0.1 if trial is not None else 10.0
+        if trial is None:
+            break
+        gained = fit.chi_square - trial.chi_square
+        fit, damping = trial, max(damping, _DAMPING[0])
+        if gained < _CONVERGED:
+            break
+    return fit
+
+
+def _damped(normal: Array, slope: Array, damping: float) -> Array:
+    scale = np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
+    scaled = normal / np.outer(scale, scale) + damping * np.eye(len(scale))
+    return np.asarray(np.linalg.lstsq(scaled, slope / scale, rcond=1e-13)[0] / scale)
+
+
+def _pushing_out(fit: Fit, slope: Array) -> Flags:
+    """Return which parameters lie at a bound and would go beyond it."""
+    pushing = np.zeros(len(slope), dtype=bool)
+    lower, upper = _bounds(fit.placed)
+    own, values = slice(6, 6 + len(lower)), fit.effect_values
+    pushing[own] = ((values <= lower) & (slope[own] < 0.0)) | ((values >= upper) & (slope[own] > 0.0))
+    return pushing
+
+
+def _moved(fit: Fit, step: Array) -> Values:
+    lower, upper = _bounds(fit.placed)
+    common = 6 + len(lower)
+    effects = np.clip(fit.effect_values + step[6:common], lower, upper)
+    sizes = np.cumsum([value.shape[1] for value in fit.values.effects])[:-1]
+    return Values(
+        theta=fit.values.theta + step[:6],
+        initial_rate=fit.values.initial_rate + step[common:].reshape(-1, 1, 3),
+        effects=tuple(part[None] for part in np.split(effects, sizes)) if len(fit.placed) else (),
+    )
+
+
+def _better(runs: Runs, fit: Fit, values: Values) -> Fit | None:
+    """Return the fit at other values if χ² is not larger there."""
+    try:
+        guess = predicted(runs.grid, [each.hooks for each in fit.placed], values)
+    except InputError:
+        return None
+    residual = runs.whitened([reading[0] for reading in guess])
+    return evaluated(runs, fit.placed, values) if residual @ residual <= fit.chi_square else None
+
+
+def _bounds(placed: Sequence[Placed]) -> tuple[Array, Array]:
+    lower = [each.bounds[0] for each in placed]
+    upper = [each.bounds[1] for each in placed]
+    return np.concatenate([np.zeros(0), *lower]), np.concatenate([np.zeros(0), *upper])
+
+
+def _at_bound(placed: Sequence[Placed], values: Values) -> Flags:
+    lower, upper = _bounds(placed)
+    effects = np.concatenate([np.zeros(0), *(value[0] for value in values.effects)])
+    return np.asarray((effects <= lower) | (effects >= upper))

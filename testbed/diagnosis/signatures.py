@@ -1,0 +1,145 @@
+"""What each hypothesis would add to the residual: its signature, with inertia and initial rates projected out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import sqrt
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.stats import chi2, ncx2
+
+from testbed.arrays import Array
+from testbed.diagnosis.data import Runs
+from testbed.diagnosis.model import Fit, Placed
+from testbed.prediction.prediction import common_size, predicted_with_derivatives
+
+POWER = 0.9
+FAMILY_WISE_ERROR = 0.05
+_NEGLIGIBLE = 1e-9
+"""Share of a column's length that has to be left after projection for its direction to count."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Signature:
+    """A hypothesis seen from the present model.
+
+    Attributes:
+        placed: effect and component.
+        start: values of its parameters at which it is linearised, shape (K,).
+        columns: whitened ∂prediction/∂parameters after projection, shape (samples, K).
+        basis: orthonormal basis of what they span, shape (samples, rank).
+        score: how much of χ² the linearised effect explains.
+        step: the change of its parameters that does so, shape (K,).
+    """
+
+    placed: Placed
+    start: Array
+    columns: Array
+    basis: Array
+    score: float
+    step: Array
+
+    @property
+    def rank(self) -> int:
+        """Directions that the data show."""
+        return int(self.basis.shape[1])
+
+
+def signatures(runs: Runs, fit: Fit, hypotheses: Sequence[Placed]) -> Iterator[Signature]:
+    """Return the signature of every hypothesis at each of its starts, in order.
+
+    Args:
+        runs: that the model was fitted to.
+        fit: the present model; its parameters are projected out.
+        hypotheses: effects that are not in it.
+    """
+    nuisance = _orthonormal(fit.jacobian)
+    residual = fit.residual - nuisance @ (nuisance.T @ fit.residual)
+    for placed, start, columns in _linearised(runs, fit, hypotheses):
+        free = columns - nuisance @ (nuisance.T @ columns)
+        yield _signature(placed, start, columns, free, residual)
+
+
+def required_shift(rank: int, hypotheses: int) -> float:
+    """Return the length in sigma of a signature that is detected with the power wanted.
+
+    Args:
+        rank: degrees of freedom of the test.
+        hypotheses: tested together, by which the family-wise error is divided (Bonferroni).
+    """
+    threshold = chi2.isf(FAMILY_WISE_ERROR / hypotheses, rank)
+    return sqrt(brentq(lambda shift: ncx2.sf(threshold, rank, shift) - POWER, 1e-6, 1e4))
+
+
+def smallest_detectable(signature: Signature, hypotheses: int) -> float:
+    """Return the size, as a multiple of the effect's typical one, that would be detected with the power wanted.
+
+    Infinite where the data show nothing of it.
+    """
+    typical = np.array([parameter.typical - parameter.absent for parameter in signature.placed.effect.parameters])
+    length = float(np.linalg.norm(signature.columns @ typical))
+    if signature.rank == 0 or length == 0.0:
+        return np.inf
+    return required_shift(signature.rank, hypotheses) / length
+
+
+def distinguishability(one: Signature, other: Signature) -> float:
+    """Return the sine of the smallest angle between what two hypotheses can do: 0 for aliases, 1 for strangers."""
+    if one.rank == 0 or other.rank == 0:
+        return 0.0
+    largest = float(np.linalg.svd(one.basis.T @ other.basis, compute_uv=False)[0])
+    return sqrt(max(0.0, 1.0 - min(largest, 1.0) ** 2))
+
+
+def _linearised(runs: Runs, fit: Fit, hypotheses: Sequence[Placed]) -> Iterator[tuple[Placed, Array, Array]]:
+    """Return each hypothesis, a start, and its whitened columns; those that start absent are predicted together."""
+    starts = [(placed, placed.effect.starts(placed.component, runs.grid)) for placed in hypotheses]
+    absent = [(placed, rows[0]) for placed, rows in starts if _is_absent(placed, rows)]
+    if absent:
+        columns = _columns(runs, fit, absent)
+        edges = np.cumsum([placed.size for placed, _ in absent])[:-1]
+        for (placed, start), part in zip(absent, np.split(columns, edges, axis=1), strict=True):
+            yield placed, start, part
+    for placed, rows in starts:
+        if not _is_absent(placed, rows):
+            for start in rows:
+                yield placed, start, _columns(runs, fit, [(placed, start)])
+
+
+def _is_absent(placed: Placed, starts: Array) -> bool:
+    return len(starts) == 1 and starts[0].tolist() == [each.absent for each in placed.effect.parameters]
+
+
+def _columns(runs: Runs, fit: Fit, added: Sequence[tuple[Placed, Array]]) -> Array:
+    """Return whitened ∂prediction/∂parameters of hypotheses added to the model, shape (samples, sum of K)."""
+    effects = (*fit.values.effects, *(start[None] for _, start in added))
+    hooks = [each.hooks for each in (*fit.placed, *(placed for placed, _ in added))]
+    wanted = range(common_size(fit.values.effects), common_size(effects))
+    values = replace(fit.values, effects=effects)
+    _, derivatives = predicted_with_derivatives(runs.grid, hooks, values, wanted)
+    whitened = [derivative / sigma[:, None] for derivative, sigma in zip(derivatives, runs.sigma, strict=True)]
+    return np.concatenate([columns.reshape(-1, len(wanted)) for columns in whitened])
+
+
+def _signature(placed: Placed, start: Array, columns: Array, free: Array, residual: Array) -> Signature:
+    scale = np.linalg.norm(columns, axis=0)
+    usable = np.where(scale > 0.0, scale, 1.0)
+    left, strength, right = np.linalg.svd(free / usable, full_matrices=False)
+    seen = strength > max(_NEGLIGIBLE, 1e-7 * strength.max(initial=0.0))
+    explained = left[:, seen].T @ residual
+    step = (right[seen].T @ (explained / strength[seen])) / usable
+    return Signature(
+        placed=placed,
+        start=start,
+        columns=free,
+        basis=left[:, seen],
+        score=float(explained @ explained),
+        step=step,
+    )
+
+
+def _orthonormal(matrix: Array) -> Array:
+    left, strength, _ = np.linalg.svd(matrix / np.maximum(np.linalg.norm(matrix, axis=0), 1e-300), full_matrices=False)
+    return np.asarray(left[:, strength > _NEGLIGIBLE])
