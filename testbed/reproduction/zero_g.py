@@ -23,7 +23,7 @@ from testbed.maneuver.maneuver import Maneuver
 from testbed.reproduction.crew import Job, done_by_crew
 from testbed.reproduction.progress import Progress, silent
 from testbed.reproduction.zero_g_coverage import Coverage, coverage_by_name
-from testbed.reproduction.zero_g_cuts import Cut, CutScore, cut_of, cut_score
+from testbed.reproduction.zero_g_cuts import Cut, CutScore, cut_score
 from testbed.reproduction.zero_g_estimates import estimates_of
 from testbed.reproduction.zero_g_figures import Figure5, Figure6, figure5, figure6
 from testbed.reproduction.zero_g_flights import CutFlight, fly_campaigns
@@ -48,8 +48,8 @@ class CampaignOutcome:
 
     Attributes:
         combined: eq. (33) by estimator.
-        cuts: of its flights, judged by the truth.
-        usable: time of each flight, s.
+        cuts: of all its flights, judged by the truth.
+        usable: time of each flight used, s.
     """
 
     combined: Mapping[str, CombinedEstimate]
@@ -70,8 +70,8 @@ class Table3:
         combined: their averages, eq. (33).
         heldout: a sixth flight.
         coverage: of each estimator's average over the repetitions.
-        cuts: of all flights of the repetitions.
-        usable: times of all these flights, s.
+        cuts: of all flights of the repetitions, those too short to be used as well.
+        usable: times of the flights used in the repetitions, s.
         figure5: of the longest of the five.
         figure6: of the flight held out, with the IV's average.
     """
@@ -111,7 +111,7 @@ def table3(campaigns: int, seed: int, progress: Progress = silent, processes: in
         Job(part="Table 3", items=len(block), call=fly_block, arguments=(scenario, maneuver, block)) for block in blocks
     ]
     outcomes: list[CampaignOutcome] = list(chain.from_iterable(done_by_crew(jobs, processes, progress)))
-    *flights, heldout = fly_campaigns(scenario, maneuver, seeds[:1], FLIGHTS + 1)[0]
+    *flights, heldout = fly_campaigns(scenario, maneuver, seeds[:1], FLIGHTS + 1)[0].flights
     shown = estimates_of(scenario, maneuver, flights)
     theta, filter_time = shown.combined["iv"].theta, scenario.estimation.prefilter_time_constant_s
     return Table3(
@@ -140,9 +140,9 @@ def fly_block(scenario: Scenario, maneuver: Maneuver, seeds: Sequence[int]) -> l
     """
     return [
         CampaignOutcome(
-            combined=estimates_of(scenario, maneuver, flights).combined,
-            cuts=tuple(cut_of(flight) for flight in flights),
-            usable=tuple(flight.usable for flight in flights),
+            combined=estimates_of(scenario, maneuver, campaign.flights).combined,
+            cuts=tuple(campaign.cuts),
+            usable=tuple(flight.usable for flight in campaign.flights),
         )
-        for flights in fly_campaigns(scenario, maneuver, seeds, FLIGHTS)
+        for campaign in fly_campaigns(scenario, maneuver, seeds, FLIGHTS)
     ]

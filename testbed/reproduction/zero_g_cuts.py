@@ -1,13 +1,17 @@
-"""How well records are cut, judged by the simulation's truth, and what a cut that comes too late does."""
+"""How well records are cut, judged by the simulation's truth."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.reproduction.zero_g_flights import CutFlight
+from testbed.arrays import Series
+from testbed.estimation.contact import Contact
+
+SHORTEST = 2.0
+"""s; a flight with less before its first contact is not used. Source: paper section 5.2."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,10 +19,12 @@ class Cut:
     """One flight's cut beside the truth.
 
     Attributes:
-        late: samples used after the contact began; negative: free samples given away.
+        usable: time from the release to the last sample before the contact found, s.
+        late: samples left after the contact began; negative: free samples given away.
         touched: whether the flight met the wall.
     """
 
+    usable: float
     late: int
     touched: bool
 
@@ -30,6 +36,7 @@ class CutScore:
     Attributes:
         flights: how many.
         touched: those that met the wall.
+        too_short: those that were not used.
         missed: cut more than one sample too late, or not at all.
         one_late: cut one sample too late.
         one_early: one free sample given away.
@@ -38,15 +45,25 @@ class CutScore:
 
     flights: int
     touched: int
+    too_short: int
     missed: int
     one_late: int
     one_early: int
     false_alarms: int
 
 
-def cut_of(flight: CutFlight) -> Cut:
-    """Judge a flight's cut by the simulation's truth."""
-    return Cut(late=len(flight.telemetry.gyro_time) - _free_samples(flight), touched=flight.onset is not None)
+def cut_of(gyro_time: Series, contact: Contact | None, onset: float | None) -> Cut:
+    """Judge a cut.
+
+    Args:
+        gyro_time: of the whole record, shape (N,), s.
+        contact: as found in it; None where none was.
+        onset: when the true momentum first changed, s; None where it never did.
+    """
+    last = gyro_time[-1] if contact is None else contact.last_free
+    used = int(np.searchsorted(gyro_time, last, side="right"))
+    free = len(gyro_time) if onset is None else int(np.searchsorted(gyro_time, onset))
+    return Cut(usable=float(last - gyro_time[0]), late=used - free, touched=onset is not None)
 
 
 def cut_score(cuts: Sequence[Cut]) -> CutScore:
@@ -55,21 +72,9 @@ def cut_score(cuts: Sequence[Cut]) -> CutScore:
     return CutScore(
         flights=len(cuts),
         touched=sum(cut.touched for cut in cuts),
+        too_short=sum(cut.usable < SHORTEST for cut in cuts),
         missed=int((late > 1).sum()),
         one_late=int((late == 1).sum()),
         one_early=int((late == -1).sum()),
         false_alarms=int((late < -1).sum()),
     )
-
-
-def cut_late(flight: CutFlight, samples: int) -> CutFlight:
-    """Return the flight as if its cut had come so many samples after the contact began."""
-    used = _free_samples(flight) + samples
-    whole = flight.whole
-    return replace(flight, telemetry=replace(whole, gyro_time=whole.gyro_time[:used], body_rate=whole.body_rate[:used]))
-
-
-def _free_samples(flight: CutFlight) -> int:
-    """Return how many gyro samples the flight has before its momentum first changes."""
-    time = flight.whole.gyro_time
-    return len(time) if flight.onset is None else int(np.searchsorted(time, flight.onset))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -16,11 +16,10 @@ from testbed.estimation.contact import Contact
 from testbed.estimation.telemetry import Telemetry
 from testbed.maneuver.maneuver import Maneuver
 from testbed.records.record import Record
-from testbed.records.selection import telemetry_only
+from testbed.records.selection import sampled, telemetry_only
+from testbed.reproduction.zero_g_cuts import SHORTEST, Cut, cut_of
 from testbed.scenario.scenario import Scenario
 
-SHORTEST = 2.0
-"""s; a flight with less before its first contact is not used. Source: paper section 5.2."""
 ROUNDS = 6
 """How often a campaign may fly again for the flights that were too short, before it makes do with those it has."""
 SIDE_BY_SIDE = 25
@@ -31,20 +30,18 @@ _JUMP = 1e-7
 
 @dataclass(frozen=True, kw_only=True)
 class CutFlight:
-    """A flight that has landed.
+    """A flight that is used, up to the first contact that its record shows.
 
     Attributes:
         seed: of its noise and of its release.
-        record: what it sent, usable to the first contact found in it.
-        whole: what the estimators would be given without the cut.
-        telemetry: what they are given.
+        record: what it sent, with the usable time in its details.
+        telemetry: what the estimators are given of it.
         contact: as found in the record; None where none was.
         onset: when the true momentum first changed, s, from the simulation; for judging the cut only.
     """
 
     seed: int
     record: Record
-    whole: Telemetry
     telemetry: Telemetry
     contact: Contact | None
     onset: float | None
@@ -55,9 +52,22 @@ class CutFlight:
         return float(self.telemetry.gyro_time[-1] - self.telemetry.gyro_time[0])
 
 
+@dataclass(frozen=True, kw_only=True)
+class FlownCampaign:
+    """The flights of one campaign.
+
+    Attributes:
+        flights: those used, in the order flown.
+        cuts: of all that were flown, those too short to be used as well.
+    """
+
+    flights: list[CutFlight] = field(default_factory=list)
+    cuts: list[Cut] = field(default_factory=list)
+
+
 def fly_campaigns(
     scenario: Scenario, maneuver: Maneuver, campaign_seeds: Sequence[int], flights: int
-) -> list[list[CutFlight]]:
+) -> list[FlownCampaign]:
     """Return the first usable flights of every campaign; what a seed gives depends on it alone, bit for bit.
 
     A campaign flies again for those that met the wall too soon.
@@ -68,44 +78,46 @@ def fly_campaigns(
         campaign_seeds: one per campaign.
         flights: that each campaign uses.
     """
-    used: list[list[CutFlight]] = [[] for _ in campaign_seeds]
-    flown = [0] * len(used)
-    for _ in range(ROUNDS):
-        wanted = [
-            (index, flown[index] + extra) for index, found in enumerate(used) for extra in range(flights - len(found))
-        ]
-        landed = cut_flights(scenario, maneuver, [run_seed(campaign_seeds[index], run) for index, run in wanted])
-        for (index, _), flight in zip(wanted, landed, strict=True):
-            flown[index] += 1
-            if flight is not None and flight.usable >= SHORTEST:
-                used[index].append(flight)
-    return used
-
-
-def cut_flights(scenario: Scenario, maneuver: Maneuver, seeds: Sequence[int]) -> list[CutFlight | None]:
-    """Fly once per seed and cut every record; None for a flight that diverged."""
     nominal = nominal_platform(scenario)
-    blocks = [seeds[first : first + SIDE_BY_SIDE] for first in range(0, len(seeds), SIDE_BY_SIDE)]
-    return [_cut(flight, nominal) for block in blocks for flight in fly_seeds(scenario, maneuver, block)]
+    campaigns = [FlownCampaign() for _ in campaign_seeds]
+    flown = [0] * len(campaigns)
+    for _ in range(ROUNDS):
+        wanted = [index for index, found in enumerate(campaigns) for _ in range(flights - len(found.flights))]
+        seeds = [run_seed(campaign_seeds[index], run) for index, run in _runs(wanted, flown)]
+        for index, flight in zip(wanted, _flights(scenario, maneuver, seeds), strict=True):
+            flown[index] += 1
+            _land(campaigns[index], flight, nominal)
+    return campaigns
 
 
-def _cut(flight: DispersedFlight, nominal: PlatformModel) -> CutFlight | None:
+def _runs(wanted: Sequence[int], flown: Sequence[int]) -> Iterator[tuple[int, int]]:
+    """Give every flight wanted of a campaign the next number of a run in it."""
+    following = list(flown)
+    for index in wanted:
+        yield index, following[index]
+        following[index] += 1
+
+
+def _flights(scenario: Scenario, maneuver: Maneuver, seeds: Sequence[int]) -> Iterator[DispersedFlight]:
+    for first in range(0, len(seeds), SIDE_BY_SIDE):
+        yield from fly_seeds(scenario, maneuver, seeds[first : first + SIDE_BY_SIDE])
+
+
+def _land(campaign: FlownCampaign, flight: DispersedFlight, nominal: PlatformModel) -> None:
+    """Cut a flight, judge the cut, and keep the flight if it is long enough; one that diverged is left out."""
     if flight.flown is None or flight.message:
-        return None
+        return
     flown = flight.flown.record
-    record = replace(
-        telemetry_only(flown), details=replace(flown.details, usable_to=None)
-    )  # the truth's cut is not ours
-    cut, contact = cut_at_contact(record, flight.scenario, nominal)
-    whole = telemetry_of(record, flight.scenario, nominal)
-    return CutFlight(
-        seed=flight.seed,
-        record=cut,
-        whole=whole,
-        telemetry=whole if contact is None else telemetry_of(cut, flight.scenario, nominal),
-        contact=contact,
-        onset=_onset(flown),
-    )
+    told = replace(flown.details, usable_to=None)  # the simulation's own cut is not ours to know
+    record, contact = cut_at_contact(replace(telemetry_only(flown), details=told), flight.scenario, nominal)
+    onset = _onset(flown)
+    cut = cut_of(sampled(record, "body_rate")[0], contact, onset)
+    campaign.cuts.append(cut)
+    if cut.usable >= SHORTEST:
+        telemetry = telemetry_of(record, flight.scenario, nominal)
+        campaign.flights.append(
+            CutFlight(seed=flight.seed, record=record, telemetry=telemetry, contact=contact, onset=onset)
+        )
 
 
 def _onset(record: Record) -> float | None:

@@ -7,14 +7,15 @@ from benchmarks.synthetic_telemetry import NOMINAL_THETA, TRUE_THETA, exact_tele
 from testbed.assembly.platform import true_platform
 from testbed.dynamics.inertia import theta_of
 from testbed.estimation.combine import CombinedEstimate
+from testbed.estimation.contact import Contact
 from testbed.estimation.estimate import EstimationSettings
 from testbed.estimation.instrumental_variable import instrumental_variable
 from testbed.maneuver.profiles import basic_profile
 from testbed.reproduction.zero_g import PAPER_CAD_THETA, PAPER_THETA, SCENARIO, fly_block
 from testbed.reproduction.zero_g_coverage import coverage_of
-from testbed.reproduction.zero_g_cuts import Cut, cut_late, cut_of, cut_score
+from testbed.reproduction.zero_g_cuts import SHORTEST, Cut, cut_of, cut_score
 from testbed.reproduction.zero_g_figures import figure5, figure6
-from testbed.reproduction.zero_g_flights import SHORTEST, fly_campaigns
+from testbed.reproduction.zero_g_flights import fly_campaigns
 from testbed.reproduction.zero_g_startup import treated_estimates
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.shipped import shipped_scenario
@@ -42,7 +43,7 @@ MANEUVER = basic_profile(duration=5.0, scale=1.5)
 @pytest.fixture(scope="module")
 def flights():
     """Two campaigns of three flights."""
-    return fly_campaigns(SCENARIO_FLOWN, MANEUVER, [1, 2], 3)
+    return [campaign.flights for campaign in fly_campaigns(SCENARIO_FLOWN, MANEUVER, [1, 2], 3)]
 
 
 def test_the_scenario_is_table_3():
@@ -66,18 +67,20 @@ def test_flights_are_cut_before_their_contact_by_their_own_records(flights):
 
 def test_a_campaign_does_not_depend_on_its_neighbours(flights):
     (alone,) = fly_campaigns(SCENARIO_FLOWN, MANEUVER, [2], 3)
-    for mine, other in zip(alone, flights[1], strict=True):
+    for mine, other in zip(alone.flights, flights[1], strict=True):
         assert mine.seed == other.seed
         np.testing.assert_array_equal(mine.telemetry.body_rate, other.telemetry.body_rate)
     assert {flight.seed for flight in flights[0]}.isdisjoint(flight.seed for flight in flights[1])
 
 
-def test_flights_too_short_are_flown_again(flights, monkeypatch):
+def test_flights_too_short_are_flown_again_and_their_cuts_are_judged_too(flights, monkeypatch):
     shortest = min(flight.usable for flight in flights[0][:2])
     monkeypatch.setattr("testbed.reproduction.zero_g_flights.SHORTEST", shortest + 0.01)
-    (longer,) = fly_campaigns(SCENARIO_FLOWN, MANEUVER, [1], 2)
-    assert len(longer) == 2
-    assert min(flight.usable for flight in longer) > shortest
+    (campaign,) = fly_campaigns(SCENARIO_FLOWN, MANEUVER, [1], 2)
+    assert len(campaign.flights) == 2
+    assert min(flight.usable for flight in campaign.flights) > shortest
+    assert len(campaign.cuts) >= 3
+    assert shortest in [cut.usable for cut in campaign.cuts]
 
 
 def test_a_block_gives_estimates_near_the_truth():
@@ -88,13 +91,22 @@ def test_a_block_gives_estimates_near_the_truth():
     assert len(outcome.cuts) == len(outcome.usable) == 5
 
 
-def test_late_cuts_are_counted_and_made(flights):
-    flight = flights[0][0]
-    for samples in (-2, 0, 1, 3):
-        assert cut_of(cut_late(flight, samples)).late == samples
-    cuts = [Cut(late=late, touched=True) for late in (0, -1, 1, 2, 9, -5)]
-    score = cut_score([*cuts, Cut(late=0, touched=False)])
-    assert (score.flights, score.touched) == (7, 6)
+def test_cuts_are_judged_by_the_samples_on_either_side_of_the_contact():
+    def late(last_free, onset):
+        contact = None if last_free is None else Contact(last_free=last_free, first_seen=9.0, rate_jump_B=np.zeros(3))
+        return cut_of(TIMES, contact, onset).late
+
+    onset = TIMES[20] - 0.01
+    assert [late(TIMES[index], onset) for index in (18, 19, 20, 24)] == [-1, 0, 1, 5]
+    assert late(None, onset) == len(TIMES) - 20
+    assert late(None, None) == 0
+    assert late(TIMES[-4], None) == -3
+
+
+def test_cuts_are_counted_by_what_is_wrong_with_them():
+    cuts = [Cut(usable=3.0, late=late, touched=True) for late in (0, -1, 1, 2, 9, -5)]
+    score = cut_score([*cuts, Cut(usable=1.9, late=0, touched=False)])
+    assert (score.flights, score.touched, score.too_short) == (7, 6, 1)
     assert (score.missed, score.one_late, score.one_early, score.false_alarms) == (2, 1, 1, 1)
 
 
