@@ -76,6 +76,23 @@ def montecarlo(
 
 
 @app.command()
+def reproduce(
+    out: Out = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="A tenth of the flights: under 3 minutes on two cores.")
+    ] = False,
+    seed: Annotated[int, typer.Option(min=0, max=2**63 - 1, help="Seed of everything.")] = 1,
+    runs: Annotated[
+        int | None, typer.Option(metavar="N", min=2, help="Of each maneuver of Table 2; 1000, with --quick 100.")
+    ] = None,
+) -> None:
+    """Make the paper's tables and figures again, beside its own numbers and this project's."""
+    from testbed.cli.reproduce import reproduce_paper  # noqa: PLC0415
+
+    raise typer.Exit(reproduce_paper(out, seed, runs, quick=quick))
+
+
+@app.command()
 def design(scenario: ScenarioPath, out: Out = None, seed: Seed = None) -> None:
     """Design a scenario's maneuver, without flying it."""
     from testbed.cli.design import design_scenario  # noqa: PLC0415

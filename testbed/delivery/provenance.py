@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import platform
+from collections.abc import Mapping
+from dataclasses import asdict
 from datetime import UTC, datetime
 from importlib.metadata import version
 
 from testbed.experiment.experiment import Experiment
 from testbed.plant.fingerprint import model_sha256
+from testbed.reproduction.reproduction import Extent
 from testbed.scenario.scenario import Scenario
 
 _PACKAGES = ("testbed", "mujoco", "numpy", "scipy", "casadi", "rerun-sdk")
@@ -32,9 +35,23 @@ def provenance(scenario: Scenario, scenario_text: str) -> dict[str, str]:
         scenario: as read.
         scenario_text: its file, verbatim.
     """
+    return {"scenario": scenario.name, "scenario_sha256": _sha256(scenario_text), **_versions()}
+
+
+def reproduction_provenance(extent: Extent, scenarios: Mapping[str, str]) -> dict[str, str]:
+    """Return what decides a reproduction, and what it ran on.
+
+    Args:
+        extent: how much was flown, and the seed.
+        scenarios: text of every scenario file that was used, by name.
+    """
+    hashes = {f"scenario_{name}_sha256": _sha256(text) for name, text in scenarios.items()}
+    extents = {name: str(value) for name, value in asdict(extent).items()}
+    return {"scenario": "reproduction", **extents, **hashes, **_versions()}
+
+
+def _versions() -> dict[str, str]:
     return {
-        "scenario": scenario.name,
-        "scenario_sha256": _sha256(scenario_text),
         **{f"version_{package}": version(package) for package in _PACKAGES},
         "version_python": platform.python_version(),
         "machine": f"{platform.system()} {platform.machine()}",

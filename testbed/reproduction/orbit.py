@@ -7,6 +7,8 @@ from testbed.experiment.experiment import Experiment
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.shipped import shipped_scenario
 
+SCENARIO = "orbit"
+
 
 def orbit(seed: int) -> Experiment:
     """Design, fly and estimate the maneuver of scenarios/orbit.toml once.
@@ -14,4 +16,4 @@ def orbit(seed: int) -> Experiment:
     Args:
         seed: of all sensor noise.
     """
-    return conduct(read_scenario(shipped_scenario("orbit")), seed)
+    return conduct(read_scenario(shipped_scenario(SCENARIO)), seed)

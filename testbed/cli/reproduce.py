@@ -1,0 +1,58 @@
+"""testbed reproduce: the paper's tables and figures from this testbed, in one run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+from rich.text import Text
+
+from testbed.campaign.local import usable_cores
+from testbed.cli.console import console, say
+from testbed.cli.failures import COMPLETED, INTERRUPTED
+from testbed.cli.parts_progress import parts_progress
+from testbed.delivery.folder import free_folder, require_free
+from testbed.delivery.reproduction_folder import write_reproduction
+from testbed.reproduction.claims import Claim
+from testbed.reproduction.judgement import claims_of
+from testbed.reproduction.reproduction import full_extent, quick_extent, reproduce
+
+OUT = Path("runs")
+
+
+def reproduce_paper(out: Path | None, seed: int, runs: int | None, *, quick: bool) -> int:
+    """Make everything, write the folder, print the claims; returns the exit code.
+
+    Raises:
+        InputError: the folder cannot be used, or a worker process died.
+    """
+    folder = free_folder(OUT, "reproduction") if out is None else out
+    require_free(folder)
+    make = quick_extent if quick else full_extent
+    extent = make(seed=seed, workers=usable_cores(), runs=runs)
+    try:
+        with parts_progress() as progress:
+            reproduction = reproduce(extent, progress)
+            claims = tuple(claims_of(reproduction))
+            write_reproduction(folder, reproduction, claims)
+    except KeyboardInterrupt:
+        say("Interrupted; nothing was written.")
+        return INTERRUPTED
+    console.print(_claims_table(claims))
+    say()
+    say(f"Took       {reproduction.seconds:.0f} s with {extent.workers} processes")
+    say(f"Folder     {folder}")
+    say(f"Page       {folder / 'reproduction.html'}")
+    say(f"Recording  testbed view {folder}")
+    return COMPLETED
+
+
+def _claims_table(claims: tuple[Claim, ...]) -> Table:
+    table = Table(box=SIMPLE_HEAD, show_edge=False, pad_edge=False)
+    for title in ("Claim", "Target", "Measured", ""):
+        table.add_column(title)
+    for claim in claims:
+        verdict = Text("met", style="green") if claim.met else Text("not met", style="yellow")
+        table.add_row(Text(claim.what), Text(claim.target), Text(claim.measured), verdict)
+    return table

@@ -1,0 +1,98 @@
+"""Table 2: the scatter of the estimates over many closed-loop flights, beside the paper's and beside the bound."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from testbed.report.frame.blocks import Block, Paragraph, Section, Table
+from testbed.report.reproduction.box_plot import box_plot_figure
+from testbed.report.reproduction.rows import Row, inertia_row, parameter_columns, ratio_row, uncertain_row
+from testbed.report.wording import estimator_name
+from testbed.reproduction.claims import MOST_OVER_BOUND, PAPER_MARGIN, SHARE_OF_PAPER, best_estimator
+from testbed.reproduction.table2 import PAPER_RUNS, PAPER_STD, ManeuverStatistics, standard_error_of_std
+
+
+def table2_section(maneuvers: Sequence[ManeuverStatistics]) -> Section:
+    """Return Table 2 as the paper did it, with this project's maneuver, figure 3, and with every estimator."""
+    published = [maneuver for maneuver in maneuvers if maneuver.paper_std is not None]
+    own = [maneuver for maneuver in maneuvers if maneuver.paper_std is None]
+    blocks: tuple[Block, ...] = (
+        _introduction(maneuvers),
+        _paper_table(published),
+        *map(_own_table, own),
+        box_plot_figure(maneuvers),
+        _every_estimator(maneuvers),
+    )
+    return Section(title="Table 2 and figure 3", blocks=blocks)
+
+
+def _introduction(maneuvers: Sequence[ManeuverStatistics]) -> Paragraph:
+    failed = sum(maneuver.statistics.failed for maneuver in maneuvers)
+    runs = maneuvers[0].statistics.runs
+    return Paragraph(
+        text=f"{runs} closed-loop flights of each maneuver in MuJoCo at σ = 0.025 rad/s, 16 Hz, 5 s: six gimbals that "
+        f"move, and a controller that reads the noisy gyro. {failed} of all flights failed. The paper's numbers are of "
+        f"{PAPER_RUNS} runs; their own standard deviations are uncertain by 7 %."
+    )
+
+
+def _paper_table(maneuvers: Sequence[ManeuverStatistics]) -> Table:
+    return Table(
+        columns=parameter_columns("Instrumental variable"),
+        rows=tuple(row for maneuver in maneuvers for row in _paper_rows(maneuver)),
+        note="As the paper did it. ± is the standard error of a mean or of a standard deviation. In bold: a ratio more "
+        f"than {PAPER_MARGIN:.0%} from 1.",
+    )
+
+
+def _paper_rows(maneuver: ManeuverStatistics) -> Iterator[Row]:
+    ours = maneuver.statistics.estimators["iv"]
+    assert maneuver.paper_mean is not None
+    assert maneuver.paper_std is not None
+    ratio = ours.std / maneuver.paper_std
+    yield inertia_row(f"{maneuver.title}, avg., paper", maneuver.paper_mean, tone="faint")
+    yield uncertain_row(f"{maneuver.title}, avg., here", ours.mean, ours.std / np.sqrt(ours.runs))
+    yield inertia_row(f"{maneuver.title}, st.d., paper", maneuver.paper_std, tone="faint")
+    yield uncertain_row(f"{maneuver.title}, st.d., here", ours.std, standard_error_of_std(ours.std, ours.runs))
+    yield ratio_row("here / paper", ratio, low=1.0 - PAPER_MARGIN, high=1.0 + PAPER_MARGIN)
+
+
+def _own_table(maneuver: ManeuverStatistics) -> Table:
+    name = best_estimator(maneuver)
+    ours, paper = maneuver.statistics.estimators[name], PAPER_STD["paper_d_optimal"]
+    rows = (
+        inertia_row("D-opt, st.d., paper", paper, tone="faint"),
+        uncertain_row("avg.", ours.mean, ours.std / np.sqrt(ours.runs)),
+        uncertain_row("st.d.", ours.std, standard_error_of_std(ours.std, ours.runs), decimals=3),
+        ratio_row("st.d. / paper's D-opt", ours.std / paper, high=SHARE_OF_PAPER),
+        inertia_row("Cramér-Rao bound", maneuver.statistics.bound_std, decimals=3),
+        ratio_row("st.d. / bound", ours.scatter_over_bound, high=MOST_OVER_BOUND),
+        ratio_row("95 % intervals that hold the truth", ours.coverage),
+    )
+    return Table(
+        columns=parameter_columns(f"This project: {maneuver.title}, {estimator_name(name)}"),
+        rows=rows,
+        note="A maneuver designed for the gimbal angles inside the cluster's own limits, at the paper's noise, "
+        f"duration, sample rate and limits. In bold: more than {SHARE_OF_PAPER} of the paper's D-opt row, or more than "
+        f"{MOST_OVER_BOUND - 1:.0%} above the bound.",
+    )
+
+
+def _every_estimator(maneuvers: Sequence[ManeuverStatistics]) -> Table:
+    return Table(
+        columns=parameter_columns("Every estimator: st.d."),
+        rows=tuple(row for maneuver in maneuvers for row in _estimator_rows(maneuver)),
+        note="On the same flights. Bias is the mean error in standard errors; beyond 3.5, in bold. Least squares is "
+        "biased because its regressor holds the gyro's noise. The bound is that of the motion as flown.",
+    )
+
+
+def _estimator_rows(maneuver: ManeuverStatistics) -> Iterator[Row]:
+    for name, one in maneuver.statistics.estimators.items():
+        title = f"{maneuver.title}: {estimator_name(name)}"
+        yield uncertain_row(title, one.std, standard_error_of_std(one.std, one.runs), decimals=3)
+        yield ratio_row("st.d. / bound", one.scatter_over_bound)
+        yield ratio_row("bias", one.bias_in_standard_errors, low=-3.5, high=3.5)
+    yield inertia_row(f"{maneuver.title}: Cramér-Rao bound", maneuver.statistics.bound_std, decimals=3)

@@ -1,0 +1,30 @@
+"""All claims of a reproduction, in the order in which the page shows them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from testbed.reproduction.alignment_claims import alignment_claims
+from testbed.reproduction.claims import Claim, table1_claim, table2_claims, whiteness_claim
+from testbed.reproduction.reproduction import Reproduction
+from testbed.reproduction.zero_g_claims import zero_g_claims
+
+
+def claims_of(reproduction: Reproduction) -> Iterator[Claim]:
+    """Judge every figure that the reproduction has to reach, from its own numbers."""
+    yield table1_claim(reproduction.table1)
+    yield from table2_claims(reproduction.table2)
+    yield whiteness_claim(reproduction.whiteness)
+    yield from zero_g_claims(reproduction.table3)
+    yield from alignment_claims(reproduction.alignments)
+    yield _duration(reproduction)
+
+
+def _duration(reproduction: Reproduction) -> Claim:
+    limit = reproduction.extent.time_limit
+    return Claim(
+        what=f"The reproduction's own time, {reproduction.extent.workers} processes",
+        target=f"under {limit / 60:.0f} min",
+        measured=f"{reproduction.seconds / 60:.1f} min",
+        met=reproduction.seconds < limit,
+    )

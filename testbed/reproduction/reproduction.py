@@ -1,0 +1,175 @@
+"""The whole reproduction in one run."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from testbed.arrays import Vector3
+from testbed.assembly.platform import PlatformModel, true_platform
+from testbed.campaign.flights import fly_seeds
+from testbed.campaign.local import LocalExecutor
+from testbed.experiment.experiment import Experiment
+from testbed.records.record import Record
+from testbed.reproduction.alignments import SCENARIO as ALIGNMENTS_SCENARIO
+from testbed.reproduction.alignments import Alignments, alignments
+from testbed.reproduction.crew import Job, done_by_crew
+from testbed.reproduction.orbit import SCENARIO as ORBIT_SCENARIO
+from testbed.reproduction.orbit import orbit
+from testbed.reproduction.progress import Progress, silent
+from testbed.reproduction.table1 import Table1, table1
+from testbed.reproduction.table2 import SCENARIOS as TABLE2_SCENARIOS
+from testbed.reproduction.table2 import ManeuverStatistics, table2
+from testbed.reproduction.whiteness import Whiteness, whiteness
+from testbed.reproduction.zero_g import SCENARIO as ZERO_G_SCENARIO
+from testbed.reproduction.zero_g import Table3, table3
+from testbed.scenario.reader import read_scenario
+from testbed.scenario.scenario import Scenario
+from testbed.scenario.shipped import shipped_scenario
+
+SCENARIOS = (*TABLE2_SCENARIOS, ZERO_G_SCENARIO, ALIGNMENTS_SCENARIO, ORBIT_SCENARIO)
+"""Everything that is flown comes from these."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Extent:
+    """How much is flown.
+
+    Attributes:
+        runs: of each maneuver of Table 2.
+        zero_g_campaigns: repetitions of the zero-g campaign.
+        alignment_platforms: flown with null motion and without.
+        whiteness_flights: whose residuals are averaged.
+        quick_designs: whether Table 1's designs have one start each.
+        time_limit: that all of it may take on two cores, s.
+        seed: of everything.
+        workers: processes.
+    """
+
+    runs: int
+    zero_g_campaigns: int
+    alignment_platforms: int
+    whiteness_flights: int
+    quick_designs: bool
+    time_limit: float
+    seed: int
+    workers: int
+
+
+def full_extent(*, seed: int, workers: int, runs: int | None = None) -> Extent:
+    """Return the whole reproduction; runs of Table 2's maneuvers where another number than 1,000 is wanted."""
+    return Extent(
+        runs=1000 if runs is None else runs,
+        zero_g_campaigns=200,
+        alignment_platforms=100,
+        whiteness_flights=25,
+        quick_designs=False,
+        time_limit=720.0,
+        seed=seed,
+        workers=workers,
+    )
+
+
+def quick_extent(*, seed: int, workers: int, runs: int | None = None) -> Extent:
+    """Return a reproduction with a tenth of the flights."""
+    return Extent(
+        runs=100 if runs is None else runs,
+        zero_g_campaigns=20,
+        alignment_platforms=20,
+        whiteness_flights=10,
+        quick_designs=True,
+        time_limit=180.0,
+        seed=seed,
+        workers=workers,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reproduction:
+    """Everything that the reproduction gives.
+
+    Attributes:
+        extent: how much was flown.
+        table1: designs.
+        table2: one per maneuver.
+        whiteness: of the residual, on the D-opt maneuver.
+        table3: the zero-g campaign, figures 5 and 6.
+        longest_flight: whole record of the flight of figure 5, with what only the simulation knows.
+        zero_g_truth: the platform of that campaign.
+        alignments: of the actuators.
+        orbit: the longer maneuver.
+        acceleration_limit: of the paper's platform, per body axis, rad/s². Source: paper eqs. (25), (31).
+        seconds: that all of it took.
+    """
+
+    extent: Extent
+    table1: Table1
+    table2: tuple[ManeuverStatistics, ...]
+    whiteness: Whiteness
+    table3: Table3
+    longest_flight: Record
+    zero_g_truth: PlatformModel
+    alignments: Alignments
+    orbit: Experiment
+    acceleration_limit: Vector3
+    seconds: float
+
+
+def reproduce(extent: Extent, progress: Progress = silent) -> Reproduction:
+    """Make the paper's tables and figures, and this project's beside them.
+
+    Args:
+        extent: how much to fly.
+        progress: told of every part.
+
+    Raises:
+        InputError: a worker process died, or memory ran out.
+    """
+    started = time.perf_counter()
+    maneuvers = table2(extent.runs, extent.seed, LocalExecutor(workers=extent.workers), progress)
+    campaign = table3(extent.zero_g_campaigns, extent.seed, progress, extent.workers)
+    aligned = alignments(extent.alignment_platforms, extent.seed, progress, extent.workers)
+    d_optimal = next(maneuver.maneuver for maneuver in maneuvers if maneuver.name == "paper_d_optimal")
+    paper = read_scenario(shipped_scenario("paper_d_optimal"))
+    jobs = (
+        Job(part="Table 1", items=1, call=partial(table1, quick=extent.quick_designs), arguments=()),
+        Job(part="Orbit", items=1, call=orbit, arguments=(extent.seed,)),
+        Job(
+            part="Whiteness",
+            items=1,
+            call=whiteness,
+            arguments=(paper, d_optimal, extent.whiteness_flights, extent.seed),
+        ),
+    )
+    designs, orbiting, white = done_by_crew(jobs, extent.workers, progress)
+    flight, truth = _longest_flight(campaign)
+    return Reproduction(
+        extent=extent,
+        table1=designs,
+        table2=maneuvers,
+        whiteness=white,
+        table3=campaign,
+        longest_flight=flight,
+        zero_g_truth=truth,
+        alignments=aligned,
+        orbit=orbiting,
+        acceleration_limit=_acceleration_limit(paper),
+        seconds=time.perf_counter() - started,
+    )
+
+
+def _acceleration_limit(scenario: Scenario) -> Vector3:
+    inertia = np.diag(np.array(scenario.platform.inertia_kg_m2))
+    return np.asarray(np.array(scenario.limits.cluster_torque_N_m) / inertia)  # eq. (25)
+
+
+def _longest_flight(campaign: Table3) -> tuple[Record, PlatformModel]:
+    """Fly the flight of figure 5 again: what a campaign keeps of its flights is telemetry alone."""
+    scenario = read_scenario(shipped_scenario(ZERO_G_SCENARIO))
+    longest = max(campaign.flights, key=lambda flight: flight.usable)
+    (flight,) = fly_seeds(scenario, campaign.maneuver, [longest.seed])
+    assert flight.flown is not None
+    return flight.flown.record, true_platform(scenario)
