@@ -67,7 +67,7 @@ def _held_points(problem: DesignProblem) -> SplinePoints:
     free = ca.MX.sym("gimbal_angle", problem.control_points - 3, len(working))
     moved = ca.vertcat(np.zeros((2, len(working))), free, free[-1, :])
     home = np.tile(problem.initial_gimbal_angle, (problem.control_points, 1))
-    return SplinePoints(free=ca.vec(free), rows=moved @ working + home)
+    return SplinePoints(free=ca.vec(free), rows=moved @ ca.sparsify(ca.DM(working)) + home)
 
 
 def _draw(points: SplinePoints) -> Callable[[np.random.Generator], Array]:

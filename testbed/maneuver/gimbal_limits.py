@@ -17,9 +17,10 @@ from testbed.maneuver.program import Constraint, within
 from testbed.maneuver.splines import derivative_points_matrix
 
 _CHECKS_PER_KNOT = 4
-_CHECKS_PER_SECOND = 12.0
-"""Instants at which limits without a convex hull are kept, whichever are more. Between them the nominal designs bend
-torque, envelope and body rate by less than 2 %, and a narrow dip of the singularity measure by 10 %."""
+_CHECKS_PER_SECOND, _CHECKS_PER_RADIAN = 12.0, 7.5
+"""Instants at which limits without a convex hull are kept: by the knot, or by the second, whichever are more; of slow
+gimbals by the radian that they can turn instead. Between them the nominal designs bend torque, envelope and body rate
+by less than 2 %, and a narrow dip of the singularity measure by 10 %."""
 
 
 def hull_limits(problem: DesignProblem, limits: GimbalLimits, points: ca.MX) -> tuple[Constraint, ...]:
@@ -31,7 +32,8 @@ def hull_limits(problem: DesignProblem, limits: GimbalLimits, points: ca.MX) -> 
         points: of d, shape (n, 6), rad.
     """
     rate, acceleration = (
-        ca.DM(derivative_points_matrix(problem.duration, problem.control_points, order)) @ points for order in (1, 2)
+        ca.sparsify(ca.DM(derivative_points_matrix(problem.duration, problem.control_points, order))) @ points
+        for order in (1, 2)
     )
     return tuple(
         _finite(
@@ -53,7 +55,7 @@ def path_limits(
         path_time: shape (N,), s, ends with the duration.
         total: L at these times, shape (3, N), N·m·s, body axes.
     """
-    checked = _checked(problem, len(path_time))
+    checked = _checked(problem, limits, len(path_time))
     motion = motion_function(problem.cluster, problem.inertia).map(len(checked))
     curves = [sampled(problem, points, path_time[checked], order) for order in (0, 1, 2)]
     outputs = motion(*curves, total[:, checked.tolist()])
@@ -71,10 +73,11 @@ def path_limits(
     )
 
 
-def _checked(problem: DesignProblem, path_length: int) -> NDArray[np.int_]:
+def _checked(problem: DesignProblem, limits: GimbalLimits, path_length: int) -> NDArray[np.int_]:
     """Indices into the path, both ends included."""
     by_knot = (problem.control_points - 3) * _CHECKS_PER_KNOT
-    intervals = max(by_knot, int(np.ceil(_CHECKS_PER_SECOND * problem.duration)))
+    per_second = min(_CHECKS_PER_SECOND, _CHECKS_PER_RADIAN * limits.gimbal_rate)
+    intervals = max(by_knot, int(np.ceil(per_second * problem.duration - 1e-9)))  # 1e-9: rounding must not add one
     return np.unique(np.linspace(0, path_length - 1, intervals + 1).round().astype(int))
 
 

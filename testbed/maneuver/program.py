@@ -87,7 +87,7 @@ def within(name: str, expression: ca.MX, limit: ArrayLike) -> Constraint:
         limit: positive scalar, or shape (C,).
     """
     scale = np.broadcast_to(limit, (expression.shape[1],))
-    return Constraint(name=name, expression=ca.vec(expression @ ca.DM(np.diag(1.0 / scale))), lower=-1.0, upper=1.0)
+    return Constraint(name=name, expression=ca.vec(expression @ ca.diag(ca.DM(1.0 / scale))), lower=-1.0, upper=1.0)
 
 
 def solver(program: Program) -> Solver:
