@@ -68,10 +68,11 @@ def true_parameters(scenario: Scenario, nominal: PlatformModel, truth: PlatformM
 
 def null_space_lines(told: Observability) -> Iterator[str]:
     """Return what a record leaves open, a line each, the common scale with the convention that holds it first."""
-    for index, each in enumerate((told.common_scale, *told.others)):
-        known = f"to {each.std:.2g} at best" if np.isfinite(each.std) else "not at all"
-        held = CONVENTION if index == 0 else "the parameters are not moved along it"
-        yield f"{each.name}: known {known}; {held}"
+    common = told.common_scale
+    yield f"{common.name}: ±{common.std:.0%} at best, by the gimbals' own inertia alone; {CONVENTION}"
+    for each in told.others:
+        seen = f"±{each.std:.2g} (rad, shares) at best" if np.isfinite(each.std) else "not seen at all"
+        yield f"{each.name}: {seen}; the parameters are not moved along it"
 
 
 def aligning_result(aligning: Aligning) -> dict[str, Any]:
