@@ -45,12 +45,20 @@ def main() -> None:
         return
     known = LONG_PARTS if chosen.long else PARTS
     measured = here_and_now()
-    fresh = {name: PartRows(measured=measured, rows=measure(name)) for name in chosen.parts or known}
-    order = [*PARTS, *LONG_PARTS]
+    order, fresh, failed = [*PARTS, *LONG_PARTS], {}, []
+    for name in chosen.parts or known:
+        try:
+            fresh[name] = PartRows(measured=measured, rows=measure(name))
+        except subprocess.CalledProcessError:
+            failed.append(name)  # it has said why; the others are measured all the same
+            continue
+        if chosen.write:
+            write_parts(read_parts() | fresh, order)
     print("\n" + page(fresh, order))
     if chosen.write:
-        write_parts(read_parts() | fresh, order)
-        print(f"Written to {PAGE.relative_to(Path.cwd()) if PAGE.is_relative_to(Path.cwd()) else PAGE}")
+        print(f"Written to {PAGE}")
+    if failed:
+        sys.exit(f"could not be measured: {', '.join(failed)}; the table keeps what it had of them")
 
 
 def measure(name: str) -> tuple[Ratio, ...]:
