@@ -5,7 +5,8 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from math import inf, isfinite
+from datetime import timedelta
+from math import ceil, inf, isfinite
 from types import FrameType
 
 from rich.console import Console
@@ -18,7 +19,6 @@ from rich.progress import (
     Task,
     TextColumn,
     TimeElapsedColumn,
-    TimeRemainingColumn,
 )
 from rich.text import Text
 
@@ -94,19 +94,15 @@ def campaign_progress(runs: int) -> Iterator[CampaignProgress]:
         MofNCompleteColumn(),
         RateColumn("runs/s"),
         TimeElapsedColumn(),
-        TimeRemainingColumn(),
-        TextColumn("left"),
+        TimeLeftColumn(),
     )
-    hidden = not terminal.is_terminal
-    with Progress(
-        *columns, console=terminal, transient=True, disable=hidden, speed_estimate_period=RATE_PERIOD
-    ) as progress:
+    with Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal) as progress:
         task = None
 
         def kept(more: int) -> None:
             nonlocal task
-            if task is None:  # what an earlier start has kept says nothing about this one's speed
-                task = progress.add_task("Flying", total=runs, completed=more)
+            if task is None:
+                task = progress.add_task("Flying", total=runs, completed=more, before=more)
             else:
                 progress.update(task, advance=more)
 
@@ -114,7 +110,7 @@ def campaign_progress(runs: int) -> Iterator[CampaignProgress]:
 
 
 class RateColumn(ProgressColumn):
-    """How fast items are done."""
+    """How fast items are done, since the start: those of a block come all at once, which would mislead any window."""
 
     def __init__(self, unit: str) -> None:
         """Remember the unit, such as runs/s."""
@@ -123,5 +119,20 @@ class RateColumn(ProgressColumn):
 
     def render(self, task: Task) -> Text:
         """Return the rate; a dash until it is known."""
-        speed = task.finished_speed or task.speed
-        return Text(f"- {self._unit}" if speed is None else f"{speed:.3g} {self._unit}")
+        rate = rate_of(task)
+        return Text(f"{rate:.3g} {self._unit}" if rate else f"- {self._unit}")
+
+
+class TimeLeftColumn(ProgressColumn):
+    """How long it will take at the rate since the start."""
+
+    def render(self, task: Task) -> Text:
+        """Return the time; a dash until it is known."""
+        rate = rate_of(task)
+        return Text(f"{timedelta(seconds=ceil((task.remaining or 0.0) / rate))} left" if rate else "-:--:-- left")
+
+
+def rate_of(task: Task) -> float:
+    """Return how many items a second were done; what was there at the start, its field `before`, does not count."""
+    done, elapsed = task.completed - task.fields.get("before", 0), task.elapsed
+    return done / elapsed if elapsed else 0.0

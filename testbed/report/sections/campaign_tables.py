@@ -20,7 +20,7 @@ _CHANCE = 3.0
 def estimators_table(statistics: CampaignStatistics) -> Table:
     """Return truth, means and scatter of all estimators, and the bound."""
     every = statistics.estimators.values()
-    decimals = decimals_for(np.concatenate([statistics.bound_std, *(figures.std for figures in every)]))
+    decimals = decimals_for(np.concatenate([figures.std / np.sqrt(figures.runs) for figures in every]))  # of the means
     rows = [(Cell(text="True, mean"), *(Cell(text=milli(value, decimals)) for value in statistics.true_theta))]
     for name, figures in statistics.estimators.items():
         pairs = zip(figures.mean, figures.std, strict=True)
@@ -99,7 +99,7 @@ def _table(
     rows = tuple(
         (Cell(text=capitalized(estimator_name(name))), *cells(of)) for name, of in statistics.estimators.items()
     )
-    return Table(columns=_columns(title), rows=rows, note=note)
+    return Table(columns=_columns(title), rows=rows, note=note, wide=False)
 
 
 def _columns(title: str, unit: str = "") -> tuple[Column, ...]:
