@@ -25,24 +25,22 @@ _BASIC_POINTS = np.array(
     [
         [0.0, 0.0, 0.0],
         [0.0, 0.0, 0.0],
-        [0.028, -0.023, 0.095],
-        [0.044, -0.083, 0.181],
-        [0.016, -0.161, 0.195],
-        [-0.059, -0.197, 0.156],
-        [-0.149, -0.153, 0.112],
-        [-0.201, -0.054, 0.088],
-        [-0.173, 0.024, 0.068],
-        [-0.084, 0.032, 0.033],
+        [0.0529, 0.0372, 0.0918],
+        [0.0207, 0.0994, 0.0467],
+        [-0.0611, 0.1593, -0.1146],
+        [0.0144, 0.1616, -0.2197],
+        [0.1938, 0.1753, -0.1638],
+        [0.1815, 0.1321, -0.0621],
         [0.0, 0.0, 0.0],
         [0.0, 0.0, 0.0],
     ]
 )
-"""rad/s. The paper shows its basic profile only as a plot; these points were fitted to the figures of Table 1, which
-they meet within 1 %: 0.099, 21.26, 0.0036, 3.269."""
+"""rad/s. The paper shows its basic profile only as a plot; these points were fitted to the basic rows of its Tables 1
+and 2 by `python tools/fit_basic_profile.py`, which explains how."""
 
 
 def basic_profile(*, duration: float = 5.0, scale: float = 1.0) -> Maneuver:
-    """Return the paper's basic profile: all axes excited, differently, from rest to rest, peak 0.19 rad/s times scale.
+    """Return the paper's basic profile: all axes excited, differently, from rest to rest, peak 0.2 rad/s times scale.
 
     Args:
         duration: s; the paper's is 5.

@@ -22,7 +22,8 @@ def table(tmp_path, *lines):
 def test_the_basic_profile_excites_all_axes_from_rest_to_rest():
     body_rate = basic_profile().reference(np.linspace(0.0, 5.0, 501)).body_rate
     np.testing.assert_array_equal(body_rate[[0, -1]], 0.0)
-    np.testing.assert_allclose(np.abs(body_rate).max(axis=0), 0.19, atol=0.01)
+    assert np.abs(body_rate).max() == pytest.approx(0.2, rel=0.05)  # the paper's figure is read off a plot
+    assert np.abs(body_rate).max(axis=0).min() > 0.15
     correlation = np.abs(np.corrcoef(body_rate.T)[np.triu_indices(3, 1)])
     assert correlation.max() < 0.9  # differently on each axis
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from testbed.errors import InputError
 from testbed.scenario.reader import read_scenario
 
 FOLDER = Path(__file__).parents[2] / "scenarios"
@@ -89,3 +90,13 @@ def test_gimbal_design_has_no_dispersions():
     scenario = read_scenario(FOLDER / "gimbal_d_optimal.toml")
     assert scenario.truth.model_fields_set == set()
     assert scenario.encoder.noise_rad == 0.0
+
+
+def test_the_basic_profile_is_one_start(tmp_path):
+    text = (FOLDER / "paper_d_optimal.toml").read_text(encoding="utf-8")
+    path = tmp_path / "paper_d_optimal.toml"
+    path.write_text(text.replace("starts = 1", "starts = 2"), encoding="utf-8")
+    with pytest.raises(
+        InputError, match=r"maneuver\.starts: is 2, but the basic profile is one start; use 1, or start"
+    ):
+        read_scenario(path)
