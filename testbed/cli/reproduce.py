@@ -53,6 +53,6 @@ def _claims_table(claims: tuple[Claim, ...]) -> Table:
     for title in ("Claim", "Target", "Measured", ""):
         table.add_column(title)
     for claim in claims:
-        verdict = Text("met", style="green") if claim.met else Text("not met", style="yellow")
-        table.add_row(Text(claim.what), Text(claim.target), Text(claim.measured), verdict)
+        verdict = Text(claim.verdict, style="green" if claim.met else "yellow")
+        table.add_row(Text(f"{claim.subject}: {claim.what}"), Text(claim.target), Text(claim.measured), verdict)
     return table

@@ -26,7 +26,7 @@ def tables_text(reproduction: Reproduction, claims: Sequence[Claim]) -> str:
         ("estimate here", *_milli(combined.theta)),
         ("± here", *_milli(combined.std)),
     ]
-    judged = [(claim.what, claim.target, claim.measured, "met" if claim.met else "**not met**") for claim in claims]
+    judged = [(f"{claim.subject}: {claim.what}", claim.target, claim.measured, claim.verdict) for claim in claims]
     parts = (
         "## Figures to reach",
         _table(("claim", "target", "measured", ""), judged),

@@ -18,13 +18,15 @@ def alignment_claims(found: Alignments) -> Iterator[Claim]:
     low, high = found.coverage_range
     coverage = found.null_motion.coverage
     yield Claim(
-        what=f"Alignments: 95 % intervals that hold the truth, {len(found.names)} parameters, {found.runs} platforms",
+        subject="Alignments, coverage",
+        what=f"95 % intervals that hold the truth, {len(found.names)} parameters, {found.runs} platforms",
         target=f"{low:.0%} to {high:.0%} each: what honest intervals keep to",
         measured=f"{coverage.min():.0%} to {coverage.max():.0%}, mean {coverage.mean():.1%}",
         met=bool(coverage.min() >= low and coverage.max() <= high),
     )
     yield Claim(
-        what="Alignments: scatter with pseudo-inverse steering over scatter with null motion, median",
+        subject="Alignments, scatter",
+        what="scatter with pseudo-inverse steering over scatter with null motion, median",
         target=f"at least {LEAST_GAIN:.0f}",
         measured=f"{found.median_ratio:.1f} ({np.min(found.scatter_ratio):.1f} to {np.max(found.scatter_ratio):.1f})",
         met=found.median_ratio >= LEAST_GAIN,

@@ -102,7 +102,7 @@ def _maneuver_panels(maneuver: Maneuver, acceleration_limit: Vector3) -> tuple[P
         ),
         Panel(
             key="body_acceleration",
-            title="body acceleration, and the limits of the cluster's torque",
+            title="body acceleration",
             unit="rad/s²",
             curves=(Curves(name="", time=time, values=reference.body_acceleration),),
             limit=acceleration_limit,

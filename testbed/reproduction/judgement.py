@@ -23,7 +23,8 @@ def claims_of(reproduction: Reproduction) -> Iterator[Claim]:
 def _duration(reproduction: Reproduction) -> Claim:
     limit = reproduction.extent.time_limit
     return Claim(
-        what=f"The reproduction's own time, {reproduction.extent.workers} processes",
+        subject="Time",
+        what=f"of this reproduction, {reproduction.extent.workers} processes",
         target=f"under {limit / 60:.0f} min",
         measured=f"{reproduction.seconds / 60:.1f} min",
         met=reproduction.seconds < limit,

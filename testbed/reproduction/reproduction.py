@@ -16,6 +16,7 @@ from testbed.experiment.experiment import Experiment
 from testbed.records.record import Record
 from testbed.reproduction.alignments import SCENARIO as ALIGNMENTS_SCENARIO
 from testbed.reproduction.alignments import Alignments, alignments
+from testbed.reproduction.claims import FULL_RUNS
 from testbed.reproduction.crew import Job, done_by_crew
 from testbed.reproduction.orbit import SCENARIO as ORBIT_SCENARIO
 from testbed.reproduction.orbit import orbit
@@ -26,6 +27,7 @@ from testbed.reproduction.table2 import ManeuverStatistics, table2
 from testbed.reproduction.whiteness import Whiteness, whiteness
 from testbed.reproduction.zero_g import SCENARIO as ZERO_G_SCENARIO
 from testbed.reproduction.zero_g import Table3, table3
+from testbed.reproduction.zero_g_claims import FULL_CAMPAIGNS
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.shipped import shipped_scenario
@@ -62,8 +64,8 @@ class Extent:
 def full_extent(*, seed: int, workers: int, runs: int | None = None) -> Extent:
     """Return the whole reproduction; runs of Table 2's maneuvers where another number than 1,000 is wanted."""
     return Extent(
-        runs=1000 if runs is None else runs,
-        zero_g_campaigns=200,
+        runs=FULL_RUNS if runs is None else runs,
+        zero_g_campaigns=FULL_CAMPAIGNS,
         alignment_platforms=100,
         whiteness_flights=25,
         quick_designs=False,

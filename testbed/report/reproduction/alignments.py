@@ -29,7 +29,8 @@ def _introduction(found: Alignments) -> Paragraph:
         f"parameters, from one record. {found.runs} platforms, each built out of alignment in its own way "
         f"({AXIS_SPREAD} rad, {SCALE_SPREAD:.0%} of the momentum), fly the same body rates twice: with the null motion "
         f"designed for these parameters, and by pseudo-inverse steering. Without an estimate: {null_motion.failed} and "
-        f"{pseudo_inverse.failed}. At a limit: {null_motion.saturated:.2g} and {pseudo_inverse.saturated:.2g} s on average."
+        f"{pseudo_inverse.failed}. At a limit on average: {null_motion.saturated:.2g} and "
+        f"{pseudo_inverse.saturated:.2g} s."
     )
 
 

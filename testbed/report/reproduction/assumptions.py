@@ -10,6 +10,7 @@ import plotly.graph_objects as go
 from testbed.report.frame.blocks import Block, Figure, Paragraph, Section, Table
 from testbed.report.frame.style import color, layout
 from testbed.report.reproduction.rows import Row, parameter_columns, ratio_row
+from testbed.report.wording import figures
 from testbed.reproduction.claims import MOST_DRIFT_EFFECT, PAPER_TIME_CONSTANT, drift_effect
 from testbed.reproduction.table2 import BIAS_INSTABILITY, RATE_RANDOM_WALK, ManeuverStatistics
 from testbed.reproduction.whiteness import Whiteness
@@ -24,8 +25,8 @@ def assumptions_section(maneuvers: Sequence[ManeuverStatistics], whiteness: Whit
 def _drift_text(maneuvers: Sequence[ManeuverStatistics]) -> Paragraph:
     return Paragraph(
         text=f"The paper calls drift negligible over 5 s. The first {maneuvers[0].drift.runs} flights again, same "
-        f"seeds, with a gyro whose bias wanders by {BIAS_INSTABILITY:.0e} rad/s and walks at {RATE_RANDOM_WALK:.0e} "
-        "rad/s/√s:"
+        f"seeds, with a gyro whose bias wanders by {figures(BIAS_INSTABILITY)} rad/s and walks at "
+        f"{figures(RATE_RANDOM_WALK)} rad/s/√s:"
     )
 
 

@@ -13,11 +13,11 @@ from testbed.report.frame.blocks import Figure
 from testbed.report.frame.style import color, layout
 from testbed.report.reproduction.palette import MANEUVER_COLORS
 from testbed.report.wording import INERTIA_UNIT
-from testbed.reproduction.box_plot import boxes_of
 from testbed.reproduction.table2 import ManeuverStatistics
 
 ESTIMATOR = "iv"
 """The paper's."""
+_PLACES = np.arange(len(PARAMETER_NAMES), dtype=np.int8)
 _QUARTILE = 0.6745
 """Standard deviations from the mean of a normal distribution to its quartiles."""
 
@@ -28,7 +28,7 @@ def box_plot_figure(maneuvers: Sequence[ManeuverStatistics]) -> Figure:
     for maneuver in maneuvers:
         _add_boxes(chart, maneuver)
     chart.update_layout(boxmode="group", boxgap=0.25, boxgroupgap=0.15, hovermode="closest")
-    chart.update_xaxes(showgrid=False, zeroline=False)
+    chart.update_xaxes(tickvals=_PLACES, ticktext=PARAMETER_NAMES, showgrid=False, zeroline=False)
     return Figure(
         title="Figure 3: errors of the estimates, by the paper's estimator",
         chart=chart,
@@ -43,15 +43,10 @@ def _add_boxes(chart: go.Figure, maneuver: ManeuverStatistics) -> None:
     stroke = color(MANEUVER_COLORS[maneuver.name])
     if maneuver.paper_std is not None and maneuver.paper_mean is not None:
         _add_paper(chart, maneuver, maneuver.paper_mean - maneuver.true_theta, maneuver.paper_std, stroke)
-    boxes = boxes_of(1e3 * maneuver.errors[ESTIMATOR])
+    errors = maneuver.errors[ESTIMATOR]
     chart.add_box(
-        x=PARAMETER_NAMES,
-        median=[box.median for box in boxes],
-        q1=[box.lower_quartile for box in boxes],
-        q3=[box.upper_quartile for box in boxes],
-        lowerfence=[box.lowest for box in boxes],
-        upperfence=[box.highest for box in boxes],
-        y=[np.round(box.outliers, 3).tolist() for box in boxes],
+        x=np.tile(_PLACES, len(errors)),
+        y=(1e3 * errors).astype(np.float32).ravel(),
         boxpoints="outliers",
         marker={"size": 3, "color": stroke},
         line={"color": stroke, "width": 1.5},
@@ -64,7 +59,7 @@ def _add_boxes(chart: go.Figure, maneuver: ManeuverStatistics) -> None:
 def _add_paper(chart: go.Figure, maneuver: ManeuverStatistics, mean_error: Theta, std: Theta, stroke: str) -> None:
     middle, half = 1e3 * mean_error, 1e3 * _QUARTILE * std
     chart.add_box(
-        x=PARAMETER_NAMES,
+        x=_PLACES,
         median=middle,
         q1=middle - half,
         q3=middle + half,

@@ -45,4 +45,4 @@ def _levels(panel: Panel) -> tuple[Level, ...]:
     if panel.limit is None:
         return ()
     values = sorted({float(limit) for limit in panel.limit})
-    return (Level(name="limit", values=(*values, *(-value for value in values))),)
+    return (Level(name="what the torque limits allow", values=(*values, *(-value for value in values))),)

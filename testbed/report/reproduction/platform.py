@@ -77,12 +77,13 @@ def _unit_color(body: SceneBody, shape: Shape) -> str | None:
 
 def _layout() -> go.Layout:
     axes: Mapping[str, object] = dict.fromkeys(("xaxis", "yaxis", "zaxis"), _HIDDEN)
-    eye = {"x": 1.25, "y": -0.75, "z": 0.75}
+    eye = {"x": 1.7, "y": -1.0, "z": 0.9}
     return go.Layout(
         template=None,
         paper_bgcolor="rgba(0,0,0,0)",
         margin={"l": 0, "r": 0, "t": 0, "b": 0},
         scene={**axes, "aspectmode": "data", "camera": {"eye": eye}},
         showlegend=False,
+        modebar={"bgcolor": "rgba(0,0,0,0)", "color": color("faint"), "activecolor": color("ink")},
         uirevision="kept",
     )

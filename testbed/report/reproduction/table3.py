@@ -60,9 +60,9 @@ def _combined_table(campaign: Table3) -> Table:
         inertia_row("CAD model, paper and here", PAPER_CAD_THETA, tone="faint"),
         inertia_row("Estimate, paper", PAPER_THETA, tone="faint"),
         inertia_row("Truth here", campaign.true_theta),
-        uncertain_row("Estimate here, IV, eq. (33)", combined.theta, combined.std),
+        uncertain_row("Estimate here, IV, eq. (33)", combined.theta, combined.std, decimals=3),
         ratio_row("error / standard deviation", deviations, low=-3.0, high=3.0),
-        uncertain_row("Estimate here, output error", efficient.theta, efficient.std),
+        uncertain_row("Estimate here, output error", efficient.theta, efficient.std, decimals=3),
     )
     return Table(
         columns=parameter_columns("Table 3"),
@@ -84,7 +84,7 @@ def _flights_table(campaign: Table3) -> Table:
 
 def _pairs(theta: Theta, std: Theta) -> Iterator[str]:
     for value, one in zip(theta, std, strict=True):
-        yield f"{milli(value, 2)} ± {milli(one, 2)}"
+        yield f"{milli(value, 3)} ± {milli(one, 3)}"
 
 
 def _startup_table(campaign: Table3) -> Table:
