@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.ratios import Ratio
+from benchmarks.slsqp import slsqp_ratios
 from testbed.assembly.platform import PlatformModel, nominal_platform
 from testbed.cmg.cluster import cluster_momentum, momentum_jacobian
 from testbed.cmg.singularity import envelope_fraction, singularity_measure, sphere_directions
@@ -46,6 +48,13 @@ def main() -> None:
         print_gimbal_design(platform, criterion, body_rate=np.inf)
     for criterion in CRITERIA[:2]:
         print_gimbal_design(platform, criterion, body_rate=0.3)
+
+
+def ratios() -> list[Ratio]:
+    """Return the rows of the paper's design against SciPy's SLSQP on the same program."""
+    platform = nominal_platform(read_scenario(SCENARIO))
+    limits = BodyRateLimits(cluster_torque=CLUSTER_TORQUE, cluster_momentum=CLUSTER_MOMENTUM, body_rate=0.3)
+    return slsqp_ratios(problem(platform, "D", 24), limits)
 
 
 def problem(platform: PlatformModel, criterion: Criterion, control_points: int) -> DesignProblem:
