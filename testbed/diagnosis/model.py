@@ -15,6 +15,8 @@ from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import Values
 from testbed.prediction.prediction import common_size, predicted, predicted_with_derivatives
 
+NEGLIGIBLE = 1e-9
+"""Share of a column's length that has to be left for its direction to count."""
 _ROUNDS = 30
 _CONVERGED = 1e-6
 """Change of χ² at which a fit is done; a standard error moves it by 1."""
@@ -230,3 +232,10 @@ def _at_bound(placed: Sequence[Placed], values: Values) -> Flags:
     lower, upper = _bounds(placed)
     effects = np.concatenate([np.zeros(0), *(value[0] for value in values.effects)])
     return np.asarray((effects <= lower) | (effects >= upper))
+
+
+def orthonormal(matrix: Array) -> Array:
+    """Return an orthonormal basis of what a matrix's columns span, whatever their scales, shape (N, rank)."""
+    scale = np.maximum(np.linalg.norm(matrix, axis=0), np.finfo(float).tiny)
+    left, strength, _ = np.linalg.svd(matrix / scale, full_matrices=False)
+    return np.asarray(left[:, strength > NEGLIGIBLE])

@@ -12,13 +12,11 @@ from scipy.stats import chi2, ncx2
 
 from testbed.arrays import Array
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.model import Fit, Placed
+from testbed.diagnosis.model import NEGLIGIBLE, Fit, Placed, orthonormal
 from testbed.prediction.prediction import common_size, predicted_with_derivatives
 
 POWER = 0.9
 FAMILY_WISE_ERROR = 0.05
-_NEGLIGIBLE = 1e-9
-"""Share of a column's length that has to be left after projection for its direction to count."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -55,7 +53,7 @@ def signatures(runs: Runs, fit: Fit, hypotheses: Sequence[Placed]) -> Iterator[S
         fit: the present model; its parameters are projected out.
         hypotheses: effects that are not in it.
     """
-    nuisance = _orthonormal(fit.jacobian)
+    nuisance = orthonormal(fit.jacobian)
     residual = fit.residual - nuisance @ (nuisance.T @ fit.residual)
     for placed, start, columns in _linearised(runs, fit, hypotheses):
         free = columns - nuisance @ (nuisance.T @ columns)
@@ -127,7 +125,7 @@ def _signature(placed: Placed, start: Array, columns: Array, free: Array, residu
     scale = np.linalg.norm(columns, axis=0)
     usable = np.where(scale > 0.0, scale, 1.0)
     left, strength, right = np.linalg.svd(free / usable, full_matrices=False)
-    seen = strength > max(_NEGLIGIBLE, 1e-7 * strength.max(initial=0.0))
+    seen = strength > max(NEGLIGIBLE, 1e-7 * strength.max(initial=0.0))
     explained = left[:, seen].T @ residual
     step = (right[seen].T @ (explained / strength[seen])) / usable
     return Signature(
@@ -138,8 +136,3 @@ def _signature(placed: Placed, start: Array, columns: Array, free: Array, residu
         score=float(explained @ explained),
         step=step,
     )
-
-
-def _orthonormal(matrix: Array) -> Array:
-    left, strength, _ = np.linalg.svd(matrix / np.maximum(np.linalg.norm(matrix, axis=0), 1e-300), full_matrices=False)
-    return np.asarray(left[:, strength > _NEGLIGIBLE])
