@@ -18,7 +18,7 @@ from testbed.maneuver.design import Design
 from testbed.report.wording import estimator_name
 
 _MILLI = 1e3
-_WIDEST = 1000.0
+_WIDEST = 10000.0
 """1e-3 kg·m²; what is larger, such as the answer of an estimator that lost its way, is written with an exponent."""
 
 

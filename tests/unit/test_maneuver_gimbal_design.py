@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import casadi as ca
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -10,7 +11,8 @@ from testbed.cmg.cluster import cluster_momentum, momentum_jacobian, platform_mo
 from testbed.cmg.singularity import envelope_fraction, singularity_measure, sphere_directions
 from testbed.errors import InfeasibleDesignError
 from testbed.maneuver.design import Search
-from testbed.maneuver.gimbal_design import gimbal_design
+from testbed.maneuver.gimbal_design import _held_points, gimbal_design
+from testbed.maneuver.gimbal_limits import hull_limits
 from testbed.maneuver.gimbal_maneuver import body_rate_of
 from tests.maneuvers import CLUSTER, INERTIA, TORQUE_LIMIT, design_problem, gimbal_limits, without_units
 
@@ -130,3 +132,14 @@ def test_limits_that_conflict_are_named():
 def test_the_body_rate_can_be_limited_too():
     design = designed(limits=gimbal_limits(body_rate=0.3))
     assert np.abs(design.maneuver.body_rate(FINE)).max() <= BETWEEN * 0.3
+
+
+def test_limits_of_a_rate_depend_on_two_neighbouring_points_of_one_gimbal():
+    """Dense matrices of zeros made the Jacobian of a long maneuver four times as slow."""
+    problem, points = design_problem(), _held_points(design_problem())
+    rate, acceleration = (
+        ca.jacobian_sparsity(limit.expression, points.free)
+        for limit in hull_limits(problem, gimbal_limits(), points.rows)
+    )
+    assert rate.nnz() <= 2 * rate.size1()
+    assert acceleration.nnz() <= 3 * acceleration.size1()
