@@ -55,10 +55,13 @@ class EffectKind:
 
 def scaled(kind: EffectKind, parameters: Parameters, factor: float) -> Parameters:
     """Return the parameters of an effect of another size."""
-    return {
-        name: value * factor if name in kind.growing else value / factor if name in kind.shrinking else value
-        for name, value in parameters.items()
-    }
+    return {name: value * _share(kind, name, factor) for name, value in parameters.items()}
+
+
+def _share(kind: EffectKind, name: str, factor: float) -> float:
+    if name in kind.shrinking:
+        return 1.0 / factor if factor > 0.0 else np.inf
+    return factor if name in kind.growing else 1.0
 
 
 def unit_index(component: str) -> slice | int:

@@ -157,9 +157,7 @@ def fly(
             trace.view(time, state)
         due = tick % clock.gyro_ticks == 0
         gyro = (
-            gyro_reading(
-                craft.gyro, trace.seen(tick), time, sensors.gyro_noise * noise.gyro[tick], noise.walk[tick]
-            )
+            gyro_reading(craft.gyro, trace.seen(tick), time, sensors.gyro_noise * noise.gyro[tick], noise.walk[tick])
             if due
             else None
         )

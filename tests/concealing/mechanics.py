@@ -29,6 +29,9 @@ import numpy as np
 
 from tests.concealing.craft import ROTOR_SERVO_RATE, SIGN_WIDTH, Array, Craft, Motion
 
+_SLOWEST = 100.0
+"""1/s; resolves what a platform without units or attachments does."""
+
 
 class Inputs(NamedTuple):
     """What is held through one control period.
@@ -103,15 +106,17 @@ class Mechanics:
     @cached_property
     def fastest(self) -> float:
         """Fastest rate of any motion here, 1/s, for the integrator's step."""
-        units, rates = self.craft.units, [20.0, 2.0 * np.pi * min(self.craft.gyro.bandwidth, 1e3)]
+        units, rates = self.craft.units, [_SLOWEST]
         if self.count:
             friction = (units.coulomb + units.stribeck) / SIGN_WIDTH + units.viscous + units.rate_gain
             rates += [ROTOR_SERVO_RATE, *(friction / units.turning_inertia), *(1.0 / units.lag[units.lag > 0.0])]
             if np.any(units.static_imbalance) or np.any(units.dynamic_imbalance):
                 rates.append(2.0 * float(np.abs(units.rotor_speed).max()))
         rates += [item.fastest for item in self.craft.attachments]
-        if self.craft.applied.lag:
+        if self.craft.applied.lag > 0.0:
             rates.append(1.0 / self.craft.applied.lag)
+        if self.craft.gyro.bandwidth < np.inf:
+            rates.append(2.0 * np.pi * self.craft.gyro.bandwidth)
         return float(max(rates))
 
     def start(self, body_rate: Array, gimbal_angle: Array) -> Array:

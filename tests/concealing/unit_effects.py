@@ -160,7 +160,7 @@ KINDS = {
         components=CMGS,
         units={"static": "kg m", "dynamic": "kg m2", "phase": "rad"},
         apply=rotor_imbalance,
-        draw=lambda rng: {"static": 1e-6, "dynamic": 1e-7, "phase": float(rng.uniform(0.0, 2.0 * np.pi))},
+        draw=lambda rng: {"static": 2e-6, "dynamic": 5e-9, "phase": float(rng.uniform(0.0, 2.0 * np.pi))},
         growing=("static", "dynamic"),
     ),
 }

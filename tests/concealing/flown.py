@@ -1,0 +1,120 @@
+"""From a case to its flights."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tests.concealing.case import Case
+from tests.concealing.craft import Array, Craft, nominal_craft
+from tests.concealing.flight import Clock, FlightLog, Guidance, fly
+from tests.concealing.guidance import NoGuidance, OnBoard, Software, planned_maneuver, software_of
+from tests.concealing.library import with_effects
+from tests.concealing.mechanics import Mechanics
+from tests.concealing.sensors import SensorNumbers, draw_noise
+
+_ENTRIES = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+_NOISE, _EPOCH, _TORQUE = range(3)
+_APPLIED_AMPLITUDE = 0.006
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlownCase:
+    """The flights of a case; runs that are shorter than the longest have to be cut.
+
+    Attributes:
+        case: as ordered.
+        craft: as flown.
+        mechanics: its equations of motion.
+        clock: ticks of the longest run.
+        sensors: nominal noise, as flown.
+        log: of all runs side by side.
+    """
+
+    case: Case
+    craft: Craft
+    mechanics: Mechanics
+    clock: Clock
+    sensors: SensorNumbers
+    log: FlightLog
+
+
+def generator(case: Case, purpose: int) -> np.random.SeedSequence:
+    """Return the seed of one purpose."""
+    return np.random.SeedSequence(case.seed, spawn_key=(purpose,))
+
+
+def clock_of(case: Case) -> Clock:
+    """Return the ticks of a case's longest run."""
+    rate = case.telemetry.control_rate
+    longest = max(run.duration for run in case.runs)
+    return Clock(period=1.0 / rate, ticks=round(longest * rate), gyro_ticks=round(rate / case.telemetry.gyro_rate))
+
+
+def true_craft(case: Case, known: Software) -> Craft:
+    """Return the craft with its own inertia and all hidden effects."""
+    numbers = known.platform
+    numbers = numbers._replace(units=numbers.units if case.actuation == "cmg" else 0)
+    error = np.zeros((3, 3))
+    for (row, column), value in zip(_ENTRIES, case.theta_error, strict=True):
+        error[row, column] = error[column, row] = value
+    return with_effects(nominal_craft(numbers._replace(inertia=numbers.inertia + error)), case.effects)
+
+
+def theta(craft: Craft) -> list[float]:
+    """Return J11, J22, J33, J23, J13, J12, kg·m²."""
+    return [float(craft.inertia[entry]) for entry in _ENTRIES]
+
+
+def fly_case(case: Case, *, quiet: bool = False, refinement: int = 1) -> FlownCase:
+    """Fly all runs of a case.
+
+    Args:
+        case: what to fly.
+        quiet: without any noise of the sensors, on board and recorded.
+        refinement: of the integrator's steps.
+    """
+    known = software_of(case.scenario)
+    craft, clock = true_craft(case, known), clock_of(case)
+    sensors = known.sensors.quiet() if quiet else _sensors(case, known)
+    runs, units = len(case.runs), len(craft.units.spin_inertia)
+    mechanics = Mechanics(
+        craft=craft,
+        epoch=np.random.default_rng(generator(case, _EPOCH)).uniform(0.0, 100.0, runs),
+        release_attitude=np.broadcast_to(np.eye(3), (runs, 3, 3)),
+        applied=applied_torque(case) if case.actuation == "applied_torque" else None,
+    )
+    released = np.array([np.add(run.planned_spin, run.release_error) for run in case.runs])
+    start = mechanics.start(released, np.zeros((runs, units)))
+    noise = draw_noise(generator(case, _NOISE), clock.ticks + 1, runs, units, clock.period)
+    log = fly(mechanics, start, _guidance(case, known, clock), clock, sensors, noise, refinement)
+    return FlownCase(case=case, craft=craft, mechanics=mechanics, clock=clock, sensors=sensors, log=log)
+
+
+def applied_torque(case: Case) -> Callable[[float], Array]:
+    """Return the torque asked of actuators without momentum in each run, (B, 3), N·m: four sines an axis to 3 Hz."""
+    rng = np.random.default_rng(generator(case, _TORQUE))
+    shape = (len(case.runs), 3, 4)
+    rate, phase = 2.0 * np.pi * rng.uniform(0.3, 3.0, shape), rng.uniform(0.0, 2.0 * np.pi, shape)
+    amplitude = _APPLIED_AMPLITUDE * rng.uniform(0.5, 1.5, shape)
+    return lambda time: (amplitude * np.sin(rate * time + phase)).sum(axis=-1)
+
+
+def _guidance(case: Case, known: Software, clock: Clock) -> Guidance:
+    if case.actuation == "applied_torque":
+        return NoGuidance()
+    telemetry = case.telemetry
+    controller = known.controller(telemetry.control_rate, telemetry.gyro_rate, feedback=case.feedback)
+    maneuvers = [planned_maneuver(case.scenario, run.maneuver, run.planned_spin) for run in case.runs]
+    return OnBoard(controller, maneuvers, clock)
+
+
+def _sensors(case: Case, known: Software) -> SensorNumbers:
+    sensors, telemetry = known.sensors, case.telemetry
+    if telemetry.encoder_noise is not None:
+        sensors = replace(sensors, encoder_noise=telemetry.encoder_noise)
+    if telemetry.encoder_step is not None:
+        sensors = replace(sensors, encoder_step=telemetry.encoder_step)
+    return sensors
