@@ -52,11 +52,11 @@ class Claim:
     decisive: bool = True
 
     @property
-    def verdict(self) -> Literal["met", "not met", "too few flights to tell"]:
-        """In words."""
+    def verdict(self) -> Literal["met", "missed", "undecided"]:
+        """In a word; undecided is a miss by too few flights to tell."""
         if self.met:
             return "met"
-        return "not met" if self.decisive else "too few flights to tell"
+        return "missed" if self.decisive else "undecided"
 
 
 def table1_claim(table: Table1) -> Claim:

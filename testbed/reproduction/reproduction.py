@@ -137,7 +137,7 @@ def reproduce(extent: Extent, progress: Progress = silent) -> Reproduction:
     d_optimal = next(maneuver.maneuver for maneuver in maneuvers if maneuver.name == "paper_d_optimal")
     paper = read_scenario(shipped_scenario("paper_d_optimal"))
     jobs = (
-        Job(part="Table 1", items=1, call=partial(table1, quick=extent.quick_designs), arguments=()),
+        Job(part="Table 1, designs", items=1, call=partial(table1, quick=extent.quick_designs), arguments=()),
         Job(part="Orbit", items=1, call=orbit, arguments=(extent.seed,)),
         Job(
             part="Whiteness",

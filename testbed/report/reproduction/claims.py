@@ -8,8 +8,6 @@ from testbed.report.frame.blocks import Cell, Column, Notice, Section, Table, To
 from testbed.report.wording import listed
 from testbed.reproduction.claims import Claim
 
-NO_BREAK_SPACE = "\N{NO-BREAK SPACE}"
-
 
 def claims_section(claims: Sequence[Claim]) -> Section:
     """Return the table of claims."""
@@ -18,22 +16,24 @@ def claims_section(claims: Sequence[Claim]) -> Section:
         (*(Cell(text=text) for text in (each.subject, each.what, each.target, each.measured)), _met(each))
         for each in claims
     )
-    note = "Judged from the numbers of this reproduction; nothing in this table is written beforehand but the targets."
+    note = (
+        "Judged from the numbers of this reproduction. Undecided: missed, with too few flights to tell; fly them all."
+    )
     return Section(title="Figures to reach", blocks=(Table(columns=columns, rows=rows, note=note, numeric=False),))
 
 
 def _met(claim: Claim) -> Cell:
-    tones: dict[str, Tone] = {"met": "good", "not met": "bad"}
-    return Cell(text=claim.verdict.replace(" ", NO_BREAK_SPACE), tone=tones.get(claim.verdict, "warn"))
+    tones: dict[str, Tone] = {"met": "good", "missed": "bad", "undecided": "warn"}
+    return Cell(text=claim.verdict, tone=tones[claim.verdict])
 
 
 def claims_verdict(claims: Sequence[Claim]) -> Notice:
     """Return in a sentence how many of the figures are reached, and which are not."""
-    missed = [claim.subject for claim in claims if claim.verdict == "not met"]
-    open_ones = [claim.subject for claim in claims if claim.verdict == "too few flights to tell"]
-    sentences = [f"{len(claims) - len(missed) - len(open_ones)} of {len(claims)} figures are reached."]
+    missed = [claim.subject for claim in claims if claim.verdict == "missed"]
+    undecided = [claim.subject for claim in claims if claim.verdict == "undecided"]
+    sentences = [f"{len(claims) - len(missed) - len(undecided)} of {len(claims)} figures are reached."]
     if missed:
-        sentences.append(f"Not reached: {listed(dict.fromkeys(missed))}.")
-    if open_ones:
-        sentences.append(f"Too few flights to tell: {listed(dict.fromkeys(open_ones))}.")
+        sentences.append(f"Missed: {listed(dict.fromkeys(missed))}.")
+    if undecided:
+        sentences.append(f"Too few flights to tell: {listed(dict.fromkeys(undecided))}.")
     return Notice(tone="warn" if missed else "good", text=" ".join(sentences))

@@ -126,8 +126,8 @@ def _coverage_table(campaign: Table3) -> Table:
 def _cuts_paragraph(campaign: Table3) -> Paragraph:
     cuts, usable = campaign.cuts, np.array(campaign.usable)
     return Paragraph(
-        text=f"Of {cuts.flights} flights of the repetitions, {cuts.touched} met the wall; {cuts.missed} were cut more "
-        f"than one sample late or not at all, {cuts.one_late} one sample late, {cuts.one_early} one early, and "
-        f"{cuts.false_alarms} gave more away. Usable time: {usable.min():.1f} to {usable.max():.1f} s, "
-        f"median {np.median(usable):.1f} s."
+        text=f"Of {cuts.flights} flights of the repetitions, {cuts.touched} met the wall and {cuts.too_short} were too "
+        f"short to be used; {cuts.missed} were cut more than one sample late or not at all, {cuts.one_late} one sample "
+        f"late, {cuts.one_early} one early, and {cuts.false_alarms} gave more away. Usable time: {usable.min():.1f} to "
+        f"{usable.max():.1f} s, median {np.median(usable):.1f} s."
     )
