@@ -42,7 +42,7 @@ class AlignmentEstimate:
     Attributes:
         parameters: in the order of `NAMES`, shape (30,), kg·m², rad, and shares; where not determined, the value that
             moves the least.
-        std: their standard deviations, shape (30,); NaN where the record does not determine the parameter.
+        covariance: of what is determined of them, shape (30, 30), of the rank of the observability's basis.
         initial_momentum_B: of the whole platform at the first sample, N·m·s, body axes.
         observability: what the record determines, and what not.
         residual_sigma: rad/s, the unknowns' degrees of freedom taken off.
@@ -50,11 +50,16 @@ class AlignmentEstimate:
     """
 
     parameters: Array
-    std: Array
+    covariance: Array
     initial_momentum_B: Vector3
     observability: Observability
     residual_sigma: float
     iterations: int
+
+    @property
+    def std(self) -> Array:
+        """Standard deviations, shape (30,); NaN where the record does not determine the parameter."""
+        return np.where(self.observability.determined, np.sqrt(np.diag(self.covariance)), np.nan)
 
 
 def estimated_alignments(telemetry: Telemetry, settings: EstimationSettings) -> AlignmentEstimate:
@@ -158,10 +163,9 @@ def _estimate(start: _Unknowns, told: Observability, answer: OptimizeResult) -> 
     variance = float(answer.fun @ answer.fun) / (answer.fun.size - answer.x.size)
     covariance = variance * np.linalg.inv(answer.jac.T @ answer.jac)  # eqs. (12), (13)
     steps, end = _steps(told), _moved(start, told, answer.x)
-    variances = np.einsum("pi,ij,pj->p", steps, covariance[:-3, :-3], steps)
     return AlignmentEstimate(
         parameters=end.parameters,
-        std=np.where(told.determined, np.sqrt(variances), np.nan),
+        covariance=steps @ covariance[:-3, :-3] @ steps.T,
         initial_momentum_B=end.momentum_B,
         observability=told,
         residual_sigma=float(np.sqrt(variance)),

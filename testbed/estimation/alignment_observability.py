@@ -18,6 +18,8 @@ KNOWN_ANYWAY = 0.1
 a direction which a record determines no better stays open."""
 NO_PART = 0.02
 """A parameter with a smaller component in an open direction has no part in it."""
+_MINOR_TERM = 0.3
+"""Terms of a direction that are smaller than this share of the largest are counted, not named."""
 ALIGNMENT_NAMES = tuple(f"{kind} of cmg{unit}" for kind in KINDS for unit in range(1, 7))
 NAMES = (*PARAMETER_NAMES, *ALIGNMENT_NAMES)
 """Of all 30 parameters, in order."""
@@ -88,7 +90,7 @@ def observability(columns: Regressor, gyro_noise: float, theta: Theta, working: 
     return Observability(
         scale=scale,
         common_scale=described(common, COMMON_SCALE),
-        others=tuple(described(row / np.linalg.norm(row), named_direction(row, NAMES)) for row in sparse_basis(others)),
+        others=tuple(described(row / np.linalg.norm(row), _named(row)) for row in sparse_basis(others)),
         basis=null_space(np.vstack([_mean_scale(working), others])),
     )
 
@@ -109,3 +111,11 @@ def _beside(directions: Array, common: Array) -> Array:
     beside = directions - np.outer(directions @ common, common)
     _, size, basis = np.linalg.svd(beside, full_matrices=False)
     return np.asarray(basis[size > 0.5])  # where one of them was nearly the common scale itself, little is left of it
+
+
+def _named(direction: Array) -> str:
+    """Return a combination of parameters as text; one of many parameters by its larger terms."""
+    share = np.abs(direction) / np.abs(direction).max()
+    text = named_direction(np.where(share >= _MINOR_TERM, direction, 0.0), NAMES)
+    minor = int(((share >= NO_PART) & (share < _MINOR_TERM)).sum())
+    return f"{text}, and less of {minor} others" if minor else text
