@@ -42,35 +42,35 @@ def statistics_tables(statistics: CampaignStatistics) -> tuple[Table, ...]:
     return (
         _table(
             statistics,
-            "Bias, in standard errors",
+            "Bias, std errors",
             _bias,
             f"Mean error over its standard error; marked beyond {_NOTABLE_BIAS:.0f}, which chance gives to one in 370.",
         ),
         _table(
             statistics,
-            "Scatter over the bound",
+            "Scatter over bound",
             _efficiency,
             "1 is the best that an unbiased estimator can reach; less is the scatter of a biased one, or chance, which "
             f"makes up {chance} (one standard error) in so many runs.",
         ),
         _table(
             statistics,
-            "Claimed deviation over scatter",
+            "Claimed over scatter",
             _honesty,
-            "What the estimator states of itself, on average, over what it does: less than 1 is too sure.",
+            "The standard deviation that the estimator states, on average, over its scatter: less than 1 is too sure.",
         ),
         _table(
             statistics,
-            "Truth inside the 95 % interval, %",
+            "In 95 % interval, %",
             _coverage,
-            "Marked where it is further from 95 % than chance explains.",
+            "Share of the runs whose 95 % interval holds the truth; marked where chance does not explain it.",
         ),
     )
 
 
 def _bias(of: EstimatorStatistics) -> Iterator[Cell]:
     for value in of.bias_in_standard_errors:
-        yield Cell(text=f"{value:+.2f}", tone="warn" if abs(value) > _NOTABLE_BIAS else "plain")
+        yield Cell(text=f"{value:+.1f}", tone="warn" if abs(value) > _NOTABLE_BIAS else "plain")
 
 
 def _efficiency(of: EstimatorStatistics) -> Iterator[Cell]:
