@@ -8,7 +8,7 @@ from testbed.report.reproduction.rows import text_rows
 _SETTLED = (
     (
         "Which condition number Table 1 lists",
-        "That of Ψ_f. Were it that of Ψ_fᵀΨ_f, a smallest eigenvalue of 0.099 and 3.271 would leave a determinant of at "
+        "That of Ψ_f. Were it that of Ψ_fᵀΨ_f, a smallest eigenvalue of 0.099 and 3.271 leave a determinant of at "
         "most 3.5e-4, a tenth of the table's.",
     ),
     (
@@ -18,23 +18,23 @@ _SETTLED = (
     ),
     (
         "The basic profile (figure 1 is a picture)",
-        "Searched for: smooth, rest to rest over 5 s, with Table 1's row and a scatter near Table 2's; shipped as control "
-        "points. J11 = J22, so x and y may be exchanged.",
+        "Searched for: smooth, rest to rest over 5 s, with Table 1's row and a scatter near Table 2's; shipped as "
+        "control points. J11 = J22, so x and y may be exchanged.",
     ),
     (
         "How the D-opt maneuver was parametrised",
-        "Penalties of eqs. (27) to (29), one start from the basic profile, |ω| up to 0.3 rad/s. Table 1's row asks for 7 "
-        "control points an axis, Table 2's for 9 or more; 9 are shipped.",
+        "Penalties of eqs. (27) to (29), one start from the basic profile, |ω| up to 0.3 rad/s. Table 1's row asks for "
+        "7 control points an axis, Table 2's for 9 or more; 9 are shipped.",
     ),
     (
         "Details of the instrumental variable",
-        "The reference as instrument, rest at the start known, products filtered on a finer grid. Instrument and grid move "
-        "no deviation; an estimated start makes them 1.1 times, the first noisy sample 1.6 times as large.",
+        "The reference as instrument, rest at the start known, products filtered on a finer grid. Instrument and grid "
+        "move no deviation; an estimated start makes them 1.1 times, the first noisy sample 1.6 times as large.",
     ),
     (
         "Why the paper's means are off",
-        "Its estimator is consistent, not unbiased: over 81 samples the regressor's noise, squared, makes the moments of "
-        "inertia 0.3 to 0.8 % too large from the basic profile. The paper's means err to the same side.",
+        "Its estimator is consistent, not unbiased: over 81 samples the regressor's noise, squared, makes the moments "
+        "of inertia 0.3 to 0.8 % too large from the basic profile. The paper's means err to the same side.",
     ),
     (
         "Geometry, rotors and servos of the cluster",

@@ -1,0 +1,167 @@
+"""The whole reproduction: claims that turn with the numbers, a page that shows them, one recording, whole folders."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import rerun as rr
+from rerun.chunk import RrdReader
+
+from testbed.cli.app import app
+from testbed.cli.failures import exit_code_of
+from testbed.delivery.reproduction_folder import write_reproduction
+from testbed.errors import InputError
+from testbed.reproduction.alignment_claims import alignment_claims
+from testbed.reproduction.box_plot import boxes_of
+from testbed.reproduction.claims import table1_claim, table2_claims, whiteness_claim
+from testbed.reproduction.crew import Job, done_by_crew
+from testbed.reproduction.judgement import claims_of
+from testbed.reproduction.progress import silent
+from testbed.reproduction.table2 import PAPER_STD
+from testbed.reproduction.zero_g_claims import zero_g_claims
+from tests.report_pages import ParsedPage
+from tests.reproductions import alignments, maneuver_statistics, reproduction, table1, table3
+
+FILES = {"reproduction.html", "reproduce.json", "recording.rrd", "provenance.json"}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    rr.set_strict_mode(True)
+    whole = reproduction()
+    out = tmp_path_factory.mktemp("reproduction") / "out"
+    write_reproduction(out, whole, tuple(claims_of(whole)))
+    rr.set_strict_mode(False)
+    return out
+
+
+@pytest.fixture(scope="module")
+def page(folder):
+    return ParsedPage((folder / "reproduction.html").read_text(encoding="utf-8"))
+
+
+def verdicts(claims):
+    return {claim.subject: claim.verdict for claim in claims}
+
+
+def test_what_is_as_good_as_it_has_to_be_is_met():
+    assert set(verdicts(claims_of(reproduction())).values()) == {"met"}
+
+
+@pytest.mark.parametrize(("factor", "verdict"), [(0.69, "missed"), (0.71, "met"), (1.29, "met"), (1.31, "missed")])
+def test_scatter_is_held_within_30_percent_of_the_papers(factor, verdict):
+    flown = maneuver_statistics("basic", factor * PAPER_STD["basic"])
+    assert verdicts(table2_claims([flown]))["Table 2, basic"] == verdict
+
+
+def test_few_runs_leave_a_miss_undecided():
+    flown = maneuver_statistics("basic", 1.4 * PAPER_STD["basic"], runs=100)
+    assert verdicts(table2_claims([flown]))["Table 2, basic"] == "undecided"
+
+
+@pytest.mark.parametrize(("standard_errors", "verdict"), [(3.4, "met"), (3.6, "missed"), (-3.6, "missed")])
+def test_bias_is_counted_in_standard_errors(standard_errors, verdict):
+    flown = maneuver_statistics("scaled", PAPER_STD["scaled"], mean_error=standard_errors / np.sqrt(1000))
+    assert verdicts(table2_claims([flown]))["Table 2, bias"] == verdict
+
+
+@pytest.mark.parametrize(("share", "verdict"), [(0.49, "met"), (0.51, "missed")])
+def test_this_projects_maneuver_has_to_halve_every_deviation(share, verdict):
+    shares = np.array([0.3, 0.3, 0.3, 0.3, 0.3, share])
+    paper = maneuver_statistics("basic", PAPER_STD["basic"])
+    own = maneuver_statistics("gimbal_weighted", shares * PAPER_STD["paper_d_optimal"])
+    assert verdicts(table2_claims([paper, own]))["Better than the paper"] == verdict
+
+
+def test_a_basic_row_off_by_4_percent_is_missed():
+    table = table1()
+    off = replace(table.rows[0], trace_inverse=1.04 * table.rows[0].trace_inverse)
+    assert table1_claim(replace(table, rows=(off, *table.rows[1:]))).verdict == "missed"
+
+
+def test_a_coloured_residual_is_missed():
+    white = reproduction().whiteness
+    coloured = replace(white, autocorrelation=np.full_like(white.autocorrelation, -0.3))
+    assert whiteness_claim(coloured).verdict == "missed"
+
+
+def test_an_estimate_four_deviations_off_is_missed():
+    campaign = table3()
+    combined = campaign.combined["iv"]
+    off = replace(combined, theta=campaign.true_theta + 4.0 * combined.std)
+    assert verdicts(zero_g_claims(replace(campaign, combined={"iv": off})))["Table 3"] == "missed"
+
+
+def test_null_motion_has_to_halve_the_scatter():
+    assert verdicts(alignment_claims(alignments(gain=1.9)))["Alignments, scatter"] == "missed"
+
+
+def test_boxes_are_numpys_quartiles():
+    errors = np.random.default_rng(2).standard_normal((201, 6))
+    boxes = boxes_of(errors)
+    np.testing.assert_allclose([box.lower_quartile for box in boxes], np.percentile(errors, 25, axis=0))
+    np.testing.assert_allclose([box.median for box in boxes], np.median(errors, axis=0))
+    assert all(box.highest <= box.upper_quartile + 1.5 * (box.upper_quartile - box.lower_quartile) for box in boxes)
+
+
+def test_the_folder_holds_four_files(folder):
+    assert {path.name for path in folder.iterdir()} == FILES
+    content = json.loads((folder / "reproduce.json").read_text(encoding="utf-8"))
+    assert content["table2"]["basic"]["steady_gyro"]["runs"] == 1000
+    assert {claim["verdict"] for claim in content["claims"]} == {"met"}
+
+
+def test_the_page_shows_the_papers_numbers_beside_ours(page):
+    assert page.row("D-opt, st.d., paper") == ["0.38", "0.33", "0.35", "0.23", "0.24", "0.28"]
+    assert page.row("D-opt, st.d., here")[0] == "0.38 ± 0.01"
+    assert page.row("Estimate, paper") == ["20.04", "21.26", "25.75", "0.09", "0.04", "1.08"]
+    assert page.row("D-opt, paper")[:4] == ["1.683", "2.434", "331.3", "1.568"]
+
+
+def test_the_page_has_every_figure_and_fetches_nothing(page):
+    titles = " ".join(text for _, text in page.tones)
+    assert all(f"Figure {number}" in titles for number in range(1, 7))
+    assert not [value for _, name, value in page.attributes if name in {"src", "href"} and "//" in value]
+
+
+def test_the_recording_has_the_five_figures(folder):
+    paths = RrdReader(folder / "recording.rrd").store().schema().entity_paths()
+    assert {f"figure_{number}" for number in (1, 2, 3, 5, 6)} <= {path.split("/")[1] for path in paths}
+
+
+def test_a_taken_folder_is_refused_before_any_work(tmp_path, capsys):
+    (tmp_path / "kept.txt").write_text("mine", encoding="utf-8")
+    assert exit_code_of(lambda: app(["reproduce", "--out", str(tmp_path)])) == 2
+    assert "not empty" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["kept.txt"]
+
+
+@pytest.mark.parametrize("runs", ["0", "1", "-3", "many"])
+def test_fewer_than_two_runs_are_refused(tmp_path, runs):
+    assert exit_code_of(lambda: app(["reproduce", "--runs", runs, "--out", str(tmp_path / "out")])) == 2
+    assert not (tmp_path / "out").exists()
+
+
+def _square(value):
+    return value * value
+
+
+def _die():
+    import os
+
+    os._exit(1)
+
+
+def test_a_crew_gives_answers_in_the_order_of_its_jobs():
+    told = []
+    jobs = [Job(part="Squares", items=1, call=_square, arguments=(value,)) for value in range(4)]
+    assert done_by_crew(jobs, 2, lambda part, items: told.append((part, items)) or (lambda _: None)) == [0, 1, 4, 9]
+    assert told == [("Squares", 4)]
+
+
+def test_a_worker_that_dies_is_a_message():
+    with pytest.raises(InputError, match="worker process died"):
+        done_by_crew([Job(part="Death", items=1, call=_die, arguments=())], 1, silent)
