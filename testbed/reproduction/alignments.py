@@ -7,32 +7,24 @@ was designed for their alignments, and by pseudo-inverse steering without any.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import ceil
-from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import binom
 
 from testbed.arrays import Array
-from testbed.assembly.platform import nominal_platform, true_platform
+from testbed.assembly.platform import nominal_platform
 from testbed.estimation.alignment_observability import NAMES, UNITS
-from testbed.experiment.aligning import align_flight, null_space_lines
-from testbed.experiment.flying import Sortie, fly_sorties
 from testbed.experiment.planning import plan_maneuver
 from testbed.maneuver.design import Design
-from testbed.maneuver.maneuver import Maneuver
+from testbed.reproduction.alignment_flights import Flight, fly_block
 from testbed.reproduction.crew import Job, done_by_crew
 from testbed.reproduction.progress import Progress, silent
 from testbed.scenario.reader import read_scenario
-from testbed.scenario.scenario import Scenario
 from testbed.scenario.shipped import shipped_scenario
 
 SCENARIO = "alignments"
-AXIS_SPREAD = 0.012
-"""rad, 0.7 deg: standard deviation of each turn of a gimbal axis, and of each encoder's zero."""
-SCALE_SPREAD = 0.01
-"""Standard deviation of each tachometer's scale, which its rotor's speed servo goes by."""
 BAND = 1.96
 """Standard deviations on either side that hold 95 % of a normal distribution."""
 _BLOCK = 10
@@ -107,17 +99,6 @@ class Alignments:
         return float(low), float(high)
 
 
-class Flight(NamedTuple):
-    """What one flight gave; errors and stds are NaN where it gave nothing."""
-
-    error: Array
-    std: Array
-    saturated: float
-    gimbal_rate: float
-    rate_difference: float
-    null_space: tuple[str, ...]
-
-
 def alignments(runs: int, seed: int, progress: Progress = silent, workers: int = 1) -> Alignments:
     """Fly and estimate scenarios/alignments.toml many times, each time a platform built differently.
 
@@ -147,76 +128,6 @@ def alignments(runs: int, seed: int, progress: Progress = silent, workers: int =
         pseudo_inverse=_statistics("pseudo-inverse, the same body rates", pseudo_inverse),
         design=design,
     )
-
-
-def fly_block(scenario: Scenario, maneuver: Maneuver, seeds: Sequence[int]) -> list[tuple[Flight, Flight]]:
-    """Fly platforms side by side, with null motion and then without; a pair for each seed.
-
-    Args:
-        scenario: nominal platform and sensors.
-        maneuver: the designed one.
-        seeds: of the flights.
-    """
-    without = replace(maneuver, gimbal_angle=None)
-    return list(
-        zip(
-            _flights(scenario, maneuver, seeds),
-            _flights(pseudo_inverse_scenario(scenario), without, seeds),
-            strict=True,
-        )
-    )
-
-
-def pseudo_inverse_scenario(scenario: Scenario) -> Scenario:
-    """Return the same scenario steered without null motion: no gimbal angles are preferred to others."""
-    steering = scenario.controller.steering.model_copy(
-        update={"preferred_gimbal_angle_rad": "zero", "null_motion_gain_1_s": 0.0}
-    )
-    controller = scenario.controller.model_copy(update={"steering": steering})
-    return scenario.model_copy(update={"controller": controller})
-
-
-def as_built(scenario: Scenario, seed: int) -> Scenario:
-    """Return a scenario whose flown units are out of alignment as a seed draws it.
-
-    A rotor's servo goes by its tachometer, so that a tachometer that reads too much leaves it too slow.
-    """
-    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(0,)))
-    axes, zeros = AXIS_SPREAD * rng.standard_normal((6, 2)), AXIS_SPREAD * rng.standard_normal(6)
-    scales = SCALE_SPREAD * rng.standard_normal(6)
-    momenta = scenario.cluster.rotor_momentum_N_m_s / (1.0 + scales)
-    truth = {"gimbal_axis_misalignment_rad": axes.tolist(), "rotor_momentum_N_m_s": tuple(momenta.tolist())}
-    return scenario.model_copy(
-        update={
-            "truth": scenario.truth.model_copy(update=truth),
-            "encoder": scenario.encoder.model_copy(update={"zero_rad": tuple(zeros.tolist())}),
-            "tachometer": scenario.tachometer.model_copy(update={"scale_factor_error": tuple(scales.tolist())}),
-        }
-    )
-
-
-def _flights(scenario: Scenario, maneuver: Maneuver, seeds: Sequence[int]) -> list[Flight]:
-    nominal = nominal_platform(scenario)
-    built = [as_built(scenario, seed) for seed in seeds]
-    sorties = [
-        Sortie(scenario=each, truth=true_platform(each), seed=seed) for each, seed in zip(built, seeds, strict=True)
-    ]
-    flown = fly_sorties(scenario, sorties, nominal, maneuver)
-    flights = []
-    for sortie, run in zip(sorties, flown, strict=True):
-        aligning = align_flight(sortie.scenario, nominal, sortie.truth, run.record)
-        estimate, nothing = aligning.estimate, np.full(len(NAMES), np.nan)
-        flights.append(
-            Flight(
-                error=nothing if estimate is None else estimate.parameters - aligning.true_parameters,
-                std=nothing if estimate is None else estimate.std,
-                saturated=run.summary.saturated,
-                gimbal_rate=run.summary.limit_use["gimbal_rate"],
-                rate_difference=float(run.summary.tracking_rms.max()),
-                null_space=() if estimate is None else tuple(null_space_lines(estimate.observability)),
-            )
-        )
-    return flights
 
 
 def _statistics(steering: str, flights: Sequence[Flight]) -> SteeringStatistics:

@@ -12,7 +12,8 @@ from testbed.experiment.aligning import align_flight, aligning_result, true_para
 from testbed.experiment.flying import fly_maneuver
 from testbed.maneuver.gimbal_maneuver import gimbal_maneuver
 from testbed.maneuver.splines import clamped_spline
-from testbed.reproduction.alignments import SCENARIO, as_built, fly_block, pseudo_inverse_scenario
+from testbed.reproduction.alignment_flights import as_built, fly_block, pseudo_inverse_scenario
+from testbed.reproduction.alignments import SCENARIO
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.shipped import shipped_scenario
 

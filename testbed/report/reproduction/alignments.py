@@ -8,7 +8,8 @@ import plotly.graph_objects as go
 from testbed.report.frame.blocks import Block, Cell, Column, Figure, Listing, Paragraph, Section, Table
 from testbed.report.frame.style import color, layout
 from testbed.report.wording import figures
-from testbed.reproduction.alignments import AXIS_SPREAD, SCALE_SPREAD, Alignments, SteeringStatistics
+from testbed.reproduction.alignment_flights import AXIS_SPREAD, SCALE_SPREAD
+from testbed.reproduction.alignments import Alignments, SteeringStatistics
 
 
 def alignments_section(found: Alignments) -> Section:
