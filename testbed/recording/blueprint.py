@@ -25,6 +25,8 @@ TITLES = {
 }
 """Plots, by the first part of their entities' paths."""
 
+_EYE = (0.36, -0.13, 0.19)
+"""m, from the origin of N."""
 _EVENT_COLUMNS = rrb.archetypes.TextLogColumns(timeline_columns=[TIMELINE], text_log_columns=["Body"])
 
 
@@ -85,17 +87,20 @@ def _provenance() -> rrb.Horizontal:
     )
 
 
-def scene_view() -> rrb.Spatial3DView:
-    """Return the view of the platform in flight."""
+def scene_view(distance: float = 1.0) -> rrb.Spatial3DView:
+    """Return the view of the platform in flight.
+
+    Args:
+        distance: of the eye; at 1 a platform that stays in place fills the view.
+    """
+    eye = tuple(distance * coordinate for coordinate in _EYE)
     return rrb.Spatial3DView(
         origin="/",
         contents=["/platform/**", "/total_momentum/**", "/world/**"],
         name="Platform, N; arrows: body rate ω, cluster momentum h, total momentum H",
         background=BACKGROUND,
         line_grid=False,
-        eye_controls=rrb.EyeControls3D(
-            position=(0.36, -0.13, 0.19), look_target=(0.0, 0.0, 0.0), eye_up=(0.0, 0.0, 1.0)
-        ),
+        eye_controls=rrb.EyeControls3D(position=eye, look_target=(0.0, 0.0, 0.0), eye_up=(0.0, 0.0, 1.0)),
     )
 
 

@@ -14,6 +14,9 @@ from testbed.recording.platform import log_platform
 from testbed.recording.reproduction_content import ReproductionContent, ShownPanel, ShownTab
 from testbed.recording.writer import log_trace, recording_stream
 
+_CABIN_DISTANCE = 3.0
+"""Of the eye, so that the cabin is in view in which the platform drifts."""
+
 
 def write_reproduction_recording(path: Path, recording_id: str, content: ReproductionContent) -> None:
     """Write the figures with their layout to an .rrd file, which appears whole or not at all.
@@ -42,7 +45,7 @@ def _layout(content: ReproductionContent) -> rrb.Blueprint:
 
 def _tab(tab: ShownTab) -> rrb.Horizontal:
     columns = [rrb.Vertical(*map(_panel, column)) for column in tab.columns]
-    scene = [scene_view()] if tab.scene else []
+    scene = [scene_view(_CABIN_DISTANCE)] if tab.scene else []
     return rrb.Horizontal(*scene, *columns, name=tab.name)
 
 

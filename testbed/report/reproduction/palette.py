@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 MANEUVER_COLORS: Mapping[str, str] = {
     "basic": "axis-x",
-    "scaled": "estimator-1",
+    "scaled": "unit-4",
     "paper_d_optimal": "axis-z",
     "gimbal_weighted": "axis-y",
 }
