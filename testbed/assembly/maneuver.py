@@ -49,7 +49,7 @@ def gimbal_limits(scenario: Scenario, section: GimbalDesign) -> GimbalLimits:
         gimbal_rate=section.gimbal_rate_fraction * cluster.gimbal_rate_limit_rad_s,
         gimbal_torque=cluster.gimbal_torque_limit_N_m,
         gimbal_acceleration=_or_unlimited(section.gimbal_acceleration_limit_rad_s2),
-        cluster_torque=np.array(scenario.limits.cluster_torque_N_m),
+        cluster_torque=section.cluster_torque_fraction * np.array(scenario.limits.cluster_torque_N_m),
         cluster_momentum=np.array(scenario.limits.cluster_momentum_N_m_s),
         envelope_fraction=section.envelope_fraction,
         min_singularity_measure=section.min_singularity_measure,

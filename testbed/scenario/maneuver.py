@@ -98,6 +98,8 @@ class GimbalDesign(_Design):
     and momentum scale."""
     envelope_fraction: Share
     """Share of the cluster's true momentum envelope that the design may use, in every direction."""
+    cluster_torque_fraction: Share = 1.0
+    """Share of the cluster's torque limits that the design may use; a small one leaves most to null motion."""
     gimbal_rate_fraction: Share
     """Share of the gimbal-rate limit that the design may use; the rest is the tracker's margin."""
     gimbal_acceleration_limit_rad_s2: Positive | None = None
