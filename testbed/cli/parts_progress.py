@@ -15,7 +15,7 @@ from rich.progress import (
 )
 from rich.progress import Progress as Bars
 
-from testbed.cli.console import RATE_PERIOD, RateColumn, terminal
+from testbed.cli.console import RATE_PERIOD, RateColumn, remembered_interrupt, terminal
 from testbed.reproduction.progress import Advance, Progress
 
 
@@ -31,9 +31,15 @@ def parts_progress() -> Iterator[Progress]:
         TimeRemainingColumn(),
         TextColumn("left"),
     )
-    with Bars(*columns, console=terminal, disable=not terminal.is_terminal, speed_estimate_period=RATE_PERIOD) as bars:
+    hidden = not terminal.is_terminal
+    with (
+        remembered_interrupt() as interrupted,
+        Bars(*columns, console=terminal, disable=hidden, speed_estimate_period=RATE_PERIOD) as bars,
+    ):
 
         def begin(part: str, items: int) -> Advance:
+            if interrupted():  # the optimiser of a design that was interrupted keeps that to itself
+                raise KeyboardInterrupt
             task: TaskID = bars.add_task(part, total=items)
             return lambda done: bars.update(task, advance=done)
 

@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
+import subprocess
+import sys
+import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,6 +31,7 @@ from testbed.reproduction.zero_g_claims import zero_g_claims
 from tests.report_pages import ParsedPage
 from tests.reproductions import alignments, maneuver_statistics, reproduction, table1, table3
 
+ROOT = Path(__file__).resolve().parents[2]
 FILES = {"reproduction.html", "reproduce.json", "recording.rrd", "provenance.json"}
 
 
@@ -145,23 +152,33 @@ def test_fewer_than_two_runs_are_refused(tmp_path, runs):
     assert not (tmp_path / "out").exists()
 
 
-def _square(value):
-    return value * value
-
-
-def _die():
-    import os
-
-    os._exit(1)
+def test_an_interrupted_reproduction_leaves_nothing_behind(tmp_path):
+    # A session of its own with the default handler: a suite in the background may have inherited an ignored SIGINT.
+    start = (
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); from testbed.cli import main; main()"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", start, "reproduce", "--quick", "--out", "out"],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+    ) as running:
+        time.sleep(6.0)
+        running.send_signal(signal.SIGINT)
+        _, complaint = running.communicate(timeout=60)
+    assert running.returncode == 130
+    assert b"Traceback" not in complaint
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_crew_gives_answers_in_the_order_of_its_jobs():
     told = []
-    jobs = [Job(part="Squares", items=1, call=_square, arguments=(value,)) for value in range(4)]
+    jobs = [Job(part="Squares", items=1, call=pow, arguments=(value, 2)) for value in range(4)]
     assert done_by_crew(jobs, 2, lambda part, items: told.append((part, items)) or (lambda _: None)) == [0, 1, 4, 9]
     assert told == [("Squares", 4)]
 
 
 def test_a_worker_that_dies_is_a_message():
     with pytest.raises(InputError, match="worker process died"):
-        done_by_crew([Job(part="Death", items=1, call=_die, arguments=())], 1, silent)
+        done_by_crew([Job(part="Death", items=1, call=os._exit, arguments=(1,))], 1, silent)
