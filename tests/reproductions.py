@@ -8,6 +8,7 @@ import numpy as np
 import pyarrow as pa
 
 from testbed.arrays import Theta
+from testbed.assembly.platform import shown_model
 from testbed.campaign.columns import parameter_columns
 from testbed.campaign.statistics import CampaignStatistics, errors_of, statistics_of
 from testbed.dynamics.inertia import theta_of
@@ -167,7 +168,7 @@ def reproduction() -> Reproduction:
         ),
         table3=table3(),
         longest_flight=experiment.flown.record,
-        zero_g_truth=experiment.truth,
+        zero_g_model=shown_model(experiment.scenario),
         alignments=alignments(),
         orbit=experiment,
         acceleration_limit=np.array([1.8, 1.8, 1.7]),

@@ -22,7 +22,7 @@ class PlatformModel:
     """A compiled platform and what is read off it.
 
     Attributes:
-        model: compiled.
+        model: compiled, without what is there to be looked at only.
         cluster: its units.
         inertia: J at zero gimbal angles, kg·m², body axes.
     """
@@ -48,6 +48,11 @@ def true_platform(scenario: Scenario) -> PlatformModel:
         InputError: as `nominal_platform`.
     """
     return _compiled(scenario, true_properties(scenario))
+
+
+def shown_model(scenario: Scenario) -> Model:
+    """Return the flown platform compiled with all that there is to look at."""
+    return build(true_properties(scenario), scenario.platform.model)
 
 
 def true_plant(flown: Sequence[tuple[Scenario, PlatformModel]], threads: int = 1) -> Plant:
@@ -138,5 +143,5 @@ def _spinning(momentum: Units, scenario: Scenario) -> Units:
 
 
 def _compiled(scenario: Scenario, properties: PlatformProperties) -> PlatformModel:
-    model = build(properties, scenario.platform.model)
+    model = build(properties, scenario.platform.model, visuals=False)
     return PlatformModel(model=model, cluster=cluster_of(model), inertia=composite_inertia(model))

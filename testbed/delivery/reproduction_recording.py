@@ -52,7 +52,7 @@ def reproduction_content(
         flight=ShownFlight(
             time=reproduction.longest_flight.time,
             channels=reproduction.longest_flight.channels,
-            scene=scene_of(reproduction.zero_g_truth.model),
+            scene=scene_of(reproduction.zero_g_model),
         ),
         tables=tables_text(reproduction, claims),
         provenance="\n".join(f"- **{what}**: `{value}`" for what, value in provenance.items()),

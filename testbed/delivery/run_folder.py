@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from testbed.assembly.platform import shown_model
 from testbed.delivery.folder import whole_folder
 from testbed.delivery.provenance import recording_id_of, run_provenance
 from testbed.delivery.recording import recording_content
@@ -45,7 +46,7 @@ def write_run(folder: Path, scenario_path: Path, experiment: Experiment) -> None
             recording_id=recording_id_of(provenance),
             time=record.time,
             channels=record.channels,
-            scene=scene_of(experiment.truth.model),
+            scene=scene_of(shown_model(experiment.scenario)),
             content=recording_content(experiment, provenance),
         )
 

@@ -20,8 +20,8 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 _WALL_THICKNESS = 0.05
 _TRIANGLE_SLACK = 1e-12
 
-ROTOR_SERVO_BANDWIDTH = 500.0
-"""rad/s. Stiff enough that a maneuver moves a rotor by 1e-5 of its speed; far below the 2.8/step that RK4 bears."""
+ROTOR_SERVO_BANDWIDTH = 300.0
+"""rad/s. Stiff enough that a maneuver moves a rotor by 1.1e-5 of its speed; RK4 bears it up to a step of 9 ms."""
 
 
 def shipped_model() -> Path:
@@ -30,18 +30,23 @@ def shipped_model() -> Path:
     return next(path for path in candidates if path.is_file())
 
 
-def build(properties: PlatformProperties, path: Path | None = None) -> mujoco.MjModel:
+def build(properties: PlatformProperties, path: Path | None = None, *, visuals: bool = True) -> mujoco.MjModel:
     """Compile a platform with a scenario's numbers written over the MJCF's.
 
     Args:
         properties: the numbers; None fields keep the MJCF's.
         path: the MJCF; the shipped platform where absent.
+        visuals: whether parts are kept that are there to be looked at only; without them a step costs 0.85 of the
+            time, and every bit of the motion is the same.
 
     Raises:
         InputError: the MJCF cannot be read, lacks a named part, or the numbers leave the bus no positive inertia.
     """
     source = shipped_model() if path is None else path
-    return _compile(specification(properties, source), source)
+    spec = specification(properties, source)
+    if not visuals:
+        _strip_visuals(spec)
+    return _compile(spec, source)
 
 
 def specification(properties: PlatformProperties, path: Path) -> mujoco.MjSpec:
@@ -56,6 +61,13 @@ def specification(properties: PlatformProperties, path: Path) -> mujoco.MjSpec:
     if properties.cabin_size is not None:
         _add_cabin(spec, properties.cabin_size)
     return spec
+
+
+def _strip_visuals(spec: mujoco.MjSpec) -> None:
+    """Delete the geoms that neither touch anything nor carry mass."""
+    for geom in list(spec.geoms):
+        if geom.contype == 0 and geom.conaffinity == 0 and geom.mass == 0.0:
+            spec.delete(geom)
 
 
 def _read(path: Path) -> mujoco.MjSpec:

@@ -9,10 +9,11 @@ from functools import partial
 import numpy as np
 
 from testbed.arrays import Vector3
-from testbed.assembly.platform import PlatformModel, true_platform
+from testbed.assembly.platform import shown_model
 from testbed.campaign.flights import fly_seeds
 from testbed.campaign.local import LocalExecutor
 from testbed.experiment.experiment import Experiment
+from testbed.plant.plant import Model
 from testbed.records.record import Record
 from testbed.reproduction.alignments import SCENARIO as ALIGNMENTS_SCENARIO
 from testbed.reproduction.alignments import Alignments, alignments
@@ -100,7 +101,7 @@ class Reproduction:
         whiteness: of the residual, on the D-opt maneuver.
         table3: the zero-g campaign, figures 5 and 6.
         longest_flight: whole record of the flight of figure 5, with what only the simulation knows.
-        zero_g_truth: the platform of that campaign.
+        zero_g_model: the platform of that campaign, with all that there is to look at.
         alignments: of the actuators.
         orbit: the longer maneuver.
         acceleration_limit: of the paper's platform, per body axis, rad/s². Source: paper eqs. (25), (31).
@@ -113,7 +114,7 @@ class Reproduction:
     whiteness: Whiteness
     table3: Table3
     longest_flight: Record
-    zero_g_truth: PlatformModel
+    zero_g_model: Model
     alignments: Alignments
     orbit: Experiment
     acceleration_limit: Vector3
@@ -147,7 +148,7 @@ def reproduce(extent: Extent, progress: Progress = silent) -> Reproduction:
         ),
     )
     designs, orbiting, white = done_by_crew(jobs, extent.workers, progress)
-    flight, truth = _longest_flight(campaign)
+    flight, model = _longest_flight(campaign)
     return Reproduction(
         extent=extent,
         table1=designs,
@@ -155,7 +156,7 @@ def reproduce(extent: Extent, progress: Progress = silent) -> Reproduction:
         whiteness=white,
         table3=campaign,
         longest_flight=flight,
-        zero_g_truth=truth,
+        zero_g_model=model,
         alignments=aligned,
         orbit=orbiting,
         acceleration_limit=_acceleration_limit(paper),
@@ -168,10 +169,10 @@ def _acceleration_limit(scenario: Scenario) -> Vector3:
     return np.asarray(np.array(scenario.limits.cluster_torque_N_m) / inertia)  # eq. (25)
 
 
-def _longest_flight(campaign: Table3) -> tuple[Record, PlatformModel]:
+def _longest_flight(campaign: Table3) -> tuple[Record, Model]:
     """Fly the flight of figure 5 again: what a campaign keeps of its flights is telemetry alone."""
     scenario = read_scenario(shipped_scenario(ZERO_G_SCENARIO))
     longest = max(campaign.flights, key=lambda flight: flight.usable)
     (flight,) = fly_seeds(scenario, campaign.maneuver, [longest.seed])
     assert flight.flown is not None
-    return flight.flown.record, true_platform(scenario)
+    return flight.flown.record, shown_model(scenario)

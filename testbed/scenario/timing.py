@@ -11,7 +11,7 @@ from testbed.scenario.section import Conflict
 from testbed.scenario.sensors import Gyro
 from testbed.scenario.simulation import Simulation
 
-ROTOR_SERVO_BANDWIDTH = 500.0
+ROTOR_SERVO_BANDWIDTH = 300.0
 """rad/s. Of the servos that the plant puts on the rotors; a test holds the two numbers equal."""
 _STABILITY_LIMIT = 2.785
 """Largest servo bandwidth times step that a fourth-order Runge-Kutta step bears."""

@@ -27,7 +27,7 @@ def test_an_overspeeding_rotor_is_clamped_to_its_limit(rotors):
     for _ in range(80):
         flown.advance(np.zeros(6), 10)
     speed = flown.qvel[flown.layout.rotor_speed]
-    # A free rotor is released as soon as it is inside, within one control period of braking at 500 1/s.
+    # A free rotor is released as soon as it is inside, within one control period of braking at 300 1/s.
     assert abs(speed[2]) * 1e-5 <= LIMIT * (1.0 + 1e-6)
     assert abs(speed[2]) * 1e-5 >= LIMIT * 0.98
     others = np.delete(speed, 2)
@@ -41,7 +41,7 @@ def test_constant_speed_rotors_keep_their_speed_and_free_ones_do_not():
         for tick in range(400):
             flown.advance(restless_torque(tick * 0.0125), 10)
         drifts[rotors] = np.abs(flown.qvel[flown.layout.rotor_speed] / 471.4 - 1.0).max()
-    assert drifts["constant_speed"] < 2e-5  # disturbance Js ω̇ over the gain Js · 500 1/s
+    assert drifts["constant_speed"] < 2e-5  # disturbance Js ω̇ over the gain Js · 300 1/s
     assert drifts["free"] > 1e-4
 
 
@@ -54,7 +54,7 @@ def test_motor_torque_stays_at_its_limit():
 
 def test_divergence_names_time_and_last_finite_state(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    flown = plant(build(PlatformProperties(step=0.02)))  # the rotor servo's 500 1/s · 0.02 s is beyond RK4's 2.8
+    flown = plant(build(PlatformProperties(step=0.02)))  # the rotor servo's 300 1/s · 0.02 s is beyond RK4's 2.8
     message = r"(?s)t = [\d.]+ s and [\d.]+ s.*last finite state"
     with quiet_warnings(), pytest.raises(AssertionError, match=message) as caught:
         flown.advance(restless_torque(0.1), 4000)

@@ -263,15 +263,15 @@ class TestRefused:
 
     @pytest.mark.parametrize(("rotors", "refused"), [("constant_speed", True), ("free", False)])
     def test_step_that_the_rotor_servo_does_not_bear(self, tmp_path, rotors, refused):
-        """2.785 / 500 = 5.57 ms; a free rotor has no servo at work, and the gimbal servo bears 55.7 ms."""
+        """2.785 / 300 = 9.28 ms; a free rotor has no servo at work, and the gimbal servo bears 55.7 ms."""
         path, _ = edited(tmp_path, "rotors", f'rotors = "{rotors}"', name="basic")
-        text = path.read_text(encoding="utf-8").replace("step_s = 0.00125", "step_s = 0.00625")
+        text = path.read_text(encoding="utf-8").replace("step_s = 0.00125", "step_s = 0.0125")
         path.write_text(text, encoding="utf-8")
         if refused:
-            expected = "step_s: 0.00625 s is too long for the rotor servo of 500.0 rad/s; stay below 0.00557 s"
+            expected = "step_s: 0.0125 s is too long for the rotor servo of 300.0 rad/s; stay below 0.00928 s"
             assert expected in message_of(path)
         else:
-            assert read_scenario(path).simulation.step_s == 0.00625
+            assert read_scenario(path).simulation.step_s == 0.0125
 
     @pytest.mark.parametrize(
         ("flown", "key"),

@@ -58,7 +58,7 @@ def _sections(reproduction: Reproduction) -> Iterator[Section]:
     yield table1_section(reproduction.table1, shown)
     yield table2_section(reproduction.table2)
     yield assumptions_section(reproduction.table2, reproduction.whiteness)
-    yield platform_section(reproduction.zero_g_truth)
+    yield platform_section(reproduction.zero_g_model)
     yield table3_section(reproduction.table3)
     yield alignments_section(reproduction.alignments)
     yield orbit_section(reproduction.orbit)

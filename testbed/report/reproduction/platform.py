@@ -8,7 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from testbed.arrays import Quaternion, Vector3
-from testbed.assembly.platform import PlatformModel
+from testbed.plant.plant import Model
 from testbed.plant.scene import scene_of
 from testbed.report.frame.blocks import Figure, Section
 from testbed.report.frame.style import color
@@ -23,10 +23,10 @@ _HIDDEN = {"visible": False}
 Pose = tuple[Vector3, Quaternion]
 
 
-def platform_section(platform: PlatformModel) -> Section:
+def platform_section(model: Model) -> Section:
     """Return the picture of the platform, gimbals at zero."""
     chart = go.Figure(layout=_layout())
-    bodies = [body for body in scene_of(platform.model) if body.name == "bus" or body.parent]
+    bodies = [body for body in scene_of(model) if body.name == "bus" or body.parent]
     for body, pose in zip(bodies, _poses(bodies), strict=True):
         for shape in body.shapes:
             chart.add_trace(_mesh(shape, pose, _unit_color(body, shape)))
