@@ -13,6 +13,7 @@ from testbed.scenario.tables import UNITS, unit_of
 DOCS = Path(__file__).parents[2] / "docs"
 PURE_NUMBERS = {
     "attitude_quat_NB",
+    "cluster_torque_fraction",
     "control_points",
     "damping",
     "decay",
@@ -21,7 +22,9 @@ PURE_NUMBERS = {
     "failed",
     "gimbal_rate_fraction",
     "gimbal_servo_damping_ratio",
+    "gyro_scale_factor",
     "min_singularity_measure",
+    "rotor_momentum_relative",
     "scale",
     "scale_factor_error",
     "schema",
