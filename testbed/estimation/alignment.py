@@ -82,9 +82,7 @@ def estimated_alignments(telemetry: Telemetry, settings: EstimationSettings) -> 
     part = identifiable_part(telemetry, settings)
     record = gimbal_telemetry(part)
     theta = likely_theta(part, settings.nominal_theta)
-    start = _Unknowns(
-        parameters=np.concatenate([theta, np.zeros(ALIGNMENTS)]), momentum_B=mean_momentum(part, part.body_rate, theta)
-    )
+    start = _Unknowns(parameters=np.concatenate([theta, np.zeros(ALIGNMENTS)]), momentum_B=mean_momentum(part, theta))
     told = _told(part, record, start)
     answer = _search(part, record, start, told)
     return _estimate(start, told, answer)

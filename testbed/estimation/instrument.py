@@ -44,7 +44,7 @@ def refined(
 def _first_rate(telemetry: Telemetry, settings: EstimationSettings) -> Vectors3:
     if settings.instrument != "reference":
         theta = settings.nominal_theta
-        return _simulated_rate(telemetry, theta, mean_momentum(telemetry, telemetry.body_rate, theta))
+        return _simulated_rate(telemetry, theta, mean_momentum(telemetry, theta))
     if settings.reference_rate is None:
         raise InputError("the reference instrument needs the maneuver's reference rate, which is not given")
     return settings.reference_rate(telemetry.gyro_time)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Array, Matrices3, Series, Theta, Vector3, Vectors3
 from testbed.dynamics.inertia import momentum_regressor
-from testbed.estimation.actuation import actuation
+from testbed.estimation.motion import drive_of
 from testbed.estimation.telemetry import Telemetry
 from testbed.rotation.kinematics import integrate_attitude
 from testbed.rotation.quaternion import matrix_of
@@ -30,6 +31,12 @@ class MomentumEquation:
     matrix_NB: Matrices3
 
 
+@lru_cache(maxsize=2)  # several steps of several estimators ask for a run's own in turn
+def measured_equation(telemetry: Telemetry) -> MomentumEquation:
+    """Return Ψ and Y of the measured body rate, as `momentum_equation`."""
+    return momentum_equation(telemetry, telemetry.body_rate)
+
+
 def momentum_equation(telemetry: Telemetry, body_rate: Vectors3) -> MomentumEquation:
     """Return Ψ and Y of a body rate, measured or of an instrument; the attitude is the rate's own integral.
 
@@ -37,7 +44,7 @@ def momentum_equation(telemetry: Telemetry, body_rate: Vectors3) -> MomentumEqua
         telemetry: the actuators' part and the times.
         body_rate: ω at the gyro's times, shape (N, 3), rad/s.
     """
-    known = actuation(telemetry, telemetry.gyro_time)
+    known = drive_of(telemetry).samples
     matrix_NB = matrix_of(integrate_attitude(telemetry.gyro_time, body_rate))
     impulse_N = _impulse(telemetry.gyro_time, np.matvec(matrix_NB, known.applied_torque_B))
     to_body = np.swapaxes(matrix_NB, 1, 2)
@@ -49,11 +56,11 @@ def momentum_equation(telemetry: Telemetry, body_rate: Vectors3) -> MomentumEqua
     )
 
 
-def mean_momentum(telemetry: Telemetry, body_rate: Vectors3, theta: Theta) -> Vector3:
-    """Return H₀ that fits an inertia best, shape (3,), N·m·s; zero where the run says so."""
+def mean_momentum(telemetry: Telemetry, theta: Theta) -> Vector3:
+    """Return H₀ that fits an inertia and the measured rates best, shape (3,), N·m·s; zero where the run says so."""
     if telemetry.initial_momentum == "zero":
         return np.zeros(3)
-    equation = momentum_equation(telemetry, body_rate)
+    equation = measured_equation(telemetry)
     momentum_B = equation.regressor[..., :6] @ theta - equation.response
     return np.asarray(np.matvec(equation.matrix_NB, momentum_B).mean(axis=0))
 

@@ -6,11 +6,11 @@ import numpy as np
 
 from testbed.arrays import Array, Matrices3, Theta, Vectors3
 from testbed.dynamics.inertia import inertia_of
-from testbed.estimation.actuation import actuation
 from testbed.estimation.estimate import Estimate, EstimationSettings, estimate_of
 from testbed.estimation.identifiability import inertia_size, require_identifiable
 from testbed.estimation.instrument import refined
-from testbed.estimation.momentum_equation import MomentumEquation, momentum_equation
+from testbed.estimation.momentum_equation import MomentumEquation, measured_equation, momentum_equation
+from testbed.estimation.motion import drive_of
 from testbed.estimation.noise_image import attitude_noise
 from testbed.estimation.preparation import identifiable_part
 from testbed.estimation.regression import Solution, covariance_of, residual_sigma, solution_of
@@ -35,7 +35,7 @@ def momentum_form(telemetry: Telemetry, settings: EstimationSettings) -> Estimat
     Source: paper eqs. (6), (18), (19), on the integral of eq. (1).
     """
     part = identifiable_part(telemetry, settings)
-    equation = momentum_equation(part, part.body_rate)
+    equation = measured_equation(part)
 
     def solve(body_rate: Vectors3, theta: Theta) -> Solution:
         scale = _inertia_inverse(part, theta)
@@ -60,7 +60,7 @@ def momentum_form(telemetry: Telemetry, settings: EstimationSettings) -> Estimat
 
 def _inertia_inverse(telemetry: Telemetry, theta: Theta) -> Matrices3:
     """Return J(d)⁻¹ at the gyro's times, shape (N, 3, 3), 1/(kg·m²)."""
-    change_B = actuation(telemetry, telemetry.gyro_time).inertia_change_B
+    change_B = drive_of(telemetry).samples.inertia_change_B
     return np.asarray(np.linalg.inv(inertia_of(theta) + change_B), dtype=np.float64)
 
 

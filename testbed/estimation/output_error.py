@@ -79,7 +79,7 @@ def _start(telemetry: Telemetry, settings: EstimationSettings) -> Array:
     theta = likely_theta(telemetry, settings.nominal_theta)
     if telemetry.initial_momentum == "zero":
         return theta
-    return np.concatenate([theta, mean_momentum(telemetry, telemetry.body_rate, theta)])
+    return np.concatenate([theta, mean_momentum(telemetry, theta)])
 
 
 def _momentum(unknowns: Array) -> Vector3:

@@ -17,7 +17,7 @@ from testbed.estimation.identifiability import (
     require_identifiable,
     without_momentum,
 )
-from testbed.estimation.momentum_equation import mean_momentum, momentum_equation
+from testbed.estimation.momentum_equation import mean_momentum, measured_equation
 from testbed.estimation.motion import drive_of, is_physical, simulate
 from testbed.estimation.telemetry import Telemetry, covered_part
 from testbed.signals import AXES
@@ -40,7 +40,7 @@ def identifiable_part(telemetry: Telemetry, settings: EstimationSettings) -> Tel
     part = covered_part(telemetry)
     drive = drive_of(part)
     theta = likely_theta(part, settings.nominal_theta)
-    motion = simulate(drive, theta, mean_momentum(part, part.body_rate, theta))
+    motion = simulate(drive, theta, mean_momentum(part, theta))
     require_identifiable(rate_columns(part, drive, motion), part.gyro_noise, inertia_size(theta), motion.body_rate)
     _require_live_gyro(part.body_rate)
     return part
@@ -61,7 +61,7 @@ def likely_theta(telemetry: Telemetry, nominal_theta: Theta) -> Theta:
     Least squares in momentum form with the noise's mean share taken out of the normal matrix, so that what is excited
     is not pulled down by noise, and what is not excited stays nominal. Shape (6,), kg·m².
     """
-    equation, variance = momentum_equation(telemetry, telemetry.body_rate), telemetry.gyro_noise**2
+    equation, variance = measured_equation(telemetry), telemetry.gyro_noise**2
     unknowns = 6 if telemetry.initial_momentum == "zero" else 9
     regressor = without_momentum(equation.regressor[..., :unknowns].reshape(-1, unknowns))
     samples = len(equation.response)

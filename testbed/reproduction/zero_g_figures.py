@@ -77,7 +77,7 @@ def figure6(telemetry: Telemetry, theta: Theta, nominal_theta: Theta, prefilter_
     measured_B = (equation.response - start @ first).reshape(-1, 3)
 
     def of(inertia: Theta) -> Vectors3:
-        turning = mean_momentum(telemetry, telemetry.body_rate, inertia) - first  # J ω(0)
+        turning = mean_momentum(telemetry, inertia) - first  # J ω(0)
         return np.asarray(equation.regressor[:, :6] @ inertia + start @ turning).reshape(-1, 3)
 
     estimated_B, nominal_B = of(theta), of(nominal_theta)

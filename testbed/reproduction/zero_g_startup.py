@@ -56,7 +56,7 @@ def treated_estimates(telemetry: Telemetry, settings: EstimationSettings) -> Map
         settings: nominal inertia and prefilter.
     """
     part, theta = covered_part(telemetry), settings.nominal_theta
-    instrument_rate = simulate(drive_of(part), theta, mean_momentum(part, part.body_rate, theta)).body_rate
+    instrument_rate = simulate(drive_of(part), theta, mean_momentum(part, theta)).body_rate
     equation = filtered_equation(part, part.body_rate, settings.prefilter_time)
     instrument = filtered_equation(part, instrument_rate, settings.prefilter_time)
     return {
