@@ -114,13 +114,13 @@ def test_inertia_enters_entry_by_entry():
 
 
 def test_viscous_drag_slows_exponentially():
-    engine, times, states = free_flight(with_one(BARE, "viscous_drag", **xyz("c", 0.0, 0.0, 0.01)))
+    engine, times, states = free_flight(with_one(BARE, "viscous_drag", **xyz("coefficient", 0.0, 0.0, 0.01)))
     expected = 0.4 * np.exp(-0.01 * times / INERTIA_Z)
     np.testing.assert_allclose(rates(engine, times, states)[:, 2], expected, rtol=1e-12)
 
 
 def test_quadratic_drag_slows_hyperbolically():
-    engine, times, states = free_flight(with_one(BARE, "quadratic_drag", **xyz("k", 0.0, 0.0, 0.05)))
+    engine, times, states = free_flight(with_one(BARE, "quadratic_drag", **xyz("coefficient", 0.0, 0.0, 0.05)))
     expected = 1.0 / (1.0 / 0.4 + 0.05 * times / INERTIA_Z)
     np.testing.assert_allclose(rates(engine, times, states)[:, 2], expected, rtol=1e-12)
 
@@ -245,7 +245,7 @@ def test_a_driven_mass_turns_the_platform_the_other_way():
 
 
 def test_rotor_speed_changes_the_momentum_and_not_the_tachometer():
-    craft = with_one(nominal_craft(NUMBERS), "rotor_speed", UNIT, e=0.02)
+    craft = with_one(nominal_craft(NUMBERS), "rotor_speed", UNIT, relative_error=0.02)
     momentum = craft.units.spin_inertia * craft.units.rotor_speed
     np.testing.assert_allclose(momentum / 0.004714, [1.0, 1.0, 1.02, 1.0, 1.0, 1.0])
     np.testing.assert_allclose(craft.units.rotor_speed / craft.tachometer_scale, 471.4)
@@ -298,7 +298,7 @@ def test_a_lagging_motor_follows_its_demand_exponentially():
 @pytest.mark.parametrize(
     ("effect", "parameters", "torque"),
     [
-        ("gimbal_viscous_friction", {"c": 3e-4}, lambda rate: -3e-4 * rate),
+        ("gimbal_viscous_friction", {"coefficient": 3e-4}, lambda rate: -3e-4 * rate),
         (
             "gimbal_coulomb_friction",
             {"torque": 2e-4, "stribeck_torque": 1e-4, "stribeck_rate": 0.05},
@@ -367,7 +367,7 @@ def test_gyro_bias_drift_and_scale():
     np.testing.assert_allclose(shown_rate - true, np.tile([1e-3, -2e-3, 3e-3], (len(true), 1)), atol=1e-15)
     _, time, shown_rate, true = gyro_of("gyro_drift", random_walk=0.0, **xyz("drift", 1e-3, 0.0, -1e-3))
     np.testing.assert_allclose(shown_rate - true, time[:, None] * [1e-3, 0.0, -1e-3], atol=1e-15)
-    _, _, shown_rate, true = gyro_of("gyro_scale", "y", s=0.05)
+    _, _, shown_rate, true = gyro_of("gyro_scale", "y", relative_error=0.05)
     np.testing.assert_allclose(shown_rate, true * [1.0, 1.05, 1.0], atol=1e-15)
 
 

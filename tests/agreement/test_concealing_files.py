@@ -49,7 +49,7 @@ def test_the_answer_is_sealed(hidden):
     assert is_sealed(hidden / "data", hidden / "answer")
     answer = json.loads((hidden / "answer" / "answer.json").read_text())
     assert answer["effects"] == [
-        {"effect": "gyro_latency", "component": "gyro", "parameters": {"delay": {"value": 0.012, "unit": "s"}}}
+        {"effect": "gyro_latency", "component": "gyro", "parameters": {"delay_s": {"value": 0.012, "unit": "s"}}}
     ]
     assert answer["true_theta_kg_m2"] == pytest.approx([0.0225, 0.022, 0.027, 0.0, 0.0, 1e-4])
     assert answer["initial_rates_rad_s"][1] == pytest.approx([0.01, 0.0, -0.01])

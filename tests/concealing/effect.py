@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -50,7 +51,7 @@ class EffectKind:
     draw: Callable[[np.random.Generator], Parameters]
     growing: tuple[str, ...]
     shrinking: tuple[str, ...] = ()
-    actuation: tuple[str, ...] = ("cmg",)
+    actuation: tuple[Literal["cmg", "applied_torque"], ...] = ("cmg",)
 
 
 def scaled(kind: EffectKind, parameters: Parameters, factor: float) -> Parameters:

@@ -36,14 +36,10 @@ def conceal(case: Case, data_folder: Path, answer_folder: Path) -> FlownCase:
     """
     flown = fly_case(case)
     answer = answer_text(flown)
-    for folder, name, text in (
-        (answer_folder, "answer.json", answer),
-        (data_folder, SEAL, hashlib.sha256(answer.encode()).hexdigest() + "\n"),
-    ):
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text(text, encoding="utf-8")
+    _write(answer_folder / "answer.json", answer)
     for index in range(len(case.runs)):
         write_record(record(flown, index), data_folder / f"run_{index + 1}.csv")
+    _write(data_folder / SEAL, hashlib.sha256(answer.encode()).hexdigest() + "\n")  # last: the set is whole
     return flown
 
 
@@ -51,6 +47,11 @@ def is_sealed(data_folder: Path, answer_folder: Path) -> bool:
     """Return whether an answer is the one that was sealed when the data were made."""
     answer = (answer_folder / "answer.json").read_bytes()
     return hashlib.sha256(answer).hexdigest() == (data_folder / SEAL).read_text(encoding="utf-8").strip()
+
+
+def _write(path: Path, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
 
 
 def record(flown: FlownCase, index: int) -> Record:
@@ -84,7 +85,7 @@ def answer_text(flown: FlownCase) -> str:
                 "effect": hidden.effect,
                 "component": hidden.component,
                 "parameters": {
-                    name: {"value": value, "unit": KINDS[hidden.effect].units[name]}
+                    _with_suffix(name, unit := KINDS[hidden.effect].units[name]): {"value": value, "unit": unit}
                     for name, value in hidden.parameters.items()
                 },
             }
@@ -99,6 +100,12 @@ def answer_text(flown: FlownCase) -> str:
         "salt": salt,
     }
     return json.dumps(answer, indent=1) + "\n"
+
+
+def _with_suffix(name: str, unit: str) -> str:
+    """Return the name as files spell it: delay_s, impulse_x_N_m_s, frequency_hz."""
+    suffix = {"1": "", "Hz": "hz"}.get(unit, unit.replace("/", "_").replace(" ", "_"))
+    return f"{name}_{suffix}" if suffix else name
 
 
 def _actuation(flown: FlownCase, index: int, ticks: Array) -> dict[str, Array]:

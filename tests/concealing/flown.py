@@ -76,9 +76,10 @@ def fly_case(case: Case, *, quiet: bool = False, refinement: int = 1) -> FlownCa
         quiet: without any noise of the sensors, on board and recorded.
         refinement: of the integrator's steps.
     """
-    known = software_of(case.scenario)
+    known, sensors = software_of(case.scenario), sensors_of(case)
     craft, clock = true_craft(case, known), clock_of(case)
-    sensors = known.sensors.quiet() if quiet else _sensors(case, known)
+    if quiet:
+        sensors = sensors.quiet()
     runs, units = len(case.runs), len(craft.units.spin_inertia)
     mechanics = Mechanics(
         craft=craft,
@@ -111,8 +112,9 @@ def _guidance(case: Case, known: Software, clock: Clock) -> Guidance:
     return OnBoard(controller, maneuvers, clock)
 
 
-def _sensors(case: Case, known: Software) -> SensorNumbers:
-    sensors, telemetry = known.sensors, case.telemetry
+def sensors_of(case: Case) -> SensorNumbers:
+    """Return the noise of a case's sensors, beside what effects add."""
+    sensors, telemetry = software_of(case.scenario).sensors, case.telemetry
     if telemetry.encoder_noise is not None:
         sensors = replace(sensors, encoder_noise=telemetry.encoder_noise)
     if telemetry.encoder_step is not None:

@@ -40,7 +40,7 @@ def gyro_scale(craft: Craft, component: str, parameters: Parameters) -> Craft:
     """(1 + s) ω of one axis."""
     scale = np.eye(3)
     axis = AXES.index(component)
-    scale[axis, axis] += parameters["s"]
+    scale[axis, axis] += parameters["relative_error"]
     return _with_gyro(craft, response=scale @ craft.gyro.response)
 
 
@@ -109,7 +109,13 @@ KINDS = {
         lambda rng: {**named_vector("drift", 1e-3 * direction(rng)), "random_walk": 0.0},
         growing=(*names("drift"), "random_walk"),
     ),
-    "gyro_scale": _gyro({"s": "1"}, gyro_scale, lambda rng: {"s": 0.03 * sign(rng)}, growing=("s",), components=AXES),
+    "gyro_scale": _gyro(
+        {"relative_error": "1"},
+        gyro_scale,
+        lambda rng: {"relative_error": 0.03 * sign(rng)},
+        growing=("relative_error",),
+        components=AXES,
+    ),
     "gyro_misalignment": _gyro(
         {**vector_units("rotation", "rad"), **dict.fromkeys(_SHEARS, "1")},
         gyro_misalignment,
@@ -122,6 +128,6 @@ KINDS = {
     ),
     "gyro_noise": _gyro({"excess": "1"}, gyro_noise, lambda _: {"excess": 0.6}, growing=("excess",), components=AXES),
     "gyro_quantization": _gyro({"step": "rad/s"}, gyro_quantization, lambda _: {"step": 4e-3}, growing=("step",)),
-    "gyro_saturation": _gyro({"level": "rad/s"}, gyro_saturation, lambda _: {"level": 0.2}, shrinking=("level",)),
+    "gyro_saturation": _gyro({"level": "rad/s"}, gyro_saturation, lambda _: {"level": 0.6}, shrinking=("level",)),
 }
 """By id."""

@@ -33,13 +33,13 @@ def inertia(craft: Craft, _: str, parameters: Parameters) -> Craft:
 
 def viscous_drag(craft: Craft, _: str, parameters: Parameters) -> Craft:
     """T = -c ω, each axis its own."""
-    drag = vector(parameters, "c")
+    drag = vector(parameters, "coefficient")
     return with_torque(craft, lambda motion: -drag * motion.body_rate)
 
 
 def quadratic_drag(craft: Craft, _: str, parameters: Parameters) -> Craft:
     """T = -k ω |ω|, each axis its own."""
-    drag = vector(parameters, "k")
+    drag = vector(parameters, "coefficient")
     return with_torque(craft, lambda motion: -drag * motion.body_rate * np.abs(motion.body_rate))
 
 
@@ -101,18 +101,18 @@ KINDS = {
     ),
     "viscous_drag": EffectKind(
         components=(PLATFORM,),
-        units=vector_units("c", "N m s/rad"),
+        units=vector_units("coefficient", "N m s/rad"),
         apply=viscous_drag,
-        draw=lambda rng: _positive(rng, "c", 2e-4),
-        growing=names("c"),
+        draw=lambda rng: _positive(rng, "coefficient", 2e-4),
+        growing=names("coefficient"),
         actuation=_BOTH,
     ),
     "quadratic_drag": EffectKind(
         components=(PLATFORM,),
-        units=vector_units("k", "N m s2/rad2"),
+        units=vector_units("coefficient", "N m s2/rad2"),
         apply=quadratic_drag,
-        draw=lambda rng: _positive(rng, "k", 8e-4),
-        growing=names("k"),
+        draw=lambda rng: _positive(rng, "coefficient", 8e-4),
+        growing=names("coefficient"),
         actuation=_BOTH,
     ),
     "body_torque": EffectKind(

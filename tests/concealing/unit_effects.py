@@ -13,7 +13,7 @@ from tests.concealing.effect import CLUSTER, CMGS, EffectKind, Parameters, sign,
 
 def rotor_speed(craft: Craft, component: str, parameters: Parameters) -> Craft:
     """h → (1 + e) h: the speed servo trusts a tachometer that shows the nominal speed at 1 + e times it."""
-    factor = _changed(np.ones(len(CMGS)), component, parameters["e"])
+    factor = _changed(np.ones(len(CMGS)), component, parameters["relative_error"])
     return replace(
         craft,
         units=replace(craft.units, rotor_speed=craft.units.rotor_speed * factor),
@@ -50,7 +50,7 @@ def gimbal_lag(craft: Craft, component: str, parameters: Parameters) -> Craft:
 
 def gimbal_viscous_friction(craft: Craft, component: str, parameters: Parameters) -> Craft:
     """-c ḋ at the joint."""
-    return _with_units(craft, component, viscous=parameters["c"])
+    return _with_units(craft, component, viscous=parameters["coefficient"])
 
 
 def gimbal_coulomb_friction(craft: Craft, component: str, parameters: Parameters) -> Craft:
@@ -98,10 +98,10 @@ def _with_units(craft: Craft, component: str, **added: float) -> Craft:
 KINDS = {
     "rotor_speed": EffectKind(
         components=CMGS,
-        units={"e": "1"},
+        units={"relative_error": "1"},
         apply=rotor_speed,
-        draw=lambda rng: {"e": 0.02 * sign(rng)},
-        growing=("e",),
+        draw=lambda rng: {"relative_error": 0.02 * sign(rng)},
+        growing=("relative_error",),
     ),
     "rotor_spin_down": EffectKind(
         components=CMGS,
@@ -133,18 +133,18 @@ KINDS = {
     ),
     "gimbal_viscous_friction": EffectKind(
         components=CMGS,
-        units={"c": "N m s/rad"},
+        units={"coefficient": "N m s/rad"},
         apply=gimbal_viscous_friction,
-        draw=lambda _: {"c": 2e-4},
-        growing=("c",),
+        draw=lambda _: {"coefficient": 3e-5},
+        growing=("coefficient",),
     ),
     "gimbal_coulomb_friction": EffectKind(
         components=CMGS,
         units={"torque": "N m", "stribeck_torque": "N m", "stribeck_rate": "rad/s"},
         apply=gimbal_coulomb_friction,
         draw=lambda rng: {
-            "torque": 2e-4,
-            "stribeck_torque": 2e-4 * float(rng.uniform(0.0, 0.5)),
+            "torque": 5e-5,
+            "stribeck_torque": 5e-5 * float(rng.uniform(0.0, 0.5)),
             "stribeck_rate": 0.05,
         },
         growing=("torque", "stribeck_torque"),

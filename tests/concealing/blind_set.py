@@ -1,0 +1,103 @@
+"""Make a whole blind set: python -m tests.concealing.blind_set --data DIR --answers DIR --seed N [--null 200 ...].
+
+Cases are numbered in random order, made in parallel, and left alone where they are already whole: an interrupted run
+goes on where it was. Case k depends on the seed and on k alone.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from itertools import cycle, islice, product
+from pathlib import Path
+
+import numpy as np
+
+from tests.concealing.files import SEAL, conceal
+from tests.concealing.library import LISTED, UNLISTED
+from tests.concealing.strata import MULTIPLES, NEVER_HIDDEN, UNLISTED_SIGMA, Stratum, random_case
+
+_ORDER = 1_000_000
+"""Spawn key of the order of a set; cases have smaller ones."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Counts:
+    """How many cases of each stratum."""
+
+    null: int = 200
+    single: int = 420
+    pair: int = 70
+    unlisted: int = 70
+    sigma_understated: int = 20
+    sigma_overstated: int = 20
+
+
+@dataclass(frozen=True, kw_only=True)
+class Order:
+    """One case to make."""
+
+    index: int
+    stratum: Stratum
+    effect: str | None
+    multiple: float | None
+
+
+def orders(counts: Counts, seed: int) -> list[Order]:
+    """Return the cases of a set in their random order; effects and sizes take turns, so that each gets its share."""
+    wanted = [*_wanted(counts)]
+    shuffled = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_ORDER,))).permutation(len(wanted))
+    return [
+        Order(index=index, stratum=wanted[pick][0], effect=wanted[pick][1], multiple=wanted[pick][2])
+        for index, pick in enumerate(shuffled)
+    ]
+
+
+def make(order: Order, seed: int, scenario: Path, data: Path, answers: Path) -> Path:
+    """Make one case where it is not whole yet; return its data folder."""
+    name = f"case_{order.index + 1:04d}"
+    if not (data / name / SEAL).exists():
+        rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(order.index,)))
+        case = random_case(rng, order.stratum, scenario, order.effect, order.multiple)
+        conceal(case, data / name, answers / name)
+    return data / name
+
+
+def _wanted(counts: Counts) -> Iterator[tuple[Stratum, str | None, float | None]]:
+    listed = [name for name in LISTED if name not in NEVER_HIDDEN]
+    yield from [("null", None, None)] * counts.null
+    yield from (("single", *each) for each in islice(cycle(product(listed, MULTIPLES)), counts.single))
+    yield from (("pair", name, None) for name in islice(cycle(_with_cmgs(listed)), counts.pair))
+    yield from (("unlisted", *each) for each in islice(cycle(product(UNLISTED, UNLISTED_SIGMA)), counts.unlisted))
+    yield from [("sigma_understated", None, None)] * counts.sigma_understated
+    yield from [("sigma_overstated", None, None)] * counts.sigma_overstated
+
+
+def _with_cmgs(names: list[str]) -> list[str]:
+    return [name for name in names if "cmg" in LISTED[name].actuation]
+
+
+def main() -> None:
+    """Read the command line and make the set."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--data", type=Path, required=True)
+    parser.add_argument("--answers", type=Path, required=True)
+    parser.add_argument("--seed", type=int, required=True)
+    parser.add_argument("--scenario", type=Path, default=Path("scenarios/diagnose.toml"))
+    parser.add_argument("--jobs", type=int, default=1)
+    for name in Counts.__dataclass_fields__:
+        parser.add_argument(f"--{name.replace('_', '-')}", type=int, default=getattr(Counts, name))
+    told = parser.parse_args()
+    counts = Counts(**{name: getattr(told, name) for name in Counts.__dataclass_fields__})
+    todo = orders(counts, told.seed)
+    with ProcessPoolExecutor(told.jobs) as pool:
+        made = [pool.submit(make, each, told.seed, told.scenario, told.data, told.answers) for each in todo]
+        for count, future in enumerate(made, start=1):
+            print(f"\r{future.result().name} {count} of {len(todo)}", end="", flush=True)
+    print()
+
+
+if __name__ == "__main__":
+    main()
