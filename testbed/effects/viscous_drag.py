@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from testbed.arrays import Array
 from testbed.effects.contract import Effect, Extension, Parameter
-from testbed.plant.additions import RateTorque
+from testbed.plant.added_torques import RateTorque
 from testbed.prediction.hooks import Hooks, Instant
 from testbed.scenario.scenario import Scenario
 

@@ -1,7 +1,7 @@
 """What a physical effect may change in the prediction: the contract between the effects and the integration.
 
-Every hook does nothing unless an effect overrides it. `value` holds the effect's parameters, shape (P, K), or (K,) in
-`initial_state`; the results broadcast over runs R and parameter sets P. All arithmetic has to be analytic in `value`,
+Every hook does nothing unless an effect overrides it. `value` holds the effect's parameters, shape (P, K);
+the results broadcast over runs R and parameter sets P. All arithmetic has to be analytic in `value`,
 because derivatives are taken by a complex step: no abs, no comparison of values, no real parts but of what a branch is
 chosen by (`sign_of` and `magnitude` are the analytic ones).
 """
@@ -62,9 +62,9 @@ class Hooks:
         """Return the external torque, shape (R, P, 3), N·m, body axes."""
         return np.zeros(3)
 
-    def initial_state(self, value: Array) -> Array:
-        """Return the effect's states at the first sample of every run, shape (P, S)."""
-        return np.zeros((len(value), self.states))
+    def initial_state(self, value: Array, body_rate: Array) -> Array:  # noqa: ARG002
+        """Return the effect's states at the first sample of every run, where ω is (R, P, 3), shape (R, P, S)."""
+        return np.zeros(self.states)
 
     def state_rate(self, value: Array, at: Instant) -> Array:  # noqa: ARG002
         """Return the rates of change of the effect's states, shape (R, P, S)."""

@@ -144,7 +144,7 @@ class _Motion:
         if self._attitude:
             parts.append(np.broadcast_to([1.0, 0.0, 0.0, 0.0], (runs, sets, 4)))
         for hook, value in self._pairs:
-            parts.append(np.broadcast_to(hook.initial_state(value), (runs, sets, hook.states)))
+            parts.append(np.broadcast_to(hook.initial_state(value, values.initial_rate), (runs, sets, hook.states)))
         state = np.concatenate(parts, axis=-1)
         inertia = np.linalg.inv(self._known.inverse[:, :, 0])
         momentum_B = np.matvec(inertia, values.initial_rate) + self._known.momentum_B[:, :, 0] + self._hidden(state)
