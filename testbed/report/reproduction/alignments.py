@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import plotly.graph_objects as go
 
-from testbed.report.frame.blocks import Block, Cell, Column, Figure, Listing, Paragraph, Section, Table
+from testbed.report.frame.blocks import Block, Cell, Column, Figure, Paragraph, Section, Table
 from testbed.report.frame.style import color, layout
+from testbed.report.reproduction.rows import text_rows
 from testbed.report.wording import figures
 from testbed.reproduction.alignment_flights import AXIS_SPREAD, SCALE_SPREAD
 from testbed.reproduction.alignments import Alignments, SteeringStatistics
@@ -18,7 +21,7 @@ def alignments_section(found: Alignments) -> Section:
         _introduction(found),
         _gain_figure(found),
         _table(found),
-        *(_null_space(each) for each in (found.null_motion, found.pseudo_inverse)),
+        _null_space((found.null_motion, found.pseudo_inverse)),
     )
     return Section(title="Actuator alignments", blocks=blocks)
 
@@ -88,6 +91,7 @@ def _coverage(found: Alignments, share: float) -> Cell:
     return Cell(text=f"{share:.0%}", tone="plain" if low <= share <= high else "warn")
 
 
-def _null_space(statistics: SteeringStatistics) -> Listing:
-    title = f"What stays unobservable, {statistics.steering}"
-    return Listing(title=title, text="\n".join(statistics.null_space) or "nothing")
+def _null_space(flown: Sequence[SteeringStatistics]) -> Table:
+    columns = (Column(title="Steering"), Column(title="what stays unobservable: null space of the first record"))
+    rows = text_rows((each.steering, line) for each in flown for line in each.null_space or ("nothing",))
+    return Table(columns=columns, rows=rows, numeric=False)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from testbed.report.frame.blocks import Cell, Column, Notice, Section, Table, Tone
-from testbed.report.wording import listed
 from testbed.reproduction.claims import Claim
 
 
@@ -33,7 +32,7 @@ def claims_verdict(claims: Sequence[Claim]) -> Notice:
     undecided = [claim.subject for claim in claims if claim.verdict == "undecided"]
     sentences = [f"{len(claims) - len(missed) - len(undecided)} of {len(claims)} figures are reached."]
     if missed:
-        sentences.append(f"Missed: {listed(dict.fromkeys(missed))}.")
+        sentences.append(f"Missed: {'; '.join(dict.fromkeys(missed))}.")
     if undecided:
-        sentences.append(f"Too few flights to tell: {listed(dict.fromkeys(undecided))}.")
+        sentences.append(f"Too few flights to tell: {'; '.join(dict.fromkeys(undecided))}.")
     return Notice(tone="warn" if missed else "good", text=" ".join(sentences))

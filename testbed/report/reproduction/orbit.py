@@ -10,7 +10,7 @@ from testbed.report.frame.blocks import Block, Figure, Paragraph, Section, Table
 from testbed.report.frame.chart import line_chart
 from testbed.report.frame.series import signal_lines
 from testbed.report.reproduction.rows import Row, inertia_row, parameter_columns, ratio_row, uncertain_row
-from testbed.report.wording import capitalized, estimator_name
+from testbed.report.wording import capitalized, decimals_for, estimator_name
 
 
 def orbit_section(experiment: Experiment) -> Section:
@@ -31,15 +31,18 @@ def _introduction(experiment: Experiment) -> Paragraph:
 
 
 def _table(experiment: Experiment) -> Table:
-    truth = theta_of(experiment.truth.inertia)
-    rows: list[Row] = [inertia_row("True", truth), inertia_row("CAD model", theta_of(experiment.nominal.inertia))]
-    estimation = experiment.estimation
+    estimation, truth = experiment.estimation, theta_of(experiment.truth.inertia)
     assert estimation is not None
+    decimals = decimals_for(np.array([estimate.std for estimate in estimation.by_name.values()]))
+    rows: list[Row] = [
+        inertia_row("True", truth, decimals=decimals),
+        inertia_row("CAD model", theta_of(experiment.nominal.inertia), decimals=decimals),
+    ]
     for name, estimate in estimation.by_name.items():
-        rows.append(uncertain_row(capitalized(estimator_name(name)), estimate.theta, estimate.std, decimals=3))
+        rows.append(uncertain_row(capitalized(estimator_name(name)), estimate.theta, estimate.std, decimals=decimals))
         rows.append(ratio_row("error / standard deviation", (estimate.theta - truth) / estimate.std))
     if estimation.bound_std is not None:
-        rows.append(inertia_row("Cramér-Rao bound", estimation.bound_std, decimals=3))
+        rows.append(inertia_row("Cramér-Rao bound", estimation.bound_std, decimals=decimals))
     return Table(
         columns=parameter_columns("One flight"), rows=tuple(rows), note="± is one standard deviation as claimed."
     )

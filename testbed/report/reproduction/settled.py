@@ -24,7 +24,7 @@ _SETTLED = (
     (
         "How the D-opt maneuver was parametrised",
         "Penalties of eqs. (27) to (29), one start from the basic profile, |ω| up to 0.3 rad/s. Table 1's row asks for "
-        "7 control points an axis, Table 2's for 9 or more; 9 are shipped.",
+        "fewer control points an axis than Table 2's; the fewest that meet Table 2 are shipped.",
     ),
     (
         "Details of the instrumental variable",
