@@ -7,7 +7,7 @@ from math import inf
 import numpy as np
 
 from testbed.arrays import UnitSeries
-from testbed.dynamics.inertia import cross_matrix
+from testbed.dynamics.inertia import cross_matrix, inertia_of
 from testbed.scenario.scenario import Scenario
 from testbed.sensors.gyro import GyroParameters, gyro_errors
 from testbed.sensors.gyro_response import gyro_on_clock
@@ -22,14 +22,16 @@ def gyro_parameters(scenario: Scenario) -> GyroParameters:
     gyro = scenario.gyro
     return GyroParameters(
         sample_rate=gyro.sample_rate_hz,
-        white_noise=gyro.noise_rad_s,
+        white_noise=np.hypot(gyro.noise_rad_s, gyro.extra_noise_rad_s),
         bias=np.array(gyro.bias_rad_s),
+        drift=np.array(gyro.drift_rad_s2),
         bias_instability=gyro.bias_instability_rad_s,
         bias_correlation_time=inf if gyro.bias_correlation_time_s is None else gyro.bias_correlation_time_s,
         rate_random_walk=gyro.rate_random_walk_rad_s_per_sqrt_s,
         scale_factor_error=np.array(gyro.scale_factor_error),
-        # A gyro turned by the small vector v reads ω - v × ω of what the body feels.
-        misalignment=-cross_matrix(np.array(gyro.misalignment_rad)),
+        # A gyro turned by the small vector v reads ω - v × ω of what the body feels; oblique axes add to it.
+        misalignment=inertia_of(np.array([0.0, 0.0, 0.0, *gyro.cross_axis_rad]))
+        - cross_matrix(np.array(gyro.misalignment_rad)),
         bandwidth=inf if gyro.bandwidth_hz is None else gyro.bandwidth_hz,
         latency=gyro.latency_s,
         saturation=inf if gyro.saturation_rad_s is None else gyro.saturation_rad_s,

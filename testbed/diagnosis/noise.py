@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from testbed.arrays import Array, Vector3
+from testbed.arrays import Vector3
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit
-
-_DIFFERENCES = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
-"""Fourth differences: a motion of 1 Hz at 16 Hz passes by a factor 0.02, white noise by √70."""
+from testbed.effects.contract import Readings
+from testbed.effects.fast_changes import variance_ratio
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,25 +41,20 @@ class NoiseLevel:
 
 def noise_level(runs: Runs, fit: Fit) -> NoiseLevel:
     """Compare the residual's fourth differences with those of white noise of the stated standard deviation."""
-    power, freedom = np.zeros(3), 0.0
-    offset = 0
-    for rates in runs.measured:
-        residual = fit.residual[offset : offset + rates.size].reshape(-1, 3)
-        offset += rates.size
-        fast = _differences(residual)
-        power += (fast**2).sum(axis=0) / (_DIFFERENCES @ _DIFFERENCES)
-        freedom += len(fast) / _correlated_share()
-    ratio = np.sqrt(power / (freedom * _correlated_share()))
+    readings = readings_of(runs, fit)
+    told = [variance_ratio(readings, axis) for axis in np.eye(3, dtype=bool)]
+    ratio, freedom = np.sqrt([variance for variance, _ in told]), told[0][1]
     statistic = freedom * ratio**2
     tails = np.array([2.0 * min(chi2.cdf(value, freedom), chi2.sf(value, freedom)) for value in statistic])
     return NoiseLevel(ratio=ratio, std=ratio / np.sqrt(2.0 * freedom), p_value=float(min(1.0, 3.0 * tails.min())))
 
 
-def _differences(residual: Array) -> Array:
-    return np.stack([np.convolve(axis, _DIFFERENCES, mode="valid") for axis in residual.T], axis=1)
-
-
-def _correlated_share() -> float:
-    """Return how many correlated differences are worth one independent number: Σ ρ² over all lags."""
-    correlation = np.convolve(_DIFFERENCES, _DIFFERENCES[::-1])
-    return float((correlation**2).sum() / correlation.max() ** 2)
+def readings_of(runs: Runs, fit: Fit) -> Readings:
+    """Return what the gyro gave against what a model predicts."""
+    edges = np.cumsum([rates.size for rates in runs.measured])[:-1]
+    whitened = [part.reshape(-1, 3) for part in np.split(fit.residual[: runs.samples], edges)]
+    return Readings(
+        measured=runs.measured,
+        residual=[part * sigma for part, sigma in zip(whitened, runs.sigma, strict=True)],
+        sigma=runs.sigma,
+    )

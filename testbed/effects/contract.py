@@ -48,6 +48,23 @@ class Parameter:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Quantity:
+    """A number as reports and files show it.
+
+    Attributes:
+        name: with its unit suffix, e.g. `bandwidth_hz`.
+        unit: e.g. `Hz`.
+        value: in that unit.
+        std: its standard error.
+    """
+
+    name: str
+    unit: str
+    value: float
+    std: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class Extension:
     """What an effect adds to a flying model.
 
@@ -60,8 +77,8 @@ class Extension:
     scenario: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 
-class Effect(ABC):
-    """One row of the table of effects. Adding one: a file with a class like this, its line in the registry, its test.
+class NamedEffect(ABC):
+    """What a row of the table of effects tells of itself, whatever way it is found.
 
     Attributes:
         id: as in diagnosis.json.
@@ -82,6 +99,32 @@ class Effect(ABC):
     confirm: ClassVar[str]
 
     @abstractmethod
+    def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
+        """Return how a flying model with this effect differs from one without.
+
+        Args:
+            component: where it sits.
+            values: of the parameters, shape (K,).
+            scenario: without the effect.
+        """
+
+    def quantities(self, values: Array, std: Array) -> tuple[Quantity, ...]:
+        """Return the parameters as they are reported: as they are, unless another number says more.
+
+        Args:
+            values: of the parameters, shape (K,).
+            std: their standard errors, shape (K,).
+        """
+        return tuple(
+            Quantity(name=parameter.name, unit=parameter.unit, value=float(value), std=float(error))
+            for parameter, value, error in zip(self.parameters, values, std, strict=True)
+        )
+
+
+class Effect(NamedEffect):
+    """An effect on what is predicted. Adding one: a file with a class like this, its line in the registry, its test."""
+
+    @abstractmethod
     def hooks(self, component: str) -> Hooks:
         """Return how it enters the prediction."""
 
@@ -92,14 +135,51 @@ class Effect(ABC):
         """
         return np.array([[parameter.absent for parameter in self.parameters]])
 
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Readings:
+    """What the gyro gave against what a model predicts, of all runs that are fitted.
+
+    Attributes:
+        measured: of each run, shape (N, 3), rad/s, as the gyro gave them.
+        residual: measured less predicted, of each run, shape (N, 3), rad/s.
+        sigma: standard deviation that the model believes, of each run and axis, shape (R, 3), rad/s.
+    """
+
+    measured: Sequence[Array]
+    residual: Sequence[Array]
+    sigma: Array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Finding:
+    """What readings say of one effect on their distribution.
+
+    Attributes:
+        values: of its parameters, shape (K,).
+        std: their standard errors, shape (K,).
+        gain: twice the logarithm of the likelihood ratio with and without it.
+        p_value: of what was seen, if the effect is not there; one test.
+        sigma: standard deviation of the readings with it, shape (R, 3), rad/s.
+    """
+
+    values: Array
+    std: Array
+    gain: float
+    p_value: float
+    sigma: Array
+
+
+class ReadingEffect(NamedEffect):
+    """An effect on how the gyro's samples scatter about what is predicted; it has no mean that could be fitted."""
+
     @abstractmethod
-    def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
-        """Return how a flying model with this effect differs from one without.
+    def found(self, component: str, readings: Readings) -> Finding | None:
+        """Return what the readings say of it, None where they cannot hold it.
 
         Args:
             component: where it sits.
-            values: of the parameters, shape (K,).
-            scenario: without the effect.
+            readings: against the present model.
         """
 
 

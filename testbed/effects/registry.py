@@ -4,12 +4,44 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from testbed.effects.contract import Effect
+from testbed.effects.actuator_delay import ActuatorDelay
+from testbed.effects.actuator_lag import ActuatorLag
+from testbed.effects.contract import Effect, ReadingEffect
+from testbed.effects.gimbal_misalignment import GimbalMisalignment
+from testbed.effects.gimbal_zero import GimbalZero
+from testbed.effects.gyro_bandwidth import GyroBandwidth
+from testbed.effects.gyro_bias import GyroBias
+from testbed.effects.gyro_drift import GyroDrift
 from testbed.effects.gyro_latency import GyroLatency
+from testbed.effects.gyro_misalignment import GyroMisalignment
+from testbed.effects.gyro_noise import GyroNoise
+from testbed.effects.gyro_quantization import GyroQuantization
+from testbed.effects.gyro_saturation import GyroSaturation
+from testbed.effects.gyro_scale import GyroScale
 from testbed.effects.rotor_speed import RotorSpeed
+from testbed.effects.rotor_spin_down import RotorSpinDown
 from testbed.effects.viscous_drag import ViscousDrag
 
-_ALL: tuple[Effect, ...] = (ViscousDrag(), RotorSpeed(), GyroLatency())
+_PREDICTED: tuple[Effect, ...] = (
+    ViscousDrag(),
+    RotorSpeed(),
+    RotorSpinDown(),
+    GimbalZero(),
+    GimbalMisalignment(),
+    ActuatorLag(),
+    ActuatorDelay(),
+    GyroBias(),
+    GyroDrift(),
+    GyroScale(),
+    GyroMisalignment(),
+    GyroLatency(),
+    GyroBandwidth(),
+    GyroSaturation(),
+)
 
-EFFECTS: Mapping[str, Effect] = {effect.id: effect for effect in _ALL}
-"""By id."""
+_ON_READINGS: tuple[ReadingEffect, ...] = (GyroNoise(), GyroQuantization())
+
+EFFECTS: Mapping[str, Effect] = {effect.id: effect for effect in _PREDICTED}
+"""Those that change what is predicted, by id."""
+READING_EFFECTS: Mapping[str, ReadingEffect] = {effect.id: effect for effect in _ON_READINGS}
+"""Those that change how the gyro's samples scatter about it, by id."""

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pydantic import model_validator
 
 from testbed.scenario.section import Conflict, Section, refuse
-from testbed.scenario.values import NonNegative, Positive, Rate, Six, Triple
+from testbed.scenario.values import NonNegative, NonNegativeTriple, Positive, Rate, Six, Triple
 
 
 class Gyro(Section):
@@ -17,8 +17,12 @@ class Gyro(Section):
     """Samples per second."""
     noise_rad_s: NonNegative
     """Standard deviation of the white noise of a sample, each axis."""
+    extra_noise_rad_s: NonNegativeTriple = (0.0, 0.0, 0.0)
+    """White noise of each axis beyond noise_rad_s, independent of it; only the flown gyro has it, nobody is told."""
     bias_rad_s: Triple = (0.0, 0.0, 0.0)
     """Constant bias, gyro axes."""
+    drift_rad_s2: Triple = (0.0, 0.0, 0.0)
+    """Rate at which the bias grows from the start of the flight, gyro axes."""
     bias_instability_rad_s: NonNegative = 0.0
     """Standard deviation of the slowly varying bias, a first-order Gauss-Markov process, each axis."""
     bias_correlation_time_s: Positive | None = None
@@ -29,6 +33,8 @@ class Gyro(Section):
     """Relative scale factor error s of each axis: the gyro reads (1 + s) times the rate; a pure number."""
     misalignment_rad: Triple = (0.0, 0.0, 0.0)
     """Small rotation vector from body axes to gyro axes."""
+    cross_axis_rad: Triple = (0.0, 0.0, 0.0)
+    """Share of the other axis that both y and z, both x and z, both x and y read: what makes the axes oblique."""
     bandwidth_hz: Positive | None = None
     """Corner frequency of the gyro's first-order low-pass; omitted: none."""
     latency_s: NonNegative = 0.0

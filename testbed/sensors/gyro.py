@@ -20,8 +20,9 @@ class GyroParameters:
 
     Attributes:
         sample_rate: Hz; has to divide the control rate.
-        white_noise: σ per sample, each axis, rad/s; its angle random walk is N = σ/√sample_rate. Source: paper eq. (4).
-        bias: b, shape (3,), rad/s.
+        white_noise: σ per sample, of all axes or shape (3,), rad/s. Source: paper eq. (4).
+        bias: b at the start, shape (3,), rad/s.
+        drift: ḃ, shape (3,), rad/s².
         bias_instability: stationary standard deviation of the first-order Gauss-Markov bias, rad/s.
         bias_correlation_time: of that bias, s; infinite for a constant bias drawn once per flight.
         rate_random_walk: K, (rad/s)/√s; starts at zero.
@@ -36,8 +37,9 @@ class GyroParameters:
     """
 
     sample_rate: float
-    white_noise: float = 0.0
+    white_noise: Vector3 | float = 0.0
     bias: Vector3 = field(default_factory=lambda: np.zeros(3))
+    drift: Vector3 = field(default_factory=lambda: np.zeros(3))
     bias_instability: float = 0.0
     bias_correlation_time: float = inf
     rate_random_walk: float = 0.0
@@ -50,8 +52,8 @@ class GyroParameters:
     quantization: float = 0.0
 
     @property
-    def angle_random_walk(self) -> float:
-        """N of the white noise, rad/√s."""
+    def angle_random_walk(self) -> Vector3 | float:
+        """N = σ/√sample_rate of the white noise, rad/√s."""
         return self.white_noise / sqrt(self.sample_rate)
 
 
@@ -70,6 +72,7 @@ def gyro_errors(parameters: GyroParameters, samples: int, seed: np.random.SeedSe
     dt, shape = 1.0 / parameters.sample_rate, (samples, 3)
     return np.asarray(
         parameters.bias
+        + parameters.drift * (dt * np.arange(samples)[:, None])
         + white_noise(parameters.white_noise, shape, white)  # eq. (4)
         + gauss_markov(parameters.bias_instability, parameters.bias_correlation_time, dt, shape, instability)
         + random_walk(parameters.rate_random_walk, dt, shape, walk)

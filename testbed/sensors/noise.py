@@ -14,11 +14,11 @@ Shape = tuple[int, ...]
 """Samples first, then anything that is drawn independently."""
 
 
-def white_noise(std: float, shape: Shape, rng: np.random.Generator) -> Array:
+def white_noise(std: Array | float, shape: Shape, rng: np.random.Generator) -> Array:
     """Draw white noise; Allan variance N²/τ with the angle random walk N = std·√dt.
 
     Args:
-        std: standard deviation per sample.
+        std: standard deviation per sample; an array broadcasts.
         shape: samples first.
         rng: source of randomness.
     """

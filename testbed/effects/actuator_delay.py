@@ -1,0 +1,42 @@
+"""The actuators do what they are asked for a moment later."""
+
+from __future__ import annotations
+
+from typing import final
+
+from typing_extensions import override
+
+from testbed.arrays import Array
+from testbed.effects.actuator_response import behind
+from testbed.effects.contract import Effect, Extension, Parameter
+from testbed.plant.unit_additions import ActuatorResponse
+from testbed.prediction.grid import Grid
+from testbed.prediction.hooks import Hooks
+from testbed.scenario.scenario import Scenario
+
+
+class _Delayed(Hooks):
+    @override
+    def applied_torque(self, torque_B: Array, value: Array, grid: Grid) -> Array:
+        return behind(torque_B, value[:, 0], grid, lambda motion, time, delay: motion.at(time, delay))
+
+
+@final
+class ActuatorDelay(Effect):
+    """τ(t) = τ_asked(t - T)."""
+
+    id = "actuator_delay"
+    components = ("actuators",)
+    parameters = (Parameter(name="delay_s", unit="s", typical=0.02, lower=0.0, upper=0.5),)
+    needs = ("applied_torque",)
+    sentence = "The actuators do what they are asked for a moment later."
+    look_alikes = ("actuator_lag", "gyro_latency")
+    confirm = "Steps of the torque: behind a delay the body's rate waits and then breaks off, behind a lag it bends."
+
+    @override
+    def hooks(self, component: str) -> Hooks:
+        return _Delayed()
+
+    @override
+    def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
+        return Extension(platform=(ActuatorResponse(delay=float(values[0])),))

@@ -1,0 +1,42 @@
+"""The actuators follow what they are asked for with a first-order lag."""
+
+from __future__ import annotations
+
+from typing import final
+
+from typing_extensions import override
+
+from testbed.arrays import Array
+from testbed.effects.actuator_response import behind
+from testbed.effects.contract import Effect, Extension, Parameter
+from testbed.plant.unit_additions import ActuatorResponse
+from testbed.prediction.grid import Grid
+from testbed.prediction.hooks import Hooks
+from testbed.scenario.scenario import Scenario
+
+
+class _Lagging(Hooks):
+    @override
+    def applied_torque(self, torque_B: Array, value: Array, grid: Grid) -> Array:
+        return behind(torque_B, value[:, 0], grid, lambda motion, _, lag: motion.low_passed(lag).values)
+
+
+@final
+class ActuatorLag(Effect):
+    """T dτ/dt = τ_asked - τ."""
+
+    id = "actuator_lag"
+    components = ("actuators",)
+    parameters = (Parameter(name="time_constant_s", unit="s", typical=0.03, lower=0.0, upper=2.0),)
+    needs = ("applied_torque",)
+    sentence = "The actuators follow what they are asked for with a lag, as motors with inertia do."
+    look_alikes = ("actuator_delay", "gyro_bandwidth", "gyro_latency")
+    confirm = "Steps of the torque: behind a lag the body's rate bends, behind a delay it waits and then breaks off."
+
+    @override
+    def hooks(self, component: str) -> Hooks:
+        return _Lagging()
+
+    @override
+    def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
+        return Extension(platform=(ActuatorResponse(time_constant=float(values[0])),))

@@ -1,0 +1,47 @@
+"""One gimbal encoder reads an angle where its gimbal stands at zero."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import final
+
+import numpy as np
+from typing_extensions import override
+
+from testbed.arrays import Array
+from testbed.cmg.cluster import Cluster
+from testbed.effects.contract import UNITS, Effect, Extension, Parameter, only_unit
+from testbed.prediction.grid import Gimbals, Grid
+from testbed.prediction.hooks import Hooks
+from testbed.scenario.scenario import Scenario
+
+
+class _Shifted(Hooks):
+    def __init__(self, component: str) -> None:
+        self._component = component
+
+    @override
+    def gimbals(self, gimbals: Gimbals, value: Array, grid: Grid, cluster: Cluster) -> Gimbals:
+        return replace(gimbals, angle=gimbals.angle - only_unit(self._component, value[:, 0])[:, None])
+
+
+@final
+class GimbalZero(Effect):
+    """d̄_i = d_i + z."""
+
+    id = "gimbal_zero"
+    components = UNITS
+    parameters = (Parameter(name="zero_rad", unit="rad", typical=0.01, lower=-0.5, upper=0.5),)
+    needs = ("gimbal_angle",)
+    sentence = "The gimbal encoder of {component} has its zero in the wrong place."
+    look_alikes = ("gimbal_misalignment", "rotor_speed")
+    confirm = "Turn that gimbal alone through a large angle: the error follows sine and cosine of its angle."
+
+    @override
+    def hooks(self, component: str) -> Hooks:
+        return _Shifted(component)
+
+    @override
+    def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
+        zero = np.array(scenario.encoder.zero_rad) + only_unit(component, values[:1])[0]
+        return Extension(scenario={"encoder": {"zero_rad": zero.tolist()}})

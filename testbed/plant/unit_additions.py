@@ -1,0 +1,82 @@
+"""What effects change in the CMG units and in the actuators of a platform, written into an MjSpec."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import final
+
+import mujoco
+from typing_extensions import override
+
+from testbed.plant.additions import Addition
+from testbed.plant.geometry import UNIT_NUMBERS
+
+_SLACK = 1e-9
+"""Share of its gain that a rotor servo keeps when it no longer drives: its target stays to be read."""
+_APPLIED_TORQUE = "applied_torque"
+"""Actuators of a torque on the bus are named `applied_torque_x`, `_y`, `_z`; their control is the torque asked for."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class RotorDrag(Addition):
+    """A rotor that is not driven any more and slows down against a drag.
+
+    Attributes:
+        unit: index from 0.
+        decay: of its speed, 1/s.
+    """
+
+    unit: int
+    decay: float
+
+    @override
+    def write(self, spec: mujoco.MjSpec, name: str) -> None:
+        unit = f"cmg{UNIT_NUMBERS[self.unit]}"
+        spec.actuator(f"{unit}_rotor_motor").gainprm *= _SLACK
+        spec.joint(f"{unit}_rotor").damping[0] += self.decay * spec.body(f"{unit}_rotor").inertia[0]
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class ActuatorResponse(Addition):
+    """Actuators of a torque on the bus that respond late; a platform that has none is given them.
+
+    Attributes:
+        time_constant: of a first-order lag, s.
+        delay: s.
+    """
+
+    time_constant: float = 0.0
+    delay: float = 0.0
+
+    @override
+    def write(self, spec: mujoco.MjSpec, name: str) -> None:
+        for motor in _torque_actuators(spec, name):
+            if self.time_constant > 0.0:
+                present = motor.dynprm[0] if motor.dyntype == mujoco.mjtDyn.mjDYN_FILTEREXACT else 0.0
+                motor.dyntype = mujoco.mjtDyn.mjDYN_FILTEREXACT
+                motor.dynprm[0] = present + self.time_constant
+            if self.delay > 0.0:
+                motor.delay += self.delay
+                motor.nsample = math.ceil(motor.delay / spec.option.timestep) + 1
+
+
+def _torque_actuators(spec: mujoco.MjSpec, name: str) -> list[mujoco.MjsActuator]:
+    present = [each for each in spec.actuators if each.name.startswith(_APPLIED_TORQUE)]
+    return present or _added_torque_actuators(spec, name)
+
+
+def _added_torque_actuators(spec: mujoco.MjSpec, name: str) -> list[mujoco.MjsActuator]:
+    site = spec.body("bus").add_site(name=name)
+    motors = []
+    for axis in range(3):
+        gear = [0.0] * 6
+        gear[3 + axis] = 1.0
+        motor = spec.add_actuator(
+            name=f"{_APPLIED_TORQUE}_{'xyz'[axis]}", trntype=mujoco.mjtTrn.mjTRN_SITE, target=site.name, gear=gear
+        )
+        motor.set_to_motor()
+        motors.append(motor)
+    return motors
