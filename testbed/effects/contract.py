@@ -88,6 +88,7 @@ class NamedEffect(ABC):
         sentence: what it is, for the report; `{component}` stands for the place.
         look_alikes: ids of effects that leave nearly the same trace.
         confirm: the experiment that would tell it from them.
+        flies: whether a flying model can have it; one that cannot, its extension leaves as it is.
     """
 
     id: ClassVar[str]
@@ -97,6 +98,7 @@ class NamedEffect(ABC):
     sentence: ClassVar[str]
     look_alikes: ClassVar[tuple[str, ...]] = ()
     confirm: ClassVar[str]
+    flies: ClassVar[bool] = True
 
     @abstractmethod
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:

@@ -6,7 +6,10 @@ from collections.abc import Mapping
 
 from testbed.effects.actuator_delay import ActuatorDelay
 from testbed.effects.actuator_lag import ActuatorLag
+from testbed.effects.body_torque import BodyTorque
+from testbed.effects.contact import Contact
 from testbed.effects.contract import Effect, ReadingEffect
+from testbed.effects.flexible_appendage import FlexibleAppendage
 from testbed.effects.gimbal_misalignment import GimbalMisalignment
 from testbed.effects.gimbal_zero import GimbalZero
 from testbed.effects.gyro_bandwidth import GyroBandwidth
@@ -18,12 +21,25 @@ from testbed.effects.gyro_noise import GyroNoise
 from testbed.effects.gyro_quantization import GyroQuantization
 from testbed.effects.gyro_saturation import GyroSaturation
 from testbed.effects.gyro_scale import GyroScale
+from testbed.effects.inertia import Inertia
+from testbed.effects.inertial_torque import InertialTorque
+from testbed.effects.quadratic_drag import QuadraticDrag
 from testbed.effects.rotor_speed import RotorSpeed
 from testbed.effects.rotor_spin_down import RotorSpinDown
+from testbed.effects.slosh import Slosh
+from testbed.effects.tether import Tether
 from testbed.effects.viscous_drag import ViscousDrag
 
 _PREDICTED: tuple[Effect, ...] = (
+    Inertia(),
     ViscousDrag(),
+    QuadraticDrag(),
+    BodyTorque(),
+    InertialTorque(),
+    Tether(),
+    Contact(),
+    FlexibleAppendage(),
+    Slosh(),
     RotorSpeed(),
     RotorSpinDown(),
     GimbalZero(),

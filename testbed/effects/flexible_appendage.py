@@ -1,0 +1,107 @@
+"""An appendage that is not rigid: one mode of it, as a disc that turns about its axis on a spring and damper."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+from typing_extensions import override
+
+from testbed.arrays import Array
+from testbed.effects.contract import Effect, Extension, Parameter, Quantity
+from testbed.effects.direction import scanned, size_and_direction
+from testbed.plant.added_parts import HingedMode
+from testbed.prediction.grid import Grid
+from testbed.prediction.hooks import Hooks, Instant, column
+from testbed.scenario.scenario import Scenario
+
+_FREQUENCIES = np.array([0.5, 0.8, 1.2, 1.8, 2.6, 3.6, 5.0])
+"""Hz; of a lightly damped mode seen for 5 s, the neighbours' signatures overlap."""
+
+
+class _Mode(Hooks):
+    """States: deflection η, rad, and rate in N about the axis, p = η̇ + a·ω, rad/s; the mode holds I a p."""
+
+    states = 2
+
+    @override
+    def initial_state(self, value: Array, body_rate: Array) -> Array:
+        """At rest in the body."""
+        along = (size_and_direction(value[:, 2:])[1] * body_rate).sum(axis=-1)
+        return np.stack([np.zeros_like(along), along], axis=-1)
+
+    @override
+    def hidden_inertia(self, value: Array) -> Array:
+        return np.asarray(value[:, 2:, None] * size_and_direction(value[:, 2:])[1][:, None, :])
+
+    @override
+    def hidden_momentum(self, value: Array, state: Array) -> Array:
+        return np.asarray(value[:, 2:] * state[..., 1:])
+
+    @override
+    def state_rate(self, value: Array, at: Instant) -> Array:
+        """ṗ = -ωn² η - 2 ζ ωn η̇."""
+        circular = 2.0 * np.pi * column(value, 0)
+        axis_B = size_and_direction(value[:, 2:])[1]
+        speed = at.state[..., 1:] - (axis_B * at.body_rate).sum(axis=-1, keepdims=True)
+        change = -circular * (circular * at.state[..., :1] + 2.0 * column(value, 1) * speed)
+        return np.concatenate([speed, change], axis=-1)
+
+
+@final
+class FlexibleAppendage(Effect):
+    """The inertia I a aᵀ hangs on a hinge with its own frequency and damping; v = I a are the parameters."""
+
+    id = "flexible_appendage"
+    components = ("platform",)
+    parameters = (
+        Parameter(name="frequency_hz", unit="Hz", typical=2.0, lower=0.2, upper=6.0, absent=2.0),
+        Parameter(name="damping_ratio", unit="1", typical=0.02, lower=0.0, upper=1.0, absent=0.02),
+        *(
+            Parameter(name=f"inertia_{axis}_kg_m2", unit="kg·m²", typical=typical, lower=-0.02, upper=0.02)
+            for axis, typical in zip("xyz", (4e-4, 2e-4, 3e-4), strict=True)
+        ),
+    )
+    sentence = "A part of the platform is not rigid: it swings about an axis at its own frequency."
+    look_alikes = ("slosh",)
+    confirm = "A sudden stop: the platform then rings at the mode's frequency, with all gimbals at rest."
+
+    @override
+    def hooks(self, component: str) -> Hooks:
+        return _Mode()
+
+    @override
+    def starts(self, component: str, grid: Grid) -> Array:
+        return scanned(_FREQUENCIES, 0.02, 5e-4)
+
+    @override
+    def quantities(self, values: Array, std: Array) -> tuple[Quantity, ...]:
+        """Size and direction instead of v."""
+        size, axis_B = size_and_direction(values[2:])
+        inertia = Quantity(
+            name="inertia_kg_m2", unit="kg·m²", value=float(size[0]), std=float(np.linalg.norm(axis_B * std[2:]))
+        )
+        return (*super().quantities(values, std)[:2], inertia, *_axis(axis_B, std[2:], float(size[0])))
+
+    @override
+    def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
+        size, axis_B = size_and_direction(values[2:])
+        inertia, circular = float(size[0]), 2.0 * np.pi * float(values[0])
+        if inertia == 0.0:
+            return Extension()
+        mode = HingedMode(
+            inertia=inertia,
+            axis_B=axis_B,
+            stiffness=inertia * circular**2,
+            damping=2.0 * float(values[1]) * inertia * circular,
+        )
+        return Extension(platform=(mode,))
+
+
+def _axis(axis_B: Array, std: Array, size: float) -> tuple[Quantity, ...]:
+    """What an error of v across the axis turns it by; along it, none."""
+    across = std * np.sqrt(1.0 - axis_B**2) / (size or np.inf)
+    return tuple(
+        Quantity(name=f"axis_{name}", unit="1", value=float(value), std=float(error))
+        for name, value, error in zip("xyz", axis_B, across, strict=True)
+    )

@@ -1,0 +1,46 @@
+"""A constant torque that does not turn with the body: from a field outside, or gravity on a body that is held."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+from typing_extensions import override
+
+from testbed.arrays import Array
+from testbed.effects.contract import Effect, Extension, Parameter
+from testbed.plant.added_torques import InertialTorque as Addition
+from testbed.prediction.hooks import Hooks, Instant
+from testbed.scenario.scenario import Scenario
+
+
+class _Constant(Hooks):
+    needs_attitude = True
+
+    @override
+    def torque(self, value: Array, at: Instant) -> Array:
+        """Rᵀ T, without the conjugation of NumPy's vecmat."""
+        return np.asarray((value[..., None] * at.attitude).sum(axis=-2))
+
+
+@final
+class InertialTorque(Effect):
+    """T_B = Rᵀ T, T constant in N, along the body's axes at each run's first sample."""
+
+    id = "inertial_torque"
+    components = ("platform",)
+    parameters = tuple(Parameter(name=f"torque_{axis}_N_m", unit="N·m", typical=5e-5) for axis in "xyz")
+    sentence = "A constant torque that does not turn with the body drives it, as a magnetic field outside does."
+    look_alikes = ("body_torque", "tether")
+    confirm = (
+        "A slow turn by half a revolution: a torque fixed in space stays where it was and changes sign in the body."
+    )
+
+    @override
+    def hooks(self, component: str) -> Hooks:
+        return _Constant()
+
+    @override
+    def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
+        axes = np.array(scenario.initial.attitude_quat_NB)
+        return Extension(platform=(Addition(torque=values, quat_NA=axes),))

@@ -1,0 +1,110 @@
+"""A loose mass, such as propellant in a tank: on a spring and damper in every direction."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+from typing_extensions import override
+
+from testbed.arrays import Array
+from testbed.effects.contract import Effect, Extension, Parameter, Quantity
+from testbed.effects.direction import scanned, size_and_direction
+from testbed.plant.added_parts import SprungMass
+from testbed.prediction.grid import Grid
+from testbed.prediction.hooks import Hooks, Instant, column
+from testbed.prediction.integration import cross
+from testbed.scenario.scenario import Scenario
+
+ARM = 0.08
+"""m, from the centre of the rest to the mass. Only mass times its square shows: another arm is another mass."""
+_FREQUENCIES = np.array([0.3, 0.5, 0.8, 1.3, 2.0, 3.2])
+"""Hz."""
+
+
+class _Loose(Hooks):
+    """States: displacement ξ, m, and relative velocity in N, u = ξ̇ + ω × ρ, m/s, ρ = r + ξ; it holds m ρ × u."""
+
+    states = 6
+
+    @override
+    def initial_state(self, value: Array, body_rate: Array) -> Array:
+        """At rest in the body."""
+        moving = cross(body_rate, np.broadcast_to(_arm(value), body_rate.shape[:1] + _arm(value).shape))
+        return np.concatenate([np.zeros_like(moving), moving], axis=-1)
+
+    @override
+    def hidden_inertia(self, value: Array) -> Array:
+        """Return m (r² 1 - r rᵀ)."""
+        mass, place = size_and_direction(value[:, 2:])
+        outer = place[:, :, None] * place[:, None, :]
+        return np.asarray(ARM**2 * mass[..., None] * (np.eye(3) - outer))
+
+    @override
+    def hidden_momentum(self, value: Array, state: Array) -> Array:
+        mass, _ = size_and_direction(value[:, 2:])
+        return np.asarray(mass * cross(_arm(value) + state[..., :3], state[..., 3:]))
+
+    @override
+    def state_rate(self, value: Array, at: Instant) -> Array:
+        """u̇ = -ωn² ξ - 2 ζ ωn ξ̇ - ω × u in body axes: the spring is all that acts between the two."""
+        circular = 2.0 * np.pi * column(value, 0)
+        displacement, moving = at.state[..., :3], at.state[..., 3:]
+        speed = moving - cross(at.body_rate, _arm(value) + displacement)
+        spring = circular * (circular * displacement + 2.0 * column(value, 1) * speed)
+        return np.concatenate([speed, -spring - cross(at.body_rate, moving)], axis=-1)
+
+
+def _arm(value: Array) -> Array:
+    return ARM * size_and_direction(value[:, 2:])[1]
+
+
+@final
+class Slosh(Effect):
+    """A reduced mass m (M - m)/M at ARM from the rest's centre; m times the direction to it are the parameters."""
+
+    id = "slosh"
+    components = ("platform",)
+    parameters = (
+        Parameter(name="frequency_hz", unit="Hz", typical=1.0, lower=0.1, upper=5.0, absent=1.0),
+        Parameter(name="damping_ratio", unit="1", typical=0.05, lower=0.0, upper=1.0, absent=0.05),
+        *(
+            Parameter(name=f"mass_{axis}_kg", unit="kg", typical=typical, lower=-0.9, upper=0.9)
+            for axis, typical in zip("xyz", (0.04, 0.03, -0.05), strict=True)
+        ),
+    )
+    sentence = "A loose mass moves inside the platform, as propellant in a tank does."
+    look_alikes = ("flexible_appendage",)
+    confirm = (
+        "The same maneuver at two rates: a loose mass moves outward with the square of the rate, a hinge does not."
+    )
+
+    @override
+    def hooks(self, component: str) -> Hooks:
+        return _Loose()
+
+    @override
+    def starts(self, component: str, grid: Grid) -> Array:
+        return scanned(_FREQUENCIES, 0.05, 0.05)
+
+    @override
+    def quantities(self, values: Array, std: Array) -> tuple[Quantity, ...]:
+        """The mass instead of its vector."""
+        size, place = size_and_direction(values[2:])
+        error = float(np.linalg.norm(place * std[2:]))
+        mass = Quantity(name="mass_kg", unit="kg", value=float(size[0]), std=error)
+        return (*super().quantities(values, std)[:2], mass)
+
+    @override
+    def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
+        size, place = size_and_direction(values[2:])
+        mass, circular = float(size[0]), 2.0 * np.pi * float(values[0])
+        if mass == 0.0:
+            return Extension()
+        loose = SprungMass(
+            reduced_mass=mass,
+            arm_B=ARM * place,
+            stiffness=mass * circular**2,
+            damping=2.0 * float(values[1]) * mass * circular,
+        )
+        return Extension(platform=(loose,))
