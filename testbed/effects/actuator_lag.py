@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import final
 
+import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.effects.actuator_response import behind
+from testbed.effects.actuator_response import late_torque
 from testbed.effects.contract import Effect, Extension, Parameter
 from testbed.plant.unit_additions import ActuatorResponse
 from testbed.prediction.grid import Grid
@@ -18,7 +19,7 @@ from testbed.scenario.scenario import Scenario
 class _Lagging(Hooks):
     @override
     def applied_torque(self, torque_B: Array, value: Array, grid: Grid) -> Array:
-        return behind(torque_B, value[:, 0], grid, lambda motion, _, lag: motion.low_passed(lag).values)
+        return late_torque(torque_B, grid, value[:, 0], np.zeros(1))
 
 
 @final

@@ -1,8 +1,6 @@
-"""A torque that actuators apply behind a lag or a delay, run by run."""
+"""A torque that actuators apply behind a lag and a delay, run by run."""
 
 from __future__ import annotations
-
-from collections.abc import Callable
 
 import numpy as np
 
@@ -11,16 +9,16 @@ from testbed.prediction.grid import Grid
 from testbed.prediction.smooth import Smooth
 
 
-def behind(torque_B: Array, value: Array, grid: Grid, response: Callable[[Smooth, Array, Array], Array]) -> Array:
-    """Return the torque of every run as a response lets it through, shape (R, P, T, 3), N·m.
+def late_torque(torque_B: Array, grid: Grid, time_constant: Array, delay: Array) -> Array:
+    """Return the torque that acts, shape (R, P, T, 3), N·m.
 
     Args:
         torque_B: what is asked for, shape (R, P, T, 3), N·m.
-        value: the response's parameter, shape (P,).
         grid: the runs.
-        response: from the smooth torque of a run, its times and the parameter to the torque that acts, shape (P, T, 3).
+        time_constant: of a first-order lag, shape (P,), s.
+        delay: shape (P,), s.
     """
-    sets = max(torque_B.shape[1], len(value))
+    sets = max(torque_B.shape[1], len(time_constant), len(delay))
     asked = np.broadcast_to(torque_B, (len(torque_B), sets, *torque_B.shape[2:]))
-    parameter = np.broadcast_to(value, sets)
-    return np.stack([response(Smooth(at, run), at, parameter) for at, run in zip(grid.time, asked, strict=True)])
+    behind = [np.broadcast_to(each, sets) for each in (time_constant, delay)]
+    return np.stack([Smooth(at, run).at(at, *behind) for at, run in zip(grid.time, asked, strict=True)])

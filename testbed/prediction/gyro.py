@@ -24,12 +24,10 @@ def readings(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates
     pairs = list(zip(hooks, effects, strict=True))
     lag = sum((hook.gyro_time_constant(value) for hook, value in pairs), np.zeros(1))
     delay = sum((hook.gyro_delay(value) for hook, value in pairs), np.zeros(1))
+    behind = [np.broadcast_to(each, rates.shape[1]) for each in (lag, delay)]
     predicted = []
     for run, telemetry in enumerate(grid.runs):
-        motion = Smooth(grid.node_time[run], rates[run])
-        if np.any(lag):
-            motion = motion.low_passed(np.broadcast_to(lag, rates.shape[1]))
-        reading = motion.at(telemetry.gyro_time, np.broadcast_to(delay, rates.shape[1]))
+        reading = Smooth(grid.node_time[run], rates[run]).at(telemetry.gyro_time, *behind)
         for hook, value in pairs:
             reading = hook.gyro_reading(reading, value, telemetry.gyro_time, run)
         predicted.append(reading)

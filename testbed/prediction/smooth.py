@@ -1,4 +1,7 @@
-"""Motions through values at equidistant nodes, behind a delay or a first-order low-pass; analytic in both."""
+"""Motions through values at equidistant nodes, behind a low-pass or a delay; analytic in both.
+
+Before the first node nothing has moved: a flight that is recorded from its release had turned at one rate until then.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ _FORGOTTEN = 40.0
 
 
 class Smooth:
-    """A motion through its values and slopes at equidistant nodes, a cubic in between, a line before the first."""
+    """A motion through its values at equidistant nodes, a cubic in between, its first value before."""
 
     def __init__(self, time: Series, values: Array) -> None:
         """Take values, shape (P, M + 1, 3), at nodes of shape (M + 1,), s."""
@@ -20,46 +23,60 @@ class Smooth:
         self._step = time[1] - time[0]
         self._slopes = CubicSpline(time, values, axis=1)(time, 1)
 
-    @property
-    def values(self) -> Array:
-        """At the nodes, shape (P, M + 1, 3)."""
-        return self._values
+    def at(self, time: Series, time_constant: Array, delay: Array) -> Array:
+        """Return what a low-pass T ẋ = u - x with a delay behind it shows of the motion, shape (P, N, 3).
 
-    def at(self, time: Series, delay: Array) -> Array:
-        """Return the motion at times of shape (N,) less a delay of shape (P,), shape (P, N, 3)."""
-        place = (time - delay[:, None] - self._time[0]) / self._step
+        Args:
+            time: shape (N,), s.
+            time_constant: T, shape (P,), s; zero for none.
+            delay: shape (P,), s.
+        """
+        late = time - delay[:, None]
+        begun = (late.real >= self._time[0])[..., None]
+        if not np.any(time_constant):
+            return np.where(begun, self._between(late), self._values[:, :1])
+        settled = self._settled(time_constant)
+        start = self._values[:, :1] - settled._values[:, :1]
+        moving = settled._between(late) + start * _decay(late - self._time[0], time_constant[:, None])[..., None]
+        return np.where(begun, moving, self._values[:, :1])
+
+    def _between(self, time: Array) -> Array:
+        """Return the cubic at times of shape (P, N), s, shape (P, N, 3); times before the first count as the first."""
+        place = (time - self._time[0]) / self._step
         index = np.clip(np.floor(place.real).astype(np.intp), 0, len(self._time) - 2)
         part = (place - index)[..., None]
-        sets = np.arange(len(delay))[:, None]
+        sets = np.arange(len(time))[:, None]
         first, last = self._values[sets, index], self._values[sets, index + 1]
         rise, fall = self._step * self._slopes[sets, index], self._step * self._slopes[sets, index + 1]
         change = last - first
-        bend = part * (3 * change - 2 * rise - fall + part * (rise + fall - 2 * change))
-        return np.asarray(first + part * (rise + np.where(part.real < 0.0, 0.0, bend)))
+        return np.asarray(
+            first + part * (rise + part * (3 * change - 2 * rise - fall + part * (rise + fall - 2 * change)))
+        )
 
-    def low_passed(self, time_constant: Array) -> Smooth:
-        """Return the motion behind T ẋ = u - x, exact for a cubic u between nodes; T of shape (P,), s.
+    def _settled(self, time_constant: Array) -> Smooth:
+        """Return the motion behind T ẋ = u - x, u a cubic in each step, settled on the first one's line.
 
         With u(s) = Σ c_j sʲ on a step, the particular solution is Σ d_j sʲ, d_3 = c_3, d_j = c_j - (j + 1) T d_(j+1).
         """
-        lagged = time_constant[:, None, None]
+        lag = time_constant[:, None, None]
         rise = self._slopes[:, :-1]
         change = (self._values[:, 1:] - self._values[:, :-1]) / self._step - rise
         bend = (self._slopes[:, 1:] - rise) / self._step
         cubic = (bend - 2 * change / self._step) / self._step
-        square = 3 * change / self._step - bend - 3 * lagged * cubic
-        linear = rise - 2 * lagged * square
-        constant = self._values[:, :-1] - lagged * linear
+        square = 3 * change / self._step - bend - 3 * lag * cubic
+        linear = rise - 2 * lag * square
+        constant = self._values[:, :-1] - lag * linear
         end = constant + self._step * (linear + self._step * (square + self._step * cubic))
-        decay = self._decay(time_constant)[:, None]
-        # Steady before the record: the filter has settled on the line that the first step begins with.
+        decay = _decay(self._step, time_constant)[:, None]
         state, filtered = constant[:, 0], [constant[:, 0]]
         for index in range(end.shape[1]):
             state = end[:, index] + decay * (state - constant[:, index])
             filtered.append(state)
         return Smooth(self._time, np.stack(filtered, axis=1))
 
-    def _decay(self, time_constant: Array) -> Array:
-        """Return exp(-step/T), shape (P,): zero, as all its derivatives are, where T is zero or nearly so."""
-        lasting = time_constant.real > self._step / _FORGOTTEN
-        return np.where(lasting, np.exp(-self._step / np.where(lasting, time_constant, self._step)), 0.0)
+
+def _decay(time: Array | float, time_constant: Array) -> Array:
+    """Return exp(-t/T): one at t = 0; beyond it zero, as all its derivatives are, where T is zero or nearly so."""
+    lasting = time_constant.real * _FORGOTTEN > np.real(time)
+    exponent = np.where(lasting, time, 0.0) / np.where(time_constant.real > 0.0, time_constant, 1.0)
+    return np.where(lasting, np.exp(-exponent), np.real(time) == 0.0)
