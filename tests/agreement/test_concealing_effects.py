@@ -73,7 +73,7 @@ def shown(flown):
 def typical(effect):
     kind = KINDS[effect]
     parameters = kind.draw(np.random.default_rng(1))
-    for name, value in {"time": 0.2, "first": 0.2}.items():
+    for name, value in {"time": 0.2, "first": 0.2, "limit": 0.1}.items():
         parameters = parameters | ({name: value} if name in parameters else {})
     return kind, HiddenEffect(effect=effect, component=kind.components[-1], parameters=parameters)
 
@@ -252,16 +252,17 @@ def test_rotor_speed_changes_the_momentum_and_not_the_tachometer():
 
 
 def test_a_rotor_spins_down_and_the_body_takes_its_momentum():
-    engine, _, states = free_flight(with_one(nominal_craft(NUMBERS), "rotor_spin_down", UNIT, rate=0.1))
+    engine, _, states = free_flight(with_one(nominal_craft(NUMBERS), "rotor_spin_down", UNIT, decay=0.1))
     speed = np.array([engine.velocities(0.0, state).rotor_speed[0] for state in states])
-    # The servo's lag of 2 ms is 2e-4 of the decay's 10 s.
-    np.testing.assert_allclose(speed[-1, 2] / speed[0, 2], np.exp(-0.1), rtol=3e-4)
+    # The servo's lag of 3.3 ms is 3.3e-4 of the decay's 10 s.
+    np.testing.assert_allclose(speed[-1, 2] / speed[0, 2], np.exp(-0.1), rtol=5e-4)
+    np.testing.assert_allclose(engine.shown_speed(1.0, speed[-1])[2], speed[0, 2], rtol=5e-4)
     assert np.abs(speed[-1, [0, 1, 3, 4, 5]] / speed[0, 0] - 1.0).max() < 1e-3
     np.testing.assert_allclose(momenta_N(engine, states), momenta_N(engine, states)[[0]].repeat(81, 0), atol=1e-18)
 
 
 def test_encoder_zero_and_backlash():
-    zero = [HiddenEffect(effect="gimbal_zero", component=UNIT, parameters={"offset": 0.02})]
+    zero = [HiddenEffect(effect="gimbal_zero", component=UNIT, parameters={"zero": 0.02})]
     loose = [HiddenEffect(effect="gimbal_backlash", component=UNIT, parameters={"dead_zone": 0.004})]
     angle = slice(None), 0, 2
     flown = fly_case(case_with(zero), quiet=True)
@@ -277,7 +278,7 @@ def test_encoder_zero_and_backlash():
 
 def test_a_gimbal_axis_is_tilted_as_the_testbed_tilts_it():
     craft = nominal_craft(NUMBERS)
-    tilted = with_one(craft, "gimbal_misalignment", UNIT, about_spin=0.03, about_transverse=-0.02).units
+    tilted = with_one(craft, "gimbal_misalignment", UNIT, about_spin_axis=0.03, about_transverse_axis=-0.02).units
     angles = np.zeros((6, 2))
     angles[2] = 0.03, -0.02
     expected = turned_axes(craft.units.gimbal_axis, craft.units.spin_axis, angles)
@@ -287,7 +288,7 @@ def test_a_gimbal_axis_is_tilted_as_the_testbed_tilts_it():
 
 
 def test_a_lagging_motor_follows_its_demand_exponentially():
-    engine = mechanics(with_one(nominal_craft(NUMBERS), "gimbal_lag", UNIT, lag=0.02))
+    engine = mechanics(with_one(nominal_craft(NUMBERS), "gimbal_lag", UNIT, time_constant=0.02))
     start = engine.start(np.zeros((1, 3)), np.zeros((1, 6)))
     states = follow(engine, start, lambda _: np.full((1, 6), 1e-3), PERIOD, 8)
     torque = engine.motor_torque(states[-1], np.zeros((1, 6)), np.full((1, 6), 1e-3))[0]
@@ -367,15 +368,19 @@ def test_gyro_bias_drift_and_scale():
     np.testing.assert_allclose(shown_rate - true, np.tile([1e-3, -2e-3, 3e-3], (len(true), 1)), atol=1e-15)
     _, time, shown_rate, true = gyro_of("gyro_drift", random_walk=0.0, **xyz("drift", 1e-3, 0.0, -1e-3))
     np.testing.assert_allclose(shown_rate - true, time[:, None] * [1e-3, 0.0, -1e-3], atol=1e-15)
-    _, _, shown_rate, true = gyro_of("gyro_scale", "y", relative_error=0.05)
+    _, _, shown_rate, true = gyro_of("gyro_scale", "y", scale_factor_error=0.05)
     np.testing.assert_allclose(shown_rate, true * [1.0, 1.05, 1.0], atol=1e-15)
 
 
-def test_a_turned_gyro_reads_the_rate_in_its_own_axes():
-    shears = {"shear_yz": 0.0, "shear_xz": 0.0, "shear_xy": 1e-3}
-    _, _, shown_rate, true = gyro_of("gyro_misalignment", **shears, **xyz("rotation", 0.0, 0.0, 1e-3))
-    expected = true - np.cross([0.0, 0.0, 1e-3], true) + 1e-3 * true[:, [1, 0, 2]] * [1.0, 1.0, 0.0]
-    np.testing.assert_allclose(shown_rate, expected, atol=1e-6)  # second order in 1e-3, at 0.4 rad/s
+def test_a_misaligned_gyro_reads_the_rate_in_other_axes():
+    angles = {"yz": 1e-3, "xz": -2e-3, "xy": 3e-3}
+    _, _, shown_rate, true = gyro_of("gyro_misalignment", **angles)
+    turned = true - np.cross([1e-3, -2e-3, 3e-3], true)
+    np.testing.assert_allclose(shown_rate, turned, atol=1e-5)  # second order in 3e-3, at 0.4 rad/s
+    _, _, shown_rate, true = gyro_of("gyro_misalignment", "gyro_cross_axis", **angles)
+    x, y, z = true.T
+    oblique = np.stack([x + 3e-3 * y - 2e-3 * z, y + 3e-3 * x + 1e-3 * z, z - 2e-3 * x + 1e-3 * y], axis=1)
+    np.testing.assert_allclose(shown_rate, oblique, atol=1e-15)
 
 
 @pytest.mark.parametrize("delay", [0.005, PERIOD, 0.04])
@@ -408,12 +413,12 @@ def test_a_slow_gyro_is_a_low_pass():
 
 
 def test_gyro_noise_quantization_and_saturation():
-    loud = fly_case(case_with([HiddenEffect(effect="gyro_noise", component="z", parameters={"excess": 3.0})]))
-    assert loud.craft.gyro.noise_factor == pytest.approx([1.0, 1.0, 2.0])
+    loud = with_one(BARE, "gyro_noise", "z", extra_noise=3e-3)
+    assert loud.gyro.extra_noise == pytest.approx([0.0, 0.0, 3e-3])
     _, _, shown_rate, true = gyro_of("gyro_quantization", step=0.01)
     np.testing.assert_allclose(shown_rate, 0.01 * np.rint(shown_rate / 0.01), atol=1e-15)
     assert np.abs(shown_rate - true).max() <= 0.005 + 1e-12
-    _, _, shown_rate, true = gyro_of("gyro_saturation", level=0.15)
+    _, _, shown_rate, true = gyro_of("gyro_saturation", limit=0.15)
     np.testing.assert_allclose(shown_rate, np.clip(true, -0.15, 0.15), atol=1e-15)
     assert (np.abs(shown_rate) == 0.15).any()
 
@@ -437,7 +442,7 @@ def lagged_momentum(times):
 
 @pytest.mark.parametrize(
     ("effect", "parameter", "expected"),
-    [("actuator_lag", "lag", lagged_momentum), ("actuator_delay", "delay", delayed_momentum)],
+    [("actuator_lag", "time_constant", lagged_momentum), ("actuator_delay", "delay", delayed_momentum)],
 )
 def test_late_actuators_push_late(effect, parameter, expected):
     craft = with_one(BARE, effect, "actuators", **{parameter: LATE})

@@ -113,7 +113,7 @@ def test_cluster_momentum_in_place_of_gimbal_angles(tmp_path):
 
 
 def test_a_platform_under_applied_torque(tmp_path):
-    lag = HiddenEffect(effect="actuator_lag", component="actuators", parameters={"lag": 0.05})
+    lag = HiddenEffect(effect="actuator_lag", component="actuators", parameters={"time_constant": 0.05})
     conceal(
         case(actuation="applied_torque", effects=(lag,), telemetry=Telemetry(gyro_rate=100.0)),
         tmp_path / "data",

@@ -37,7 +37,7 @@ def test_without_effect_nothing_is_left_and_an_inertia_is_no_gap():
 
 def test_projecting_is_refitting():
     """Inertia and initial rates fitted to noise-free data leave as much as is left when they are projected out."""
-    case = replace(CASE, effects=(hidden("gyro_scale", "z", relative_error=0.02),))
+    case = replace(CASE, effects=(hidden("gyro_scale", "z", scale_factor_error=0.02),))
     flown = fly_case(case, quiet=True)
     telemetry, start = signature.telemetry_of(flown), flown.log.body_rate[0]
 
@@ -68,13 +68,13 @@ def test_the_detectable_norm_has_its_power():
     drawn[:, 0] += detectable_norm(3, 77)
     power = ((drawn**2).sum(axis=1) > chi2.isf(0.05 / 77, 3)).mean()
     assert power == pytest.approx(0.9, abs=0.006)  # four standard errors
-    assert hypotheses("cmg") == 77
+    assert hypotheses("cmg") == 79
 
 
 @pytest.mark.parametrize(
     "effect",
     [
-        hidden("gimbal_zero", "cmg2", offset=0.02),
+        hidden("gimbal_zero", "cmg2", zero=0.02),
         hidden("gyro_bandwidth", "gyro", bandwidth=15.0),
         hidden("gimbal_viscous_friction", "cmg5", coefficient=3e-5),
     ],
@@ -88,7 +88,7 @@ def test_an_effect_is_made_as_large_as_wanted(effect):
 def test_excess_noise_is_sized_by_its_variance():
     telemetry = Telemetry(gyro_rate=100.0)
     case = replace(CASE, telemetry=telemetry, runs=(Run(duration=2.0, maneuver=0),) * 3)
-    loud, _ = sized(case, hidden("gyro_noise", "y", excess=1.0), 6.0)
+    loud, _ = sized(case, hidden("gyro_noise", "y", extra_noise=1e-3), 6.0)
     flown = fly_case(replace(case, effects=(loud,)))
     error = flown.log.gyro - flown.log.body_rate
     variance = (error**2).mean(axis=(0, 1)) / flown.sensors.gyro_noise**2

@@ -12,7 +12,7 @@ _APPLIED = ("applied_torque",)
 
 def actuator_lag(craft: Craft, _: str, parameters: Parameters) -> Craft:
     """A first-order lag of the applied torque."""
-    return replace(craft, applied=replace(craft.applied, lag=parameters["lag"]))
+    return replace(craft, applied=replace(craft.applied, lag=parameters["time_constant"]))
 
 
 def actuator_delay(craft: Craft, _: str, parameters: Parameters) -> Craft:
@@ -23,10 +23,10 @@ def actuator_delay(craft: Craft, _: str, parameters: Parameters) -> Craft:
 KINDS = {
     "actuator_lag": EffectKind(
         components=(ACTUATORS,),
-        units={"lag": "s"},
+        units={"time_constant": "s"},
         apply=actuator_lag,
-        draw=lambda _: {"lag": 0.05},
-        growing=("lag",),
+        draw=lambda _: {"time_constant": 0.05},
+        growing=("time_constant",),
         actuation=_APPLIED,
     ),
     "actuator_delay": EffectKind(

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-ROTOR_SERVO_RATE = 500.0
-"""1/s: bandwidth of the servo that holds a rotor's speed."""
+ROTOR_SERVO_RATE = 300.0
+"""1/s: bandwidth of the servo that holds a rotor's speed, as the shipped platform has it."""
 SIGN_WIDTH = 0.01
 """rad/s over which dry friction changes its sign."""
 
@@ -145,7 +145,7 @@ class Impulse:
 
 @dataclass(frozen=True, kw_only=True)
 class GyroErrors:
-    """reading = round(clip(response · ω(t - latency), low-passed, + bias + drift + noise)).
+    """reading = round(clip(response · ω(t - latency), low-passed, + bias + drift + noises)).
 
     Attributes:
         response: (3, 3).
@@ -154,7 +154,7 @@ class GyroErrors:
         random_walk: rad/s/√s.
         latency: s.
         bandwidth: Hz.
-        noise_factor: (3,), actual over nominal standard deviation.
+        extra_noise: (3,), standard deviation of white noise beside the nominal, rad/s.
         quantization: rad/s.
         saturation: rad/s.
     """
@@ -165,7 +165,7 @@ class GyroErrors:
     random_walk: float = 0.0
     latency: float = 0.0
     bandwidth: float = inf
-    noise_factor: Array = field(default_factory=lambda: np.ones(3))
+    extra_noise: Array = field(default_factory=lambda: np.zeros(3))
     quantization: float = 0.0
     saturation: float = inf
 

@@ -94,7 +94,7 @@ def answer_text(flown: FlownCase) -> str:
         "notes": case.notes,
         "true_theta_kg_m2": theta(flown.craft),
         "initial_rates_rad_s": flown.log.body_rate[0].tolist(),
-        "gyro_noise_rad_s": (flown.sensors.gyro_noise * flown.craft.gyro.noise_factor).tolist(),
+        "gyro_noise_rad_s": np.hypot(flown.sensors.gyro_noise, flown.craft.gyro.extra_noise).tolist(),
         "stated_over_nominal_noise": case.telemetry.stated_noise,
         "case": asdict(case) | {"scenario": case.scenario.name},
         "salt": salt,

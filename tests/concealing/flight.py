@@ -155,16 +155,14 @@ def fly(
         )
         if trace.share == 0.0:
             trace.view(time, state)
-        due = tick % clock.gyro_ticks == 0
-        gyro = (
-            gyro_reading(craft.gyro, trace.seen(tick), time, sensors.gyro_noise * noise.gyro[tick], noise.walk[tick])
-            if due
-            else None
-        )
+        gyro = None
+        if tick % clock.gyro_ticks == 0:
+            scatter = sensors.gyro_noise * noise.gyro[tick] + craft.gyro.extra_noise * noise.extra[tick]
+            gyro = gyro_reading(craft.gyro, trace.seen(tick), time, scatter, noise.walk[tick])
         rows["gyro"].append(np.full_like(rates.body_rate, np.nan) if gyro is None else gyro)
         rows["encoder"].append(encoder)
         rows["tachometer"].append(
-            rates.rotor_speed / craft.tachometer_scale + sensors.tachometer_noise * noise.tachometer[tick]
+            mechanics.shown_speed(time, rates.rotor_speed) + sensors.tachometer_noise * noise.tachometer[tick]
         )
         rows["motor_torque"].append(
             mechanics.motor_torque(state, rates.gimbal_rate, demand) + sensors.torque_noise * noise.torque[tick]

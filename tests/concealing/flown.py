@@ -79,7 +79,7 @@ def fly_case(case: Case, *, quiet: bool = False, refinement: int = 1) -> FlownCa
     known, sensors = software_of(case.scenario), sensors_of(case)
     craft, clock = true_craft(case, known), clock_of(case)
     if quiet:
-        sensors = sensors.quiet()
+        sensors, craft = sensors.quiet(), replace(craft, gyro=replace(craft.gyro, extra_noise=np.zeros(3)))
     runs, units = len(case.runs), len(craft.units.spin_inertia)
     mechanics = Mechanics(
         craft=craft,

@@ -21,7 +21,8 @@ from tests.concealing.effect import (
     vector_units,
 )
 
-_SHEARS = {"shear_yz": (1, 2), "shear_xz": (0, 2), "shear_xy": (0, 1)}
+_PAIRS = {"yz": (1, 2), "xz": (0, 2), "xy": (0, 1)}
+_CROSS_AXIS = "gyro_cross_axis"
 _BOTH = ("cmg", "applied_torque")
 
 
@@ -40,17 +41,18 @@ def gyro_scale(craft: Craft, component: str, parameters: Parameters) -> Craft:
     """(1 + s) ω of one axis."""
     scale = np.eye(3)
     axis = AXES.index(component)
-    scale[axis, axis] += parameters["relative_error"]
+    scale[axis, axis] += parameters["scale_factor_error"]
     return _with_gyro(craft, response=scale @ craft.gyro.response)
 
 
-def gyro_misalignment(craft: Craft, _: str, parameters: Parameters) -> Craft:
-    """The gyro is turned by a rotation vector, and its axes are oblique by a symmetric matrix of shears."""
-    shear = np.eye(3)
-    for name, (row, column) in _SHEARS.items():
-        shear[row, column] = shear[column, row] = parameters[name]
-    turn = Rotation.from_rotvec(vector(parameters, "rotation")).as_matrix()
-    return _with_gyro(craft, response=shear @ turn.T @ craft.gyro.response)
+def gyro_misalignment(craft: Craft, component: str, parameters: Parameters) -> Craft:
+    """The gyro is turned by the vector (yz, xz, xy), or its axes are oblique by a symmetric matrix of these."""
+    response = Rotation.from_rotvec([parameters[name] for name in _PAIRS]).as_matrix().T
+    if component == _CROSS_AXIS:
+        response = np.eye(3)
+        for name, (row, column) in _PAIRS.items():
+            response[row, column] = response[column, row] = parameters[name]
+    return _with_gyro(craft, response=response @ craft.gyro.response)
 
 
 def gyro_latency(craft: Craft, _: str, parameters: Parameters) -> Craft:
@@ -64,10 +66,10 @@ def gyro_bandwidth(craft: Craft, _: str, parameters: Parameters) -> Craft:
 
 
 def gyro_noise(craft: Craft, component: str, parameters: Parameters) -> Craft:
-    """More noise than stated: of one axis, or of all."""
-    factor = craft.gyro.noise_factor.copy()
-    factor[slice(None) if component == GYRO else AXES.index(component)] *= np.sqrt(1.0 + parameters["excess"])
-    return _with_gyro(craft, noise_factor=factor)
+    """White noise beside what is stated: on one axis, or on all."""
+    extra = craft.gyro.extra_noise.copy()
+    extra[slice(None) if component == GYRO else AXES.index(component)] += parameters["extra_noise"]
+    return _with_gyro(craft, extra_noise=extra)
 
 
 def gyro_quantization(craft: Craft, _: str, parameters: Parameters) -> Craft:
@@ -77,7 +79,7 @@ def gyro_quantization(craft: Craft, _: str, parameters: Parameters) -> Craft:
 
 def gyro_saturation(craft: Craft, _: str, parameters: Parameters) -> Craft:
     """Readings are clipped."""
-    return _with_gyro(craft, saturation=parameters["level"])
+    return _with_gyro(craft, saturation=parameters["limit"])
 
 
 def _with_gyro(craft: Craft, **changes: Array | float) -> Craft:
@@ -110,24 +112,31 @@ KINDS = {
         growing=(*names("drift"), "random_walk"),
     ),
     "gyro_scale": _gyro(
-        {"relative_error": "1"},
+        {"scale_factor_error": "1"},
         gyro_scale,
-        lambda rng: {"relative_error": 0.03 * sign(rng)},
-        growing=("relative_error",),
+        lambda rng: {"scale_factor_error": 0.03 * sign(rng)},
+        growing=("scale_factor_error",),
         components=AXES,
     ),
     "gyro_misalignment": _gyro(
-        {**vector_units("rotation", "rad"), **dict.fromkeys(_SHEARS, "1")},
+        dict.fromkeys(_PAIRS, "rad"),
         gyro_misalignment,
-        lambda rng: {**named_vector("rotation", 0.02 * direction(rng)), **dict.fromkeys(_SHEARS, 0.0)},
-        growing=(*names("rotation"), *_SHEARS),
+        lambda rng: dict(zip(_PAIRS, map(float, 0.02 * direction(rng)), strict=True)),
+        growing=tuple(_PAIRS),
+        components=(_CROSS_AXIS, GYRO),
     ),
     "gyro_latency": _gyro({"delay": "s"}, gyro_latency, lambda _: {"delay": 0.01}, growing=("delay",)),
     "gyro_bandwidth": _gyro(
         {"bandwidth": "Hz"}, gyro_bandwidth, lambda _: {"bandwidth": 15.0}, shrinking=("bandwidth",)
     ),
-    "gyro_noise": _gyro({"excess": "1"}, gyro_noise, lambda _: {"excess": 0.6}, growing=("excess",), components=AXES),
+    "gyro_noise": _gyro(
+        {"extra_noise": "rad/s"},
+        gyro_noise,
+        lambda _: {"extra_noise": 1e-3},
+        growing=("extra_noise",),
+        components=(GYRO, *AXES),
+    ),
     "gyro_quantization": _gyro({"step": "rad/s"}, gyro_quantization, lambda _: {"step": 4e-3}, growing=("step",)),
-    "gyro_saturation": _gyro({"level": "rad/s"}, gyro_saturation, lambda _: {"level": 0.6}, shrinking=("level",)),
+    "gyro_saturation": _gyro({"limit": "rad/s"}, gyro_saturation, lambda _: {"limit": 0.6}, shrinking=("limit",)),
 }
 """By id."""

@@ -13,7 +13,7 @@ from scipy.integrate import DOP853
 from tests.concealing.craft import Array
 
 _STAGES, _NODES, _WEIGHTS = DOP853.A, DOP853.C, DOP853.B
-REACH = 3.2
+REACH = 2.1
 """Largest step times rate of the fastest motion; the method is stable on the negative axis up to about 6."""
 
 

@@ -159,6 +159,10 @@ class Mechanics:
         limit = units.torque_limit
         return np.minimum(np.maximum(demand - units.rate_gain * gimbal_rate, -limit), limit)
 
+    def shown_speed(self, time: float, rotor_speed: Array) -> Array:
+        """Return what noise-free tachometers show, (B, M), rad/s: scale and drift are what the speed servos trust."""
+        return rotor_speed / self.craft.tachometer_scale * np.exp(self.craft.units.spin_down * time)
+
     def derivative(self, time: float, state: Array, inputs: Inputs) -> Array:
         """Return the rate of change of a state, (B, n)."""
         units, at = self.craft.units, self.slices

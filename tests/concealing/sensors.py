@@ -40,11 +40,13 @@ class Noise(NamedTuple):
 
     Attributes:
         gyro: (K, B, 3).
+        extra: of a gyro noisier than nominal, (K, B, 3).
         walk: a random walk that starts at zero and gains variance 1 per second, (K, B, 3).
         encoder, tachometer, torque: (K, B, M).
     """
 
     gyro: Array
+    extra: Array
     walk: Array
     encoder: Array
     tachometer: Array
@@ -61,11 +63,12 @@ def draw_noise(seed: np.random.SeedSequence, rows: int, runs: int, units: int, p
         units: M.
         period: between ticks, s.
     """
-    gyro, walk, encoder, tachometer, torque = (np.random.default_rng(child) for child in seed.spawn(5))
+    gyro, extra, walk, encoder, tachometer, torque = (np.random.default_rng(child) for child in seed.spawn(6))
     steps = np.sqrt(period) * walk.standard_normal((rows, runs, 3))
     steps[0] = 0.0
     return Noise(
         gyro=gyro.standard_normal((rows, runs, 3)),
+        extra=extra.standard_normal((rows, runs, 3)),
         walk=np.cumsum(steps, axis=0),
         encoder=encoder.standard_normal((rows, runs, units)),
         tachometer=tachometer.standard_normal((rows, runs, units)),
@@ -80,10 +83,10 @@ def gyro_reading(gyro: GyroErrors, seen: Array, time: float, noise: Array, walk:
         gyro: its errors.
         seen: delayed, low-passed true rate, (B, 3), rad/s.
         time: since release, s.
-        noise: of this sample, (B, 3), rad/s, nominal.
+        noise: of this sample, (B, 3), rad/s.
         walk: the drift's random walk, (B, 3), √s.
     """
-    rate = seen @ gyro.response.T + gyro.bias + gyro.drift * time + gyro.random_walk * walk + gyro.noise_factor * noise
+    rate = seen @ gyro.response.T + gyro.bias + gyro.drift * time + gyro.random_walk * walk + noise
     return rounded(np.clip(rate, -gyro.saturation, gyro.saturation), gyro.quantization)
 
 

@@ -54,8 +54,6 @@ def signal(case: Case) -> float:
         parts.append(_friction_signature(flown) / known.torque_noise)
     if "gimbal_lag" in hidden and case.telemetry.rate_command:
         parts.append(_servo_signature(flown) / np.hypot(known.encoder_noise, _SERVO_KNOWN))
-    if "rotor_spin_down" in hidden and case.telemetry.tachometers:
-        parts.append(sampled(flown, flown.log.tachometer - flown.log.tachometer[0]) / known.tachometer_noise)
     return float(np.sqrt(sum(float(part @ part) for part in parts)))
 
 
@@ -113,7 +111,8 @@ def telemetry_of(flown: FlownCase) -> _Telemetry:
     angle = log.fine_state[:, :, mechanics.slices["angle"]] + flown.craft.encoders.zero + lead
     speed = units.rotor_speed
     if flown.case.telemetry.tachometers:
-        speed = np.array([each.rotor_speed for each in velocities]) / flown.craft.tachometer_scale
+        shown = zip(log.fine_time, velocities, strict=True)
+        speed = np.array([mechanics.shown_speed(time, each.rotor_speed) for time, each in shown])
     cos, sin = np.cos(angle)[..., None], np.sin(angle)[..., None]
     spin = units.spin_axis * cos + units.transverse_axis * sin
     momentum = ((units.spin_inertia * speed)[..., None] * spin).sum(axis=2)

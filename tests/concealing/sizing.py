@@ -97,9 +97,10 @@ def _active(kind: EffectKind, hidden: HiddenEffect) -> list[str]:
 def _noise_sized(case: Case, hidden: HiddenEffect, target: float) -> HiddenEffect:
     """Size what has no signature by the excess of variance that the samples show in as many sigma."""
     samples = sum(run.duration * case.telemetry.gyro_rate for run in case.runs)
+    noise = software_of(case.scenario).sensors.gyro_noise
     if hidden.effect == "gyro_noise":
         axes = 3 if hidden.component == "gyro" else 1
-        return replace(hidden, parameters={"excess": float(target * np.sqrt(2.0 / (axes * samples)))})
+        excess = target * np.sqrt(2.0 / (axes * samples))
+        return replace(hidden, parameters={"extra_noise": float(noise * np.sqrt(excess))})
     excess = target * np.sqrt(2.0 / (3.0 * samples))
-    noise = software_of(case.scenario).sensors.gyro_noise
     return replace(hidden, parameters={"step": float(noise * np.sqrt(12.0 * excess))})

@@ -12,6 +12,7 @@ import numpy as np
 
 from tests.concealing.case import Case, Run, Telemetry
 from tests.concealing.effect import CLUSTER, GYRO, PLATFORM, HiddenEffect, direction
+from tests.concealing.flown import sensors_of
 from tests.concealing.guidance import pool
 from tests.concealing.library import KINDS, LISTED, UNLISTED
 from tests.concealing.sizing import UnreachableError, detectable, sized
@@ -94,8 +95,9 @@ def _unlisted(rng: np.random.Generator, scenario: Path, effect: str | None, mult
 
 def _understated(rng: np.random.Generator, scenario: Path, effect: str | None, multiple: float | None) -> Case:  # noqa: ARG001
     """The gyro is 1 / 0.8 times as noisy as stated: `gyro_noise` is the answer."""
-    case, excess = _bare(rng, scenario, _actuation(rng, None), None), 1.0 / (1.0 - _MISSTATED) ** 2 - 1.0
-    louder = HiddenEffect(effect="gyro_noise", component=GYRO, parameters={"excess": excess})
+    case = _bare(rng, scenario, _actuation(rng, None), None)
+    extra = sensors_of(case).gyro_noise * np.sqrt(1.0 / (1.0 - _MISSTATED) ** 2 - 1.0)
+    louder = HiddenEffect(effect="gyro_noise", component=GYRO, parameters={"extra_noise": float(extra)})
     stated = replace(case.telemetry, stated_noise=1.0)
     return replace(case, telemetry=stated, effects=(louder,), stratum="sigma_understated")
 

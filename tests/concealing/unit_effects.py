@@ -10,6 +10,8 @@ from scipy.spatial.transform import Rotation
 from tests.concealing.craft import Array, Craft
 from tests.concealing.effect import CLUSTER, CMGS, EffectKind, Parameters, sign, unit_index
 
+_TILTS = ("about_spin_axis", "about_transverse_axis")
+
 
 def rotor_speed(craft: Craft, component: str, parameters: Parameters) -> Craft:
     """h → (1 + e) h: the speed servo trusts a tachometer that shows the nominal speed at 1 + e times it."""
@@ -22,13 +24,13 @@ def rotor_speed(craft: Craft, component: str, parameters: Parameters) -> Craft:
 
 
 def rotor_spin_down(craft: Craft, component: str, parameters: Parameters) -> Craft:
-    """h decays as exp(-λ t) from release on; the tachometers show it."""
-    return _with_units(craft, component, spin_down=parameters["rate"])
+    """h decays as exp(-k t) from release on: the speed servo trusts a tachometer that drifts, and shows no decay."""
+    return _with_units(craft, component, spin_down=parameters["decay"])
 
 
 def gimbal_zero(craft: Craft, component: str, parameters: Parameters) -> Craft:
     """The encoder shows the angle plus an offset."""
-    zero = _changed(craft.encoders.zero, component, parameters["offset"])
+    zero = _changed(craft.encoders.zero, component, parameters["zero"])
     return replace(craft, encoders=replace(craft.encoders, zero=zero))
 
 
@@ -36,16 +38,16 @@ def gimbal_misalignment(craft: Craft, component: str, parameters: Parameters) ->
     """The unit is turned by a about its spin axis at zero, then by b about the transverse axis that this has made."""
     index, units = unit_index(component), craft.units
     spin, gimbal = units.spin_axis.copy(), units.gimbal_axis.copy()
-    first = Rotation.from_rotvec(parameters["about_spin"] * spin[index])
+    first = Rotation.from_rotvec(parameters["about_spin_axis"] * spin[index])
     transverse = first.apply(np.cross(gimbal[index], spin[index]))
-    turn = Rotation.from_rotvec(parameters["about_transverse"] * transverse) * first
+    turn = Rotation.from_rotvec(parameters["about_transverse_axis"] * transverse) * first
     spin[index], gimbal[index] = turn.apply(spin[index]), turn.apply(gimbal[index])
     return replace(craft, units=replace(units, spin_axis=spin, gimbal_axis=gimbal))
 
 
 def gimbal_lag(craft: Craft, component: str, parameters: Parameters) -> Craft:
     """The motor follows its torque demand as a first-order lag; the tachometer loop inside it does not."""
-    return _with_units(craft, component, lag=parameters["lag"])
+    return _with_units(craft, component, lag=parameters["time_constant"])
 
 
 def gimbal_viscous_friction(craft: Craft, component: str, parameters: Parameters) -> Craft:
@@ -105,31 +107,31 @@ KINDS = {
     ),
     "rotor_spin_down": EffectKind(
         components=CMGS,
-        units={"rate": "1/s"},
+        units={"decay": "1/s"},
         apply=rotor_spin_down,
-        draw=lambda _: {"rate": 0.02},
-        growing=("rate",),
+        draw=lambda _: {"decay": 0.02},
+        growing=("decay",),
     ),
     "gimbal_zero": EffectKind(
         components=CMGS,
-        units={"offset": "rad"},
+        units={"zero": "rad"},
         apply=gimbal_zero,
-        draw=lambda rng: {"offset": 0.02 * sign(rng)},
-        growing=("offset",),
+        draw=lambda rng: {"zero": 0.02 * sign(rng)},
+        growing=("zero",),
     ),
     "gimbal_misalignment": EffectKind(
         components=CMGS,
-        units={"about_spin": "rad", "about_transverse": "rad"},
+        units=dict.fromkeys(_TILTS, "rad"),
         apply=gimbal_misalignment,
-        draw=lambda rng: dict(zip(("about_spin", "about_transverse"), map(float, 0.02 * _on_circle(rng)), strict=True)),
-        growing=("about_spin", "about_transverse"),
+        draw=lambda rng: dict(zip(_TILTS, map(float, 0.02 * _on_circle(rng)), strict=True)),
+        growing=_TILTS,
     ),
     "gimbal_lag": EffectKind(
         components=(CLUSTER, *CMGS),
-        units={"lag": "s"},
+        units={"time_constant": "s"},
         apply=gimbal_lag,
-        draw=lambda _: {"lag": 0.01},
-        growing=("lag",),
+        draw=lambda _: {"time_constant": 0.01},
+        growing=("time_constant",),
     ),
     "gimbal_viscous_friction": EffectKind(
         components=CMGS,
