@@ -85,13 +85,25 @@ class FlightLog:
     fine_state: Array
 
 
-class _Trace:
-    """States on the integrator's grid, and the gyro's view of the past."""
+class _Readings(NamedTuple):
+    """What the sensors show at a tick; the gyro's only where it has a sample."""
 
-    def __init__(self, mechanics: Mechanics, clock: Clock, body_rate: Array) -> None:
+    gyro: Array | None
+    encoder: Array
+    tachometer: Array
+    motor_torque: Array
+    body_rate: Array
+
+
+class _Trace:
+    """States on the integrator's grid, the gyro's view of the past, and which way each motor last pushed."""
+
+    def __init__(self, mechanics: Mechanics, clock: Clock, start: Array) -> None:
         self.time: list[float] = []
         self.state: list[Array] = []
-        self._mechanics, self._released = mechanics, body_rate
+        self._mechanics, self._released = mechanics, mechanics.velocities(0.0, start).body_rate
+        self._angle = start[:, mechanics.slices["angle"]]
+        self._lead = np.zeros_like(self._angle)
         periods = mechanics.craft.gyro.latency / clock.period
         self._age = int(np.ceil(periods - 1e-9))
         self.share = self._age - periods
@@ -99,22 +111,68 @@ class _Trace:
         self._views: list[Array] = []
 
     def note(self, time: float, state: Array) -> None:
+        """Write down a state."""
         self.time.append(time)
         self.state.append(state)
 
     def view(self, time: float, state: Array) -> None:
         """Remember what the gyro will show later."""
-        low_passed = self._mechanics.craft.gyro.bandwidth < np.inf
-        self._views.append(
-            state[:, self._mechanics.slices["lowpass"]]
-            if low_passed
-            else self._mechanics.velocities(time, state).body_rate
-        )
+        if self._mechanics.craft.gyro.bandwidth < np.inf:
+            self._views.append(state[:, self._mechanics.slices["lowpass"]])
+        else:
+            self._views.append(self._mechanics.velocities(time, state).body_rate)
 
     def seen(self, tick: int) -> Array:
         """Return the rate that a reading at a tick shows: what was viewed `age` periods before."""
         before = tick - self._age
         return self._views[before] if before >= 0 else self._released
+
+    def lead(self, angle: Array) -> Array:
+        """Return which way each motor last pushed, once a tick."""
+        moved, self._angle = angle - self._angle, angle
+        self._lead = np.where(moved == 0.0, self._lead, np.sign(moved))
+        return self._lead
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Instruments:
+    """Sensors with their noise, on their clock."""
+
+    mechanics: Mechanics
+    trace: _Trace
+    clock: Clock
+    sensors: SensorNumbers
+    noise: Noise
+
+    def read(self, tick: int, state: Array, demand: Array) -> _Readings:
+        """Return the readings at a tick; `demand` is that of the period before."""
+        mechanics, sensors, noise = self.mechanics, self.sensors, self.noise
+        time, angle = tick * self.clock.period, state[:, mechanics.slices["angle"]]
+        rates = mechanics.velocities(time, state)
+        torque = mechanics.motor_torque(state, rates.gimbal_rate, demand)
+        return _Readings(
+            gyro=self._gyro(tick, time, state),
+            encoder=encoder_reading(
+                mechanics.craft.encoders,
+                angle,
+                self.trace.lead(angle),
+                sensors.encoder_noise * noise.encoder[tick],
+                sensors.encoder_step,
+            ),
+            tachometer=mechanics.shown_speed(time, rates.rotor_speed)
+            + sensors.tachometer_noise * noise.tachometer[tick],
+            motor_torque=torque + sensors.torque_noise * noise.torque[tick],
+            body_rate=rates.body_rate,
+        )
+
+    def _gyro(self, tick: int, time: float, state: Array) -> Array | None:
+        if self.trace.share == 0.0:
+            self.trace.view(time, state)
+        if tick % self.clock.gyro_ticks:
+            return None
+        gyro, noise = self.mechanics.craft.gyro, self.noise
+        scatter = self.sensors.gyro_noise * noise.gyro[tick] + gyro.extra_noise * noise.extra[tick]
+        return gyro_reading(gyro, self.trace.seen(tick), time, scatter, noise.walk[tick])
 
 
 def fly(
@@ -137,53 +195,28 @@ def fly(
         noise: drawn numbers.
         refinement: of the integrator's steps, for tests of its error.
     """
-    craft, units = mechanics.craft, mechanics.craft.units
-    released = mechanics.velocities(0.0, start)
-    trace, state = _Trace(mechanics, clock, released.body_rate), start
-    demand = np.zeros_like(released.gimbal_rate)
-    lead, angle_before = np.zeros_like(demand), start[:, mechanics.slices["angle"]]
-    rows: dict[str, list[Array]] = {
-        name: []
-        for name in ("gyro", "encoder", "tachometer", "motor_torque", "rate_order", "body_rate", "state", "demand")
-    }
+    trace = _Trace(mechanics, clock, start)
+    instruments = _Instruments(mechanics=mechanics, trace=trace, clock=clock, sensors=sensors, noise=noise)
+    state, demand, rows = start, np.zeros_like(start[:, mechanics.slices["angle"]]), []
     for tick, time in enumerate(clock.times):
-        rates, angle = mechanics.velocities(time, state), state[:, mechanics.slices["angle"]]
-        moved = angle - angle_before
-        lead, angle_before = np.where(moved == 0.0, lead, np.sign(moved)), angle
-        encoder = encoder_reading(
-            craft.encoders, angle, lead, sensors.encoder_noise * noise.encoder[tick], sensors.encoder_step
-        )
-        if trace.share == 0.0:
-            trace.view(time, state)
-        gyro = None
-        if tick % clock.gyro_ticks == 0:
-            scatter = sensors.gyro_noise * noise.gyro[tick] + craft.gyro.extra_noise * noise.extra[tick]
-            gyro = gyro_reading(craft.gyro, trace.seen(tick), time, scatter, noise.walk[tick])
-        rows["gyro"].append(np.full_like(rates.body_rate, np.nan) if gyro is None else gyro)
-        rows["encoder"].append(encoder)
-        rows["tachometer"].append(
-            mechanics.shown_speed(time, rates.rotor_speed) + sensors.tachometer_noise * noise.tachometer[tick]
-        )
-        rows["motor_torque"].append(
-            mechanics.motor_torque(state, rates.gimbal_rate, demand) + sensors.torque_noise * noise.torque[tick]
-        )
-        rows["body_rate"].append(rates.body_rate)
-        rows["state"].append(state)
-        rows["demand"].append(demand)
-        order = guidance.order(tick, encoder, gyro)
-        rows["rate_order"].append(order.gimbal_rate)
+        readings = instruments.read(tick, state, demand)
+        order = guidance.order(tick, readings.encoder, readings.gyro)
+        rows.append(_row(readings) | {"rate_order": order.gimbal_rate, "state": state, "demand": demand})
         trace.note(time, state)
-        if tick == clock.ticks:
-            break
-        demand = order.torque
-        state = _through_period(mechanics, trace, state, time, clock.period, Inputs(demand), refinement)
-    assert len(units.spin_inertia) == demand.shape[1]
+        if tick < clock.ticks:
+            demand = order.torque
+            state = _through_period(mechanics, trace, state, time, clock.period, Inputs(demand), refinement)
     return FlightLog(
         time=clock.times,
         fine_time=np.array(trace.time),
         fine_state=np.array(trace.state),
-        **{name: np.array(values) for name, values in rows.items()},
+        **{name: np.array([row[name] for row in rows]) for name in rows[0]},
     )
+
+
+def _row(readings: _Readings) -> dict[str, Array]:
+    gyro = np.full_like(readings.body_rate, np.nan) if readings.gyro is None else readings.gyro
+    return readings._asdict() | {"gyro": gyro}
 
 
 def _through_period(

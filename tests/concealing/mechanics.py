@@ -21,6 +21,7 @@ the motors' own lag, the gyro's low-pass and whatever is attached. Rotor imbalan
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -82,7 +83,7 @@ class Mechanics:
     craft: Craft
     epoch: Array
     release_attitude: Array
-    applied: object = None
+    applied: Callable[[float], Array] | None = None
 
     @cached_property
     def count(self) -> int:
@@ -165,10 +166,11 @@ class Mechanics:
 
     def derivative(self, time: float, state: Array, inputs: Inputs) -> Array:
         """Return the rate of change of a state, (B, n)."""
-        units, at = self.craft.units, self.slices
+        at = self.slices
         axes = self._axes(state[:, at["angle"]])
         imbalance = self._imbalance(time, axes)
-        body_rate, gimbal_rate, rotor_speed = self._velocities(time, state, axes, imbalance)
+        velocities = self._velocities(time, state, axes, imbalance)
+        body_rate = velocities.body_rate
         change = np.zeros_like(state)
         attitude = state[:, at["attitude"]].reshape(-1, 3, 3)
         change[:, at["attitude"]] = (attitude @ _cross_matrices(body_rate)).reshape(-1, 9)
@@ -176,26 +178,37 @@ class Mechanics:
         if torque_B is not None:
             change[:, at["momentum"]] = (attitude @ torque_B[..., None])[..., 0]
         if self.count:
-            change[:, at["angle"]] = gimbal_rate
-            change[:, at["p"]] = self._gimbal_torque(state, inputs, gimbal_rate) + self._gyroscopic(
-                state, axes, body_rate
-            )
-            if imbalance is not None:
-                change[:, at["p"]] += np.einsum("bmi,bi->bm", imbalance.gimbal_torque, body_rate)
-            target = units.rotor_speed * np.exp(-units.spin_down * time)
-            change[:, at["l"]] = units.spin_inertia * ROTOR_SERVO_RATE * (target - rotor_speed)
-            if np.any(units.lag):
-                lag = np.where(units.lag > 0.0, units.lag, 1.0)
-                change[:, at["motor"]] = (inputs.gimbal_torque - state[:, at["motor"]]) / lag
-        if self.craft.gyro.bandwidth < np.inf:
-            change[:, at["lowpass"]] = 2.0 * np.pi * self.craft.gyro.bandwidth * (body_rate - state[:, at["lowpass"]])
-        if self.applied is not None and self.craft.applied.lag > 0.0:
-            asked = self.applied(time - self.craft.applied.delay)
-            change[:, at["applied"]] = (asked - state[:, at["applied"]]) / self.craft.applied.lag
+            self._turn_units(time, state, change, inputs, axes, velocities)
+        if imbalance is not None:
+            change[:, at["p"]] += np.einsum("bmi,bi->bm", imbalance.gimbal_torque, body_rate)
+        self._follow_behind(time, state, change, inputs, body_rate)
         for index, item in enumerate(self.craft.attachments):
             part = at[f"attachment{index}"]
             change[:, part] = item.derivative(time, state[:, part], body_rate)
         return change
+
+    def _turn_units(
+        self, time: float, state: Array, change: Array, inputs: Inputs, axes: _Axes, velocities: Velocities
+    ) -> None:
+        """Write ḋ, ṗ and l̇."""
+        units, at = self.craft.units, self.slices
+        change[:, at["angle"]] = velocities.gimbal_rate
+        change[:, at["p"]] = self._gimbal_torque(state, inputs, velocities.gimbal_rate)
+        change[:, at["p"]] += self._gyroscopic(state, axes, velocities.body_rate)
+        target = units.rotor_speed * np.exp(-units.spin_down * time)
+        change[:, at["l"]] = units.spin_inertia * ROTOR_SERVO_RATE * (target - velocities.rotor_speed)
+
+    def _follow_behind(self, time: float, state: Array, change: Array, inputs: Inputs, body_rate: Array) -> None:
+        """Write what follows as a first-order lag: motors, the gyro's low-pass, applied torques."""
+        craft, at = self.craft, self.slices
+        if np.any(craft.units.lag):
+            lag = np.where(craft.units.lag > 0.0, craft.units.lag, 1.0)
+            change[:, at["motor"]] = (inputs.gimbal_torque - state[:, at["motor"]]) / lag
+        if craft.gyro.bandwidth < np.inf:
+            change[:, at["lowpass"]] = 2.0 * np.pi * craft.gyro.bandwidth * (body_rate - state[:, at["lowpass"]])
+        if self.applied is not None and craft.applied.lag > 0.0:
+            asked = self.applied(time - craft.applied.delay)
+            change[:, at["applied"]] = (asked - state[:, at["applied"]]) / craft.applied.lag
 
     @cached_property
     def _fixed(self) -> Array:

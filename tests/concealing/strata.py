@@ -160,7 +160,7 @@ def _run(rng: np.random.Generator, gyro_rate: float) -> Run:
     return Run(
         duration=float(round(rng.uniform(2.0, 5.0) * gyro_rate) / gyro_rate),
         maneuver=int(rng.integers(len(pool()))),
-        planned_spin=tuple(map(float, np.round(spin, 3))),
+        planned_spin=tuple(map(float, np.round(spin, 3) + 0.0)),  # no negative zeros
         release_error=tuple(map(float, 0.01 * rng.standard_normal(3))),
     )
 
