@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import final
 
+import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
@@ -43,11 +44,13 @@ class RotorSpeed(Effect):
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
-        error = only_unit(component, values[:1])[0]
-        momentum = scenario.cluster.rotor_momentum_N_m_s * (1.0 + error)
+        scale = 1.0 + only_unit(component, values[0])
+        stated = scenario.truth.rotor_momentum_N_m_s
+        momentum = np.broadcast_to(scenario.cluster.rotor_momentum_N_m_s if stated is None else stated, 6)
+        shown = 1.0 + np.array(scenario.tachometer.scale_factor_error)
         return Extension(
             scenario={
-                "truth": {"rotor_momentum_N_m_s": momentum.tolist()},
-                "tachometer": {"scale_factor_error": (1.0 / (1.0 + error) - 1.0).tolist()},
+                "truth": {"rotor_momentum_N_m_s": (momentum * scale).tolist()},
+                "tachometer": {"scale_factor_error": (shown / scale - 1.0).tolist()},
             }
         )

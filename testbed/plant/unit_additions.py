@@ -12,8 +12,8 @@ from typing_extensions import override
 from testbed.plant.additions import Addition
 from testbed.plant.geometry import UNIT_NUMBERS
 
-_SLACK = 1e-9
-"""Share of its gain that a rotor servo keeps when it no longer drives: its target stays to be read."""
+_NO_TORQUE = 1e-12
+"""N·m, a limit that MuJoCo takes for one; a scenario writes over the servo's gain, and its target stays to be read."""
 _APPLIED_TORQUE = "applied_torque"
 """Actuators of a torque on the bus are named `applied_torque_x`, `_y`, `_z`; their control is the torque asked for."""
 
@@ -34,7 +34,8 @@ class RotorDrag(Addition):
     @override
     def write(self, spec: mujoco.MjSpec, name: str) -> None:
         unit = f"cmg{UNIT_NUMBERS[self.unit]}"
-        spec.actuator(f"{unit}_rotor_motor").gainprm *= _SLACK
+        motor = spec.actuator(f"{unit}_rotor_motor")
+        motor.forcelimited, motor.forcerange = True, [-_NO_TORQUE, _NO_TORQUE]
         spec.joint(f"{unit}_rotor").damping[0] += self.decay * spec.body(f"{unit}_rotor").inertia[0]
 
 

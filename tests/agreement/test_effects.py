@@ -1,0 +1,196 @@
+"""Every registered effect: its derivatives, and MuJoCo flying the model with it built in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times
+from testbed.arrays import Array
+from testbed.assembly.estimation import telemetry_of
+from testbed.assembly.extension import extended, write_extended
+from testbed.assembly.platform import PlatformModel, nominal_platform
+from testbed.dynamics.inertia import theta_of
+from testbed.effects.contract import Effect, Extension, NamedEffect
+from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.estimation.telemetry import Telemetry
+from testbed.experiment.conduct import conduct
+from testbed.experiment.experiment import Experiment
+from testbed.prediction.grid import grid_of
+from testbed.prediction.hooks import Hooks
+from testbed.prediction.integration import Values
+from testbed.prediction.prediction import predicted, predicted_with_derivatives
+from testbed.scenario.reader import read_scenario
+from testbed.scenario.scenario import Scenario
+from testbed.scenario.shipped import shipped_scenario
+
+LEFT = 2e-6
+"""rad/s. Gimbal angles sampled at 160 Hz leave 3e-7, an MJCF's six digits 4e-7 of 0.3 rad/s."""
+SHARE = 0.01
+"""Of the signature that may be left where both sides approximate, such as a mode integrated at 64 Hz."""
+SHARES = {"rotor_spin_down": 0.02}
+"""A rotor that is not driven keeps its speed in space, too: the body's 0.6 rad/s are a tenth of what it loses here."""
+PREDICTED = [pytest.param(effect, id=effect.id) for effect in EFFECTS.values()]
+EVERY = [pytest.param(effect, id=effect.id) for effect in (*EFFECTS.values(), *READING_EFFECTS.values())]
+FLOWN = [each for each in PREDICTED if each.values[0].flies]
+
+
+def typical(effect: NamedEffect) -> Array:
+    return np.array([parameter.typical for parameter in effect.parameters])
+
+
+def place(effect: NamedEffect) -> str:
+    """One of its components: not the first, which an index that is forgotten would hit too."""
+    return effect.components[len(effect.components) // 2]
+
+
+# Derivatives
+
+
+@cache
+def synthetic_run() -> Telemetry:
+    """Two seconds with momentum, spin, and a torque that an actuator might apply."""
+    times = sample_times(1000.0)
+    run = exact_telemetry(nominal_flight(np.array([0.003, -0.004, 0.006])), sample_times(16.0), times)
+    torque_B = 1e-3 * np.sin(np.outer(times, [3.0, 4.0, 5.0]))
+    return replace(run, gyro_time=run.gyro_time[:32], body_rate=run.body_rate[:32], applied_torque=torque_B)
+
+
+@pytest.mark.parametrize("effect", PREDICTED)
+def test_derivatives_agree_with_differences(effect: Effect):
+    run = synthetic_run()
+    grid, hooks, at = grid_of([run]), [effect.hooks(place(effect))], typical(effect)
+
+    def values(sizes: Array) -> Values:
+        return Values(theta=TRUE_THETA[None], initial_rate=run.body_rate[:1][None], effects=(sizes[None],))
+
+    _, derivatives = predicted_with_derivatives(grid, hooks, values(at), range(6, 6 + len(at)))
+    for index, scale in enumerate(np.abs(at)):
+        step = 1e-5 * scale * np.eye(len(at))[index]
+        forward, back = (predicted(grid, hooks, values(at + sign * step))[0][0] for sign in (1.0, -1.0))
+        difference = (forward - back) / 2e-5  # by the parameter's typical size: truncation 1e-10, rounding 1e-11
+        exact = derivatives[0][..., index] * scale
+        assert np.abs(exact).max() > 1e-7, effect.parameters[index].name  # rad/s: the test has something to compare
+        np.testing.assert_allclose(exact, difference, atol=2e-9)
+
+
+# Flights
+
+
+@cache
+def scenario() -> Scenario:
+    """A short noise-free flight, released with spin; its gimbals start smoothly, so that samples of them tell all."""
+    shipped = read_scenario(shipped_scenario("diagnose"))
+    turns = np.cumsum(np.random.default_rng(3).uniform(-0.4, 0.4, (5, 6)), axis=0)
+    change = {
+        "initial": {"body_rate_rad_s": [0.2, -0.6, 0.3]},
+        "gyro": {"noise_rad_s": 0.0},
+        "encoder": {"noise_rad": 0.0},
+        "tachometer": {"noise_rad_s": 0.0},
+        "torque_sensor": {"noise_N_m": 0.0},
+        "simulation": {"duration_s": 1.25, "control_rate_hz": 160.0, "telemetry_rate_hz": 160.0},
+        "controller": {"feedback_gain_1_s": 1.0},
+        "estimation": {"initial_momentum": "estimated", "estimators": ["iv_momentum"]},
+    }
+    spline = {
+        "kind": "control_points",
+        "parametrization": "gimbal",
+        "duration_s": 2.0,
+        "gimbal_angle_rad": np.vstack([np.zeros((3, 6)), turns]).tolist(),
+    }
+    changed = extended(shipped, Extension(scenario=change))
+    return Scenario.model_validate(changed.model_dump(by_alias=True, exclude_unset=True) | {"maneuver": spline})
+
+
+@cache
+def nominal() -> PlatformModel:
+    return nominal_platform(scenario())
+
+
+@dataclass(frozen=True, kw_only=True)
+class Flight:
+    experiment: Experiment
+    telemetry: Telemetry
+
+    def residual(self, hooks: list[Hooks], *effects: Array) -> float:
+        """Largest difference of the prediction with nominal inertia from what the gyro read, rad/s."""
+        values = Values(
+            theta=theta_of(nominal().inertia)[None],
+            initial_rate=np.array(scenario().initial.body_rate_rad_s)[None, None],
+            effects=tuple(size[None] for size in effects),
+        )
+        reading = predicted(grid_of([self.telemetry]), hooks, values)[0][0]
+        return float(np.abs(reading - self.telemetry.body_rate).max())
+
+
+def flown(extensions: list[Extension], folder: Path) -> Flight:
+    """Write the extended model, read it back and fly it; telemetry is taken for what the nominal model says it is."""
+    path = write_extended(scenario(), extensions, nominal().inertia, folder)
+    experiment = conduct(read_scenario(path), seed=1)
+    return Flight(experiment=experiment, telemetry=telemetry_of(experiment.flown.record, scenario(), nominal()))
+
+
+def test_without_effects_the_files_fly_as_the_scenario_does(tmp_path):
+    flight = flown([], tmp_path)
+    plain = conduct(scenario(), seed=1).flown.record.channels["true_body_rate"]
+    np.testing.assert_allclose(flight.experiment.flown.record.channels["true_body_rate"], plain, atol=LEFT)
+    assert flight.residual([]) < LEFT
+    text = (tmp_path / "scenario.toml").read_text(encoding="utf-8")
+    assert 'model = "platform.xml"' in text
+    assert not any(key in text for key in ("inertia_kg_m2", "mass_kg", "edge_m", "skew_deg"))
+
+
+@pytest.mark.parametrize("effect", FLOWN)
+def test_mujoco_and_the_prediction_show_the_same_signature(effect: Effect, tmp_path):
+    """In the closed loop: the record is explained with the effect at its size, and without it is not."""
+    component, size = place(effect), typical(effect)
+    flight = flown([effect.extension(component, size, scenario())], tmp_path)
+    if effect.id == "rotor_spin_down":  # the flown tachometers tell of it: it is an effect where there are none
+        flight = replace(flight, telemetry=replace(flight.telemetry, rotor_momentum=None))
+    assert flight.experiment.outcome == "completed"
+    assert flight.experiment.estimation is not None
+    signature, left = flight.residual([]), flight.residual([effect.hooks(component)], size)
+    print(f"{effect.id}: signature {signature:.1e} rad/s, left {left:.1e}")
+    allowed = LEFT + SHARES.get(effect.id, SHARE) * signature
+    assert left < allowed
+    if "applied_torque" not in effect.needs:  # this platform applies none
+        assert signature > 10.0 * allowed
+
+
+@pytest.mark.parametrize("effect", READING_EFFECTS.values(), ids=READING_EFFECTS)
+def test_a_model_with_an_effect_on_readings_flies(effect: NamedEffect, tmp_path):
+    flight = flown([effect.extension(place(effect), typical(effect), scenario())], tmp_path)
+    assert flight.experiment.outcome == "completed"
+    assert flight.residual([]) > LEFT
+
+
+@pytest.mark.parametrize("effect", [each for each in EVERY if not each.values[0].flies])
+def test_what_cannot_fly_leaves_the_model_as_it_is(effect: NamedEffect):
+    assert effect.extension(place(effect), typical(effect), scenario()) == Extension()
+
+
+def test_effects_fly_together(tmp_path):
+    """One on the platform, two on units, one in the gyro; each is asked with the scenario that the others made."""
+    sizes = {"viscous_drag": "platform", "rotor_speed": "cmg2", "gyro_latency": "gyro"}
+    placed = [(EFFECTS[name], component) for name, component in sizes.items()] + [(EFFECTS["rotor_speed"], "cmg5")]
+    extensions, present = [], scenario()
+    for effect, component in placed:
+        extensions.append(effect.extension(component, typical(effect), present))
+        present = extended(present, extensions[-1])
+    flight = flown(extensions, tmp_path)
+    hooks = [effect.hooks(component) for effect, component in placed]
+    assert flight.residual(hooks, *(typical(effect) for effect, _ in placed)) < LEFT + SHARE * flight.residual([])
+
+
+@pytest.mark.parametrize("effect", EVERY)
+def test_an_effect_says_what_it_is(effect: NamedEffect):
+    assert effect.sentence.endswith(".")
+    assert effect.confirm.endswith(".")
+    assert effect.id not in effect.look_alikes
+    for parameter in effect.parameters:
+        assert parameter.lower <= parameter.absent <= parameter.upper
+        assert parameter.lower <= parameter.typical <= parameter.upper
