@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import sqrt
+from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
@@ -17,8 +18,9 @@ from testbed.diagnosis.latent import LatentTorque, latent_torque
 from testbed.diagnosis.model import Fit, Placed, fitted, fitted_initial_rates
 from testbed.diagnosis.noise import NoiseLevel, noise_level
 from testbed.diagnosis.probabilities import probabilities_of
+from testbed.diagnosis.scatter import Scatter, scatter_found, widened
 from testbed.diagnosis.screening import Candidate, Screening, screened
-from testbed.effects.contract import Effect
+from testbed.effects.contract import Effect, ReadingEffect
 
 MOST_EFFECTS = 3
 UNEXPLAINED = 0.01
@@ -80,6 +82,7 @@ class Diagnosis:
         gap_before: of the baseline.
         gap: of the model.
         noise: the gyro's noise against what is stated.
+        scatter: effects on how the gyro's samples scatter, told anew with every model; the runs believe them.
         steps: effects in the order in which they were added.
         remaining: the hypotheses against the final model; None until they were looked at.
         latent: torque that the final model leaves; None until it was looked at.
@@ -95,6 +98,7 @@ class Diagnosis:
     gap_before: Gap
     gap: Gap
     noise: NoiseLevel
+    scatter: tuple[Scatter, ...] = ()
     steps: tuple[Step, ...] = ()
     remaining: Screening | None = None
     latent: LatentTorque | None = None
@@ -114,7 +118,7 @@ class Diagnosis:
         if self.left_over:
             return "unexplained"
         if not self.steps:
-            return "none"
+            return "named" if self.scatter else "none"
         return "ambiguous" if self.steps[0].look_alikes else "named"
 
     @property
@@ -129,6 +133,7 @@ def diagnosed(
     effects: Mapping[str, Effect],
     nominal_theta: Theta,
     progress: Callable[[str], None] = lambda _: None,
+    reading_effects: Mapping[str, ReadingEffect] = MappingProxyType({}),
 ) -> Iterator[Diagnosis]:
     """Yield what is known after every stage; the last one is complete.
 
@@ -138,6 +143,7 @@ def diagnosed(
         effects: by id.
         nominal_theta: to start from, kg·m².
         progress: told what is being done.
+        reading_effects: those on the scatter of the gyro's samples, by id.
 
     Raises:
         InputError: the nominal motion leaves the finite numbers.
@@ -158,17 +164,23 @@ def diagnosed(
         noise=noise,
         untestable=tuple(untestable),
     )
+    stated = state
+
+    def scattered(now: Diagnosis) -> Diagnosis:
+        return _with_scatter(now, stated, reading_effects, len(testable))
+
+    state = scattered(state)
     yield state
     while len(state.steps) < MOST_EFFECTS:
-        screening = screened(runs, state.model, without(testable, state.model.placed), progress)
+        screening = screened(state.runs, state.model, without(testable, state.model.placed), progress)
         state = replace(state, remaining=screening)
         chosen = _chosen(state, screening)
         if chosen is None:
             break
-        state = _with_effect(state, chosen, screening)
+        state = scattered(_with_effect(state, chosen, screening))
         yield state
     progress("what is left")
-    yield replace(state, latent=latent_torque(runs, state.model), complete=True)
+    yield replace(state, latent=latent_torque(state.runs, state.model), complete=True)
 
 
 def _chosen(state: Diagnosis, screening: Screening) -> Candidate | None:
@@ -185,6 +197,22 @@ def _with_effect(state: Diagnosis, chosen: Candidate, screening: Screening) -> D
     after = _gap(chosen.fit, state.heldout)
     step = Step(candidate=chosen, screening=screening, before=state.gap, after=after)
     return replace(state, model=chosen.fit, gap=after, steps=(*state.steps, step))
+
+
+def _with_scatter(state: Diagnosis, stated: Diagnosis, effects: Mapping[str, ReadingEffect], others: int) -> Diagnosis:
+    """Tell the scatter anew from what the present model leaves: what looked like noise may have got a name."""
+    model = state.model if state.runs is stated.runs else _refitted(stated.runs, state.model)
+    found = scatter_found(stated.runs, model, effects, others)
+    runs, heldout = stated.runs, stated.heldout
+    if found:
+        runs = runs.with_sigma(widened(runs.sigma, found))
+        heldout = None if heldout is None else heldout.with_sigma(widened(heldout.sigma, found))
+        model = _refitted(runs, model)
+    return replace(state, runs=runs, heldout=heldout, model=model, gap=_gap(model, heldout), scatter=found)
+
+
+def _refitted(runs: Runs, fit: Fit) -> Fit:
+    return fitted(runs, fit.placed, fit.theta, [value[0] for value in fit.values.effects])
 
 
 def _gap(fit: Fit, heldout: Runs | None) -> Gap:

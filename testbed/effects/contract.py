@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
-from testbed.arrays import Array
+from testbed.arrays import Array, Vector3
 from testbed.plant.additions import Addition
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
@@ -162,14 +162,14 @@ class Finding:
         std: their standard errors, shape (K,).
         gain: twice the logarithm of the likelihood ratio with and without it.
         p_value: of what was seen, if the effect is not there; one test.
-        sigma: standard deviation of the readings with it, shape (R, 3), rad/s.
+        variance: that it adds to each axis' readings, shape (3,), rad²/s².
     """
 
     values: Array
     std: Array
     gain: float
     p_value: float
-    sigma: Array
+    variance: Vector3
 
 
 class ReadingEffect(NamedEffect):

@@ -44,7 +44,7 @@ class GyroNoise(ReadingEffect):
             std=np.array([spread / (2.0 * noise) if noise > 0.0 else np.sqrt(spread)]),
             gain=freedom * (ratio - 1.0 - np.log(ratio)) if extra else 0.0,
             p_value=float(chi2.sf(freedom * ratio, freedom)),
-            sigma=np.sqrt(readings.sigma**2 + axes * variance * extra),
+            variance=axes * variance * extra,
         )
 
     @override

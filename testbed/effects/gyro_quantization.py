@@ -44,7 +44,7 @@ class GyroQuantization(ReadingEffect):
             std=np.array([step * _OFF_LEVEL / levels]),
             gain=-2.0 * log_chance,
             p_value=float(np.exp(log_chance)),
-            sigma=np.sqrt(readings.sigma**2 + step**2 / 12.0),
+            variance=np.full(3, step**2 / 12.0),
         )
 
     @override

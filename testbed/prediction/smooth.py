@@ -67,7 +67,7 @@ class Smooth:
         linear = rise - 2 * lag * square
         constant = self._values[:, :-1] - lag * linear
         end = constant + self._step * (linear + self._step * (square + self._step * cubic))
-        decay = _decay(self._step, time_constant)[:, None]
+        decay = _decay(np.array([self._step]), time_constant)[:, None]
         state, filtered = constant[:, 0], [constant[:, 0]]
         for index in range(end.shape[1]):
             state = end[:, index] + decay * (state - constant[:, index])
@@ -75,8 +75,8 @@ class Smooth:
         return Smooth(self._time, np.stack(filtered, axis=1))
 
 
-def _decay(time: Array | float, time_constant: Array) -> Array:
+def _decay(time: Array, time_constant: Array) -> Array:
     """Return exp(-t/T): one at t = 0; beyond it zero, as all its derivatives are, where T is zero or nearly so."""
-    lasting = time_constant.real * _FORGOTTEN > np.real(time)
+    lasting = time_constant.real * _FORGOTTEN > time.real
     exponent = np.where(lasting, time, 0.0) / np.where(time_constant.real > 0.0, time_constant, 1.0)
-    return np.where(lasting, np.exp(-exponent), np.real(time) == 0.0)
+    return np.where(lasting, np.exp(-exponent), time.real == 0.0)
