@@ -55,14 +55,16 @@ def momenta_N(engine, states):
 # --- all effects alike ---------------------------------------------------------------------------------------------
 
 
-def case_with(effects=(), actuation="cmg"):
-    run = Run(duration=0.5, maneuver=0, planned_spin=(0.2, -0.2, 0.2))
+def case_with(effects=(), actuation="cmg", duration=0.5):
+    run = Run(duration=duration, maneuver=0, planned_spin=(0.2, -0.2, 0.2))
     return Case(scenario=SCENARIO, seed=5, runs=(run,), effects=tuple(effects), actuation=actuation)
 
 
 @pytest.fixture(scope="module")
 def undisturbed():
-    return {actuation: fly_case(case_with(actuation=actuation)) for actuation in ("cmg", "applied_torque")}
+    return {
+        actuation: fly_case(case_with(actuation=actuation, duration=0.3)) for actuation in ("cmg", "applied_torque")
+    }
 
 
 def shown(flown):
@@ -86,8 +88,8 @@ def test_size_zero_changes_nothing_and_a_typical_size_something(effect, undistur
     zero = HiddenEffect(effect=effect, component=hidden.component, parameters=scaled(kind, hidden.parameters, 0.0))
     without, nothing, something = (
         undisturbed[actuation],
-        fly_case(case_with([zero], actuation)),
-        fly_case(case_with([hidden], actuation)),
+        fly_case(case_with([zero], actuation, 0.3)),
+        fly_case(case_with([hidden], actuation, 0.3)),
     )
     # Rounding only: a step of another length, an identity rotation.
     np.testing.assert_allclose(shown(nothing), shown(without), rtol=0, atol=1e-11)

@@ -5,12 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
+from testbed.experiment.estimating import estimate_record
 from testbed.records.reading import read_data_set
 from tests.agreement.test_concealing import SCENARIO
 from tests.concealing.case import Case, Run, Telemetry
 from tests.concealing.effect import HiddenEffect
 from tests.concealing.files import conceal, is_sealed
+from tests.concealing.flown import theta
+from tests.concealing.guidance import software_of
 
 LATE = HiddenEffect(effect="gyro_latency", component="gyro", parameters={"delay": 0.012})
 RUNS = (Run(duration=1.0, maneuver=1), Run(duration=0.8, maneuver=2, release_error=(0.01, 0.0, -0.01)))
@@ -122,3 +126,17 @@ def test_a_platform_under_applied_torque(tmp_path):
     record = read_data_set(tmp_path / "data")[0]
     assert set(record.channels) == {"body_rate", "applied_torque"}
     assert np.abs(record.channels["body_rate"]).max() > 0.05
+
+
+def test_the_testbed_estimates_the_true_inertia_from_an_undisturbed_set(tmp_path):
+    runs = tuple(Run(duration=2.0, maneuver=index, planned_spin=(0.1, -0.1, 0.1)) for index in (4, 5))
+    flown = conceal(case(runs=runs), tmp_path / "data", tmp_path / "answer")
+    known = software_of(SCENARIO)
+    estimation = known.scenario.estimation.model_copy(
+        update={"estimators": ("output_error",), "initial_momentum": "estimated"}
+    )
+    scenario = known.scenario.model_copy(update={"estimation": estimation})
+    for record in read_data_set(tmp_path / "data"):
+        estimate = estimate_record(scenario, known.nominal, record).by_name["output_error"]
+        error = np.linalg.solve(np.linalg.cholesky(estimate.covariance), estimate.theta - theta(flown.craft))
+        assert error @ error < chi2.isf(1e-4, 6)

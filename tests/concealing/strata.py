@@ -24,6 +24,14 @@ MULTIPLES = (0.5, 1.0, 2.0, 4.0, 8.0)
 UNLISTED_SIGMA = (8.0, 16.0)
 """Sizes of unlisted effects, in sigma."""
 PAIR_MULTIPLE = 4.0
+_LOOK_ALIKES = (
+    {"gyro_latency", "gyro_bandwidth"},
+    {"body_torque", "inertial_torque", "gyro_drift"},
+    {"viscous_drag", "quadratic_drag", "tether"},
+    {"gyro_noise", "gyro_quantization"},
+    {"gimbal_viscous_friction", "gimbal_coulomb_friction"},
+)
+"""Effects that no pair has both of: nobody could say which two they were."""
 _MISSTATED = 0.2
 _APPLIED_SHARE = 0.1
 _ATTEMPTS = 20
@@ -73,7 +81,7 @@ def _pair(rng: np.random.Generator, scenario: Path, effect: str | None, multiple
     """Two effects of different ids in one CMG platform, each sized alone."""
     cmg = {name: kind for name, kind in LISTED.items() if "cmg" in kind.actuation}
     first = _chosen(rng, cmg, effect)
-    second = _chosen(rng, {name: kind for name, kind in cmg.items() if name != first}, None)
+    second = _chosen(rng, {name: kind for name, kind in cmg.items() if not _alike(name, first)}, None)
     case = replace(_bare(rng, scenario, "cmg", first), telemetry=_telemetry(rng, first, second))
     times = PAIR_MULTIPLE if multiple is None else multiple
     pair = [_hidden(rng, case, name, times) for name in (first, second)]
@@ -117,6 +125,10 @@ _DRAWN: dict[str, Callable[[np.random.Generator, Path, str | None, float | None]
     "sigma_understated": _understated,
     "sigma_overstated": _overstated,
 }
+
+
+def _alike(one: str, other: str) -> bool:
+    return one == other or any({one, other} <= alike for alike in _LOOK_ALIKES)
 
 
 def _actuation(rng: np.random.Generator, effect: str | None) -> Literal["cmg", "applied_torque"]:
