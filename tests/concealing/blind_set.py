@@ -7,11 +7,12 @@ goes on where it was. Case k depends on the seed and on k alone.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from itertools import cycle, islice, product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -47,8 +48,9 @@ class Order:
 
 def orders(counts: Counts, seed: int) -> list[Order]:
     """Return the cases of a set in their random order; effects and sizes take turns, so that each gets its share."""
-    wanted = [*_wanted(counts)]
-    shuffled = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_ORDER,))).permutation(len(wanted))
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_ORDER,)))
+    wanted = [*_wanted(counts, rng)]
+    shuffled = rng.permutation(len(wanted))
     return [
         Order(index=index, stratum=wanted[pick][0], effect=wanted[pick][1], multiple=wanted[pick][2])
         for index, pick in enumerate(shuffled)
@@ -65,14 +67,20 @@ def make(order: Order, seed: int, scenario: Path, data: Path, answers: Path) -> 
     return data / name
 
 
-def _wanted(counts: Counts) -> Iterator[tuple[Stratum, str | None, float | None]]:
+def _wanted(counts: Counts, rng: np.random.Generator) -> Iterator[tuple[Stratum, str | None, float | None]]:
     listed = [name for name in LISTED if name not in NEVER_HIDDEN]
     yield from [("null", None, None)] * counts.null
-    yield from (("single", *each) for each in islice(cycle(product(listed, MULTIPLES)), counts.single))
-    yield from (("pair", name, None) for name in islice(cycle(_with_cmgs(listed)), counts.pair))
-    yield from (("unlisted", *each) for each in islice(cycle(product(UNLISTED, UNLISTED_SIGMA)), counts.unlisted))
+    yield from (("single", *each) for each in _turns(rng, product(listed, MULTIPLES), counts.single))
+    yield from (("pair", name, None) for name in _turns(rng, _with_cmgs(listed), counts.pair))
+    yield from (("unlisted", *each) for each in _turns(rng, product(UNLISTED, UNLISTED_SIGMA), counts.unlisted))
     yield from [("sigma_understated", None, None)] * counts.sigma_understated
     yield from [("sigma_overstated", None, None)] * counts.sigma_overstated
+
+
+def _turns(rng: np.random.Generator, of: Iterable[Any], count: int) -> Iterator[Any]:
+    """Return so many of a few in turns, in random order: each as often as any other, but for one."""
+    few = [*of]
+    return islice(cycle([few[index] for index in rng.permutation(len(few))]), count)
 
 
 def _with_cmgs(names: list[str]) -> list[str]:

@@ -1,5 +1,5 @@
 """Random cases of each part of the score card. What is recorded, and how well, never depends on what is hidden,
-but that an effect which only unit telemetry shows gets unit telemetry."""
+but that an effect which only unit telemetry shows gets it, and more noise than stated is beside a statement."""
 
 from __future__ import annotations
 
@@ -191,7 +191,7 @@ def _telemetry(rng: np.random.Generator, *effects: str | None) -> Telemetry:
         encoder_step=float(rng.choice((0.0, 2.0 * np.pi / 2**14), p=(0.7, 0.3))),
         dropouts=float(rng.uniform(0.02, 0.1)) if drawn[4] < 0.15 else 0.0,
         outliers=float(rng.uniform(0.003, 0.015)) if drawn[5] < 0.15 else 0.0,
-        stated_noise=None if drawn[6] < 0.15 else 1.0,
+        stated_noise=None if drawn[6] < 0.15 and "gyro_noise" not in effects else 1.0,
     )
 
 
