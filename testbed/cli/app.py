@@ -113,6 +113,18 @@ def estimate(
 
 
 @app.command()
+def diagnose(
+    scenario: ScenarioPath,
+    data: Annotated[Path, typer.Option(metavar="FOLDER", help="Folder of records: NAME.csv or NAME.parquet.")],
+    out: Out = None,
+) -> None:
+    """Find where the nominal model and measured records disagree, and name the effect that is missing."""
+    from testbed.cli.diagnose import diagnose_records  # noqa: PLC0415
+
+    raise typer.Exit(diagnose_records(scenario, data, out))
+
+
+@app.command()
 def check(scenario: ScenarioPath) -> None:
     """Check a scenario: everything that is wrong with it at once."""
     from testbed.cli.check import check_scenario  # noqa: PLC0415

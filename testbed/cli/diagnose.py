@@ -1,0 +1,159 @@
+"""testbed diagnose: where model and measured data disagree, and which named effect is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from testbed.assembly.platform import nominal_platform
+from testbed.cli.console import console, say, terminal, warn
+from testbed.cli.diagnose_tables import candidates_table, detectable_table, inertia_table, places_table
+from testbed.cli.failures import COMPLETED, INTERRUPTED
+from testbed.delivery.diagnosis_folder import write_diagnosis
+from testbed.delivery.folder import free_folder, require_free
+from testbed.diagnosis.findings import first_screening
+from testbed.diagnosis.location import Place, located
+from testbed.diagnosis.reading import DataSet, data_set_of
+from testbed.diagnosis.workflow import Diagnosis, Step, diagnosed
+from testbed.dynamics.inertia import theta_of
+from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.records.reading import read_data_set
+from testbed.report.diagnosis_verdict import (
+    diagnosis_verdict,
+    effect_name,
+    effect_sentence,
+    gap_words,
+    quantity_words,
+    step_words,
+)
+from testbed.scenario.reader import read_scenario
+
+OUT = Path("runs")
+
+
+def diagnose_records(path: Path, data: Path, out: Path | None) -> int:
+    """Diagnose the records of a folder against a nominal scenario, print and write what was found.
+
+    Args:
+        path: of the scenario.
+        data: folder of records.
+        out: new or empty folder; None for a fresh one.
+
+    Returns:
+        The exit code; Ctrl-C keeps what was found so far.
+
+    Raises:
+        InputError: scenario, records or output folder cannot be used.
+    """
+    scenario = read_scenario(path)
+    folder = free_folder(OUT, f"{scenario.name}-diagnosis") if out is None else out
+    require_free(folder)
+    nominal = nominal_platform(scenario)
+    data_set = data_set_of(read_data_set(data), scenario, nominal)
+    _tell_data(data_set)
+    told = _Told()
+    try:
+        with _progress() as progress:
+            stages = diagnosed(
+                data_set.runs, data_set.heldout, EFFECTS, theta_of(nominal.inertia), progress, READING_EFFECTS
+            )
+            for diagnosis in stages:
+                told.tell(diagnosis)
+    except KeyboardInterrupt:
+        pass
+    if told.last is None:
+        say("Interrupted before anything was found; nothing was written.")
+        return INTERRUPTED
+    _tell_end(told.last)
+    for notice in write_diagnosis(folder, path, scenario, told.last, told.places, data_set.notices):
+        warn("note", notice)
+    _tell_folder(folder)
+    return COMPLETED if told.last.complete else INTERRUPTED
+
+
+class _Told:
+    """Prints what each stage of a diagnosis adds to what was told before."""
+
+    def __init__(self) -> None:
+        self.last: Diagnosis | None = None
+        self.places: tuple[Place, ...] = ()
+
+    def tell(self, diagnosis: Diagnosis) -> None:
+        """Print what is new."""
+        before, self.last = self.last, diagnosis
+        if before is None:
+            self.places = located(diagnosis.runs, diagnosis.baseline)
+            _tell_gap(diagnosis, self.places)
+        if first_screening(diagnosis) is not None and (before is None or first_screening(before) is None):
+            say()
+            console.print(detectable_table(diagnosis))
+        for step in diagnosis.steps[len(before.steps) if before else 0 :]:
+            _tell_step(diagnosis, step)
+        if diagnosis.complete:
+            _tell_rest(diagnosis)
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[str], None]]:
+    """Show what is being done, and for how long, on standard error."""
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal) as bars:
+        task = bars.add_task("Reading")
+        yield lambda what: bars.update(task, description=f"Testing {what}")
+
+
+def _tell_data(data_set: DataSet) -> None:
+    fit, held_out = data_set.runs.names, () if data_set.heldout is None else data_set.heldout.names
+    say(f"Runs       fitted: {', '.join(fit)}; held out: {', '.join(held_out) or 'none'}")
+    for notice in data_set.notices:
+        warn("note", notice)
+
+
+def _tell_gap(diagnosis: Diagnosis, places: Sequence[Place]) -> None:
+    say(f"Gap        {gap_words(diagnosis.gap_before)}, in sigma of the gyro; noise alone is 1")
+    say("           of the nominal model, its inertia and the initial rates re-estimated")
+    if places:
+        say()
+        console.print(places_table(places))
+
+
+def _tell_step(diagnosis: Diagnosis, step: Step) -> None:
+    say()
+    console.print(candidates_table(step.screening))
+    say()
+    say(f"Added      {effect_name(step.placed.effect, step.placed.component)}")
+    for line in step_words(diagnosis, step):
+        say(f"           {line}")
+    say(f"Gap        {gap_words(step.before)} -> {gap_words(step.after)}")
+
+
+def _tell_rest(diagnosis: Diagnosis) -> None:
+    for scatter in diagnosis.scatter:
+        say()
+        say(f"Added      {effect_name(scatter.effect, scatter.component)}")
+        say(f"           {effect_sentence(scatter.effect, scatter.component)}")
+        for quantity in scatter.effect.quantities(scatter.finding.values, scatter.finding.std):
+            say(f"           {quantity_words(quantity)}")
+    if diagnosis.latent is not None:
+        say()
+        say(f"Left over  a torque that no effect names: p = {diagnosis.latent.p_value:.2g}")
+
+
+def _tell_end(diagnosis: Diagnosis) -> None:
+    say()
+    console.print(inertia_table(diagnosis))
+    say()
+    verdict = diagnosis_verdict(diagnosis)
+    colour = {"good": "green", "warn": "yellow", "bad": "red"}.get(verdict.tone, "default")
+    console.print(f"[{colour}]Verdict[/]    {diagnosis.verdict}", highlight=False)
+    say(f"           {verdict.text}")
+
+
+def _tell_folder(folder: Path) -> None:
+    say()
+    say(f"Folder     {folder}")
+    say(f"Report     {folder / 'report.html'}")
+    say(f"Recording  testbed view {folder}")

@@ -1,0 +1,130 @@
+"""What a diagnosis looks like in the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+
+import numpy as np
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+from rich.text import Text
+
+from testbed.arrays import Theta
+from testbed.diagnosis.findings import Detectable, detectable_sizes, inertia_change, pairs_alike, stds_of
+from testbed.diagnosis.location import Place
+from testbed.diagnosis.probabilities import probabilities_of
+from testbed.diagnosis.result import told
+from testbed.diagnosis.screening import Screening
+from testbed.diagnosis.workflow import Diagnosis
+from testbed.dynamics.inertia import PARAMETER_NAMES
+
+_ALIKE_SHOWN = 3
+
+
+def places_table(places: Sequence[Place]) -> Table:
+    """Return where the gap is."""
+    table = _table("Where the gap is", ("signal", "run", "from", "to", "share", "goes along with", "as"))
+    for place in places:
+        table.add_row(
+            place.signal,
+            Text(place.run),
+            f"{place.from_s:.2f} s",
+            f"{place.to_s:.2f} s",
+            f"{place.share:.0%}",
+            place.depends_on or "nothing",
+            place.enters_as or "",
+        )
+    return table
+
+
+def detectable_table(diagnosis: Diagnosis) -> Table:
+    """Return what these data can show: a row for each effect, its most and its least visible component."""
+    table = _table("What these data can tell", ("effect", "typical size", "smallest seen", "", "hard to tell from"))
+    alike = _look_alikes(diagnosis)
+    for effect, group in groupby(detectable_sizes(diagnosis), key=lambda size: size.placed.effect.id):
+        sizes = sorted(group, key=lambda size: size.multiple)
+        style = "" if sizes[-1].seen_when_typical else "yellow" if sizes[0].seen_when_typical else "dim"
+        table.add_row(
+            effect, told(sizes[0].typical), _smallest(sizes), _how_many_seen(sizes), alike.get(effect, ""), style=style
+        )
+    for each in diagnosis.untestable:
+        table.add_row(each.effect, "", f"needs {each.needs}", "untestable", "", style="dim")
+    return table
+
+
+def _smallest(sizes: Sequence[Detectable]) -> str:
+    least, most = sizes[0], sizes[-1]
+    if not least.smallest:
+        return "none: an alias of the inertia"
+    return (
+        told(least.smallest)
+        if len(sizes) == 1 or not most.smallest
+        else f"{told(least.smallest)} to {told(most.smallest)}"
+    )
+
+
+def _how_many_seen(sizes: Sequence[Detectable]) -> str:
+    seen = sum(size.seen_when_typical for size in sizes)
+    if len(sizes) == 1:
+        return "seen" if seen else "not at its typical size"
+    return f"seen in {seen} of {len(sizes)}"
+
+
+def _look_alikes(diagnosis: Diagnosis) -> dict[str, str]:
+    """Return the ids of the effects that each one is hard to tell from, by its own id."""
+    alike: dict[str, dict[str, None]] = {}
+    for one, other, _ in pairs_alike(diagnosis):
+        for this, that in ((one, other), (other, one)):
+            alike.setdefault(this.effect.id, {})[that.effect.id] = None
+    return {effect: ", ".join(list(others)[:_ALIKE_SHOWN]) for effect, others in alike.items()}
+
+
+def candidates_table(screening: Screening) -> Table:
+    """Return the effects that were refitted, the most probable first."""
+    table = _table("Effects, ranked", ("effect", "component", "probability", "chi2 gained", "BIC", "p"))
+    probability = probabilities_of(screening, None)
+    for candidate in screening.candidates:
+        table.add_row(
+            candidate.placed.effect.id,
+            candidate.placed.component,
+            f"{probability[candidate.placed.key]:.3f}",
+            f"{candidate.gain:.1f}",
+            f"{candidate.bic:+.1f}",
+            f"{candidate.p_value:.1g}",
+        )
+    return table
+
+
+def inertia_table(diagnosis: Diagnosis) -> Table:
+    """Return the inertia: nominal, re-estimated without the effects, and with them."""
+    differs = inertia_change(diagnosis)
+    said = "differs from nominal" if differs.significant else "agrees with nominal"
+    table = _table(f"Inertia in 1e-3 kg m², ± one standard deviation; {said}, p = {differs.p_value:.2g}", ("",))
+    for name in PARAMETER_NAMES:
+        table.add_column(name, justify="right", no_wrap=True)
+    table.add_row("nominal", *_cells(diagnosis.nominal_theta))
+    for label, fit in (("before", diagnosis.baseline), ("with the effects", diagnosis.model)):
+        table.add_row(label, *_cells(fit.theta))
+        table.add_row("", *_cells(stds_of(fit)[:6], "±"), style="dim")
+    return table
+
+
+def _cells(values: Theta, sign: str = "") -> Iterator[str]:
+    for value in values:
+        yield f"{sign}{1e3 * value:z.4f}" if np.isfinite(value) else "?"
+
+
+def _table(title: str, columns: Sequence[str]) -> Table:
+    table = Table(
+        title=Text(title),
+        title_justify="left",
+        title_style="bold",
+        box=SIMPLE_HEAD,
+        show_edge=False,
+        pad_edge=False,
+        padding=(0, 1, 0, 0),
+    )
+    for number, column in enumerate(columns):
+        table.add_column(column, no_wrap=number == 0, overflow="fold")
+    return table

@@ -1,0 +1,85 @@
+"""The folder of a diagnosis: the answer, its page, the recording, the extended model."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from testbed.assembly.extension import PLATFORM, SCENARIO, extended, write_extended
+from testbed.delivery.diagnosis_recording import diagnosis_content
+from testbed.delivery.folder import whole_folder
+from testbed.delivery.provenance import provenance, recording_id_of
+from testbed.delivery.run_folder import write_json
+from testbed.diagnosis.findings import residuals_of
+from testbed.diagnosis.location import Place
+from testbed.diagnosis.result import result_of
+from testbed.diagnosis.workflow import Diagnosis
+from testbed.dynamics.inertia import inertia_of
+from testbed.effects.contract import Extension
+from testbed.errors import InputError
+from testbed.recording.diagnosis import write_diagnosis_recording
+from testbed.report.diagnosis import write_diagnosis_page
+from testbed.scenario.scenario import Scenario
+
+EXTENDED = "extended"
+
+
+def write_diagnosis(
+    folder: Path,
+    scenario_path: Path,
+    scenario: Scenario,
+    diagnosis: Diagnosis,
+    places: Sequence[Place],
+    notices: Sequence[str],
+) -> tuple[str, ...]:
+    """Write diagnosis.json, report.html, recording.rrd, scenario.toml, extended/, provenance.json, or nothing.
+
+    Args:
+        folder: new or empty.
+        scenario_path: of the nominal scenario; copied as it is.
+        scenario: read from it.
+        diagnosis: complete or not.
+        places: where the gap is.
+        notices: what a reader has to know of the records.
+
+    Returns:
+        What more there is to know once all is written.
+
+    Raises:
+        InputError: the folder is taken, or cannot be written.
+    """
+    scenario_text = scenario_path.read_text(encoding="utf-8")
+    origin = provenance(scenario, scenario_text)
+    residuals = residuals_of(diagnosis)
+    with whole_folder(folder) as part:
+        shutil.copyfile(scenario_path, part / SCENARIO)
+        model, said = _write_model(part, scenario, diagnosis)
+        content = result_of(diagnosis, places, (*notices, *said)) | model
+        write_json(part / "diagnosis.json", content)
+        write_json(part / "provenance.json", origin)
+        write_diagnosis_page(
+            part / "report.html", diagnosis, places, residuals, origin | {"scenario.toml": scenario_text}, content
+        )
+        write_diagnosis_recording(part / "recording.rrd", recording_id_of(origin), diagnosis_content(residuals, origin))
+    return said
+
+
+def _write_model(part: Path, scenario: Scenario, diagnosis: Diagnosis) -> tuple[Mapping[str, Any], tuple[str, ...]]:
+    """Write the extended model; return where it is, and why there is none where a part of it cannot be built."""
+    try:
+        extensions = list(_extensions(scenario, diagnosis))
+        write_extended(scenario, extensions, inertia_of(diagnosis.model.theta), part / EXTENDED)
+    except InputError as error:
+        shutil.rmtree(part / EXTENDED, ignore_errors=True)
+        return {"model": None, "scenario": None}, (f"no extended model: {error}",)
+    return {"model": f"{EXTENDED}/{PLATFORM}", "scenario": f"{EXTENDED}/{SCENARIO}"}, ()
+
+
+def _extensions(scenario: Scenario, diagnosis: Diagnosis) -> Iterator[Extension]:
+    """Yield what every effect adds, each asked with the scenario that those before it have changed."""
+    for placed, values in zip(diagnosis.model.placed, diagnosis.model.values.effects, strict=True):
+        extension = placed.effect.extension(placed.component, values[0], scenario)
+        scenario = extended(scenario, extension)
+        yield extension

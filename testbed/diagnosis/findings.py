@@ -1,0 +1,236 @@
+"""What follows from a diagnosis: sizes that would have been seen, look-alikes, parameters, inertia, residuals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from scipy.special import expit
+from scipy.stats import chi2
+
+from testbed.arrays import Array, Series, Theta, Vectors3
+from testbed.diagnosis.data import Runs
+from testbed.diagnosis.location import whitened_by_run
+from testbed.diagnosis.model import Fit, Placed, evaluated, fitted_initial_rates
+from testbed.diagnosis.probabilities import probabilities_of
+from testbed.diagnosis.scatter import Scatter
+from testbed.diagnosis.screening import Screening
+from testbed.diagnosis.signatures import Signature, distinguishability, smallest_detectable
+from testbed.diagnosis.workflow import Diagnosis, Gap, Step
+from testbed.effects.contract import Quantity
+from testbed.errors import InputError
+from testbed.prediction.integration import Values
+
+INERTIA = "inertia"
+"""The effect that is always in the model."""
+SIGNIFICANT = 0.01
+"""Chance at which the inertia is said to differ from the nominal one."""
+ALIKE = 0.2
+"""Sine of the angle between two effects below which they are called look-alikes: 2 % of one's power is its own."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Detectable:
+    """The smallest size of an effect that these data would have shown.
+
+    Attributes:
+        placed: effect and component.
+        multiple: of the typical size; infinite where this motion does not show the effect at all.
+        smallest: the effect's parameters at that size, as they are reported; empty where infinite.
+        typical: at their typical size.
+    """
+
+    placed: Placed
+    multiple: float
+    smallest: tuple[Quantity, ...]
+    typical: tuple[Quantity, ...]
+
+    @property
+    def seen_when_typical(self) -> bool:
+        """Whether the effect would have been found at its typical size."""
+        return self.multiple <= 1.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class InertiaChange:
+    """How the estimated inertia differs from the nominal one.
+
+    Attributes:
+        difference: θ̂ - θ, kg·m².
+        std: of it, kg·m².
+        p_value: of a difference as large if there were none (Wald test of all six parameters).
+    """
+
+    difference: Theta
+    std: Theta
+    p_value: float
+
+    @property
+    def significant(self) -> bool:
+        """Whether it differs by more than chance."""
+        return self.p_value < SIGNIFICANT
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RunResiduals:
+    """A run against the model without and with the effects.
+
+    Attributes:
+        name: of the run.
+        held_out: whether it was not fitted.
+        time: of the gyro's samples, shape (N,), s.
+        measured: ω, shape (N, 3), rad/s.
+        nominal: what the nominal model predicts of it, inertia and initial rates re-estimated, rad/s.
+        extended: what the model with all effects predicts, rad/s.
+        before: (measured - nominal) / σ, with the noise that is stated.
+        after: (measured - extended) / σ, with the noise as the model has it.
+    """
+
+    name: str
+    held_out: bool
+    time: Series
+    measured: Vectors3
+    nominal: Vectors3
+    extended: Vectors3
+    before: Array
+    after: Array
+
+
+def first_screening(diagnosis: Diagnosis) -> Screening | None:
+    """Return the hypotheses against the baseline; None where they were not looked at yet."""
+    return diagnosis.steps[0].screening if diagnosis.steps else diagnosis.remaining
+
+
+def shown_signatures(screening: Screening | None) -> tuple[Signature, ...]:
+    """Return the signatures that a reader is shown: the inertia is in every model already."""
+    if screening is None:
+        return ()
+    return tuple(each for each in screening.signatures if each.placed.effect.id != INERTIA)
+
+
+def detectable_sizes(diagnosis: Diagnosis) -> tuple[Detectable, ...]:
+    """Return the smallest detectable size of every effect, in the order in which effects are listed."""
+    screening = first_screening(diagnosis)
+    if screening is None:
+        return ()
+    return tuple(_detectable(each, screening.tested) for each in shown_signatures(screening))
+
+
+def _detectable(signature: Signature, tested: int) -> Detectable:
+    effect = signature.placed.effect
+    absent = np.array([parameter.absent for parameter in effect.parameters])
+    typical = np.array([parameter.typical for parameter in effect.parameters])
+    multiple = smallest_detectable(signature, tested)
+    none = np.zeros(len(absent))
+    smallest = effect.quantities(absent + multiple * (typical - absent), none) if np.isfinite(multiple) else ()
+    return Detectable(
+        placed=signature.placed, multiple=multiple, smallest=smallest, typical=effect.quantities(typical, none)
+    )
+
+
+def distances(signatures: tuple[Signature, ...]) -> Array:
+    """Return how well every two effects can be told apart, shape (E, E): 0 for aliases, 1 for strangers."""
+    apart = np.zeros((len(signatures), len(signatures)))
+    for one, other in combinations(range(len(signatures)), 2):
+        apart[one, other] = apart[other, one] = distinguishability(signatures[one], signatures[other])
+    return apart
+
+
+def pairs_alike(diagnosis: Diagnosis) -> tuple[tuple[Placed, Placed, float], ...]:
+    """Return the effects that these data hardly tell apart, the closest first, with their distance."""
+    shown = tuple(each for each in shown_signatures(first_screening(diagnosis)) if each.rank)
+    apart = distances(shown)
+    pairs = [
+        (shown[one].placed, shown[other].placed, float(apart[one, other]))
+        for one, other in combinations(range(len(shown)), 2)
+        if apart[one, other] < ALIKE
+    ]
+    return tuple(sorted(pairs, key=lambda pair: pair[2]))
+
+
+def quantities_of(fit: Fit, placed: Placed) -> tuple[Quantity, ...]:
+    """Return an effect's parameters with their standard errors, as a model has them."""
+    keys = [each.key for each in fit.placed]
+    first = sum(each.size for each in fit.placed[: keys.index(placed.key)])
+    own = slice(first, first + placed.size)
+    return placed.effect.quantities(fit.effect_values[own], stds_of(fit)[6:][own])
+
+
+def stds_of(fit: Fit) -> Array:
+    """Return the standard errors of (θ, effects), shape (C,); infinite where the data say nothing."""
+    try:
+        variance = np.diag(fit.covariance)
+    except np.linalg.LinAlgError:
+        return np.full(6 + len(fit.effect_values), np.inf)
+    return np.sqrt(np.where(variance > 0.0, variance, np.inf))
+
+
+def step_probability(step: Step) -> float:
+    """Return how probable the step's effect is among all that it was compared with."""
+    return float(probabilities_of(step.screening, None).get(step.placed.key, np.nan))
+
+
+def scatter_probability(scatter: Scatter) -> float:
+    """Return how probable an effect on the noise is against none, from the information criterion."""
+    return float(expit(-0.5 * scatter.bic))
+
+
+def inertia_change(diagnosis: Diagnosis) -> InertiaChange:
+    """Return how the inertia of the final model differs from the nominal one."""
+    difference = diagnosis.model.theta - diagnosis.nominal_theta
+    std = stds_of(diagnosis.model)[:6]
+    statistic = 0.0
+    if np.isfinite(std).all():
+        statistic = float(difference @ np.linalg.solve(diagnosis.model.covariance[:6, :6], difference))
+    return InertiaChange(difference=difference, std=std, p_value=float(chi2.sf(statistic, 6)))
+
+
+def nominal_gap(diagnosis: Diagnosis) -> Gap:
+    """Return the gap of the nominal inertia, only initial rates fitted; infinite where its motion runs away."""
+    held_out = np.nan if diagnosis.heldout is None else _nominal_gap(diagnosis.heldout, diagnosis.nominal_theta)
+    return Gap(fit=_nominal_gap(diagnosis.runs, diagnosis.nominal_theta), heldout=held_out)
+
+
+def _nominal_gap(runs: Runs, theta: Theta) -> float:
+    first = np.stack([rates[0] for rates in runs.measured])[:, None]
+    try:
+        start = evaluated(runs, (), Values(theta=theta[None], initial_rate=first, effects=()))
+        residual = fitted_initial_rates(runs, start).residual
+    except InputError:
+        return np.inf
+    return float(np.sqrt(np.mean(residual**2)))
+
+
+def residuals_of(diagnosis: Diagnosis) -> tuple[RunResiduals, ...]:
+    """Return every run against the model without and with the effects, held-out ones last."""
+    shown = list(_residuals(diagnosis, diagnosis.runs, (diagnosis.baseline, diagnosis.model), held_out=False))
+    heldout = diagnosis.heldout
+    if heldout is not None:
+        before = fitted_initial_rates(_as_stated(diagnosis, heldout), diagnosis.baseline)
+        after = fitted_initial_rates(heldout, diagnosis.model)
+        shown += _residuals(diagnosis, heldout, (before, after), held_out=True)
+    return tuple(shown)
+
+
+def _as_stated(diagnosis: Diagnosis, runs: Runs) -> Runs:
+    """Return runs with the noise that is stated: what was found to be more of it taken out again."""
+    found = sum((each.finding.variance for each in diagnosis.scatter), np.zeros(3))
+    return runs.with_sigma(np.sqrt(runs.sigma**2 - found))
+
+
+def _residuals(diagnosis: Diagnosis, runs: Runs, fits: tuple[Fit, Fit], *, held_out: bool) -> Iterator[RunResiduals]:
+    before, after = (whitened_by_run(runs, fit) for fit in fits)
+    stated = _as_stated(diagnosis, runs).sigma
+    for index, (name, run) in enumerate(zip(runs.names, runs.grid.runs, strict=True)):
+        yield RunResiduals(
+            name=name,
+            held_out=held_out,
+            time=run.gyro_time,
+            measured=run.body_rate,
+            nominal=run.body_rate - stated[index] * before[index],
+            extended=run.body_rate - runs.sigma[index] * after[index],
+            before=before[index],
+            after=after[index],
+        )

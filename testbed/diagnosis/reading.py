@@ -1,0 +1,187 @@
+"""From records to the runs of a diagnosis: their roles, their gaps, their noise; what cannot be used is said."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from testbed.arrays import Series
+from testbed.assembly.contact import cut_at_contact
+from testbed.assembly.estimation import telemetry_of
+from testbed.assembly.platform import PlatformModel
+from testbed.diagnosis.data import Runs, runs_of
+from testbed.diagnosis.plausibility import require_this_platform
+from testbed.dynamics.inertia import theta_of
+from testbed.errors import InputError
+from testbed.estimation.gyro_noise import gyro_noise_of
+from testbed.estimation.telemetry import BRIDGED_PERIODS, Telemetry, covered_part
+from testbed.records.checks import MINIMUM_SAMPLES
+from testbed.records.reading import extra_columns_notice
+from testbed.records.record import Record
+from testbed.records.selection import telemetry_only
+from testbed.scenario.scenario import Scenario
+from testbed.signals import AXES
+
+EVERY = 3
+"""Of runs without a role, the last of every three is held out."""
+_STUCK = 0.9
+"""Share of an axis's samples at one and the same value, beyond which it shows no motion; noise repeats none."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DataSet:
+    """What a folder of records gives the diagnosis.
+
+    Attributes:
+        runs: to fit.
+        heldout: to verify on; None of a single run.
+        notices: what a reader of the diagnosis has to know of the records.
+    """
+
+    runs: Runs
+    heldout: Runs | None
+    notices: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Part:
+    """A stretch of a record without a gap in its actuators' telemetry."""
+
+    name: str
+    telemetry: Telemetry
+
+
+def data_set_of(records: Sequence[Record], scenario: Scenario, nominal: PlatformModel) -> DataSet:
+    """Return the runs to fit and those to hold out.
+
+    Args:
+        records: measured.
+        scenario: the gyro's noise where neither a record states it nor its samples tell it.
+        nominal: geometry of the units, and the inertia that is believed.
+
+    Raises:
+        InputError: no record can be used, the runs' channels differ, or they are of another platform or in other units.
+    """
+    usable: list[tuple[Record, tuple[_Part, ...]]] = []
+    refused: list[str] = []
+    notices: list[str] = []
+    for record in records:
+        try:
+            usable.append((record, tuple(_parts(record, scenario, nominal, notices))))
+        except InputError as error:
+            refused.append(str(error))
+    if not usable:
+        raise InputError("\n".join(refused))
+    fit, heldout = _by_role([record for record, _ in usable])
+    together = _together(usable, range(len(usable)))
+    require_this_platform(together, theta_of(nominal.inertia))
+    return DataSet(
+        runs=_together(usable, fit),
+        heldout=_together(usable, heldout) if heldout else None,
+        notices=(*(f"left out: {reason}" for reason in refused), *notices),
+    )
+
+
+def _parts(record: Record, scenario: Scenario, nominal: PlatformModel, notices: list[str]) -> Iterator[_Part]:
+    """Yield a record's stretches; what there is to say of it is added to the notices.
+
+    Raises:
+        InputError: the record cannot be used.
+    """
+    said = extra_columns_notice(record)
+    notices += [] if said is None else [said]
+    measured = telemetry_only(record)
+    if scenario.estimation.cut_at_contact:
+        measured, contact = cut_at_contact(measured, scenario, nominal)
+        if contact is not None:
+            notices.append(f"{record.details.name}: cut at {contact.last_free:.3f} s, where it shows a contact")
+    telemetry = _with_noise(record.details.name, telemetry_of(measured, scenario, nominal), notices)
+    _require_moving_gyro(record.details.name, telemetry)
+    stretches = list(_without_gaps(telemetry))
+    if not stretches:
+        raise InputError(
+            f"{record.details.name}: no {MINIMUM_SAMPLES} gyro samples lie between two gaps of the actuators' "
+            "telemetry: give a longer or a more complete record"
+        )
+    if len(stretches) > 1:
+        notices.append(f"{record.details.name}: its actuators' telemetry has gaps; {len(stretches)} parts are used")
+    for number, stretch in enumerate(stretches, start=1):
+        name = record.details.name if len(stretches) == 1 else f"{record.details.name} part {number}"
+        yield _Part(name=name, telemetry=stretch)
+
+
+def _with_noise(name: str, telemetry: Telemetry, notices: list[str]) -> Telemetry:
+    """Return the telemetry with a noise that residuals can be divided by.
+
+    Raises:
+        InputError: no noise is stated, and the samples do not tell it.
+    """
+    if telemetry.gyro_noise > 0.0:
+        return telemetry
+    noise = gyro_noise_of(telemetry.gyro_time, telemetry.body_rate)
+    if noise is None:
+        raise InputError(
+            f"{name}: the gyro's noise is stated as zero and its samples do not tell it: state gyro_noise_rad_s in "
+            f"{name}.toml"
+        )
+    notices.append(f"{name}: a gyro noise of zero is stated; its samples show {noise:.3g} rad/s, which is used")
+    return replace(telemetry, gyro_noise=noise)
+
+
+def _require_moving_gyro(name: str, telemetry: Telemetry) -> None:
+    for axis, rate in zip(AXES, telemetry.body_rate.T, strict=True):
+        values, counts = np.unique(np.abs(rate), return_counts=True)
+        if counts.max() > _STUCK * len(rate):
+            raise InputError(
+                f"{name}: the gyro's {axis} axis reads {values[counts.argmax()]:.4g} rad/s in size "
+                f"in {counts.max()} of {len(rate)} samples: it is saturated or dead; take the run out"
+            )
+
+
+def _without_gaps(telemetry: Telemetry) -> Iterator[Telemetry]:
+    """Yield the stretches whose actuator samples follow one another: over a gap no motion can be predicted."""
+    interval = np.diff(telemetry.actuator_time)
+    behind = np.flatnonzero(interval > BRIDGED_PERIODS * np.median(interval)) + 1 if len(interval) else []
+    for rows in np.split(np.arange(len(telemetry.actuator_time)), behind):
+        try:
+            stretch = covered_part(_rows(telemetry, rows))
+        except InputError:
+            continue
+        if len(stretch.gyro_time) >= MINIMUM_SAMPLES:
+            yield stretch
+
+
+def _rows(telemetry: Telemetry, rows: Series) -> Telemetry:
+    """Return the telemetry with some of its actuator samples."""
+    channels = ("gimbal_angle", "rotor_momentum", "cluster_momentum", "applied_torque")
+    kept = {name: values[rows] for name in channels if (values := getattr(telemetry, name)) is not None}
+    return replace(telemetry, actuator_time=telemetry.actuator_time[rows], **kept)
+
+
+def _by_role(records: Sequence[Record]) -> tuple[list[int], list[int]]:
+    """Return the indices of the runs to fit and of those to hold out.
+
+    Raises:
+        InputError: every run is to be held out.
+    """
+    roles: list[Literal["fit", "heldout"] | None] = [record.details.role for record in records]
+    if not any(roles):
+        roles = _dealt(len(records))
+    fit = [index for index, role in enumerate(roles) if role != "heldout"]
+    if not fit:
+        raise InputError('every run has role = "heldout": give at least one run the role "fit"')
+    return fit, [index for index, role in enumerate(roles) if role == "heldout"]
+
+
+def _dealt(count: int) -> list[Literal["fit", "heldout"] | None]:
+    """Return the roles of runs that state none: every third is held out, and at least one of two."""
+    last = count - 1 if 1 < count < EVERY else -1
+    return ["heldout" if index % EVERY == EVERY - 1 or index == last else "fit" for index in range(count)]
+
+
+def _together(usable: Sequence[tuple[Record, tuple[_Part, ...]]], chosen: Sequence[int]) -> Runs:
+    parts = [part for index in chosen for part in usable[index][1]]
+    return runs_of([part.name for part in parts], [part.telemetry for part in parts])

@@ -1,0 +1,190 @@
+"""What diagnosis.json holds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from math import isfinite
+from typing import Any
+
+from testbed.diagnosis.findings import (
+    INERTIA,
+    Detectable,
+    InertiaChange,
+    detectable_sizes,
+    inertia_change,
+    nominal_gap,
+    pairs_alike,
+    quantities_of,
+    scatter_probability,
+    stds_of,
+    step_probability,
+)
+from testbed.diagnosis.location import Place
+from testbed.diagnosis.model import Fit, Placed
+from testbed.diagnosis.scatter import Scatter
+from testbed.diagnosis.workflow import Diagnosis, Gap, Step
+from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.effects.contract import Quantity
+
+SCHEMA = 1
+
+Content = dict[str, Any]
+
+
+def result_of(diagnosis: Diagnosis, places: Sequence[Place], notices: Sequence[str]) -> Content:
+    """Return what diagnosis.json says; numbers in SI, None where there is none.
+
+    Args:
+        diagnosis: complete or not.
+        places: where the gap is.
+        notices: what a reader has to know of the records.
+    """
+    return {
+        "schema": SCHEMA,
+        "complete": diagnosis.complete,
+        "verdict": diagnosis.verdict,
+        "steps": [
+            *_inertia_step(diagnosis),
+            *(_step(diagnosis, step) for step in diagnosis.steps),
+            *(_scatter_step(diagnosis, scatter) for scatter in diagnosis.scatter),
+        ],
+        "gap": {"noise_floor": 1.0} | _gap("", "before", diagnosis.gap_before) | _gap("", "after", diagnosis.gap),
+        "where": [asdict(place) for place in places],
+        "probabilities": dict(diagnosis.probabilities),
+        "untestable": list(untestable(diagnosis)),
+        "detectable": [_detectable(each) for each in detectable_sizes(diagnosis)],
+        "look_alikes": [
+            {"pair": [_named(one), _named(other)], "distance": distance}
+            for one, other, distance in pairs_alike(diagnosis)
+        ],
+        "inertia": _inertia(diagnosis),
+        "noise": {"ratio_to_stated": diagnosis.noise.ratio.tolist(), "std": diagnosis.noise.std.tolist()},
+        "latent_torque": _latent(diagnosis),
+        "runs": {
+            "fit": list(diagnosis.runs.names),
+            "heldout": [] if diagnosis.heldout is None else list(diagnosis.heldout.names),
+        },
+        "notices": list(notices),
+    }
+
+
+def untestable(diagnosis: Diagnosis) -> Iterator[Content]:
+    """Yield the effects that could not be tested for, or not at their typical size, with what it would take."""
+    for each in diagnosis.untestable:
+        yield {"effect": each.effect, "needs": each.needs}
+    for size in detectable_sizes(diagnosis):
+        if not size.seen_when_typical:
+            yield _named(size.placed) | {"needs": needs_of(size)}
+
+
+def needs_of(size: Detectable) -> str:
+    """Return what it would take to see an effect that is below what the data show."""
+    if not size.smallest:
+        return "another motion: in this one it is an alias of the inertia or of the initial rates"
+    return f"a size of {told(size.smallest)}; typical is {told(size.typical)}"
+
+
+def told(quantities: Sequence[Quantity]) -> str:
+    """Return parameters in words, one number where all are alike."""
+    distinct = dict.fromkeys(f"{each.value:.3g} {each.unit}".removesuffix(" 1") for each in quantities)
+    return ", ".join(distinct)
+
+
+def _step(diagnosis: Diagnosis, step: Step) -> Content:
+    return {
+        **_named(step.placed),
+        "parameters": _parameters(quantities_of(diagnosis.model, step.placed)),
+        "probability": _number(step_probability(step)),
+        **_theta("j_", step.candidate.fit),
+        "indistinguishable_from": [_named(other) for other in step.look_alikes],
+        **_gap("gap_", "before", step.before, heldout="heldout_gap_"),
+        **_gap("gap_", "after", step.after, heldout="heldout_gap_"),
+    }
+
+
+def _scatter_step(diagnosis: Diagnosis, scatter: Scatter) -> Content:
+    """Return an effect on the noise as a step; all of them together close the gap that the others leave."""
+    before = diagnosis.steps[-1].after if diagnosis.steps else diagnosis.gap_before
+    found = scatter.finding
+    return {
+        "effect": scatter.effect.id,
+        "component": scatter.component,
+        "parameters": _parameters(scatter.effect.quantities(found.values, found.std)),
+        "probability": scatter_probability(scatter),
+        **_theta("j_", diagnosis.model),
+        "indistinguishable_from": [],
+        **_gap("gap_", "before", before, heldout="heldout_gap_"),
+        **_gap("gap_", "after", diagnosis.gap, heldout="heldout_gap_"),
+    }
+
+
+def _inertia_step(diagnosis: Diagnosis) -> Iterator[Content]:
+    """Yield the inertia as a step of its own where it differs from the nominal one; it is in every model anyhow."""
+    change = inertia_change(diagnosis)
+    if not change.significant:
+        return
+    yield {
+        "effect": INERTIA,
+        "component": "platform",
+        "parameters": _parameters(_differences(change)),
+        "probability": 1.0 - change.p_value,
+        **_theta("j_", diagnosis.model),
+        "indistinguishable_from": [],
+        **_gap("gap_", "before", nominal_gap(diagnosis), heldout="heldout_gap_"),
+        **_gap("gap_", "after", diagnosis.gap_before, heldout="heldout_gap_"),
+    }
+
+
+def _differences(change: InertiaChange) -> Sequence[Quantity]:
+    numbers = zip(PARAMETER_NAMES, change.difference, change.std, strict=True)
+    return [Quantity(name=f"d{name}_kg_m2", unit="kg·m²", value=float(v), std=float(s)) for name, v, s in numbers]
+
+
+def _inertia(diagnosis: Diagnosis) -> Content:
+    return {
+        "nominal_theta_kg_m2": diagnosis.nominal_theta.tolist(),
+        "before": _theta("", diagnosis.baseline),
+        "after": _theta("", diagnosis.model),
+        "differs_p_value": inertia_change(diagnosis).p_value,
+    }
+
+
+def _latent(diagnosis: Diagnosis) -> Content | None:
+    latent = diagnosis.latent
+    return None if latent is None else {"likelihood_ratio": latent.likelihood_ratio, "p_value": latent.p_value}
+
+
+def _detectable(size: Detectable) -> Content:
+    return {
+        **_named(size.placed),
+        "smallest": {each.name: {"value": _number(each.value), "unit": each.unit} for each in size.smallest},
+        "typical": {each.name: {"value": _number(each.value), "unit": each.unit} for each in size.typical},
+        "multiple_of_typical": _number(size.multiple),
+    }
+
+
+def _named(placed: Placed) -> Content:
+    return {"effect": placed.effect.id, "component": placed.component}
+
+
+def _parameters(quantities: Sequence[Quantity]) -> Mapping[str, Content]:
+    return {
+        each.name: {"value": _number(each.value), "std": _number(each.std), "unit": each.unit} for each in quantities
+    }
+
+
+def _theta(prefix: str, fit: Fit) -> Content:
+    return {
+        f"{prefix}theta_kg_m2": fit.theta.tolist(),
+        f"{prefix}std_kg_m2": [_number(std) for std in stds_of(fit)[:6].tolist()],
+    }
+
+
+def _gap(prefix: str, when: str, gap: Gap, *, heldout: str = "heldout_") -> Content:
+    return {f"{prefix}{when}": _number(gap.fit), f"{heldout}{when}": _number(gap.heldout)}
+
+
+def _number(value: float) -> float | None:
+    """Return a number that JSON can hold."""
+    return value if isfinite(value) else None

@@ -1,0 +1,46 @@
+"""The page of a diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from testbed.diagnosis.findings import RunResiduals
+from testbed.diagnosis.location import Place
+from testbed.diagnosis.workflow import Diagnosis
+from testbed.report.diagnosis_verdict import diagnosis_verdict
+from testbed.report.frame.blocks import Notice, Page
+from testbed.report.frame.page import write_page
+from testbed.report.sections.provenance import provenance_section
+
+
+def write_diagnosis_page(
+    path: Path,
+    diagnosis: Diagnosis,
+    places: Sequence[Place],
+    residuals: Sequence[RunResiduals],
+    provenance: Mapping[str, str],
+    result: Mapping[str, Any],
+) -> None:
+    """Write the page, whole or not at all.
+
+    Args:
+        path: of the HTML file.
+        diagnosis: complete or not.
+        places: where the gap is.
+        residuals: of every run.
+        provenance: what made it.
+        result: what diagnosis.json holds.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    page = Page(
+        title=f"Diagnosis against {provenance['scenario']}",
+        subtitle="Where simulation and measured data disagree, which named effect explains it, and what is left.",
+        verdict=diagnosis_verdict(diagnosis),
+        notices=tuple(Notice(tone="warn", text=text) for text in result["notices"]),
+        sections=(provenance_section(provenance, result),),
+    )
+    write_page(path, page)

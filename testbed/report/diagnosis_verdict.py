@@ -1,0 +1,74 @@
+"""What a diagnosis says, in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import isfinite
+
+from testbed.diagnosis.findings import quantities_of
+from testbed.diagnosis.workflow import Diagnosis, Gap, Step
+from testbed.effects.contract import NamedEffect, Quantity
+from testbed.report.frame.blocks import Notice
+from testbed.report.wording import BAND, capitalized, figures, listed
+
+_PLACES = {"gyro": "the gyro", "platform": "the platform", "cluster": "the cluster", "actuators": "the actuators"}
+_PLACES |= {axis: f"the gyro's {axis} axis" for axis in "xyz"}
+
+
+def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
+    """Return the answer in a sentence or two."""
+    names = [*(effect_name(step.placed.effect, step.placed.component) for step in diagnosis.steps)]
+    names += [effect_name(each.effect, each.component) for each in diagnosis.scatter]
+    gap = f"The gap is {gap_words(diagnosis.gap_before)} without and {gap_words(diagnosis.gap)} with it."
+    if not diagnosis.complete:
+        return Notice(tone="warn", text=f"Interrupted; what was found until then follows. {_so_far(names)}")
+    if diagnosis.verdict == "none":
+        text = "Nothing is missing that these data show: the nominal model, its inertia re-estimated, leaves a gap of "
+        return Notice(tone="good", text=f"{text}{gap_words(diagnosis.gap)}; noise alone is 1.")
+    if diagnosis.verdict == "named":
+        return Notice(tone="good", text=f"Missing in the nominal model: {listed(names)}. {gap}")
+    if diagnosis.verdict == "ambiguous":
+        step = diagnosis.steps[0]
+        others = [effect_name(other.effect, other.component) for other in step.look_alikes]
+        alike = f"These data do not tell {names[0]} from {listed(others)}."
+        further = f" Also missing: {listed(names[1:])}." if names[1:] else ""
+        return Notice(tone="warn", text=f"Something is missing in the nominal model. {alike}{further} {gap}")
+    found = f"Named in part: {listed(names)}. " if names else ""
+    left = f"A gap of {gap_words(diagnosis.gap)} is left that no effect of the library explains; noise alone is 1."
+    return Notice(tone="bad", text=f"{found}{left}")
+
+
+def _so_far(names: list[str]) -> str:
+    return f"Found so far: {listed(names)}." if names else "No effect was found so far."
+
+
+def effect_name(effect: NamedEffect, component: str) -> str:
+    """Return an effect and its place, e.g. `rotor_speed (cmg3)`."""
+    return f"{effect.id} ({component})"
+
+
+def effect_sentence(effect: NamedEffect, component: str) -> str:
+    """Return what an effect is, at its place."""
+    return capitalized(effect.sentence.format(component=_PLACES.get(component, component)))
+
+
+def gap_words(gap: Gap) -> str:
+    """Return a gap's numbers, in sigma."""
+    held_out = f" fitted, {gap.heldout:.3f} held out" if isfinite(gap.heldout) else ""
+    return f"{gap.fit:.3f}{held_out}"
+
+
+def quantity_words(quantity: Quantity) -> str:
+    """Return a parameter with its 95 % interval."""
+    low, high = quantity.value - BAND * quantity.std, quantity.value + BAND * quantity.std
+    return f"{quantity.name} = {figures(quantity.value)} {quantity.unit} (95 %: {figures(low)} to {figures(high)})"
+
+
+def step_words(diagnosis: Diagnosis, step: Step) -> Iterator[str]:
+    """Yield what was added, in lines: the sentence, its parameters, its look-alikes, the experiment to tell them."""
+    yield effect_sentence(step.placed.effect, step.placed.component)
+    yield from (quantity_words(quantity) for quantity in quantities_of(diagnosis.model, step.placed))
+    if step.look_alikes:
+        others = listed(effect_name(other.effect, other.component) for other in step.look_alikes)
+        yield f"not told from: {others}"
+        yield f"what would tell: {step.placed.effect.confirm}"
