@@ -13,10 +13,12 @@ from scipy.stats import chi2, ncx2
 from testbed.arrays import Array
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import NEGLIGIBLE, Fit, Placed, orthonormal
-from testbed.prediction.prediction import common_size, predicted_with_derivatives
+from testbed.prediction.prediction import common_size, derivatives_at, predicted_with_derivatives
 
 POWER = 0.9
 FAMILY_WISE_ERROR = 0.05
+_UNSEEN = 1e-3
+"""Sigma: a parameter whose typical size does less than this, such as the frequency of a speck of mass, is left out."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -102,8 +104,8 @@ def _linearised(runs: Runs, fit: Fit, hypotheses: Sequence[Placed]) -> Iterator[
             yield placed, start, part
     for placed, rows in starts:
         if not _is_absent(placed, rows):
-            for start in rows:
-                yield placed, start, _columns(runs, fit, [(placed, start)])
+            for start, columns in zip(rows, _scanned_columns(runs, fit, placed, rows), strict=True):
+                yield placed, start, columns
 
 
 def _is_absent(placed: Placed, starts: Array) -> bool:
@@ -121,9 +123,18 @@ def _columns(runs: Runs, fit: Fit, added: Sequence[tuple[Placed, Array]]) -> Arr
     return np.concatenate([columns.reshape(-1, len(wanted)) for columns in whitened])
 
 
+def _scanned_columns(runs: Runs, fit: Fit, placed: Placed, starts: Array) -> Array:
+    """Return whitened ∂prediction/∂parameters of one hypothesis at each of its starts, shape (S, samples, K)."""
+    hooks = [each.hooks for each in (*fit.placed, placed)]
+    derivatives = derivatives_at(runs.grid, hooks, fit.values, starts)
+    whitened = [derivative / sigma[:, None] for derivative, sigma in zip(derivatives, runs.sigma, strict=True)]
+    return np.concatenate([columns.reshape(len(starts), -1, placed.size) for columns in whitened], axis=1)
+
+
 def _signature(placed: Placed, start: Array, columns: Array, free: Array, residual: Array) -> Signature:
     scale = np.linalg.norm(columns, axis=0)
-    usable = np.where(scale > 0.0, scale, 1.0)
+    typical = np.abs([parameter.typical for parameter in placed.effect.parameters])
+    usable = np.where(scale * typical > _UNSEEN, scale, np.inf)
     left, strength, right = np.linalg.svd(free / usable, full_matrices=False)
     seen = strength > max(NEGLIGIBLE, 1e-7 * strength.max(initial=0.0))
     explained = left[:, seen].T @ residual

@@ -10,7 +10,7 @@ from typing_extensions import override
 from testbed.arrays import Array
 from testbed.effects.contract import Effect, Extension, Parameter
 from testbed.plant.added_torques import Tether as Addition
-from testbed.prediction.hooks import Hooks, Instant
+from testbed.prediction.hooks import Hooks, Instant, column
 from testbed.scenario.scenario import Scenario
 
 _NEARLY_ZERO = 1e-4
@@ -22,8 +22,7 @@ class _Cable(Hooks):
 
     @override
     def torque(self, value: Array, at: Instant) -> Array:
-        stiffness, damping = value[..., :3], value[..., 3:]
-        return np.asarray(-stiffness * rotation_vector(at.attitude) - damping * at.body_rate)
+        return np.asarray(-column(value, 0) * rotation_vector(at.attitude) - column(value, 1) * at.body_rate)
 
 
 def rotation_vector(rotation: Array) -> Array:
@@ -44,13 +43,13 @@ def rotation_vector(rotation: Array) -> Array:
 
 @final
 class Tether(Effect):
-    """T = -K θ - C ω on each body axis, θ the rotation vector from each run's first sample."""
+    """T = -K θ - C ω, θ the rotation vector from each run's first sample."""
 
     id = "tether"
     components = ("platform",)
     parameters = (
-        *(Parameter(name=f"stiffness_{axis}_N_m_rad", unit="N·m/rad", typical=2e-4, lower=0.0) for axis in "xyz"),
-        *(Parameter(name=f"damping_{axis}_N_m_s_rad", unit="N·m·s/rad", typical=5e-5, lower=0.0) for axis in "xyz"),
+        Parameter(name="stiffness_N_m_rad", unit="N·m/rad", typical=2e-4, lower=0.0),
+        Parameter(name="damping_N_m_s_rad", unit="N·m·s/rad", typical=5e-5, lower=0.0),
     )
     sentence = "A cable or cord turns the platform back to the attitude of its release and damps it."
     look_alikes = ("viscous_drag", "inertial_torque")
@@ -63,4 +62,5 @@ class Tether(Effect):
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
         slack = np.array(scenario.initial.attitude_quat_NB)
-        return Extension(platform=(Addition(stiffness=values[:3], damping=values[3:], quat_NB=slack),))
+        stiffness, damping = (np.full(3, value) for value in values)
+        return Extension(platform=(Addition(stiffness=stiffness, damping=damping, quat_NB=slack),))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -62,6 +63,26 @@ def predicted_with_derivatives(
     samples = [reading.real[0] for reading in parts[0]]
     by_run = zip(*parts, strict=True)
     return samples, [np.concatenate([_imaginary(part) for part in run], axis=-1) for run in by_run]
+
+
+def derivatives_at(grid: Grid, hooks: Sequence[Hooks], values: Values, starts: Array) -> list[Array]:
+    """Return ∂ω̄/∂(parameters of one more effect) at several values of them, of every run, shape (S, N, 3, K).
+
+    Args:
+        grid: the runs.
+        hooks: the effects in the model, the further one last.
+        values: one parameter set of the model without the further one, P = 1.
+        starts: values of the further effect's parameters, shape (S, K).
+    """
+    size = starts.shape[1]
+    steps = 1j * _COMPLEX_STEP * np.eye(size)
+    sets = (starts[:, None] + steps).reshape(-1, size)
+    blocks = [sets[first : first + _SETS_AT_ONCE] for first in range(0, len(sets), _SETS_AT_ONCE)]
+    parts = [predicted(grid, hooks, replace(values, effects=(*values.effects, block))) for block in blocks]
+    return [
+        _imaginary(np.concatenate(run).reshape(len(starts), size, -1, 3).swapaxes(0, 1))
+        for run in zip(*parts, strict=True)
+    ]
 
 
 def _columns(grid: Grid, hooks: Sequence[Hooks], values: Values, block: range) -> list[Array]:
