@@ -56,7 +56,7 @@ def detectable_table(diagnosis: Diagnosis) -> Table:
 def _smallest(sizes: Sequence[Detectable]) -> str:
     least, most = sizes[0], sizes[-1]
     if not least.smallest:
-        return "none: an alias of the inertia"
+        return "none"
     return (
         told(least.smallest)
         if len(sizes) == 1 or not most.smallest

@@ -81,7 +81,7 @@ def untestable(diagnosis: Diagnosis) -> Iterator[Content]:
 def needs_of(size: Detectable) -> str:
     """Return what it would take to see an effect that is below what the data show."""
     if not size.smallest:
-        return "another motion: in this one it is an alias of the inertia or of the initial rates"
+        return "another motion: this one shows nothing of it, or takes it for inertia"
     return f"a size of {told(size.smallest)}; typical is {told(size.typical)}"
 
 

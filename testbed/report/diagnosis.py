@@ -9,7 +9,11 @@ from typing import Any
 from testbed.diagnosis.findings import RunResiduals
 from testbed.diagnosis.location import Place
 from testbed.diagnosis.workflow import Diagnosis
+from testbed.report.diagnosis_gaps import gaps_section, where_section
+from testbed.report.diagnosis_inertia import inertia_section, left_section
+from testbed.report.diagnosis_residuals import residuals_section
 from testbed.report.diagnosis_verdict import diagnosis_verdict
+from testbed.report.diagnosis_visibility import visibility_section
 from testbed.report.frame.blocks import Notice, Page
 from testbed.report.frame.page import write_page
 from testbed.report.sections.provenance import provenance_section
@@ -41,6 +45,14 @@ def write_diagnosis_page(
         subtitle="Where simulation and measured data disagree, which named effect explains it, and what is left.",
         verdict=diagnosis_verdict(diagnosis),
         notices=tuple(Notice(tone="warn", text=text) for text in result["notices"]),
-        sections=(provenance_section(provenance, result),),
+        sections=(
+            gaps_section(diagnosis),
+            where_section(places),
+            residuals_section(residuals),
+            inertia_section(diagnosis),
+            *left_section(diagnosis),
+            *visibility_section(diagnosis),
+            provenance_section(provenance, result),
+        ),
     )
     write_page(path, page)

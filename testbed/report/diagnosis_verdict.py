@@ -61,7 +61,8 @@ def gap_words(gap: Gap) -> str:
 def quantity_words(quantity: Quantity) -> str:
     """Return a parameter with its 95 % interval."""
     low, high = quantity.value - BAND * quantity.std, quantity.value + BAND * quantity.std
-    return f"{quantity.name} = {figures(quantity.value)} {quantity.unit} (95 %: {figures(low)} to {figures(high)})"
+    value = f"{figures(quantity.value)} {quantity.unit}".removesuffix(" 1")
+    return f"{quantity.name} = {value} (95 %: {figures(low)} to {figures(high)})"
 
 
 def step_words(diagnosis: Diagnosis, step: Step) -> Iterator[str]:

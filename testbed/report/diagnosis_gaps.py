@@ -1,0 +1,125 @@
+"""The ladder of gaps, what was added on each rung, and where the gap was."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import plotly.graph_objects as go
+
+from testbed.diagnosis.findings import quantities_of, scatter_probability, step_probability
+from testbed.diagnosis.location import Place
+from testbed.diagnosis.workflow import Diagnosis, Gap
+from testbed.effects.contract import NamedEffect, Quantity
+from testbed.report.diagnosis_verdict import effect_name, effect_sentence
+from testbed.report.frame.blocks import Block, Cell, Column, Figure, Paragraph, Section, Table
+from testbed.report.frame.style import color, layout
+from testbed.report.wording import BAND, figures, listed
+
+
+def gaps_section(diagnosis: Diagnosis) -> Section:
+    """Return the ladder of gaps and the table of what was added."""
+    blocks: list[Block] = [_ladder(diagnosis)]
+    rows = tuple(_rows(diagnosis))
+    blocks += [_sentences(diagnosis), _table(rows)] if rows else []
+    return Section(title="The gap, step by step", blocks=tuple(block for block in blocks if block is not None))
+
+
+def where_section(places: Sequence[Place]) -> Section:
+    """Return where the gap was before anything was added."""
+    if not places:
+        text = "No stretch of any axis leaves more than noise once inertia and initial rates are re-estimated."
+        return Section(title="Where the gap is", blocks=(Paragraph(text=text),))
+    titles = ("Signal", "run", "from, s", "to, s", "share of the residual", "goes along with", "as", "correlation")
+    rows = tuple(
+        (
+            Cell(text=place.signal),
+            Cell(text=place.run),
+            Cell(text=f"{place.from_s:.3f}"),
+            Cell(text=f"{place.to_s:.3f}"),
+            Cell(text=f"{place.share:.1%}"),
+            Cell(text=place.depends_on or "nothing"),
+            Cell(text=place.enters_as or ""),
+            Cell(text=f"{place.correlation:+.2f}" if place.depends_on else ""),
+        )
+        for place in places
+    )
+    note = (
+        "Before anything was added. The stretch of each axis and run with the most power beyond noise; the share is of "
+        "the whole residual's power, noise included. A reading goes straight into the gyro's samples, a torque as its "
+        "integral; both after all that inertia and initial rates can explain."
+    )
+    table = Table(columns=tuple(Column(title=title) for title in titles), rows=rows, note=note, numeric=False)
+    return Section(title="Where the gap is", blocks=(table,))
+
+
+def _ladder(diagnosis: Diagnosis) -> Figure:
+    rungs = list(_rungs(diagnosis))
+    chart = go.Figure(layout=layout("", "rms of (measured - predicted) / σ"))
+    places = list(range(len(rungs)))
+    for name, values, stroke in (
+        ("fitted runs", [gap.fit for _, gap in rungs], "axis-z"),
+        ("held-out runs", [gap.heldout for _, gap in rungs], "axis-x"),
+    ):
+        if np.isfinite(values).all():
+            marker = {"color": color(stroke), "size": 9}
+            line = {"color": color(stroke), "width": 1.5}
+            chart.add_scatter(x=places, y=values, name=name, mode="lines+markers", marker=marker, line=line)
+    stroke = {"color": color("limit"), "width": 1.2, "dash": "dash"}
+    ends = [-0.4, len(rungs) - 0.6]
+    chart.add_scatter(x=ends, y=[1.0, 1.0], name="noise alone", mode="lines", line=stroke, hoverinfo="skip")
+    chart.update_xaxes(tickvals=places, ticktext=[name for name, _ in rungs], range=ends, showgrid=False)
+    chart.update_yaxes(rangemode="normal")
+    return Figure(title="Gap after each step", chart=chart, wide=True)
+
+
+def _rungs(diagnosis: Diagnosis) -> Iterator[tuple[str, Gap]]:
+    yield "nominal, inertia re-estimated", diagnosis.gap_before
+    for step in diagnosis.steps:
+        yield f"+ {effect_name(step.placed.effect, step.placed.component)}", step.after
+    if diagnosis.scatter:
+        yield "+ " + listed(effect_name(each.effect, each.component) for each in diagnosis.scatter), diagnosis.gap
+
+
+def _sentences(diagnosis: Diagnosis) -> Paragraph:
+    added = [(step.placed.effect, step.placed.component) for step in diagnosis.steps]
+    added += [(each.effect, each.component) for each in diagnosis.scatter]
+    alike = [
+        f"These data do not tell {step.placed.effect.id} from "
+        f"{listed(effect_name(other.effect, other.component) for other in step.look_alikes)}. What would: "
+        f"{step.placed.effect.confirm}"
+        for step in diagnosis.steps
+        if step.look_alikes
+    ]
+    return Paragraph(text=" ".join([*(effect_sentence(*each) for each in added), *alike]))
+
+
+def _rows(diagnosis: Diagnosis) -> Iterator[tuple[Cell, ...]]:
+    for step in diagnosis.steps:
+        quantities = quantities_of(diagnosis.model, step.placed)
+        yield from _quantity_rows(step.placed.effect, step.placed.component, quantities, step_probability(step))
+    for each in diagnosis.scatter:
+        quantities = each.effect.quantities(each.finding.values, each.finding.std)
+        yield from _quantity_rows(each.effect, each.component, quantities, scatter_probability(each))
+
+
+def _quantity_rows(
+    effect: NamedEffect, component: str, quantities: Sequence[Quantity], probability: float
+) -> Iterator[tuple[Cell, ...]]:
+    for index, each in enumerate(quantities):
+        reach = BAND * each.std
+        texts = (
+            effect_name(effect, component) if index == 0 else "",
+            each.name,
+            figures(each.value, 4),
+            f"{figures(each.value - reach, 4)} to {figures(each.value + reach, 4)}",
+            each.unit,
+            f"{probability:.3f}" if index == 0 else "",
+        )
+        yield tuple(Cell(text=text) for text in texts)
+
+
+def _table(rows: tuple[tuple[Cell, ...], ...]) -> Table:
+    titles = ("Effect", "parameter", "value", "95 % interval", "unit", "probability")
+    note = "Probability: exp(-BIC/2) among all effects that were compared in that step, and none."
+    return Table(columns=tuple(Column(title=title) for title in titles), rows=rows, note=note, numeric=False)

@@ -1,0 +1,90 @@
+"""The inertia with and without the effects, and the torque that is left."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import plotly.graph_objects as go
+
+from testbed.arrays import Theta
+from testbed.diagnosis.findings import inertia_change, stds_of
+from testbed.diagnosis.latent import LatentTorque
+from testbed.diagnosis.model import Fit
+from testbed.diagnosis.workflow import UNEXPLAINED, Diagnosis
+from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.report.frame.blocks import Cell, Column, Figure, Paragraph, Section, Table
+from testbed.report.frame.chart import line_chart
+from testbed.report.frame.series import component_lines
+from testbed.report.frame.style import color, layout
+from testbed.report.wording import BAND, INERTIA_UNIT, decimals_for, figures, milli
+from testbed.signals import AXES
+
+_PLACES = np.arange(len(PARAMETER_NAMES))
+
+
+def inertia_section(diagnosis: Diagnosis) -> Section:
+    """Return the inertia as nominal, as estimated without the effects, and with them."""
+    change = inertia_change(diagnosis)
+    said = "differs from" if change.significant else "agrees with"
+    text = (
+        f"With all effects in the model, the inertia {said} the nominal one: a difference as large comes by chance "
+        f"with p = {figures(change.p_value, 2)} (Wald test of all six parameters). It is re-estimated at every step."
+    )
+    fits = (("without the effects", diagnosis.baseline, "axis-x"), ("with the effects", diagnosis.model, "axis-z"))
+    chart = go.Figure(layout=layout("", f"estimate - nominal, {INERTIA_UNIT}"))
+    for index, (name, fit, stroke) in enumerate(fits):
+        _add(chart, name, fit, diagnosis.nominal_theta, stroke, 0.12 * (2 * index - 1))
+    chart.update_xaxes(tickvals=_PLACES, ticktext=PARAMETER_NAMES, showgrid=False, zeroline=False)
+    chart.update_layout(hovermode="closest")
+    figure = Figure(title="Inertia against nominal, 95 % intervals", chart=chart, wide=True)
+    return Section(title="Inertia", blocks=(Paragraph(text=text), figure, _table(diagnosis)))
+
+
+def _add(chart: go.Figure, name: str, fit: Fit, nominal: Theta, stroke: str, shift: float) -> None:
+    reach = 1e3 * BAND * stds_of(fit)[:6]
+    chart.add_scatter(
+        x=_PLACES + shift,
+        y=1e3 * (fit.theta - nominal),
+        error_y={"array": np.where(np.isfinite(reach), reach, 0.0), "color": color(stroke), "thickness": 1.5},
+        mode="markers",
+        marker={"color": color(stroke), "size": 7},
+        name=name,
+        hovertemplate="%{y:+.4~f} ± %{error_y.array:.4~f}",
+    )
+
+
+def _table(diagnosis: Diagnosis) -> Table:
+    fits = (("Without the effects", diagnosis.baseline), ("With the effects", diagnosis.model))
+    decimals = decimals_for(np.concatenate([stds_of(fit)[:6] for _, fit in fits]))
+    rows = [("Nominal", *(milli(value, decimals) for value in diagnosis.nominal_theta))]
+    for name, fit in fits:
+        pairs = zip(fit.theta, stds_of(fit)[:6], strict=True)
+        rows.append((name, *(f"{milli(value, decimals)} ± {milli(std, decimals)}" for value, std in pairs)))
+    return Table(
+        columns=(Column(title="Inertia"), *(Column(title=name, unit=INERTIA_UNIT) for name in PARAMETER_NAMES)),
+        rows=tuple(tuple(Cell(text=text) for text in row) for row in rows),
+        note="± is one standard deviation.",
+    )
+
+
+def left_section(diagnosis: Diagnosis) -> Iterator[Section]:
+    """Yield what is left when all effects are in the model, once it was looked at."""
+    latent = diagnosis.latent
+    if latent is None:
+        return
+    if latent.p_value >= UNEXPLAINED:
+        text = f"No torque is left that stands out of the noise: p = {figures(latent.p_value, 2)}."
+        yield Section(title="What is left", blocks=(Paragraph(text=text),))
+        return
+    text = (
+        "A torque is left that no effect of the library explains: a likelihood ratio of "
+        f"{figures(latent.likelihood_ratio)}, by chance with p = {figures(latent.p_value, 2)}. Below, the likeliest."
+    )
+    figures_of = tuple(_latent_figure(latent, index, name) for index, name in enumerate(diagnosis.runs.names))
+    yield Section(title="What is left", blocks=(Paragraph(text=text), *figures_of))
+
+
+def _latent_figure(latent: LatentTorque, run: int, name: str) -> Figure:
+    lines = component_lines(AXES, latent.knot_time[run], latent.torque_B[run])
+    return Figure(title=f"{name}: torque left, body axes", chart=line_chart(lines, y_title="torque, N·m"))
