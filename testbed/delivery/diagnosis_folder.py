@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -66,7 +66,7 @@ def write_diagnosis(
     return said
 
 
-def _write_model(part: Path, scenario: Scenario, diagnosis: Diagnosis) -> tuple[Mapping[str, Any], tuple[str, ...]]:
+def _write_model(part: Path, scenario: Scenario, diagnosis: Diagnosis) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Write the extended model; return where it is, and why there is none where a part of it cannot be built."""
     try:
         extensions = list(_extensions(scenario, diagnosis))

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 
-from testbed.arrays import Series
 from testbed.assembly.contact import cut_at_contact
 from testbed.assembly.estimation import telemetry_of
 from testbed.assembly.platform import PlatformModel
@@ -144,17 +144,18 @@ def _require_moving_gyro(name: str, telemetry: Telemetry) -> None:
 def _without_gaps(telemetry: Telemetry) -> Iterator[Telemetry]:
     """Yield the stretches whose actuator samples follow one another: over a gap no motion can be predicted."""
     interval = np.diff(telemetry.actuator_time)
-    behind = np.flatnonzero(interval > BRIDGED_PERIODS * np.median(interval)) + 1 if len(interval) else []
-    for rows in np.split(np.arange(len(telemetry.actuator_time)), behind):
+    behind = np.flatnonzero(interval > BRIDGED_PERIODS * np.median(interval)) + 1 if len(interval) else np.zeros(0)
+    edges = [0, *behind.astype(int).tolist(), len(telemetry.actuator_time)]
+    for first, last in pairwise(edges):
         try:
-            stretch = covered_part(_rows(telemetry, rows))
+            stretch = covered_part(_rows(telemetry, slice(first, last)))
         except InputError:
             continue
         if len(stretch.gyro_time) >= MINIMUM_SAMPLES:
             yield stretch
 
 
-def _rows(telemetry: Telemetry, rows: Series) -> Telemetry:
+def _rows(telemetry: Telemetry, rows: slice) -> Telemetry:
     """Return the telemetry with some of its actuator samples."""
     channels = ("gimbal_angle", "rotor_momentum", "cluster_momentum", "applied_torque")
     kept = {name: values[rows] for name in channels if (values := getattr(telemetry, name)) is not None}

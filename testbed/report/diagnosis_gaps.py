@@ -65,9 +65,9 @@ def _ladder(diagnosis: Diagnosis) -> Figure:
             marker = {"color": color(stroke), "size": 9}
             line = {"color": color(stroke), "width": 1.5}
             chart.add_scatter(x=places, y=values, name=name, mode="lines+markers", marker=marker, line=line)
-    stroke = {"color": color("limit"), "width": 1.2, "dash": "dash"}
+    dashes = {"color": color("limit"), "width": 1.2, "dash": "dash"}
     ends = [-0.4, len(rungs) - 0.6]
-    chart.add_scatter(x=ends, y=[1.0, 1.0], name="noise alone", mode="lines", line=stroke, hoverinfo="skip")
+    chart.add_scatter(x=ends, y=[1.0, 1.0], name="noise alone", mode="lines", line=dashes, hoverinfo="skip")
     chart.update_xaxes(tickvals=places, ticktext=[name for name, _ in rungs], range=ends, showgrid=False)
     chart.update_yaxes(rangemode="normal")
     return Figure(title="Gap after each step", chart=chart, wide=True)
@@ -82,7 +82,7 @@ def _rungs(diagnosis: Diagnosis) -> Iterator[tuple[str, Gap]]:
 
 
 def _sentences(diagnosis: Diagnosis) -> Paragraph:
-    added = [(step.placed.effect, step.placed.component) for step in diagnosis.steps]
+    added: list[tuple[NamedEffect, str]] = [(step.placed.effect, step.placed.component) for step in diagnosis.steps]
     added += [(each.effect, each.component) for each in diagnosis.scatter]
     alike = [
         f"These data do not tell {step.placed.effect.id} from "

@@ -51,17 +51,17 @@ def _in_time(run: RunResiduals) -> Iterator[Figure]:
 
 
 def _spectra(residuals: Sequence[RunResiduals]) -> Iterator[Figure]:
-    for what, parts in (
-        ("nominal", [run.before for run in residuals]),
-        ("with the effects", [run.after for run in residuals]),
-    ):
-        frequency, power = mean_spectrum([run.time for run in residuals], parts)
+    times = [run.time for run in residuals]
+    frequency, before = mean_spectrum(times, [run.before for run in residuals])
+    _, after = mean_spectrum(times, [run.after for run in residuals])
+    highest = 1.05 * float(max(before.max(), after.max()))
+    for what, power in (("nominal", before), ("with the effects", after)):
         chart = line_chart(
             component_lines(AXES, frequency, power),
             y_title="power, 1 for white noise",
             levels=[Level(name="noise alone", values=(1.0,))],
         )
-        chart.update_xaxes(title_text="frequency, Hz").update_yaxes(rangemode="tozero")
+        chart.update_xaxes(title_text="frequency, Hz").update_yaxes(range=[0.0, highest])
         yield Figure(title=f"Spectrum over all runs: {what}", chart=chart)
 
 

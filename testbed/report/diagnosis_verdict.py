@@ -19,12 +19,12 @@ def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
     """Return the answer in a sentence or two."""
     names = [*(effect_name(step.placed.effect, step.placed.component) for step in diagnosis.steps)]
     names += [effect_name(each.effect, each.component) for each in diagnosis.scatter]
-    gap = f"The gap is {gap_words(diagnosis.gap_before)} without and {gap_words(diagnosis.gap)} with it."
+    gap = _fall(diagnosis.gap_before, diagnosis.gap)
     if not diagnosis.complete:
         return Notice(tone="warn", text=f"Interrupted; what was found until then follows. {_so_far(names)}")
     if diagnosis.verdict == "none":
         text = "Nothing is missing that these data show: the nominal model, its inertia re-estimated, leaves a gap of "
-        return Notice(tone="good", text=f"{text}{gap_words(diagnosis.gap)}; noise alone is 1.")
+        return Notice(tone="good", text=f"{text}{gap_words(diagnosis.gap)}; noise alone leaves 1.")
     if diagnosis.verdict == "named":
         return Notice(tone="good", text=f"Missing in the nominal model: {listed(names)}. {gap}")
     if diagnosis.verdict == "ambiguous":
@@ -36,6 +36,12 @@ def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
     found = f"Named in part: {listed(names)}. " if names else ""
     left = f"A gap of {gap_words(diagnosis.gap)} is left that no effect of the library explains; noise alone is 1."
     return Notice(tone="bad", text=f"{found}{left}")
+
+
+def _fall(before: Gap, after: Gap) -> str:
+    held_out = f", and from {before.heldout:.3f} to {after.heldout:.3f} on those held out"
+    told = held_out if isfinite(after.heldout) else ""
+    return f"With it the gap falls from {before.fit:.3f} to {after.fit:.3f} on the fitted runs{told}; noise alone is 1."
 
 
 def _so_far(names: list[str]) -> str:
