@@ -32,6 +32,7 @@ format: $(STAMP)-dev
 
 docs: $(STAMP)-dev
 	@$(BIN)/python -m testbed.scenario.published
+	@$(BIN)/python -m testbed.effects.published
 
 clean:
 	rm -rf $(VENV) runs build

@@ -1,0 +1,75 @@
+"""Bring the table of docs/effects.md up to date with the registry.
+
+Run `python -m testbed.effects.published` from the root of the repository.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import groupby
+from pathlib import Path
+
+from testbed.effects.contract import NamedEffect, Parameter
+from testbed.effects.registry import EFFECTS, READING_EFFECTS
+
+MARK = "<!-- The rest is written by `python -m testbed.effects.published`. -->"
+"""Line of docs/effects.md above which people write."""
+
+
+def published(page: Path) -> str:
+    """Return what the page should contain; the part above the mark is kept.
+
+    Args:
+        page: docs/effects.md.
+    """
+    prose = page.read_text(encoding="utf-8").partition(MARK)[0]
+    return f"{prose}{MARK}\n\n{effects_table()}"
+
+
+def effects_table() -> str:
+    """Return every registered effect as a Markdown table, and what would confirm each."""
+    effects: list[NamedEffect] = [*EFFECTS.values(), *READING_EFFECTS.values()]
+    return "\n".join([*_rows(effects), "", *_confirmations(effects), ""])
+
+
+def _rows(effects: list[NamedEffect]) -> Iterator[str]:
+    yield "| id | component | parameters, typical size | needs | what it is | look-alikes |"
+    yield "|---|---|---|---|---|---|"
+    for effect in effects:
+        cells = (
+            f"`{effect.id}`",
+            _components(effect.components),
+            "; ".join(_parameters(effect.parameters)),
+            ", ".join(need.replace("_", " ") for need in effect.needs),
+            effect.sentence.format(component=effect.components[0]),
+            ", ".join(f"`{other}`" for other in effect.look_alikes),
+        )
+        yield f"| {' | '.join(cells)} |"
+
+
+def _components(components: tuple[str, ...]) -> str:
+    return f"{components[0]} to {components[-1]}" if len(components) == 6 else ", ".join(components)
+
+
+def _parameters(parameters: tuple[Parameter, ...]) -> Iterator[str]:
+    """One entry for neighbours of the same size."""
+    for (unit, typical), same in groupby(parameters, key=lambda each: (each.unit, each.typical)):
+        names = ", ".join(f"`{parameter.name}`" for parameter in same)
+        yield f"{names} {typical:g}{'' if unit == '1' else ' ' + unit}"
+
+
+def _confirmations(effects: list[NamedEffect]) -> Iterator[str]:
+    yield "| id | what would confirm it |"
+    yield "|---|---|"
+    for effect in effects:
+        yield f"| `{effect.id}` | {effect.confirm} |"
+
+
+def main() -> None:
+    """Write the page."""
+    page = Path("docs/effects.md")
+    page.write_text(published(page), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
