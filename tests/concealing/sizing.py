@@ -17,7 +17,7 @@ from tests.concealing.signature import signal
 
 FAMILY_ERROR, POWER = 0.05, 0.9
 _CLOSE = 0.1
-_TRIALS = 9
+_TRIALS = 15
 _GROWTH = 30.0
 _NOTHING = 1e-2
 """sigma"""
@@ -65,22 +65,25 @@ def sized(case: Case, hidden: HiddenEffect, target: float) -> tuple[HiddenEffect
     if hidden.effect in _NOISES:
         return _noise_sized(case, hidden, target), target
     kind, factor, low, high = KINDS[hidden.effect], 1.0, (0.0, 0.0), (np.inf, np.inf)
-    for _ in range(_TRIALS):
+    for trial in range(_TRIALS):
         tried = replace(hidden, parameters=scaled(kind, hidden.parameters, factor))
         shown = signal(replace(case, effects=(tried,)))
         if abs(shown / target - 1.0) <= _CLOSE:
             return tried, shown
         low, high = (low, (factor, shown)) if shown > target else ((factor, shown), high)
-        factor = _next_factor(factor, shown, target, low, high)
+        factor = _next_factor(trial, factor, shown, target, low, high)
     raise UnreachableError(f"{hidden.effect}: {shown:.3g} sigma at {factor:.3g} of its typical size, not {target:.3g}")
 
 
 def _next_factor(
-    factor: float, shown: float, target: float, low: tuple[float, float], high: tuple[float, float]
+    trial: int, factor: float, shown: float, target: float, low: tuple[float, float], high: tuple[float, float]
 ) -> float:
-    """In proportion until the target lies between two sizes, then by a power law between these."""
+    """In proportion until the target lies between two sizes, then by a power law between these and their mean in turns.
+
+    The mean is for what sets in at a threshold, as clipping does.
+    """
     if low[0] > 0.0 and np.isfinite(high[0]):
-        if low[1] < _NOTHING:
+        if low[1] < _NOTHING or trial % 2:
             return float(np.sqrt(low[0] * high[0]))
         power = np.log(high[1] / low[1]) / np.log(high[0] / low[0])
         return float(low[0] * (target / low[1]) ** (1.0 / power))
