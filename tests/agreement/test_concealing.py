@@ -1,5 +1,6 @@
 """The concealing engine's own mechanics: momentum and energy body by body, its integrator, and MuJoCo beside it."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -175,3 +176,13 @@ def test_closed_loop_flies_as_in_mujoco():
     print(f"body rate against MuJoCo, closed loop, 5 s: {error:.1e} rad/s")
     # The shipped 1.25 ms step is within 1e-9 rad/s; at 0.31 ms the two differ by 6e-12.
     assert error <= 1e-8
+
+
+def test_physics_effects_and_sensors_use_nothing_of_the_testbed():
+    package = Path(__file__).parents[1] / "concealing"
+    users = {
+        path.name
+        for path in package.glob("*.py")
+        if re.search(r"^\s*(from|import) testbed", path.read_text(), re.MULTILINE)
+    }
+    assert users == {"guidance.py", "make_maneuvers.py", "files.py"}  # controller, its maneuvers, and writing records
