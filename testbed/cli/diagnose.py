@@ -14,7 +14,7 @@ from testbed.cli.diagnose_tables import candidates_table, detectable_table, iner
 from testbed.cli.failures import COMPLETED, INTERRUPTED
 from testbed.delivery.diagnosis_folder import write_diagnosis
 from testbed.delivery.folder import free_folder, require_free
-from testbed.diagnosis.findings import first_screening
+from testbed.diagnosis.findings import first_screening, noise_notices
 from testbed.diagnosis.location import Place, located
 from testbed.diagnosis.reading import DataSet, data_set_of
 from testbed.diagnosis.workflow import Diagnosis, Step, diagnosed
@@ -68,7 +68,11 @@ def diagnose_records(path: Path, data: Path, out: Path | None) -> int:
         say("Interrupted before anything was found; nothing was written.")
         return INTERRUPTED
     _tell_end(told.last)
-    for notice in write_diagnosis(folder, path, scenario, told.last, told.places, data_set.notices):
+    notices = (*data_set.notices, *noise_notices(told.last))
+    for notice in (
+        *noise_notices(told.last),
+        *write_diagnosis(folder, path, scenario, told.last, told.places, notices),
+    ):
         warn("note", notice)
     _tell_folder(folder)
     return COMPLETED if told.last.complete else INTERRUPTED

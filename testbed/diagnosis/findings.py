@@ -177,6 +177,17 @@ def scatter_probability(scatter: Scatter) -> float:
     return float(expit(-0.5 * scatter.bic))
 
 
+def noise_notices(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """Return what there is to say of a noise that is stated larger than it is; a smaller one is an effect."""
+    if not diagnosis.noise.overstated:
+        return ()
+    ratio = float(np.sqrt(np.mean(diagnosis.noise.ratio**2)))
+    return (
+        f"the gyro's noise is stated too large: the samples show {ratio:.2f} times as much; effects have to be larger "
+        "than they need to be to be found: state gyro_noise_rad_s as it is",
+    )
+
+
 def inertia_change(diagnosis: Diagnosis) -> InertiaChange:
     """Return how the inertia of the final model differs from the nominal one."""
     difference = diagnosis.model.theta - diagnosis.nominal_theta

@@ -100,9 +100,9 @@ def located(runs: Runs, fit: Fit) -> tuple[Place, ...]:
 
 
 def whitened_by_run(runs: Runs, fit: Fit) -> list[Array]:
-    """Return a fit's whitened residual of each run, shape (N, 3)."""
+    """Return a fit's whitened residual of the gyro in each run, shape (N, 3)."""
     edges = np.cumsum([rates.size for rates in runs.measured])[:-1]
-    return [part.reshape(-1, 3) for part in np.split(fit.residual, edges)]
+    return [part.reshape(-1, 3) for part in np.split(fit.residual[: runs.samples], edges)]
 
 
 def dependence(runs: Runs, fit: Fit, axis: int) -> Dependence | None:
@@ -114,9 +114,10 @@ def dependence(runs: Runs, fit: Fit, axis: int) -> Dependence | None:
         axis: of the body.
     """
     names, columns = _candidates(runs, axis)
-    nuisance = orthonormal(fit.jacobian)
+    nuisance = orthonormal(fit.jacobian[: runs.samples])
     free = columns - nuisance @ (nuisance.T @ columns)
-    residual = fit.residual - nuisance @ (nuisance.T @ fit.residual)
+    residual = fit.residual[: runs.samples]
+    residual = residual - nuisance @ (nuisance.T @ residual)
     residual = np.where(_of_axis(len(residual), axis), residual, 0.0)
     length = np.linalg.norm(free, axis=0) * np.linalg.norm(residual)
     seen = np.linalg.norm(free, axis=0) > 1e-3 * np.linalg.norm(columns, axis=0)

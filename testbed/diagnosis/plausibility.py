@@ -52,9 +52,10 @@ def require_this_platform(runs: Runs, theta: Theta) -> None:
         theta: of the nominal model, kg·m².
 
     Raises:
-        InputError: a gyro in another unit, another inertia by far, a motion that the actuators do not make, or clocks
-            that differ between runs.
+        InputError: no motion, a gyro in another unit, another inertia by far, a motion that the actuators do not make,
+            or clocks that differ between runs.
     """
+    _require_motion(runs)
     if not _driven_by_momentum(runs):
         return  # torques are integrated: what a prediction misses grows without bounds, and says nothing of units
     _require_unit(runs, theta)
@@ -69,6 +70,17 @@ def require_this_platform(runs: Runs, theta: Theta) -> None:
         )
 
 
+def _require_motion(runs: Runs) -> None:
+    powers = [
+        rates.var(axis=0).sum() / (sigma**2).sum() for rates, sigma in zip(runs.measured, runs.sigma, strict=True)
+    ]
+    if max(powers) < _LOUD:
+        raise InputError(
+            f"the body rate of no run stands out of the gyro's noise (its power is {max(powers):.2g} times that of the "
+            "noise): nothing can be told from platforms at rest; fly a maneuver"
+        )
+
+
 def _driven_by_momentum(runs: Runs) -> bool:
     return runs.grid.runs[0].gimbal_angle is not None or runs.grid.runs[0].cluster_momentum is not None
 
@@ -76,7 +88,10 @@ def _driven_by_momentum(runs: Runs) -> bool:
 def _missed(runs: Runs, residual: Array) -> Array:
     """Return of each run the share of the body rate's variance that a whitened residual leaves, shape (R,)."""
     edges = np.cumsum([rates.size for rates in runs.measured])[:-1]
-    parts = [part.reshape(-1, 3) * sigma for part, sigma in zip(np.split(residual, edges), runs.sigma, strict=True)]
+    parts = [
+        part.reshape(-1, 3) * sigma
+        for part, sigma in zip(np.split(residual[: runs.samples], edges), runs.sigma, strict=True)
+    ]
     powers = [((rates - rates.mean(axis=0)) ** 2).sum() for rates in runs.measured]
     noise = [_LOUD * rates.size * (sigma**2).mean() for rates, sigma in zip(runs.measured, runs.sigma, strict=True)]
     return np.array([(part**2).sum() / max(pair) for part, *pair in zip(parts, powers, noise, strict=True)])
@@ -116,7 +131,7 @@ def _times(runs: Runs, factor: float) -> Runs:
 def _require_inertia(baseline: Fit, theta: Theta) -> None:
     """Refuse an inertia that is another by a factor, beyond its uncertainty."""
     if orthonormal(baseline.jacobian).shape[1] < baseline.jacobian.shape[1]:
-        return  # a motion that does not determine the inertia says nothing of it
+        return  # a motion that leaves a direction of the inertia open says nothing of it
     covariance = baseline.covariance[:6, :6]
     ratios, directions = eigh(inertia_of(baseline.theta), inertia_of(theta))
     for ratio, direction in zip(ratios, directions.T, strict=True):
@@ -150,8 +165,9 @@ class _ClockShifts:
         _, derivatives = predicted_with_derivatives(runs.grid, [_Shifted()], values, range(6, 6 + number))
         pairs = zip(derivatives, runs.sigma, strict=True)
         own = np.concatenate([(columns / sigma[:, None]).reshape(-1, number) for columns, sigma in pairs])
-        self._shift, self._own_residual = _explained(baseline, own)
-        _, self.common_residual = _explained(baseline, own.sum(axis=1, keepdims=True))
+        gyro = replace(baseline, residual=baseline.residual[: len(own)], jacobian=baseline.jacobian[: len(own)])
+        self._shift, self._own_residual = _explained(gyro, own)
+        _, self.common_residual = _explained(gyro, own.sum(axis=1, keepdims=True))
 
     def require_one_clock(self) -> None:
         """Refuse clocks that differ between runs by more than half a sample, where that explains most of the gap."""

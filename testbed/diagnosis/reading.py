@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from typing import Literal
 
@@ -19,7 +19,6 @@ from testbed.errors import InputError
 from testbed.estimation.gyro_noise import gyro_noise_of
 from testbed.estimation.telemetry import BRIDGED_PERIODS, Telemetry, covered_part
 from testbed.records.checks import MINIMUM_SAMPLES
-from testbed.records.reading import extra_columns_notice
 from testbed.records.record import Record
 from testbed.records.selection import telemetry_only
 from testbed.scenario.scenario import Scenario
@@ -67,7 +66,7 @@ def data_set_of(records: Sequence[Record], scenario: Scenario, nominal: Platform
     """
     usable: list[tuple[Record, tuple[_Part, ...]]] = []
     refused: list[str] = []
-    notices: list[str] = []
+    notices: list[tuple[str, str]] = []
     for record in records:
         try:
             usable.append((record, tuple(_parts(record, scenario, nominal, notices))))
@@ -81,39 +80,47 @@ def data_set_of(records: Sequence[Record], scenario: Scenario, nominal: Platform
     return DataSet(
         runs=_together(usable, fit),
         heldout=_together(usable, heldout) if heldout else None,
-        notices=(*(f"left out: {reason}" for reason in refused), *notices),
+        notices=(*(f"left out: {reason}" for reason in refused), *_grouped(notices)),
     )
 
 
-def _parts(record: Record, scenario: Scenario, nominal: PlatformModel, notices: list[str]) -> Iterator[_Part]:
+def _grouped(notices: Sequence[tuple[str, str]]) -> Iterator[str]:
+    """Yield what is said of records, once for all of which the same is said."""
+    for said in dict.fromkeys(text for _, text in notices):
+        yield f"{', '.join(name for name, text in notices if text == said)}: {said}"
+
+
+def _parts(
+    record: Record, scenario: Scenario, nominal: PlatformModel, notices: list[tuple[str, str]]
+) -> Iterator[_Part]:
     """Yield a record's stretches; what there is to say of it is added to the notices.
 
     Raises:
         InputError: the record cannot be used.
     """
-    said = extra_columns_notice(record)
-    notices += [] if said is None else [said]
+    name = record.details.name
+    if record.extra_columns:
+        notices.append((name, f"kept, but not used: {', '.join(record.extra_columns)}"))
     measured = telemetry_only(record)
     if scenario.estimation.cut_at_contact:
         measured, contact = cut_at_contact(measured, scenario, nominal)
         if contact is not None:
-            notices.append(f"{record.details.name}: cut at {contact.last_free:.3f} s, where it shows a contact")
-    telemetry = _with_noise(record.details.name, telemetry_of(measured, scenario, nominal), notices)
-    _require_moving_gyro(record.details.name, telemetry)
+            notices.append((name, f"cut at {contact.last_free:.3f} s, where it shows a contact"))
+    telemetry = _with_noise(name, telemetry_of(measured, scenario, nominal), notices)
+    _require_moving_gyro(name, telemetry)
     stretches = list(_without_gaps(telemetry))
     if not stretches:
         raise InputError(
-            f"{record.details.name}: no {MINIMUM_SAMPLES} gyro samples lie between two gaps of the actuators' "
+            f"{name}: no {MINIMUM_SAMPLES} gyro samples lie between two gaps of the actuators' "
             "telemetry: give a longer or a more complete record"
         )
     if len(stretches) > 1:
-        notices.append(f"{record.details.name}: its actuators' telemetry has gaps; {len(stretches)} parts are used")
+        notices.append((name, f"its actuators' telemetry has gaps; {len(stretches)} parts are used"))
     for number, stretch in enumerate(stretches, start=1):
-        name = record.details.name if len(stretches) == 1 else f"{record.details.name} part {number}"
-        yield _Part(name=name, telemetry=stretch)
+        yield _Part(name=name if len(stretches) == 1 else f"{name} part {number}", telemetry=stretch)
 
 
-def _with_noise(name: str, telemetry: Telemetry, notices: list[str]) -> Telemetry:
+def _with_noise(name: str, telemetry: Telemetry, notices: list[tuple[str, str]]) -> Telemetry:
     """Return the telemetry with a noise that residuals can be divided by.
 
     Raises:
@@ -127,7 +134,7 @@ def _with_noise(name: str, telemetry: Telemetry, notices: list[str]) -> Telemetr
             f"{name}: the gyro's noise is stated as zero and its samples do not tell it: state gyro_noise_rad_s in "
             f"{name}.toml"
         )
-    notices.append(f"{name}: a gyro noise of zero is stated; its samples show {noise:.3g} rad/s, which is used")
+    notices.append((name, "a gyro noise of zero is stated; what the samples show is used instead"))
     return replace(telemetry, gyro_noise=noise)
 
 
@@ -157,9 +164,11 @@ def _without_gaps(telemetry: Telemetry) -> Iterator[Telemetry]:
 
 def _rows(telemetry: Telemetry, rows: slice) -> Telemetry:
     """Return the telemetry with some of its actuator samples."""
-    channels = ("gimbal_angle", "rotor_momentum", "cluster_momentum", "applied_torque")
-    kept = {name: values[rows] for name in channels if (values := getattr(telemetry, name)) is not None}
-    return replace(telemetry, actuator_time=telemetry.actuator_time[rows], **kept)
+    of_actuators = {field.name for field in fields(telemetry)} - {"gyro_time", "body_rate"}
+    channels = {name: getattr(telemetry, name) for name in of_actuators}
+    return replace(
+        telemetry, **{name: values[rows] for name, values in channels.items() if isinstance(values, np.ndarray)}
+    )
 
 
 def _by_role(records: Sequence[Record]) -> tuple[list[int], list[int]]:
