@@ -26,7 +26,7 @@ STEPS = tuple(CONTROL_PERIOD / parts for parts in (1, 2, 3, 4, 5, 8, 10))
 TOLERANCE = 1e-6
 """Of the body rate, rad/s."""
 CHECKED_SEEDS = (0, 1)
-BLOCK = 25
+BLOCK = 50
 """Flights side by side in one process."""
 
 
