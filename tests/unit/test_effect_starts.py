@@ -1,0 +1,91 @@
+"""Where searches for contacts and modes begin: near enough to what was there to be led to it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from benchmarks.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times
+from testbed.arrays import Array
+from testbed.diagnosis.data import Runs, runs_of
+from testbed.diagnosis.model import Fit, Placed, fitted
+from testbed.diagnosis.signatures import Signature, signatures
+from testbed.effects.contact import PAUSE
+from testbed.effects.registry import EFFECTS
+from testbed.estimation.telemetry import Telemetry
+from testbed.prediction.integration import Values
+from testbed.prediction.prediction import predicted
+
+SIGMA = 0.001658
+
+
+@cache
+def plain() -> tuple[Telemetry, ...]:
+    times = sample_times(200.0)
+    run = exact_telemetry(nominal_flight(np.array([0.003, -0.004, 0.006])), sample_times(16.0), times)
+    return replace(run, gyro_noise=SIGMA), replace(
+        run, gyro_noise=SIGMA, gyro_time=run.gyro_time[:48], body_rate=run.body_rate[:48]
+    )
+
+
+def hidden(effect: str, sizes: Array) -> tuple[Runs, Fit]:
+    """Runs that show an effect, with noise, and their fit without it."""
+    runs = runs_of(["long", "short"], plain())
+    first = np.stack([rates[0] for rates in runs.measured])[:, None]
+    values = Values(theta=TRUE_THETA[None], initial_rate=first, effects=(sizes[None],))
+    shown = predicted(runs.grid, [EFFECTS[effect].hooks("platform")], values)
+    rng = np.random.default_rng(5)
+    telemetry = [
+        replace(run, body_rate=rates[0] + rng.normal(0.0, SIGMA, rates[0].shape))
+        for run, rates in zip(plain(), shown, strict=True)
+    ]
+    noisy = runs_of(["long", "short"], telemetry)
+    return noisy, fitted(noisy, [], TRUE_THETA, [])
+
+
+def searched(runs: Runs, base: Fit, effect: str) -> tuple[Signature, Fit]:
+    """The start that explains the most, and the fit that it leads to."""
+    placed = Placed(effect=EFFECTS[effect], component="platform")
+    best = max(signatures(runs, base, [placed]), key=lambda each: each.score)
+    lower, upper = placed.bounds
+    return best, fitted(runs, [placed], base.theta, [np.clip(best.start + best.step, lower, upper)])
+
+
+@pytest.mark.parametrize(
+    ("effect", "sizes"),
+    [
+        ("flexible_appendage", [1.5, 0.05, 2.4e-3, -1.6e-3, 8e-4]),
+        ("slosh", [0.9, 0.1, 0.05, -0.03, 0.05]),
+    ],
+)
+def test_modes_are_found_between_the_frequencies_of_the_scan(effect, sizes):
+    runs, base = hidden(effect, np.array(sizes))
+    best, fit = searched(runs, base, effect)
+    assert best.rank == 3  # of a speck neither frequency nor damping shows
+    freedom = fit.freedom
+    assert abs(fit.chi_square - freedom) < 4.0 * np.sqrt(2.0 * freedom)
+    found = fit.effect_values * np.sign(fit.effect_values[2] * sizes[2])  # an axis has no sign
+    found[:2] = fit.effect_values[:2]
+    error = (found - sizes) / np.sqrt(np.diag(fit.covariance))[6:]
+    assert np.abs(error).max() < 4.0  # of five normal numbers; 3e-4 by chance
+
+
+def test_a_contact_is_found_in_the_run_in_which_it_was():
+    spans = np.ptp(runs_of(["long", "short"], plain()).grid.time, axis=1)
+    at = spans[0] + PAUSE + 1.83  # in the second run
+    runs, base = hidden("contact", np.array([at, 2e-4, -1e-4, 3e-4]))
+    best, fit = searched(runs, base, "contact")
+    assert abs(best.start[0] - at) < 1.5 / 16.0  # s: the samples beside the touch
+    assert abs(fit.effect_values[0] - at) < 1.5 / 16.0
+    error = (fit.effect_values[1:] - [2e-4, -1e-4, 3e-4]) / np.sqrt(np.diag(fit.covariance))[7:]
+    assert np.abs(error).max() < 4.0
+
+
+def test_a_contact_is_looked_for_at_instants_that_are_not_the_same():
+    runs, _ = hidden("contact", np.zeros(4))
+    instants = np.sort(EFFECTS["contact"].starts("platform", runs.grid)[:, 0])
+    assert len(instants) == 8
+    assert np.diff(instants).min() > 0.2  # s
