@@ -16,6 +16,7 @@ from testbed.delivery.diagnosis_folder import write_diagnosis
 from testbed.delivery.folder import free_folder, require_free
 from testbed.diagnosis.findings import first_screening, noise_notices
 from testbed.diagnosis.location import Place, located
+from testbed.diagnosis.plausibility import require_explicable
 from testbed.diagnosis.reading import DataSet, data_set_of
 from testbed.diagnosis.workflow import Diagnosis, Step, diagnosed
 from testbed.dynamics.inertia import theta_of
@@ -67,6 +68,8 @@ def diagnose_records(path: Path, data: Path, out: Path | None) -> int:
     if told.last is None:
         say("Interrupted before anything was found; nothing was written.")
         return INTERRUPTED
+    if told.last.complete:
+        require_explicable(told.last.runs, told.last.gap_before.fit, told.last.gap.fit)
     _tell_end(told.last)
     notices = (*data_set.notices, *noise_notices(told.last))
     for notice in (

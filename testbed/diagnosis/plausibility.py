@@ -42,6 +42,10 @@ _LARGEST_RATIO = 2.0
 _CERTAIN = 5.0
 """Standard deviations."""
 _CHANCE = 1e-6
+_HOPELESS = 5.0
+"""Gap that no effect of the library may leave; 16 times the smallest detectable size of one leaves 3.4 before it."""
+_HARDLY = 0.3
+"""Share of the gap that it has to leave as well."""
 
 
 def require_this_platform(runs: Runs, theta: Theta) -> None:
@@ -67,6 +71,24 @@ def require_this_platform(runs: Runs, theta: Theta) -> None:
         raise InputError(
             f"the actuators' telemetry leaves {missed.min():.0%} of the body rate or more unexplained in every run: "
             "check that the scenario is of this platform, and the order and signs of its units and axes"
+        )
+
+
+def require_explicable(runs: Runs, before: float, after: float) -> None:
+    """Refuse to name effects that together explain hardly any of a gap that no effect of this platform makes.
+
+    Args:
+        runs: that were fitted.
+        before: gap of the baseline.
+        after: with all effects that were found.
+
+    Raises:
+        InputError: the gap that is left is by far too large.
+    """
+    if _driven_by_momentum(runs) and after > max(_HOPELESS, _HARDLY * before):
+        raise InputError(
+            f"the gap is {before:.3g} times the noise, and {after:.3g} with the effects that explain the most of it: "
+            "these records are not of the scenario's platform; check its geometry, and the order and signs of units and axes"
         )
 
 

@@ -1,0 +1,141 @@
+"""Records that a diagnosis can use, and those that it refuses: what is wrong with them, and the remedy."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from testbed.diagnosis.plausibility import require_explicable
+from testbed.diagnosis.reading import data_set_of
+from testbed.effects.gyro_latency import GyroLatency
+from testbed.errors import InputError
+from tests.diagnosed_records import NOISE, nominal, records
+
+
+@pytest.fixture(scope="module")
+def good():
+    return records(4)
+
+
+def read(used):
+    return data_set_of(used, *nominal())
+
+
+def with_channels(record, **channels):
+    return replace(record, channels={**record.channels, **channels})
+
+
+def with_details(record, **details):
+    return replace(record, details=replace(record.details, **details))
+
+
+def scaled(record, factor):
+    return with_channels(record, body_rate=factor * record.channels["body_rate"])
+
+
+def delayed(record, seconds):
+    """A gyro whose clock is late: what it shows at the start is not known."""
+    rate = [np.interp(record.time - seconds, record.time, axis, left=np.nan) for axis in record.channels["body_rate"].T]
+    return with_channels(record, body_rate=np.column_stack(rate))
+
+
+def test_every_third_run_is_held_out_at_least_one_and_none_of_a_single_one(good):
+    assert read(records(3)).heldout.names == ("run3",)
+    assert read(good[:2]).heldout.names == ("run2",)
+    assert read(good[:1]).heldout is None
+    assert read(good).runs.names == ("run1", "run2", "run4")
+
+
+def test_stated_roles_are_kept(good):
+    stated = [with_details(good[0], role="heldout"), with_details(good[1], role="fit"), good[2]]
+    data = read(stated)
+    assert data.heldout.names == ("run1",)
+    assert data.runs.names == ("run2", "run3")
+
+
+def test_held_out_runs_alone_cannot_be_fitted(good):
+    with pytest.raises(InputError, match="every run has role"):
+        read([with_details(record, role="heldout") for record in good])
+
+
+@pytest.mark.parametrize(
+    ("factor", "unit"), [(180 / np.pi, "in deg/s: multiply it by 0.01745"), (30 / np.pi, "rpm"), (-1.0, "other sign")]
+)
+def test_a_gyro_in_another_unit_is_recognised_by_what_the_actuators_predict(good, factor, unit):
+    with pytest.raises(InputError, match=unit):
+        read([scaled(record, factor) for record in good[:2]])
+
+
+def test_only_the_run_in_the_wrong_unit_is_blamed(good):
+    with pytest.raises(InputError, match=r"^run2: the gyro reads 57\.3 times"):
+        read([good[0], scaled(good[1], 180 / np.pi)])
+
+
+def test_another_inertia_by_a_factor_is_another_platform(good):
+    scenario, platform = nominal()
+    with pytest.raises(InputError, match="another platform"):
+        data_set_of(good, scenario, replace(platform, inertia=3.0 * platform.inertia))
+
+
+def test_clocks_that_differ_between_runs_are_refused(good):
+    late = [delayed(record, 0.06 * index) for index, record in enumerate(good)]
+    with pytest.raises(InputError, match=r"run4 \+1\d\d ms.*one clock"):
+        read(late)
+
+
+def test_a_delay_that_all_runs_share_is_left_to_the_diagnosis():
+    hooks = GyroLatency().hooks("gyro")
+    assert read(records(3, hooks=[hooks], values=[np.array([0.05])])).runs.names == ("run1", "run2")
+
+
+def test_a_platform_at_rest_tells_nothing(good):
+    rest = np.random.default_rng(2).normal(0.0, NOISE, good[0].channels["body_rate"].shape)
+    still = with_channels(good[0], body_rate=rest, gimbal_angle=0.0 * good[0].channels["gimbal_angle"])
+    with pytest.raises(InputError, match="fly a maneuver"):
+        read([still])
+
+
+def test_a_saturated_gyro_is_left_out_and_said(good):
+    clipped = with_channels(good[1], body_rate=np.sign(good[1].channels["body_rate"]) * 0.1)
+    data = read([good[0], clipped, good[2]])
+    assert data.runs.names == ("run1",)
+    assert "run2: the gyro's x axis reads 0.1 rad/s in size in 65 of 65 samples" in data.notices[0]
+
+
+def test_a_run_that_is_too_short_is_left_out_and_alone_refused(good):
+    short = with_details(good[0], usable_to=0.3)
+    assert "left out: run1" in read([short, *good[1:]]).notices[0]
+    with pytest.raises(InputError, match="at least 10 are needed"):
+        read([short])
+
+
+def test_a_noise_of_zero_is_replaced_by_what_the_samples_show(good):
+    data = read([with_details(record, gyro_noise=0.0, source="simulated") for record in good])
+    assert data.runs.sigma == pytest.approx(NOISE, rel=0.35)  # 61 differences on three axes: 10 %, so 3.5 sigma
+    assert "noise of zero is stated" in data.notices[0]
+
+
+def test_a_gap_of_the_actuators_splits_a_run(good):
+    hole = (good[0].time > 1.5) & (good[0].time < 2.2)
+    angle = np.where(hole[:, None], np.nan, good[0].channels["gimbal_angle"])
+    data = read([with_channels(good[0], gimbal_angle=angle), good[1]])
+    assert data.runs.names == ("run1 part 1", "run1 part 2")
+    assert data.heldout.names == ("run2",)
+
+
+def test_a_gap_of_the_gyro_costs_only_its_samples(good):
+    hole = (good[0].time > 1.5) & (good[0].time < 2.2)
+    rate = np.where(hole[:, None], np.nan, good[0].channels["body_rate"])
+    data = read([with_channels(good[0], body_rate=rate)])
+    assert data.runs.names == ("run1",)
+    assert data.runs.samples == 3 * int((~hole).sum())
+
+
+def test_a_gap_that_hardly_shrinks_gives_no_names(good):
+    runs = read(good).runs
+    require_explicable(runs, before=12.0, after=1.1)
+    require_explicable(runs, before=4.0, after=3.9)
+    with pytest.raises(InputError, match="not of the scenario's platform"):
+        require_explicable(runs, before=12.0, after=8.0)
