@@ -88,7 +88,8 @@ def require_explicable(runs: Runs, before: float, after: float) -> None:
     if _driven_by_momentum(runs) and after > max(_HOPELESS, _HARDLY * before):
         raise InputError(
             f"the gap is {before:.3g} times the noise, and {after:.3g} with the effects that explain the most of it: "
-            "these records are not of the scenario's platform; check its geometry, and the order and signs of units and axes"
+            "these records are not of the scenario's platform; check its geometry, and the order and signs of units "
+            "and axes"
         )
 
 

@@ -1,0 +1,111 @@
+"""`testbed diagnose`: its answer in the terminal and in diagnosis.json, its exit codes, and what Ctrl-C leaves."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import testbed.cli.diagnose
+from testbed.cli.app import app
+from testbed.cli.failures import exit_code_of
+from testbed.diagnosis.workflow import diagnosed
+from testbed.effects.gyro_latency import GyroLatency
+from testbed.records.writing import write_record
+from testbed.scenario.reader import read_scenario
+from tests.diagnosed_records import SCENARIO, records
+
+DELAY = 0.02
+STEP_KEYS = {
+    "effect",
+    "component",
+    "parameters",
+    "probability",
+    "j_theta_kg_m2",
+    "j_std_kg_m2",
+    "indistinguishable_from",
+    "gap_before",
+    "gap_after",
+    "heldout_gap_before",
+    "heldout_gap_after",
+}
+"""Of a step in diagnosis.json."""
+KEYS = {"schema", "complete", "verdict", "steps", "gap", "where", "probabilities", "untestable", "model", "scenario"}
+"""Of diagnosis.json; there may be more."""
+
+
+def run(*arguments: object) -> int:
+    return exit_code_of(lambda: app([str(argument) for argument in arguments]))
+
+
+@pytest.fixture(scope="module")
+def late(tmp_path_factory):
+    """Three runs whose gyro is late."""
+    folder = tmp_path_factory.mktemp("late")
+    for record in records(3, hooks=[GyroLatency().hooks("gyro")], values=[np.array([DELAY])]):
+        write_record(record, folder / f"{record.details.name}.csv")
+    return folder
+
+
+@pytest.fixture
+def few_effects(monkeypatch):
+    """A library that is tried in a second; the whole one is tried elsewhere."""
+    kept = {name: testbed.cli.diagnose.EFFECTS[name] for name in ("gyro_latency", "viscous_drag", "gyro_bias")}
+    monkeypatch.setattr(testbed.cli.diagnose, "EFFECTS", kept)
+
+
+@pytest.mark.usefixtures("few_effects")
+def test_a_late_gyro_is_named_and_everything_is_written(late, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert run("diagnose", SCENARIO, "--data", late, "--out", out) == 0
+    printed = capsys.readouterr().out
+    assert "Missing in the nominal model: gyro_latency (gyro)" in printed
+    assert "held out: run3" in printed
+    answer = json.loads((out / "diagnosis.json").read_text(encoding="utf-8"))
+    assert answer.keys() >= KEYS
+    assert answer["verdict"] == "named"
+    assert answer["complete"] is True
+    (step,) = [step for step in answer["steps"] if step["effect"] != "inertia"]
+    assert step.keys() == STEP_KEYS
+    delay = step["parameters"]["delay_s"]
+    assert abs(delay["value"] - DELAY) < 4.0 * delay["std"]  # by chance once in 16,000; the seed is fixed
+    assert delay["unit"] == "s"
+    assert answer["gap"]["heldout_after"] < 1.3 < answer["gap"]["heldout_before"]
+    assert answer["where"][0]["depends_on"].startswith("body_acceleration")
+    assert read_scenario(out / answer["scenario"]).gyro.latency_s == pytest.approx(delay["value"])
+    assert (out / answer["model"]).is_file()
+    assert "gyro_latency" in (out / "report.html").read_text(encoding="utf-8")
+    assert (out / "recording.rrd").stat().st_size > 0
+
+
+@pytest.mark.usefixtures("few_effects")
+def test_an_interrupted_diagnosis_keeps_what_was_found(late, tmp_path, capsys, monkeypatch):
+    def interrupted(*arguments):
+        yield next(iter(diagnosed(*arguments)))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(testbed.cli.diagnose, "diagnosed", interrupted)
+    assert run("diagnose", SCENARIO, "--data", late, "--out", tmp_path / "out") == 130
+    answer = json.loads((tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8"))
+    assert answer["complete"] is False
+    assert answer["gap"]["before"] > 1.3
+    assert "Interrupted" in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("few_effects")
+def test_an_interruption_before_anything_was_found_writes_nothing(late, tmp_path, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+        yield
+
+    monkeypatch.setattr(testbed.cli.diagnose, "diagnosed", interrupted)
+    assert run("diagnose", SCENARIO, "--data", late, "--out", tmp_path / "out") == 130
+    assert not (tmp_path / "out").exists()
+
+
+def test_data_that_cannot_be_used_end_with_a_message_and_no_answer(tmp_path, capsys):
+    write_record(records(1, seconds=0.3)[0], tmp_path / "data" / "short.csv")
+    assert run("diagnose", SCENARIO, "--data", tmp_path / "data", "--out", tmp_path / "out") == 2
+    assert "at least 10 are needed" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
