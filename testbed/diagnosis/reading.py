@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -165,10 +165,9 @@ def _without_gaps(telemetry: Telemetry) -> Iterator[Telemetry]:
 def _rows(telemetry: Telemetry, rows: slice) -> Telemetry:
     """Return the telemetry with some of its actuator samples."""
     of_actuators = {field.name for field in fields(telemetry)} - {"gyro_time", "body_rate"}
-    channels = {name: getattr(telemetry, name) for name in of_actuators}
-    return replace(
-        telemetry, **{name: values[rows] for name, values in channels.items() if isinstance(values, np.ndarray)}
-    )
+    values = {name: getattr(telemetry, name) for name in of_actuators}
+    kept: dict[str, Any] = {name: each[rows] for name, each in values.items() if isinstance(each, np.ndarray)}
+    return replace(telemetry, **kept)
 
 
 def _by_role(records: Sequence[Record]) -> tuple[list[int], list[int]]:
