@@ -48,6 +48,8 @@ def telemetry_of(record: Record, scenario: Scenario, nominal: PlatformModel) -> 
         rotor_momentum=_rotor_momentum(part, time, nominal) if source == "gimbal_angle" else None,
         cluster_momentum=values if source == "cluster_momentum" else None,
         applied_torque=_at(part, "applied_torque", time) if "applied_torque" in part.channels else None,
+        gimbal_torque=_inner(part, "gimbal_torque", time, source),
+        gimbal_rate_command=_inner(part, "gimbal_rate_command", time, source),
         initial_momentum=scenario.estimation.initial_momentum,
     )
 
@@ -91,6 +93,11 @@ def _rotor_momentum(record: Record, time: Series, nominal: PlatformModel) -> Uni
     if "rotor_speed" not in record.channels:
         return None
     return _at(record, "rotor_speed", time) * nominal.cluster.rotor_spin_inertia
+
+
+def _inner(record: Record, name: str, time: Series, source: str) -> UnitSeries | None:
+    """Return a channel of the gimbals' inner life, which says nothing without the gimbal angles; None where absent."""
+    return _at(record, name, time) if source == "gimbal_angle" and name in record.channels else None
 
 
 def _at(record: Record, name: str, time: Series) -> Array:

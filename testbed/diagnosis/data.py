@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from testbed.arrays import Array
+from testbed.diagnosis.inner_noise import rate_channel, torque_channel
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import Grid, grid_of
 
@@ -20,11 +21,15 @@ class Runs:
         names: of the runs.
         grid: their telemetry on the integration's grid.
         sigma: of the gyro, each run and axis, shape (R, 3), rad/s.
+        inner: measured motor torques and gimbal rates, blocks in the order in which they are predicted.
+        inner_sigma: of each block, shape (6,), in the block's unit.
     """
 
     names: tuple[str, ...]
     grid: Grid
     sigma: Array
+    inner: tuple[Array, ...] = ()
+    inner_sigma: tuple[Array, ...] = ()
 
     @property
     def measured(self) -> list[Array]:
@@ -41,9 +46,27 @@ class Runs:
         return replace(self, sigma=np.broadcast_to(sigma, self.sigma.shape).copy())
 
     def whitened(self, predicted: Sequence[Array]) -> Array:
-        """Return (measured - predicted) / sigma of all runs, one after the other, shape (samples,)."""
-        pairs = zip(self.measured, predicted, self.sigma, strict=True)
-        return np.concatenate([((rates - guess) / sigma).ravel() for rates, guess, sigma in pairs])
+        """Return (measured - predicted) / sigma of all blocks, one after the other; the gyro's `samples` come first.
+
+        Args:
+            predicted: blocks of all channels, each of shape (N, 3) or (N, 6).
+        """
+        measured = (*self.measured, *self.inner)
+        pairs = zip(measured, predicted, self._sigmas, strict=True)
+        return np.concatenate([((values - guess) / sigma).ravel() for values, guess, sigma in pairs])
+
+    def whitened_columns(self, derivatives: Sequence[Array]) -> list[Array]:
+        """Return derivatives of all blocks in units of sigma, each of shape (numbers in the block, C).
+
+        Args:
+            derivatives: of each block, shape (N, 3, C) or (N, 6, C).
+        """
+        pairs = zip(derivatives, self._sigmas, strict=True)
+        return [(block / sigma[:, None]).reshape(-1, block.shape[-1]) for block, sigma in pairs]
+
+    @property
+    def _sigmas(self) -> tuple[Array, ...]:
+        return (*self.sigma, *self.inner_sigma)
 
 
 def runs_of(names: Sequence[str], telemetry: Sequence[Telemetry]) -> Runs:
@@ -54,4 +77,12 @@ def runs_of(names: Sequence[str], telemetry: Sequence[Telemetry]) -> Runs:
     """
     grid = grid_of(telemetry)
     sigma = np.array([[run.gyro_noise] * 3 for run in grid.runs])
-    return Runs(names=tuple(names), grid=grid, sigma=sigma)
+    torques, rates = torque_channel(grid), rate_channel(grid)
+    inner = [channel for channel in (torques, rates) if channel is not None]
+    return Runs(
+        names=tuple(names),
+        grid=replace(grid, follows_commands=rates is not None),
+        sigma=sigma,
+        inner=tuple(block for blocks, _ in inner for block in blocks),
+        inner_sigma=tuple(noise for blocks, noise in inner for _ in blocks),
+    )

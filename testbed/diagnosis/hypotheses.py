@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Placed
 from testbed.effects.contract import Channel, Effect
+from testbed.prediction.inner import has_torques
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,6 +52,10 @@ def channels_of(runs: Runs) -> set[Channel]:
         present.add("rotor_speed")
     if run.applied_torque is not None:
         present.add("applied_torque")
+    if has_torques(runs.grid):
+        present.add("gimbal_torque")
+    if runs.grid.follows_commands:
+        present.add("gimbal_rate_command")
     if present or run.cluster_momentum is not None:
         present.add("any_actuator")
     return present

@@ -50,10 +50,11 @@ def latent_torque(runs: Runs, fit: Fit) -> LatentTorque:
     columns = _columns(runs, fit, knots)
     # From its increments to the torque at the knots.
     walk = np.asarray(np.kron(np.tril(np.ones((knots, knots))), np.eye(3)), dtype=np.float64)
-    nuisance = orthonormal(fit.jacobian)
+    nuisance = orthonormal(fit.jacobian[: runs.samples])  # a torque on the body shows in the gyro's samples
     spread = columns @ _for_every_run(walk, len(runs.names))
     spread = spread - nuisance @ (nuisance.T @ spread)
-    residual = fit.residual - nuisance @ (nuisance.T @ fit.residual)
+    residual = fit.residual[: runs.samples]
+    residual = residual - nuisance @ (nuisance.T @ residual)
     left, strength, right = np.linalg.svd(spread, full_matrices=False)
     seen = (left.T @ residual) ** 2
     variance = _likeliest(strength**2, seen)

@@ -13,7 +13,7 @@ from testbed.effects.contract import Effect
 from testbed.errors import InputError
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import Values
-from testbed.prediction.prediction import common_size, predicted, predicted_with_derivatives
+from testbed.prediction.prediction import common_size, predicted_channels, predicted_with_derivatives
 
 NEGLIGIBLE = 1e-9
 """Share of a column's length that has to be left for its direction to count."""
@@ -135,7 +135,7 @@ def fitted_initial_rates(runs: Runs, fit: Fit) -> Fit:
 def evaluated(runs: Runs, placed: tuple[Placed, ...], values: Values) -> Fit:
     """Return residual and Jacobian at given parameters."""
     hooks = [each.hooks for each in placed]
-    samples, derivatives = predicted_with_derivatives(runs.grid, hooks, values)
+    samples, derivatives = predicted_with_derivatives(runs.grid, hooks, values, predict=predicted_channels)
     return Fit(
         placed=placed,
         values=values,
@@ -146,16 +146,16 @@ def evaluated(runs: Runs, placed: tuple[Placed, ...], values: Values) -> Fit:
 
 
 def stacked(runs: Runs, derivatives: Sequence[Array], common: int) -> Array:
-    """Put the whitened derivatives of all runs below each other, every run's initial rate in columns of its own.
+    """Put the whitened derivatives of all blocks below each other, every run's initial rate in columns of its own.
 
     Args:
         runs: with their sigma.
-        derivatives: of each run, shape (N, 3, common + 3).
+        derivatives: of each block, shape (N, 3 or 6, common + 3).
         common: columns that all runs share.
     """
     blocks = []
-    for run, (derivative, sigma) in enumerate(zip(derivatives, runs.sigma, strict=True)):
-        whitened = (derivative / sigma[:, None]).reshape(-1, common + 3)
+    for block, whitened in enumerate(runs.whitened_columns(derivatives)):
+        run = block % len(runs.names)
         own = np.zeros((len(whitened), 3 * len(runs.names)))
         own[:, 3 * run : 3 * run + 3] = whitened[:, common:]
         blocks.append(np.hstack([whitened[:, :common], own]))
@@ -215,7 +215,7 @@ def _moved(fit: Fit, step: Array) -> Values:
 def _better(runs: Runs, fit: Fit, values: Values) -> Fit | None:
     """Return the fit at other values if χ² is not larger there."""
     try:
-        guess = predicted(runs.grid, [each.hooks for each in fit.placed], values)
+        guess = predicted_channels(runs.grid, [each.hooks for each in fit.placed], values)
     except InputError:
         return None
     residual = runs.whitened([reading[0] for reading in guess])

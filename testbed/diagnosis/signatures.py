@@ -13,7 +13,12 @@ from scipy.stats import chi2, ncx2
 from testbed.arrays import Array
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import NEGLIGIBLE, Fit, Placed, orthonormal
-from testbed.prediction.prediction import common_size, derivatives_at, predicted_with_derivatives
+from testbed.prediction.prediction import (
+    common_size,
+    derivatives_at,
+    predicted_channels,
+    predicted_with_derivatives,
+)
 
 POWER = 0.9
 FAMILY_WISE_ERROR = 0.05
@@ -118,17 +123,16 @@ def _columns(runs: Runs, fit: Fit, added: Sequence[tuple[Placed, Array]]) -> Arr
     hooks = [each.hooks for each in (*fit.placed, *(placed for placed, _ in added))]
     wanted = range(common_size(fit.values.effects), common_size(effects))
     values = replace(fit.values, effects=effects)
-    _, derivatives = predicted_with_derivatives(runs.grid, hooks, values, wanted)
-    whitened = [derivative / sigma[:, None] for derivative, sigma in zip(derivatives, runs.sigma, strict=True)]
-    return np.concatenate([columns.reshape(-1, len(wanted)) for columns in whitened])
+    _, derivatives = predicted_with_derivatives(runs.grid, hooks, values, wanted, predicted_channels)
+    return np.concatenate(runs.whitened_columns(derivatives))
 
 
 def _scanned_columns(runs: Runs, fit: Fit, placed: Placed, starts: Array) -> Array:
     """Return whitened ∂prediction/∂parameters of one hypothesis at each of its starts, shape (S, samples, K)."""
     hooks = [each.hooks for each in (*fit.placed, placed)]
-    derivatives = derivatives_at(runs.grid, hooks, fit.values, starts)
-    whitened = [derivative / sigma[:, None] for derivative, sigma in zip(derivatives, runs.sigma, strict=True)]
-    return np.concatenate([columns.reshape(len(starts), -1, placed.size) for columns in whitened], axis=1)
+    derivatives = derivatives_at(runs.grid, hooks, fit.values, starts, predicted_channels)
+    at_starts = [runs.whitened_columns([block[index] for block in derivatives]) for index in range(len(starts))]
+    return np.stack([np.concatenate(columns) for columns in at_starts])
 
 
 def _signature(placed: Placed, start: Array, columns: Array, free: Array, residual: Array) -> Signature:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.arrays import Flags
+from testbed.arrays import Array, Flags
 from testbed.effects.contract import Readings
 
 _DIFFERENCES = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 """Fourth differences: a motion of 1 Hz at 16 Hz passes by a factor 0.02, white noise by √70."""
+FEWEST = len(_DIFFERENCES)
+"""Samples in a row without which there is no fourth difference."""
 
 
 def variance_ratio(readings: Readings, axes: Flags) -> tuple[float, float]:
@@ -18,17 +20,25 @@ def variance_ratio(readings: Readings, axes: Flags) -> tuple[float, float]:
         readings: against a model.
         axes: which count, shape (3,).
     """
-    fast = [
-        np.convolve(residual[:, axis] / sigma[axis], _DIFFERENCES, mode="valid")
+    powers = [
+        fast_power((residual / sigma)[:, axes])
         for residual, sigma in zip(readings.residual, readings.sigma, strict=True)
-        if len(residual) >= len(_DIFFERENCES)
-        for axis in np.flatnonzero(axes)
+        if len(residual) >= FEWEST
     ]
-    number = sum(len(each) for each in fast)
+    number = sum(power.size for power in powers)
     if not number:
         return 1.0, 0.0
-    power = sum(float(each @ each) for each in fast) / float(_DIFFERENCES @ _DIFFERENCES)
-    return power / number, number / _correlated_share()
+    return sum(float(power.sum()) for power in powers) / number, number / _correlated_share()
+
+
+def fast_power(values: Array) -> Array:
+    """Return the squared fourth differences of columns, scaled to have the variance of white noise as their mean.
+
+    Args:
+        values: shape (N, W), N at least `FEWEST`.
+    """
+    fast = np.lib.stride_tricks.sliding_window_view(values, FEWEST, axis=0) @ _DIFFERENCES
+    return np.asarray(fast**2 / (_DIFFERENCES @ _DIFFERENCES))
 
 
 def _correlated_share() -> float:

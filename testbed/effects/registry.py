@@ -10,7 +10,11 @@ from testbed.effects.body_torque import BodyTorque
 from testbed.effects.contact import Contact
 from testbed.effects.contract import Effect, ReadingEffect
 from testbed.effects.flexible_appendage import FlexibleAppendage
+from testbed.effects.gimbal_backlash import GimbalBacklash
+from testbed.effects.gimbal_coulomb_friction import GimbalCoulombFriction
+from testbed.effects.gimbal_lag import GimbalLag
 from testbed.effects.gimbal_misalignment import GimbalMisalignment
+from testbed.effects.gimbal_viscous_friction import GimbalViscousFriction
 from testbed.effects.gimbal_zero import GimbalZero
 from testbed.effects.gyro_bandwidth import GyroBandwidth
 from testbed.effects.gyro_bias import GyroBias
@@ -44,6 +48,10 @@ _PREDICTED: tuple[Effect, ...] = (
     RotorSpinDown(),
     GimbalZero(),
     GimbalMisalignment(),
+    GimbalLag(),
+    GimbalViscousFriction(),
+    GimbalCoulombFriction(),
+    GimbalBacklash(),
     ActuatorLag(),
     ActuatorDelay(),
     GyroBias(),

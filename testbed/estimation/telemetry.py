@@ -35,6 +35,8 @@ class Telemetry:
         cluster_momentum: h as the platform itself reports it, shape (K, 3), N·m·s, body axes; used where
             `gimbal_angle` is None, and then the inertia's change with the gimbal angles is left out.
         applied_torque: torque of actuators that store no momentum, shape (K, 3), N·m, body axes.
+        gimbal_torque: of the gimbal motors, shape (K, 6), N·m.
+        gimbal_rate_command: what the steering law asked of each gimbal, shape (K, 6), rad/s.
         initial_momentum: whether the whole platform's momentum at the first sample is known to be zero.
     """
 
@@ -47,6 +49,8 @@ class Telemetry:
     rotor_momentum: UnitSeries | None = None
     cluster_momentum: Vectors3 | None = None
     applied_torque: Vectors3 | None = None
+    gimbal_torque: UnitSeries | None = None
+    gimbal_rate_command: UnitSeries | None = None
     initial_momentum: Literal["estimated", "zero"] = "estimated"
 
 

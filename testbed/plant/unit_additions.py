@@ -41,6 +41,29 @@ class RotorDrag(Addition):
 
 @final
 @dataclass(frozen=True, kw_only=True)
+class GimbalFriction(Addition):
+    """Friction between the bus and a gimbal.
+
+    Attributes:
+        unit: index from 0.
+        viscous: torque over the gimbal's rate, N·m·s/rad.
+        dry: torque against any motion, N·m.
+    """
+
+    unit: int
+    viscous: float = 0.0
+    dry: float = 0.0
+
+    @override
+    def write(self, spec: mujoco.MjSpec, name: str) -> None:
+        joint = spec.joint(f"cmg{UNIT_NUMBERS[self.unit]}_gimbal")
+        joint.damping[0] += self.viscous
+        joint.frictionloss += self.dry
+        joint.solref_friction = [2.0 * spec.option.timestep, 1.0]  # the quickest that MuJoCo integrates
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
 class ActuatorResponse(Addition):
     """Actuators of a torque on the bus that respond late; a platform that has none is given them.
 

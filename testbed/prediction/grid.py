@@ -53,6 +53,7 @@ class Grid:
         gimbals: as telemetry has them; None likewise.
         cluster_momentum_B: h as the platform reports it where gimbal angles are not sent, shape (R, 1, T, 3), N·m·s.
         applied_torque_B: shape (R, 1, T, 3), N·m.
+        follows_commands: whether the gimbals do what is asked of them but for a lag, so that rates can be predicted.
     """
 
     runs: tuple[Telemetry, ...]
@@ -62,6 +63,7 @@ class Grid:
     gimbals: Gimbals | None
     cluster_momentum_B: Array
     applied_torque_B: Array
+    follows_commands: bool = False
 
     @property
     def node_time(self) -> Array:

@@ -90,6 +90,14 @@ class Hooks:
         """Return what the gyro reads, shape (P, N, 3), rad/s, instead of `reading`, at times of shape (N,)."""
         return reading
 
+    def motor_torque(self, torque: Array, value: Array, gimbal_rate: Array) -> Array:  # noqa: ARG002
+        """Return what the gimbal motors give, shape (P, K, 6), N·m, instead of `torque`; rates alike, rad/s."""
+        return torque
+
+    def servo_lag(self, value: Array) -> Array:  # noqa: ARG002
+        """Return the time constant by which each gimbal's rate stays behind its command, shape (P, 6), s."""
+        return np.zeros((1, 6))
+
 
 def sign_of(value: Array) -> Array:
     """Return the sign of the real part: analytic but at zero."""

@@ -16,7 +16,7 @@ from testbed.arrays import Array
 from testbed.dynamics.inertia import inertia_of
 from testbed.errors import InputError
 from testbed.estimation.motion import RUNAWAY
-from testbed.prediction.grid import Grid
+from testbed.prediction.grid import Gimbals, Grid
 from testbed.prediction.held import held_inertia, held_momentum
 from testbed.prediction.hooks import Hooks, Instant
 
@@ -77,10 +77,8 @@ def _known(grid: Grid, hooks: Sequence[Hooks], values: Values) -> _Known:
     momentum_B, torque_B = grid.cluster_momentum_B, grid.applied_torque_B
     inertia = inertia_matrix(values.theta)[:, None]
     pairs = list(zip(hooks, values.effects, strict=True))
-    if grid.gimbals is not None and grid.cluster is not None:
-        gimbals = grid.gimbals
-        for hook, value in pairs:
-            gimbals = hook.gimbals(gimbals, value, grid, grid.cluster)
+    gimbals = effective_gimbals(grid, hooks, values.effects)
+    if gimbals is not None and grid.cluster is not None:
         momentum_B = held_momentum(gimbals, grid.cluster)
         inertia = inertia + held_inertia(gimbals, grid.cluster)
     for hook, value in pairs:
@@ -88,6 +86,21 @@ def _known(grid: Grid, hooks: Sequence[Hooks], values: Values) -> _Known:
         torque_B = hook.applied_torque(torque_B, value, grid)
         inertia = inertia - np.broadcast_to(hook.hidden_inertia(value), (*value.shape[:1], 3, 3))[:, None]
     return _Known(momentum_B=momentum_B, torque_B=torque_B, inverse=symmetric_inverse(inertia))
+
+
+def effective_gimbals(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> Gimbals | None:
+    """Return the units as they are, instead of as telemetry has them; None where there are none.
+
+    Args:
+        grid: the runs.
+        hooks: the effects in the model.
+        effects: their parameters, shapes (P, K).
+    """
+    gimbals = grid.gimbals
+    if gimbals is not None and grid.cluster is not None:
+        for hook, value in zip(hooks, effects, strict=True):
+            gimbals = hook.gimbals(gimbals, value, grid, grid.cluster)
+    return gimbals
 
 
 def inertia_matrix(theta: Array) -> Array:

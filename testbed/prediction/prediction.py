@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -12,7 +12,11 @@ from testbed.arrays import Array
 from testbed.prediction.grid import Grid
 from testbed.prediction.gyro import readings
 from testbed.prediction.hooks import Hooks
+from testbed.prediction.inner import gimbal_rates, has_torques, motor_torques
 from testbed.prediction.integration import Values, node_rates
+
+Predictor: TypeAlias = Callable[[Grid, Sequence[Hooks], Values], list[Array]]
+"""From the runs, the effects and P parameter sets to blocks of predictions, each with the sets on its first axis."""
 
 _COMPLEX_STEP = 1e-20
 """The derivative is the imaginary part over it: no difference is taken, so that it is exact to rounding.
@@ -37,13 +41,40 @@ def predicted(grid: Grid, hooks: Sequence[Hooks], values: Values) -> list[Array]
     return readings(grid, hooks, values.effects, node_rates(grid, hooks, values))
 
 
+def predicted_channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> list[Array]:
+    """Return all that is compared: every run's gyro samples, then its motor torques, then its gimbal rates.
+
+    Blocks of shape (P, N, 3) or (P, N, 6), in the units of the channel; block b belongs to run b modulo the runs. Motor
+    torques and gimbal rates are there if the runs carry what they are compared with.
+
+    Args:
+        grid: the runs.
+        hooks: the effects in the model.
+        values: parameter sets, P of them.
+
+    Raises:
+        InputError: the motion leaves the finite numbers.
+    """
+    rates = node_rates(grid, hooks, values)
+    blocks = readings(grid, hooks, values.effects, rates)
+    if has_torques(grid):
+        blocks += motor_torques(grid, hooks, values.effects, rates)
+    if grid.follows_commands:
+        blocks += gimbal_rates(grid, hooks, values.effects)
+    return [np.broadcast_to(block, (values.sets, *block.shape[1:])) for block in blocks]
+
+
 def common_size(effects: Sequence[Array]) -> int:
     """Return the number of parameters that all runs share: θ, and those of the effects."""
     return 6 + sum(int(value.shape[-1]) for value in effects)
 
 
 def predicted_with_derivatives(
-    grid: Grid, hooks: Sequence[Hooks], values: Values, columns: range | None = None
+    grid: Grid,
+    hooks: Sequence[Hooks],
+    values: Values,
+    columns: range | None = None,
+    predict: Predictor = predicted,
 ) -> tuple[list[Array], list[Array]]:
     """Return the prediction of one parameter set and its derivatives.
 
@@ -52,45 +83,49 @@ def predicted_with_derivatives(
         hooks: the effects in the model.
         values: one parameter set, P = 1.
         columns: which derivatives; all of them where absent.
+        predict: the gyro's samples alone, or all channels.
 
     Returns:
-        Of every run the samples, shape (N, 3), rad/s, and ∂ω̄/∂(θ, effects, the run's own ω₀), shape (N, 3, C + 3) with
-        C from `common_size`, or the columns asked for.
+        Of every block the samples, shape (N, 3), rad/s, and ∂ω̄/∂(θ, effects, the run's own ω₀), shape (N, 3, C + 3),
+        with C from `common_size`, or the columns asked for.
     """
     wanted = range(common_size(values.effects) + 3) if columns is None else columns
     blocks = [wanted[first : first + _SETS_AT_ONCE] for first in range(0, len(wanted), _SETS_AT_ONCE)]
-    parts = [_columns(grid, hooks, values, block) for block in blocks]
+    parts = [_columns(grid, hooks, values, block, predict) for block in blocks]
     samples = [reading.real[0] for reading in parts[0]]
-    by_run = zip(*parts, strict=True)
-    return samples, [np.concatenate([_imaginary(part) for part in run], axis=-1) for run in by_run]
+    by_block = zip(*parts, strict=True)
+    return samples, [np.concatenate([_imaginary(part) for part in block], axis=-1) for block in by_block]
 
 
-def derivatives_at(grid: Grid, hooks: Sequence[Hooks], values: Values, starts: Array) -> list[Array]:
-    """Return ∂ω̄/∂(parameters of one more effect) at several values of them, of every run, shape (S, N, 3, K).
+def derivatives_at(
+    grid: Grid, hooks: Sequence[Hooks], values: Values, starts: Array, predict: Predictor = predicted
+) -> list[Array]:
+    """Return ∂ω̄/∂(parameters of one more effect) at several values of them, of every block, shape (S, N, 3, K).
 
     Args:
         grid: the runs.
         hooks: the effects in the model, the further one last.
         values: one parameter set of the model without the further one, P = 1.
         starts: values of the further effect's parameters, shape (S, K).
+        predict: the gyro's samples alone, or all channels.
     """
     size = starts.shape[1]
     steps = 1j * _COMPLEX_STEP * np.eye(size)
     sets = (starts[:, None] + steps).reshape(-1, size)
     blocks = [sets[first : first + _SETS_AT_ONCE] for first in range(0, len(sets), _SETS_AT_ONCE)]
-    parts = [predicted(grid, hooks, replace(values, effects=(*values.effects, block))) for block in blocks]
+    parts = [predict(grid, hooks, replace(values, effects=(*values.effects, block))) for block in blocks]
     return [
-        _imaginary(np.concatenate(run).reshape(len(starts), size, -1, 3).swapaxes(0, 1))
-        for run in zip(*parts, strict=True)
+        _imaginary(np.concatenate(block).reshape(len(starts), size, *block[0].shape[1:]).swapaxes(0, 1))
+        for block in zip(*parts, strict=True)
     ]
 
 
-def _columns(grid: Grid, hooks: Sequence[Hooks], values: Values, block: range) -> list[Array]:
+def _columns(grid: Grid, hooks: Sequence[Hooks], values: Values, block: range, predict: Predictor) -> list[Array]:
     """Predict with one parameter after the other a complex step away from its value."""
     step: Any = np.zeros((len(block), common_size(values.effects) + 3), dtype=np.complex128)
     step[np.arange(len(block)), block] = 1j * _COMPLEX_STEP
     theta, *effects, initial = np.split(step, np.cumsum([6, *(value.shape[-1] for value in values.effects)]), axis=1)
-    return predicted(
+    return predict(
         grid,
         hooks,
         Values(

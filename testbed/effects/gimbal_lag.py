@@ -1,0 +1,45 @@
+"""A gimbal follows the rate that it is asked for with a lag."""
+
+from __future__ import annotations
+
+from typing import final
+
+from typing_extensions import override
+
+from testbed.arrays import Array
+from testbed.effects.contract import UNITS, Effect, Extension, Parameter, only_unit
+from testbed.prediction.hooks import Hooks
+from testbed.scenario.scenario import Scenario
+
+CLUSTER = "cluster"
+
+
+class _Behind(Hooks):
+    def __init__(self, component: str) -> None:
+        self._component = component
+
+    @override
+    def servo_lag(self, value: Array) -> Array:
+        return value.repeat(6, axis=1) if self._component == CLUSTER else only_unit(self._component, value[:, 0])
+
+
+@final
+class GimbalLag(Effect):
+    """T d̈ = ḋ_command - ḋ, of one gimbal or of all alike."""
+
+    id = "gimbal_lag"
+    flies = False
+    components = (CLUSTER, *UNITS)
+    parameters = (Parameter(name="time_constant_s", unit="s", typical=0.02, lower=0.0, upper=1.0),)
+    needs = ("gimbal_angle", "gimbal_rate_command")
+    sentence = "The gimbal of {component} follows the rate that it is asked for more slowly than its servo should."
+    look_alikes = ("gimbal_backlash",)
+    confirm = "A step of that gimbal's rate: its encoder shows how it approaches what is asked."
+
+    @override
+    def hooks(self, component: str) -> Hooks:
+        return _Behind(component)
+
+    @override
+    def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
+        return Extension()
