@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -15,12 +16,15 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit, orthonormal
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import telemetry_spline
-from testbed.signals import AXES
+from testbed.prediction.inner import compared, has_torques
+from testbed.signals import AXES, UNITS
 
 MOST = 6
 """Places that are told."""
 _QUIET = 2.0
 """Squared whitened residual that a stretch has to exceed on the average to be told: noise has 1."""
+_OF_THE_PEAK = 0.1
+"""Of the largest square; what is quieter than that is the residual bending towards it."""
 _CHANCE = 0.01
 
 Path = Literal["reading", "torque"]
@@ -73,30 +77,99 @@ def located(runs: Runs, fit: Fit) -> tuple[Place, ...]:
         runs: that were fitted.
         fit: of them.
     """
-    residual = whitened_by_run(runs, fit)
-    total = sum(float((part**2).sum()) for part in residual)
-    places = []
-    for axis, name in enumerate(AXES):
-        stretches = [_loudest(part[:, axis]) for part in residual]
+    total = float(fit.residual @ fit.residual)
+    places = [place for channel in (_gyro(runs, fit), *_inner(runs, fit)) for place in _places(channel, total)]
+    return tuple(sorted(places, key=lambda place: -place.share)[:MOST])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Residual:
+    """What a fit leaves of one channel of all runs.
+
+    Attributes:
+        signals: name of each column.
+        runs: names of the runs.
+        time: of each run, shape (N,), s.
+        values: whitened, of each run, shape (N, width).
+        dependence: what a column goes along with.
+    """
+
+    signals: tuple[str, ...]
+    runs: tuple[str, ...]
+    time: Sequence[Series]
+    values: Sequence[Array]
+    dependence: Callable[[int], Dependence | None]
+
+
+def _gyro(runs: Runs, fit: Fit) -> _Residual:
+    return _Residual(
+        signals=tuple(f"body_rate_{name}" for name in AXES),
+        runs=runs.names,
+        time=[run.gyro_time for run in runs.grid.runs],
+        values=whitened_by_run(runs, fit),
+        dependence=lambda axis: dependence(runs, fit, axis),
+    )
+
+
+def _inner(runs: Runs, fit: Fit) -> Iterator[_Residual]:
+    """Yield what a fit leaves of motor torques and of gimbal rates, where the runs carry them."""
+    edges = np.cumsum([block.size for block in runs.inner])[:-1]
+    blocks = [part.reshape(-1, len(UNITS)) for part in np.split(fit.residual[runs.samples :], edges)]
+    names = ["gimbal_torque"] * has_torques(runs.grid) + ["gimbal_rate"] * runs.grid.follows_commands
+    for index, name in enumerate(names):
+        values = blocks[index * len(runs.names) : (index + 1) * len(runs.names)]
+        times = [_inner_time(run, len(block)) for run, block in zip(runs.grid.runs, values, strict=True)]
+        yield _Residual(
+            signals=tuple(f"{name}_{unit}" for unit in UNITS),
+            runs=runs.names,
+            time=times,
+            values=values,
+            dependence=partial(_inner_dependence, runs, times, values),
+        )
+
+
+def _inner_time(run: Telemetry, samples: int) -> Series:
+    """Return the times of compared samples, or of the middles between them."""
+    time = run.actuator_time[compared(run)]
+    return time if len(time) == samples else 0.5 * (time[1:] + time[:-1])
+
+
+def _inner_dependence(runs: Runs, times: Sequence[Series], values: Sequence[Array], unit: int) -> Dependence | None:
+    """Return which of its unit's motions a residual goes along with."""
+    names = (f"gimbal_rate_{unit + 1}", f"sign(gimbal_rate_{unit + 1})", f"gimbal_acceleration_{unit + 1}")
+    splines = [telemetry_spline(run, "gimbal_angle") for run in runs.grid.runs]
+    rate, change = (
+        np.concatenate([spline(time, order)[:, unit] for spline, time in zip(splines, times, strict=True)])
+        for order in (1, 2)
+    )
+    residual = np.concatenate([part[:, unit] for part in values])
+    columns = np.stack([rate, np.sign(rate), change])
+    lengths = np.linalg.norm(columns, axis=1) * np.linalg.norm(residual)
+    correlation = columns @ residual / np.where(lengths > 0.0, lengths, 1.0)
+    best = int(np.argmax(np.abs(correlation)))
+    if not _by_more_than_chance(float(correlation[best]), len(residual), len(names)):
+        return None
+    return Dependence(signal=names[best], enters_as="reading", correlation=float(correlation[best]))
+
+
+def _places(residual: _Residual, total: float) -> Iterator[Place]:
+    for column, signal in enumerate(residual.signals):
+        stretches = [_loudest(values[:, column]) for values in residual.values]
         if not any(stretches):
             continue
-        found = dependence(runs, fit, axis)
-        for run, stretch in enumerate(stretches):
+        found = residual.dependence(column)
+        for run, time, values, stretch in zip(residual.runs, residual.time, residual.values, stretches, strict=True):
             if stretch is not None:
-                time = runs.grid.runs[run].gyro_time[stretch]
-                places.append(
-                    Place(
-                        signal=f"body_rate_{name}",
-                        run=runs.names[run],
-                        from_s=float(time[0]),
-                        to_s=float(time[-1]),
-                        share=float((residual[run][stretch, axis] ** 2).sum()) / total,
-                        depends_on=None if found is None else found.signal,
-                        enters_as=None if found is None else found.enters_as,
-                        correlation=0.0 if found is None else found.correlation,
-                    )
+                yield Place(
+                    signal=signal,
+                    run=run,
+                    from_s=float(time[stretch][0]),
+                    to_s=float(time[stretch][-1]),
+                    share=float((values[stretch, column] ** 2).sum()) / total,
+                    depends_on=None if found is None else found.signal,
+                    enters_as=None if found is None else found.enters_as,
+                    correlation=0.0 if found is None else found.correlation,
                 )
-    return tuple(sorted(places, key=lambda place: -place.share)[:MOST])
 
 
 def whitened_by_run(runs: Runs, fit: Fit) -> list[Array]:
@@ -136,7 +209,7 @@ def _by_more_than_chance(correlation: float, samples: int, tried: int) -> bool:
 
 def _loudest(values: Series) -> slice | None:
     """Return the stretch with the most power beyond what noise would have there; None where there is none (Kadane)."""
-    excess = values**2 - _QUIET
+    excess = values**2 - max(_QUIET, _OF_THE_PEAK * float((values**2).max()))
     total = np.concatenate([[0.0], np.cumsum(excess)])
     lowest = np.minimum.accumulate(total)
     last = int(np.argmax(total - lowest))
