@@ -1,0 +1,108 @@
+"""What is said of a diagnosis: inertia as a step of its own, noise as a step, a torque that has no name."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from typing_extensions import override
+
+from testbed.diagnosis.findings import detectable_sizes, residuals_of
+from testbed.diagnosis.location import located
+from testbed.diagnosis.reading import data_set_of
+from testbed.diagnosis.result import result_of
+from testbed.diagnosis.workflow import diagnosed
+from testbed.dynamics.inertia import theta_of
+from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.prediction.hooks import Hooks
+from testbed.report.diagnosis import write_diagnosis_page
+from testbed.report.diagnosis_residuals import mean_spectrum
+from tests.diagnosed_records import NOISE, nominal, records
+
+FEW = {name: EFFECTS[name] for name in ("gyro_latency", "viscous_drag")}
+
+
+class Humming(Hooks):
+    """A torque that no effect of the library makes."""
+
+    @override
+    def torque(self, value, at):
+        return value[:, :1] * np.sin(2.0 * np.pi * 0.9 * at.time[..., None]) * np.array([1.0, 0.5, 0.0])
+
+
+def last(used, inertia_factor=1.0):
+    scenario, platform = nominal()
+    data = data_set_of(used, scenario, platform)
+    theta = inertia_factor * theta_of(platform.inertia)
+    (*_, final) = diagnosed(data.runs, data.heldout, FEW, theta, reading_effects=READING_EFFECTS)
+    return final
+
+
+def content(diagnosis):
+    return result_of(diagnosis, located(diagnosis.runs, diagnosis.baseline), ())
+
+
+@pytest.fixture(scope="module")
+def humming():
+    return last(records(3, hooks=[Humming()], values=[np.array([4e-4])]))
+
+
+def test_a_single_run_has_no_held_out_gap_and_json_says_null():
+    answer = content(last(records(1)))
+    assert answer["verdict"] == "none"
+    assert answer["gap"]["heldout_after"] is None
+    assert answer["steps"] == []
+    json.dumps(answer, allow_nan=False)
+
+
+def test_another_inertia_stands_as_a_step_and_names_nothing():
+    answer = content(last(records(3), inertia_factor=1.02))
+    assert answer["verdict"] == "none"
+    (step,) = answer["steps"]
+    assert step["effect"] == "inertia"
+    change = step["parameters"]["dJ33_kg_m2"]
+    true_change = -0.02 * theta_of(nominal()[1].inertia)[2]
+    assert abs(change["value"] - true_change) < 4.0 * change["std"]  # by chance once in 16,000; the seed is fixed
+    assert step["gap_before"] > 1.2 > step["gap_after"]  # noise: 1 within 4 %
+
+
+def test_understated_noise_is_a_step():
+    stated = [replace(r, details=replace(r.details, gyro_noise=NOISE / 1.5)) for r in records(3)]
+    answer = content(last(stated))
+    (step,) = answer["steps"]
+    assert step["effect"] == "gyro_noise"
+    extra = step["parameters"]["extra_noise_rad_s"]
+    assert extra["value"] == pytest.approx(NOISE * np.sqrt(1.0 - 1.5**-2), abs=4.0 * extra["std"])
+    assert step["gap_after"] < 1.2 < step["gap_before"]  # 1 and 1.5, each within 4 %
+
+
+def test_a_torque_without_a_name_is_unexplained_and_drawn(humming, tmp_path):
+    answer = content(humming)
+    assert answer["verdict"] == "unexplained"
+    assert answer["latent_torque"]["p_value"] < 1e-6
+    page = tmp_path / "report.html"
+    places = located(humming.runs, humming.baseline)
+    write_diagnosis_page(page, humming, places, residuals_of(humming), {"scenario": "diagnose"}, answer)
+    text = page.read_text(encoding="utf-8")
+    assert "run1: torque left, body axes" in text
+    assert "A torque is left that no effect of the library explains" in text
+
+
+def test_sizes_and_residuals_belong_together(humming):
+    sizes = {size.placed.key: size for size in detectable_sizes(humming)}
+    assert sizes["gyro_latency:gyro"].smallest[0].value == pytest.approx(0.01 * sizes["gyro_latency:gyro"].multiple)
+    for run in residuals_of(humming):
+        np.testing.assert_allclose(run.measured - run.nominal, NOISE * run.before, atol=1e-15)
+        assert run.held_out == (run.name == "run3")
+
+
+def test_the_spectrum_of_white_noise_is_one_and_a_tone_stands_at_its_frequency():
+    time = np.cumsum(np.random.default_rng(3).uniform(0.05, 0.07, 4000))
+    noise = np.random.default_rng(4).normal(size=(4000, 3))
+    frequency, power = mean_spectrum([time], [noise])
+    assert power.mean() == pytest.approx(1.0, abs=0.15)  # 600 exponentials: 4 % each, so 3.7 sigma
+    tone = np.sin(2.0 * np.pi * frequency[50] * time)
+    _, power = mean_spectrum([time], [np.column_stack([tone] * 3)])
+    assert int(power[:, 0].argmax()) == 50
