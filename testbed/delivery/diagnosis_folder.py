@@ -12,9 +12,9 @@ from testbed.delivery.diagnosis_recording import diagnosis_content
 from testbed.delivery.folder import whole_folder
 from testbed.delivery.provenance import provenance, recording_id_of
 from testbed.delivery.run_folder import write_json
-from testbed.diagnosis.findings import residuals_of
 from testbed.diagnosis.location import Place
 from testbed.diagnosis.result import result_of
+from testbed.diagnosis.run_residuals import residuals_of
 from testbed.diagnosis.workflow import Diagnosis
 from testbed.dynamics.inertia import inertia_of
 from testbed.effects.contract import Extension

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.diagnosis.findings import RunResiduals
+from testbed.diagnosis.run_residuals import RunResiduals
 from testbed.recording.diagnosis import DiagnosisContent
 from testbed.recording.palette import AXIS_COLORS, LIMIT_COLOR, NOMINAL_COLOR, Color, pale
 from testbed.recording.reproduction_content import ShownPanel, ShownTab

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Literal
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 from scipy.stats import beta
 
 from testbed.arrays import Array, Flags, Series
 from testbed.diagnosis.data import Runs
+from testbed.diagnosis.drivers import Path, candidates
 from testbed.diagnosis.model import Fit, orthonormal
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import telemetry_spline
@@ -26,8 +25,6 @@ _QUIET = 2.0
 _OF_THE_PEAK = 0.1
 """Of the largest square; what is quieter than that is the residual bending towards it."""
 _CHANCE = 0.01
-
-Path = Literal["reading", "torque"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -186,7 +183,7 @@ def dependence(runs: Runs, fit: Fit, axis: int) -> Dependence | None:
         fit: of them.
         axis: of the body.
     """
-    names, columns = _candidates(runs, axis)
+    names, columns = candidates(runs, axis)
     nuisance = orthonormal(fit.jacobian[: runs.samples])
     free = columns - nuisance @ (nuisance.T @ columns)
     residual = fit.residual[: runs.samples]
@@ -220,41 +217,3 @@ def _loudest(values: Series) -> slice | None:
 
 def _of_axis(samples: int, axis: int) -> Flags:
     return np.asarray(np.arange(samples) % 3 == axis)
-
-
-def _candidates(runs: Runs, axis: int) -> tuple[list[tuple[str, Path]], Array]:
-    """Return what may drive the residual and, for each, what it would add to the axis's whitened samples."""
-    names: list[tuple[str, Path]] = []
-    parts = []
-    for run, sigma in zip(runs.grid.runs, runs.sigma, strict=True):
-        signals = dict(_signals(run))
-        as_torque = {name: cumulative_trapezoid(each, run.gyro_time, initial=0.0) for name, each in signals.items()}
-        names = [*((name, "reading") for name in signals), *((name, "torque") for name in as_torque)]
-        column = np.column_stack([*signals.values(), *as_torque.values()]) / sigma[axis]
-        parts.append(np.kron(column, np.eye(3)[:, [axis]]))
-    return names, np.concatenate(parts)
-
-
-def _signals(run: Telemetry) -> Iterator[tuple[str, Series]]:
-    """Yield body rates, their products, gimbal angles and rates, and time, at the gyro's samples."""
-    time, rate = run.gyro_time, run.body_rate
-    yield "time", time - time[0]
-    for first in range(3):
-        yield f"body_rate_{AXES[first]}", rate[:, first]
-        yield f"body_acceleration_{AXES[first]}", np.gradient(rate[:, first], time)
-        for second in range(first, 3):
-            yield f"body_rate_{AXES[first]}*body_rate_{AXES[second]}", rate[:, first] * rate[:, second]
-        yield f"body_rate_{AXES[first]}*abs(body_rate_{AXES[first]})", rate[:, first] * np.abs(rate[:, first])
-    if run.gimbal_angle is not None:
-        yield from _along("gimbal_angle", "gimbal_rate", run, 6)
-    elif run.cluster_momentum is not None:
-        yield from _along("cluster_momentum", "cluster_momentum_rate", run, 3)
-    if run.applied_torque is not None:
-        yield from _along("applied_torque", "applied_torque_rate", run, 3)
-
-
-def _along(channel: str, derivative: str, run: Telemetry, width: int) -> Iterator[tuple[str, Series]]:
-    spline = telemetry_spline(run, channel)
-    for order, name in enumerate((channel, derivative)):
-        for index, values in enumerate(spline(run.gyro_time, order).T):
-            yield f"{name}_{AXES[index] if width == len(AXES) else index + 1}", values

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from testbed.diagnosis.findings import RunResiduals
 from testbed.diagnosis.location import Place
+from testbed.diagnosis.run_residuals import RunResiduals
 from testbed.diagnosis.workflow import Diagnosis
 from testbed.report.diagnosis_gaps import gaps_section, where_section
 from testbed.report.diagnosis_inertia import inertia_section, left_section

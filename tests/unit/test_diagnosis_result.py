@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from typing_extensions import override
 
-from testbed.diagnosis.findings import detectable_sizes, residuals_of
+from testbed.diagnosis.findings import detectable_sizes
 from testbed.diagnosis.location import located
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.result import result_of
+from testbed.diagnosis.run_residuals import residuals_of
 from testbed.diagnosis.workflow import diagnosed
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, READING_EFFECTS

@@ -1,0 +1,72 @@
+"""Every run against the model without and with the effects, as page and recording show it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from testbed.arrays import Array, Series, Vectors3
+from testbed.diagnosis.data import Runs
+from testbed.diagnosis.location import whitened_by_run
+from testbed.diagnosis.model import Fit, fitted_initial_rates
+from testbed.diagnosis.workflow import Diagnosis
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RunResiduals:
+    """A run against the model without and with the effects.
+
+    Attributes:
+        name: of the run.
+        held_out: whether it was not fitted.
+        time: of the gyro's samples, shape (N,), s.
+        measured: ω, shape (N, 3), rad/s.
+        nominal: what the nominal model predicts of it, inertia and initial rates re-estimated, rad/s.
+        extended: what the model with all effects predicts, rad/s.
+        before: (measured - nominal) / σ, with the noise that is stated.
+        after: (measured - extended) / σ, with the noise as the model has it.
+    """
+
+    name: str
+    held_out: bool
+    time: Series
+    measured: Vectors3
+    nominal: Vectors3
+    extended: Vectors3
+    before: Array
+    after: Array
+
+
+def residuals_of(diagnosis: Diagnosis) -> tuple[RunResiduals, ...]:
+    """Return every run against the model without and with the effects, held-out ones last."""
+    shown = list(_residuals(diagnosis, diagnosis.runs, (diagnosis.baseline, diagnosis.model), held_out=False))
+    heldout = diagnosis.heldout
+    if heldout is not None:
+        before = fitted_initial_rates(_as_stated(diagnosis, heldout), diagnosis.baseline)
+        after = fitted_initial_rates(heldout, diagnosis.model)
+        shown += _residuals(diagnosis, heldout, (before, after), held_out=True)
+    return tuple(shown)
+
+
+def _as_stated(diagnosis: Diagnosis, runs: Runs) -> Runs:
+    """Return runs with the noise that is stated: what was found to be more of it taken out again."""
+    found = sum((each.finding.variance for each in diagnosis.scatter), np.zeros(3))
+    return runs.with_sigma(np.sqrt(runs.sigma**2 - found))
+
+
+def _residuals(diagnosis: Diagnosis, runs: Runs, fits: tuple[Fit, Fit], *, held_out: bool) -> Iterator[RunResiduals]:
+    before, after = (whitened_by_run(runs, fit) for fit in fits)
+    stated = _as_stated(diagnosis, runs).sigma
+    for index, (name, run) in enumerate(zip(runs.names, runs.grid.runs, strict=True)):
+        yield RunResiduals(
+            name=name,
+            held_out=held_out,
+            time=run.gyro_time,
+            measured=run.body_rate,
+            nominal=run.body_rate - stated[index] * before[index],
+            extended=run.body_rate - runs.sigma[index] * after[index],
+            before=before[index],
+            after=after[index],
+        )
