@@ -125,6 +125,43 @@ def diagnose(
 
 
 @app.command()
+def conceal(
+    scenario: ScenarioPath,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="New or empty folder for data and answer.")],
+    seed: Annotated[int, typer.Option(min=0, max=2**63 - 1, help="Seed of everything.", show_default=False)],
+    effect: Annotated[list[str] | None, typer.Option(metavar="ID", help="Hide this effect; may be repeated.")] = None,
+    random: Annotated[bool, typer.Option("--random", help="Hide one effect, whichever is drawn.")] = False,
+    size: Annotated[
+        float | None,
+        typer.Option(
+            min=1e-3, max=1e3, help="In smallest detectable sizes, in sigma for what no library lists; else drawn."
+        ),
+    ] = None,
+    runs: Annotated[int | None, typer.Option(metavar="N", min=1, max=50, help="How many; by default drawn.")] = None,
+) -> None:
+    """Make a blind data set with hidden effects, or none, and a sealed answer; in a checkout only."""
+    from testbed.cli.conceal import conceal_effects  # noqa: PLC0415
+
+    conceal_effects(scenario, out, effect or (), seed, drawn=random, size=size, runs=runs)
+
+
+@app.command()
+def score(
+    diagnoses: Annotated[
+        Path, typer.Argument(metavar="DIAGNOSES", help="Folder with case_*/diagnosis.json.", show_default=False)
+    ],
+    answers: Annotated[
+        Path, typer.Argument(metavar="ANSWERS", help="Folder with case_*/answer.json.", show_default=False)
+    ],
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="New file for the score card as JSON.")] = None,
+) -> None:
+    """Score many diagnoses against sealed answers, each figure with its interval."""
+    from testbed.cli.score import score_diagnoses  # noqa: PLC0415
+
+    score_diagnoses(diagnoses, answers, out)
+
+
+@app.command()
 def check(scenario: ScenarioPath) -> None:
     """Check a scenario: everything that is wrong with it at once."""
     from testbed.cli.check import check_scenario  # noqa: PLC0415

@@ -34,7 +34,7 @@ _LOOK_ALIKES = (
 """Effects that no pair has both of: nobody could say which two they were."""
 _MISSTATED = 0.2
 _APPLIED_SHARE = 0.1
-_ATTEMPTS = 20
+ATTEMPTS = 20
 NEVER_HIDDEN = {"inertia"}
 """Every case has an inertia of its own: it is re-estimated, and no verdict."""
 
@@ -56,23 +56,23 @@ def random_case(
         multiple: its size, in smallest detectable sizes, or sigma where it is unlisted; None for any of the stratum's.
     """
     draw = _DRAWN[stratum]
-    for _ in range(_ATTEMPTS):
+    for _ in range(ATTEMPTS):
         try:
             return draw(rng, scenario, effect, multiple)
         except UnreachableError:
             continue
-    raise UnreachableError(f"{stratum}, {effect}: no data set out of {_ATTEMPTS} can show it at {multiple}")
+    raise UnreachableError(f"{stratum}, {effect}: no data set out of {ATTEMPTS} can show it at {multiple}")
 
 
 def _null(rng: np.random.Generator, scenario: Path, effect: str | None, multiple: float | None) -> Case:  # noqa: ARG001
-    return _bare(rng, scenario, _actuation(rng, None), None)
+    return bare_case(rng, scenario, drawn_actuation(rng, None), None)
 
 
 def _single(rng: np.random.Generator, scenario: Path, effect: str | None, multiple: float | None) -> Case:
     chosen = _chosen(rng, LISTED, effect)
-    case = _bare(rng, scenario, _actuation(rng, chosen), chosen)
+    case = bare_case(rng, scenario, drawn_actuation(rng, chosen), chosen)
     times = float(rng.choice(MULTIPLES)) if multiple is None else multiple
-    hidden, shown = _hidden(rng, case, chosen, times)
+    hidden, shown = hidden_effect(rng, case, chosen, times)
     notes = {"detectable_sizes": times, "sigma": shown}
     return replace(case, effects=(hidden,), stratum="single", notes=notes)
 
@@ -82,9 +82,9 @@ def _pair(rng: np.random.Generator, scenario: Path, effect: str | None, multiple
     cmg = {name: kind for name, kind in LISTED.items() if "cmg" in kind.actuation}
     first = _chosen(rng, cmg, effect)
     second = _chosen(rng, {name: kind for name, kind in cmg.items() if not _alike(name, first)}, None)
-    case = replace(_bare(rng, scenario, "cmg", first), telemetry=_telemetry(rng, first, second))
+    case = replace(bare_case(rng, scenario, "cmg", first), telemetry=drawn_telemetry(rng, first, second))
     times = PAIR_MULTIPLE if multiple is None else multiple
-    pair = [_hidden(rng, case, name, times) for name in (first, second)]
+    pair = [hidden_effect(rng, case, name, times) for name in (first, second)]
     notes: dict[str, float | str] = {"detectable_sizes": times} | {
         f"sigma_{index + 1}": shown for index, (_, shown) in enumerate(pair)
     }
@@ -93,17 +93,16 @@ def _pair(rng: np.random.Generator, scenario: Path, effect: str | None, multiple
 
 def _unlisted(rng: np.random.Generator, scenario: Path, effect: str | None, multiple: float | None) -> Case:
     chosen = _chosen(rng, UNLISTED, effect)
-    case = _bare(rng, scenario, _actuation(rng, chosen), chosen)
+    case = bare_case(rng, scenario, drawn_actuation(rng, chosen), chosen)
     target = float(rng.choice(UNLISTED_SIGMA)) if multiple is None else multiple
-    typical = HiddenEffect(effect=chosen, component=PLATFORM, parameters=KINDS[chosen].draw(rng))
-    hidden, shown = sized(case, typical, target)
+    hidden, shown = unlisted_effect(rng, case, chosen, target)
     notes = {"wanted_sigma": target, "sigma": shown}
     return replace(case, effects=(hidden,), stratum="unlisted", notes=notes)
 
 
 def _understated(rng: np.random.Generator, scenario: Path, effect: str | None, multiple: float | None) -> Case:  # noqa: ARG001
     """The gyro is 1 / 0.8 times as noisy as stated: `gyro_noise` is the answer."""
-    case = _bare(rng, scenario, _actuation(rng, None), None)
+    case = bare_case(rng, scenario, drawn_actuation(rng, None), None)
     extra = sensors_of(case).gyro_noise * np.sqrt(1.0 / (1.0 - _MISSTATED) ** 2 - 1.0)
     louder = HiddenEffect(effect="gyro_noise", component=GYRO, parameters={"extra_noise": float(extra)})
     stated = replace(case.telemetry, stated_noise=1.0)
@@ -112,7 +111,7 @@ def _understated(rng: np.random.Generator, scenario: Path, effect: str | None, m
 
 def _overstated(rng: np.random.Generator, scenario: Path, effect: str | None, multiple: float | None) -> Case:  # noqa: ARG001
     """More noise is stated than there is: the answer is none, with a notice."""
-    case = _bare(rng, scenario, _actuation(rng, None), None)
+    case = bare_case(rng, scenario, drawn_actuation(rng, None), None)
     stated = replace(case.telemetry, stated_noise=1.0 + _MISSTATED)
     return replace(case, telemetry=stated, stratum="sigma_overstated")
 
@@ -131,7 +130,7 @@ def _alike(one: str, other: str) -> bool:
     return one == other or any({one, other} <= alike for alike in _LOOK_ALIKES)
 
 
-def _actuation(rng: np.random.Generator, effect: str | None) -> Literal["cmg", "applied_torque"]:
+def drawn_actuation(rng: np.random.Generator, effect: str | None) -> Literal["cmg", "applied_torque"]:
     """Return what turns the platform: with or without an effect, the same share is under applied torque."""
     applied = rng.random() < _APPLIED_SHARE
     possible = ("cmg", "applied_torque") if effect is None else KINDS[effect].actuation
@@ -143,23 +142,29 @@ def _chosen(rng: np.random.Generator, among: dict, effect: str | None) -> str:
     return effect or str(rng.choice([name for name in among if name not in NEVER_HIDDEN]))
 
 
-def _hidden(rng: np.random.Generator, case: Case, effect: str, times: float) -> tuple[HiddenEffect, float]:
+def hidden_effect(rng: np.random.Generator, case: Case, effect: str, times: float) -> tuple[HiddenEffect, float]:
+    """Draw a listed effect of so many detectable sizes; return it and its signature's norm in sigma."""
     kind = KINDS[effect]
     typical = HiddenEffect(effect=effect, component=str(rng.choice(kind.components)), parameters=kind.draw(rng))
     return sized(case, typical, times * detectable(case, typical))
 
 
-def _bare(
+def unlisted_effect(rng: np.random.Generator, case: Case, effect: str, sigma: float) -> tuple[HiddenEffect, float]:
+    """Draw an effect of no library whose signature has a norm in sigma; return it and the norm that it has."""
+    return sized(case, HiddenEffect(effect=effect, component=PLATFORM, parameters=KINDS[effect].draw(rng)), sigma)
+
+
+def bare_case(
     rng: np.random.Generator, scenario: Path, actuation: Literal["cmg", "applied_torque"], effect: str | None
 ) -> Case:
     """Draw everything but the effect."""
-    telemetry = _telemetry(rng, effect)
+    telemetry = drawn_telemetry(rng, effect)
     count = int(rng.choice((2, 3, 4, 5, 5, 5, 6)))
     diagonal, off_diagonal = 6.6e-4 * rng.standard_normal(3), 2e-4 * rng.standard_normal(3)
     return Case(
         scenario=scenario,
         seed=int(rng.integers(2**62)),
-        runs=tuple(_run(rng, telemetry.gyro_rate) for _ in range(count)),
+        runs=tuple(drawn_run(rng, telemetry.gyro_rate) for _ in range(count)),
         theta_error=tuple(map(float, (*diagonal, *off_diagonal))),
         telemetry=telemetry,
         actuation=actuation,
@@ -167,7 +172,8 @@ def _bare(
     )
 
 
-def _run(rng: np.random.Generator, gyro_rate: float) -> Run:
+def drawn_run(rng: np.random.Generator, gyro_rate: float) -> Run:
+    """Draw a run: its length, its maneuver, its release."""
     spin = rng.uniform(0.05, 0.3) * direction(rng) * (rng.random() < 0.5)
     return Run(
         duration=float(round(rng.uniform(2.0, 5.0) * gyro_rate) / gyro_rate),
@@ -177,7 +183,7 @@ def _run(rng: np.random.Generator, gyro_rate: float) -> Run:
     )
 
 
-def _telemetry(rng: np.random.Generator, *effects: str | None) -> Telemetry:
+def drawn_telemetry(rng: np.random.Generator, *effects: str | None) -> Telemetry:
     """Draw what is recorded; where an effect sits inside the units, what shows it is recorded."""
     inside = any(_sits_inside(effect) for effect in effects)
     drawn = rng.random(7)

@@ -1,0 +1,68 @@
+"""testbed conceal: a blind data set and its sealed answer, by the engine that a checkout has beside its tests."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+
+from testbed.cli.console import say
+from testbed.delivery.folder import whole_folder
+from testbed.errors import InputError
+from testbed.scenario.reader import read_scenario
+
+DATA, ANSWER = "data", "answer"
+_ENGINE = "tests.concealing"
+
+
+def conceal_effects(
+    path: Path, out: Path, effects: Sequence[str], seed: int, *, drawn: bool, size: float | None, runs: int | None
+) -> None:
+    """Fly a platform with hidden effects, write its records into out/data and the sealed answer into out/answer.
+
+    Args:
+        path: of the nominal scenario.
+        out: new or empty folder.
+        effects: ids of what to hide; none for a set without any effect.
+        seed: of everything.
+        drawn: whether to hide one effect, whichever is drawn.
+        size: in smallest detectable sizes, or sigma where an effect is of no library; None for a drawn one.
+        runs: how many; None for a drawn number.
+
+    Raises:
+        InputError: there is no engine here, the scenario or the folder cannot be used, an effect is not known, or no
+            data set shows it as much as asked for.
+    """
+    read_scenario(path)
+    if drawn and effects:
+        raise InputError("--random: draws the effect; leave --effect out, or --random")
+    asked, files = _engine("asked"), _engine("files")
+    rng = np.random.default_rng(seed)
+    try:
+        case = asked.asked_case(rng, path, (asked.any_effect(rng),) if drawn else effects, size, runs)
+    except ValueError as error:
+        raise InputError(str(error)) from error
+    with whole_folder(out) as part:
+        files.conceal(case, part / DATA, part / ANSWER)
+    say(f"Data       {out / DATA}")
+    say(f"Answer     {out / ANSWER}; its hash is in {out / DATA / files.SEAL}")
+
+
+def _engine(module: str) -> ModuleType:
+    """Return a module of the engine.
+
+    Raises:
+        InputError: this is no checkout, or the command was not given in its folder.
+    """
+    try:
+        return import_module(f"{_ENGINE}.{module}")
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] != "tests":
+            raise
+        raise InputError(
+            "conceal: the engine that makes blind data sets is no part of what is installed, so that no diagnosis can "
+            "learn from it; take a checkout and install it with `pip install -e .`, then tests/concealing is found"
+        ) from error

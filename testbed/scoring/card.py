@@ -1,0 +1,159 @@
+"""The score card over many cases; every figure is defined in docs/scoring.md."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from itertools import chain
+from typing import Any
+
+from scipy.stats import norm
+
+from testbed.scoring.calibration import Bin, bins, calibration_error
+from testbed.scoring.case import Case
+from testbed.scoring.judging import (
+    NONE,
+    UNLISTED,
+    all_right,
+    effect_right,
+    inertia_covered,
+    named,
+    parameters_covered,
+    recognised_as_unknown,
+    reported_set,
+    said,
+    said_right,
+    set_holds_truth,
+)
+from testbed.scoring.rows import CONFIDENCE, Row, mean, quantile, share
+
+SCHEMA = 1
+SURELY_SEEN = 2.0
+"""Detectable sizes from which on an effect's parameters, the inertia and the held-out gap are scored."""
+_WIDTH = float(norm.isf(0.5 * (1.0 - CONFIDENCE)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScoreCard:
+    """What diagnoses are worth.
+
+    Attributes:
+        cases: that there are answers of.
+        sealed: answers that were held against their hash.
+        failures: why cases have no diagnosis, by case; they count as misses.
+        rows: the figures.
+        confusion: cases by what was hidden and what was said first, effects only.
+        calibration: the reliability diagram.
+    """
+
+    cases: int
+    sealed: int
+    failures: Mapping[str, str]
+    rows: tuple[Row, ...]
+    confusion: Mapping[str, Mapping[str, int]]
+    calibration: tuple[Bin, ...]
+
+
+def score_card(cases: Sequence[Case]) -> ScoreCard:
+    """Return the score card of cases."""
+    return ScoreCard(
+        cases=len(cases),
+        sealed=sum(case.sealed for case in cases),
+        failures={case.name: case.failure for case in cases if case.diagnosis is None},
+        rows=tuple(row for row in chain(_null(cases), _single(cases), _others(cases), _figures(cases)) if row.of),
+        confusion=_confusion(cases),
+        calibration=bins(cases),
+    )
+
+
+def card_content(card: ScoreCard) -> dict[str, Any]:
+    """Return the score card as JSON holds it."""
+    return {"schema": SCHEMA} | asdict(card)
+
+
+def _null(cases: Sequence[Case]) -> Iterator[Row]:
+    null = _of(cases, "null")
+    part = "No effect"
+    any_name = [case.diagnosis is None or bool(named(case)) for case in null]
+    yield share(part, "a name is given", any_name, "at most 5 %; one-sided 7 %")
+    yield share(part, "none is said", map(said_right, null))
+    yield share(part, "noise stated too large: none is said", map(said_right, _of(cases, "sigma_overstated")))
+    yield share(part, "noise stated too small: gyro_noise first", map(said_right, _of(cases, "sigma_understated")))
+
+
+def _single(cases: Sequence[Case]) -> Iterator[Row]:
+    single = _of(cases, "single")
+    for times, group in _grouped(single, "detectable_sizes"):
+        part = f"One effect at {times:g} times"
+        first = {2.0: "at least 95 %", 4.0: "at least 99 %"}.get(times, "")
+        yield share(part, "effect and component first", map(said_right, group), first)
+        yield share(part, "effect first, at any component", map(effect_right, group))
+        yield share(
+            part, "the set holds the truth", map(set_holds_truth, group), "at least 95 %" if times == 1.0 else ""
+        )
+        size = {1.0: "at most 3", 2.0: "at most 1.5"}.get(times, "")
+        yield mean(part, "size of the set", _set_sizes(group), size)
+
+
+def _set_sizes(cases: Sequence[Case]) -> Iterator[float]:
+    return (float(len(reported_set(case.diagnosis))) for case in cases if case.diagnosis is not None)
+
+
+def _others(cases: Sequence[Case]) -> Iterator[Row]:
+    pairs = _of(cases, "pair")
+    yield share("Two effects", "exactly the pair", map(all_right, pairs), "at least 80 %")
+    yield share("Two effects", "one of them first", map(said_right, pairs))
+    for sigma, group in _grouped(_of(cases, UNLISTED), "wanted_sigma"):
+        part = f"Unlisted at {sigma:g} sigma"
+        wanted = {8.0: "at least 85 %", 16.0: "at least 97 %"}.get(sigma, "")
+        yield share(part, "unexplained is said", map(recognised_as_unknown, group), wanted)
+        yield share(part, "no name is given", (case.diagnosis is not None and not named(case) for case in group))
+        for effect in sorted({case.answer.effects[0].effect for case in group}):
+            own = [case for case in group if case.answer.effects[0].effect == effect]
+            sine = "at least 60 %" if (effect, sigma) == ("sine_torque", 8.0) else ""
+            yield share(part, f"{effect}: unexplained is said", map(recognised_as_unknown, own), sine)
+
+
+def _figures(cases: Sequence[Case]) -> Iterator[Row]:
+    seen = [case for case in _of(cases, "single") if _note(case, "detectable_sizes") >= SURELY_SEEN]
+    right = [case for case in seen if said_right(case)]
+    intervals = "95 % intervals that hold the truth"
+    wanted = "92 to 98 %"
+    yield share(intervals, "parameters of effects named", _all(right, lambda c: parameters_covered(c, _WIDTH)), wanted)
+    for what, added, wish in (("with what was named", True, wanted), ("without any effect", False, "")):
+        covered = _all(seen, lambda case, added=added: inertia_covered(case, _WIDTH, with_effects=added))  # type: ignore[misc]
+        yield share(intervals, f"inertia {what}", covered, wish)
+    gaps = [gap for case in right if case.diagnosis and (gap := case.diagnosis.gap.heldout_after) is not None]
+    yield quantile("Held-out gap after naming", "median", gaps, 0.5, "at most 1.05")
+    yield quantile("Held-out gap after naming", "90th percentile", gaps, 0.9, "at most 1.10")
+    yield calibration_error("Probabilities", "expected calibration error", cases, "at most 0.05")
+    yield share("Cases", "no diagnosis", (case.diagnosis is None for case in cases))
+
+
+def _all(cases: Sequence[Case], told: Callable[[Case], Any]) -> Iterator[bool]:
+    return chain.from_iterable(told(case) for case in cases)
+
+
+def _of(cases: Sequence[Case], stratum: str) -> list[Case]:
+    return [case for case in cases if case.answer.stratum == stratum]
+
+
+def _note(case: Case, name: str) -> float:
+    return float(case.answer.notes.get(name, 0.0))
+
+
+def _grouped(cases: Sequence[Case], note: str) -> Iterator[tuple[float, list[Case]]]:
+    for size in sorted({_note(case, note) for case in cases}):
+        yield size, [case for case in cases if _note(case, note) == size]
+
+
+def _confusion(cases: Sequence[Case]) -> Mapping[str, Mapping[str, int]]:
+    """Return cases by hidden effect and by what was said first; pairs are left out, they hold two."""
+    table: dict[str, Counter[str]] = {}
+    for case in cases:
+        if len(case.answer.effects) < 2:
+            hidden = case.answer.effects[0].effect if case.answer.effects else NONE
+            label = said(case)[0]
+            table.setdefault(hidden, Counter())[label.partition(":")[0]] += 1
+    return {hidden: dict(counts.most_common()) for hidden, counts in sorted(table.items())}

@@ -1,0 +1,92 @@
+"""diagnosis.json and answer.json as far as a score card needs them; what else they hold is not looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+
+class Number(_Part):
+    """A parameter; what has no value, or no standard error, is None."""
+
+    value: float | None
+    std: float | None = None
+
+
+class Named(_Part):
+    """An effect at a component."""
+
+    effect: str
+    component: str
+
+    @property
+    def key(self) -> str:
+        """Its unique name, e.g. `rotor_speed:cmg3`."""
+        return f"{self.effect}:{self.component}"
+
+
+class Hidden(Named):
+    """An effect that is in the data."""
+
+    parameters: Mapping[str, Number] = Field(default_factory=dict)
+
+
+class Step(Hidden):
+    """An effect that a diagnosis added to the model."""
+
+    probability: float | None = None
+    j_theta_kg_m2: tuple[float | None, ...] = ()
+    j_std_kg_m2: tuple[float | None, ...] = ()
+    indistinguishable_from: tuple[Named, ...] = ()
+
+    @property
+    def class_keys(self) -> frozenset[str]:
+        """Itself and what is not told from it."""
+        return frozenset({self.key, *(other.key for other in self.indistinguishable_from)})
+
+
+class Theta(_Part):
+    """Inertia parameters with their standard errors, each of shape (6,), kg·m²."""
+
+    theta_kg_m2: tuple[float | None, ...]
+    std_kg_m2: tuple[float | None, ...]
+
+
+class Inertia(_Part):
+    """Inertia without and with the effects."""
+
+    before: Theta | None = None
+    after: Theta | None = None
+
+
+class Gap(_Part):
+    """Of the held-out runs."""
+
+    heldout_after: float | None = None
+
+
+class DiagnosisFile(_Part):
+    """diagnosis.json."""
+
+    complete: bool
+    verdict: Literal["none", "named", "ambiguous", "unexplained"]
+    steps: tuple[Step, ...]
+    gap: Gap = Gap()
+    probabilities: Mapping[str, float | None] = Field(default_factory=dict)
+    inertia: Inertia = Inertia()
+
+
+class AnswerFile(_Part):
+    """answer.json."""
+
+    stratum: str
+    effects: tuple[Hidden, ...]
+    notes: Mapping[str, float | str] = Field(default_factory=dict)
+    true_theta_kg_m2: tuple[float, ...]
+    initial_rates_rad_s: tuple[tuple[float, float, float], ...] = ()

@@ -1,0 +1,155 @@
+"""One case judged: what was said first, whether that is right, which set was reported. Terms as in docs/scoring.md."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import exp
+
+import numpy as np
+
+from testbed.scoring.case import Case
+from testbed.scoring.formats import DiagnosisFile, Hidden, Step
+
+NONE, UNKNOWN, MISSING = "none", "unknown", "missing"
+UNLISTED = "unlisted"
+"""Stratum of effects that no library lists."""
+INERTIA = "inertia"
+"""Re-estimated in every model: a step, never a verdict."""
+CLOSE = exp(-3.0)
+"""Ratio of probabilities above which two are not told apart: a difference of 6 in the information criterion."""
+INERTIA_ALIASES = frozenset(
+    {"inertia:platform", "gyro_scale:x", "gyro_scale:y", "gyro_scale:z", "gyro_misalignment:gyro_cross_axis"}
+)
+"""What no residual tells apart where the total momentum is zero."""
+AT_REST = 0.05
+"""rad/s: body rate at release below which the total momentum counts as zero; errors of release stay below."""
+
+
+def truths(case: Case) -> tuple[Hidden, ...]:
+    """Return the hidden effects that have a name."""
+    listed = () if case.answer.stratum == UNLISTED else case.answer.effects
+    return tuple(hidden for hidden in listed if hidden.effect != INERTIA)
+
+
+def named(case: Case) -> tuple[Step, ...]:
+    """Return the effects that were named, in their order."""
+    steps = () if case.diagnosis is None else case.diagnosis.steps
+    return tuple(step for step in steps if step.effect != INERTIA)
+
+
+def said(case: Case) -> tuple[str, float | None]:
+    """Return what was said first, and how probable it was said to be: a key, none, unknown or missing."""
+    if case.diagnosis is None:
+        return MISSING, None
+    first = named(case)[:1]
+    if first:
+        return first[0].key, first[0].probability
+    label = UNKNOWN if case.diagnosis.verdict == "unexplained" else NONE
+    return label, case.diagnosis.probabilities.get(label)
+
+
+def said_right(case: Case) -> bool:
+    """Return whether what was said first is right."""
+    label = said(case)[0]
+    if case.answer.stratum == UNLISTED:
+        return label == UNKNOWN
+    if not truths(case):
+        return label == NONE
+    return label in {hidden.key for hidden in truths(case)} or _alias_reported(case)
+
+
+def effect_right(case: Case) -> bool:
+    """Return whether the effect that was named first is right, wherever it was said to sit."""
+    effects = {step.effect for step in named(case)[:1]}
+    return bool(effects & {hidden.effect for hidden in truths(case)}) or _alias_reported(case)
+
+
+def all_right(case: Case) -> bool:
+    """Return whether just those effects were named that are there."""
+    return case.diagnosis is not None and {each.key for each in named(case)} == {each.key for each in truths(case)}
+
+
+def recognised_as_unknown(case: Case) -> bool:
+    """Return whether it was said that a gap is left that no effect explains."""
+    return case.diagnosis is not None and case.diagnosis.verdict == "unexplained"
+
+
+def reported_set(diagnosis: DiagnosisFile) -> frozenset[str]:
+    """Return the first named effect, what is not told from it, and what is nearly as probable."""
+    first = next((step for step in diagnosis.steps if step.effect != INERTIA), None)
+    probable = {
+        key: probability
+        for key, probability in diagnosis.probabilities.items()
+        if key not in (NONE, UNKNOWN) and probability is not None
+    }
+    known = None if first is None else first.probability
+    reference = max(probable.values(), default=0.0) if known is None else known
+    near = frozenset(
+        part for key, probability in probable.items() if probability >= CLOSE * reference for part in key.split("|")
+    )
+    return near | (frozenset() if first is None else first.class_keys)
+
+
+def set_holds_truth(case: Case) -> bool:
+    """Return whether the reported set holds an effect that is there; a key without a component stands for all."""
+    if case.diagnosis is None:
+        return False
+    reported = reported_set(case.diagnosis)
+    return any(hidden.key in reported or hidden.effect in reported for hidden in truths(case)) or _alias_reported(case)
+
+
+def parameters_covered(case: Case, width: float) -> Iterator[bool]:
+    """Yield for every parameter of an effect that was rightly named whether its interval holds the true value.
+
+    Args:
+        case: to judge.
+        width: of half an interval, in standard errors.
+    """
+    steps = {step.key: step for step in named(case)}
+    for hidden in truths(case):
+        found = steps[hidden.key].parameters if hidden.key in steps else {}
+        for name, true in hidden.parameters.items():
+            guess = found.get(name)
+            if true.value is not None and guess is not None and guess.value is not None and guess.std is not None:
+                yield abs(guess.value - true.value) <= width * guess.std
+
+
+def inertia_covered(case: Case, width: float, *, with_effects: bool) -> tuple[bool, ...]:
+    """Return for every inertia parameter whether its interval holds the true one; none where it is not told.
+
+    Args:
+        case: to judge.
+        width: of half an interval, in standard errors.
+        with_effects: of the model with the effects, or of the one without any.
+    """
+    theta, std = _theta(case.diagnosis, with_effects=with_effects)
+    told = zip(theta, std, case.answer.true_theta_kg_m2, strict=False)
+    return tuple(
+        value is not None and error is not None and abs(value - true) <= width * error for value, error, true in told
+    )
+
+
+def _theta(
+    diagnosis: DiagnosisFile | None, *, with_effects: bool
+) -> tuple[tuple[float | None, ...], tuple[float | None, ...]]:
+    if diagnosis is None:
+        return (), ()
+    told = diagnosis.inertia.after if with_effects else diagnosis.inertia.before
+    if told is not None:
+        return told.theta_kg_m2, told.std_kg_m2
+    if with_effects and diagnosis.steps:
+        return diagnosis.steps[-1].j_theta_kg_m2, diagnosis.steps[-1].j_std_kg_m2
+    return (), ()
+
+
+def _alias_reported(case: Case) -> bool:
+    """Return whether the effect cannot be told from the inertia, and a step of that class says that it may be it."""
+    exact = {hidden.key for hidden in truths(case)} & INERTIA_ALIASES
+    if not exact or case.diagnosis is None or not _at_rest(case):
+        return False
+    return any(step.key in INERTIA_ALIASES and exact & step.class_keys for step in case.diagnosis.steps)
+
+
+def _at_rest(case: Case) -> bool:
+    rates = np.array(case.answer.initial_rates_rad_s)
+    return len(rates) > 0 and bool(np.linalg.norm(rates, axis=1).max() < AT_REST)
