@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: demo test check bench bench-long format docs clean
+.PHONY: demo test check bench bench-long blind format docs clean
 
 demo: $(STAMP)
 	@rm -rf runs/demo
@@ -25,6 +25,10 @@ bench: $(STAMP)-dev
 bench-long: $(STAMP)-dev
 	@OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks --long --write
 	@OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks --figures
+
+# make blind CASES=24 makes, diagnoses and scores a part of the blind set; without, all 800.
+blind: $(STAMP)-dev
+	@$(BIN)/python -m benchmarks.blind $(if $(CASES),--cases $(CASES))
 
 format: $(STAMP)-dev
 	@$(BIN)/ruff check --fix .

@@ -1,9 +1,14 @@
-"""A blind case diagnosed: the data folder in, diagnosis.json out. Nothing here knows of answers."""
+"""Blind cases diagnosed: data folders in, diagnosis.json out. Nothing here knows of answers.
+
+python -m benchmarks.blind_diagnosis SCENARIO DATA DIAGNOSES FIRST EVERY: every so many of the folders, from the first.
+"""
 
 from __future__ import annotations
 
 import json
+import sys
 import time
+import traceback
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +26,7 @@ from testbed.files import whole_file
 from testbed.records.reading import read_data_set
 from testbed.scenario.reader import read_scenario
 
-DIAGNOSIS, REFUSED, SECONDS = "diagnosis.json", "refused.txt", "seconds.txt"
+DIAGNOSIS, REFUSED, CRASHED, SECONDS = "diagnosis.json", "refused.txt", "crashed.txt", "seconds.txt"
 
 
 def diagnosis_of(scenario_path: Path, data: Path) -> dict[str, Any]:
@@ -47,10 +52,12 @@ def diagnosis_of(scenario_path: Path, data: Path) -> dict[str, Any]:
 def diagnose_case(scenario: Path, data: Path, folder: Path) -> Path:
     """Diagnose a case where that is not done yet; a refusal is an answer too, and its message is kept.
 
+    What went wrong in another way is kept as well, and tried again the next time.
+
     Args:
         scenario: the nominal one.
         data: folder of the case's records.
-        folder: for diagnosis.json, or refused.txt, and for the seconds that it took.
+        folder: for diagnosis.json, refused.txt or crashed.txt, and for the seconds that it took.
 
     Returns:
         The folder.
@@ -69,8 +76,23 @@ def _answer(scenario: Path, data: Path) -> tuple[str, str]:
         return DIAGNOSIS, json.dumps(diagnosis_of(scenario, data), indent=1) + "\n"
     except InputError as error:
         return REFUSED, f"{error}\n"
+    except Exception:  # one case must not end the others; it counts as a miss
+        return CRASHED, traceback.format_exc()
 
 
 def _write(path: Path, text: str) -> None:
     with whole_file(path) as part:
         part.write_text(text, encoding="utf-8")
+
+
+def main() -> None:
+    scenario, data, diagnoses = (Path(each) for each in sys.argv[1:4])
+    first, every = int(sys.argv[4]), int(sys.argv[5])
+    for case in sorted(data.iterdir())[first::every]:
+        folder = diagnose_case(scenario, case, diagnoses / case.name)
+        done = next(name for name in (DIAGNOSIS, REFUSED, CRASHED) if (folder / name).exists())
+        print(f"{case.name} {done} {(folder / SECONDS).read_text(encoding='utf-8').strip()} s", flush=True)
+
+
+if __name__ == "__main__":
+    main()
