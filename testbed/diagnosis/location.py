@@ -206,6 +206,8 @@ def _by_more_than_chance(correlation: float, samples: int, tried: int) -> bool:
 
 def _loudest(values: Series) -> slice | None:
     """Return the stretch with the most power beyond what noise would have there; None where there is none (Kadane)."""
+    if not len(values):  # a stretch between gaps may be too short to compare its motors
+        return None
     excess = values**2 - max(_QUIET, _OF_THE_PEAK * float((values**2).max()))
     total = np.concatenate([[0.0], np.cumsum(excess)])
     lowest = np.minimum.accumulate(total)

@@ -75,7 +75,7 @@ def node_rates(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Array:
 
 def _known(grid: Grid, hooks: Sequence[Hooks], values: Values) -> _Known:
     momentum_B, torque_B = grid.cluster_momentum_B, grid.applied_torque_B
-    inertia = inertia_matrix(values.theta)[:, None]
+    inertia = inertia_matrix(values.theta)[None, :, None]
     pairs = list(zip(hooks, values.effects, strict=True))
     gimbals = effective_gimbals(grid, hooks, values.effects)
     if gimbals is not None and grid.cluster is not None:
@@ -85,7 +85,9 @@ def _known(grid: Grid, hooks: Sequence[Hooks], values: Values) -> _Known:
         momentum_B = hook.cluster_momentum(momentum_B, value, grid)
         torque_B = hook.applied_torque(torque_B, value, grid)
         inertia = inertia - np.broadcast_to(hook.hidden_inertia(value), (*value.shape[:1], 3, 3))[:, None]
-    return _Known(momentum_B=momentum_B, torque_B=torque_B, inverse=symmetric_inverse(inertia))
+    inverse = symmetric_inverse(inertia)
+    along = np.broadcast_to(inverse, (*inverse.shape[:2], grid.time.shape[1], 3, 3))  # constant without gimbal angles
+    return _Known(momentum_B=momentum_B, torque_B=torque_B, inverse=along)
 
 
 def effective_gimbals(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> Gimbals | None:
