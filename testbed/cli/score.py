@@ -68,8 +68,8 @@ def card_table(card: ScoreCard) -> Table:
         table.add_row(part, style="bold")
         for row in rows:
             table.add_row(f"  {row.what}", _value(row), str(row.of), _interval(row), row.wanted)
-            if row.upper_limit is not None and "one-sided" in row.wanted:
-                table.add_row("  its one-sided 95 % limit", f"{row.upper_limit:.1%}")
+            if row.upper_limit is not None and row.limit_wanted:
+                table.add_row("  its one-sided 95 % limit", f"{row.upper_limit:.1%}", "", "", row.limit_wanted)
     return table
 
 

@@ -76,7 +76,7 @@ def _null(cases: Sequence[Case]) -> Iterator[Row]:
     null = _of(cases, "null")
     part = "No effect"
     any_name = [case.diagnosis is None or bool(named(case)) for case in null]
-    yield share(part, "a name is given", any_name, "at most 5 %; one-sided 7 %")
+    yield share(part, "a name is given", any_name, "≤ 5 %", "≤ 7 %")
     yield share(part, "none is said", map(said_right, null))
     yield share(part, "noise stated too large: none is said", map(said_right, _of(cases, "sigma_overstated")))
     yield share(part, "noise stated too small: gyro_noise first", map(said_right, _of(cases, "sigma_understated")))
@@ -86,13 +86,11 @@ def _single(cases: Sequence[Case]) -> Iterator[Row]:
     single = _of(cases, "single")
     for times, group in _grouped(single, "detectable_sizes"):
         part = f"One effect at {times:g} times"
-        first = {2.0: "at least 95 %", 4.0: "at least 99 %"}.get(times, "")
+        first = {2.0: "≥ 95 %", 4.0: "≥ 99 %"}.get(times, "")
         yield share(part, "effect and component first", map(said_right, group), first)
         yield share(part, "effect first, at any component", map(effect_right, group))
-        yield share(
-            part, "the set holds the truth", map(set_holds_truth, group), "at least 95 %" if times == 1.0 else ""
-        )
-        size = {1.0: "at most 3", 2.0: "at most 1.5"}.get(times, "")
+        yield share(part, "the set holds the truth", map(set_holds_truth, group), "≥ 95 %" if times == 1.0 else "")
+        size = {1.0: "≤ 3", 2.0: "≤ 1.5"}.get(times, "")
         yield mean(part, "size of the set", _set_sizes(group), size)
 
 
@@ -102,16 +100,16 @@ def _set_sizes(cases: Sequence[Case]) -> Iterator[float]:
 
 def _others(cases: Sequence[Case]) -> Iterator[Row]:
     pairs = _of(cases, "pair")
-    yield share("Two effects", "exactly the pair", map(all_right, pairs), "at least 80 %")
+    yield share("Two effects", "exactly the pair", map(all_right, pairs), "≥ 80 %")
     yield share("Two effects", "one of them first", map(said_right, pairs))
     for sigma, group in _grouped(_of(cases, UNLISTED), "wanted_sigma"):
         part = f"Unlisted at {sigma:g} sigma"
-        wanted = {8.0: "at least 85 %", 16.0: "at least 97 %"}.get(sigma, "")
+        wanted = {8.0: "≥ 85 %", 16.0: "≥ 97 %"}.get(sigma, "")
         yield share(part, "unexplained is said", map(recognised_as_unknown, group), wanted)
         yield share(part, "no name is given", (case.diagnosis is not None and not named(case) for case in group))
         for effect in sorted({case.answer.effects[0].effect for case in group}):
             own = [case for case in group if case.answer.effects[0].effect == effect]
-            sine = "at least 60 %" if (effect, sigma) == ("sine_torque", 8.0) else ""
+            sine = "≥ 60 %" if (effect, sigma) == ("sine_torque", 8.0) else ""
             yield share(part, f"{effect}: unexplained is said", map(recognised_as_unknown, own), sine)
 
 
@@ -125,9 +123,9 @@ def _figures(cases: Sequence[Case]) -> Iterator[Row]:
         covered = _all(seen, lambda case, added=added: inertia_covered(case, _WIDTH, with_effects=added))  # type: ignore[misc]
         yield share(intervals, f"inertia {what}", covered, wish)
     gaps = [gap for case in right if case.diagnosis and (gap := case.diagnosis.gap.heldout_after) is not None]
-    yield quantile("Held-out gap after naming", "median", gaps, 0.5, "at most 1.05")
-    yield quantile("Held-out gap after naming", "90th percentile", gaps, 0.9, "at most 1.10")
-    yield calibration_error("Probabilities", "expected calibration error", cases, "at most 0.05")
+    yield quantile("Held-out gap after naming", "median", gaps, 0.5, "≤ 1.05")
+    yield quantile("Held-out gap after naming", "90th percentile", gaps, 0.9, "≤ 1.10")
+    yield calibration_error("Probabilities", "expected calibration error", cases, "≤ 0.05")
     yield share("Cases", "no diagnosis", (case.diagnosis is None for case in cases))
 
 

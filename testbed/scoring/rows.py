@@ -25,6 +25,7 @@ class Row:
         hits: those that count; None unless it is a share.
         upper_limit: one-sided 95 % limit of a share.
         wanted: what it is held against, in words.
+        limit_wanted: what its one-sided limit is held against; empty where it is not.
     """
 
     part: str
@@ -36,9 +37,10 @@ class Row:
     hits: int | None = None
     upper_limit: float | None = None
     wanted: str = ""
+    limit_wanted: str = ""
 
 
-def share(part: str, what: str, outcomes: Iterable[bool], wanted: str = "") -> Row:
+def share(part: str, what: str, outcomes: Iterable[bool], wanted: str = "", limit_wanted: str = "") -> Row:
     """Return how many outcomes are true, with the exact binomial interval."""
     every = list(outcomes)
     hits, of = sum(every), len(every)
@@ -56,6 +58,7 @@ def share(part: str, what: str, outcomes: Iterable[bool], wanted: str = "") -> R
         hits=hits,
         upper_limit=float(limit),
         wanted=wanted,
+        limit_wanted=limit_wanted,
     )
 
 
