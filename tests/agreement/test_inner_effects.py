@@ -13,7 +13,7 @@ from testbed.diagnosis.data import Runs, runs_of
 from testbed.diagnosis.model import Placed, fitted
 from testbed.diagnosis.noise import noise_level
 from testbed.diagnosis.scatter import scatter_found
-from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.effects.registry import EFFECTS, HELD_BACK, READING_EFFECTS
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import grid_of
 from testbed.prediction.inner import motor_torques
@@ -44,7 +44,7 @@ def runs_with(**channels) -> Runs:
 
 
 def found(runs: Runs, effect: str, component: str):
-    placed = Placed(effect=EFFECTS[effect], component=component)
+    placed = Placed(effect=(EFFECTS | HELD_BACK)[effect], component=component)
     absent = np.array([parameter.absent for parameter in placed.effect.parameters])
     fit = fitted(runs, [placed], TRUE_THETA, [absent])
     return fit.effect_values[0], np.sqrt(np.diag(fit.covariance)[6])
