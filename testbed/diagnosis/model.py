@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import compress
 
 import numpy as np
 
@@ -125,11 +126,28 @@ def fitted_initial_rates(runs: Runs, fit: Fit) -> Fit:
 
     Args:
         runs: held out.
-        fit: of other runs.
+        fit: of other runs; what does not recur stays with them.
     """
+    fit = recurring(fit)
     first = np.stack([rates[0] for rates in runs.measured])[:, None]
     values = Values(theta=fit.values.theta, initial_rate=first, effects=fit.values.effects)
     return _search(runs, fit.placed, values, only_initial=True)
+
+
+def recurring(fit: Fit) -> Fit:
+    """Return a fit less the effects that belong to the fitted runs alone, such as a touch."""
+    kept = [each.effect.recurs for each in fit.placed]
+    if all(kept):
+        return fit
+    columns = np.concatenate([np.full(each.size, each.effect.recurs) for each in fit.placed])
+    others = np.ones(fit.jacobian.shape[1] - 6 - len(columns), dtype=bool)
+    return replace(
+        fit,
+        placed=tuple(compress(fit.placed, kept)),
+        values=replace(fit.values, effects=tuple(compress(fit.values.effects, kept))),
+        jacobian=fit.jacobian[:, np.concatenate([np.ones(6, dtype=bool), columns, others])],
+        at_bound=fit.at_bound[columns],
+    )
 
 
 def evaluated(runs: Runs, placed: tuple[Placed, ...], values: Values) -> Fit:

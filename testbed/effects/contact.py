@@ -57,6 +57,7 @@ class Contact(Effect):
     look_alikes = ()
     confirm = "The camera's picture of that instant; the same maneuver again, in which it does not come back."
     flies = False
+    recurs = False
 
     @override
     def hooks(self, component: str) -> Hooks:

@@ -89,6 +89,7 @@ class NamedEffect(ABC):
         look_alikes: ids of effects that leave nearly the same trace.
         confirm: the experiment that would tell it from them.
         flies: whether a flying model can have it; one that cannot, its extension leaves as it is.
+        recurs: whether it acts in every run; what happened once says nothing of the other runs.
     """
 
     id: ClassVar[str]
@@ -99,6 +100,7 @@ class NamedEffect(ABC):
     look_alikes: ClassVar[tuple[str, ...]] = ()
     confirm: ClassVar[str]
     flies: ClassVar[bool] = True
+    recurs: ClassVar[bool] = True
 
     @abstractmethod
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
