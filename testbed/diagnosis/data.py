@@ -23,6 +23,7 @@ class Runs:
         sigma: of the gyro, each run and axis, shape (R, 3), rad/s.
         inner: measured motor torques and gimbal rates, blocks in the order in which they are predicted.
         inner_sigma: of each block, shape (6,), in the block's unit.
+        noise_freedom: degrees of freedom with which sigma is known; infinite where it is stated.
     """
 
     names: tuple[str, ...]
@@ -30,6 +31,7 @@ class Runs:
     sigma: Array
     inner: tuple[Array, ...] = ()
     inner_sigma: tuple[Array, ...] = ()
+    noise_freedom: float = np.inf
 
     @property
     def measured(self) -> list[Array]:

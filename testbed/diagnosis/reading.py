@@ -9,12 +9,17 @@ from typing import Any, Literal
 
 import numpy as np
 
+from testbed.arrays import Theta
 from testbed.assembly.contact import cut_at_contact
 from testbed.assembly.estimation import telemetry_of
 from testbed.assembly.platform import PlatformModel
 from testbed.diagnosis.data import Runs, runs_of
+from testbed.diagnosis.model import Fit, fitted
+from testbed.diagnosis.noise import readings_of
 from testbed.diagnosis.plausibility import require_this_platform
+from testbed.diagnosis.spikes import without_spikes
 from testbed.dynamics.inertia import theta_of
+from testbed.effects.fast_changes import variance_ratio
 from testbed.errors import InputError
 from testbed.estimation.gyro_noise import gyro_noise_of
 from testbed.estimation.telemetry import BRIDGED_PERIODS, Telemetry, covered_part
@@ -75,13 +80,55 @@ def data_set_of(records: Sequence[Record], scenario: Scenario, nominal: Platform
     if not usable:
         raise InputError("\n".join(refused))
     fit, heldout = _by_role([record for record, _ in usable])
+    theta = theta_of(nominal.inertia)
     together = _together(usable, range(len(usable)))
-    require_this_platform(together, theta_of(nominal.inertia))
+    require_this_platform(together, theta)
+    usable = _without_spikes(usable, together, fitted(together, [], theta, []), notices)
+    stated = all(_states_noise(record) for record, _ in usable)
+    level = None if stated else _noise_of_all(usable, theta)
     return DataSet(
-        runs=_together(usable, fit),
-        heldout=_together(usable, heldout) if heldout else None,
+        runs=_believed(_together(usable, fit), level),
+        heldout=_believed(_together(usable, heldout), level) if heldout else None,
         notices=(*(f"left out: {reason}" for reason in refused), *_grouped(notices)),
     )
+
+
+def _without_spikes(
+    usable: list[tuple[Record, tuple[_Part, ...]]], together: Runs, fit: Fit, notices: list[tuple[str, str]]
+) -> list[tuple[Record, tuple[_Part, ...]]]:
+    """Return the parts less the gyro's lone wild samples; of which records, is added to the notices."""
+    cleaned = iter(zip(*without_spikes(together, fit), strict=True))
+    kept = []
+    for record, parts in usable:
+        own = [next(cleaned) for _ in parts]
+        kept.append((record, tuple(replace(part, telemetry=run) for part, (run, _) in zip(parts, own, strict=True))))
+        if wild := sum(count for _, count in own):
+            samples = "sample stands" if wild == 1 else "samples stand"
+            notices.append((record.details.name, f"{wild} gyro {samples} alone, far from the neighbours: left out"))
+    return kept
+
+
+def _states_noise(record: Record) -> bool:
+    return bool(record.details.gyro_noise) or record.details.source == "simulated"
+
+
+def _noise_of_all(usable: Sequence[tuple[Record, tuple[_Part, ...]]], theta: Theta) -> tuple[float, float] | None:
+    """Return the noise that the samples of all runs tell together, rad/s, and its degrees of freedom.
+
+    None where they are too few.
+    """
+    runs = _together(usable, range(len(usable)))
+    runs = runs.with_sigma(np.sqrt(np.mean(runs.sigma**2, axis=0)))
+    ratio, freedom = variance_ratio(readings_of(runs, fitted(runs, [], theta, [])), np.ones(3, dtype=bool))
+    return (float(np.sqrt(ratio * np.mean(runs.sigma**2))), freedom) if freedom > 0.0 else None
+
+
+def _believed(runs: Runs, level: tuple[float, float] | None) -> Runs:
+    """Return the runs with the noise that their samples tell, where none is stated."""
+    if level is None:
+        return runs
+    noise, freedom = level
+    return replace(runs.with_sigma(np.full(3, noise)), noise_freedom=freedom)
 
 
 def _grouped(notices: Sequence[tuple[str, str]]) -> Iterator[str]:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import log
+from math import exp, log
 
 import numpy as np
-from scipy.stats import chi2
 
 from testbed.arrays import Array
+from testbed.diagnosis.chance import log_chance
 from testbed.diagnosis.data import Runs
+from testbed.diagnosis.evidence import log_evidence
 from testbed.diagnosis.model import Fit, Placed, fitted
 from testbed.diagnosis.signatures import FAMILY_WISE_ERROR, Signature, signatures
 
@@ -27,13 +28,16 @@ class Candidate:
         placed: effect and component.
         fit: the model with it.
         gain: χ² of the present model less that of this one.
-        bic: of this model less that of the present one; negative is better.
-        p_value: of the gain, times the number of hypotheses that were tested (Bonferroni).
+        carried: by how much the model predicts the held-out runs better, twice the logarithm of the density's ratio.
+        bic: of this model less that of the present one, less `carried`; negative is better.
+        p_value: of the gain, times the number of hypotheses that were tested (Bonferroni), over the held-out runs'
+            ratio of densities: that is a p-value too, as the mean of the ratio is 1 without the effect.
     """
 
     placed: Placed
     fit: Fit
     gain: float
+    carried: float
     bic: float
     p_value: float
 
@@ -58,6 +62,12 @@ class Screening:
     candidates: tuple[Candidate, ...]
 
     @property
+    def chosen(self) -> Candidate | None:
+        """The best candidate, if it is there by more than chance."""
+        best = self.candidates[0] if self.candidates else None
+        return best if best is not None and best.significant and best.bic < 0.0 else None
+
+    @property
     def close(self) -> tuple[Candidate, ...]:
         """Candidates that are not told apart from the best one."""
         best = self.candidates[0].bic if self.candidates else 0.0
@@ -65,12 +75,17 @@ class Screening:
 
 
 def screened(
-    runs: Runs, fit: Fit, hypotheses: Sequence[Placed], progress: Callable[[str], None] = lambda _: None
+    runs: Runs,
+    heldout: Runs | None,
+    fit: Fit,
+    hypotheses: Sequence[Placed],
+    progress: Callable[[str], None] = lambda _: None,
 ) -> Screening:
     """Test every hypothesis, and refit those that explain the most.
 
     Args:
         runs: that the model was fitted to.
+        heldout: to verify on; None where there are none.
         fit: the present model.
         hypotheses: effects that are not in it.
         progress: told what is being refitted.
@@ -81,10 +96,10 @@ def screened(
     samples = runs.samples
     order = sorted(best, key=lambda each: each.rank * log(samples) - each.score)
     promising = [each for each in order[:MOST_REFITS] if each.rank]
-    candidates = []
+    candidates, without = [], log_evidence(heldout, fit)
     for signature in promising:
         progress(signature.placed.key)
-        candidates.append(_refitted(runs, fit, signature, tested))
+        candidates.append(_candidate(runs, heldout, fit, signature, tested, without))
     return Screening(
         signatures=tuple(best),
         tested=tested,
@@ -102,17 +117,31 @@ def _most_telling(every: Sequence[Signature]) -> list[Signature]:
     return list(best.values())
 
 
-def _refitted(runs: Runs, fit: Fit, signature: Signature, tested: int) -> Candidate:
+def refitted(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, placed: Placed) -> Candidate:
+    """Return one hypothesis of a screening, refitted whether it was promising or not; arguments as in `screened`."""
+    for candidate in screening.candidates:
+        if candidate.placed.key == placed.key:
+            return candidate
+    signature = next(each for each in screening.signatures if each.placed.key == placed.key)
+    return _candidate(runs, heldout, fit, signature, screening.tested, log_evidence(heldout, fit))
+
+
+def _candidate(
+    runs: Runs, heldout: Runs | None, fit: Fit, signature: Signature, tested: int, without: float
+) -> Candidate:
     placed = signature.placed
     starts = [value[0] for value in fit.values.effects]
     model = fitted(runs, [*fit.placed, placed], fit.theta, [*starts, _first_guess(signature)])
-    gain = fit.chi_square - model.chi_square
+    gain = max(fit.chi_square - model.chi_square, 0.0)
+    carried = log_evidence(heldout, model) - without if placed.effect.recurs else 0.0
+    chance = log(tested) + log_chance(gain, max(signature.rank, 1), runs.noise_freedom) - 0.5 * carried
     return Candidate(
         placed=placed,
         fit=model,
         gain=gain,
-        bic=signature.rank * log(runs.samples) - gain,
-        p_value=min(1.0, tested * float(chi2.sf(max(gain, 0.0), signature.rank))),
+        carried=carried,
+        bic=signature.rank * log(runs.samples) - gain - carried,
+        p_value=exp(min(chance, 0.0)),
     )
 
 

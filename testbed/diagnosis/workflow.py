@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import sqrt
 from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
-from scipy.stats import chi2
 
 from testbed.arrays import Theta
+from testbed.diagnosis.chance import chance
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.hypotheses import Untestable, hypotheses, without
 from testbed.diagnosis.latent import LatentTorque, latent_torque
@@ -19,7 +19,7 @@ from testbed.diagnosis.model import Fit, Placed, fitted, fitted_initial_rates
 from testbed.diagnosis.noise import NoiseLevel, noise_level
 from testbed.diagnosis.probabilities import probabilities_of
 from testbed.diagnosis.scatter import Scatter, scatter_found, widened
-from testbed.diagnosis.screening import Candidate, Screening, screened
+from testbed.diagnosis.screening import Candidate, Screening, refitted, screened
 from testbed.effects.contract import Effect, ReadingEffect
 
 MOST_EFFECTS = 3
@@ -108,9 +108,15 @@ class Diagnosis:
     @property
     def left_over(self) -> bool:
         """Whether the model leaves more than noise."""
-        goodness = float(chi2.sf(self.model.chi_square, self.model.freedom))
         latent = self.latent is not None and self.latent.p_value < UNEXPLAINED
-        return goodness < UNEXPLAINED or latent
+        return self.goodness < UNEXPLAINED or latent
+
+    @property
+    def goodness(self) -> float:
+        """Chance of a gyro residual as large as the model's, if nothing is missing."""
+        residual = self.model.residual[: self.runs.samples]
+        freedom = self.model.freedom - (len(self.model.residual) - self.runs.samples)
+        return chance(float(residual @ residual), freedom, self.runs.noise_freedom)
 
     @property
     def verdict(self) -> Verdict:
@@ -171,26 +177,59 @@ def diagnosed(
 
     state = scattered(state)
     yield state
+    search = _Search(testable=tuple(testable), progress=progress)
     while len(state.steps) < MOST_EFFECTS:
-        screening = screened(state.runs, state.model, without(testable, state.model.placed), progress)
+        screening = search.screened(state)
         state = replace(state, remaining=screening)
-        chosen = _chosen(state, screening)
-        if chosen is None:
+        if screening.chosen is None:
             break
-        state = scattered(_with_effect(state, chosen, screening))
+        state = search.reconsidered(_with_effect(state, screening.chosen, screening))
+        state = scattered(state)
         yield state
     progress("what is left")
     yield replace(state, latent=latent_torque(state.runs, state.model), complete=True)
 
 
-def _chosen(state: Diagnosis, screening: Screening) -> Candidate | None:
-    """Return the best candidate that is there by more than chance and does not make held-out runs worse."""
-    for candidate in screening.candidates:
-        if candidate.significant and candidate.bic < 0.0:
-            held_out = _gap(candidate.fit, state.heldout).heldout
-            if not held_out > state.gap.heldout:  # also true where there are no held-out runs
-                return candidate
-    return None
+@dataclass(frozen=True, kw_only=True)
+class _Search:
+    """Forward and backward steps among the hypotheses.
+
+    Attributes:
+        testable: all of them.
+        progress: told what is being done.
+    """
+
+    testable: tuple[Placed, ...]
+    progress: Callable[[str], None]
+
+    def screened(self, state: Diagnosis) -> Screening:
+        """Compare all hypotheses with the present model."""
+        others = without(self.testable, state.model.placed)
+        return screened(state.runs, state.heldout, state.model, others, self.progress)
+
+    def reconsidered(self, state: Diagnosis) -> Diagnosis:
+        """Ask of each earlier effect, with the newest in the model, whether it still stands or another does better."""
+        for index, step in enumerate(state.steps[:-1]):
+            less = self._rebuilt(state, [other.placed for other in (*state.steps[:index], *state.steps[index + 1 :])])
+            screening = self.screened(less)
+            chosen = screening.chosen
+            if chosen is None:
+                return less
+            if chosen.placed.key != step.placed.key:
+                return _with_effect(less, chosen, screening)
+        return state
+
+    def _rebuilt(self, state: Diagnosis, placed: Sequence[Placed]) -> Diagnosis:
+        """Return a diagnosis with just these effects, added to the baseline one after the other."""
+        runs, heldout = state.runs, state.heldout
+        model = fitted(runs, [], state.baseline.theta, [])
+        rebuilt = replace(state, model=model, gap=_gap(model, heldout), steps=())
+        screening = state.steps[0].screening
+        for each in placed:
+            candidate = refitted(runs, heldout, rebuilt.model, screening, each)
+            rebuilt = _with_effect(rebuilt, candidate, screening)
+            screening = self.screened(rebuilt) if each is not placed[-1] else screening
+        return rebuilt
 
 
 def _with_effect(state: Diagnosis, chosen: Candidate, screening: Screening) -> Diagnosis:
@@ -216,12 +255,9 @@ def _refitted(runs: Runs, fit: Fit) -> Fit:
 
 
 def _gap(fit: Fit, heldout: Runs | None) -> Gap:
-    return Gap(
-        fit=sqrt(fit.chi_square / len(fit.residual)),
-        heldout=np.nan if heldout is None else _heldout_gap(heldout, fit),
-    )
+    held = np.nan if heldout is None else _root_mean_square(fitted_initial_rates(heldout, fit))
+    return Gap(fit=_root_mean_square(fit), heldout=held)
 
 
-def _heldout_gap(heldout: Runs, fit: Fit) -> float:
-    verified = fitted_initial_rates(heldout, fit)
-    return sqrt(verified.chi_square / len(verified.residual))
+def _root_mean_square(fit: Fit) -> float:
+    return sqrt(fit.chi_square / len(fit.residual))

@@ -1,0 +1,25 @@
+"""How likely a sum of squares is by chance, where the noise is known or was itself estimated."""
+
+from __future__ import annotations
+
+from math import exp, isinf
+
+from scipy.stats import chi2, f
+
+
+def log_chance(squares: float, freedom: int, noise_freedom: float) -> float:
+    """Return the logarithm of the probability of a sum of squared whitened numbers as large, if they are noise alone.
+
+    Args:
+        squares: the sum.
+        freedom: its degrees of freedom.
+        noise_freedom: those of the noise's variance; infinite where it is stated.
+    """
+    if isinf(noise_freedom):
+        return float(chi2.logsf(squares, freedom))
+    return float(f.logsf(squares / freedom, freedom, noise_freedom))
+
+
+def chance(squares: float, freedom: int, noise_freedom: float) -> float:
+    """Return the probability itself; arguments as in `log_chance`."""
+    return exp(log_chance(squares, freedom, noise_freedom))
