@@ -47,7 +47,7 @@ class LatentTorque:
 def latent_torque(runs: Runs, fit: Fit) -> LatentTorque:
     """Estimate the variance of a random-walk torque, and the torque itself, from the residual of a fit."""
     knots = max(_FEWEST_KNOTS, int(np.ceil(KNOTS_PER_SECOND * float(np.ptp(runs.grid.node_time, axis=1).max()))))
-    columns = _columns(runs, fit, knots)
+    columns = torque_response(runs, fit, knots)
     # From its increments to the torque at the knots.
     walk = np.asarray(np.kron(np.tril(np.ones((knots, knots))), np.eye(3)), dtype=np.float64)
     nuisance = orthonormal(fit.jacobian[: runs.samples])  # a torque on the body shows in the gyro's samples
@@ -89,8 +89,14 @@ class _Hats(Hooks):
         return by_run[index] * (1.0 - part) + by_run[index + 1] * part
 
 
-def _columns(runs: Runs, fit: Fit, knots: int) -> Array:
-    """Return the whitened response to a torque at every knot of every run, shape (samples, R * knots * 3)."""
+def torque_response(runs: Runs, fit: Fit, knots: int) -> Array:
+    """Return the gyro's whitened response to a torque at every knot of every run, shape (samples, R * knots * 3).
+
+    Args:
+        runs: to be explained.
+        fit: of the present model to them.
+        knots: of each run, evenly from its first sample to its last; the torque is linear between them.
+    """
     start, end = runs.grid.node_time[:, :1], runs.grid.node_time[:, -1:]
     hats = _Hats(start, (end - start) / (knots - 1))
     effects = (*fit.values.effects, np.zeros((1, 3 * knots)))
