@@ -122,8 +122,10 @@ def test_a_stratum_hides_what_it_says_in_the_size_it_says(stratum, effect, count
 
 def test_a_set_has_its_shares_in_random_order():
     planned = orders(Counts(), 7)
-    assert len(planned) == 800
-    assert Counter(each.stratum for each in planned)["null"] == 200
+    shares = Counter(each.stratum for each in planned)
+    assert shares["null"] == 200
+    assert sum(shares.values()) - shares["flown"] == 800
+    assert sum(each.effect is None for each in planned if each.stratum == "flown") == 16
     singles = Counter((each.effect, each.multiple) for each in planned if each.stratum == "single")
     assert len(singles) == 28 * 5
     assert set(singles.values()) == {3}

@@ -18,7 +18,15 @@ import numpy as np
 
 from tests.concealing.files import SEAL, conceal
 from tests.concealing.library import LISTED, UNLISTED
-from tests.concealing.strata import MULTIPLES, NEVER_HIDDEN, UNLISTED_SIGMA, Stratum, random_case
+from tests.concealing.strata import (
+    FLOWN_EFFECTS,
+    FLOWN_MULTIPLES,
+    MULTIPLES,
+    NEVER_HIDDEN,
+    UNLISTED_SIGMA,
+    Stratum,
+    random_case,
+)
 
 _ORDER = 1_000_000
 """Spawn key of the order of a set; cases have smaller ones."""
@@ -34,6 +42,8 @@ class Counts:
     unlisted: int = 70
     sigma_understated: int = 20
     sigma_overstated: int = 20
+    flown: int = 40
+    flown_null: int = 16
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,6 +85,8 @@ def _wanted(counts: Counts, rng: np.random.Generator) -> Iterator[tuple[Stratum,
     yield from (("unlisted", *each) for each in _turns(rng, product(UNLISTED, UNLISTED_SIGMA), counts.unlisted))
     yield from [("sigma_understated", None, None)] * counts.sigma_understated
     yield from [("sigma_overstated", None, None)] * counts.sigma_overstated
+    yield from (("flown", *each) for each in _turns(rng, product(FLOWN_EFFECTS, FLOWN_MULTIPLES), counts.flown))
+    yield from [("flown", None, None)] * counts.flown_null
 
 
 def _turns(rng: np.random.Generator, of: Iterable[Any], count: int) -> Iterator[Any]:

@@ -73,6 +73,7 @@ class Case:
         telemetry: what is written down.
         actuation: CMGs, or a torque that is applied and known.
         feedback: whether the gyro closes the loop; without, only the encoders do.
+        simulator: what flies it: this package's equations of motion, or MuJoCo.
         stratum: which part of the score card the case belongs to.
         notes: what the stratum's generator knows of it, such as its size in detectable sizes.
     """
@@ -85,5 +86,6 @@ class Case:
     telemetry: Telemetry = field(default_factory=Telemetry)
     actuation: Literal["cmg", "applied_torque"] = "cmg"
     feedback: bool = True
+    simulator: Literal["equations", "mujoco"] = "equations"
     stratum: str = "null"
     notes: dict[str, float | str] = field(default_factory=dict)

@@ -13,9 +13,10 @@ from testbed.records.record import Record, RunDetails
 from testbed.records.writing import write_record
 from tests.concealing.case import Case
 from tests.concealing.craft import Array, nominal_craft
-from tests.concealing.flown import FlownCase, applied_torque, fly_case, generator, theta
+from tests.concealing.flown import Flown, applied_torque, fly_case, generator, theta
 from tests.concealing.guidance import software_of
 from tests.concealing.library import KINDS
+from tests.concealing.mujoco_flight import fly_in_mujoco
 
 _DROPOUTS, _OUTLIERS, _SALT = range(3, 6)
 _BURST = 3
@@ -23,7 +24,7 @@ _SPIKE = (8.0, 30.0)
 SEAL = "sealed.sha256"
 
 
-def conceal(case: Case, data_folder: Path, answer_folder: Path) -> FlownCase:
+def conceal(case: Case, data_folder: Path, answer_folder: Path) -> Flown:
     """Fly a case, write its records, seal its answer.
 
     The data folder holds what a measured data set would, and the hash of the answer; the answer folder holds
@@ -34,7 +35,7 @@ def conceal(case: Case, data_folder: Path, answer_folder: Path) -> FlownCase:
         data_folder: new or empty.
         answer_folder: new or empty; another one.
     """
-    flown = fly_case(case)
+    flown = fly_in_mujoco(case) if case.simulator == "mujoco" else fly_case(case)
     answer = answer_text(flown)
     _write(answer_folder / "answer.json", answer)
     for index in range(len(case.runs)):
@@ -54,7 +55,7 @@ def _write(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8")
 
 
-def record(flown: FlownCase, index: int) -> Record:
+def record(flown: Flown, index: int) -> Record:
     """Return one run as its telemetry tells it, spikes and gaps included."""
     case, telemetry = flown.case, flown.case.telemetry
     ticks = np.arange(0, round(case.runs[index].duration / flown.clock.period) + 1, flown.clock.gyro_ticks)
@@ -73,7 +74,7 @@ def record(flown: FlownCase, index: int) -> Record:
     )
 
 
-def answer_text(flown: FlownCase) -> str:
+def answer_text(flown: Flown) -> str:
     """Return the answer: effects with parameters, true inertia, initial rates, noise; salted, so that no hash tells."""
     case = flown.case
     salt = np.random.default_rng([case.seed, _SALT]).bytes(32).hex()
@@ -108,7 +109,7 @@ def _with_suffix(name: str, unit: str) -> str:
     return f"{name}_{suffix}" if suffix else name
 
 
-def _actuation(flown: FlownCase, index: int, ticks: Array) -> dict[str, Array]:
+def _actuation(flown: Flown, index: int, ticks: Array) -> dict[str, Array]:
     case, log = flown.case, flown.log
     if case.actuation == "applied_torque":
         asked = applied_torque(case)
@@ -127,7 +128,7 @@ def _actuation(flown: FlownCase, index: int, ticks: Array) -> dict[str, Array]:
     return channels
 
 
-def _cluster_momentum(flown: FlownCase, index: int, ticks: Array) -> Array:
+def _cluster_momentum(flown: Flown, index: int, ticks: Array) -> Array:
     """h = Σ (Js Ω s + (Jg + Jt) ḋ g) as a flight computer sends it: from encoders, tachometers and nominal axes."""
     units = nominal_craft(software_of(flown.case.scenario).platform).units
     angle = flown.log.encoder[:, index]

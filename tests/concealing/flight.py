@@ -55,8 +55,8 @@ class Clock:
 
 
 @dataclass(frozen=True, kw_only=True)
-class FlightLog:
-    """One row per control tick, K in all, of B runs; and the true state on the integrator's own grid.
+class Recording:
+    """One row per control tick, K in all, of B runs.
 
     Attributes:
         time: (K,), s.
@@ -66,10 +66,6 @@ class FlightLog:
         motor_torque: measured, (K, B, M), N·m.
         rate_order: (K, B, M), rad/s.
         body_rate: true, (K, B, 3), rad/s.
-        state: true, (K, B, n).
-        demand: in the period before each tick, (K, B, M), N·m.
-        fine_time: (F,), s.
-        fine_state: (F, B, n).
     """
 
     time: Array
@@ -79,6 +75,19 @@ class FlightLog:
     motor_torque: Array
     rate_order: Array
     body_rate: Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlightLog(Recording):
+    """A recording with the true state at the ticks and on the integrator's own grid.
+
+    Attributes:
+        state: true, (K, B, n).
+        demand: in the period before each tick, (K, B, M), N·m.
+        fine_time: (F,), s.
+        fine_state: (F, B, n).
+    """
+
     state: Array
     demand: Array
     fine_time: Array

@@ -9,11 +9,11 @@ import numpy as np
 
 from tests.concealing.case import Case
 from tests.concealing.craft import Array, Craft, nominal_craft
-from tests.concealing.flight import Clock, FlightLog, Guidance, fly
+from tests.concealing.flight import Clock, FlightLog, Guidance, Recording, fly
 from tests.concealing.guidance import NoGuidance, OnBoard, Software, planned_maneuver, software_of
 from tests.concealing.library import with_effects
 from tests.concealing.mechanics import Mechanics
-from tests.concealing.sensors import SensorNumbers, draw_noise
+from tests.concealing.sensors import Noise, SensorNumbers, draw_noise
 
 _ENTRIES = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 _NOISE, _EPOCH, _TORQUE = range(3)
@@ -21,13 +21,12 @@ _APPLIED_AMPLITUDE = 0.006
 
 
 @dataclass(frozen=True, kw_only=True)
-class FlownCase:
+class Flown:
     """The flights of a case; runs that are shorter than the longest have to be cut.
 
     Attributes:
         case: as ordered.
         craft: as flown.
-        mechanics: its equations of motion.
         clock: ticks of the longest run.
         sensors: nominal noise, as flown.
         log: of all runs side by side.
@@ -35,9 +34,21 @@ class FlownCase:
 
     case: Case
     craft: Craft
-    mechanics: Mechanics
     clock: Clock
     sensors: SensorNumbers
+    log: Recording
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlownCase(Flown):
+    """The flights of a case by this package's own equations of motion.
+
+    Attributes:
+        mechanics: the equations.
+        log: with the true states.
+    """
+
+    mechanics: Mechanics
     log: FlightLog
 
 
@@ -76,22 +87,42 @@ def fly_case(case: Case, *, quiet: bool = False, refinement: int = 1) -> FlownCa
         quiet: without any noise of the sensors, on board and recorded.
         refinement: of the integrator's steps.
     """
-    known, sensors = software_of(case.scenario), sensors_of(case)
-    craft, clock = true_craft(case, known), clock_of(case)
-    if quiet:
-        sensors, craft = sensors.quiet(), replace(craft, gyro=replace(craft.gyro, extra_noise=np.zeros(3)))
+    known, clock = software_of(case.scenario), clock_of(case)
+    craft, sensors = as_flown(case, quiet=quiet)
     runs, units = len(case.runs), len(craft.units.spin_inertia)
     mechanics = Mechanics(
         craft=craft,
-        epoch=np.random.default_rng(generator(case, _EPOCH)).uniform(0.0, 100.0, runs),
+        epoch=epochs(case),
         release_attitude=np.broadcast_to(np.eye(3), (runs, 3, 3)),
         applied=applied_torque(case) if case.actuation == "applied_torque" else None,
     )
-    released = np.array([np.add(run.planned_spin, run.release_error) for run in case.runs])
-    start = mechanics.start(released, np.zeros((runs, units)))
-    noise = draw_noise(generator(case, _NOISE), clock.ticks + 1, runs, units, clock.period)
-    log = fly(mechanics, start, _guidance(case, known, clock), clock, sensors, noise, refinement)
+    start = mechanics.start(released_rates(case), np.zeros((runs, units)))
+    noise = noise_of(case, clock, units)
+    log = fly(mechanics, start, guidance_of(case, known, clock), clock, sensors, noise, refinement)
     return FlownCase(case=case, craft=craft, mechanics=mechanics, clock=clock, sensors=sensors, log=log)
+
+
+def as_flown(case: Case, *, quiet: bool) -> tuple[Craft, SensorNumbers]:
+    """Return the true craft and the noise of its sensors; quiet, both without any noise."""
+    craft, sensors = true_craft(case, software_of(case.scenario)), sensors_of(case)
+    if quiet:
+        return replace(craft, gyro=replace(craft.gyro, extra_noise=np.zeros(3))), sensors.quiet()
+    return craft, sensors
+
+
+def epochs(case: Case) -> Array:
+    """Return when each run is released on a clock that runs on between runs, (B,), s."""
+    return np.random.default_rng(generator(case, _EPOCH)).uniform(0.0, 100.0, len(case.runs))
+
+
+def released_rates(case: Case) -> Array:
+    """Return the body rates at release, (B, 3), rad/s."""
+    return np.array([np.add(run.planned_spin, run.release_error) for run in case.runs])
+
+
+def noise_of(case: Case, clock: Clock, units: int) -> Noise:
+    """Return the noise of all sensors, drawn."""
+    return draw_noise(generator(case, _NOISE), clock.ticks + 1, len(case.runs), units, clock.period)
 
 
 def applied_torque(case: Case) -> Callable[[float], Array]:
@@ -103,7 +134,8 @@ def applied_torque(case: Case) -> Callable[[float], Array]:
     return lambda time: (amplitude * np.sin(rate * time + phase)).sum(axis=-1)
 
 
-def _guidance(case: Case, known: Software, clock: Clock) -> Guidance:
+def guidance_of(case: Case, known: Software, clock: Clock) -> Guidance:
+    """Return what steers the runs of a case."""
     if case.actuation == "applied_torque":
         return NoGuidance()
     telemetry = case.telemetry

@@ -17,13 +17,21 @@ from tests.concealing.guidance import pool
 from tests.concealing.library import KINDS, LISTED, UNLISTED
 from tests.concealing.sizing import UnreachableError, detectable, sized
 
-Stratum = Literal["null", "single", "pair", "unlisted", "sigma_understated", "sigma_overstated"]
-STRATA: tuple[Stratum, ...] = ("null", "single", "pair", "unlisted", "sigma_understated", "sigma_overstated")
+Stratum = Literal["null", "single", "pair", "unlisted", "sigma_understated", "sigma_overstated", "flown"]
 MULTIPLES = (0.5, 1.0, 2.0, 4.0, 8.0)
 """Sizes of single effects, in smallest detectable sizes."""
 UNLISTED_SIGMA = (8.0, 16.0)
 """Sizes of unlisted effects, in sigma."""
 PAIR_MULTIPLE = 4.0
+FLOWN_MULTIPLES = (2.0, 4.0)
+"""Sizes of single effects that are flown in MuJoCo, in smallest detectable sizes."""
+FLOWN_EFFECTS = (
+    *("viscous_drag", "quadratic_drag", "body_torque", "inertial_torque", "tether", "contact"),
+    *("flexible_appendage", "slosh"),
+    *("rotor_speed", "rotor_spin_down", "gimbal_zero", "gimbal_misalignment", "gimbal_viscous_friction"),
+    *("gyro_bias", "gyro_drift", "gyro_scale", "gyro_misalignment", "gyro_latency", "gyro_bandwidth", "gyro_noise"),
+)
+"""Those that an MJCF, or a torque or reading beside it, holds as well as the equations of motion do."""
 _LOOK_ALIKES = (
     {"gyro_latency", "gyro_bandwidth"},
     {"body_torque", "inertial_torque", "gyro_drift"},
@@ -116,6 +124,16 @@ def _overstated(rng: np.random.Generator, scenario: Path, effect: str | None, mu
     return replace(case, telemetry=stated, stratum="sigma_overstated")
 
 
+def _flown(rng: np.random.Generator, scenario: Path, effect: str | None, multiple: float | None) -> Case:
+    """A case that MuJoCo flies; without an effect unless one is named."""
+    case = replace(bare_case(rng, scenario, "cmg", effect), simulator="mujoco", stratum="flown")
+    if effect is None:
+        return case
+    times = float(rng.choice(FLOWN_MULTIPLES)) if multiple is None else multiple
+    hidden, shown = hidden_effect(rng, case, effect, times)
+    return replace(case, effects=(hidden,), notes={"detectable_sizes": times, "sigma": shown})
+
+
 _DRAWN: dict[str, Callable[[np.random.Generator, Path, str | None, float | None], Case]] = {
     "null": _null,
     "single": _single,
@@ -123,6 +141,7 @@ _DRAWN: dict[str, Callable[[np.random.Generator, Path, str | None, float | None]
     "unlisted": _unlisted,
     "sigma_understated": _understated,
     "sigma_overstated": _overstated,
+    "flown": _flown,
 }
 
 
