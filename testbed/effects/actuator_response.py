@@ -13,12 +13,15 @@ def late_torque(torque_B: Array, grid: Grid, time_constant: Array, delay: Array)
     """Return the torque that acts, shape (R, P, T, 3), N·m.
 
     Args:
-        torque_B: what is asked for, shape (R, P, T, 3), N·m.
+        torque_B: what is asked for, at every half step, shape (R, P, T, 3), N·m.
         grid: the runs.
         time_constant: of a first-order lag, shape (P,), s.
         delay: shape (P,), s.
     """
     sets = max(torque_B.shape[1], len(time_constant), len(delay))
-    asked = np.broadcast_to(torque_B, (len(torque_B), sets, *torque_B.shape[2:]))
-    behind = [np.broadcast_to(each, sets) for each in (time_constant, delay)]
-    return np.stack([Smooth(at, run).at(at, *behind) for at, run in zip(grid.time, asked, strict=True)])
+    runs, _, times, _ = torque_B.shape
+    asked = np.broadcast_to(torque_B, (runs, sets, times, 3)).reshape(-1, times, 3)
+    half_steps = (grid.step / 2.0)[:, None]
+    behind = [np.ravel(np.broadcast_to(each, sets) / half_steps) for each in (time_constant, delay)]
+    at = np.arange(float(times))
+    return Smooth(at, asked).at(at, *behind).reshape(runs, sets, times, 3)

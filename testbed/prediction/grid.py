@@ -52,7 +52,8 @@ class Grid:
         cluster: the units; None for a platform that has none or does not send its gimbal angles.
         gimbals: as telemetry has them; None likewise.
         cluster_momentum_B: h as the platform reports it where gimbal angles are not sent, shape (R, 1, T, 3), N·m·s.
-        applied_torque_B: shape (R, 1, T, 3), N·m.
+        applied_torque_B: shape (R, 1, L + T, 3), N·m; also at the L half steps before the first sample that telemetry
+            covers in every run, because actuators that are slow still respond to them.
         follows_commands: whether the gimbals do what is asked of them but for a lag, so that rates can be predicted.
     """
 
@@ -84,7 +85,7 @@ def grid_of(telemetry: Sequence[Telemetry], longest_step: float = LONGEST_STEP) 
     runs = tuple(covered_part(run) for run in telemetry)
     _require_alike(runs)
     spans = np.array([run.gyro_time[-1] - run.gyro_time[0] for run in runs])
-    steps = max(2, math.ceil(spans.max() / longest_step))
+    steps = max(2, math.ceil(spans.max() / min(longest_step, _resolving_step(runs))))
     time = np.stack([np.linspace(run.gyro_time[0], run.gyro_time[-1], 2 * steps + 1) for run in runs])
     cluster = runs[0].cluster if runs[0].gimbal_angle is not None else None
     return Grid(
@@ -94,7 +95,7 @@ def grid_of(telemetry: Sequence[Telemetry], longest_step: float = LONGEST_STEP) 
         cluster=cluster,
         gimbals=None if cluster is None else _gimbals(runs, cluster, time),
         cluster_momentum_B=_sampled(runs, "cluster_momentum", time),
-        applied_torque_B=_sampled(runs, "applied_torque", time),
+        applied_torque_B=_sampled(runs, "applied_torque", _with_lead(runs, time)),
     )
 
 
@@ -107,6 +108,23 @@ def _require_alike(runs: Sequence[Telemetry]) -> None:
     for channel in ("gimbal_angle", "rotor_momentum", "cluster_momentum", "applied_torque"):
         if len({getattr(run, channel) is None for run in runs}) > 1:
             raise InputError(f"some runs have {channel} and others do not; give runs with the same channels")
+
+
+def _resolving_step(runs: Sequence[Telemetry]) -> float:
+    """Return the longest step, s, that sees every sample of an applied torque, which may jump from one to the next."""
+    if runs[0].applied_torque is None:
+        return math.inf
+    return 2.0 * min(float(np.median(np.diff(run.actuator_time))) for run in runs)
+
+
+def _with_lead(runs: Sequence[Telemetry], time: Array) -> Array:
+    """Return the grid's times with those half steps before them that the actuators' telemetry covers in every run."""
+    if runs[0].applied_torque is None:
+        return time
+    half = time[:, 1] - time[:, 0]
+    covered = time[:, 0] - [run.actuator_time[0] for run in runs]
+    before = np.arange(-math.floor((covered / half).min()), 0)
+    return np.concatenate([time[:, :1] + half[:, None] * before, time], axis=1)
 
 
 def _gimbals(runs: Sequence[Telemetry], cluster: Cluster, time: Array) -> Gimbals:

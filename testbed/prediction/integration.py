@@ -85,6 +85,7 @@ def _known(grid: Grid, hooks: Sequence[Hooks], values: Values) -> _Known:
         momentum_B = hook.cluster_momentum(momentum_B, value, grid)
         torque_B = hook.applied_torque(torque_B, value, grid)
         inertia = inertia - np.broadcast_to(hook.hidden_inertia(value), (*value.shape[:1], 3, 3))[:, None]
+    torque_B = torque_B[:, :, -grid.time.shape[1] :]  # what was before acts through the actuators' response only
     inverse = symmetric_inverse(inertia)
     along = np.broadcast_to(inverse, (*inverse.shape[:2], grid.time.shape[1], 3, 3))  # constant without gimbal angles
     return _Known(momentum_B=momentum_B, torque_B=torque_B, inverse=along)
