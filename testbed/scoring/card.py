@@ -61,7 +61,9 @@ def score_card(cases: Sequence[Case]) -> ScoreCard:
         cases=len(cases),
         sealed=sum(case.sealed for case in cases),
         failures={case.name: case.failure for case in cases if case.diagnosis is None},
-        rows=tuple(row for row in chain(_null(cases), _single(cases), _others(cases), _figures(cases)) if row.of),
+        rows=tuple(
+            row for row in chain(_null(cases), _single(cases), _flown(cases), _others(cases), _figures(cases)) if row.of
+        ),
         confusion=_confusion(cases),
         calibration=bins(cases),
     )
@@ -84,7 +86,7 @@ def _null(cases: Sequence[Case]) -> Iterator[Row]:
 
 def _single(cases: Sequence[Case]) -> Iterator[Row]:
     single = _of(cases, "single")
-    for times, group in _grouped(single, "detectable_sizes"):
+    for times, group in grouped(single, "detectable_sizes"):
         part = f"One effect at {times:g} times"
         first = {2.0: "≥ 95 %", 4.0: "≥ 99 %"}.get(times, "")
         yield share(part, "effect and component first", map(said_right, group), first)
@@ -98,11 +100,20 @@ def _set_sizes(cases: Sequence[Case]) -> Iterator[float]:
     return (float(len(reported_set(case.diagnosis))) for case in cases if case.diagnosis is not None)
 
 
+def _flown(cases: Sequence[Case]) -> Iterator[Row]:
+    flown = _of(cases, "flown")
+    part = "Flown in MuJoCo"
+    without = [case for case in flown if not case.answer.effects]
+    yield share(part, "no effect: a name is given", (case.diagnosis is None or bool(named(case)) for case in without))
+    for times, group in grouped([case for case in flown if case.answer.effects], "detectable_sizes"):
+        yield share(part, f"effect and component first at {times:g} times", map(said_right, group))
+
+
 def _others(cases: Sequence[Case]) -> Iterator[Row]:
     pairs = _of(cases, "pair")
     yield share("Two effects", "exactly the pair", map(all_right, pairs), "≥ 80 %")
     yield share("Two effects", "one of them first", map(said_right, pairs))
-    for sigma, group in _grouped(_of(cases, UNLISTED), "wanted_sigma"):
+    for sigma, group in grouped(_of(cases, UNLISTED), "wanted_sigma"):
         part = f"Unlisted at {sigma:g} sigma"
         wanted = {8.0: "≥ 85 %", 16.0: "≥ 97 %"}.get(sigma, "")
         yield share(part, "unexplained is said", map(recognised_as_unknown, group), wanted)
@@ -114,7 +125,7 @@ def _others(cases: Sequence[Case]) -> Iterator[Row]:
 
 
 def _figures(cases: Sequence[Case]) -> Iterator[Row]:
-    seen = [case for case in _of(cases, "single") if _note(case, "detectable_sizes") >= SURELY_SEEN]
+    seen = _surely_seen(cases)
     right = [case for case in seen if said_right(case)]
     intervals = "95 % intervals that hold the truth"
     wanted = "92 to 98 %"
@@ -129,6 +140,15 @@ def _figures(cases: Sequence[Case]) -> Iterator[Row]:
     yield share("Cases", "no diagnosis", (case.diagnosis is None for case in cases))
 
 
+def _surely_seen(cases: Sequence[Case]) -> list[Case]:
+    """Return the cases of one effect that surely shows, whatever flew them."""
+    return [
+        case
+        for case in cases
+        if case.answer.stratum in ("single", "flown") and _note(case, "detectable_sizes") >= SURELY_SEEN
+    ]
+
+
 def _all(cases: Sequence[Case], told: Callable[[Case], Any]) -> Iterator[bool]:
     return chain.from_iterable(told(case) for case in cases)
 
@@ -141,7 +161,8 @@ def _note(case: Case, name: str) -> float:
     return float(case.answer.notes.get(name, 0.0))
 
 
-def _grouped(cases: Sequence[Case], note: str) -> Iterator[tuple[float, list[Case]]]:
+def grouped(cases: Sequence[Case], note: str) -> Iterator[tuple[float, list[Case]]]:
+    """Yield the cases of every size, the smallest first; `note` is where an answer states it."""
     for size in sorted({_note(case, note) for case in cases}):
         yield size, [case for case in cases if _note(case, note) == size]
 

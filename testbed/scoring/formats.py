@@ -19,6 +19,16 @@ class Number(_Part):
     std: float | None = None
 
 
+_PLACES = {"gyro_cross_axis": "gyro"}
+"""Kinds of an effect that sit at the same component: axes turned together, or oblique, are both the gyro's."""
+
+
+def place_key(key: str) -> str:
+    """Return the name of an effect at a component, whatever kind of it is meant, e.g. `gyro_misalignment:gyro`."""
+    effect, colon, component = key.partition(":")
+    return f"{effect}{colon}{_PLACES.get(component, component)}"
+
+
 class Named(_Part):
     """An effect at a component."""
 
@@ -26,9 +36,14 @@ class Named(_Part):
     component: str
 
     @property
-    def key(self) -> str:
-        """Its unique name, e.g. `rotor_speed:cmg3`."""
+    def kind(self) -> str:
+        """Its name as it is written, e.g. `gyro_misalignment:gyro_cross_axis`."""
         return f"{self.effect}:{self.component}"
+
+    @property
+    def key(self) -> str:
+        """Its name by effect and component, e.g. `rotor_speed:cmg3`."""
+        return place_key(self.kind)
 
 
 class Hidden(Named):
@@ -46,9 +61,9 @@ class Step(Hidden):
     indistinguishable_from: tuple[Named, ...] = ()
 
     @property
-    def class_keys(self) -> frozenset[str]:
+    def alike(self) -> tuple[Named, ...]:
         """Itself and what is not told from it."""
-        return frozenset({self.key, *(other.key for other in self.indistinguishable_from)})
+        return (self, *self.indistinguishable_from)
 
 
 class Theta(_Part):

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from math import exp
 
 import numpy as np
 
 from testbed.scoring.case import Case
-from testbed.scoring.formats import DiagnosisFile, Hidden, Step
+from testbed.scoring.formats import DiagnosisFile, Hidden, Number, Step, place_key
 
 NONE, UNKNOWN, MISSING = "none", "unknown", "missing"
 UNLISTED = "unlisted"
@@ -21,6 +21,7 @@ INERTIA_ALIASES = frozenset(
     {"inertia:platform", "gyro_scale:x", "gyro_scale:y", "gyro_scale:z", "gyro_misalignment:gyro_cross_axis"}
 )
 """What no residual tells apart where the total momentum is zero."""
+_AXIS = ("axis_x", "axis_y", "axis_z")
 AT_REST = 0.05
 """rad/s: body rate at release below which the total momentum counts as zero; errors of release stay below."""
 
@@ -50,12 +51,16 @@ def said(case: Case) -> tuple[str, float | None]:
 
 def said_right(case: Case) -> bool:
     """Return whether what was said first is right."""
-    label = said(case)[0]
+    return label_right(case, said(case)[0]) or _alias_reported(case)
+
+
+def label_right(case: Case, label: str) -> bool:
+    """Return whether a key, none or unknown is right; nothing is known of look-alikes here."""
     if case.answer.stratum == UNLISTED:
         return label == UNKNOWN
     if not truths(case):
         return label == NONE
-    return label in {hidden.key for hidden in truths(case)} or _alias_reported(case)
+    return label in {hidden.key for hidden in truths(case)}
 
 
 def effect_right(case: Case) -> bool:
@@ -85,9 +90,12 @@ def reported_set(diagnosis: DiagnosisFile) -> frozenset[str]:
     known = None if first is None else first.probability
     reference = max(probable.values(), default=0.0) if known is None else known
     near = frozenset(
-        part for key, probability in probable.items() if probability >= CLOSE * reference for part in key.split("|")
+        place_key(part)
+        for key, probability in probable.items()
+        if probability >= CLOSE * reference
+        for part in key.split("|")
     )
-    return near | (frozenset() if first is None else first.class_keys)
+    return near | (frozenset() if first is None else frozenset(each.key for each in first.alike))
 
 
 def set_holds_truth(case: Case) -> bool:
@@ -105,13 +113,21 @@ def parameters_covered(case: Case, width: float) -> Iterator[bool]:
         case: to judge.
         width: of half an interval, in standard errors.
     """
-    steps = {step.key: step for step in named(case)}
+    steps = {step.kind: step for step in named(case)}
     for hidden in truths(case):
-        found = steps[hidden.key].parameters if hidden.key in steps else {}
+        found = steps[hidden.kind].parameters if hidden.kind in steps else {}
+        sign = _axis_sign(hidden.parameters, found)
         for name, true in hidden.parameters.items():
             guess = found.get(name)
             if true.value is not None and guess is not None and guess.value is not None and guess.std is not None:
-                yield abs(guess.value - true.value) <= width * guess.std
+                value = sign * true.value if name in _AXIS else true.value
+                yield abs(guess.value - value) <= width * guess.std
+
+
+def _axis_sign(true: Mapping[str, Number], found: Mapping[str, Number]) -> float:
+    """Return -1 where an axis is told the other way round: of a hinge, both ways are the same axis."""
+    pairs = ((true[name].value, found[name].value) for name in _AXIS if name in true and name in found)
+    return -1.0 if sum(one * other for one, other in pairs if one is not None and other is not None) < 0.0 else 1.0
 
 
 def inertia_covered(case: Case, width: float, *, with_effects: bool) -> tuple[bool, ...]:
@@ -144,10 +160,11 @@ def _theta(
 
 def _alias_reported(case: Case) -> bool:
     """Return whether the effect cannot be told from the inertia, and a step of that class says that it may be it."""
-    exact = {hidden.key for hidden in truths(case)} & INERTIA_ALIASES
+    exact = {hidden.kind for hidden in truths(case)} & INERTIA_ALIASES
     if not exact or case.diagnosis is None or not _at_rest(case):
         return False
-    return any(step.key in INERTIA_ALIASES and exact & step.class_keys for step in case.diagnosis.steps)
+    classes = [step.alike for step in case.diagnosis.steps if step.kind in INERTIA_ALIASES]
+    return any(each.kind in exact for alike in classes for each in alike)
 
 
 def _at_rest(case: Case) -> bool:

@@ -13,7 +13,7 @@ from testbed.errors import InputError
 from testbed.scoring.calibration import bins
 from testbed.scoring.card import card_content, score_card
 from testbed.scoring.case import read_cases
-from testbed.scoring.judging import reported_set, said_right, set_holds_truth
+from testbed.scoring.judging import parameters_covered, reported_set, said_right, set_holds_truth
 from testbed.scoring.rows import quantile, share
 
 THETA = [4e-2] * 3 + [0.0] * 3
@@ -246,3 +246,36 @@ def test_folders_without_cases_are_refused(tmp_path):
     put(tmp_path / "answers" / "case_0001" / "answer.json", NULL)
     with pytest.raises(InputError, match="holds no diagnosis of any case"):
         read_cases(tmp_path / "diagnoses", tmp_path / "answers")
+
+
+def test_a_gyro_turned_or_oblique_is_the_same_effect_at_the_same_component(scored):
+    oblique = hidden(("gyro_misalignment", "gyro_cross_axis"), detectable_sizes=4.0)
+    turned = said(
+        step("gyro_misalignment", "gyro", delay_s=(0.01, 1e-3)), probabilities={"gyro_misalignment:gyro": 0.9}
+    )
+    (case,) = scored((oblique, turned))
+    assert said_right(case)
+    assert set_holds_truth(case)
+    assert not [*parameters_covered(case, 2.0)]  # their numbers do not mean the same
+
+
+@pytest.mark.parametrize(
+    ("told", "covered"), [((0.6, -0.8), [True, True]), ((-0.6, 0.8), [True, True]), ((0.8, 0.6), [False] * 2)]
+)
+def test_an_axis_told_the_other_way_round_is_the_same_axis(scored, told, covered):
+    answer = hidden(("flexible_appendage", "platform"), detectable_sizes=4.0)
+    answer["effects"][0]["parameters"] = {"axis_x": {"value": 0.6}, "axis_z": {"value": -0.8}}
+    found = step("flexible_appendage", "platform", axis_x=(told[0], 0.02), axis_z=(told[1], 0.02))
+    (case,) = scored((answer, said(found)))
+    assert [*parameters_covered(case, 2.0)] == covered
+
+
+def test_flown_cases_have_rows_of_their_own(scored):
+    without, with_it = hidden(stratum="flown"), hidden(LATENCY, stratum="flown", detectable_sizes=2.0)
+    none, late = said(verdict="none"), said(step(*LATENCY))
+    cases = scored((without, none), (without, late), (with_it, late), (with_it, none), (with_it, late))
+    part = "Flown in MuJoCo"
+    named = row(cases, part, "no effect: a name is given")
+    assert (named.hits, named.of) == (1, 2)
+    assert row(cases, part, "effect and component first at 2 times").hits == 2
+    assert row(cases, "95 % intervals that hold the truth", "inertia with what was named").of == 12
