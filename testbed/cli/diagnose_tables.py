@@ -83,7 +83,7 @@ def _look_alikes(diagnosis: Diagnosis) -> dict[str, str]:
 def candidates_table(screening: Screening) -> Table:
     """Return the effects that were refitted, the most probable first."""
     table = _table("Effects, ranked", ("effect", "component", "probability", "chi2 gained", "BIC", "p"))
-    probability = probabilities_of(screening, None)
+    probability = probabilities_of(screening)
     for candidate in screening.candidates:
         table.add_row(
             candidate.placed.effect.id,

@@ -88,3 +88,15 @@ def runs_of(names: Sequence[str], telemetry: Sequence[Telemetry]) -> Runs:
         inner=tuple(block for blocks, _ in inner for block in blocks),
         inner_sigma=tuple(noise for blocks, noise in inner for _ in blocks),
     )
+
+
+def joined(runs: Runs, heldout: Runs | None) -> Runs:
+    """Return the gyro's samples of all runs, the fitted ones first, without the gimbals' inner channels."""
+    both = (runs,) if heldout is None else (runs, heldout)
+    telemetry = [replace(run, gimbal_torque=None, gimbal_rate_command=None) for each in both for run in each.grid.runs]
+    return Runs(
+        names=tuple(name for each in both for name in each.names),
+        grid=replace(grid_of(telemetry), follows_commands=False),
+        sigma=np.concatenate([each.sigma for each in both]),
+        noise_freedom=runs.noise_freedom,
+    )

@@ -7,11 +7,13 @@ and takes back what was fitted to chance, without fitting the held-out runs.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.diagnosis.data import Runs
-from testbed.diagnosis.model import Fit, fitted_initial_rates, orthonormal, recurring
+from testbed.diagnosis.data import Runs, joined
+from testbed.diagnosis.model import Fit, evaluated, fitted_initial_rates, orthonormal, recurring
 
 _UNKNOWN = 1e-9
 """Share of a parameter's own information below which the fit does not know it."""
@@ -41,6 +43,21 @@ def log_evidence(heldout: Runs | None, fit: Fit) -> float:
     explained = float(slope @ np.linalg.solve(together, slope))
     spread = float(np.linalg.slogdet(together)[1] - np.linalg.slogdet(known)[1])
     return explained - float(residual @ residual) - spread
+
+
+def on_all_runs(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, Fit]:
+    """Return all runs together, gyro only, and a fit evaluated on them: what no run is explained by is sought in all.
+
+    Args:
+        runs: that were fitted.
+        heldout: that were not: of them, initial rates are fitted; None where there are none.
+        fit: to the former.
+    """
+    rates = fit.values.initial_rate
+    if heldout is not None:
+        rates = np.concatenate([rates, fitted_initial_rates(heldout, fit).values.initial_rate])
+    everything = joined(runs, heldout)
+    return everything, evaluated(everything, fit.placed, replace(fit.values, initial_rate=rates))
 
 
 def _without(own: Array, residual: Array, columns: Array) -> tuple[Array, Array]:

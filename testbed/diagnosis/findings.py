@@ -140,9 +140,12 @@ def stds_of(fit: Fit) -> Array:
     return np.sqrt(np.where(variance > 0.0, variance, np.inf))
 
 
-def step_probability(step: Step) -> float:
-    """Return how probable the step's effect is among all that it was compared with."""
-    return float(probabilities_of(step.screening, None).get(step.placed.key, np.nan))
+def step_probability(diagnosis: Diagnosis, step: Step) -> float:
+    """Return how probable a step's effect, or one that is not told from it, is among all that it was compared with."""
+    unlisted = diagnosis.unlisted if step is diagnosis.steps[0] else -np.inf
+    probabilities = probabilities_of(step.screening, unlisted)
+    members = (step.placed, *step.look_alikes)
+    return sum(probabilities.get(each.key, 0.0) for each in members)
 
 
 def scatter_probability(scatter: Scatter) -> float:

@@ -3,29 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import exp, inf, log
 
-import numpy as np
-
-from testbed.diagnosis.latent import LatentTorque
 from testbed.diagnosis.screening import Screening
 
-_LATENT_PARAMETERS = 1
+NONE, UNKNOWN = "none", "unknown"
+BETWEEN = "|"
+"""Stands between the members of a class that the data do not tell apart."""
 
 
-def probabilities_of(screening: Screening | None, latent: LatentTorque | None) -> Mapping[str, float]:
-    """Return exp(-BIC/2), normalised over none, every refitted hypothesis and a torque of unknown origin.
+def probabilities_of(screening: Screening | None, unlisted: float = -inf) -> Mapping[str, float]:
+    """Return how probable it is that nothing is missing, of every refitted hypothesis, and of a torque of no effect.
+
+    Proportional to exp(-BIC/2); every hypothesis that was tested is as likely beforehand as any other, all of them
+    together as likely as that nothing is missing.
 
     Args:
         screening: of the hypotheses against a model.
-        latent: torque that the model with the best of them leaves; None where it was not looked at.
+        unlisted: evidence of a torque that no effect makes, against the same model.
     """
     if screening is None:
         return {}
-    bic = {"none": 0.0} | {candidate.placed.key: candidate.bic for candidate in screening.candidates}
-    if latent is not None:
-        best = min(bic.values())
-        bic["unknown"] = best + _LATENT_PARAMETERS * np.log(latent.torque_B.size) - latent.likelihood_ratio
-    least = min(bic.values())
-    weight = {name: float(np.exp(-0.5 * (value - least))) for name, value in bic.items()}
+    criterion = {candidate.placed.key: candidate.bic for candidate in screening.candidates}
+    criterion = {key: value + 2.0 * log(screening.tested) for key, value in criterion.items()}
+    criterion |= {NONE: 0.0, UNKNOWN: -unlisted}
+    least = min(criterion.values())
+    weight = {key: exp(-0.5 * (value - least)) for key, value in criterion.items()}
     total = sum(weight.values())
-    return {name: value / total for name, value in weight.items()}
+    return {key: value / total for key, value in weight.items()}
+
+
+def by_class(probabilities: Mapping[str, float], screening: Screening | None) -> Mapping[str, float]:
+    """Return probabilities with those of the chosen effect, and of what is not told from it, as one class."""
+    if screening is None or screening.chosen is None:
+        return probabilities
+    members = [candidate.placed.key for candidate in screening.close]
+    others = {key: value for key, value in probabilities.items() if key not in members}
+    return {BETWEEN.join(members): sum(probabilities[key] for key in members)} | others

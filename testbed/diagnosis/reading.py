@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from testbed.diagnosis.data import Runs, runs_of
 from testbed.diagnosis.model import Fit, fitted
 from testbed.diagnosis.noise import readings_of
 from testbed.diagnosis.plausibility import require_this_platform
+from testbed.diagnosis.roles import by_role
 from testbed.diagnosis.spikes import without_spikes
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.fast_changes import variance_ratio
@@ -29,8 +30,6 @@ from testbed.records.selection import telemetry_only
 from testbed.scenario.scenario import Scenario
 from testbed.signals import AXES
 
-EVERY = 3
-"""Of runs without a role, the last of every three is held out."""
 _STUCK = 0.9
 """Share of an axis's samples at one and the same value, beyond which it shows no motion; noise repeats none."""
 
@@ -79,13 +78,13 @@ def data_set_of(records: Sequence[Record], scenario: Scenario, nominal: Platform
             refused.append(str(error))
     if not usable:
         raise InputError("\n".join(refused))
-    fit, heldout = _by_role([record for record, _ in usable])
     theta = theta_of(nominal.inertia)
     together = _together(usable, range(len(usable)))
     require_this_platform(together, theta)
     usable = _without_spikes(usable, together, fitted(together, [], theta, []), notices)
     stated = all(_states_noise(record) for record, _ in usable)
     level = None if stated else _noise_of_all(usable, theta)
+    fit, heldout = by_role([(record, [part.telemetry for part in parts]) for record, parts in usable])
     return DataSet(
         runs=_believed(_together(usable, fit), level),
         heldout=_believed(_together(usable, heldout), level) if heldout else None,
@@ -215,27 +214,6 @@ def _rows(telemetry: Telemetry, rows: slice) -> Telemetry:
     values = {name: getattr(telemetry, name) for name in of_actuators}
     kept: dict[str, Any] = {name: each[rows] for name, each in values.items() if isinstance(each, np.ndarray)}
     return replace(telemetry, **kept)
-
-
-def _by_role(records: Sequence[Record]) -> tuple[list[int], list[int]]:
-    """Return the indices of the runs to fit and of those to hold out.
-
-    Raises:
-        InputError: every run is to be held out.
-    """
-    roles: list[Literal["fit", "heldout"] | None] = [record.details.role for record in records]
-    if not any(roles):
-        roles = _dealt(len(records))
-    fit = [index for index, role in enumerate(roles) if role != "heldout"]
-    if not fit:
-        raise InputError('every run has role = "heldout": give at least one run the role "fit"')
-    return fit, [index for index, role in enumerate(roles) if role == "heldout"]
-
-
-def _dealt(count: int) -> list[Literal["fit", "heldout"] | None]:
-    """Return the roles of runs that state none: every third is held out, and at least one of two."""
-    last = count - 1 if 1 < count < EVERY else -1
-    return ["heldout" if index % EVERY == EVERY - 1 or index == last else "fit" for index in range(count)]
 
 
 def _together(usable: Sequence[tuple[Record, tuple[_Part, ...]]], chosen: Sequence[int]) -> Runs:

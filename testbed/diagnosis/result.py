@@ -95,7 +95,7 @@ def _step(diagnosis: Diagnosis, step: Step) -> Content:
     return {
         **_named(step.placed),
         "parameters": _parameters(quantities_of(diagnosis.model, step.placed)),
-        "probability": _number(step_probability(step)),
+        "probability": _number(step_probability(diagnosis, step)),
         **_theta("j_", step.candidate.fit),
         "indistinguishable_from": [_named(other) for other in step.look_alikes],
         **_gap("gap_", "before", step.before, heldout="heldout_gap_"),

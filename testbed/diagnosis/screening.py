@@ -29,9 +29,10 @@ class Candidate:
         fit: the model with it.
         gain: χ² of the present model less that of this one.
         carried: by how much the model predicts the held-out runs better, twice the logarithm of the density's ratio.
-        bic: of this model less that of the present one, less `carried`; negative is better.
-        p_value: of the gain, times the number of hypotheses that were tested (Bonferroni), over the held-out runs'
-            ratio of densities: that is a p-value too, as the mean of the ratio is 1 without the effect.
+        bic: of this model less that of the present one, less `carried`, and for what is scanned twice the logarithm of
+            the looks; negative is better.
+        p_value: of the gain, times the number of hypotheses and of each one's looks (Bonferroni), over the held-out
+            runs' ratio of densities: that is a p-value too, as the mean of the ratio is 1 without the effect.
     """
 
     placed: Placed
@@ -53,7 +54,7 @@ class Screening:
 
     Attributes:
         signatures: of each hypothesis at its most telling start.
-        tested: number of tests by which the family-wise error is divided.
+        tested: number of hypotheses, which share the family-wise error alike.
         candidates: refitted ones, best BIC first.
     """
 
@@ -91,8 +92,8 @@ def screened(
         progress: told what is being refitted.
     """
     every = list(signatures(runs, fit, hypotheses))
-    tested = max(len(every), 1)
     best = _most_telling(every)
+    tested = max(len(best), 1)
     samples = runs.samples
     order = sorted(best, key=lambda each: each.rank * log(samples) - each.score)
     promising = [each for each in order[:MOST_REFITS] if each.rank]
@@ -134,13 +135,14 @@ def _candidate(
     model = fitted(runs, [*fit.placed, placed], fit.theta, [*starts, _first_guess(signature)])
     gain = max(fit.chi_square - model.chi_square, 0.0)
     carried = log_evidence(heldout, model) - without if placed.effect.recurs else 0.0
-    chance = log(tested) + log_chance(gain, max(signature.rank, 1), runs.noise_freedom) - 0.5 * carried
+    looks = log(placed.effect.looks(placed.component, runs.grid))
+    chance = log(tested) + looks + log_chance(gain, max(signature.rank, 1), runs.noise_freedom) - 0.5 * carried
     return Candidate(
         placed=placed,
         fit=model,
         gain=gain,
         carried=carried,
-        bic=signature.rank * log(runs.samples) - gain - carried,
+        bic=signature.rank * log(runs.samples) + 2.0 * looks - gain - carried,
         p_value=exp(min(chance, 0.0)),
     )
 

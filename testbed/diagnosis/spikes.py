@@ -21,7 +21,7 @@ from testbed.estimation.telemetry import Telemetry
 _WILD = 5.0
 """Times the usual distance of a sample from its neighbours; 1e-6 of normal samples are as far off."""
 _MOST = 0.05
-"""Share of wild samples beyond which they are what this gyro shows, and no accidents."""
+"""Share of wild samples, of all runs, beyond which they are what this gyro shows, and no accidents."""
 _NEIGHBOURS = 2
 """On either side: the median of four follows a jump of the rate."""
 
@@ -35,6 +35,8 @@ def without_spikes(runs: Runs, fit: Fit) -> tuple[tuple[Telemetry, ...], tuple[i
     """
     residuals = readings_of(runs, fit).residual
     wild = [_wild(residual, sigma) for residual, sigma in zip(residuals, runs.sigma, strict=True)]
+    if np.concatenate(wild).mean() > _MOST:
+        wild = [np.zeros_like(each) for each in wild]
     cleaned = tuple(_less(run, gone) for run, gone in zip(runs.grid.runs, wild, strict=True))
     return cleaned, tuple(int(gone.sum()) for gone in wild)
 
@@ -47,8 +49,7 @@ def _wild(residual: Array, sigma: Array) -> Flags:
     """Return which samples of a run are wild on any axis, shape (N,)."""
     apart = residual - _median_of_neighbours(residual)
     usual = np.maximum(sigma, median_abs_deviation(apart, axis=0, scale="normal"))
-    wild = np.asarray((np.abs(apart) > _WILD * usual).any(axis=1))
-    return wild if wild.mean() <= _MOST else np.zeros_like(wild)
+    return np.asarray((np.abs(apart) > _WILD * usual).any(axis=1))
 
 
 def _median_of_neighbours(values: Sequence[Array] | Array) -> Array:

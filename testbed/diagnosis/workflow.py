@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import sqrt
+from math import inf, sqrt
 from types import MappingProxyType
 from typing import Literal
 
@@ -13,18 +13,22 @@ import numpy as np
 from testbed.arrays import Theta
 from testbed.diagnosis.chance import chance
 from testbed.diagnosis.data import Runs
+from testbed.diagnosis.evidence import on_all_runs
 from testbed.diagnosis.hypotheses import Untestable, hypotheses, without
 from testbed.diagnosis.latent import LatentTorque, latent_torque
 from testbed.diagnosis.model import Fit, Placed, fitted, fitted_initial_rates
 from testbed.diagnosis.noise import NoiseLevel, noise_level
-from testbed.diagnosis.probabilities import probabilities_of
+from testbed.diagnosis.probabilities import by_class, probabilities_of
 from testbed.diagnosis.scatter import Scatter, scatter_found, widened
 from testbed.diagnosis.screening import Candidate, Screening, refitted, screened
+from testbed.diagnosis.torque_shapes import TorqueShape, torque_shapes
 from testbed.effects.contract import Effect, ReadingEffect
 
 MOST_EFFECTS = 3
 UNEXPLAINED = 0.01
 """Below this probability of a χ² as large, or of a latent torque, the model is not the whole truth."""
+_CLEARLY = 6.0
+"""Evidence by which a torque of no effect has to outdo the effects that were named."""
 
 Verdict = Literal["none", "named", "ambiguous", "unexplained"]
 
@@ -86,6 +90,9 @@ class Diagnosis:
         steps: effects in the order in which they were added.
         remaining: the hypotheses against the final model; None until they were looked at.
         latent: torque that the final model leaves; None until it was looked at.
+        shapes: of torques that no effect makes, against the final model, the one with the most evidence first.
+        unlisted: the largest evidence of such a torque against the baseline.
+        goodness: chance of a gyro residual of all runs as large as the final model's, if nothing is missing.
         untestable: effects for which a channel is missing.
         complete: whether the diagnosis came to its end.
     """
@@ -102,21 +109,19 @@ class Diagnosis:
     steps: tuple[Step, ...] = ()
     remaining: Screening | None = None
     latent: LatentTorque | None = None
+    shapes: tuple[TorqueShape, ...] = ()
+    unlisted: float = -inf
+    goodness: float = 1.0
     untestable: tuple[Untestable, ...] = ()
     complete: bool = False
 
     @property
     def left_over(self) -> bool:
         """Whether the model leaves more than noise."""
-        latent = self.latent is not None and self.latent.p_value < UNEXPLAINED
-        return self.goodness < UNEXPLAINED or latent
-
-    @property
-    def goodness(self) -> float:
-        """Chance of a gyro residual as large as the model's, if nothing is missing."""
-        residual = self.model.residual[: self.runs.samples]
-        freedom = self.model.freedom - (len(self.model.residual) - self.runs.samples)
-        return chance(float(residual @ residual), freedom, self.runs.noise_freedom)
+        chances = [self.goodness, *(shape.p_value for shape in self.shapes)]
+        if self.latent is not None:
+            chances.append(self.latent.p_value)
+        return min(chances) < UNEXPLAINED
 
     @property
     def verdict(self) -> Verdict:
@@ -130,7 +135,9 @@ class Diagnosis:
     @property
     def probabilities(self) -> Mapping[str, float]:
         """Of none, of every class that is in question, and of something unknown."""
-        return probabilities_of(self.steps[0].screening if self.steps else self.remaining, self.latent)
+        screening = self.steps[0].screening if self.steps else self.remaining
+        probabilities = probabilities_of(screening, self.unlisted)
+        return by_class(probabilities, screening) if self.steps else probabilities
 
 
 def diagnosed(
@@ -187,7 +194,29 @@ def diagnosed(
         state = scattered(state)
         yield state
     progress("what is left")
-    yield replace(state, latent=latent_torque(state.runs, state.model), complete=True)
+    yield _concluded(state)
+
+
+def _concluded(state: Diagnosis) -> Diagnosis:
+    """Look at what is left, and take back effects that explain less than a torque does that no effect makes."""
+    nominal = _refitted(state.runs, state.baseline)
+    everything, fit = on_all_runs(state.runs, state.heldout, nominal)
+    shapes = torque_shapes(everything, fit)
+    state = replace(state, unlisted=shapes[0].evidence)
+    if state.steps:
+        if state.unlisted > _CLEARLY - sum(step.candidate.bic for step in state.steps):
+            first = state.steps[0].screening
+            state = replace(state, steps=(), remaining=first, model=nominal, gap=_gap(nominal, state.heldout))
+        else:
+            everything, fit = on_all_runs(state.runs, state.heldout, state.model)
+            shapes = torque_shapes(everything, fit)
+    return replace(
+        state,
+        latent=latent_torque(state.runs, state.model),
+        shapes=shapes,
+        goodness=chance(fit.chi_square, fit.freedom, everything.noise_freedom),
+        complete=True,
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import final
 
 import numpy as np
+from scipy.stats import chi2
 from typing_extensions import override
 
 from testbed.arrays import Array, Flags, Series
@@ -26,6 +27,8 @@ _STARTS = 8
 """Instants that are searched from, over all runs."""
 _APART = 0.2
 """s; nearer instants of a run are the same touch."""
+_CHANCE = 1e-3
+"""Of a jump anywhere in a run, below which the run shows one."""
 
 
 class _Touch(Hooks):
@@ -75,15 +78,27 @@ class Contact(Effect):
         return np.array([[instant, 0.0, 0.0, 0.0] for instant in instants])
 
     @override
+    def looks(self, component: str, grid: Grid) -> int:
+        """An instant for every sample of the gyro."""
+        return sum(len(run.gyro_time) for run in grid.runs)
+
+    @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
         """Nothing: what is touched once does not belong to the platform, and the next flight need not touch it."""
         return Extension()
 
 
-def _likeliest(run: Telemetry) -> list[tuple[float, float]]:
-    """Return the instants between samples at which a jump of the momentum explains the most, with how much, best first.
+def shows_a_jump(run: Telemetry) -> bool:
+    """Return whether a jump of the momentum explains more of a run than chance would at any of its samples."""
+    found = _likeliest(run)
+    return bool(found) and bool(len(run.gyro_time) * chi2.sf(found[0][0], 3) < _CHANCE)
 
-    Γ(ω) θ - Rᵀ (H₀ + ΔH after the instant) = Y is linear in θ, H₀ and ΔH.
+
+def _likeliest(run: Telemetry) -> list[tuple[float, float]]:
+    """Return the instants between samples at which a jump of the momentum explains the most, best first.
+
+    Γ(ω) θ - Rᵀ (H₀ + ΔH after the instant) = Y is linear in θ, H₀ and ΔH. With each instant stands twice the logarithm
+    of the likelihood ratio with and without the jump.
     """
     equation = momentum_equation(run, run.body_rate)
     rows = equation.regressor.reshape(-1, 9)
@@ -92,7 +107,8 @@ def _likeliest(run: Telemetry) -> list[tuple[float, float]]:
     residual = response - basis @ (basis.T @ response)
     later = np.arange(len(run.gyro_time))
     scores = np.array([_explained(rows[:, 6:], later >= first, basis, residual) for first in later[1:]])
-    return _peaks(scores, (run.gyro_time[1:] + run.gyro_time[:-1]) / 2.0)
+    share = np.clip(scores / max(float(residual @ residual), np.finfo(float).tiny), 0.0, 1.0 - np.finfo(float).eps)
+    return _peaks(-len(residual) * np.log1p(-share), (run.gyro_time[1:] + run.gyro_time[:-1]) / 2.0)
 
 
 def _explained(turned: Array, after: Flags, basis: Array, residual: Array) -> float:

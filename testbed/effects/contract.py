@@ -140,6 +140,11 @@ class Effect(NamedEffect):
         return np.array([[parameter.absent for parameter in self.parameters]])
 
 
+    def looks(self, component: str, grid: Grid) -> int:
+        """Return how many hypotheses a search from its starts amounts to, by which chance is multiplied."""
+        return len(self.starts(component, grid))
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Readings:
     """What the gyro gave against what a model predicts, of all runs that are fitted.

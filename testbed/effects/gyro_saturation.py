@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import inf
 from typing import final
 
@@ -10,6 +11,7 @@ from typing_extensions import override
 
 from testbed.arrays import Array, Series
 from testbed.effects.contract import Effect, Extension, Parameter, Quantity
+from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks, magnitude, sign_of
 from testbed.scenario.scenario import Scenario
@@ -47,10 +49,7 @@ class GyroSaturation(Effect):
 
     @override
     def starts(self, component: str, grid: Grid) -> Array:
-        largest = np.array([np.abs(run.body_rate).max() for run in grid.runs])
-        limit = float(largest.max())
-        at_limit = sum(int((np.abs(run.body_rate) > limit * (1.0 - _ROUNDING)).sum()) for run in grid.runs)
-        return np.array([[1.0 / limit if at_limit >= _FEWEST else 0.0]])
+        return np.array([[1.0 / _largest(grid.runs) if is_clipped(grid.runs) else 0.0]])
 
     @override
     def quantities(self, values: Array, std: Array) -> tuple[Quantity, ...]:
@@ -64,3 +63,13 @@ class GyroSaturation(Effect):
             return Extension()
         limit = min(1.0 / float(values[0]), scenario.gyro.saturation_rad_s or inf)
         return Extension(scenario={"gyro": {"saturation_rad_s": limit}})
+
+
+def is_clipped(runs: Sequence[Telemetry]) -> bool:
+    """Return whether runs read the same largest rate so often that it has to be a limit."""
+    limit = _largest(runs)
+    return sum(int((np.abs(run.body_rate) > limit * (1.0 - _ROUNDING)).sum()) for run in runs) >= _FEWEST
+
+
+def _largest(runs: Sequence[Telemetry]) -> float:
+    return max(float(np.abs(run.body_rate).max()) for run in runs)
