@@ -21,6 +21,9 @@ from tests.concealing.mujoco_flight import fly_in_mujoco
 _DROPOUTS, _OUTLIERS, _SALT = range(3, 6)
 _BURST = 3
 _SPIKE = (8.0, 30.0)
+_OTHER_NAMES = {("contact", "time"): "time_since_release", ("slosh", "mass"): "loose_mass"}
+"""Of parameters whose plain name would mean something else to a diagnosis: an instant in all runs laid end to end, and
+the mass that would swing as this one does at an arm that is agreed on."""
 SEAL = "sealed.sha256"
 
 
@@ -86,7 +89,7 @@ def answer_text(flown: Flown) -> str:
                 "effect": hidden.effect,
                 "component": hidden.component,
                 "parameters": {
-                    _with_suffix(name, unit := KINDS[hidden.effect].units[name]): {"value": value, "unit": unit}
+                    told_name(hidden.effect, name): {"value": value, "unit": KINDS[hidden.effect].units[name]}
                     for name, value in hidden.parameters.items()
                 },
             }
@@ -103,8 +106,9 @@ def answer_text(flown: Flown) -> str:
     return json.dumps(answer, indent=1) + "\n"
 
 
-def _with_suffix(name: str, unit: str) -> str:
-    """Return the name as files spell it: delay_s, impulse_x_N_m_s, frequency_hz."""
+def told_name(effect: str, name: str) -> str:
+    """Return a parameter's name as files spell it: delay_s, impulse_x_N_m_s, frequency_hz."""
+    unit, name = KINDS[effect].units[name], _OTHER_NAMES.get((effect, name), name)
     suffix = {"1": "", "Hz": "hz"}.get(unit, unit.replace("/", "_").replace(" ", "_"))
     return f"{name}_{suffix}" if suffix else name
 

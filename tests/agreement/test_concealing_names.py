@@ -1,0 +1,36 @@
+"""Answers and diagnoses spell effects, components and parameters alike; where they cannot, it is listed here."""
+
+import numpy as np
+import pytest
+
+from testbed.effects.registry import EFFECTS, HELD_BACK, READING_EFFECTS
+from tests.concealing.files import told_name
+from tests.concealing.library import LISTED
+
+KNOWN = {**EFFECTS, **HELD_BACK, **READING_EFFECTS}
+ONLY_HIDDEN = {
+    "contact": {"time_since_release_s", "run"},
+    "slosh": {"loose_mass_kg", "place_x_m", "place_y_m", "place_z_m"},
+    "gimbal_coulomb_friction": {"stribeck_torque_N_m", "stribeck_rate_rad_s"},
+    "gyro_drift": {"random_walk_rad_s1.5"},
+}
+ONLY_TOLD = {"contact": {"time_s"}, "slosh": {"mass_kg"}}
+
+
+@pytest.mark.parametrize("effect", sorted(KNOWN))
+def test_parameters_have_the_same_names(effect):
+    parameters = KNOWN[effect].parameters
+    values = np.array([parameter.typical for parameter in parameters])
+    told = {quantity.name for quantity in KNOWN[effect].quantities(values, np.zeros_like(values))}
+    hidden = {told_name(effect, name) for name in LISTED[effect].units}
+    assert hidden - told == ONLY_HIDDEN.get(effect, set())
+    assert told - hidden == ONLY_TOLD.get(effect, set())
+
+
+@pytest.mark.parametrize("effect", sorted(KNOWN))
+def test_components_have_the_same_names(effect):
+    assert set(KNOWN[effect].components) == set(LISTED[effect].components)
+
+
+def test_every_effect_that_is_diagnosed_can_be_hidden():
+    assert set(KNOWN) <= set(LISTED)
