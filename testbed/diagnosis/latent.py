@@ -8,6 +8,7 @@ two tests for the unknown, and gives it a place among the hypotheses.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import final
 
 import numpy as np
@@ -19,7 +20,8 @@ from typing_extensions import override
 from testbed.arrays import Array
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit, orthonormal
-from testbed.prediction.hooks import Hooks, Instant
+from testbed.prediction.grid import Grid
+from testbed.prediction.hooks import Hooks
 from testbed.prediction.prediction import common_size, predicted_with_derivatives
 
 KNOTS_PER_SECOND = 8.0
@@ -47,21 +49,13 @@ class LatentTorque:
 def latent_torque(runs: Runs, fit: Fit) -> LatentTorque:
     """Estimate the variance of a random-walk torque, and the torque itself, from the residual of a fit."""
     knots = max(_FEWEST_KNOTS, int(np.ceil(KNOTS_PER_SECOND * float(np.ptp(runs.grid.node_time, axis=1).max()))))
-    columns = torque_response(runs, fit, knots)
     # From its increments to the torque at the knots.
     walk = np.asarray(np.kron(np.tril(np.ones((knots, knots))), np.eye(3)), dtype=np.float64)
-    nuisance = orthonormal(fit.jacobian[: runs.samples])  # a torque on the body shows in the gyro's samples
-    spread = columns @ _for_every_run(walk, len(runs.names))
-    spread = spread - nuisance @ (nuisance.T @ spread)
-    residual = fit.residual[: runs.samples]
-    residual = residual - nuisance @ (nuisance.T @ residual)
-    left, strength, right = np.linalg.svd(spread, full_matrices=False)
-    seen = (left.T @ residual) ** 2
-    variance = _likeliest(strength**2, seen)
-    ratio = 2.0 * (_log_likelihood(variance, strength**2, seen))
-    weight = variance * strength / (1.0 + variance * strength**2)
-    increments = right.T @ (weight * (left.T @ residual))
-    torque_B = (_for_every_run(walk, len(runs.names)) @ increments).reshape(len(runs.names), knots, 3)
+    power, slope, directions = _spread(runs, fit, torque_response(runs, fit, knots), walk)
+    variance = _likeliest(power, slope)
+    increments = directions @ (variance * slope / (1.0 + variance * power))
+    torque_B = (increments.reshape(len(runs.names), -1) @ walk.T).reshape(len(runs.names), knots, 3)
+    ratio = 2.0 * _log_likelihood(variance, power, slope)
     ends = runs.grid.node_time[:, [0, -1]]
     return LatentTorque(
         likelihood_ratio=ratio,
@@ -71,22 +65,51 @@ def latent_torque(runs: Runs, fit: Fit) -> LatentTorque:
     )
 
 
+def _spread(runs: Runs, fit: Fit, columns: Array, walk: Array) -> tuple[Array, Array, Array]:
+    """Return what the increments do to the residual, all that the model can do projected out.
+
+    Runs share few parameters, so that the normal matrix is that of each run less a product of small matrices: its cost
+    grows as the samples do.
+
+    Args:
+        runs: to be explained.
+        fit: of the model.
+        columns: response to the torque at every knot, shape (samples, R * knots * 3).
+        walk: from a run's increments to its torque, shape (knots * 3, knots * 3).
+
+    Returns:
+        The normal matrix's eigenvalues, the slope along its eigenvectors, and the eigenvectors as columns.
+    """
+    common, width = 6 + len(fit.effect_values), len(walk)
+    edges = np.cumsum([0, *(rates.size for rates in runs.measured)])
+    parts = []
+    for run, rows in enumerate(slice(*ends) for ends in pairwise(edges.tolist())):
+        # A torque on the body shows in the gyro's samples, which come first.
+        own = orthonormal(fit.jacobian[rows, common + 3 * run : common + 3 * run + 3])
+        response = columns[rows, run * width : (run + 1) * width] @ walk
+        part = np.hstack([response, fit.jacobian[rows, :common], fit.residual[rows, None]])
+        parts.append(part - own @ (own.T @ part))
+    shared = orthonormal(np.concatenate([part[:, width:-1] for part in parts]))
+    residual = np.concatenate([part[:, -1] for part in parts])
+    residual = residual - shared @ (shared.T @ residual)
+    by_run = list(zip(np.split(shared, edges[1:-1]), np.split(residual, edges[1:-1]), parts, strict=True))
+    along = np.hstack([basis.T @ part[:, :width] for basis, _, part in by_run])
+    normal = block_diag(*(part[:, :width].T @ part[:, :width] for part in parts)) - along.T @ along
+    slope = np.concatenate([part[:, :width].T @ rest for _, rest, part in by_run])
+    power, directions = np.linalg.eigh(normal)
+    return np.maximum(power, 0.0), directions.T @ slope, directions
+
+
 @final
 class _Hats(Hooks):
     """A torque that is linear between knots, the same knots in every run as shares of its length."""
 
-    def __init__(self, start: Array, step: Array) -> None:
-        """Take the first knot and the distance of knots of every run, shape (R, 1), s."""
-        self._start, self._step = start, step
-
     @override
-    def torque(self, value: Array, at: Instant) -> Array:
+    def applied_torque(self, torque_B: Array, value: Array, grid: Grid) -> Array:
         knots = value.reshape(len(value), -1, 3)
-        place = (at.time - self._start) / self._step
-        index = np.clip(place.astype(np.intp), 0, knots.shape[1] - 2)[:, 0]
-        part = (place[:, 0] - index)[:, None, None]
-        by_run = np.moveaxis(knots, 1, 0)
-        return by_run[index] * (1.0 - part) + by_run[index + 1] * part
+        at, places = np.linspace(0.0, 1.0, knots.shape[1]), np.linspace(0.0, 1.0, grid.time.shape[1])
+        hats = np.stack([np.interp(places, at, hat) for hat in np.eye(len(at))], axis=-1)
+        return np.asarray(torque_B[:, :, -len(places) :] + hats @ knots)
 
 
 def torque_response(runs: Runs, fit: Fit, knots: int) -> Array:
@@ -97,12 +120,10 @@ def torque_response(runs: Runs, fit: Fit, knots: int) -> Array:
         fit: of the present model to them.
         knots: of each run, evenly from its first sample to its last; the torque is linear between them.
     """
-    start, end = runs.grid.node_time[:, :1], runs.grid.node_time[:, -1:]
-    hats = _Hats(start, (end - start) / (knots - 1))
     effects = (*fit.values.effects, np.zeros((1, 3 * knots)))
     common = common_size(fit.values.effects)
     values = replace(fit.values, effects=effects)
-    hooks = [*(each.hooks for each in fit.placed), hats]
+    hooks = [*(each.hooks for each in fit.placed), _Hats()]
     _, derivatives = predicted_with_derivatives(runs.grid, hooks, values, range(common, common + 3 * knots))
     blocks = [
         (derivative / sigma[:, None]).reshape(-1, 3 * knots)
@@ -111,20 +132,18 @@ def torque_response(runs: Runs, fit: Fit, knots: int) -> Array:
     return np.asarray(block_diag(*blocks))
 
 
-def _for_every_run(matrix: Array, runs: int) -> Array:
-    return np.asarray(np.kron(np.eye(runs), matrix), dtype=np.float64)
+def _log_likelihood(variance: float, power: Array, slope: Array) -> float:
+    """Log L(q) - log L(0) of independent components with variances 1 + q s², and slopes s times their values."""
+    return float(0.5 * (slope**2 * variance / (1.0 + variance * power) - np.log1p(variance * power)).sum())
 
 
-def _log_likelihood(variance: float, power: Array, seen: Array) -> float:
-    """Log L(q) - log L(0) of independent components with variances 1 + q s²."""
-    return float(0.5 * (seen * (1.0 - 1.0 / (1.0 + variance * power)) - np.log1p(variance * power)).sum())
-
-
-def _likeliest(power: Array, seen: Array) -> float:
+def _likeliest(power: Array, slope: Array) -> float:
     """Return q̂ >= 0."""
     scale = 1.0 / max(power.max(initial=0.0), np.finfo(float).tiny)
     found = minimize_scalar(
-        lambda exponent: -_log_likelihood(scale * np.exp(exponent), power, seen), bounds=(-12.0, 25.0), method="bounded"
+        lambda exponent: -_log_likelihood(scale * np.exp(exponent), power, slope),
+        bounds=(-12.0, 25.0),
+        method="bounded",
     )
     variance = scale * float(np.exp(found.x))
-    return variance if _log_likelihood(variance, power, seen) > 0.0 else 0.0
+    return variance if _log_likelihood(variance, power, slope) > 0.0 else 0.0

@@ -10,8 +10,8 @@ from testbed.arrays import Array
 from testbed.dynamics.inertia import PARAMETER_NAMES, inertia_of
 from testbed.effects.contract import Effect, Extension, Parameter
 from testbed.plant.added_parts import AddedInertia
+from testbed.prediction.algebra import inertia_matrix
 from testbed.prediction.hooks import Hooks
-from testbed.prediction.integration import inertia_matrix
 from testbed.scenario.scenario import Scenario
 
 

@@ -1,27 +1,42 @@
-"""The motion of many runs under many parameter sets, integrated side by side.
+"""The motion of many runs under many parameter sets, all steps of the integration at once.
 
-The state is the platform's whole momentum L in body axes, L̇ = τ - ω × L, with (J(d) - Ĵ) ω = L - h - ĥ, where the hat
-marks what does not turn with the body (a hinged or sloshing mass). No measurement is differentiated.
+A step takes the states at one node to those at the next, x ↦ Φ(x). Stepping along the nodes is slow, a few numbers at
+a time. Instead Newton's method finds the states at all nodes that follow one another: Φ of all of them, and its
+tangent A, in a few large arrays; then the corrections, which the linear recursion δ ↦ A δ + (Φ - x) carries along.
+The same tangent carries derivatives along, so that those with respect to parameters need Φ once more.
+
+Source: Chartier and Philippe, "A parallel shooting technique for solving dissipative ODE's", Computing (1993).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.dynamics.inertia import inertia_of
 from testbed.errors import InputError
 from testbed.estimation.motion import RUNAWAY
+from testbed.prediction.algebra import inertia_matrix, symmetric_inverse
+from testbed.prediction.equations import Equations, Known
 from testbed.prediction.grid import Gimbals, Grid
 from testbed.prediction.held import held_inertia, held_momentum
-from testbed.prediction.hooks import Hooks, Instant
+from testbed.prediction.hooks import Hooks
 
+COMPLEX_STEP = 1e-20
+"""The derivative is the imaginary part over it: no difference is taken, so that it is exact to rounding.
+
+Source: Squire and Trapp, "Using complex variables to estimate derivatives of real functions", SIAM Review (1998).
+"""
 _WILDEST = 1e6
 """N·m·s; no platform of this kind holds it, and squares of it are far from overflow."""
+_ROUNDS = 8
+"""Of Newton's method: from gyro samples it takes three or four; what it does not find is stepped along."""
+_FOUND = 1e-7
+"""Share of the largest state by which a correction, the next of which is its square, is the last."""
+_AT_ONCE = 10_000
+"""Steps of one run and parameter set that are taken together: beyond it arrays leave the processor's cache."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -44,15 +59,6 @@ class Values:
         return max(len(self.theta), len(self.initial_rate[0]), *map(len, self.effects), 1)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Known:
-    """What does not depend on the state: along the grid, shapes (R, P, T, ...)."""
-
-    momentum_B: Array
-    torque_B: Array
-    inverse: Array
-
-
 def node_rates(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Array:
     """Return ω at the ends of the integration's steps, shape (R, P, M + 1, 3), rad/s.
 
@@ -65,15 +71,97 @@ def node_rates(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Array:
         InputError: the motion leaves the finite numbers.
     """
     known = _known(grid, hooks, values)
-    motion = _Motion(grid, hooks, values, known)
+    equations = Equations(hooks, values.effects, known)
+    start = equations.initial(values.initial_rate, values.sets)
     with np.errstate(over="ignore", invalid="ignore"):
-        rates = motion.integrated()
+        found = _found(grid, hooks, values, known) if _is_one_motion(values) else None
+        if found is None:
+            states = _stepped_along(equations, start, grid.node_time.shape[1])
+        else:
+            states = _disturbed(equations, start, *found)
+        rates = equations.body_rates(states, slice(0, states.shape[1]))
     if not np.abs(rates).max() < _WILDEST:  # also true for NaN
         raise InputError(RUNAWAY)
-    return rates
+    return np.ascontiguousarray(np.swapaxes(rates, 1, 2))
 
 
-def _known(grid: Grid, hooks: Sequence[Hooks], values: Values) -> _Known:
+def _stepped_along(equations: Equations, start: Array, nodes: int) -> Array:
+    """Return the states at all nodes, shape (R, M + 1, P, S), one step after the other."""
+    states = [start]
+    for step in range(nodes - 1):
+        states.append(equations.stepped(states[-1], slice(step, step + 1)))
+    return np.concatenate(states, axis=1)
+
+
+def _is_one_motion(values: Values) -> bool:
+    """Return whether the parameter sets differ by complex steps only."""
+    sets = (values.theta, np.swapaxes(values.initial_rate, 0, 1), *values.effects)
+    return all(bool((each.real == each[:1].real).all()) for each in sets)
+
+
+def _found(grid: Grid, hooks: Sequence[Hooks], values: Values, known: Known) -> tuple[Array, Array] | None:
+    """Return the states at all nodes, shape (R, M + 1, 1, S), and the transposed tangents, shape (R, M, S, S).
+
+    None where Newton's method does not find them.
+    """
+    equations = Equations(hooks, [value[:1].real for value in values.effects], known.without_steps())
+    states = _guess(grid, equations, equations.initial(values.initial_rate[:, :1].real, 1))
+    for _ in range(_ROUNDS):
+        ahead, tangents = _linearised(equations, states[:, :-1])
+        change = _carried(tangents, np.zeros_like(states[:, :1]), ahead - states[:, 1:])
+        states = states + change
+        size = [np.abs(states[..., group]).max() for group in equations.groups]
+        if not np.isfinite(size).all():
+            return None
+        moved = [np.abs(change[..., group]).max() for group in equations.groups]
+        if all(by <= _FOUND * of for by, of in zip(moved, size, strict=True)):
+            return states, tangents
+    return None
+
+
+def _guess(grid: Grid, equations: Equations, start: Array) -> Array:
+    """Return states at all nodes as the gyro has the motion, and the effects' as they begin."""
+    rates = [
+        [np.interp(nodes, run.gyro_time, run.body_rate[:, axis]) for axis in range(3)]
+        for nodes, run in zip(grid.node_time, grid.runs, strict=True)
+    ]
+    measured = np.moveaxis(np.array(rates), 1, -1)[:, :, None]
+    states = np.repeat(start, measured.shape[1], axis=1)
+    return np.concatenate([start, equations.with_rates(states, measured, slice(0, states.shape[1]))[:, 1:]], axis=1)
+
+
+def _linearised(equations: Equations, states: Array) -> tuple[Array, Array]:
+    """Return the states after each step, shape (R, M, 1, S), and their derivatives, the transposed tangents."""
+    disturbed = states + 1j * COMPLEX_STEP * np.eye(states.shape[-1])
+    after = _in_blocks(equations, disturbed)
+    return after[:, :, :1].real, after.imag / COMPLEX_STEP
+
+
+def _disturbed(equations: Equations, start: Array, states: Array, tangents: Array) -> Array:
+    """Return the states of parameter sets that lie a complex step away, shape (R, M + 1, P, S)."""
+    if not np.iscomplexobj(start):
+        return states
+    before = np.broadcast_to(states[:, :-1], (*tangents.shape[:2], *start.shape[2:]))
+    return states + 1j * _carried(tangents, start.imag, _in_blocks(equations, before).imag)
+
+
+def _in_blocks(equations: Equations, states: Array) -> Array:
+    """Return the states after all steps, so many at once as is fast."""
+    runs, steps, sets, _ = states.shape
+    size = max(1, _AT_ONCE // (runs * sets))
+    blocks = [slice(first, min(first + size, steps)) for first in range(0, steps, size)]
+    return np.concatenate([equations.stepped(states[:, block], block) for block in blocks], axis=1)
+
+
+def _carried(tangents: Array, start: Array, added: Array) -> Array:
+    """Return the changes of the states at all nodes, each the tangent of the one before and what a step adds."""
+    changes = np.concatenate([start, added], axis=1)
+    for step in range(added.shape[1]):
+        changes[:, step + 1] += changes[:, step] @ tangents[:, step]
+    return changes
+
+
+def _known(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Known:
     momentum_B, torque_B = grid.cluster_momentum_B, grid.applied_torque_B
     inertia = inertia_matrix(values.theta)[None, :, None]
     pairs = list(zip(hooks, values.effects, strict=True))
@@ -87,8 +175,15 @@ def _known(grid: Grid, hooks: Sequence[Hooks], values: Values) -> _Known:
         inertia = inertia - np.broadcast_to(hook.hidden_inertia(value), (*value.shape[:1], 3, 3))[:, None]
     torque_B = torque_B[:, :, -grid.time.shape[1] :]  # what was before acts through the actuators' response only
     inverse = symmetric_inverse(inertia)
-    along = np.broadcast_to(inverse, (*inverse.shape[:2], grid.time.shape[1], 3, 3))  # constant without gimbal angles
-    return _Known(momentum_B=momentum_B, torque_B=torque_B, inverse=along)
+    momentum_B, torque_B, inverse = (
+        np.broadcast_to(each, (len(grid.runs), each.shape[1], grid.time.shape[1], *each.shape[3:]))
+        for each in (
+            momentum_B,
+            torque_B,
+            inverse,
+        )  # what telemetry does not move is the same in all runs, or all along
+    )
+    return Known(time=grid.time, step=grid.step, momentum_B=momentum_B, torque_B=torque_B, inverse=inverse)
 
 
 def effective_gimbals(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> Gimbals | None:
@@ -104,117 +199,3 @@ def effective_gimbals(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Arra
         for hook, value in zip(hooks, effects, strict=True):
             gimbals = hook.gimbals(gimbals, value, grid, grid.cluster)
     return gimbals
-
-
-def inertia_matrix(theta: Array) -> Array:
-    """Return J of θ, shape (P, 3, 3), keeping complex values; as `inertia_of`."""
-    if not np.iscomplexobj(theta):
-        return inertia_of(theta)
-    return inertia_of(theta.real) + 1j * inertia_of(theta.imag)
-
-
-def symmetric_inverse(matrix: Array) -> Array:
-    """Return the inverses of symmetric 3 × 3 matrices, shape (..., 3, 3), by cofactors; analytic in the entries."""
-    a, b, c = matrix[..., 0, 0], matrix[..., 1, 1], matrix[..., 2, 2]
-    d, e, f = matrix[..., 1, 2], matrix[..., 0, 2], matrix[..., 0, 1]
-    xx, yy, zz = b * c - d * d, a * c - e * e, a * b - f * f
-    yz, xz, xy = e * f - a * d, d * f - b * e, d * e - c * f
-    determinant = a * xx + f * xy + e * xz
-    rows = [np.stack(row, axis=-1) for row in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))]
-    return np.asarray(np.stack(rows, axis=-2) / determinant[..., None, None])
-
-
-class _Motion:
-    """The right-hand side and the classical fourth-order rule, on one array of all states."""
-
-    def __init__(self, grid: Grid, hooks: Sequence[Hooks], values: Values, known: _Known) -> None:
-        self._grid, self._known = grid, known
-        self._pairs = list(zip(hooks, values.effects, strict=True))
-        self._attitude = any(hook.needs_attitude for hook in hooks)
-        edges = np.cumsum([3 + 4 * self._attitude, *(hook.states for hook in hooks)])
-        self._own = [slice(first, last) for first, last in pairwise(edges.tolist())]
-        # Of many hypotheses at once few act on the motion itself; the others cost nothing here.
-        self._acting = [
-            (hook, value, own)
-            for (hook, value), own in zip(self._pairs, self._own, strict=True)
-            if hook.states or type(hook).torque is not Hooks.torque
-        ]
-        self._start = self._initial(values)
-
-    def integrated(self) -> Array:
-        """Return ω at the nodes, shape (R, P, M + 1, 3)."""
-        step = self._grid.step[:, None, None]
-        state, rates = self._start, [self._body_rate(self._start, 0)]
-        for index in range(0, self._grid.time.shape[1] - 2, 2):
-            first = self._slope(state, index)
-            second = self._slope(state + step / 2 * first, index + 1)
-            third = self._slope(state + step / 2 * second, index + 1)
-            fourth = self._slope(state + step * third, index + 2)
-            state = state + step / 6 * (first + 2 * second + 2 * third + fourth)
-            rates.append(self._body_rate(state, index + 2))
-        return np.stack(rates, axis=2)
-
-    def _initial(self, values: Values) -> Array:
-        runs, sets = len(self._grid.runs), values.sets
-        parts = [np.zeros((runs, sets, 3))]
-        if self._attitude:
-            parts.append(np.broadcast_to([1.0, 0.0, 0.0, 0.0], (runs, sets, 4)))
-        for hook, value in self._pairs:
-            parts.append(np.broadcast_to(hook.initial_state(value, values.initial_rate), (runs, sets, hook.states)))
-        state = np.concatenate(parts, axis=-1)
-        inertia = np.linalg.inv(self._known.inverse[:, :, 0])
-        momentum_B = np.matvec(inertia, values.initial_rate) + self._known.momentum_B[:, :, 0] + self._hidden(state)
-        return np.concatenate([np.broadcast_to(momentum_B, (runs, sets, 3)), state[..., 3:]], axis=-1)
-
-    def _hidden(self, state: Array) -> Array:
-        held = np.zeros(3)
-        for hook, value, own in self._acting:
-            if hook.states:
-                held = held + hook.hidden_momentum(value, state[..., own])
-        return held
-
-    def _body_rate(self, state: Array, index: int) -> Array:
-        inside_B = state[..., :3] - self._known.momentum_B[:, :, index] - self._hidden(state)
-        return np.asarray(np.matvec(self._known.inverse[:, :, index], inside_B))
-
-    def _slope(self, state: Array, index: int) -> Array:
-        body_rate = self._body_rate(state, index)
-        attitude = matrix_of_quaternion(state[..., 3:7]) if self._attitude else np.eye(3)
-        torque_B = self._known.torque_B[:, :, index]
-        rates = [np.zeros_like(body_rate)]
-        if self._attitude:
-            rates.append(quaternion_rate(state[..., 3:7], body_rate))
-        for hook, value, own in self._acting:
-            at = Instant(
-                time=self._grid.time[:, index, None], body_rate=body_rate, attitude=attitude, state=state[..., own]
-            )
-            torque_B = torque_B + hook.torque(value, at)
-            if hook.states:
-                rates.append(np.broadcast_to(hook.state_rate(value, at), (*body_rate.shape[:-1], hook.states)))
-        rates[0] = torque_B + cross(state[..., :3], body_rate)
-        return np.concatenate(rates, axis=-1)
-
-
-def cross(left: Array, right: Array) -> Array:
-    """Return left × right, shape (..., 3); NumPy's own spends ten times as long on moving axes."""
-    a, b, c = left[..., 0], left[..., 1], left[..., 2]
-    x, y, z = right[..., 0], right[..., 1], right[..., 2]
-    return np.stack((b * z - c * y, c * x - a * z, a * y - b * x), axis=-1)
-
-
-def matrix_of_quaternion(quaternion: Array) -> Array:
-    """Return the rotation matrix of scalar-first quaternions, shape (..., 3, 3), analytic in their entries."""
-    w, x, y, z = (quaternion[..., index] for index in range(4))
-    rows = (
-        (w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)),
-        (2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)),
-        (2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z),
-    )
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-
-
-def quaternion_rate(quaternion: Array, body_rate: Array) -> Array:
-    """Return q̇ = ½ q ⊗ (0, ω), shape (..., 4)."""
-    scalar, vector = quaternion[..., :1], quaternion[..., 1:]
-    turning = scalar * body_rate + cross(vector, body_rate)
-    return 0.5 * np.concatenate((-(vector * body_rate).sum(axis=-1, keepdims=True), turning), axis=-1)

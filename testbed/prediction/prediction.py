@@ -13,16 +13,11 @@ from testbed.prediction.grid import Grid
 from testbed.prediction.gyro import readings
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.inner import gimbal_rates, has_torques, motor_torques
-from testbed.prediction.integration import Values, node_rates
+from testbed.prediction.integration import COMPLEX_STEP, Values, node_rates
 
 Predictor: TypeAlias = Callable[[Grid, Sequence[Hooks], Values], list[Array]]
 """From the runs, the effects and P parameter sets to blocks of predictions, each with the sets on its first axis."""
 
-_COMPLEX_STEP = 1e-20
-"""The derivative is the imaginary part over it: no difference is taken, so that it is exact to rounding.
-
-Source: Squire and Trapp, "Using complex variables to estimate derivatives of real functions", SIAM Review (1998).
-"""
 _SETS_AT_ONCE = 64
 """Parameter sets integrated together: beyond it memory grows and time does not fall."""
 
@@ -110,7 +105,7 @@ def derivatives_at(
         predict: the gyro's samples alone, or all channels.
     """
     size = starts.shape[1]
-    steps = 1j * _COMPLEX_STEP * np.eye(size)
+    steps = 1j * COMPLEX_STEP * np.eye(size)
     sets = (starts[:, None] + steps).reshape(-1, size)
     blocks = [sets[first : first + _SETS_AT_ONCE] for first in range(0, len(sets), _SETS_AT_ONCE)]
     parts = [predict(grid, hooks, replace(values, effects=(*values.effects, block))) for block in blocks]
@@ -123,7 +118,7 @@ def derivatives_at(
 def _columns(grid: Grid, hooks: Sequence[Hooks], values: Values, block: range, predict: Predictor) -> list[Array]:
     """Predict with one parameter after the other a complex step away from its value."""
     step: Any = np.zeros((len(block), common_size(values.effects) + 3), dtype=np.complex128)
-    step[np.arange(len(block)), block] = 1j * _COMPLEX_STEP
+    step[np.arange(len(block)), block] = 1j * COMPLEX_STEP
     theta, *effects, initial = np.split(step, np.cumsum([6, *(value.shape[-1] for value in values.effects)]), axis=1)
     return predict(
         grid,
@@ -137,4 +132,4 @@ def _columns(grid: Grid, hooks: Sequence[Hooks], values: Values, block: range, p
 
 
 def _imaginary(reading: Array) -> Array:
-    return np.moveaxis(reading.imag / _COMPLEX_STEP, 0, -1)
+    return np.moveaxis(reading.imag / COMPLEX_STEP, 0, -1)

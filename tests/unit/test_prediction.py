@@ -15,7 +15,8 @@ from testbed.errors import InputError
 from testbed.estimation.motion import drive_of, simulate
 from testbed.prediction.grid import grid_of
 from testbed.prediction.hooks import Hooks, Instant
-from testbed.prediction.integration import Values, symmetric_inverse
+from testbed.prediction.algebra import symmetric_inverse
+from testbed.prediction.integration import Values
 from testbed.prediction.prediction import predicted, predicted_with_derivatives
 
 MOMENTUM_B = np.array([0.003, -0.004, 0.006])
