@@ -71,11 +71,11 @@ def write_extended(scenario: Scenario, extensions: Sequence[Extension], inertia:
 
 def extended(scenario: Scenario, extension: Extension) -> Scenario:
     """Return a scenario with an effect's keys, for the next effect to be added to; its platform stays as it is."""
-    return Scenario.model_validate(_merged(_keys(scenario), extension.scenario))
+    return Scenario.model_validate(_merged(scenario_keys(scenario), extension.scenario))
 
 
 def _flown_keys(scenario: Scenario, extensions: Sequence[Extension]) -> Keys:
-    keys = _keys(scenario)
+    keys = scenario_keys(scenario)
     for section, carried in _CARRIED.items():
         for key in carried:
             keys.get(section, {}).pop(key, None)
@@ -84,7 +84,7 @@ def _flown_keys(scenario: Scenario, extensions: Sequence[Extension]) -> Keys:
     return _merged(keys, {"platform": {"model": PLATFORM}})
 
 
-def _keys(scenario: Scenario) -> Keys:
+def scenario_keys(scenario: Scenario) -> Keys:
     """Return what the scenario's file says."""
     return scenario.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True)
 

@@ -1,0 +1,59 @@
+"""How far apart two models' predictions are, after one of them has done its best to look like the other.
+
+With d the whitened difference of the predictions and X the imitator's derivatives, the distance is
+min over δ of |d - X δ|, in sigma. Of each flight XᵀX, Xᵀd and dᵀd say all, and those of several flights add up; a
+flight's initial rate is its own and projected out before.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from testbed.arrays import Array
+
+_SCARCE = 1e-11
+"""Share of the best-known direction's information below which a direction is not known."""
+
+
+class Contrast(NamedTuple):
+    """What data say of the difference between two models, for F flights side by side.
+
+    Attributes:
+        information: XᵀX, shape (F, C, C).
+        slope: Xᵀd, shape (F, C).
+        square: dᵀd, shape (F,).
+    """
+
+    information: Array
+    slope: Array
+    square: Array
+
+    def with_(self, other: Contrast, times: int = 1) -> Contrast:
+        """Return what both say together, the other so many times."""
+        return Contrast(*(mine + times * its for mine, its in zip(self, other, strict=True)))
+
+    @property
+    def distance(self) -> Array:
+        """Distance in sigma, shape (F,)."""
+        scale = np.sqrt(np.maximum(np.einsum("fcc->fc", self.information), np.finfo(float).tiny))
+        scaled = self.information / (scale[:, :, None] * scale[:, None, :])
+        slope = self.slope / scale
+        explained = np.vecdot(slope, np.matvec(np.linalg.pinv(scaled, rcond=_SCARCE, hermitian=True), slope))
+        return np.asarray(np.sqrt(np.maximum(self.square - explained, 0.0)))
+
+
+def contrast(difference: Array, columns: Array, common: int) -> Contrast:
+    """Return what whitened predictions say of two models' difference.
+
+    Args:
+        difference: of the predictions, shape (F, S).
+        columns: the imitator's derivatives, shape (F, S, common + K), the last K the initial rates'.
+        common: parameters that all flights share.
+    """
+    own, _ = np.linalg.qr(columns[..., common:])
+    both = np.concatenate([columns[..., :common], difference[..., None]], axis=-1)
+    free = both - own @ (np.swapaxes(own, -1, -2) @ both)
+    gram = np.swapaxes(free, -1, -2) @ free
+    return Contrast(information=gram[:, :-1, :-1], slope=gram[:, :-1, -1], square=gram[:, -1, -1])

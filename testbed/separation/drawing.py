@@ -1,0 +1,77 @@
+"""Flights to choose among: releases at rest, with a spin or with a momentum bias, and random paths of the gimbals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from testbed.arrays import Array, Units
+from testbed.cmg.cluster import Cluster, momentum_jacobian
+from testbed.separation.flight import NextFlight
+from testbed.separation.limits import CONTROL_POINTS, Room, limit_shares
+
+RELEASE_SPIN = 0.3
+"""rad/s. It doubles several distances by itself, and makes a gyro's scale visible."""
+BIAS_ANGLE = 0.4
+"""rad; of the gimbals that hold a momentum bias, 0.01 N·m·s along z on the nominal platform."""
+TURNS = (6, 6, 10, 10, 21, 21)
+"""Random angles that a path goes through: slow paths go far, fast ones accelerate."""
+_SEED = 1
+_FARTHEST = 1.5
+"""rad from the first angles; the limits make it less."""
+_SMALLER = 0.85
+
+
+def drawn_flights(room: Room) -> list[NextFlight]:
+    """Return flights within the limits: every release with every path.
+
+    Args:
+        room: the limits.
+    """
+    rng = np.random.default_rng(_SEED)
+    paths = [_path(rng.uniform(-_FARTHEST, _FARTHEST, (turns, 6))) for turns in TURNS]
+    flights = (_largest(room, *release, path) for release, path in product(_releases(room.cluster), paths))
+    return [flight for flight in flights if flight is not None]
+
+
+def control_points(first: Units, moves: Array) -> Array:
+    """Return control points that start from given angles and at rest, and end at rest, shape (..., n, 6), rad.
+
+    Args:
+        first: angles at release, shape (6,), rad.
+        moves: away from them, shape (..., n - 3, 6), rad.
+    """
+    still = np.zeros((*moves.shape[:-2], 2, 6))
+    return np.asarray(first + np.concatenate([still, moves, moves[..., -1:, :]], axis=-2))
+
+
+def _releases(cluster: Cluster) -> Iterator[tuple[Array, Units]]:
+    """Yield body rates and first gimbal angles."""
+    still, none = np.zeros(3), np.zeros(6)
+    yield still, none
+    for axis, sign in product(np.eye(3), (1.0, -1.0)):
+        yield sign * RELEASE_SPIN * axis, none
+    for axis in np.eye(3):
+        angle = np.linalg.pinv(momentum_jacobian(cluster, none)) @ axis
+        yield still, BIAS_ANGLE * angle / np.abs(angle).max()
+
+
+def _path(angles: Array) -> Array:
+    """Return the free control points of a path through given angles, shape (CONTROL_POINTS - 3, 6), rad."""
+    return np.asarray(
+        CubicSpline(np.linspace(0.0, 1.0, len(angles)), angles)(np.linspace(0.0, 1.0, CONTROL_POINTS - 3))
+    )
+
+
+def _largest(room: Room, body_rate: Array, first: Units, path: Array) -> NextFlight | None:
+    """Return a path as large as the limits let it be; None where not even the release keeps them."""
+    sizes = _SMALLER ** np.arange(25)
+    moves = sizes[:, None, None] * path * (room.cluster.rotor_momentum != 0.0)
+    points = control_points(first, moves)
+    kept = limit_shares(room, np.tile(body_rate, (len(sizes), 1)), points).max(axis=1) <= 1.0
+    if not kept.any():
+        return None
+    return NextFlight(body_rate=body_rate, control_points=points[kept.argmax()], duration=room.duration)

@@ -1,0 +1,101 @@
+"""What a model predicts that flights would show: all channels that the present records have, many flights at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from testbed.arrays import Array, Series
+from testbed.cmg.cluster import Cluster, cluster_momentum
+from testbed.diagnosis.data import Runs
+from testbed.diagnosis.model import Fit
+from testbed.estimation.telemetry import Telemetry
+from testbed.prediction.grid import grid_of
+from testbed.prediction.hooks import Hooks
+from testbed.prediction.inner import has_torques
+from testbed.prediction.integration import Values
+from testbed.prediction.prediction import predicted_channels, predicted_with_derivatives
+from testbed.separation.flight import NextFlight
+
+_STEP = 1.0 / 32.0
+"""s; half as fine as a diagnosis integrates: distances move by less than 1 %."""
+
+
+def forecast(model: Fit, flights: Sequence[NextFlight], runs: Runs) -> Array:
+    """Return what a model predicts of flights, whitened, shape (F, S).
+
+    Args:
+        model: fitted to the present runs; effects that happened once do not come again.
+        flights: of one duration.
+        runs: from `blank_runs`, one for each flight.
+    """
+    blocks = predicted_channels(runs.grid, _hooks(model), _values(model, flights))
+    return _by_flight([block[0][..., None] for block in blocks], runs)[..., 0]
+
+
+def forecast_columns(model: Fit, flights: Sequence[NextFlight], runs: Runs) -> Array:
+    """Return the derivatives of a forecast by θ, effects and initial rate, shape (F, S, C + 3); arguments likewise."""
+    values = _values(model, flights)
+    _, blocks = predicted_with_derivatives(runs.grid, _hooks(model), values, predict=predicted_channels)
+    return _by_flight(blocks, runs)
+
+
+def _hooks(model: Fit) -> list[Hooks]:
+    return [each.hooks if each.effect.recurs else Hooks() for each in model.placed]
+
+
+def _values(model: Fit, flights: Sequence[NextFlight]) -> Values:
+    released = np.stack([flight.body_rate for flight in flights])[:, None]
+    return Values(theta=model.values.theta, initial_rate=released, effects=model.values.effects)
+
+
+def _by_flight(blocks: Sequence[Array], runs: Runs) -> Array:
+    """Return whitened blocks, channel after channel, flight by flight, shape (F, S, C)."""
+    whitened, flights = runs.whitened_columns(blocks), len(runs.names)
+    return np.stack([np.concatenate(whitened[index::flights]) for index in range(flights)])
+
+
+def blank_runs(flights: Sequence[NextFlight], like: Runs, cluster: Cluster) -> Runs:
+    """Return runs with the telemetry that flights would send: the channels, rates and noise of the present ones.
+
+    Args:
+        flights: of one duration.
+        like: the present runs.
+        cluster: the units.
+    """
+    known = like.grid.runs[0]
+    gyro_time, actuator_time = (_clock(time, flights[0].duration) for time in (known.gyro_time, known.actuator_time))
+    telemetry = [_telemetry(flight, known, gyro_time, actuator_time, cluster) for flight in flights]
+    grid = replace(grid_of(telemetry, _STEP), follows_commands=like.grid.follows_commands)
+    kinds = int(has_torques(grid)) + int(grid.follows_commands)
+    return Runs(
+        names=tuple(f"flight {number}" for number in range(len(flights))),
+        grid=grid,
+        sigma=np.tile(np.sqrt(np.mean(like.sigma**2, axis=0)), (len(flights), 1)),
+        inner_sigma=tuple(like.inner_sigma[kind * len(like.names)] for kind in range(kinds) for _ in flights),
+    )
+
+
+def _clock(time: Series, duration: float) -> Series:
+    period = float(np.median(np.diff(time)))
+    return np.asarray(np.arange(int(duration / period + 1e-9) + 1) * period)
+
+
+def _telemetry(
+    flight: NextFlight, known: Telemetry, gyro_time: Series, actuator_time: Series, cluster: Cluster
+) -> Telemetry:
+    angle, rate = flight.gimbal_angle(actuator_time), flight.gimbal_angle(actuator_time, nu=1)
+    return replace(
+        known,
+        gyro_time=gyro_time,
+        body_rate=np.tile(flight.body_rate, (len(gyro_time), 1)),
+        actuator_time=actuator_time,
+        gimbal_angle=None if known.gimbal_angle is None else angle,
+        rotor_momentum=None if known.rotor_momentum is None else np.tile(cluster.rotor_momentum, (len(angle), 1)),
+        cluster_momentum=None if known.cluster_momentum is None else cluster_momentum(cluster, angle, rate),
+        applied_torque=None if known.applied_torque is None else np.zeros((len(angle), 3)),
+        gimbal_torque=None if known.gimbal_torque is None else np.zeros_like(angle),
+        gimbal_rate_command=None if known.gimbal_rate_command is None else rate,
+    )

@@ -1,0 +1,108 @@
+"""What a diagnosis proposes to fly next, and how far that brings look-alikes apart."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from testbed.arrays import Array, Flags
+from testbed.assembly.platform import nominal_platform
+from testbed.diagnosis.workflow import Diagnosis
+from testbed.scenario.scenario import Scenario
+from testbed.separation.flight import NextFlight
+from testbed.separation.judge import Choice, Judge, judge_of
+from testbed.separation.limits import room_of
+from testbed.separation.rivals import contest_of
+from testbed.separation.search import chosen_flight
+
+MOST_FLIGHTS = 5
+
+
+@dataclass(frozen=True, kw_only=True)
+class Separation:
+    """Two models that the present data do not tell apart; of both ways round, the one that is harder to tell.
+
+    Attributes:
+        keys: effect and component that each has and the other has not, or `inertia`.
+        now: their distance in the present data, sigma.
+        after: with the proposed flight flown once and added, sigma.
+        wanted: at which they are told apart in 95 of 100 cases, sigma.
+        separable: whether any flight of this cluster brings them apart.
+    """
+
+    keys: tuple[str, str]
+    now: float
+    after: float
+    wanted: float
+    separable: bool
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Proposal:
+    """What to fly next.
+
+    Attributes:
+        flight: None where none would tell.
+        times: how often it has to be flown to reach what is wanted of every separable pair, at most `MOST_FLIGHTS`.
+        enough: whether that reaches it.
+        separations: of every pair of look-alikes, the closest first.
+    """
+
+    flight: NextFlight | None
+    times: int
+    enough: bool
+    separations: tuple[Separation, ...]
+
+
+def proposal_of(
+    diagnosis: Diagnosis, scenario: Scenario, progress: Callable[[str], None] = lambda _: None
+) -> Proposal | None:
+    """Return what to fly next; None where nothing has to be told apart, or where the records tell nothing of the CMGs.
+
+    Args:
+        diagnosis: complete.
+        scenario: the nominal one; its duration and its limits hold for the next flight.
+        progress: told what is being done.
+    """
+    run = diagnosis.runs.grid.runs[0]
+    contest = None if run.gimbal_angle is None and run.cluster_momentum is None else contest_of(diagnosis)
+    if contest is None:
+        return None
+    judge = judge_of(contest, diagnosis.runs, room_of(scenario, nominal_platform(scenario)))
+    choice = chosen_flight(judge, progress)
+    if choice is None or not choice.separable.any():
+        after = judge.now if choice is None else choice.distances
+        separations = _separations(judge, after, np.zeros(len(after), dtype=bool))
+        return Proposal(flight=None, times=0, enough=False, separations=separations)
+    times, enough = _times(judge, choice)
+    separations = _separations(judge, choice.distances, choice.separable)
+    return Proposal(flight=choice.flight, times=times, enough=enough, separations=separations)
+
+
+def _times(judge: Judge, choice: Choice) -> tuple[int, bool]:
+    """Return how often to fly, and whether that is enough."""
+    for times in range(1, MOST_FLIGHTS + 1):
+        distances = judge.distances([choice.flight], times)[0]
+        if (distances >= judge.wanted)[choice.separable].all():
+            return times, True
+    return MOST_FLIGHTS, False
+
+
+def _separations(judge: Judge, after: Array, separable: Flags) -> tuple[Separation, ...]:
+    """Return every two models once."""
+    found: dict[frozenset[str], Separation] = {}
+    margins = after / judge.wanted
+    for index in np.argsort(margins):
+        pair = judge.contest.pairs[index]
+        keys = judge.contest.keys(pair)
+        separation = Separation(
+            keys=keys,
+            now=float(judge.now[index]),
+            after=float(after[index]),
+            wanted=pair.wanted,
+            separable=bool(separable[index]),
+        )
+        found.setdefault(frozenset(keys), separation)
+    return tuple(found.values())

@@ -1,0 +1,131 @@
+"""A flight's path made better: distances and limits linearised in the control points, the best step in a trust region.
+
+Each round is a linear program: the smallest margin of all pairs as large as it can be, all limits kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import linprog
+
+from testbed.arrays import Array
+from testbed.separation.drawing import control_points
+from testbed.separation.flight import NextFlight
+from testbed.separation.judge import Choice, Judge
+from testbed.separation.limits import limit_shares
+
+_ROUNDS = 6
+_RADIUS = (0.3, 0.02)
+"""rad: first and smallest trust region of the control points."""
+_NUDGE = 1e-4
+"""rad, for the differences that stand in for derivatives; they then have four correct digits."""
+_WORTH = 1.02
+"""Gain of the smallest margin below which another round is not worth its time."""
+_KEPT = 0.99
+"""Share of the limits that a linearised step may take: what it leaves is for the curvature."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Linearised:
+    """Margins and shares of limits at a flight, and their derivatives with respect to its K moves.
+
+    Attributes:
+        margins: of separable pairs, shape (Q,).
+        margin_slopes: shape (Q, K), 1/rad.
+        shares: of the limits, shape (L,).
+        share_slopes: shape (L, K), 1/rad.
+    """
+
+    margins: Array
+    margin_slopes: Array
+    shares: Array
+    share_slopes: Array
+
+
+def refined(judge: Judge, choice: Choice, progress: Callable[[str], None]) -> Choice:
+    """Return a flight at least as good, of the same release, within the limits.
+
+    Args:
+        judge: of flights.
+        choice: to start from, within the limits.
+        progress: told what is being done.
+    """
+    radius = _RADIUS[0]
+    for number in range(1, _ROUNDS + 1):
+        progress(f"how to fly it better, {number} of {_ROUNDS}")
+        model = _linearised(judge, choice)
+        better = _stepped(judge, choice, model, radius)
+        while better is None and radius > _RADIUS[1]:
+            radius /= 2.0
+            better = _stepped(judge, choice, model, radius)
+        if better is None:
+            break
+        gain = _smallest(judge, better) / _smallest(judge, choice)
+        choice = better
+        if gain < _WORTH or _smallest(judge, choice) >= 1.0:
+            break
+    return choice
+
+
+def _linearised(judge: Judge, choice: Choice) -> _Linearised:
+    steps = _NUDGE * np.eye(_moves(choice.flight).size)
+    moved = [_moved(choice.flight, step) for step in steps]
+    margins = _margins(judge, choice.distances, choice)
+    shares = _shares(judge, [choice.flight, *moved])
+    return _Linearised(
+        margins=margins,
+        margin_slopes=(_margins(judge, judge.distances(moved), choice) - margins).T / _NUDGE,
+        shares=shares[0],
+        share_slopes=(shares[1:] - shares[0]).T / _NUDGE,
+    )
+
+
+def _stepped(judge: Judge, choice: Choice, model: _Linearised, radius: float) -> Choice | None:
+    """Return the flight after the best linear step within a radius; None where it is no better or breaks a limit."""
+    working = np.tile(judge.room.cluster.rotor_momentum != 0.0, len(_moves(choice.flight)))
+    solved = linprog(
+        np.append(np.zeros(len(working)), -1.0),  # the last unknown is the smallest margin
+        A_ub=np.block(
+            [
+                [-model.margin_slopes, np.ones((len(model.margins), 1))],
+                [model.share_slopes, np.zeros((len(model.shares), 1))],
+            ]
+        ),
+        b_ub=np.concatenate([model.margins, np.maximum(_KEPT, model.shares) - model.shares]),
+        bounds=[*((-radius * free, radius * free) for free in working), (None, None)],
+    )
+    if solved.x is None:
+        return None
+    flight = _moved(choice.flight, solved.x[:-1])
+    if _shares(judge, [flight]).max() > 1.0:
+        return None
+    trial = replace(choice, flight=flight, distances=judge.distances([flight])[0])
+    return trial if _smallest(judge, trial) > _smallest(judge, choice) else None
+
+
+def _smallest(judge: Judge, choice: Choice) -> float:
+    return float(_margins(judge, choice.distances, choice).min())
+
+
+def _margins(judge: Judge, distances: Array, choice: Choice) -> Array:
+    """Return the distances of separable pairs in shares of what is wanted, shape (..., Q)."""
+    return np.asarray((distances / judge.wanted)[..., choice.separable])
+
+
+def _shares(judge: Judge, flights: Sequence[NextFlight]) -> Array:
+    points = np.stack([flight.control_points for flight in flights])
+    return limit_shares(judge.room, np.stack([flight.body_rate for flight in flights]), points)
+
+
+def _moves(flight: NextFlight) -> Array:
+    """Return the free control points less the first angles, shape (n - 3, 6), rad."""
+    return np.asarray(flight.control_points[2:-1] - flight.initial_gimbal_angle)
+
+
+def _moved(flight: NextFlight, step: Array) -> NextFlight:
+    moves = _moves(flight)
+    points = control_points(flight.initial_gimbal_angle, moves + step.reshape(moves.shape))
+    return replace(flight, control_points=points)

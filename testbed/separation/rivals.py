@@ -1,0 +1,171 @@
+"""The models that a diagnosis could not choose among, and which of them have to be told apart.
+
+Two kinds: effects whose refits explain the data alike, each of which could be the truth; and effects that these data
+cannot show because a changed inertia imitates them, each against the model without it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import permutations
+from math import log, sqrt
+
+import numpy as np
+
+from testbed.diagnosis.findings import INERTIA, detectable_sizes, first_screening, inertia_change
+from testbed.diagnosis.model import Fit, Placed, evaluated, fitted, fitted_initial_rates
+from testbed.diagnosis.screening import CLOSE, Candidate
+from testbed.diagnosis.signatures import required_shift
+from testbed.diagnosis.workflow import Diagnosis, Step
+from testbed.separation.distance import Contrast, contrast
+
+MOST_RIVALS = 5
+_QUANTILE = 1.645
+"""Of the normal distribution at 95 %: how surely a flight is to tell the models apart."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Rival:
+    """A model that the present data allow.
+
+    Attributes:
+        key: effect and component that make it differ, or `inertia`.
+        fits: to the fitted runs and, its initial rates alone, to those held out where they say something of it.
+    """
+
+    key: str
+    fits: tuple[Fit, ...]
+
+    @property
+    def model(self) -> Fit:
+        """Fitted to the fitted runs."""
+        return self.fits[0]
+
+    @property
+    def common(self) -> int:
+        """Parameters that all flights share."""
+        return 6 + len(self.model.effect_values)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Pair:
+    """A model that is true, and one that imitates it.
+
+    Attributes:
+        truth: index of the rival.
+        imitator: likewise.
+        wanted: distance in sigma at which they are told apart in 95 of 100 cases.
+    """
+
+    truth: int
+    imitator: int
+    wanted: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Contest:
+    """Rivals, and the pairs of them that have to be told apart."""
+
+    rivals: tuple[Rival, ...]
+    pairs: tuple[Pair, ...]
+
+    def keys(self, pair: Pair) -> tuple[str, str]:
+        """Return what a pair's models are called."""
+        return self.rivals[pair.truth].key, self.rivals[pair.imitator].key
+
+
+def contest_of(diagnosis: Diagnosis) -> Contest | None:
+    """Return what has to be told apart; None where the diagnosis leaves nothing to tell."""
+    for index, step in enumerate(diagnosis.steps):
+        if step.look_alikes:
+            return _among_effects(diagnosis, index)
+    return _against_inertia(diagnosis)
+
+
+def present_contrast(contest: Contest, pair: Pair) -> Contrast:
+    """Return what the present data say of a pair's difference, F = 1."""
+    truth, imitator = contest.rivals[pair.truth], contest.rivals[pair.imitator]
+    of_roles = [
+        contrast((own.residual - other.residual)[None], own.jacobian[None], imitator.common)
+        for other, own in zip(truth.fits, imitator.fits, strict=False)
+    ]
+    return of_roles[0] if len(of_roles) == 1 else of_roles[0].with_(of_roles[1])
+
+
+def _among_effects(diagnosis: Diagnosis, index: int) -> Contest | None:
+    """Return the effects of a step that the data do not tell apart, each with all other effects of the model."""
+    step = diagnosis.steps[index]
+    others = [each for position, each in enumerate(diagnosis.steps) if position != index]
+    taken = {each.placed.key for each in others}
+    named = Rival(key=step.placed.key, fits=_fits(diagnosis, diagnosis.model))
+    imitators = [
+        Rival(key=candidate.placed.key, fits=_fits(diagnosis, _refitted(diagnosis, others, candidate)))
+        for candidate in step.screening.close
+        if candidate.placed.key not in taken | {step.placed.key}
+    ]
+    rivals = (named, *imitators[: MOST_RIVALS - 1])
+    pairs = tuple(
+        Pair(truth=one, imitator=other, wanted=_wanted(diagnosis, rivals[one], rivals[other]))
+        for one, other in permutations(range(len(rivals)), 2)
+    )
+    return Contest(rivals=rivals, pairs=pairs) if pairs else None
+
+
+def _refitted(diagnosis: Diagnosis, others: Sequence[Step], candidate: Candidate) -> Fit:
+    """Return the model with one effect in place of the one that was chosen."""
+    values = dict(zip((each.key for each in diagnosis.model.placed), diagnosis.model.values.effects, strict=True))
+    starts = [*(values[each.placed.key][0] for each in others), candidate.fit.values.effects[-1][0]]
+    placed = [*(each.placed for each in others), candidate.placed]
+    return fitted(diagnosis.runs, placed, candidate.fit.theta, starts)
+
+
+def _fits(diagnosis: Diagnosis, model: Fit) -> tuple[Fit, ...]:
+    """Return a model fitted to the fitted runs and to those held out, which say nothing of what happens once."""
+    if diagnosis.heldout is None or not all(each.effect.recurs for each in model.placed):
+        return (model,)
+    return model, fitted_initial_rates(diagnosis.heldout, model)
+
+
+def _wanted(diagnosis: Diagnosis, truth: Rival, imitator: Rival) -> float:
+    """Return the distance D at which the imitator's BIC is farther off than `CLOSE` in 95 of 100 cases.
+
+    The difference of χ² is D² with a standard deviation of 2 D.
+    """
+    penalty = (truth.common - imitator.common) * log(diagnosis.runs.samples)
+    return _QUANTILE + sqrt(_QUANTILE**2 + max(CLOSE + penalty, 0.0))
+
+
+def _against_inertia(diagnosis: Diagnosis) -> Contest | None:
+    """Return the effects that look like the inertia, which differs, and that these data would not show.
+
+    Each at its typical size against the model without it, which takes it for inertia.
+    """
+    screening = first_screening(diagnosis)
+    if screening is None or not inertia_change(diagnosis).significant:
+        return None
+    hidden = [
+        size.placed
+        for size in detectable_sizes(diagnosis)
+        if INERTIA in size.placed.effect.look_alikes and not size.seen_when_typical
+    ]
+    without = Rival(key=INERTIA, fits=_fits(diagnosis, diagnosis.model))
+    shown = tuple(_typical(diagnosis, placed) for placed in hidden)
+    pairs = tuple(
+        Pair(truth=number, imitator=0, wanted=required_shift(placed.size, screening.tested))
+        for number, placed in enumerate(hidden, start=1)
+    )
+    contest = Contest(rivals=(without, *shown), pairs=pairs)
+    open_pairs = tuple(pair for pair in pairs if float(present_contrast(contest, pair).distance[0]) < pair.wanted)
+    return replace(contest, pairs=open_pairs) if open_pairs else None
+
+
+def _typical(diagnosis: Diagnosis, placed: Placed) -> Rival:
+    """Return the model with an effect of its typical size, all else as it is: what the imitator has to make up for."""
+    size = np.array([[parameter.typical for parameter in placed.effect.parameters]])
+    fits = []
+    for fit, runs in zip(_fits(diagnosis, diagnosis.model), (diagnosis.runs, diagnosis.heldout), strict=False):
+        assert runs is not None
+        values = replace(fit.values, effects=(*fit.values.effects, size))
+        fits.append(evaluated(runs, (*fit.placed, placed), values))
+    return Rival(key=placed.key, fits=tuple(fits))

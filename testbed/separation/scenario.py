@@ -1,0 +1,66 @@
+"""The next flight as a scenario that can be flown as it stands."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import tomli_w
+
+from testbed.arrays import Array
+from testbed.assembly.extension import SCENARIO, Keys, scenario_keys
+from testbed.files import whole_file
+from testbed.scenario.reader import read_scenario
+from testbed.scenario.scenario import Scenario
+from testbed.separation.flight import NextFlight
+
+_DIGITS = 9
+"""1e-9 rad and rad/s."""
+_NULL_MOTION = 1.0
+"""1/s, where the scenario has none: without it the gimbals leave their path."""
+
+
+def write_next(scenario: Scenario, flight: NextFlight, purpose: str, folder: Path) -> Path:
+    """Write scenario.toml: the nominal platform, released and moved as the flight says; return its path.
+
+    Args:
+        scenario: the nominal one.
+        flight: to fly.
+        purpose: what it is for, in a sentence.
+        folder: where; made where it is missing.
+
+    Raises:
+        InputError: the flight is none that can be flown.
+    """
+    keys = _flown(scenario_keys(scenario), flight)
+    keys |= {"name": f"{scenario.name}-next", "description": purpose}
+    folder.mkdir(parents=True, exist_ok=True)
+    if scenario.platform.model is not None:
+        keys["platform"]["model"] = Path(shutil.copy(scenario.platform.model, folder)).name
+    with whole_file(folder / SCENARIO) as part:
+        part.write_text("# Which of the look-alikes is it?\n" + tomli_w.dumps(keys), encoding="utf-8")
+    read_scenario(folder / SCENARIO)
+    return folder / SCENARIO
+
+
+def _flown(keys: Keys, flight: NextFlight) -> Keys:
+    """Return the keys with the flight's start and maneuver; what each flight of a campaign draws anew is left out."""
+    keys.pop("dispersion", None)
+    keys.setdefault("initial", {}).update(
+        body_rate_rad_s=_rounded(flight.body_rate), gimbal_angle_rad=_rounded(flight.initial_gimbal_angle)
+    )
+    keys["maneuver"] = {
+        "kind": "control_points",
+        "parametrization": "gimbal",
+        "duration_s": flight.duration,
+        "gimbal_angle_rad": [_rounded(point) for point in flight.control_points],
+    }
+    steering = keys["controller"]["steering"]
+    steering["preferred_gimbal_angle_rad"] = "maneuver"
+    steering["null_motion_gain_1_s"] = steering.get("null_motion_gain_1_s") or _NULL_MOTION
+    keys["estimation"]["initial_momentum"] = "estimated"
+    return keys
+
+
+def _rounded(values: Array) -> list[float]:
+    return [round(float(value), _DIGITS) + 0.0 for value in values]

@@ -1,0 +1,40 @@
+"""The flight that tells the closest pair of models apart best: drawn flights compared, then the best one refined.
+
+What is maximised is the smallest distance of all pairs, each in shares of what is wanted of it (T-optimality).
+
+Source: Atkinson and Fedorov, "Optimal design: experiments for discriminating between several models", Biometrika 1975.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from testbed.separation.drawing import drawn_flights
+from testbed.separation.judge import Choice, Judge
+from testbed.separation.refinement import refined
+
+VISIBLE = 1.0
+"""Sigma: models that no drawn flight brings apart by more are said to be inseparable."""
+
+
+def chosen_flight(judge: Judge, progress: Callable[[str], None] = lambda _: None) -> Choice | None:
+    """Return the flight that tells all pairs apart that can be; None where no flight keeps the limits.
+
+    A drawn one that suffices is taken as it is: its release does the work. Else the best one's path is refined.
+
+    Args:
+        judge: of flights.
+        progress: told what is being done.
+    """
+    progress("which flight tells look-alikes apart")
+    flights = drawn_flights(judge.room)
+    if not flights:
+        return None
+    distances = judge.distances(flights)
+    separable = distances.max(axis=0) > VISIBLE
+    margins = (distances / judge.wanted)[:, separable].min(axis=1, initial=np.inf)
+    best = int(margins.argmax())
+    choice = Choice(flight=flights[best], distances=distances[best], separable=separable)
+    return choice if margins[best] >= 1.0 else refined(judge, choice, progress)
