@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 from testbed.assembly.estimation import telemetry_of
-from testbed.assembly.platform import PlatformModel
+from testbed.assembly.platform import Body
 from testbed.dynamics.inertia import theta_of
 from testbed.estimation.contact import Contact, first_contact
 from testbed.records.record import Record
-from testbed.scenario.scenario import Scenario
+from testbed.scenario.body import BodyScenario
 
 
-def cut_at_contact(record: Record, scenario: Scenario, nominal: PlatformModel) -> tuple[Record, Contact | None]:
+def cut_at_contact(record: Record, scenario: BodyScenario, nominal: Body) -> tuple[Record, Contact | None]:
     """Return the record, usable up to the first contact that it shows, and that contact.
 
     A record that states its usable_to, or shows no contact, is returned as it is.

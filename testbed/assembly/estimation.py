@@ -7,7 +7,8 @@ from typing import Literal
 import numpy as np
 
 from testbed.arrays import Array, Series, UnitSeries, Vectors3
-from testbed.assembly.platform import PlatformModel
+from testbed.assembly.platform import Body, PlatformModel
+from testbed.cmg.cluster import Cluster
 from testbed.dynamics.inertia import theta_of
 from testbed.errors import InputError
 from testbed.estimation.estimate import EstimationSettings
@@ -16,12 +17,13 @@ from testbed.estimation.telemetry import Telemetry
 from testbed.maneuver.maneuver import Maneuver
 from testbed.records.record import Record
 from testbed.records.selection import sampled, usable
+from testbed.scenario.body import BodyScenario
 from testbed.scenario.scenario import Scenario
 
 _ACTUATOR_CHANNELS = ("gimbal_angle", "cluster_momentum", "applied_torque")
 
 
-def telemetry_of(record: Record, scenario: Scenario, nominal: PlatformModel) -> Telemetry:
+def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telemetry:
     """Return what a record tells the estimators; its usable part only.
 
     Args:
@@ -36,6 +38,7 @@ def telemetry_of(record: Record, scenario: Scenario, nominal: PlatformModel) -> 
     part = usable(record)
     gyro_time, body_rate = sampled(part, "body_rate")
     source = _actuator_channel(part)
+    units = _units(part, nominal) if source == "gimbal_angle" else None
     time, values = sampled(part, source)
     noise = _gyro_noise(part, gyro_time, body_rate)
     return Telemetry(
@@ -45,7 +48,7 @@ def telemetry_of(record: Record, scenario: Scenario, nominal: PlatformModel) -> 
         actuator_time=time,
         cluster=nominal.cluster,
         gimbal_angle=values if source == "gimbal_angle" else None,
-        rotor_momentum=_rotor_momentum(part, time, nominal) if source == "gimbal_angle" else None,
+        rotor_momentum=None if units is None else _rotor_momentum(part, time, units),
         cluster_momentum=values if source == "cluster_momentum" else None,
         applied_torque=_at(part, "applied_torque", time) if "applied_torque" in part.channels else None,
         gimbal_torque=_inner(part, "gimbal_torque", time, source),
@@ -89,10 +92,19 @@ def _actuator_channel(record: Record) -> str:
     raise InputError(f"{record.details.name}: one of {', '.join(_ACTUATOR_CHANNELS)} is needed to estimate the inertia")
 
 
-def _rotor_momentum(record: Record, time: Series, nominal: PlatformModel) -> UnitSeries | None:
+def _units(record: Record, nominal: Body) -> Cluster:
+    if nominal.cluster is None:
+        raise InputError(
+            f"{record.details.name}: holds gimbal_angle, but the scenario has no [cluster] of control moment gyros; "
+            "use the scenario of the platform that was measured"
+        )
+    return nominal.cluster
+
+
+def _rotor_momentum(record: Record, time: Series, cluster: Cluster) -> UnitSeries | None:
     if "rotor_speed" not in record.channels:
         return None
-    return _at(record, "rotor_speed", time) * nominal.cluster.rotor_spin_inertia
+    return _at(record, "rotor_speed", time) * cluster.rotor_spin_inertia
 
 
 def _inner(record: Record, name: str, time: Series, source: str) -> UnitSeries | None:

@@ -10,26 +10,54 @@ import numpy as np
 
 from testbed.arrays import Matrix3, Units, Vector3
 from testbed.cmg.cluster import Cluster, platform_momentum
+from testbed.errors import InputError
 from testbed.plant.build import build
 from testbed.plant.geometry import cluster_of, composite_inertia
 from testbed.plant.plant import Model, Plant
 from testbed.plant.properties import InitialState, PlatformProperties
+from testbed.scenario.body import BodyScenario
 from testbed.scenario.scenario import Scenario
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlatformModel:
+class Body:
+    """What is believed of a platform that is measured.
+
+    Attributes:
+        cluster: its units; None of a platform without control moment gyros.
+        inertia: J at zero gimbal angles, kg·m², body axes.
+    """
+
+    cluster: Cluster | None
+    inertia: Matrix3
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlatformModel(Body):
     """A compiled platform and what is read off it.
 
     Attributes:
         model: compiled, without what is there to be looked at only.
         cluster: its units.
-        inertia: J at zero gimbal angles, kg·m², body axes.
     """
 
     model: Model
     cluster: Cluster
-    inertia: Matrix3
+
+
+def nominal_body(scenario: BodyScenario) -> Body:
+    """Return what a diagnosis believes: the nominal platform, or the stated inertia of one that cannot be flown.
+
+    Raises:
+        InputError: as `nominal_platform`; or no inertia is stated where there is no model to take it from.
+    """
+    if isinstance(scenario, Scenario):
+        return nominal_platform(scenario)
+    if scenario.platform.inertia_kg_m2 is None:
+        raise InputError(
+            f"{scenario.name}: platform.inertia_kg_m2 is missing; without a [cluster] no model of the platform tells it"
+        )
+    return Body(cluster=None, inertia=np.array(scenario.platform.inertia_kg_m2))
 
 
 def nominal_platform(scenario: Scenario) -> PlatformModel:

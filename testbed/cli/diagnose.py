@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from testbed.assembly.platform import nominal_platform
+from testbed.assembly.platform import nominal_body
 from testbed.cli.console import console, say, terminal, warn
 from testbed.cli.diagnose_tables import candidates_table, detectable_table, inertia_table, places_table
 from testbed.cli.failures import COMPLETED, INTERRUPTED
@@ -30,7 +30,7 @@ from testbed.report.diagnosis_verdict import (
     quantity_words,
     step_words,
 )
-from testbed.scenario.reader import read_scenario
+from testbed.scenario.reader import read_body_scenario
 
 OUT = Path("runs")
 
@@ -49,10 +49,10 @@ def diagnose_records(path: Path, data: Path, out: Path | None) -> int:
     Raises:
         InputError: scenario, records or output folder cannot be used.
     """
-    scenario = read_scenario(path)
+    scenario = read_body_scenario(path)
     folder = free_folder(OUT, f"{scenario.name}-diagnosis") if out is None else out
     require_free(folder)
-    nominal = nominal_platform(scenario)
+    nominal = nominal_body(scenario)
     data_set = data_set_of(read_data_set(data), scenario, nominal)
     _tell_data(data_set)
     told = _Told()
@@ -113,7 +113,7 @@ def _progress() -> Iterator[Callable[[str], None]]:
 
 
 def _tell_data(data_set: DataSet) -> None:
-    fit, held_out = data_set.runs.names, () if data_set.heldout is None else data_set.heldout.names
+    fit, held_out = data_set.fit_records, data_set.heldout_records
     say(f"Runs       fitted: {', '.join(fit)}; held out: {', '.join(held_out) or 'none'}")
     for notice in data_set.notices:
         warn("note", notice)

@@ -21,6 +21,7 @@ from testbed.effects.contract import Extension
 from testbed.errors import InputError
 from testbed.recording.diagnosis import write_diagnosis_recording
 from testbed.report.diagnosis import write_diagnosis_page
+from testbed.scenario.body import BodyScenario
 from testbed.scenario.scenario import Scenario
 
 EXTENDED = "extended"
@@ -29,7 +30,7 @@ EXTENDED = "extended"
 def write_diagnosis(
     folder: Path,
     scenario_path: Path,
-    scenario: Scenario,
+    scenario: BodyScenario,
     diagnosis: Diagnosis,
     places: Sequence[Place],
     notices: Sequence[str],
@@ -66,9 +67,11 @@ def write_diagnosis(
     return said
 
 
-def _write_model(part: Path, scenario: Scenario, diagnosis: Diagnosis) -> tuple[dict[str, Any], tuple[str, ...]]:
+def _write_model(part: Path, scenario: BodyScenario, diagnosis: Diagnosis) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Write the extended model; return where it is, and why there is none where a part of it cannot be built."""
     try:
+        if not isinstance(scenario, Scenario):
+            raise InputError("a platform without control moment gyros is not flown")
         extensions = list(_extensions(scenario, diagnosis))
         write_extended(scenario, extensions, inertia_of(diagnosis.model.theta), part / EXTENDED)
     except InputError as error:

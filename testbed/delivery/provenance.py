@@ -12,7 +12,7 @@ from importlib.metadata import version
 from testbed.experiment.experiment import Experiment
 from testbed.plant.fingerprint import model_sha256
 from testbed.reproduction.reproduction import Extent
-from testbed.scenario.scenario import Scenario
+from testbed.scenario.body import BodyScenario
 
 _PACKAGES = ("testbed", "mujoco", "numpy", "scipy", "casadi", "rerun-sdk")
 
@@ -28,7 +28,7 @@ def run_provenance(experiment: Experiment, scenario_text: str) -> dict[str, str]
     return provenance(experiment.scenario, scenario_text) | deciding
 
 
-def provenance(scenario: Scenario, scenario_text: str) -> dict[str, str]:
+def provenance(scenario: BodyScenario, scenario_text: str) -> dict[str, str]:
     """Return the scenario, the versions and the machine behind a result.
 
     Args:

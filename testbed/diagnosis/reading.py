@@ -12,13 +12,14 @@ import numpy as np
 from testbed.arrays import Theta
 from testbed.assembly.contact import cut_at_contact
 from testbed.assembly.estimation import telemetry_of
-from testbed.assembly.platform import PlatformModel
+from testbed.assembly.platform import Body
 from testbed.diagnosis.data import Runs, runs_of
 from testbed.diagnosis.model import Fit, fitted
 from testbed.diagnosis.noise import readings_of
 from testbed.diagnosis.plausibility import require_this_platform
 from testbed.diagnosis.roles import by_role
 from testbed.diagnosis.spikes import without_spikes
+from testbed.diagnosis.windows import averaged, windows_of
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.fast_changes import variance_ratio
 from testbed.errors import InputError
@@ -27,7 +28,7 @@ from testbed.estimation.telemetry import BRIDGED_PERIODS, Telemetry, covered_par
 from testbed.records.checks import MINIMUM_SAMPLES
 from testbed.records.record import Record
 from testbed.records.selection import telemetry_only
-from testbed.scenario.scenario import Scenario
+from testbed.scenario.body import BodyScenario
 from testbed.signals import AXES
 
 _STUCK = 0.9
@@ -41,11 +42,15 @@ class DataSet:
     Attributes:
         runs: to fit.
         heldout: to verify on; None of a single run.
+        fit_records: names of the records to fit.
+        heldout_records: of those to verify on.
         notices: what a reader of the diagnosis has to know of the records.
     """
 
     runs: Runs
     heldout: Runs | None
+    fit_records: tuple[str, ...]
+    heldout_records: tuple[str, ...]
     notices: tuple[str, ...]
 
 
@@ -57,7 +62,7 @@ class _Part:
     telemetry: Telemetry
 
 
-def data_set_of(records: Sequence[Record], scenario: Scenario, nominal: PlatformModel) -> DataSet:
+def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body) -> DataSet:
     """Return the runs to fit and those to hold out.
 
     Args:
@@ -88,6 +93,8 @@ def data_set_of(records: Sequence[Record], scenario: Scenario, nominal: Platform
     return DataSet(
         runs=_believed(_together(usable, fit), level),
         heldout=_believed(_together(usable, heldout), level) if heldout else None,
+        fit_records=tuple(usable[index][0].details.name for index in fit),
+        heldout_records=tuple(usable[index][0].details.name for index in heldout),
         notices=(*(f"left out: {reason}" for reason in refused), *_grouped(notices)),
     )
 
@@ -136,9 +143,7 @@ def _grouped(notices: Sequence[tuple[str, str]]) -> Iterator[str]:
         yield f"{', '.join(name for name, text in notices if text == said)}: {said}"
 
 
-def _parts(
-    record: Record, scenario: Scenario, nominal: PlatformModel, notices: list[tuple[str, str]]
-) -> Iterator[_Part]:
+def _parts(record: Record, scenario: BodyScenario, nominal: Body, notices: list[tuple[str, str]]) -> Iterator[_Part]:
     """Yield a record's stretches; what there is to say of it is added to the notices.
 
     Raises:
@@ -154,6 +159,8 @@ def _parts(
             notices.append((name, f"cut at {contact.last_free:.3f} s, where it shows a contact"))
     telemetry = _with_noise(name, telemetry_of(measured, scenario, nominal), notices)
     _require_moving_gyro(name, telemetry)
+    if scenario.diagnosis.sample_rate_hz is not None:
+        telemetry = averaged(telemetry, scenario.diagnosis.sample_rate_hz)
     stretches = list(_without_gaps(telemetry))
     if not stretches:
         raise InputError(
@@ -162,8 +169,21 @@ def _parts(
         )
     if len(stretches) > 1:
         notices.append((name, f"its actuators' telemetry has gaps; {len(stretches)} parts are used"))
+    horizon = scenario.diagnosis.horizon_s
     for number, stretch in enumerate(stretches, start=1):
-        yield _Part(name=name if len(stretches) == 1 else f"{name} part {number}", telemetry=stretch)
+        named = name if len(stretches) == 1 else f"{name} part {number}"
+        if horizon is None:
+            yield _Part(name=named, telemetry=stretch)
+        else:
+            yield from _windows(named, stretch, horizon)
+
+
+def _windows(name: str, stretch: Telemetry, horizon: float) -> Iterator[_Part]:
+    try:
+        for window in windows_of(stretch, horizon):
+            yield _Part(name=f"{name} at {window.gyro_time[0]:.2f} s", telemetry=window)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
 
 
 def _with_noise(name: str, telemetry: Telemetry, notices: list[tuple[str, str]]) -> Telemetry:

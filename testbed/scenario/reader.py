@@ -5,19 +5,42 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
 from testbed.errors import InputError
+from testbed.scenario.body import BodyScenario
 from testbed.scenario.maneuver import Maneuver
 from testbed.scenario.places import Place, key_lines, line_of
 from testbed.scenario.problems import Problem, problems_of
-from testbed.scenario.scenario import Scenario
+from testbed.scenario.scenario import FLIGHT, Scenario
+
+_Form = TypeVar("_Form", bound=BodyScenario)
 
 
 def read_scenario(path: Path) -> Scenario:
-    """Read and check a scenario file.
+    """Read and check the scenario file of a platform that is flown.
+
+    Args:
+        path: a TOML file; the paths in it are relative to its folder.
+
+    Raises:
+        InputError: the file is missing, unreadable, not TOML, or not a scenario; all problems with their places; or it
+            describes a platform without control moment gyros.
+    """
+    text = _read(path)
+    tree = _parse(path, text)
+    if _is_body(tree):
+        raise InputError(
+            f"{path}: has no [cluster]: a platform without control moment gyros is compared with its records by "
+            "`testbed diagnose`; it is not flown, and nothing is designed for it or estimated from its flights"
+        )
+    return _validated(path, text, tree, Scenario)
+
+
+def read_body_scenario(path: Path) -> BodyScenario:
+    """Read and check the scenario file of a platform that is measured; it is a `Scenario` where it can be flown too.
 
     Args:
         path: a TOML file; the paths in it are relative to its folder.
@@ -27,10 +50,7 @@ def read_scenario(path: Path) -> Scenario:
     """
     text = _read(path)
     tree = _parse(path, text)
-    try:
-        return Scenario.model_validate(tree, context={"folder": path.parent})
-    except ValidationError as error:
-        raise InputError(_message(path, text, problems_of(error, tree))) from None
+    return _validated(path, text, tree, BodyScenario if _is_body(tree) else Scenario)
 
 
 def read_maneuver(path: Path) -> Maneuver:
@@ -45,6 +65,18 @@ def read_maneuver(path: Path) -> Maneuver:
     except ValidationError as error:
         raise InputError(f"{path}: is no [maneuver] section ({error.error_count()} problems)") from None
     return section
+
+
+def _is_body(tree: Mapping[str, Any]) -> bool:
+    """Tell whether a file has all that a platform without control moment gyros needs, and nothing of a flight."""
+    return {"platform", "gyro", "estimation"} <= tree.keys() and not FLIGHT & tree.keys()
+
+
+def _validated(path: Path, text: str, tree: dict[str, Any], form: type[_Form]) -> _Form:
+    try:
+        return form.model_validate(tree, context={"folder": path.parent})
+    except ValidationError as error:
+        raise InputError(_message(path, text, problems_of(error, tree))) from None
 
 
 def _read(path: Path) -> str:

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import chain
-from typing import Annotated, Literal
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import ValidationInfo, field_validator
 
+from testbed.scenario.body import BodyScenario
 from testbed.scenario.cluster import Cluster, Limits
 from testbed.scenario.control import Controller
 from testbed.scenario.dispersion import Dispersion
-from testbed.scenario.estimation import Estimation
 from testbed.scenario.maneuver import BasicManeuver, BodyRateDesign, BodyRatePoints, CsvManeuver, Maneuver
-from testbed.scenario.platform import Cabin, Initial, Platform, Truth
-from testbed.scenario.section import Conflict, Section, refuse
-from testbed.scenario.sensors import Encoder, Gyro, Tachometer, TorqueSensor
+from testbed.scenario.platform import Cabin, Initial, Truth
+from testbed.scenario.section import Conflict, refuse
+from testbed.scenario.sensors import Encoder, Tachometer, TorqueSensor
 from testbed.scenario.simulation import Simulation
 from testbed.scenario.start import (
     dispersion_conflicts,
@@ -25,23 +24,12 @@ from testbed.scenario.start import (
     room_conflicts,
 )
 from testbed.scenario.timing import clock_conflicts, sample_conflicts, stiffness_conflicts
-from testbed.scenario.values import Seed
 
 
-class Scenario(Section):
+class Scenario(BodyScenario):
     """Everything that decides a run, in the units of its keys."""
 
     # In this order each check finds the sections that it compares with already read.
-    schema_version: Annotated[Literal[1], Field(alias="schema")]
-    """Version of this file format."""
-    name: Annotated[str, Field(min_length=1, pattern=r"^[A-Za-z0-9_-]+$")]
-    """Short name, used for files: letters, digits, _ and -."""
-    description: str
-    """What the scenario is for, in a sentence."""
-    seed: Seed
-    """Seed of all noise; the same seed gives the same run."""
-    platform: Platform = Platform()
-    """The nominal platform."""
     cluster: Cluster
     """The control moment gyros."""
     limits: Limits
@@ -52,8 +40,6 @@ class Scenario(Section):
     """How the flight starts."""
     cabin: Cabin | None = None
     """A room around the platform; omitted: none, and no contacts."""
-    gyro: Gyro
-    """The rate gyro."""
     encoder: Encoder = Encoder()
     """The gimbal encoders."""
     tachometer: Tachometer = Tachometer()
@@ -68,8 +54,6 @@ class Scenario(Section):
     """The clock of the run."""
     controller: Controller
     """The rate tracker."""
-    estimation: Estimation
-    """How the inertia is estimated."""
 
     @field_validator("initial")
     @classmethod
@@ -104,17 +88,21 @@ class Scenario(Section):
 
     @field_validator("controller")
     @classmethod
-    def _preference(cls, controller: Controller, info: ValidationInfo) -> Controller:
-        refuse(_preference_conflicts(controller, info.data.get("maneuver")), from_root=True)
+    def _preference_and_momentum(cls, controller: Controller, info: ValidationInfo) -> Controller:
+        """Check on the last section, with all others read, what the start has to agree with too."""
+        estimation = info.data.get("estimation")
+        start = (info.data.get(section) for section in ("initial", "cluster", "platform", "truth"))
+        conflicts = (
+            _preference_conflicts(controller, info.data.get("maneuver")),
+            momentum_conflicts(estimation, *start),
+            dispersion_conflicts(estimation, info.data.get("dispersion")),
+        )
+        refuse(chain.from_iterable(conflicts), from_root=True)
         return controller
 
-    @field_validator("estimation")
-    @classmethod
-    def _momentum(cls, estimation: Estimation, info: ValidationInfo) -> Estimation:
-        start = (info.data.get(section) for section in ("initial", "cluster", "platform", "truth"))
-        drawn = dispersion_conflicts(estimation, info.data.get("dispersion"))
-        refuse(chain(momentum_conflicts(estimation, *start), drawn), from_root=True)
-        return estimation
+
+FLIGHT = {key for key, field in Scenario.model_fields.items() if field.is_required()} - BodyScenario.model_fields.keys()
+"""Sections that a platform needs to be flown: all of them, or none of a platform that is only measured."""
 
 
 def _preference_conflicts(controller: Controller, maneuver: Maneuver | None) -> Iterator[Conflict]:

@@ -9,7 +9,7 @@ from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
-from testbed.scenario.scenario import Scenario
+from testbed.scenario.scenario import FLIGHT, Scenario
 
 
 class _TomlSchema(GenerateJsonSchema):
@@ -31,9 +31,11 @@ class _TomlSchema(GenerateJsonSchema):
 
 
 def scenario_schema() -> dict[str, Any]:
-    """Return the JSON Schema of a scenario."""
+    """Return the JSON Schema of a scenario: of one that can be flown, or of one without any section of a flight."""
     schema = Scenario.model_json_schema(schema_generator=_TomlSchema)
-    return {"$schema": _TomlSchema.schema_dialect, **schema}
+    required = [key for key in schema["required"] if key not in FLIGHT]
+    dependent = {key: sorted(FLIGHT - {key}) for key in sorted(FLIGHT)}
+    return {"$schema": _TomlSchema.schema_dialect, **schema, "required": required, "dependentRequired": dependent}
 
 
 def schema_text() -> str:

@@ -55,14 +55,14 @@ def first_angle_conflicts(maneuver: Maneuver, initial: Initial | None) -> Iterat
 
 
 def momentum_conflicts(
-    estimation: Estimation,
+    estimation: Estimation | None,
     initial: Initial | None,
     cluster: Cluster | None,
     platform: Platform | None,
     truth: Truth | None,
 ) -> Iterator[Conflict]:
     """Find a flight that starts with momentum while the estimators take it to be zero: wrong, and too sure of it."""
-    if estimation.initial_momentum != "zero" or not (initial and cluster and platform and truth):
+    if not _starts_at_rest(estimation) or not (initial and cluster and platform and truth):
         return
     rotors = _rotor_momenta(cluster, truth)
     momentum = np.linalg.norm(_of_body(initial, platform, truth) + _of_rotors(rotors, initial, cluster, truth))
@@ -72,14 +72,18 @@ def momentum_conflicts(
         yield Conflict(key="estimation.initial_momentum", text=text)
 
 
-def dispersion_conflicts(estimation: Estimation, dispersion: Dispersion | None) -> Iterator[Conflict]:
+def dispersion_conflicts(estimation: Estimation | None, dispersion: Dispersion | None) -> Iterator[Conflict]:
     """Find flights that draw a momentum to start with while the estimators take it to be zero."""
-    if estimation.initial_momentum != "zero" or dispersion is None:
+    if not _starts_at_rest(estimation) or dispersion is None:
         return
     for key in ("body_rate_rad_s", "rotor_momentum_relative"):
         if np.any(getattr(dispersion, key)):
             text = f'is "zero", but dispersion.{key} gives each flight a momentum to start with; use "estimated"'
             yield Conflict(key="estimation.initial_momentum", text=text)
+
+
+def _starts_at_rest(estimation: Estimation | None) -> bool:
+    return estimation is not None and estimation.initial_momentum == "zero"
 
 
 def _rotor_momenta(cluster: Cluster, truth: Truth) -> Units:

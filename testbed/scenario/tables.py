@@ -49,12 +49,13 @@ def unit_of(key: str) -> str:
 
 def _section(name: str, section: Node, definitions: Node) -> Iterator[str]:
     nested = {key: _forms(node, definitions) for key, node in section["properties"].items()}
-    required = section.get("required", ())
+    needed = dict.fromkeys(section.get("dependentRequired", ()), "required to fly")
+    needed |= dict.fromkeys(section.get("required", ()), "required")
     yield from (_heading(name, section), "", section["description"], "")
     yield from ("| key | value | unit | default | meaning |", "|---|---|---|---|---|")
     for key, node in section["properties"].items():
         if key not in DISCRIMINATORS:  # those stand in the heading
-            yield _row(key, "table" if nested[key] else _value(node), node, key in required)
+            yield _row(key, "table" if nested[key] else _value(node), node, needed.get(key))
     yield ""
     for key, forms in nested.items():
         for form in forms:
@@ -75,8 +76,8 @@ def _heading(name: str, section: Node) -> str:
     return f"{title} with {', '.join(chosen)}" if chosen else title
 
 
-def _row(key: str, value: str, node: Node, required: bool) -> str:
-    default = "required" if required else _default(node)
+def _row(key: str, value: str, node: Node, needed: str | None) -> str:
+    default = needed or _default(node)
     return f"| `{key}` | {value} | {unit_of(key)} | {default} | {node['description']} |"
 
 

@@ -1,4 +1,7 @@
-"""What every shipped scenario keeps: it flies, twice identically, and writes nothing outside its folder."""
+"""What every shipped scenario keeps: it flies, twice identically, and writes nothing outside its folder.
+
+That of a platform without control moment gyros does not fly, and every command that would fly it says so.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +18,8 @@ from testbed.scenario.reader import read_scenario
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.toml"))
+MEASURED = ROOT / "scenarios" / "crazyflie.toml"
+FLOWN = [path for path in SCENARIOS if path != MEASURED]
 FILES = {
     "scenario.toml",
     "record.parquet",
@@ -30,7 +35,7 @@ def run(*arguments: object) -> int:
     return exit_code_of(lambda: app([str(argument) for argument in arguments]))
 
 
-@pytest.fixture(scope="module", params=SCENARIOS, ids=lambda path: path.stem)
+@pytest.fixture(scope="module", params=FLOWN, ids=lambda path: path.stem)
 def flown(request, tmp_path_factory):
     """Each scenario, flown twice from an empty working folder."""
     place = tmp_path_factory.mktemp(request.param.stem)
@@ -128,3 +133,14 @@ def test_the_record_gives_the_same_estimate_through_the_estimate_command(flown, 
 def test_check_accepts_it(path, capsys):
     assert run("check", path) == 0
     assert path.stem in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", ["run", "design", "estimate", "montecarlo"])
+def test_what_needs_a_cluster_refuses_a_platform_without(command, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    further = {"estimate": ("--data", ROOT / "data" / "crazyflie"), "montecarlo": ("--runs", 2)}
+    assert run(command, MEASURED, *further.get(command, ())) == 2
+    said = capsys.readouterr().err
+    assert "has no [cluster]" in said
+    assert "testbed diagnose" in said
+    assert list(tmp_path.iterdir()) == []

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from testbed.errors import InputError
-from testbed.scenario.reader import read_scenario
+from testbed.scenario.reader import read_body_scenario, read_scenario
 
 SHIPPED = Path(__file__).parents[2] / "scenarios"
 
@@ -346,3 +346,31 @@ class TestAccepted:
         scenario = read_scenario(SHIPPED / "basic.toml")
         with pytest.raises(ValueError, match="frozen"):
             scenario.gyro.noise_rad_s = 0.0
+
+
+class TestPlatformsWithoutCluster:
+    def test_read_without_the_sections_of_a_flight(self):
+        scenario = read_body_scenario(SHIPPED / "crazyflie.toml")
+        assert scenario.diagnosis.horizon_s == 0.2
+        assert not hasattr(scenario, "cluster")
+
+    def test_one_that_can_be_flown_is_read_whole(self):
+        assert read_body_scenario(SHIPPED / "diagnose.toml") == read_scenario(SHIPPED / "diagnose.toml")
+
+    def test_half_a_flight_lists_what_is_missing(self, tmp_path):
+        path, _ = edited(tmp_path, r"\[estimation\]", "[initial]\n[encoder]\n[estimation]", name="crazyflie")
+        text = path.read_text(encoding="utf-8")
+        limits = "cluster_torque_N_m = [1.0, 1.0, 1.0]\ncluster_momentum_N_m_s = [1.0, 1.0, 1.0]"
+        path.write_text(f"{text}\n[limits]\n{limits}\n", encoding="utf-8")
+        with pytest.raises(InputError, match=r"cluster: is missing"):
+            read_body_scenario(path)
+
+    def test_a_section_that_means_nothing_without_a_cluster_is_unknown(self, tmp_path):
+        path, _ = edited(tmp_path, r"\[estimation\]", "[encoder]\n[estimation]", name="crazyflie")
+        with pytest.raises(InputError, match=r"encoder: unknown key"):
+            read_body_scenario(path)
+
+    def test_windows_of_too_few_samples(self, tmp_path):
+        path, _ = edited(tmp_path, "horizon_s", "horizon_s = 0.05", name="crazyflie")
+        with pytest.raises(InputError, match=r"diagnosis\.horizon_s: 0\.05 s at .* holds 5 samples; at least 10"):
+            read_body_scenario(path)

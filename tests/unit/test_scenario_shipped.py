@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from testbed.errors import InputError
-from testbed.scenario.reader import read_scenario
+from testbed.scenario.reader import read_body_scenario, read_scenario
 
 FOLDER = Path(__file__).parents[2] / "scenarios"
 SHIPPED = sorted(FOLDER.glob("*.toml"))
@@ -40,9 +40,10 @@ REQUIRED = {
     "failed_cmg",
     "momentum_bias",
     "orbit",
+    "crazyflie",
 }
-OTHER_PLATFORMS = {"orbit"}
-"""Satellites of their own, with a gyro of their own."""
+OTHER_PLATFORMS = {"orbit", "crazyflie"}
+"""A satellite and a quadcopter of their own, with gyros of their own."""
 
 
 def test_the_promised_scenarios_are_shipped():
@@ -52,7 +53,7 @@ def test_the_promised_scenarios_are_shipped():
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
 class TestShipped:
     def test_reads_and_is_named_like_its_file(self, path):
-        assert read_scenario(path).name == path.stem
+        assert read_body_scenario(path).name == path.stem
 
     def test_first_comment_is_a_question_and_the_schema_follows(self, path):
         lines = path.read_text(encoding="utf-8").splitlines()
