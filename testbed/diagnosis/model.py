@@ -192,7 +192,7 @@ def _search(runs: Runs, placed: tuple[Placed, ...], values: Values, *, only_init
         while trial is None and damping < _DAMPING[1]:
             step = np.zeros(len(slope))
             step[moving] = _damped(normal[np.ix_(moving, moving)], slope[moving], damping)
-            trial = _better(runs, fit, _moved(fit, step))
+            trial = _better(runs, fit, moved(fit, step))
             damping *= 0.1 if trial is not None else 10.0
         if trial is None:
             break
@@ -218,7 +218,13 @@ def _pushing_out(fit: Fit, slope: Array) -> Flags:
     return pushing
 
 
-def _moved(fit: Fit, step: Array) -> Values:
+def moved(fit: Fit, step: Array) -> Values:
+    """Return a fit's parameters after a step, the effects' kept inside their bounds.
+
+    Args:
+        fit: to start from.
+        step: of (θ, effects, ω₀ of every run), shape (C + 3 R,).
+    """
     lower, upper = _bounds(fit.placed)
     common = 6 + len(lower)
     effects = np.clip(fit.effect_values + step[6:common], lower, upper)
