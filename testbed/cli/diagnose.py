@@ -28,6 +28,7 @@ from testbed.report.diagnosis_verdict import (
     effect_sentence,
     gap_words,
     quantity_words,
+    shape_words,
     step_words,
 )
 from testbed.scenario.reader import read_body_scenario
@@ -147,6 +148,7 @@ def _tell_rest(diagnosis: Diagnosis) -> None:
     if diagnosis.latent is not None:
         say()
         say(f"Left over  a torque that no effect names: p = {diagnosis.latent.p_value:.2g}")
+        say(f"           {shape_words(diagnosis).strip() or 'no torque of a known shape either'}")
 
 
 def _tell_end(diagnosis: Diagnosis) -> None:

@@ -61,6 +61,8 @@ def result_of(diagnosis: Diagnosis, places: Sequence[Place], notices: Sequence[s
         "inertia": _inertia(diagnosis),
         "noise": {"ratio_to_stated": diagnosis.noise.ratio.tolist(), "std": diagnosis.noise.std.tolist()},
         "latent_torque": _latent(diagnosis),
+        "torque_left": None if diagnosis.shape_left is None else asdict(diagnosis.shape_left),
+        "taken_back": [_named(each) for each in diagnosis.taken_back],
         "runs": {
             "fit": list(diagnosis.runs.names),
             "heldout": [] if diagnosis.heldout is None else list(diagnosis.heldout.names),

@@ -21,7 +21,7 @@ from testbed.diagnosis.noise import NoiseLevel, noise_level
 from testbed.diagnosis.probabilities import by_class, probabilities_of
 from testbed.diagnosis.scatter import Scatter, scatter_found, widened
 from testbed.diagnosis.screening import Candidate, Screening, refitted, screened
-from testbed.diagnosis.torque_shapes import TorqueShape, torque_shapes
+from testbed.diagnosis.torque_shapes import TorqueShape, surest, torque_shapes
 from testbed.effects.contract import Effect, ReadingEffect
 
 MOST_EFFECTS = 3
@@ -88,6 +88,7 @@ class Diagnosis:
         noise: the gyro's noise against what is stated.
         scatter: effects on how the gyro's samples scatter, told anew with every model; the runs believe them.
         steps: effects in the order in which they were added.
+        taken_back: effects that were added, and explain less than a torque does that no effect makes.
         remaining: the hypotheses against the final model; None until they were looked at.
         latent: torque that the final model leaves; None until it was looked at.
         shapes: of torques that no effect makes, against the final model, the one with the most evidence first.
@@ -107,6 +108,7 @@ class Diagnosis:
     noise: NoiseLevel
     scatter: tuple[Scatter, ...] = ()
     steps: tuple[Step, ...] = ()
+    taken_back: tuple[Placed, ...] = ()
     remaining: Screening | None = None
     latent: LatentTorque | None = None
     shapes: tuple[TorqueShape, ...] = ()
@@ -122,6 +124,12 @@ class Diagnosis:
         if self.latent is not None:
             chances.append(self.latent.p_value)
         return min(chances) < UNEXPLAINED
+
+    @property
+    def shape_left(self) -> TorqueShape | None:
+        """The torque of no effect that is left by more than chance; None where there is none."""
+        shape = surest(self.shapes)
+        return shape if shape is not None and shape.p_value < UNEXPLAINED else None
 
     @property
     def verdict(self) -> Verdict:
@@ -206,7 +214,8 @@ def _concluded(state: Diagnosis) -> Diagnosis:
     if state.steps:
         if state.unlisted > _CLEARLY - sum(step.candidate.bic for step in state.steps):
             first = state.steps[0].screening
-            state = replace(state, steps=(), remaining=first, model=nominal, gap=_gap(nominal, state.heldout))
+            back = replace(state, steps=(), remaining=first, model=nominal, gap=_gap(nominal, state.heldout))
+            state = replace(back, taken_back=tuple(step.placed for step in state.steps))
         else:
             everything, fit = on_all_runs(state.runs, state.heldout, state.model)
             shapes = torque_shapes(everything, fit)

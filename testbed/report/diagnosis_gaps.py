@@ -97,7 +97,9 @@ def _sentences(diagnosis: Diagnosis) -> Paragraph:
 def _rows(diagnosis: Diagnosis) -> Iterator[tuple[Cell, ...]]:
     for step in diagnosis.steps:
         quantities = quantities_of(diagnosis.model, step.placed)
-        yield from _quantity_rows(step.placed.effect, step.placed.component, quantities, step_probability(diagnosis, step))
+        yield from _quantity_rows(
+            step.placed.effect, step.placed.component, quantities, step_probability(diagnosis, step)
+        )
     for each in diagnosis.scatter:
         quantities = each.effect.quantities(each.finding.values, each.finding.std)
         yield from _quantity_rows(each.effect, each.component, quantities, scatter_probability(each))

@@ -35,7 +35,17 @@ def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
         return Notice(tone="warn", text=f"Something is missing in the nominal model. {alike}{further} {gap}")
     found = f"Named in part: {listed(names)}. " if names else ""
     left = f"A gap of {gap_words(diagnosis.gap)} is left that no effect of the library explains; noise alone is 1."
-    return Notice(tone="bad", text=f"{found}{left}")
+    return Notice(tone="bad", text=f"{found}{left}{shape_words(diagnosis)}")
+
+
+def shape_words(diagnosis: Diagnosis) -> str:
+    """Return what is known of a torque that no effect makes: its shape, and what it was nearly taken for."""
+    shape = diagnosis.shape_left
+    text = "" if shape is None else f" What is left is like a torque that {shape.words} (p = {shape.p_value:.1g})."
+    if diagnosis.taken_back:
+        names = listed([effect_name(each.effect, each.component) for each in diagnosis.taken_back])
+        text += f" {names} would explain less, and is not named."
+    return text
 
 
 def _fall(before: Gap, after: Gap) -> str:
