@@ -18,8 +18,8 @@ from testbed.scenario.scenario import Scenario
 
 class _Delayed(Hooks):
     @override
-    def applied_torque(self, torque_B: Array, value: Array, grid: Grid) -> Array:
-        return late_torque(torque_B, grid, np.zeros(1), value[:, 0])
+    def actuator_response(self, asked_B: Array, value: Array, grid: Grid) -> Array:
+        return late_torque(asked_B, grid, np.zeros(1), value[:, 0])
 
 
 @final

@@ -18,8 +18,8 @@ from testbed.scenario.scenario import Scenario
 
 class _Lagging(Hooks):
     @override
-    def applied_torque(self, torque_B: Array, value: Array, grid: Grid) -> Array:
-        return late_torque(torque_B, grid, value[:, 0], np.zeros(1))
+    def actuator_response(self, asked_B: Array, value: Array, grid: Grid) -> Array:
+        return late_torque(asked_B, grid, value[:, 0], np.zeros(1))
 
 
 @final

@@ -9,18 +9,18 @@ from testbed.prediction.grid import Grid
 from testbed.prediction.smooth import Smooth
 
 
-def late_torque(torque_B: Array, grid: Grid, time_constant: Array, delay: Array) -> Array:
+def late_torque(asked_B: Array, grid: Grid, time_constant: Array, delay: Array) -> Array:
     """Return the torque that acts, shape (R, P, T, 3), N·m.
 
     Args:
-        torque_B: what is asked for, at every half step, shape (R, P, T, 3), N·m.
+        asked_B: what is asked for, at every half step, shape (R, P, T, 3), N·m.
         grid: the runs.
         time_constant: of a first-order lag, shape (P,), s.
         delay: shape (P,), s.
     """
-    sets = max(torque_B.shape[1], len(time_constant), len(delay))
-    runs, _, times, _ = torque_B.shape
-    asked = np.broadcast_to(torque_B, (runs, sets, times, 3)).reshape(-1, times, 3)
+    sets = max(asked_B.shape[1], len(time_constant), len(delay))
+    runs, _, times, _ = asked_B.shape
+    asked = np.broadcast_to(asked_B, (runs, sets, times, 3)).reshape(-1, times, 3)
     half_steps = (grid.step / 2.0)[:, None]
     behind = [np.ravel(np.broadcast_to(each, sets) / half_steps) for each in (time_constant, delay)]
     at = np.arange(float(times))

@@ -54,8 +54,12 @@ class Hooks:
         """Return h(t), shape (R, P, T, 3), N·m·s, for runs with or without gimbal angles."""
         return momentum_B
 
+    def actuator_response(self, asked_B: Array, value: Array, grid: Grid) -> Array:  # noqa: ARG002
+        """Return the torque that the actuators give, N·m, for what they are asked; both as `Grid.applied_torque_B`."""
+        return asked_B
+
     def applied_torque(self, torque_B: Array, value: Array, grid: Grid) -> Array:  # noqa: ARG002
-        """Return the torque that the actuators apply, shape (R, P, T, 3), N·m, from what telemetry says of it."""
+        """Return the torque of the actuators, and of what acts like them, shape (R, P, T, 3), N·m."""
         return torque_B
 
     def torque(self, value: Array, at: Instant) -> Array:  # noqa: ARG002

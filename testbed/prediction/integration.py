@@ -162,7 +162,7 @@ def _carried(tangents: Array, start: Array, added: Array) -> Array:
 
 
 def _known(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Known:
-    momentum_B, torque_B = grid.cluster_momentum_B, grid.applied_torque_B
+    momentum_B, asked_B = grid.cluster_momentum_B, grid.applied_torque_B
     inertia = inertia_matrix(values.theta)[None, :, None]
     pairs = list(zip(hooks, values.effects, strict=True))
     gimbals = effective_gimbals(grid, hooks, values.effects)
@@ -170,10 +170,12 @@ def _known(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Known:
         momentum_B = held_momentum(gimbals, grid.cluster)
         inertia = inertia + held_inertia(gimbals, grid.cluster)
     for hook, value in pairs:
+        asked_B = hook.actuator_response(asked_B, value, grid)
+    torque_B = asked_B[:, :, -grid.time.shape[1] :]
+    for hook, value in pairs:
         momentum_B = hook.cluster_momentum(momentum_B, value, grid)
         torque_B = hook.applied_torque(torque_B, value, grid)
         inertia = inertia - np.broadcast_to(hook.hidden_inertia(value), (*value.shape[:1], 3, 3))[:, None]
-    torque_B = torque_B[:, :, -grid.time.shape[1] :]  # what was before acts through the actuators' response only
     inverse = symmetric_inverse(inertia)
     momentum_B, torque_B, inverse = (
         np.broadcast_to(each, (len(grid.runs), each.shape[1], grid.time.shape[1], *each.shape[3:]))

@@ -52,8 +52,8 @@ def test_runs_begin_with_what_all_of_them_know_of_the_torque():
 def test_late_actuators_respond_to_what_was_asked_before_the_first_sample(delay):
     lag, frequency = 0.03, 9.0
     grid = grid_of([driven(200.0, BEFORE)])
-    lagging = ActuatorLag().hooks("actuators").applied_torque(grid.applied_torque_B, np.array([[lag]]), grid)
-    late = ActuatorDelay().hooks("actuators").applied_torque(lagging, np.array([[delay]]), grid)
+    lagging = ActuatorLag().hooks("actuators").actuator_response(grid.applied_torque_B, np.array([[lag]]), grid)
+    late = ActuatorDelay().hooks("actuators").actuator_response(lagging, np.array([[delay]]), grid)
     seen = slice(-grid.time.shape[1], None)
     phase = frequency * (times(grid)[seen] - delay) - np.arctan(frequency * lag)
     expected = np.sin(phase) / np.hypot(1.0, frequency * lag)
