@@ -13,8 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from testbed.arrays import Array
+from testbed.diagnosis.chance import chance
 from testbed.diagnosis.data import Runs, joined
-from testbed.diagnosis.model import Fit, evaluated, fitted_initial_rates, moved, recurring
+from testbed.diagnosis.model import Fit, evaluated, fitted_initial_rates, moved, orthonormal, recurring
 from testbed.errors import InputError
 
 _UNKNOWN = 1e-9
@@ -45,6 +46,18 @@ def log_evidence(heldout: Runs | None, fit: Fit) -> float:
         if gained < _CONVERGED:
             break
     return -best - prior.narrowed(seen)
+
+
+def goodness(fit: Fit, noise_freedom: float) -> float:
+    """Return the chance of a residual as large if nothing is missing; what parameters can still do is taken off.
+
+    Args:
+        fit: evaluated on all runs.
+        noise_freedom: degrees of freedom with which the noise is known.
+    """
+    basis = orthonormal(fit.jacobian)
+    left = fit.residual - basis @ (basis.T @ fit.residual)
+    return chance(float(left @ left), len(left) - basis.shape[1], noise_freedom)
 
 
 def on_all_runs(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, Fit]:

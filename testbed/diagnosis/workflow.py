@@ -11,9 +11,8 @@ from typing import Literal
 import numpy as np
 
 from testbed.arrays import Theta
-from testbed.diagnosis.chance import chance
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.evidence import on_all_runs
+from testbed.diagnosis.evidence import goodness, on_all_runs
 from testbed.diagnosis.hypotheses import Untestable, hypotheses, without
 from testbed.diagnosis.latent import LatentTorque, latent_torque
 from testbed.diagnosis.model import Fit, Placed, fitted, fitted_initial_rates
@@ -223,7 +222,7 @@ def _concluded(state: Diagnosis) -> Diagnosis:
         state,
         latent=latent_torque(state.runs, state.model),
         shapes=shapes,
-        goodness=chance(fit.chi_square, fit.freedom, everything.noise_freedom),
+        goodness=goodness(fit, everything.noise_freedom),
         complete=True,
     )
 
