@@ -19,6 +19,7 @@ from testbed.diagnosis.noise import readings_of
 from testbed.diagnosis.plausibility import require_this_platform
 from testbed.diagnosis.roles import by_role
 from testbed.diagnosis.spikes import without_spikes
+from testbed.diagnosis.telemetry_noise import with_telemetry_noise
 from testbed.diagnosis.windows import averaged, windows_of
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.fast_changes import variance_ratio
@@ -86,13 +87,19 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
     theta = theta_of(nominal.inertia)
     together = _together(usable, range(len(usable)))
     require_this_platform(together, theta)
-    usable = _without_spikes(usable, together, fitted(together, [], theta, []), notices)
+    baseline = fitted(together, [], theta, [])
+    usable = _without_spikes(usable, together, baseline, notices)
     stated = all(_states_noise(record) for record, _ in usable)
     level = None if stated else _noise_of_all(usable, theta)
     fit, heldout = by_role([(record, [part.telemetry for part in parts]) for record, parts in usable])
+
+    def of(chosen: Sequence[int]) -> Runs:
+        runs = _together(usable, chosen)
+        return with_telemetry_noise(runs, baseline.theta) if level is None else _believed(runs, level)
+
     return DataSet(
-        runs=_believed(_together(usable, fit), level),
-        heldout=_believed(_together(usable, heldout), level) if heldout else None,
+        runs=of(fit),
+        heldout=of(heldout) if heldout else None,
         fit_records=tuple(usable[index][0].details.name for index in fit),
         heldout_records=tuple(usable[index][0].details.name for index in heldout),
         notices=(*(f"left out: {reason}" for reason in refused), *_grouped(notices)),
@@ -129,10 +136,8 @@ def _noise_of_all(usable: Sequence[tuple[Record, tuple[_Part, ...]]], theta: The
     return (float(np.sqrt(ratio * np.mean(runs.sigma**2))), freedom) if freedom > 0.0 else None
 
 
-def _believed(runs: Runs, level: tuple[float, float] | None) -> Runs:
-    """Return the runs with the noise that their samples tell, where none is stated."""
-    if level is None:
-        return runs
+def _believed(runs: Runs, level: tuple[float, float]) -> Runs:
+    """Return the runs with the noise that their samples tell; that of the actuators' telemetry is in it."""
     noise, freedom = level
     return replace(runs.with_sigma(np.full(3, noise)), noise_freedom=freedom)
 
