@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import exp, inf, log
+from math import exp, inf
 
 from testbed.diagnosis.screening import Screening
 
@@ -24,8 +24,7 @@ def probabilities_of(screening: Screening | None, unlisted: float = -inf) -> Map
     """
     if screening is None:
         return {}
-    criterion = {candidate.placed.key: candidate.bic for candidate in screening.candidates}
-    criterion = {key: value + 2.0 * log(screening.tested) for key, value in criterion.items()}
+    criterion = {candidate.placed.key: screening.criterion(candidate) for candidate in screening.candidates}
     criterion |= {NONE: 0.0, UNKNOWN: -unlisted}
     least = min(criterion.values())
     weight = {key: exp(-0.5 * (value - least)) for key, value in criterion.items()}

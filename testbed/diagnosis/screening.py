@@ -64,9 +64,13 @@ class Screening:
 
     @property
     def chosen(self) -> Candidate | None:
-        """The best candidate, if it is there by more than chance."""
+        """The best candidate, if it is there by more than chance and is likelier than that nothing is missing."""
         best = self.candidates[0] if self.candidates else None
-        return best if best is not None and best.significant and best.bic < 0.0 else None
+        return best if best is not None and best.significant and self.criterion(best) < 0.0 else None
+
+    def criterion(self, candidate: Candidate) -> float:
+        """Return -2 log of how much likelier a candidate is than nothing: each one was as likely beforehand."""
+        return candidate.bic + 2.0 * log(self.tested)
 
     @property
     def close(self) -> tuple[Candidate, ...]:

@@ -85,7 +85,7 @@ def _oscillations(runs: Runs, time: Array) -> Iterator[_Tried]:
     """Yield sines whose phase, from the start of a run, is the same in all runs, and sines with phases of their own."""
     longest = float(time.max())
     rate = max((len(run.gyro_time) - 1) / float(np.ptp(run.gyro_time)) for run in runs.grid.runs)
-    for frequency in np.arange(0.5 / longest, min(_FASTEST, 0.25 * rate), _RESOLVED / longest):
+    for frequency in np.arange(1.0 / longest, min(_FASTEST, 0.25 * rate), _RESOLVED / longest):
         waves = np.exp(2j * np.pi * frequency * time)
         together = np.stack([waves.real, waves.imag], axis=-1)
         words = f"oscillates at {frequency:.2f} Hz"

@@ -26,8 +26,6 @@ from testbed.effects.contract import Effect, ReadingEffect
 MOST_EFFECTS = 3
 UNEXPLAINED = 0.01
 """Below this probability of a χ² as large, or of a latent torque, the model is not the whole truth."""
-_CLEARLY = 6.0
-"""Evidence by which a torque of no effect has to outdo the effects that were named."""
 
 Verdict = Literal["none", "named", "ambiguous", "unexplained"]
 
@@ -211,7 +209,7 @@ def _concluded(state: Diagnosis) -> Diagnosis:
     shapes = torque_shapes(everything, fit)
     state = replace(state, unlisted=shapes[0].evidence)
     if state.steps:
-        if state.unlisted > _CLEARLY - sum(step.candidate.bic for step in state.steps):
+        if state.unlisted > -sum(step.screening.criterion(step.candidate) for step in state.steps):
             first = state.steps[0].screening
             back = replace(state, steps=(), remaining=first, model=nominal, gap=_gap(nominal, state.heldout))
             state = replace(back, taken_back=tuple(step.placed for step in state.steps))
