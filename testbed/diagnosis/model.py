@@ -18,11 +18,13 @@ from testbed.prediction.prediction import common_size, predicted_channels, predi
 
 NEGLIGIBLE = 1e-9
 """Share of a column's length that has to be left for its direction to count."""
-_ROUNDS = 30
-_CONVERGED = 1e-6
-"""Change of χ² at which a fit is done; a standard error moves it by 1."""
+_TRIALS = 25
+_ENOUGH = 1e-3
+"""Gain in χ² that is no longer searched for; a standard error makes it 1."""
 _DAMPING = (1e-6, 1e6)
 """Smallest and largest Levenberg-Marquardt damping, in shares of the normal matrix's diagonal."""
+_FACTOR = 10.0
+"""By which damping falls after a step that gains, and rises after one that does not; after the next, by its square."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -182,25 +184,29 @@ def stacked(runs: Runs, derivatives: Sequence[Array], common: int) -> Array:
 
 def _search(runs: Runs, placed: tuple[Placed, ...], values: Values, *, only_initial: bool = False) -> Fit:
     """Levenberg-Marquardt with the effects' bounds kept by projection."""
-    fit, damping = evaluated(runs, placed, values), _DAMPING[0]
+    fit, damping, rise = evaluated(runs, placed, values), _DAMPING[0], _FACTOR
     common = common_size(values.effects)
     free = np.arange(fit.jacobian.shape[1]) >= common if only_initial else np.ones(fit.jacobian.shape[1], dtype=bool)
-    for _ in range(_ROUNDS):
-        normal, slope = fit.jacobian.T @ fit.jacobian, fit.jacobian.T @ fit.residual
-        moving = free & ~_pushing_out(fit, slope)
-        trial, gained = None, 0.0
-        while trial is None and damping < _DAMPING[1]:
-            step = np.zeros(len(slope))
-            step[moving] = _damped(normal[np.ix_(moving, moving)], slope[moving], damping)
-            trial = _better(runs, fit, moved(fit, step))
-            damping *= 0.1 if trial is not None else 10.0
+    for _ in range(_TRIALS):
+        step, expected = _step(fit, free, damping)
+        if expected < _ENOUGH or damping > _DAMPING[1]:
+            break
+        trial = _better(runs, fit, moved(fit, step))
         if trial is None:
-            break
-        gained = fit.chi_square - trial.chi_square
-        fit, damping = trial, max(damping, _DAMPING[0])
-        if gained < _CONVERGED:
-            break
+            damping, rise = damping * rise, rise * _FACTOR
+        else:
+            fit, damping, rise = trial, max(damping / _FACTOR, _DAMPING[0]), _FACTOR
     return fit
+
+
+def _step(fit: Fit, free: Flags, damping: float) -> tuple[Array, float]:
+    """Return the damped step of the free parameters, and the least that it gains if the model is linear."""
+    slope = fit.jacobian.T @ fit.residual
+    moving = free & ~_pushing_out(fit, slope)
+    columns = fit.jacobian[:, moving]
+    step = np.zeros(len(slope))
+    step[moving] = _damped(columns.T @ columns, slope[moving], damping)
+    return step, float(slope @ step)
 
 
 def _damped(normal: Array, slope: Array, damping: float) -> Array:
@@ -239,11 +245,10 @@ def moved(fit: Fit, step: Array) -> Values:
 def _better(runs: Runs, fit: Fit, values: Values) -> Fit | None:
     """Return the fit at other values if χ² is not larger there."""
     try:
-        guess = predicted_channels(runs.grid, [each.hooks for each in fit.placed], values)
+        trial = evaluated(runs, fit.placed, values)
     except InputError:
         return None
-    residual = runs.whitened([reading[0] for reading in guess])
-    return evaluated(runs, fit.placed, values) if residual @ residual <= fit.chi_square else None
+    return trial if trial.chi_square <= fit.chi_square else None
 
 
 def _bounds(placed: Sequence[Placed]) -> tuple[Array, Array]:

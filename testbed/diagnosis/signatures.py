@@ -130,7 +130,8 @@ def _columns(runs: Runs, fit: Fit, added: Sequence[tuple[Placed, Array]]) -> Arr
 def _scanned_columns(runs: Runs, fit: Fit, placed: Placed, starts: Array) -> Array:
     """Return whitened ∂prediction/∂parameters of one hypothesis at each of its starts, shape (S, samples, K)."""
     hooks = [each.hooks for each in (*fit.placed, placed)]
-    derivatives = derivatives_at(runs.grid, hooks, fit.values, starts, predicted_channels)
+    shown = [index for index, parameter in enumerate(placed.effect.parameters) if not parameter.scanned]
+    derivatives = derivatives_at(runs.grid, hooks, fit.values, starts, shown, predicted_channels)
     at_starts = [runs.whitened_columns([block[index] for block in derivatives]) for index in range(len(starts))]
     return np.stack([np.concatenate(columns) for columns in at_starts])
 

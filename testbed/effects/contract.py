@@ -37,6 +37,8 @@ class Parameter:
         lower: smallest value that is physical; minus infinity where any is.
         upper: largest.
         absent: value at which the effect does nothing.
+        scanned: whether searches start from many values of it, such as a frequency or an instant; at those starts the
+            effect is next to nothing, so that this parameter changes nothing.
     """
 
     name: str
@@ -45,6 +47,7 @@ class Parameter:
     lower: float = -np.inf
     upper: float = np.inf
     absent: float = 0.0
+    scanned: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,7 +141,6 @@ class Effect(NamedEffect):
         One row, at which it is absent, unless a frequency or an instant has to be scanned.
         """
         return np.array([[parameter.absent for parameter in self.parameters]])
-
 
     def looks(self, component: str, grid: Grid) -> int:
         """Return how many hypotheses a search from its starts amounts to, by which chance is multiplied."""

@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.arrays import Array
+from testbed.prediction.grid import Grid
 
 SPECK = 1e-9
 """Share of the typical size at which a search starts: no motion shows it, but it has a direction."""
-_RATIO = 1.2
-_DAMPING_RATIO = 0.1
-"""Between such frequencies and at this damping, a mode damped by 0.005 to 0.05 still shows 60 % of its χ²."""
+MOST_DAMPED = 0.3
+"""Damping ratio; beyond it a mode is no line in the spectrum, and passes for drag."""
+_RATIO = 1.4
+_DAMPING_RATIO = 0.15
+"""Between such frequencies and at this damping, a mode damped by 0.005 to 0.05 still shows half of its χ²."""
 
 
 def size_and_direction(vector: Array) -> tuple[Array, Array]:
@@ -25,14 +28,18 @@ def size_and_direction(vector: Array) -> tuple[Array, Array]:
     return np.where(none, 0.0, size), np.asarray(vector / size)
 
 
-def scanned(lowest: float, highest: float, typical: float) -> Array:
+def scanned(grid: Grid, lowest: float, highest: float, typical: float) -> Array:
     """Return starts (frequency, damping ratio, v) from frequency to frequency, a speck along each axis, shape (S, 5).
 
+    A mode that does not turn over once in the longest run passes for drag or for a tether, and is not looked for.
+
     Args:
+        grid: the runs.
         lowest: frequency, Hz.
         highest: Hz.
         typical: size of v.
     """
+    lowest = max(lowest, 1.0 / float(np.ptp(grid.time, axis=1).max()))
     count = 1 + round(np.log(highest / lowest) / np.log(_RATIO))
     specks = SPECK * typical * np.eye(3)
     frequencies = np.geomspace(lowest, highest, count)

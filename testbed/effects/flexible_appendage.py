@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from testbed.arrays import Array
 from testbed.effects.contract import Effect, Extension, Parameter, Quantity
-from testbed.effects.direction import scanned, size_and_direction
+from testbed.effects.direction import MOST_DAMPED, scanned, size_and_direction
 from testbed.plant.added_parts import HingedMode
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks, Instant, column
@@ -52,8 +52,10 @@ class FlexibleAppendage(Effect):
     id = "flexible_appendage"
     components = ("platform",)
     parameters = (
-        Parameter(name="frequency_hz", unit="Hz", typical=2.0, lower=0.2, upper=6.0, absent=2.0),
-        Parameter(name="damping_ratio", unit="1", typical=0.02, lower=0.0, upper=1.0, absent=0.02),
+        Parameter(name="frequency_hz", unit="Hz", typical=2.0, lower=0.2, upper=6.0, absent=2.0, scanned=True),
+        Parameter(
+            name="damping_ratio", unit="1", typical=0.02, lower=0.0, upper=MOST_DAMPED, absent=0.02, scanned=True
+        ),
         *(
             Parameter(name=f"inertia_{axis}_kg_m2", unit="kg·m²", typical=typical, lower=-0.02, upper=0.02)
             for axis, typical in zip("xyz", (4e-4, 2e-4, 3e-4), strict=True)
@@ -69,7 +71,7 @@ class FlexibleAppendage(Effect):
 
     @override
     def starts(self, component: str, grid: Grid) -> Array:
-        return scanned(0.4, 5.0, 5e-4)
+        return scanned(grid, 0.3, 5.0, 5e-4)
 
     @override
     def quantities(self, values: Array, std: Array) -> tuple[Quantity, ...]:

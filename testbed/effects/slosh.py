@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from testbed.arrays import Array
 from testbed.effects.contract import Effect, Extension, Parameter, Quantity
-from testbed.effects.direction import scanned, size_and_direction
+from testbed.effects.direction import MOST_DAMPED, scanned, size_and_direction
 from testbed.plant.added_parts import SprungMass
 from testbed.prediction.algebra import cross
 from testbed.prediction.grid import Grid
@@ -64,8 +64,10 @@ class Slosh(Effect):
     id = "slosh"
     components = ("platform",)
     parameters = (
-        Parameter(name="frequency_hz", unit="Hz", typical=1.0, lower=0.1, upper=5.0, absent=1.0),
-        Parameter(name="damping_ratio", unit="1", typical=0.05, lower=0.0, upper=1.0, absent=0.05),
+        Parameter(name="frequency_hz", unit="Hz", typical=1.0, lower=0.2, upper=5.0, absent=1.0, scanned=True),
+        Parameter(
+            name="damping_ratio", unit="1", typical=0.05, lower=0.0, upper=MOST_DAMPED, absent=0.05, scanned=True
+        ),
         *(
             Parameter(name=f"mass_{axis}_kg", unit="kg", typical=typical, lower=-0.9, upper=0.9)
             for axis, typical in zip("xyz", (0.04, 0.03, -0.05), strict=True)
@@ -83,7 +85,7 @@ class Slosh(Effect):
 
     @override
     def starts(self, component: str, grid: Grid) -> Array:
-        return scanned(0.3, 3.0, 0.05)
+        return scanned(grid, 0.3, 3.0, 0.05)
 
     @override
     def quantities(self, values: Array, std: Array) -> tuple[Quantity, ...]:

@@ -93,7 +93,12 @@ def predicted_with_derivatives(
 
 
 def derivatives_at(
-    grid: Grid, hooks: Sequence[Hooks], values: Values, starts: Array, predict: Predictor = predicted
+    grid: Grid,
+    hooks: Sequence[Hooks],
+    values: Values,
+    starts: Array,
+    shown: Sequence[int],
+    predict: Predictor = predicted,
 ) -> list[Array]:
     """Return ∂ω̄/∂(parameters of one more effect) at several values of them, of every block, shape (S, N, 3, K).
 
@@ -102,17 +107,21 @@ def derivatives_at(
         hooks: the effects in the model, the further one last.
         values: one parameter set of the model without the further one, P = 1.
         starts: values of the further effect's parameters, shape (S, K).
+        shown: which parameters' derivatives are asked for; those of the others are zero.
         predict: the gyro's samples alone, or all channels.
     """
-    size = starts.shape[1]
-    steps = 1j * COMPLEX_STEP * np.eye(size)
-    sets = (starts[:, None] + steps).reshape(-1, size)
+    steps = 1j * COMPLEX_STEP * np.eye(starts.shape[1])[shown]
+    sets = (starts[:, None] + steps).reshape(-1, starts.shape[1])
     blocks = [sets[first : first + _SETS_AT_ONCE] for first in range(0, len(sets), _SETS_AT_ONCE)]
     parts = [predict(grid, hooks, replace(values, effects=(*values.effects, block))) for block in blocks]
-    return [
-        _imaginary(np.concatenate(block).reshape(len(starts), size, *block[0].shape[1:]).swapaxes(0, 1))
-        for block in zip(*parts, strict=True)
-    ]
+    return [_at_starts(np.concatenate(block), starts, shown) for block in zip(*parts, strict=True)]
+
+
+def _at_starts(reading: Array, starts: Array, shown: Sequence[int]) -> Array:
+    """Return the derivatives of a block, shape (S, N, 3, K), from its predictions, shape (S * len(shown), N, 3)."""
+    derivatives = np.zeros((*starts.shape, *reading.shape[1:]))
+    derivatives[:, shown] = reading.imag.reshape(len(starts), len(shown), *reading.shape[1:]) / COMPLEX_STEP
+    return np.moveaxis(derivatives, 1, -1)
 
 
 def _columns(grid: Grid, hooks: Sequence[Hooks], values: Values, block: range, predict: Predictor) -> list[Array]:
