@@ -8,11 +8,12 @@ from pathlib import Path
 
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
+from testbed.assembly.extension import SCENARIO
 from testbed.assembly.platform import nominal_body
 from testbed.cli.console import console, say, terminal, warn
 from testbed.cli.diagnose_tables import candidates_table, detectable_table, inertia_table, places_table
 from testbed.cli.failures import COMPLETED, INTERRUPTED
-from testbed.delivery.diagnosis_folder import write_diagnosis
+from testbed.delivery.diagnosis_folder import NEXT, write_diagnosis
 from testbed.delivery.folder import free_folder, require_free
 from testbed.diagnosis.findings import first_screening, noise_notices
 from testbed.diagnosis.location import Place, located
@@ -22,6 +23,7 @@ from testbed.diagnosis.workflow import Diagnosis, Step, diagnosed
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.records.reading import read_data_set
+from testbed.report.diagnosis_next import distance_words, flight_words, pair_words
 from testbed.report.diagnosis_verdict import (
     diagnosis_verdict,
     effect_name,
@@ -31,9 +33,13 @@ from testbed.report.diagnosis_verdict import (
     shape_words,
     step_words,
 )
+from testbed.scenario.body import BodyScenario
 from testbed.scenario.reader import read_body_scenario
+from testbed.scenario.scenario import Scenario
+from testbed.separation.proposal import Proposal, proposal_of
 
 OUT = Path("runs")
+_PAIRS_SHOWN = 3
 
 
 def diagnose_records(path: Path, data: Path, out: Path | None) -> int:
@@ -71,15 +77,28 @@ def diagnose_records(path: Path, data: Path, out: Path | None) -> int:
         return INTERRUPTED
     if told.last.complete:
         require_explicable(told.last.runs, told.last.gap_before.fit, told.last.gap.fit)
+    proposal = _next_flight(told.last, scenario)
     _tell_end(told.last)
     notices = (*data_set.notices, *noise_notices(told.last))
     for notice in (
         *noise_notices(told.last),
-        *write_diagnosis(folder, path, scenario, told.last, told.places, notices),
+        *write_diagnosis(folder, path, scenario, told.last, told.places, notices, proposal),
     ):
         warn("note", notice)
+    _tell_next(folder, proposal)
     _tell_folder(folder)
     return COMPLETED if told.last.complete else INTERRUPTED
+
+
+def _next_flight(diagnosis: Diagnosis, scenario: BodyScenario) -> Proposal | None:
+    """Return what to fly next; Ctrl-C leaves it out."""
+    if not diagnosis.complete or not isinstance(scenario, Scenario):
+        return None
+    try:
+        with _progress() as progress:
+            return proposal_of(diagnosis, scenario, progress)
+    except KeyboardInterrupt:
+        return None
 
 
 class _Told:
@@ -159,6 +178,17 @@ def _tell_end(diagnosis: Diagnosis) -> None:
     colour = {"good": "green", "warn": "yellow", "bad": "red"}.get(verdict.tone, "default")
     console.print(f"[{colour}]Verdict[/]    {diagnosis.verdict}", highlight=False)
     say(f"           {verdict.text}")
+
+
+def _tell_next(folder: Path, proposal: Proposal | None) -> None:
+    if proposal is None:
+        return
+    say()
+    say(f"Next       {flight_words(proposal)}")
+    for separation in proposal.separations[:_PAIRS_SHOWN]:
+        say(f"           {pair_words(separation)}: {distance_words(separation)}")
+    if proposal.flight is not None:
+        say(f"           testbed run {folder / NEXT / SCENARIO}")
 
 
 def _tell_folder(folder: Path) -> None:

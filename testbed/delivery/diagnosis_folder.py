@@ -21,10 +21,15 @@ from testbed.effects.contract import Extension
 from testbed.errors import InputError
 from testbed.recording.diagnosis import write_diagnosis_recording
 from testbed.report.diagnosis import write_diagnosis_page
+from testbed.report.diagnosis_next import purpose_words
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.scenario import Scenario
+from testbed.separation.proposal import Proposal
+from testbed.separation.result import next_of
+from testbed.separation.scenario import write_next
 
 EXTENDED = "extended"
+NEXT = "next"
 
 
 def write_diagnosis(
@@ -34,8 +39,9 @@ def write_diagnosis(
     diagnosis: Diagnosis,
     places: Sequence[Place],
     notices: Sequence[str],
+    proposal: Proposal | None,
 ) -> tuple[str, ...]:
-    """Write diagnosis.json, report.html, recording.rrd, scenario.toml, extended/, provenance.json, or nothing.
+    """Write diagnosis.json, report.html, recording.rrd, scenario.toml, extended/, next/, provenance.json, or nothing.
 
     Args:
         folder: new or empty.
@@ -44,6 +50,7 @@ def write_diagnosis(
         diagnosis: complete or not.
         places: where the gap is.
         notices: what a reader has to know of the records.
+        proposal: what to fly next; None where nothing has to be told apart.
 
     Returns:
         What more there is to know once all is written.
@@ -57,11 +64,17 @@ def write_diagnosis(
     with whole_folder(folder) as part:
         shutil.copyfile(scenario_path, part / SCENARIO)
         model, said = _write_model(part, scenario, diagnosis)
-        content = result_of(diagnosis, places, (*notices, *said)) | model
+        content = result_of(diagnosis, places, (*notices, *said)) | model | _write_next(part, scenario, proposal)
         write_json(part / "diagnosis.json", content)
         write_json(part / "provenance.json", origin)
         write_diagnosis_page(
-            part / "report.html", diagnosis, places, residuals, origin | {"scenario.toml": scenario_text}, content
+            part / "report.html",
+            diagnosis,
+            places,
+            residuals,
+            proposal,
+            origin | {"scenario.toml": scenario_text},
+            content,
         )
         write_diagnosis_recording(part / "recording.rrd", recording_id_of(origin), diagnosis_content(residuals, origin))
     return said
@@ -78,6 +91,14 @@ def _write_model(part: Path, scenario: BodyScenario, diagnosis: Diagnosis) -> tu
         shutil.rmtree(part / EXTENDED, ignore_errors=True)
         return {"model": None, "scenario": None}, (f"no extended model: {error}",)
     return {"model": f"{EXTENDED}/{PLATFORM}", "scenario": f"{EXTENDED}/{SCENARIO}"}, ()
+
+
+def _write_next(part: Path, scenario: BodyScenario, proposal: Proposal | None) -> dict[str, Any]:
+    """Write the scenario of the next flight, where there is one; return what diagnosis.json says of it."""
+    if proposal is None or proposal.flight is None or not isinstance(scenario, Scenario):
+        return next_of(proposal, None)
+    write_next(scenario, proposal.flight, purpose_words(proposal), part / NEXT)
+    return next_of(proposal, f"{NEXT}/{SCENARIO}")
 
 
 def _extensions(scenario: Scenario, diagnosis: Diagnosis) -> Iterator[Extension]:

@@ -11,12 +11,14 @@ from testbed.diagnosis.run_residuals import RunResiduals
 from testbed.diagnosis.workflow import Diagnosis
 from testbed.report.diagnosis_gaps import gaps_section, where_section
 from testbed.report.diagnosis_inertia import inertia_section, left_section
+from testbed.report.diagnosis_next import next_section
 from testbed.report.diagnosis_residuals import residuals_section
 from testbed.report.diagnosis_verdict import diagnosis_verdict
 from testbed.report.diagnosis_visibility import visibility_section
 from testbed.report.frame.blocks import Notice, Page
 from testbed.report.frame.page import write_page
 from testbed.report.sections.provenance import provenance_section
+from testbed.separation.proposal import Proposal
 
 
 def write_diagnosis_page(
@@ -24,6 +26,7 @@ def write_diagnosis_page(
     diagnosis: Diagnosis,
     places: Sequence[Place],
     residuals: Sequence[RunResiduals],
+    proposal: Proposal | None,
     provenance: Mapping[str, str],
     result: Mapping[str, Any],
 ) -> None:
@@ -34,6 +37,7 @@ def write_diagnosis_page(
         diagnosis: complete or not.
         places: where the gap is.
         residuals: of every run.
+        proposal: what to fly next; None where nothing has to be told apart.
         provenance: what made it.
         result: what diagnosis.json holds.
 
@@ -51,6 +55,7 @@ def write_diagnosis_page(
             residuals_section(residuals),
             inertia_section(diagnosis),
             *left_section(diagnosis),
+            *next_section(proposal),
             *visibility_section(diagnosis),
             provenance_section(provenance, result),
         ),

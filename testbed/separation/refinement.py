@@ -55,7 +55,7 @@ def refined(judge: Judge, choice: Choice, progress: Callable[[str], None]) -> Ch
     """
     radius = _RADIUS[0]
     for number in range(1, _ROUNDS + 1):
-        progress(f"how to fly it better, {number} of {_ROUNDS}")
+        progress(f"better paths, {number} of {_ROUNDS}")
         model = _linearised(judge, choice)
         better = _stepped(judge, choice, model, radius)
         while better is None and radius > _RADIUS[1]:

@@ -28,7 +28,7 @@ def chosen_flight(judge: Judge, progress: Callable[[str], None] = lambda _: None
         judge: of flights.
         progress: told what is being done.
     """
-    progress("which flight tells look-alikes apart")
+    progress("flights that tell look-alikes apart")
     flights = drawn_flights(judge.room)
     if not flights:
         return None

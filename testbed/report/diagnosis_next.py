@@ -1,0 +1,69 @@
+"""What to fly next where look-alikes remain, in sentences and as a section of the page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from testbed.report.frame.blocks import Cell, Column, Paragraph, Section, Table
+from testbed.report.wording import figures, listed
+from testbed.separation.proposal import Proposal, Separation
+
+_TIMES = ("not at all", "once", "twice", "three times", "four times", "five times")
+
+
+def pair_words(separation: Separation) -> str:
+    """Return the names of two look-alikes."""
+    return listed(_name(key) for key in separation.keys)
+
+
+def distance_words(separation: Separation) -> str:
+    """Return how far two look-alikes are apart, and how far a flight brings them."""
+    now, after = figures(separation.now, 2), figures(separation.after, 2)
+    if not separation.separable:
+        return f"{now} sigma apart, and no flight of this cluster brings them beyond {after}: they stay one class"
+    wanted = figures(separation.wanted, 2)
+    return f"{now} sigma apart now, {after} after one flight; {wanted} tell them apart in 95 of 100 cases"
+
+
+def flight_words(proposal: Proposal) -> str:
+    """Return how to fly next, in a sentence or two."""
+    if proposal.flight is None:
+        return "No flight within this cluster's limits tells them apart."
+    path = "its gimbals on the path that the scenario holds"
+    often = f"Fly it {_TIMES[proposal.times]} and add the records to the data."
+    short = "" if proposal.enough else " Even then they may look alike: a stronger effect or a better gyro would tell."
+    return f"Release the platform {proposal.flight.released_as}, {path}. {often}{short}"
+
+
+def purpose_words(proposal: Proposal) -> str:
+    """Return what the next flight is for, in a sentence."""
+    pairs = dict.fromkeys(pair_words(each) for each in proposal.separations if each.separable)
+    return f"Tells apart what the records so far do not: {'; '.join(pairs)}."
+
+
+def next_section(proposal: Proposal | None) -> Iterator[Section]:
+    """Yield the section, where look-alikes remain."""
+    if proposal is None:
+        return
+    columns = ("Look-alikes", "now", "after one flight", "wanted")
+    rows = tuple(
+        (
+            Cell(text=pair_words(each)),
+            Cell(text=figures(each.now, 2)),
+            Cell(text=figures(each.after, 2), tone="good" if each.after >= each.wanted else "warn"),
+            Cell(text=figures(each.wanted, 2) if each.separable else "inseparable"),
+        )
+        for each in proposal.separations
+    )
+    note = (
+        "Distance between what the two models predict, in sigma, after the one that is not true has fitted its own "
+        "parameters, the inertia and the initial rates as well as it can; the closer of the two ways round."
+    )
+    table = Table(columns=tuple(Column(title=title) for title in columns), rows=rows, note=note)
+    yield Section(title="What to fly next", blocks=(Paragraph(text=flight_words(proposal)), table))
+
+
+def _name(key: str) -> str:
+    """Return a model's name, e.g. `rotor_speed (cmg3)`."""
+    effect, _, component = key.partition(":")
+    return f"{effect} ({component})" if component else f"another {effect}"
