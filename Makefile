@@ -26,9 +26,9 @@ bench-long: $(STAMP)-dev
 	@OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks --long --write
 	@OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks --figures
 
-# make blind CASES=24 makes, diagnoses and scores a part of the blind set; without, all 800.
+# make blind makes, diagnoses and scores the blind set, and writes docs/blind.md; with CASES=24 a part of it, in runs/ only.
 blind: $(STAMP)-dev
-	@$(BIN)/python -m benchmarks.blind $(if $(CASES),--cases $(CASES))
+	@$(BIN)/python -m benchmarks.blind $(if $(CASES),--cases $(CASES),--write)
 
 format: $(STAMP)-dev
 	@$(BIN)/ruff check --fix .

@@ -1,26 +1,35 @@
 """The blind set, diagnosed and scored: make blind, or python -m benchmarks.blind [--cases N] [--jobs 2] [--seed 1].
 
-800 cases by default, 200 of them without any effect; --cases N makes N, every stratum in its share. What is there
-already, made or diagnosed, is kept: an interrupted run goes on where it was. Remove OUT/diagnoses to diagnose anew.
+800 cases by default, 200 of them without any effect, and 56 that MuJoCo flies; --cases N makes N, every stratum in its
+share. What is there already, made or diagnosed, is kept: an interrupted run goes on where it was. Remove OUT/diagnoses
+to diagnose anew.
 
 Three stages, one after the other: tests/concealing writes OUT/data and OUT/answers; worker processes of their own
-diagnose OUT/data into OUT/diagnoses, told nothing of the answers, which are locked meanwhile; `testbed score` compares.
+diagnose OUT/data into OUT/diagnoses, told nothing of the answers, which are locked meanwhile; the diagnoses and the
+methods of `benchmarks.blind_baselines` are scored into OUT/score.json and OUT/blind.md, with --write into docs/ too.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
+from benchmarks.blind_baselines import comparisons, read_candidates
 from benchmarks.blind_diagnosis import SECONDS
-from testbed.cli.score import print_card, write_card
+from benchmarks.blind_page import Making, content_of, page
+from benchmarks.blind_sindy import read_labels
+from benchmarks.table import DOCS, here_and_now
+from testbed.cli.score import print_card
 from testbed.scoring.card import score_card
 from testbed.scoring.case import read_cases
 from tests.concealing.blind_set import Counts, Order, make, orders
@@ -48,12 +57,31 @@ def main() -> None:
         _make(wanted, chosen.seed, data, answers, chosen.jobs)
     with locked(answers, 0o000):
         _diagnose(data, diagnoses, chosen.jobs)
-    card = score_card(read_cases(diagnoses, answers))
+    cases = read_cases(diagnoses, answers)
+    card = score_card(cases)
     print_card(card)
-    seconds = sorted(float(path.read_text(encoding="utf-8")) for path in diagnoses.glob(f"*/{SECONDS}"))
-    print(f"\nA diagnosis took {seconds[len(seconds) // 2]:.1f} s in the median, {seconds[-1]:.1f} s at most")
-    write_card(card, out / "score.json")
-    print(f"Written to {out / 'score.json'}; seed {chosen.seed}, {len(wanted)} cases")
+    others = comparisons(cases, read_candidates(diagnoses, cases), read_labels(out))
+    making = Making(
+        command="make blind" if len(wanted) == ALL else f"make blind CASES={len(wanted)}",
+        seed=chosen.seed,
+        where=f"Scored {here_and_now()}",
+        making_seconds=_kept_seconds(answers),
+        diagnosis_seconds=_kept_seconds(diagnoses),
+    )
+    content = content_of(card, others, making)
+    _write(content, out / "score.json", out / "blind.md")
+    if chosen.write:
+        _write(content, DOCS / "blind.json", DOCS / "blind.md")
+
+
+def _write(content: dict[str, Any], numbers: Path, text: Path) -> None:
+    numbers.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    text.write_text(page(content), encoding="utf-8")
+    print(f"Written to {numbers} and {text}")
+
+
+def _kept_seconds(folder: Path) -> tuple[float, ...]:
+    return tuple(float(path.read_text(encoding="utf-8")) for path in sorted(folder.glob(f"*/{SECONDS}")))
 
 
 @contextmanager
@@ -69,11 +97,19 @@ def locked(folder: Path, mode: int) -> Iterator[None]:
 
 def _make(wanted: list[Order], seed: int, data: Path, answers: Path, jobs: int) -> None:
     with ProcessPoolExecutor(jobs) as pool:
-        made = [pool.submit(make, order, seed, SCENARIO, data, answers) for order in wanted]
+        made = [pool.submit(_timed_make, order, seed, data, answers) for order in wanted]
         for count, future in enumerate(made, start=1):
             future.result()
             print(f"\rmade {count} of {len(wanted)}", end="", flush=True)
     print()
+
+
+def _timed_make(order: Order, seed: int, data: Path, answers: Path) -> None:
+    """Make a case where it is not whole yet, and keep beside its answer how long that took."""
+    started = time.perf_counter()
+    kept = answers / make(order, seed, SCENARIO, data, answers).name / SECONDS
+    if not kept.exists():
+        kept.write_text(f"{time.perf_counter() - started:.3f}\n", encoding="utf-8")
 
 
 def _diagnose(data: Path, diagnoses: Path, jobs: int) -> None:
@@ -94,6 +130,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--cases", type=int, default=ALL, help=f"default {ALL}")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2, help="processes, default 2")
+    parser.add_argument("--write", action="store_true", help="write the score card into docs/blind.md and blind.json")
     parser.add_argument("--out", type=Path, help="default runs/blind-CASES-SEED")
     chosen = parser.parse_args()
     if chosen.out is None:

@@ -12,8 +12,9 @@ import traceback
 from pathlib import Path
 from typing import Any
 
+from benchmarks.blind_candidates import CANDIDATES, candidates_of
 from testbed.assembly.platform import nominal_platform
-from testbed.diagnosis.findings import noise_notices
+from testbed.diagnosis.findings import first_screening, noise_notices
 from testbed.diagnosis.location import located
 from testbed.diagnosis.plausibility import require_explicable
 from testbed.diagnosis.reading import data_set_of
@@ -39,14 +40,25 @@ def diagnosis_of(scenario_path: Path, data: Path) -> dict[str, Any]:
     Raises:
         InputError: the records cannot be used.
     """
+    return diagnosis_and_candidates(scenario_path, data)[0]
+
+
+def diagnosis_and_candidates(scenario_path: Path, data: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the diagnosis, and what its first screening compared; arguments and errors as `diagnosis_of`."""
     scenario = read_scenario(scenario_path)
     nominal = nominal_platform(scenario)
     records = data_set_of(read_data_set(data), scenario, nominal)
-    *_, last = diagnosed(
+    stages = diagnosed(
         records.runs, records.heldout, EFFECTS, theta_of(nominal.inertia), reading_effects=READING_EFFECTS
     )
+    screening = None
+    for last in stages:
+        screening = screening or first_screening(last)
     require_explicable(last.runs, last.gap_before.fit, last.gap.fit)
-    return result_of(last, located(last.runs, last.baseline), (*records.notices, *noise_notices(last)))
+    return (
+        result_of(last, located(last.runs, last.baseline), (*records.notices, *noise_notices(last))),
+        candidates_of(records.runs, last.baseline, screening, READING_EFFECTS),
+    )
 
 
 def diagnose_case(scenario: Path, data: Path, folder: Path) -> Path:
@@ -57,7 +69,7 @@ def diagnose_case(scenario: Path, data: Path, folder: Path) -> Path:
     Args:
         scenario: the nominal one.
         data: folder of the case's records.
-        folder: for diagnosis.json, refused.txt or crashed.txt, and for the seconds that it took.
+        folder: for diagnosis.json with candidates.json, refused.txt or crashed.txt, and for the seconds that it took.
 
     Returns:
         The folder.
@@ -65,19 +77,22 @@ def diagnose_case(scenario: Path, data: Path, folder: Path) -> Path:
     if not any((folder / name).exists() for name in (DIAGNOSIS, REFUSED)):
         folder.mkdir(parents=True, exist_ok=True)
         started = time.perf_counter()
-        name, text = _answer(scenario, data)
+        texts = _answer(scenario, data)
         _write(folder / SECONDS, f"{time.perf_counter() - started:.3f}\n")
-        _write(folder / name, text)
+        for name, text in texts.items():
+            _write(folder / name, text)
     return folder
 
 
-def _answer(scenario: Path, data: Path) -> tuple[str, str]:
+def _answer(scenario: Path, data: Path) -> dict[str, str]:
+    """Return the files to write, that which says that a case is done at the end."""
     try:
-        return DIAGNOSIS, json.dumps(diagnosis_of(scenario, data), indent=1) + "\n"
+        diagnosis, candidates = diagnosis_and_candidates(scenario, data)
     except InputError as error:
-        return REFUSED, f"{error}\n"
+        return {REFUSED: f"{error}\n"}
     except Exception:  # one case must not end the others; it counts as a miss
-        return CRASHED, traceback.format_exc()
+        return {CRASHED: traceback.format_exc()}
+    return {CANDIDATES: json.dumps(candidates) + "\n", DIAGNOSIS: json.dumps(diagnosis, indent=1) + "\n"}
 
 
 def _write(path: Path, text: str) -> None:

@@ -1,0 +1,62 @@
+"""What the diagnosis compared first, kept beside diagnosis.json for the methods that it is held against.
+
+Nothing here knows of answers, and no user's output holds it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from testbed.diagnosis.data import Runs
+from testbed.diagnosis.model import Fit
+from testbed.diagnosis.noise import readings_of
+from testbed.diagnosis.screening import Screening
+from testbed.effects.contract import ReadingEffect
+
+CANDIDATES = "candidates.json"
+
+
+def candidates_of(
+    runs: Runs, baseline: Fit, screening: Screening | None, reading_effects: Mapping[str, ReadingEffect]
+) -> dict[str, Any]:
+    """Return every hypothesis with the χ² that it takes off the baseline, and the parameters that it needs.
+
+    The gain is that of the refit where there was one, else the linearised one, which a refit hardly exceeds.
+
+    Args:
+        runs: with the noise that is stated.
+        baseline: the nominal model fitted to them.
+        screening: of the hypotheses against it; None where there were none.
+        reading_effects: those on the scatter of the gyro's samples, by id.
+    """
+    hypotheses = [*_scatter(runs, baseline, reading_effects), *([] if screening is None else _predicted(screening))]
+    tested = len(hypotheses)
+    return {"samples": runs.samples, "tested": tested, "hypotheses": [each for each in hypotheses if each["rank"]]}
+
+
+def _predicted(screening: Screening) -> Iterator[dict[str, Any]]:
+    refitted = {candidate.placed.key: candidate.gain for candidate in screening.candidates}
+    for signature in screening.signatures:
+        placed = signature.placed
+        yield {
+            "effect": placed.effect.id,
+            "component": placed.component,
+            "rank": signature.rank,
+            "gain": refitted.get(placed.key, signature.score),
+            "refitted": placed.key in refitted,
+        }
+
+
+def _scatter(runs: Runs, baseline: Fit, effects: Mapping[str, ReadingEffect]) -> Iterator[dict[str, Any]]:
+    readings = readings_of(runs, baseline)
+    for effect in effects.values():
+        for component in effect.components:
+            finding = effect.found(component, readings)
+            yield {
+                "effect": effect.id,
+                "component": component,
+                "rank": len(effect.parameters),
+                "gain": 0.0 if finding is None else finding.gain,
+                "refitted": True,
+            }

@@ -1,0 +1,140 @@
+"""docs/blind.md: the score card of the blind set as a page, from what score.json holds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from itertools import groupby
+from typing import Any
+
+from benchmarks.blind_baselines import BIC, ORACLE, OURS, REDUCTION, SINDY, Comparison
+from testbed.scoring.card import ScoreCard, card_content
+
+_METHODS = (OURS, REDUCTION, BIC, SINDY, ORACLE)
+_HEAD = """# The blind set
+
+Written by `make blind`; do not edit. What each figure means: [scoring.md](scoring.md).
+
+"""
+_METHODS_TOLD = f"""
+The other methods see the same records. *{REDUCTION}* names the hypothesis that takes most off χ²; *{BIC}* the one with
+the best Bayesian information criterion, without a test; both choose among all hypotheses of the diagnosis, refitted
+where it refitted them, else linearised. *{SINDY}* is the sparse regression (STLSQ of pysindy) of the differentiated
+residual torque on the torques that each hypothesis would make, linearised. The *{ORACLE}* is told which effect it is,
+and only asks whether a likelihood-ratio test finds it at 5 % family-wise error: no test of these data has more power.
+"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Making:
+    """How a score came about.
+
+    Attributes:
+        command: that makes it.
+        seed: of the set.
+        where: date, machine and versions.
+        making_seconds: that it took to make each case.
+        diagnosis_seconds: that each diagnosis took.
+    """
+
+    command: str
+    seed: int
+    where: str
+    making_seconds: tuple[float, ...]
+    diagnosis_seconds: tuple[float, ...]
+
+
+def content_of(card: ScoreCard, others: Sequence[Comparison], making: Making) -> dict[str, Any]:
+    """Return what score.json holds."""
+    return card_content(card) | {"others": [asdict(each) for each in others], "making": asdict(making)}
+
+
+def page(content: Mapping[str, Any]) -> str:
+    """Return the page.
+
+    Args:
+        content: of score.json.
+    """
+    making = content["making"]
+    lines = [
+        f"`{making['command']}`, seed {making['seed']}, {content['cases']} cases, {content['sealed']} answers as they "
+        f"were sealed; {len(content['failures'])} cases without a diagnosis.",
+        "",
+        making["where"] + ".",
+        "",
+        _seconds("Making a case", making["making_seconds"]),
+        _seconds("A diagnosis", making["diagnosis_seconds"]),
+        "\n## Figures\n",
+        *_figures(content["rows"]),
+        "\n## Other methods on the same cases\n",
+        *_comparisons(content["others"]),
+        _METHODS_TOLD,
+        "## How far probabilities can be believed\n",
+        *_reliability(content["calibration"]),
+        "\n## What was said first\n",
+        *_confusion(content["confusion"]),
+    ]
+    return _HEAD + "\n".join(lines) + "\n"
+
+
+def _seconds(what: str, seconds: Sequence[float]) -> str:
+    if not seconds:
+        return f"{what}: no times were kept."
+    ordered = sorted(seconds)
+    middle, most = ordered[len(ordered) // 2], ordered[-1]
+    return f"{what} took {middle:.1f} s in the median, {most:.1f} s at most, {sum(ordered) / 60.0:.0f} min in all."
+
+
+def _table(*rows: Sequence[str]) -> Iterator[str]:
+    head, *rest = rows
+    yield f"| {' | '.join(head)} |"
+    yield "|---" * len(head) + "|"
+    yield from (f"| {' | '.join(row)} |" for row in rest)
+
+
+def _figures(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    table = [("", "value", "of", "95 % interval", "wanted")]
+    for part, own in groupby(rows, key=lambda row: row["part"]):
+        table.append((f"**{part}**", "", "", "", ""))
+        for row in own:
+            table.append((row["what"], _value(row), str(row["of"]), _interval(row), row["wanted"]))
+            if row["limit_wanted"]:
+                table.append(("its one-sided 95 % limit", f"{row['upper_limit']:.1%}", "", "", row["limit_wanted"]))
+    return _table(*table)
+
+
+def _comparisons(others: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    methods = [method for method in _METHODS if any(method in each["rows"] for each in others)]
+    table = [("", "of", *methods)]
+    for each in others:
+        rows = each["rows"]
+        told = [f"{_value(rows[method])} ({_interval(rows[method])})" if method in rows else "" for method in methods]
+        table.append((f"{each['part']}: {each['what']}", str(rows[OURS]["of"]), *told))
+    return _table(*table)
+
+
+def _reliability(bins: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    table = [("probability told", "mean", "share right", "of")]
+    for each in bins:
+        edges, told = f"{each['low']:.1f} to {each['high']:.1f}", f"{each['probability']:.3f}"
+        table.append((edges, told, f"{each['right']:.3f}", str(each["of"])))
+    return _table(*table)
+
+
+def _confusion(table: Mapping[str, Mapping[str, int]]) -> Iterator[str]:
+    told = {hidden: ", ".join(f"{said} {count}" for said, count in counts.items()) for hidden, counts in table.items()}
+    return _table(("hidden", "said first, times"), *told.items())
+
+
+def _value(row: Mapping[str, Any]) -> str:
+    if row["value"] is None:
+        return "-"
+    return f"{row['value']:.3g}" if row["hits"] is None else f"{row['value']:.1%}"
+
+
+def _interval(row: Mapping[str, Any]) -> str:
+    if row["low"] is None or row["high"] is None:
+        return "-"
+    if row["hits"] is None:
+        return f"{row['low']:.3g} to {row['high']:.3g}"
+    return f"{row['low']:.1%} to {row['high']:.1%}"

@@ -1,0 +1,112 @@
+"""SINDy on the blind set: python -m benchmarks.blind_sindy OUT, after `make blind`; then `make blind` scores it too.
+
+The nominal model is fitted to the fit runs of a case as the diagnosis fits it. What is left of the body rate, and what
+each hypothesis would change it by, linearised, go to pysindy in an environment of its own under build/, which
+differentiates both, multiplies by the inertia, and regresses the residual torque sparsely on the hypotheses' torques
+(`foreign/sindy_terms.py`). The hypothesis whose terms stay and are the largest is what SINDy says first; none where no
+term stays. Nothing here knows of answers. What is there already in OUT/sindy is kept.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.environments import environment
+from testbed.assembly.platform import nominal_platform
+from testbed.diagnosis.data import Runs
+from testbed.diagnosis.hypotheses import hypotheses
+from testbed.diagnosis.model import fitted
+from testbed.diagnosis.reading import data_set_of
+from testbed.diagnosis.signatures import Signature, signatures
+from testbed.dynamics.inertia import theta_of
+from testbed.effects.registry import EFFECTS
+from testbed.errors import InputError
+from testbed.records.reading import read_data_set
+from testbed.scenario.reader import read_scenario
+from testbed.scoring.formats import place_key
+
+SCENARIO = Path("scenarios/diagnose.toml")
+SCRIPT = Path(__file__).with_name("foreign") / "sindy_terms.py"
+REQUIREMENT = "pysindy==2.1.0"
+LABELS = "sindy"
+_TOGETHER = 20
+"""Cases for which pysindy is started once."""
+_JOBS = 2
+
+
+def read_labels(out: Path) -> dict[str, str]:
+    """Return what SINDy said first, by case; empty where it was not run."""
+    return {path.stem: path.read_text(encoding="utf-8").strip() for path in sorted((out / LABELS).glob("case_*.txt"))}
+
+
+def write_terms(data: Path, path: Path) -> None:
+    """Write what is left of a case's body rates and what each hypothesis would make of them, for SINDy.
+
+    Args:
+        data: folder of the case's records.
+        path: of an npz: `inertia` (3, 3), kg·m²; `terms`, the hypothesis of every column; of each run r `time_r` (N,),
+            s, `residual_r` (N, 3), rad/s, and `columns_r` (N, 3, K), rad/s per unit of each parameter.
+
+    Raises:
+        InputError: the records cannot be used.
+    """
+    scenario = read_scenario(SCENARIO)
+    nominal = nominal_platform(scenario)
+    runs = data_set_of(read_data_set(data), scenario, nominal).runs
+    fit = fitted(runs, [], theta_of(nominal.inertia), [])
+    best: dict[str, Signature] = {}
+    for signature in signatures(runs, fit, hypotheses(runs, EFFECTS)[0]):
+        key = signature.placed.key
+        if signature.rank and (key not in best or signature.score > best[key].score):
+            best[key] = signature
+    terms = [key for key, signature in best.items() for _ in range(signature.columns.shape[1])]
+    columns = np.hstack([np.zeros((len(fit.residual), 0)), *(signature.columns for signature in best.values())])
+    together = np.hstack([fit.residual[:, None], columns])[: runs.samples]
+    arrays = {}
+    for index, part in enumerate(_by_run(runs, together)):
+        arrays |= {f"residual_{index}": part[..., 0], f"columns_{index}": part[..., 1:]}
+        arrays[f"time_{index}"] = runs.grid.runs[index].gyro_time
+    np.savez(path, inertia=nominal.inertia, terms=np.array(terms, dtype=str), **arrays)
+
+
+def _by_run(runs: Runs, whitened: np.ndarray) -> list[np.ndarray]:
+    """Return rows of all runs as they are in rad/s, each run's of shape (N, 3, C)."""
+    edges = np.cumsum([rates.size for rates in runs.measured])[:-1]
+    parts = np.split(whitened, edges)
+    return [part.reshape(-1, 3, part.shape[1]) * sigma[:, None] for part, sigma in zip(parts, runs.sigma, strict=True)]
+
+
+def label_cases(python: Path, cases: tuple[Path, ...], labels: Path) -> int:
+    """Ask SINDy of some cases, and keep what it said as LABELS/CASE.txt; return how many could be asked of."""
+    with tempfile.TemporaryDirectory() as folder:
+        for case in cases:
+            try:
+                write_terms(case, Path(folder) / f"{case.name}.npz")
+            except InputError:
+                continue  # refused by the diagnosis as well
+        done = subprocess.run([str(python), str(SCRIPT), folder], check=True, capture_output=True, text=True)
+    said = [line.split() for line in done.stdout.splitlines()]
+    for name, label in said:
+        (labels / f"{name}.txt").write_text(f"{place_key(label)}\n", encoding="utf-8")
+    return len(said)
+
+
+def main() -> None:
+    out = Path(sys.argv[1])
+    python, labels = environment("sindy-venv", REQUIREMENT), out / LABELS
+    labels.mkdir(exist_ok=True)
+    left = [case for case in sorted((out / "data").iterdir()) if not (labels / f"{case.name}.txt").exists()]
+    shares = [tuple(left[first : first + _TOGETHER]) for first in range(0, len(left), _TOGETHER)]
+    with ProcessPoolExecutor(_JOBS) as pool:
+        asked = [pool.submit(label_cases, python, cases, labels) for cases in shares]
+        print(f"{sum(future.result() for future in asked)} of {len(left)} cases asked of SINDy; kept in {labels}")
+
+
+if __name__ == "__main__":
+    main()
