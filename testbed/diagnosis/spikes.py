@@ -6,7 +6,6 @@ than the noise; what the platform does, or an effect of the library, lasts for l
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,12 +17,14 @@ from testbed.diagnosis.model import Fit
 from testbed.diagnosis.noise import readings_of
 from testbed.estimation.telemetry import Telemetry
 
-_WILD = 5.0
-"""Times the usual distance of a sample from its neighbours; 1e-6 of normal samples are as far off."""
+_WILD = 4.5
+"""Times the noise by which a sample lies beyond those before and those after it; of normal samples, 1e-6 do."""
 _MOST = 0.05
 """Share of wild samples, of all runs, beyond which they are what this gyro shows, and no accidents."""
-_NEIGHBOURS = 2
-"""On either side: the median of four follows a jump of the rate."""
+_SIDE = 2
+"""Samples on either side that it is compared with: the edge of a jump agrees with one side."""
+_OF_DIFFERENCES = float(np.sqrt(1.0 + 1.0 / _SIDE))
+"""Standard deviation of a sample less the mean of its neighbours on one side, in that of the noise."""
 
 
 def without_spikes(runs: Runs, fit: Fit) -> tuple[tuple[Telemetry, ...], tuple[int, ...]]:
@@ -47,13 +48,16 @@ def _less(run: Telemetry, gone: Flags) -> Telemetry:
 
 def _wild(residual: Array, sigma: Array) -> Flags:
     """Return which samples of a run are wild on any axis, shape (N,)."""
-    apart = residual - _median_of_neighbours(residual)
-    usual = np.maximum(sigma, median_abs_deviation(apart, axis=0, scale="normal"))
-    return np.asarray((np.abs(apart) > _WILD * usual).any(axis=1))
+    before, after = (
+        residual - _neighbours(residual, slice(0, _SIDE)),
+        residual - _neighbours(residual, slice(-_SIDE, None)),
+    )
+    usual = np.maximum(sigma, median_abs_deviation(before, axis=0, scale="normal") / _OF_DIFFERENCES)
+    alone = (before * after > 0.0) & (np.minimum(np.abs(before), np.abs(after)) > _WILD * usual)
+    return np.asarray(alone.any(axis=1))
 
 
-def _median_of_neighbours(values: Sequence[Array] | Array) -> Array:
-    """Return the median of the samples around each, its own left out, shape (N, 3)."""
-    padded = np.pad(values, ((_NEIGHBOURS, _NEIGHBOURS), (0, 0)), mode="reflect")
-    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * _NEIGHBOURS + 1, axis=0)
-    return np.asarray(np.median(np.delete(around, _NEIGHBOURS, axis=-1), axis=-1))
+def _neighbours(values: Array, side: slice) -> Array:
+    """Return the mean of the samples before or after each, shape (N, 3); beyond an end they are mirrored."""
+    padded = np.pad(values, ((_SIDE, _SIDE), (0, 0)), mode="reflect")
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, 2 * _SIDE + 1, axis=0)[..., side].mean(axis=-1))

@@ -1,0 +1,79 @@
+"""What held-out runs say of a model, and torques of no effect by their shape."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from typing_extensions import override
+
+from testbed.diagnosis.evidence import goodness, log_evidence, on_all_runs
+from testbed.diagnosis.model import Placed, fitted
+from testbed.diagnosis.reading import data_set_of
+from testbed.diagnosis.torque_shapes import torque_shapes
+from testbed.dynamics.inertia import theta_of
+from testbed.effects.registry import EFFECTS
+from testbed.prediction.hooks import Hooks
+from tests.diagnosed_records import nominal, records
+
+LATENCY = Placed(effect=EFFECTS["gyro_latency"], component="gyro")
+
+
+class Growing(Hooks):
+    @override
+    def torque(self, value, at):
+        return value[:, :1] * (at.time[..., None] - 0.0) * np.array([1.0, -0.5, 0.3])
+
+
+class Humming(Hooks):
+    @override
+    def torque(self, value, at):
+        return value[:, :1] * np.sin(2.0 * np.pi * 1.3 * at.time[..., None]) * np.array([1.0, 0.5, 0.0])
+
+
+def baseline(used, placed=()):
+    scenario, platform = nominal()
+    data = data_set_of(used, scenario, platform)
+    fit = fitted(data.runs, placed, theta_of(platform.inertia), [np.zeros(each.size) for each in placed])
+    return data, fit
+
+
+def carried(used):
+    data, without = baseline(used)
+    _, with_latency = baseline(used, [LATENCY])
+    return log_evidence(data.heldout, with_latency) - log_evidence(data.heldout, without)
+
+
+def test_an_effect_that_is_there_carries_over_to_held_out_runs():
+    assert carried(records(3, hooks=[LATENCY.hooks], values=[np.array([6e-3])])) > 10.0
+
+
+def test_an_effect_that_is_not_there_does_not_carry_over():
+    gained = [carried(records(3, seed=seed)) for seed in range(12)]
+    assert np.mean(np.exp(0.5 * np.array(gained))) < 3.0  # its expectation is 1: so it is a p-value's divisor
+    assert np.median(gained) < 0.5
+
+
+def test_without_held_out_runs_nothing_is_said():
+    data, fit = baseline(records(1))
+    assert log_evidence(data.heldout, fit) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("hook", "size", "words", "frequency"),
+    [(Growing(), 4e-5, "grows in proportion", None), (Humming(), 4e-4, "oscillates at", 1.3)],
+)
+def test_a_torque_of_no_effect_is_told_by_its_shape(hook, size, words, frequency):
+    data, fit = baseline(records(3, hooks=[hook], values=[np.array([size])]))
+    best = torque_shapes(*on_all_runs(data.runs, data.heldout, fit))[0]
+    assert words in best.words
+    assert best.p_value < 1e-6
+    assert frequency is None or best.frequency_hz == pytest.approx(frequency, abs=0.1)
+
+
+def test_noise_has_no_shape_and_suits_the_model():
+    data, fit = baseline(records(3))
+    everything, on_all = on_all_runs(data.runs, data.heldout, fit)
+    shapes = torque_shapes(everything, on_all)
+    assert shapes[0].evidence < 0.0
+    assert min(shape.p_value for shape in shapes) > 0.05
+    assert goodness(on_all, everything.noise_freedom) > 0.01

@@ -1,0 +1,108 @@
+"""What the data gate does before anything is named: spikes, unstated noise, telemetry noise, roles."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from testbed.diagnosis.chance import chance
+from testbed.diagnosis.reading import data_set_of
+from testbed.effects.contact import Contact, begin_of_runs
+from testbed.effects.registry import EFFECTS
+from tests.diagnosed_records import NOISE, nominal, records
+
+
+@pytest.fixture(scope="module")
+def good():
+    return records(4)
+
+
+def read(used):
+    return data_set_of(used, *nominal())
+
+
+def with_rate(record, rate):
+    return replace(record, channels={**record.channels, "body_rate": rate})
+
+
+def unstated(record):
+    return replace(record, details=replace(record.details, gyro_noise=None, source="measured"))
+
+
+def test_spikes_are_left_out_and_all_else_is_kept(good):
+    rate = good[0].channels["body_rate"].copy()
+    rate[[7, 30], [0, 2]] += np.array([12.0, -20.0]) * NOISE
+    data = read([with_rate(good[0], rate), *good[1:]])
+    kept = data.runs.grid.runs[0].gyro_time
+    assert sorted(set(good[0].time) - set(kept)) == good[0].time[[7, 30]].tolist()
+    assert any("run1: 2 gyro samples stand alone" in notice for notice in data.notices)
+
+
+def test_a_gyro_that_shows_nothing_but_spikes_keeps_them():
+    rng = np.random.default_rng(5)
+    wild = []
+    for record in records(2, seed=3):
+        hit = rng.random(record.channels["body_rate"].shape) < 0.1
+        wild.append(with_rate(record, record.channels["body_rate"] + 20.0 * NOISE * hit))
+    data = read(wild)
+    assert all(len(run.gyro_time) == len(wild[0].time) for run in data.runs.grid.runs)
+
+
+def test_a_jump_of_the_rate_is_no_spike(good):
+    rate = good[0].channels["body_rate"].copy()
+    rate[30:] += 12.0 * NOISE
+    assert len(read([with_rate(good[0], rate), *good[1:]]).runs.grid.runs[0].gyro_time) == len(good[0].time)
+
+
+def test_unstated_noise_is_told_from_all_runs_together_and_known_as_well_as_that(good):
+    data = read([unstated(record) for record in good])
+    assert data.runs.sigma == pytest.approx(NOISE, rel=0.15)
+    assert np.ptp(data.runs.sigma) == 0.0
+    assert 200.0 < data.runs.noise_freedom < sum(record.channels["body_rate"].size for record in good)
+
+
+def test_stated_noise_is_known_exactly(good):
+    assert np.isinf(read(good).runs.noise_freedom)
+
+
+def test_the_encoders_noise_is_added_to_the_gyros(good):
+    rng = np.random.default_rng(2)
+    noisy = []
+    for record in good:
+        angle = record.channels["gimbal_angle"]
+        noisy.append(
+            replace(record, channels={**record.channels, "gimbal_angle": angle + rng.normal(0.0, 2e-3, angle.shape)})
+        )
+    _, platform = nominal()
+    share = read(noisy).runs.sigma ** 2 - read(good).runs.sigma ** 2
+    added = (share.mean(axis=0) * np.diag(platform.inertia) ** 2).sum()
+    assert added == pytest.approx(6.0 * (2e-3 * platform.cluster.rotor_momentum[0]) ** 2, rel=0.3)
+
+
+def test_an_estimated_noise_makes_a_large_sum_of_squares_less_surprising():
+    assert chance(150.0, 100, np.inf) == pytest.approx(0.00090, rel=0.05)
+    assert chance(150.0, 100, 50.0) > 10.0 * chance(150.0, 100, np.inf)
+
+
+def test_a_run_that_was_touched_is_fitted_wherever_it_stands():
+    touched = records(3, hooks=[Contact().hooks("platform")], values=[touch_in_the_third_run()])
+    assert read(touched).heldout.names == ("run2",)
+    assert read(records(3)).heldout.names == ("run3",)
+
+
+def touch_in_the_third_run():
+    begin = begin_of_runs(read(records(3)).runs.grid)
+    between = float(begin[1])  # of runs of equal length
+    return np.array([2.0 * between + 2.0, 3e-4, -2e-4, 1e-4])
+
+
+def test_a_clipped_run_is_fitted_wherever_it_stands(good):
+    rate = good[2].channels["body_rate"]
+    clipped = with_rate(good[2], np.clip(rate, -0.8 * np.abs(rate).max(), 0.8 * np.abs(rate).max()))
+    assert "run3" in read([*good[:2], clipped]).runs.names
+
+
+def test_only_a_touch_happens_once():
+    assert [effect.id for effect in EFFECTS.values() if not effect.recurs] == ["contact"]
