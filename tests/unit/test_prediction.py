@@ -13,9 +13,9 @@ from testbed.arrays import Array
 from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError
 from testbed.estimation.motion import drive_of, simulate
+from testbed.prediction.algebra import symmetric_inverse
 from testbed.prediction.grid import grid_of
 from testbed.prediction.hooks import Hooks, Instant
-from testbed.prediction.algebra import symmetric_inverse
 from testbed.prediction.integration import Values
 from testbed.prediction.prediction import predicted, predicted_with_derivatives
 
@@ -123,6 +123,22 @@ def test_derivatives_agree_with_differences():
             difference = (forward[run][0] - back[run][0]) / (2 * step)
             # A central difference of 1e-5: 1e-10 of truncation, 1e-16 / 1e-5 of rounding, both per scale.
             np.testing.assert_allclose(derivatives[run][..., index] * scale, difference * scale, atol=2e-9)
+
+
+def test_all_steps_at_once_are_what_stepping_along_gives():
+    """Sets of different motions are stepped along, one motion is found by Newton's method."""
+    hook, sizes = Everything(), np.stack([SIZES, 1.1 * SIZES])
+    along = predicted(GRID, [hook], values(sizes))
+    for index, size in enumerate(sizes):
+        for run, at_once in enumerate(predicted(GRID, [hook], values(size))):
+            np.testing.assert_allclose(at_once[0], along[run][index], atol=1e-13)  # rad/s: rounding
+
+
+def test_a_motion_is_found_whatever_the_gyro_said():
+    silent = [replace(run, body_rate=np.zeros_like(run.body_rate)) for run in (RUN, SHORT)]
+    heard, unheard = (predicted(grid, [Everything()], values(SIZES)) for grid in (GRID, grid_of(silent)))
+    for run in range(2):
+        np.testing.assert_allclose(unheard[run], heard[run], atol=1e-13)
 
 
 @pytest.mark.parametrize("lag", [1e-4, 0.02, 0.3])
