@@ -108,7 +108,7 @@ def _linearised(runs: Runs, fit: Fit, hypotheses: Sequence[Placed]) -> Iterator[
         for (placed, start), part in zip(absent, np.split(columns, edges, axis=1), strict=True):
             yield placed, start, part
     for placed, rows in starts:
-        if not _is_absent(placed, rows):
+        if len(rows) and not _is_absent(placed, rows):
             for start, columns in zip(rows, _scanned_columns(runs, fit, placed, rows), strict=True):
                 yield placed, start, columns
 

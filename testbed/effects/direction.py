@@ -9,8 +9,8 @@ from testbed.prediction.grid import Grid
 
 SPECK = 1e-9
 """Share of the typical size at which a search starts: no motion shows it, but it has a direction."""
-MOST_DAMPED = 0.3
-"""Damping ratio; beyond it a mode is no line in the spectrum, and passes for drag."""
+MOST_DAMPED = 0.5
+"""Damping ratio; beyond it a mode does not swing, and passes for drag."""
 _RATIO = 1.4
 _DAMPING_RATIO = 0.15
 """Between such frequencies and at this damping, a mode damped by 0.005 to 0.05 still shows half of its χ²."""
@@ -40,6 +40,8 @@ def scanned(grid: Grid, lowest: float, highest: float, typical: float) -> Array:
         typical: size of v.
     """
     lowest = max(lowest, 1.0 / float(np.ptp(grid.time, axis=1).max()))
+    if lowest > highest:
+        return np.zeros((0, 5))
     count = 1 + round(np.log(highest / lowest) / np.log(_RATIO))
     specks = SPECK * typical * np.eye(3)
     frequencies = np.geomspace(lowest, highest, count)
