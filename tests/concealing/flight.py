@@ -191,7 +191,7 @@ def fly(
     clock: Clock,
     sensors: SensorNumbers,
     noise: Noise,
-    refinement: int = 1,
+    refinement: float = 1.0,
 ) -> FlightLog:
     """Fly to the end of the clock.
 
@@ -229,7 +229,7 @@ def _row(readings: _Readings) -> dict[str, Array]:
 
 
 def _through_period(
-    mechanics: Mechanics, trace: _Trace, state: Array, time: float, period: float, inputs: Inputs, refinement: int
+    mechanics: Mechanics, trace: _Trace, state: Array, time: float, period: float, inputs: Inputs, refinement: float
 ) -> Array:
     """Integrate one control period, in pieces that end at blows and where the gyro looks."""
     look = time + trace.share * period
@@ -251,7 +251,7 @@ def _through_period(
     return state
 
 
-def _steps(start: float, end: float, fastest: float, refinement: int) -> Iterator[tuple[float, float]]:
+def _steps(start: float, end: float, fastest: float, refinement: float) -> Iterator[tuple[float, float]]:
     count = steps_for(end - start, fastest, refinement)
     size = (end - start) / count
     return ((start + index * size, size) for index in range(count))
@@ -269,7 +269,12 @@ def _struck(mechanics: Mechanics, state: Array, time: float) -> Array:
 
 
 def follow(
-    mechanics: Mechanics, start: Array, demand: Callable[[int], Array], period: float, ticks: int, refinement: int = 1
+    mechanics: Mechanics,
+    start: Array,
+    demand: Callable[[int], Array],
+    period: float,
+    ticks: int,
+    refinement: float = 1.0,
 ) -> Array:
     """Return the states at the ticks of a flight under given torque demands, (ticks + 1, B, n), without sensors."""
     states, state = [start], start

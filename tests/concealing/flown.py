@@ -79,7 +79,7 @@ def theta(craft: Craft) -> list[float]:
     return [float(craft.inertia[entry]) for entry in _ENTRIES]
 
 
-def fly_case(case: Case, *, quiet: bool = False, refinement: int = 1) -> FlownCase:
+def fly_case(case: Case, *, quiet: bool = False, refinement: float = 1.0) -> FlownCase:
     """Fly all runs of a case.
 
     Args:

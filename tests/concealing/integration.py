@@ -34,6 +34,6 @@ def step(derivative: Callable[[float, Array], Array], time: float, state: Array,
     return state + size * (_WEIGHTS @ flat).reshape(state.shape)
 
 
-def steps_for(span: float, fastest: float, refinement: int = 1) -> int:
+def steps_for(span: float, fastest: float, refinement: float = 1.0) -> int:
     """Return into how many steps a span is divided, given the fastest rate of any motion, 1/s."""
-    return max(1, int(np.ceil(span * fastest / REACH - 1e-9))) * refinement
+    return max(1, int(np.ceil(span * fastest * refinement / REACH - 1e-9)))
