@@ -17,8 +17,9 @@ RELEASE_SPIN = 0.3
 """rad/s. It doubles several distances by itself, and makes a gyro's scale visible."""
 BIAS_ANGLE = 0.4
 """rad; of the gimbals that hold a momentum bias, 0.01 N·m·s along z on the nominal platform."""
-TURNS = (6, 6, 10, 10, 21, 21)
+TURNS = (2, 4, 8, 16)
 """Random angles that a path goes through: slow paths go far, fast ones accelerate."""
+_DIAGONALS = np.array([[1.0, 1.0, 1.0], [1.0, 1.0, -1.0], [1.0, -1.0, 1.0], [-1.0, 1.0, 1.0]]) / np.sqrt(3.0)
 _SEED = 1
 _FARTHEST = 1.5
 """rad from the first angles; the limits make it less."""
@@ -31,9 +32,9 @@ def drawn_flights(room: Room) -> list[NextFlight]:
     Args:
         room: the limits.
     """
-    rng = np.random.default_rng(_SEED)
-    paths = [_path(rng.uniform(-_FARTHEST, _FARTHEST, (turns, 6))) for turns in TURNS]
-    flights = (_largest(room, *release, path) for release, path in product(_releases(room.cluster), paths))
+    flights = (
+        _largest(room, *release, path) for release, path in product(_releases(room.cluster), _paths(room.cluster))
+    )
     return [flight for flight in flights if flight is not None]
 
 
@@ -52,18 +53,30 @@ def _releases(cluster: Cluster) -> Iterator[tuple[Array, Units]]:
     """Yield body rates and first gimbal angles."""
     still, none = np.zeros(3), np.zeros(6)
     yield still, none
-    for axis, sign in product(np.eye(3), (1.0, -1.0)):
-        yield sign * RELEASE_SPIN * axis, none
+    for axis in (*np.eye(3), *_DIAGONALS):
+        yield RELEASE_SPIN * axis, none
     for axis in np.eye(3):
         angle = np.linalg.pinv(momentum_jacobian(cluster, none)) @ axis
         yield still, BIAS_ANGLE * angle / np.abs(angle).max()
 
 
+def _paths(cluster: Cluster) -> list[Array]:
+    """Return paths of any gimbal motion, and as many that leave out null motion, which moves nothing but the units."""
+    rng = np.random.default_rng(_SEED)
+    jacobian = momentum_jacobian(cluster, np.zeros(6))
+    moving = np.linalg.pinv(jacobian) @ jacobian
+    drawn = [rng.uniform(-_FARTHEST, _FARTHEST, (turns, 6)) for turns in TURNS]
+    return [_path(angles) for angles in (*drawn, *(each @ moving for each in drawn))]
+
+
 def _path(angles: Array) -> Array:
-    """Return the free control points of a path through given angles, shape (CONTROL_POINTS - 3, 6), rad."""
-    return np.asarray(
-        CubicSpline(np.linspace(0.0, 1.0, len(angles)), angles)(np.linspace(0.0, 1.0, CONTROL_POINTS - 3))
-    )
+    """Return the free control points of a path from zero through given angles, shape (CONTROL_POINTS - 3, 6), rad.
+
+    It leaves and arrives slowly: a jump at either end would take the whole of the acceleration limit.
+    """
+    through = np.concatenate([np.zeros((1, 6)), angles])
+    spline = CubicSpline(np.linspace(0.0, 1.0, len(through)), through, bc_type="clamped")
+    return np.asarray(spline(np.linspace(0.0, 1.0, CONTROL_POINTS - 1)[1:-1]))
 
 
 def _largest(room: Room, body_rate: Array, first: Units, path: Array) -> NextFlight | None:

@@ -44,9 +44,8 @@ class NextFlight:
         """How the platform is let go, in words."""
         spin = float(np.linalg.norm(self.body_rate))
         if spin > _STILL:
-            axis = int(np.abs(self.body_rate).argmax())
-            sign = "-" if self.body_rate[axis] < 0.0 else ""
-            return f"with a spin of {spin:.2g} rad/s about {sign}{'xyz'[axis]}"
+            rates = ", ".join(f"{rate:.3g}" for rate in self.body_rate)
+            return f"with a spin of {spin:.2g} rad/s, ({rates}) in body axes"
         if np.abs(self.initial_gimbal_angle).max() > _STILL:
             angles = ", ".join(f"{angle:.2f}" for angle in self.initial_gimbal_angle)
             return f"at rest with the cluster holding momentum: gimbals at {angles} rad"
