@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import ceil
 from typing import Literal
 
 import numpy as np
@@ -13,13 +14,15 @@ from testbed.dynamics.inertia import theta_of
 from testbed.errors import InputError
 from testbed.estimation.estimate import EstimationSettings
 from testbed.estimation.gyro_noise import gyro_noise_of
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import Servo, Telemetry
 from testbed.maneuver.maneuver import Maneuver
 from testbed.records.record import Record
 from testbed.records.selection import sampled, usable
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.scenario import Scenario
 
+_CLOCK_JITTER = 0.01
+"""Of a control period, by which the times of samples may be off."""
 _ACTUATOR_CHANNELS = ("gimbal_angle", "cluster_momentum", "applied_torque")
 
 
@@ -53,6 +56,7 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
         applied_torque=_at(part, "applied_torque", time) if "applied_torque" in part.channels else None,
         gimbal_torque=_inner(part, "gimbal_torque", time, source),
         gimbal_rate_command=_inner(part, "gimbal_rate_command", time, source),
+        servo=_servo(scenario, time) if isinstance(scenario, Scenario) else None,
         initial_momentum=scenario.estimation.initial_momentum,
     )
 
@@ -110,6 +114,21 @@ def _rotor_momentum(record: Record, time: Series, cluster: Cluster) -> UnitSerie
 def _inner(record: Record, name: str, time: Series, source: str) -> UnitSeries | None:
     """Return a channel of the gimbals' inner life, which says nothing without the gimbal angles; None where absent."""
     return _at(record, name, time) if source == "gimbal_angle" and name in record.channels else None
+
+
+def _servo(scenario: Scenario, time: Series) -> Servo:
+    """Return what is known of the gimbals' servo.
+
+    Samples are taken on the control clock, so that one which is too slow for them is taken as fast as it has to be.
+    """
+    cluster, interval = scenario.cluster, float(np.median(np.diff(time)))
+    bandwidth = cluster.gimbal_servo_bandwidth_rad_s
+    return Servo(
+        bandwidth=bandwidth,
+        stiffness=(bandwidth / (2.0 * cluster.gimbal_servo_damping_ratio)) ** 2,
+        rate_limit=cluster.gimbal_rate_limit_rad_s,
+        period=interval / ceil(interval * scenario.simulation.control_rate_hz - _CLOCK_JITTER),
+    )
 
 
 def _at(record: Record, name: str, time: Series) -> Array:

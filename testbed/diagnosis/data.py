@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.diagnosis.inner_noise import rate_channel, torque_channel
+from testbed.diagnosis.inner_noise import answer_channel, torque_channel
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import Grid, grid_of
 
@@ -79,7 +79,7 @@ def runs_of(names: Sequence[str], telemetry: Sequence[Telemetry]) -> Runs:
     """
     grid = grid_of(telemetry)
     sigma = np.array([[run.gyro_noise] * 3 for run in grid.runs])
-    torques, rates = torque_channel(grid), rate_channel(grid)
+    torques, rates = torque_channel(grid), answer_channel(grid)
     inner = [channel for channel in (torques, rates) if channel is not None]
     return Runs(
         names=tuple(names),

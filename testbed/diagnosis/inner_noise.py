@@ -5,20 +5,34 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+from scipy.optimize import lsq_linear
 
 from testbed.arrays import Array, Units
 from testbed.effects.fast_changes import FEWEST, fast_power
 from testbed.prediction.grid import Grid
-from testbed.prediction.inner import has_commands, has_torques, lagging_rates, measured_rates, measured_torques
+from testbed.prediction.inner import (
+    by_units,
+    has_commands,
+    has_torques,
+    measured_answers,
+    measured_torques,
+    shown,
+)
+from testbed.prediction.servo import answer, ticks_of
 
 _LEAST = 1e-3
 """Share of a channel's own scatter that its noise has at least: the model of a gimbal is no better than that."""
-_SLOWEST_SERVO = 0.5
-"""s."""
-_FOLLOWING = 1.5
-"""Of the noise: what a gimbal's rate may miss its lagging command by. A soft servo that its load pushes about misses
-more, and would be taken for a slow one."""
+_NUDGES = np.repeat([1e-5, 1e-3, 1e-3], 6)
+"""Lag, s, viscous friction, 1/s, and dry friction, rad/s², over the inertia, by which derivatives are taken."""
+_ROUNDS = 3
+_REVERSAL = 0.02
+"""rad/s, in which dry friction changes its sign."""
+_COLOURED = 2.0
+"""Standard deviations that count as one: commands between samples and the plan are not known, and what is missed by
+that stays for several samples. With one, flights without any effect show a rotor's speed at 4."""
+_FOLLOWING = 2.0
+"""Of the noise: what gimbals may miss the answer of their servo by, with any lag and friction of each. A servo of
+another kind misses more, and would be taken for a slow one."""
 
 
 def torque_channel(grid: Grid) -> tuple[list[Array], Units] | None:
@@ -26,45 +40,61 @@ def torque_channel(grid: Grid) -> tuple[list[Array], Units] | None:
     if not has_torques(grid):
         return None
     torques = measured_torques(grid)
-    return torques, _noise(torques, torques)
+    return torques, _noise(torques)
 
 
-def rate_channel(grid: Grid) -> tuple[list[Array], Units] | None:
-    """Return the measured mean gimbal rates of every run, each of shape (K - 1, 6), rad/s, and their noise.
+def answer_channel(grid: Grid) -> tuple[list[Array], Array] | None:
+    """Return what is compared of every run's gimbal angles, each of shape (K, 3), rad, and its noise, shape (3,).
 
-    None where commands are not sent, or the gimbals do not follow them.
+    None where commands are not sent, or the gimbals do not answer them as their servo would.
     """
     if not has_commands(grid):
         return None
-    rates = measured_rates(grid)
-    noise = _noise(rates, _missed(rates, lagging_rates(grid, np.zeros((1, 6)))))
-    left = np.array([_left(grid, rates, unit) for unit in range(6)])
-    return (rates, noise) if bool((left < _FOLLOWING * noise).all()) else None
+    answers = measured_answers(grid)
+    if max(len(each) for each in answers) < FEWEST:
+        return None
+    left = _left(grid, answers)
+    by_unit = [by_units(run, each) for run, each in zip(grid.runs, left, strict=True)]
+    noise = np.sqrt(2.0 * np.mean(_noise(by_unit) ** 2))  # six columns hold the noise of three directions
+    missed = np.sqrt(np.mean(np.concatenate(left) ** 2))
+    return (answers, np.full(3, _COLOURED * max(missed, noise))) if missed < _FOLLOWING * noise else None
 
 
-def _left(grid: Grid, rates: Sequence[Array], unit: int) -> float:
-    """Return the root mean square by which a gimbal misses its command behind the lag that fits best, rad/s."""
+def _left(grid: Grid, answers: Sequence[Array]) -> list[Array]:
+    """Return what every run's gimbals miss of the answer of servos with a lag and friction each, shape (K, 3), rad."""
+    unknowns, nudges = np.zeros(len(_NUDGES)), np.diag(_NUDGES)
+    left = _missed(grid, answers, unknowns[None])
+    for _ in range(_ROUNDS):
+        nudged = _missed(grid, answers, unknowns + nudges)
+        columns = np.concatenate(
+            [(part[:1] - more).reshape(len(nudges), -1) for part, more in zip(left, nudged, strict=True)], axis=1
+        )
+        measured = np.concatenate([part.ravel() for part in left])
+        step = lsq_linear((columns / _NUDGES[:, None]).T, measured, bounds=(-unknowns - 1e-12, np.inf)).x
+        unknowns = unknowns + step
+        left = _missed(grid, answers, unknowns[None])
+    return [part[0] for part in left]
 
-    def missed(lag: float) -> float:
-        behind = lagging_rates(grid, lag * (np.arange(6) == unit)[None])
-        return float(np.sqrt(np.mean(np.concatenate(_missed(rates, behind))[:, unit] ** 2)))
 
-    return float(minimize_scalar(missed, bounds=(0.0, _SLOWEST_SERVO), method="bounded").fun)
+def _missed(grid: Grid, answers: Sequence[Array], unknowns: Array) -> list[Array]:
+    """Return measured less predicted answers of servos with lag, viscous and dry friction, each of shape (P, K, 3)."""
+    lag, viscous, dry = np.split(unknowns, 3, axis=1)
+    parts = []
+    for run, measured in zip(grid.runs, answers, strict=True):
+        rate = ticks_of(run).gimbal_rate
+        against = viscous[:, None] * rate + dry[:, None] * np.tanh(rate / _REVERSAL)
+        parts.append(measured - shown(run, answer(run, lag, against)))
+    return parts
 
 
-def _missed(rates: Sequence[Array], predicted: Sequence[Array]) -> list[Array]:
-    return [measured - told[0] for measured, told in zip(rates, predicted, strict=True)]
-
-
-def _noise(channel: Sequence[Array], noisy: Sequence[Array]) -> Units:
-    """Return the standard deviation of every unit's noise, shape (6,), of all runs together.
+def _noise(channel: Sequence[Array]) -> Units:
+    """Return the standard deviation of every column's noise, shape (W,), of all runs together.
 
     Args:
-        channel: of every run, shape (K, 6).
-        noisy: the same less all of it that is known, shape (K, 6).
+        channel: of every run, shape (K, W).
     """
     least = _LEAST * np.concatenate(channel).std(axis=0) + np.finfo(float).tiny
-    long = [each for each in noisy if len(each) >= FEWEST]
+    long = [each for each in channel if len(each) >= FEWEST]
     if not long:
         return np.asarray(np.concatenate(channel).std(axis=0) + least)
     return np.asarray(np.maximum(np.sqrt(np.mean(np.concatenate([fast_power(each) for each in long]), axis=0)), least))

@@ -13,9 +13,8 @@ from testbed.arrays import Array, Flags, Series
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.drivers import Path, candidates
 from testbed.diagnosis.model import Fit, orthonormal
-from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import telemetry_spline
-from testbed.prediction.inner import compared, has_torques
+from testbed.prediction.inner import by_units, compared, followed, has_torques
 from testbed.signals import AXES, UNITS
 
 MOST = 6
@@ -109,13 +108,17 @@ def _gyro(runs: Runs, fit: Fit) -> _Residual:
 
 
 def _inner(runs: Runs, fit: Fit) -> Iterator[_Residual]:
-    """Yield what a fit leaves of motor torques and of gimbal rates, where the runs carry them."""
+    """Yield what a fit leaves of motor torques and of the gimbals' answers to commands, where the runs carry them."""
     edges = np.cumsum([block.size for block in runs.inner])[:-1]
-    blocks = [part.reshape(-1, len(UNITS)) for part in np.split(fit.residual[runs.samples :], edges)]
-    names = ["gimbal_torque"] * has_torques(runs.grid) + ["gimbal_rate"] * runs.grid.follows_commands
+    parts = np.split(fit.residual[runs.samples :], edges)
+    blocks = [part.reshape(block.shape) for part, block in zip(parts, runs.inner, strict=True)]
+    names = ["gimbal_torque"] * has_torques(runs.grid) + ["gimbal_angle"] * runs.grid.follows_commands
     for index, name in enumerate(names):
         values = blocks[index * len(runs.names) : (index + 1) * len(runs.names)]
-        times = [_inner_time(run, len(block)) for run, block in zip(runs.grid.runs, values, strict=True)]
+        kept = compared
+        if name == "gimbal_angle":
+            values, kept = [by_units(run, block) for run, block in zip(runs.grid.runs, values, strict=True)], followed
+        times = [run.actuator_time[kept(run)] for run in runs.grid.runs]
         yield _Residual(
             signals=tuple(f"{name}_{unit}" for unit in UNITS),
             runs=runs.names,
@@ -123,12 +126,6 @@ def _inner(runs: Runs, fit: Fit) -> Iterator[_Residual]:
             values=values,
             dependence=partial(_inner_dependence, runs, times, values),
         )
-
-
-def _inner_time(run: Telemetry, samples: int) -> Series:
-    """Return the times of compared samples, or of the middles between them."""
-    time = run.actuator_time[compared(run)]
-    return time if len(time) == samples else 0.5 * (time[1:] + time[:-1])
 
 
 def _inner_dependence(runs: Runs, times: Sequence[Series], values: Sequence[Array], unit: int) -> Dependence | None:

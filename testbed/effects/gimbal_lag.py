@@ -1,4 +1,4 @@
-"""A gimbal follows the rate that it is asked for with a lag."""
+"""A gimbal's motor gives the torque that it is asked for with a lag."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ class _Behind(Hooks):
 
 @final
 class GimbalLag(Effect):
-    """T d̈ = ḋ_command - ḋ, of one gimbal or of all alike."""
+    """T τ̇ = τ_demand - τ of the motor, outside its tachometer loop; of one gimbal or of all alike."""
 
     id = "gimbal_lag"
     flies = False
     components = (CLUSTER, *UNITS)
     parameters = (Parameter(name="time_constant_s", unit="s", typical=0.02, lower=0.0, upper=1.0),)
     needs = ("gimbal_angle", "gimbal_rate_command")
-    sentence = "The gimbal of {component} follows the rate that it is asked for more slowly than its servo should."
+    sentence = "The motor of the gimbal of {component} gives the torque that it is asked for with a lag."
     look_alikes = ("gimbal_backlash",)
     confirm = "A step of that gimbal's rate: its encoder shows how it approaches what is asked."
 

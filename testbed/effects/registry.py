@@ -48,6 +48,7 @@ _PREDICTED: tuple[Effect, ...] = (
     RotorSpinDown(),
     GimbalZero(),
     GimbalMisalignment(),
+    GimbalLag(),
     GimbalViscousFriction(),
     GimbalCoulombFriction(),
     GimbalBacklash(),
@@ -64,11 +65,7 @@ _PREDICTED: tuple[Effect, ...] = (
 
 _ON_READINGS: tuple[ReadingEffect, ...] = (GyroNoise(), GyroQuantization())
 
-_HELD_BACK: tuple[Effect, ...] = (GimbalLag(),)
-
 EFFECTS: Mapping[str, Effect] = {effect.id: effect for effect in _PREDICTED}
 """Those that change what is predicted, by id."""
 READING_EFFECTS: Mapping[str, ReadingEffect] = {effect.id: effect for effect in _ON_READINGS}
 """Those that change how the gyro's samples scatter about it, by id."""
-HELD_BACK: Mapping[str, Effect] = {effect.id: effect for effect in _HELD_BACK}
-"""Not offered to the diagnosis yet: the nominal servo's own dynamics pass for a lag, in 2 of 6 blind null sets."""

@@ -18,6 +18,23 @@ FEWEST_SAMPLES = 4
 """A cubic spline needs four samples, and so does every estimator."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Servo:
+    """What is known of the servo that every gimbal has, ë + ω_b ė + ω_n² e = 0 of the angle's error e.
+
+    Attributes:
+        bandwidth: ω_b of the tachometer loop inside the motor, 1/s.
+        stiffness: ω_n² of the loop on the encoder, 1/s².
+        rate_limit: largest set point of the tachometer loop, rad/s.
+        period: of the control loop, s; telemetry is sampled on its clock.
+    """
+
+    bandwidth: float
+    stiffness: float
+    rate_limit: float
+    period: float
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Telemetry:
     """The measurements of one run. Channels that were not sent are None; there are no NaN inside.
@@ -37,6 +54,7 @@ class Telemetry:
         applied_torque: torque of actuators that store no momentum, shape (K, 3), N·m, body axes.
         gimbal_torque: of the gimbal motors, shape (K, 6), N·m.
         gimbal_rate_command: what the steering law asked of each gimbal, shape (K, 6), rad/s.
+        servo: of the gimbals; None where it is not known.
         initial_momentum: whether the whole platform's momentum at the first sample is known to be zero.
     """
 
@@ -51,6 +69,7 @@ class Telemetry:
     applied_torque: Vectors3 | None = None
     gimbal_torque: UnitSeries | None = None
     gimbal_rate_command: UnitSeries | None = None
+    servo: Servo | None = None
     initial_momentum: Literal["estimated", "zero"] = "estimated"
 
 

@@ -99,7 +99,7 @@ class Hooks:
         return torque
 
     def servo_lag(self, value: Array) -> Array:  # noqa: ARG002
-        """Return the time constant by which each gimbal's rate stays behind its command, shape (P, 6), s."""
+        """Return the time constant by which each gimbal's motor stays behind its demand, shape (P, 6), s."""
         return np.zeros((1, 6))
 
 

@@ -12,7 +12,7 @@ from testbed.arrays import Array
 from testbed.prediction.grid import Grid
 from testbed.prediction.gyro import readings
 from testbed.prediction.hooks import Hooks
-from testbed.prediction.inner import gimbal_rates, has_torques, motor_torques
+from testbed.prediction.inner import has_torques, motor_torques, servo_answers
 from testbed.prediction.integration import COMPLEX_STEP, Values, node_rates
 
 Predictor: TypeAlias = Callable[[Grid, Sequence[Hooks], Values], list[Array]]
@@ -55,7 +55,7 @@ def predicted_channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> li
     if has_torques(grid):
         blocks += motor_torques(grid, hooks, values.effects, rates)
     if grid.follows_commands:
-        blocks += gimbal_rates(grid, hooks, values.effects)
+        blocks += servo_answers(grid, hooks, values.effects)
     return [np.broadcast_to(block, (values.sets, *block.shape[1:])) for block in blocks]
 
 

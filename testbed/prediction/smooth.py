@@ -37,7 +37,7 @@ class Smooth:
             return np.where(begun, self._between(late), self._values[:, :1])
         settled = self._settled(time_constant)
         start = self._values[:, :1] - settled._values[:, :1]
-        moving = settled._between(late) + start * _decay(late - self._time[0], time_constant[:, None])[..., None]
+        moving = settled._between(late) + start * decay(late - self._time[0], time_constant[:, None])[..., None]
         return np.where(begun, moving, self._values[:, :1])
 
     def _between(self, time: Array) -> Array:
@@ -67,15 +67,15 @@ class Smooth:
         linear = rise - 2 * lag * square
         constant = self._values[:, :-1] - lag * linear
         end = constant + self._step * (linear + self._step * (square + self._step * cubic))
-        decay = _decay(np.array([self._step]), time_constant)[:, None]
+        kept = decay(np.array([self._step]), time_constant)[:, None]
         state, filtered = constant[:, 0], [constant[:, 0]]
         for index in range(end.shape[1]):
-            state = end[:, index] + decay * (state - constant[:, index])
+            state = end[:, index] + kept * (state - constant[:, index])
             filtered.append(state)
         return Smooth(self._time, np.stack(filtered, axis=1))
 
 
-def _decay(time: Array, time_constant: Array) -> Array:
+def decay(time: Array, time_constant: Array) -> Array:
     """Return exp(-t/T): one at t = 0; beyond it zero, as all its derivatives are, where T is zero or nearly so."""
     lasting = time_constant.real * _FORGOTTEN > time.real
     exponent = np.where(lasting, time, 0.0) / np.where(time_constant.real > 0.0, time_constant, 1.0)

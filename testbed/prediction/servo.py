@@ -1,0 +1,199 @@
+"""The angles to which the gimbals' servo brings them: a control loop on its own clock, its motor ideal or late.
+
+Of one gimbal, over each control period from a tick on, with u the demand over the inertia that the motor turns:
+
+    u = ω_b ḋ_c + ω_n² (d_c - d) + Δḋ_c / T - load(ω at the period's middle, d at its start)
+    T_m l̇ = u - l,   d̈ = l - ω_b ḋ + load - friction
+
+What the servo fed forward is the load at the rate that was planned, which nobody sends; what it misses by that is
+left out of the comparison (`inner.shown`).
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from testbed.arrays import Array, Series, UnitSeries
+from testbed.estimation.telemetry import Servo, Telemetry
+from testbed.prediction.smooth import decay
+from testbed.prediction.smoothed import body_motion, gimbal_motion
+
+_REMEMBERED = 64
+_RESONANT = 1e-6
+"""Share of the tachometer loop's time constant from which a motor's lag is kept: the formula is 0/0 there."""
+
+
+class Ticks(NamedTuple):
+    """A run on its control clock, N ticks.
+
+    Attributes:
+        time: shape (N,), s.
+        samples: which ticks were sampled, shape (K,).
+        gimbal_rate: as measured, shape (N, 6), rad/s.
+        command: ḋ_c, shape (N, 6), rad/s.
+        asked_angle: d_c, shape (N, 6), rad.
+        asked: u but for the angle's feedback, shape (N, 6), rad/s².
+        load: in the middle of each period, over the inertia, shape (N, 6), rad/s².
+        load_slope: its rate of change, shape (N, 6), rad/s³.
+        first_angle: shape (6,), rad.
+        first_rate: shape (6,), rad/s.
+    """
+
+    time: Series
+    samples: Array
+    gimbal_rate: UnitSeries
+    command: UnitSeries
+    asked_angle: UnitSeries
+    asked: UnitSeries
+    load: UnitSeries
+    load_slope: UnitSeries
+    first_angle: Array
+    first_rate: Array
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def ticks_of(run: Telemetry) -> Ticks:
+    """Return a run that has commands, gimbal angles and a known servo on its control clock."""
+    servo, cluster = run.servo, run.cluster
+    assert servo is not None
+    assert cluster is not None
+    assert run.gimbal_rate_command is not None
+    start, period = run.actuator_time[0], servo.period
+    samples = np.rint((run.actuator_time - start) / period).astype(np.intp)
+    time = start + period * np.arange(samples[-1] + 1)
+    command = CubicSpline(run.actuator_time, run.gimbal_rate_command)(time)
+    angle, rate = gimbal_motion(run)(time), gimbal_motion(run)(time, 1)
+    asked_angle = angle[0] + period * np.concatenate([np.zeros((1, 6)), np.cumsum(command, axis=0)[:-1]])
+    change = np.diff(command, axis=0, prepend=2.0 * command[:1] - command[1:2]) / period
+    middle = time + 0.5 * period
+    spinning, share, by_turning, by_body = _load_shares(run, middle, angle + 0.5 * period * rate, rate)
+    own = cluster.rotor_spin_inertia - cluster.rotor_transverse_inertia
+    held, believed = _rotor_momentum(run, middle) + own * spinning, cluster.rotor_momentum
+    fed_forward = believed * (share - 0.5 * period * by_turning) / cluster.gimbal_axis_inertia
+    return Ticks(
+        time=time,
+        samples=samples,
+        gimbal_rate=rate,
+        command=command,
+        asked_angle=asked_angle,
+        asked=servo.bandwidth * command + servo.stiffness * asked_angle + change - fed_forward,
+        load=held * share / cluster.gimbal_axis_inertia,
+        load_slope=held * (by_turning + by_body) / cluster.gimbal_axis_inertia,
+        first_angle=angle[0],
+        first_rate=rate[0],
+    )
+
+
+def set_point(run: Telemetry) -> UnitSeries:
+    """Return the set point of every tachometer loop at a run's ticks before any limit, shape (N, 6), rad/s."""
+    ticks, servo = ticks_of(run), run.servo
+    assert servo is not None
+    behind = ticks.asked_angle - gimbal_motion(run)(ticks.time)
+    return np.asarray(ticks.command + servo.stiffness / servo.bandwidth * behind)
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def nominal_answer(run: Telemetry) -> UnitSeries:
+    """Return the angles of a run's samples with motors as they should be, shape (K, 6), rad."""
+    units = np.arange(6)
+    return np.asarray(_answer(run, units, np.zeros(6), np.zeros((len(ticks_of(run).time), 6))).T)
+
+
+def answer(run: Telemetry, lag: Array, friction: Array) -> Array:
+    """Return the angles of a run's samples, shape (P, K, 6), rad.
+
+    Args:
+        run: with commands, gimbal angles and a known servo.
+        lag: T_m, shape (P, 6), s.
+        friction: and whatever else is in the way, over the inertia, at every tick, shape (P, N, 6), rad/s².
+    """
+    nominal = nominal_answer(run)
+    changed = (lag != 0.0) | np.any(friction != 0.0, axis=1)
+    sets, units = np.nonzero(changed)
+    angles: Any = np.tile(nominal.astype(np.result_type(lag, friction)), (len(lag), 1, 1))
+    if len(sets):
+        angles[sets, :, units] = _answer(run, units, lag[sets, units], friction[sets, :, units].T)
+    return np.asarray(angles)
+
+
+def _load_shares(run: Telemetry, time: Series, angle: Array, rate: Array) -> tuple[Array, ...]:
+    """Return ω·s, ω·t, and how the gimbal's and the body's motion change the latter, each of shape (N, 6)."""
+    cluster = run.cluster
+    assert cluster is not None
+    transverse_B = np.cross(cluster.gimbal_axis_B, cluster.spin_axis_B)
+    at = np.clip(time, run.gyro_time[0], run.gyro_time[-1])
+    (spin, transverse), (spin_slope, transverse_slope) = (
+        (body_motion(run)(at, order) @ cluster.spin_axis_B.T, body_motion(run)(at, order) @ transverse_B.T)
+        for order in (0, 1)
+    )
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return (
+        cosine * spin + sine * transverse,
+        cosine * transverse - sine * spin,
+        -rate * (sine * transverse + cosine * spin),
+        cosine * transverse_slope - sine * spin_slope,
+    )
+
+
+def _rotor_momentum(run: Telemetry, time: Series) -> Array:
+    """Return Js·Ω as the tachometers show it, the nominal one without them, shape (N, 6) or (6,), N·m·s."""
+    assert run.cluster is not None
+    if run.rotor_momentum is None:
+        return run.cluster.rotor_momentum
+    return np.stack([np.interp(time, run.actuator_time, column) for column in run.rotor_momentum.T], axis=1)
+
+
+def _answer(run: Telemetry, units: NDArray[np.intp], lag: Array, friction: Array) -> Array:
+    """Return the angles of some units at the samples, shape (W, K), rad, under lags (W,) and frictions (N, W)."""
+    ticks, servo = ticks_of(run), run.servo
+    assert servo is not None
+    step = _Step(servo, lag)
+    angle, rate = ticks.first_angle[units].astype(step.kind), ticks.first_rate[units].astype(step.kind)
+    asked, load, slope = ticks.asked[:, units], ticks.load[:, units] - friction, ticks.load_slope[:, units]
+    motor = asked[0] - servo.stiffness * angle
+    angles = np.empty((len(asked), len(units)), dtype=np.result_type(step.kind, friction))
+    for tick in range(len(asked)):
+        angles[tick] = angle
+        demand = asked[tick] - servo.stiffness * angle
+        angle, rate, motor = step.after(angle, rate, motor, demand, load[tick], slope[tick])
+    return np.asarray(angles[ticks.samples].T)
+
+
+class _Step:
+    """One control period T of d̈ = l - ω_b ḋ + load, exactly: demand held, load a line, l after the demand with lag."""
+
+    def __init__(self, servo: Servo, lag: Array) -> None:
+        period, bandwidth = servo.period, servo.bandwidth
+        lag = np.where(np.abs(bandwidth * lag - 1.0) < _RESONANT, lag + 2.0 * _RESONANT / bandwidth, lag)
+        self.kind = lag.dtype
+        self._left = decay(np.array([period]), lag)  # e^(-T/T_m)
+        slowed = np.exp(-bandwidth * period)
+        self._rate_kept, self._rate_moves = slowed, (1.0 - slowed) / bandwidth
+        self._push_turns, self._push_moves = self._rate_moves, (period - self._rate_moves) / bandwidth
+        # Of a push that rises from -½ T to ½ T of its slope.
+        ramp_moves = (period**2 / 2 - self._push_moves) / bandwidth
+        self._ramp_turns = self._push_moves - 0.5 * period * self._push_turns
+        self._ramp_moves = ramp_moves - 0.5 * period * self._push_moves
+        # Of what the motor still has of its last demand: ∫ e^(-t/T_m) into rate and angle.
+        self._rest_turns = lag * (self._left - slowed) / (bandwidth * lag - 1.0)
+        self._rest_moves = (lag * (1.0 - self._left) - self._rest_turns) / bandwidth
+
+    def after(
+        self, angle: Array, rate: Array, motor: Array, demand: Array, load: Array, slope: Array
+    ) -> tuple[Array, Array, Array]:
+        """Return angle, rate and the motor's push a period later."""
+        push, rest = demand + load, motor - demand
+        return (
+            angle
+            + self._rate_moves * rate
+            + self._push_moves * push
+            + self._rest_moves * rest
+            + self._ramp_moves * slope,
+            self._rate_kept * rate + self._push_turns * push + self._rest_turns * rest + self._ramp_turns * slope,
+            demand + self._left * rest,
+        )

@@ -1,0 +1,37 @@
+"""Motions as telemetry shows them, without noise too fast for a gimbal or a body: they can be differentiated."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from scipy.interpolate import BSpline, make_lsq_spline
+
+from testbed.arrays import Array, Series
+from testbed.estimation.telemetry import Telemetry
+
+_KNOTS_PER_SECOND = 16.0
+"""Enough for 8 Hz; an encoder's noise of 1e-3 rad at 100 Hz leaves 0.5 rad/s² in the second derivative."""
+_REMEMBERED = 64
+_DEGREE = 3
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def gimbal_motion(run: Telemetry) -> BSpline:
+    """Return the gimbal angles of a run that has them, (6,), rad."""
+    assert run.gimbal_angle is not None
+    return _smoothed(run.actuator_time, np.unwrap(run.gimbal_angle, axis=0))
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def body_motion(run: Telemetry) -> BSpline:
+    """Return the body rate of a run, (3,), rad/s, body axes."""
+    return _smoothed(run.gyro_time, run.body_rate)
+
+
+def _smoothed(time: Series, values: Array) -> BSpline:
+    """Return a cubic spline: through the samples, or between them where they come faster than its knots."""
+    every = max(1, round(1.0 / (_KNOTS_PER_SECOND * float(np.median(np.diff(time))))))
+    inner = time[2:-2:every]
+    knots = np.concatenate([[time[0]] * (_DEGREE + 1), inner, [time[-1]] * (_DEGREE + 1)])
+    return make_lsq_spline(time, values, knots, k=_DEGREE)
