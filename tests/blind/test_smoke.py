@@ -37,7 +37,7 @@ def _but(cases, effect, reason):
     return [pytest.param(*case, marks=wrong) if case[1] == effect else pytest.param(*case) for case in cases]
 
 
-DRAG = "slosh is named first with probability 0.95, held-out gap 1.24; viscous_drag is given 0.02"
+DRAG = "tether is named first, which damps alike; viscous_drag stands beside it as not told apart (0.97 together)"
 FRICTION = "its chi-square has a p of less than 1 %: gap 1.06, no latent torque (p 0.26)"
 
 
