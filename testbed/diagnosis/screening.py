@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import exp, log
+from math import exp, inf, log
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import log_evidence
 from testbed.diagnosis.model import Fit, Placed, fitted
 from testbed.diagnosis.signatures import FAMILY_WISE_ERROR, Signature, signatures
+from testbed.errors import InputError
 
 MOST_REFITS = 8
 CLOSE = 6.0
@@ -134,11 +135,9 @@ def refitted(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, p
 def _candidate(
     runs: Runs, heldout: Runs | None, fit: Fit, signature: Signature, tested: int, without: float
 ) -> Candidate:
-    placed = signature.placed
-    starts = [value[0] for value in fit.values.effects]
-    model = fitted(runs, [*fit.placed, placed], fit.theta, [*starts, _first_guess(signature)])
+    placed, model = signature.placed, _refitted(runs, fit, signature)
     gain = max(fit.chi_square - model.chi_square, 0.0)
-    carried = log_evidence(heldout, model) - without if placed.effect.recurs else 0.0
+    carried = _held_out_evidence(heldout, model) - without if placed.effect.recurs else 0.0
     looks = log(placed.effect.looks(placed.component, runs.grid))
     chance = log(tested) + looks + log_chance(gain, max(signature.rank, 1), runs.noise_freedom) - 0.5 * carried
     return Candidate(
@@ -149,6 +148,22 @@ def _candidate(
         bic=signature.rank * log(runs.samples) + 2.0 * looks - gain - carried,
         p_value=exp(min(chance, 0.0)),
     )
+
+
+def _held_out_evidence(heldout: Runs | None, fit: Fit) -> float:
+    try:
+        return log_evidence(heldout, fit)
+    except InputError:  # what fits some runs and lets others run away is no platform
+        return -inf
+
+
+def _refitted(runs: Runs, fit: Fit, signature: Signature) -> Fit:
+    placed = [*fit.placed, signature.placed]
+    starts = [value[0] for value in fit.values.effects]
+    try:
+        return fitted(runs, placed, fit.theta, [*starts, _first_guess(signature)])
+    except InputError:  # the linearised solution may be of no body, and its motion run away
+        return fitted(runs, placed, fit.theta, [*starts, signature.start])
 
 
 def _first_guess(signature: Signature) -> Array:
