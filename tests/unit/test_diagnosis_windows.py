@@ -1,0 +1,122 @@
+"""Runs averaged down and cut into windows, and what that makes of a real quadcopter's flights."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from testbed.assembly.platform import nominal_body
+from testbed.diagnosis.reading import DataSet, data_set_of
+from testbed.diagnosis.windows import averaged, windows_of
+from testbed.diagnosis.workflow import diagnosed
+from testbed.dynamics.inertia import theta_of
+from testbed.effects.direction import scanned
+from testbed.effects.registry import EFFECTS
+from testbed.errors import InputError
+from testbed.estimation.telemetry import Telemetry
+from testbed.prediction.grid import LONGEST_STEP, grid_of
+from testbed.records.reading import read_data_set
+from testbed.scenario.reader import read_body_scenario
+
+ROOT = Path(__file__).parents[2]
+SCENARIO = read_body_scenario(ROOT / "scenarios" / "crazyflie.toml")
+NOMINAL = nominal_body(SCENARIO)
+RECORDS = read_data_set(ROOT / "data" / "crazyflie")
+TESTED = (
+    "viscous_drag",
+    "body_torque",
+    "inertial_torque",
+    "tether",
+    "gyro_bandwidth",
+    "actuator_lag",
+    "actuator_delay",
+)
+
+
+def driven(rate: float = 1000.0, duration: float = 1.0) -> Telemetry:
+    time = np.arange(0.0, duration, 1.0 / rate)
+    noise = np.random.default_rng(1).normal(0.0, 0.01, (len(time), 3))
+    ramp = np.outer(time, [1.0, -2.0, 0.5])
+    return Telemetry(
+        gyro_time=time, body_rate=ramp + noise, gyro_noise=0.01, actuator_time=time, applied_torque=2.0 * ramp
+    )
+
+
+def test_averages_keep_a_ramp_and_lose_noise():
+    mean = averaged(driven(), 100.0)
+    assert len(mean.gyro_time) == 100
+    np.testing.assert_allclose(mean.applied_torque, 2.0 * np.outer(mean.actuator_time, [1.0, -2.0, 0.5]), atol=1e-12)
+    left = mean.body_rate - np.outer(mean.gyro_time, [1.0, -2.0, 0.5])
+    assert mean.gyro_noise == pytest.approx(0.01 / np.sqrt(10.0))
+    assert left.std() == pytest.approx(mean.gyro_noise, rel=0.15)  # of 300 numbers it scatters by 4 %
+
+
+def test_slower_samples_are_left_as_they_are():
+    run = driven(rate=50.0)
+    np.testing.assert_array_equal(averaged(run, 100.0).body_rate, run.body_rate)
+
+
+def test_means_are_of_no_half_a_sample():
+    run = driven()
+    kept = np.r_[0:500, 504:1000]
+    gap = replace(run, gyro_time=run.gyro_time[kept], body_rate=run.body_rate[kept])
+    lost = np.r_[0:500, 508:1000]
+    wide = replace(run, gyro_time=run.gyro_time[lost], body_rate=run.body_rate[lost])
+    assert (len(averaged(gap, 100.0).gyro_time), len(averaged(wide, 100.0).gyro_time)) == (100, 99)
+
+
+def test_windows_follow_one_another_behind_what_they_remember():
+    windows = list(windows_of(averaged(driven(), 100.0), 0.2))
+    assert np.allclose([len(window.gyro_time) for window in windows], 20, atol=1)  # of which is on an edge
+    assert windows[0].gyro_time[0] == pytest.approx(0.2, abs=0.01)
+    for window in windows:
+        assert window.gyro_time[0] - window.actuator_time[0] == pytest.approx(0.2, abs=0.02)
+        assert window.actuator_time[-1] >= window.gyro_time[-1]
+
+
+@pytest.mark.parametrize("horizon", [0.05, 0.6])
+def test_a_run_that_gives_no_windows(horizon):
+    with pytest.raises(InputError, match=r"cannot be cut into windows of .* change diagnosis\.horizon_s"):
+        list(windows_of(averaged(driven(), 100.0), horizon))
+
+
+def test_no_mode_is_looked_for_that_does_not_turn_over_in_a_window():
+    assert scanned(grid_of(list(windows_of(averaged(driven(), 100.0), 0.2))), 0.3, 3.0, 1.0).shape == (0, 5)
+
+
+def test_the_quadcopters_records_are_read_in_windows_by_role():
+    data = short(("roll_pitch_1", "yaw_1", "yaw_2"))
+    assert (data.fit_records, data.heldout_records) == (("roll_pitch_1", "yaw_1"), ("yaw_2",))
+    assert len(data.runs.names) == 2 * 14
+    assert data.heldout is not None
+    assert len(data.heldout.names) == 14
+    assert data.runs.grid.step.max() <= LONGEST_STEP
+
+
+def test_gimbal_angles_without_a_cluster_are_refused():
+    angles = np.zeros((len(RECORDS[0].time), 6))
+    record = replace(RECORDS[0], channels={**RECORDS[0].channels, "gimbal_angle": angles})
+    with pytest.raises(InputError, match=r"holds gimbal_angle, but the scenario has no \[cluster\]"):
+        data_set_of([record], SCENARIO, NOMINAL)
+
+
+def test_late_motors_come_first_and_shrink_the_gap_of_a_flight_that_was_held_out():
+    """Three seconds to fit and three to verify; all seven flights: python -m benchmarks.crazyflie."""
+    data = short(("roll_pitch_3", "yaw_1", "roll_pitch_4"))
+    stages = diagnosed(data.runs, data.heldout, {name: EFFECTS[name] for name in TESTED}, theta_of(NOMINAL.inertia))
+    named = next(stage for stage in stages if stage.steps)
+    (step,) = named.steps
+    assert step.placed.effect.id in ("actuator_lag", "actuator_delay")
+    assert 0.02 < named.model.effect_values[0] < 0.12  # s; the motors' lag and delay are 30 and 20 ms
+    assert named.gap.fit < 0.8 * named.gap_before.fit
+    assert named.gap.heldout < 0.8 * named.gap_before.heldout
+
+
+def short(names: tuple[str, ...]) -> DataSet:
+    chosen = [record for record in RECORDS if record.details.name in names]
+    return data_set_of(
+        [replace(record, details=replace(record.details, usable_to=3.0)) for record in chosen], SCENARIO, NOMINAL
+    )
