@@ -76,8 +76,14 @@ class Screening:
     @property
     def close(self) -> tuple[Candidate, ...]:
         """Candidates that are not told apart from the best one."""
-        best = self.candidates[0].bic if self.candidates else 0.0
-        return tuple(candidate for candidate in self.candidates if candidate.bic - best < CLOSE)
+        return tuple(candidate for candidate in self.candidates if _is_close(candidate, self.candidates[0]))
+
+
+def _is_close(candidate: Candidate, best: Candidate) -> bool:
+    """Return whether a candidate may be meant instead: by its criterion, or its fit if it has but one parameter more."""
+    worse_fit = best.gain + best.carried - candidate.gain - candidate.carried
+    one_more = candidate.placed.size == best.placed.size + 1
+    return candidate.bic - best.bic < CLOSE or (one_more and worse_fit < CLOSE)
 
 
 def screened(

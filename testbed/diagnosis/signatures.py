@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from math import sqrt
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import brentq, lsq_linear
 from scipy.stats import chi2, ncx2
 
 from testbed.arrays import Array
@@ -35,7 +35,7 @@ class Signature:
         start: values of its parameters at which it is linearised, shape (K,).
         columns: whitened ∂prediction/∂parameters after projection, shape (samples, K).
         basis: orthonormal basis of what they span, shape (samples, rank).
-        score: how much of χ² the linearised effect explains.
+        score: how much of χ² the linearised effect explains, its parameters inside their bounds.
         step: the change of its parameters that does so, shape (K,).
     """
 
@@ -142,13 +142,26 @@ def _signature(placed: Placed, start: Array, columns: Array, free: Array, residu
     usable = np.where(scale * typical > _UNSEEN, scale, np.inf)
     left, strength, right = np.linalg.svd(free / usable, full_matrices=False)
     seen = strength > max(NEGLIGIBLE, 1e-7 * strength.max(initial=0.0))
-    explained = left[:, seen].T @ residual
-    step = (right[seen].T @ (explained / strength[seen])) / usable
+    basis, present = left[:, seen], left[:, seen].T @ residual
+    step = (right[seen].T @ (present / strength[seen])) / usable
+    lower, upper = (bound - start for bound in placed.bounds)
+    if np.any((step < lower) | (step > upper)):
+        step = _bounded(basis.T @ free, present, lower, upper, usable)
+    missed = present - basis.T @ (free @ step)
     return Signature(
         placed=placed,
         start=start,
         columns=free,
-        basis=left[:, seen],
-        score=float(explained @ explained),
+        basis=basis,
+        score=float(present @ present - missed @ missed),
         step=step,
     )
+
+
+def _bounded(columns: Array, present: Array, lower: Array, upper: Array, scale: Array) -> Array:
+    """Return the step inside the bounds that explains the most: no delay is negative, whatever that explains."""
+    step, used = np.zeros(len(scale)), np.isfinite(scale) & (upper > lower)
+    if used.any():
+        bounds = (lower[used] * scale[used], upper[used] * scale[used])
+        step[used] = lsq_linear(columns[:, used] / scale[used], present, bounds).x / scale[used]
+    return step
