@@ -80,7 +80,7 @@ class Screening:
 
 
 def _is_close(candidate: Candidate, best: Candidate) -> bool:
-    """Return whether a candidate may be meant instead: by its criterion, or its fit if it has but one parameter more."""
+    """Return whether a candidate may be meant instead: by its criterion, or by its fit with but one parameter more."""
     worse_fit = best.gain + best.carried - candidate.gain - candidate.carried
     one_more = candidate.placed.size == best.placed.size + 1
     return candidate.bic - best.bic < CLOSE or (one_more and worse_fit < CLOSE)
