@@ -24,7 +24,7 @@ _LEAST = 1e-3
 """Share of a channel's own scatter that its noise has at least: the model of a gimbal is no better than that."""
 _NUDGES = np.repeat([1e-5, 1e-3, 1e-3], 6)
 """Lag, s, viscous friction, 1/s, and dry friction, rad/s², over the inertia, by which derivatives are taken."""
-_ROUNDS = 3
+_ROUNDS = 2
 _REVERSAL = 0.02
 """rad/s, in which dry friction changes its sign."""
 _COLOURED = 2.0

@@ -131,10 +131,11 @@ def shown(run: Telemetry, angle: Array) -> Array:
         angle: at its samples, shape (..., K', 6), rad.
     """
     free, keep = unloaded(run), followed(run)
-    beside = np.einsum("kui,kvi,...kv->...ku", free, free, angle)
+    beside = np.matvec(free, np.matvec(np.swapaxes(free, -1, -2), angle))
     forgotten = np.exp(-float(np.median(np.diff(run.actuator_time))) / _COMPARED)
     changes = np.diff(beside[..., keep, :], axis=-2, prepend=beside[..., keep, :][..., :1, :])
-    return np.asarray(np.einsum("kui,...ku->...ki", free[keep], lfilter([1.0], [1.0, -forgotten], changes, axis=-2)))
+    passed = lfilter([1.0], [1.0, -forgotten], changes, axis=-2)
+    return np.asarray(np.matvec(np.swapaxes(free[keep], -1, -2), passed))
 
 
 def by_units(run: Telemetry, values: Array) -> Array:
@@ -142,6 +143,7 @@ def by_units(run: Telemetry, values: Array) -> Array:
     return np.asarray(np.einsum("kui,ki->ku", unloaded(run)[followed(run)], values))
 
 
+@lru_cache(maxsize=_REMEMBERED)
 def unloaded(run: Telemetry) -> Array:
     """Return the directions in which gimbal angles show nothing of a load by a body rate, shape (K', 6, 3).
 
@@ -162,6 +164,7 @@ def compared(run: Telemetry) -> Flags:
     return np.asarray((run.actuator_time >= run.gyro_time[0] + SETTLING) & (run.actuator_time <= run.gyro_time[-1]))
 
 
+@lru_cache(maxsize=_REMEMBERED)
 def followed(run: Telemetry) -> Flags:
     """Return which of the compared samples come before the first set point at the rate limit, shape (K,)."""
     assert run.servo is not None
