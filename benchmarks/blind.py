@@ -32,7 +32,8 @@ from benchmarks.table import DOCS, here_and_now
 from testbed.cli.score import print_card
 from testbed.scoring.card import score_card
 from testbed.scoring.case import read_cases
-from tests.concealing.blind_set import Counts, Order, make, orders
+from tests.concealing.blind_set import Counts, Order, case_name, make, orders
+from tests.concealing.files import SEAL
 
 SCENARIO = Path("scenarios/diagnose.toml")
 ALL = sum(asdict(Counts()).values())
@@ -97,19 +98,19 @@ def locked(folder: Path, mode: int) -> Iterator[None]:
 
 def _make(wanted: list[Order], seed: int, data: Path, answers: Path, jobs: int) -> None:
     with ProcessPoolExecutor(jobs) as pool:
-        made = [pool.submit(_timed_make, order, seed, data, answers) for order in wanted]
+        made = [pool.submit(timed_make, order, seed, data, answers) for order in wanted]
         for count, future in enumerate(made, start=1):
             future.result()
             print(f"\rmade {count} of {len(wanted)}", end="", flush=True)
     print()
 
 
-def _timed_make(order: Order, seed: int, data: Path, answers: Path) -> None:
+def timed_make(order: Order, seed: int, data: Path, answers: Path) -> None:
     """Make a case where it is not whole yet, and keep beside its answer how long that took."""
-    started = time.perf_counter()
-    kept = answers / make(order, seed, SCENARIO, data, answers).name / SECONDS
-    if not kept.exists():
-        kept.write_text(f"{time.perf_counter() - started:.3f}\n", encoding="utf-8")
+    name, started = case_name(order), time.perf_counter()
+    if not (data / name / SEAL).exists():
+        make(order, seed, SCENARIO, data, answers)
+        (answers / name / SECONDS).write_text(f"{time.perf_counter() - started:.3f}\n", encoding="utf-8")
 
 
 def _diagnose(data: Path, diagnoses: Path, jobs: int) -> None:

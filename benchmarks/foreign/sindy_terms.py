@@ -4,6 +4,7 @@ python sindy_terms.py FOLDER prints a line `CASE LABEL` for each; the files are 
 """
 
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,12 @@ import pysindy
 
 WINDOW, ORDER = 7, 3
 """Of the Savitzky-Golay filter that smooths before differences are taken: samples, and degree."""
-THRESHOLD, RIDGE = 0.1, 0.05
-"""Of STLSQ: coefficients below this are dropped, all being shares of the residual torque's own size; its ridge."""
+THRESHOLDS, RIDGE = np.geomspace(0.02, 1.0, 18), 1.0
+"""Of STLSQ: coefficients below a threshold are dropped, all being shares of the residual torque's own size; its ridge.
+
+The threshold is the one whose regression has the best information criterion. The ridge is, of 0.001 to 3, that which
+names most effects rightly: 8 of 18 at four detectable sizes, where 0.001 named 2.
+"""
 NONE = "none"
 
 
@@ -34,19 +39,34 @@ def torques(case, name):
     return np.concatenate(parts)
 
 
+def sparse(library, response):
+    """Return the coefficients of the sparse regression, shape (C,); all zero where no term is worth its place."""
+    rows, best, kept = len(response), 0.0, np.zeros(library.shape[1])
+    for threshold in THRESHOLDS:
+        optimizer = pysindy.STLSQ(threshold=threshold, alpha=RIDGE)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # that a threshold has left no term
+            optimizer.fit(library, response[:, None])
+        coefficients = np.asarray(optimizer.coef_).ravel()
+        left = response - library @ coefficients
+        used = np.count_nonzero(coefficients)
+        worth = rows * np.log((response @ response) / (left @ left)) - used * np.log(rows)
+        if worth > best:
+            best, kept = worth, coefficients
+    return kept
+
+
 def label(case):
-    """Return the candidate whose terms stay in the regression and are the largest."""
+    """Return the candidate whose terms stay in the regression and make up the most of the torque."""
     response, library = torques(case, "residual")[:, 0], torques(case, "columns")
     size, scale = np.linalg.norm(response), np.linalg.norm(library, axis=0)
     usable = scale > 0.0
     if size == 0.0 or not usable.any():
         return NONE
-    optimizer = pysindy.STLSQ(threshold=THRESHOLD, alpha=RIDGE)
-    optimizer.fit(library[:, usable] / scale[usable], response[:, None] / size)
-    share = np.zeros(len(scale))
-    share[usable] = np.abs(np.asarray(optimizer.coef_).ravel())
-    terms = case["terms"]
-    weight = {term: float(np.linalg.norm(share[terms == term])) for term in dict.fromkeys(terms.tolist())}
+    library, terms = library[:, usable] / scale[usable], case["terms"][usable]
+    coefficients = sparse(library, response / size)
+    parts = {term: terms == term for term in dict.fromkeys(terms.tolist())}
+    weight = {term: float(np.linalg.norm(library[:, own] @ coefficients[own])) for term, own in parts.items()}
     best = max(weight, key=weight.get)
     return best if weight[best] > 0.0 else NONE
 

@@ -67,9 +67,14 @@ def orders(counts: Counts, seed: int) -> list[Order]:
     ]
 
 
+def case_name(order: Order) -> str:
+    """Return the name of a case's folders."""
+    return f"case_{order.index + 1:04d}"
+
+
 def make(order: Order, seed: int, scenario: Path, data: Path, answers: Path) -> Path:
     """Make one case where it is not whole yet; return its data folder."""
-    name = f"case_{order.index + 1:04d}"
+    name = case_name(order)
     if not (data / name / SEAL).exists():
         rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(order.index,)))
         case = random_case(rng, order.stratum, scenario, order.effect, order.multiple)
