@@ -80,5 +80,6 @@ class Choice:
 
 def judge_of(contest: Contest, runs: Runs, room: Room) -> Judge:
     """Return the judge of a contest's flights."""
-    present = tuple(present_contrast(contest, pair) for pair in contest.pairs)
+    rivals = contest.rivals
+    present = tuple(present_contrast(rivals[pair.truth], rivals[pair.imitator]) for pair in contest.pairs)
     return Judge(contest=contest, runs=runs, room=room, present=present)

@@ -17,12 +17,12 @@ from testbed.separation.flight import NextFlight
 from testbed.separation.judge import Choice, Judge
 from testbed.separation.limits import limit_shares
 
-_ROUNDS = 6
+_ROUNDS = 4
 _RADIUS = (0.3, 0.02)
 """rad: first and smallest trust region of the control points."""
 _NUDGE = 1e-4
 """rad, for the differences that stand in for derivatives; they then have four correct digits."""
-_WORTH = 1.02
+_WORTH = 1.05
 """Gain of the smallest margin below which another round is not worth its time."""
 _KEPT = 0.99
 """Share of the limits that a linearised step may take: what it leaves is for the curvature."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import permutations
-from math import log, sqrt
+from math import sqrt
 
 import numpy as np
 
@@ -32,10 +32,12 @@ class Rival:
     Attributes:
         key: effect and component that make it differ, or `inertia`.
         fits: to the fitted runs and, its initial rates alone, to those held out where they say something of it.
+        bic: of the step that it could be, against the model without it.
     """
 
     key: str
     fits: tuple[Fit, ...]
+    bic: float = 0.0
 
     @property
     def model(self) -> Fit:
@@ -55,7 +57,7 @@ class Pair:
     Attributes:
         truth: index of the rival.
         imitator: likewise.
-        wanted: distance in sigma at which they are told apart in 95 of 100 cases.
+        wanted: distance in sigma, present data and new ones together, at which they are told apart in 95 of 100 cases.
     """
 
     truth: int
@@ -83,9 +85,8 @@ def contest_of(diagnosis: Diagnosis) -> Contest | None:
     return _against_inertia(diagnosis)
 
 
-def present_contrast(contest: Contest, pair: Pair) -> Contrast:
-    """Return what the present data say of a pair's difference, F = 1."""
-    truth, imitator = contest.rivals[pair.truth], contest.rivals[pair.imitator]
+def present_contrast(truth: Rival, imitator: Rival) -> Contrast:
+    """Return what the present data say of the difference between two rivals, F = 1."""
     of_roles = [
         contrast((own.residual - other.residual)[None], own.jacobian[None], imitator.common)
         for other, own in zip(truth.fits, imitator.fits, strict=False)
@@ -98,15 +99,19 @@ def _among_effects(diagnosis: Diagnosis, index: int) -> Contest | None:
     step = diagnosis.steps[index]
     others = [each for position, each in enumerate(diagnosis.steps) if position != index]
     taken = {each.placed.key for each in others}
-    named = Rival(key=step.placed.key, fits=_fits(diagnosis, diagnosis.model))
+    named = Rival(key=step.placed.key, fits=_fits(diagnosis, diagnosis.model), bic=step.candidate.bic)
     imitators = [
-        Rival(key=candidate.placed.key, fits=_fits(diagnosis, _refitted(diagnosis, others, candidate)))
+        Rival(
+            key=candidate.placed.key,
+            fits=_fits(diagnosis, _refitted(diagnosis, others, candidate)),
+            bic=candidate.bic,
+        )
         for candidate in step.screening.close
         if candidate.placed.key not in taken | {step.placed.key}
     ]
     rivals = (named, *imitators[: MOST_RIVALS - 1])
     pairs = tuple(
-        Pair(truth=one, imitator=other, wanted=_wanted(diagnosis, rivals[one], rivals[other]))
+        Pair(truth=one, imitator=other, wanted=_wanted(rivals[one], rivals[other]))
         for one, other in permutations(range(len(rivals)), 2)
     )
     return Contest(rivals=rivals, pairs=pairs) if pairs else None
@@ -127,13 +132,15 @@ def _fits(diagnosis: Diagnosis, model: Fit) -> tuple[Fit, ...]:
     return model, fitted_initial_rates(diagnosis.heldout, model)
 
 
-def _wanted(diagnosis: Diagnosis, truth: Rival, imitator: Rival) -> float:
-    """Return the distance D at which the imitator's BIC is farther off than `CLOSE` in 95 of 100 cases.
+def _wanted(truth: Rival, imitator: Rival) -> float:
+    """Return the distance at which the imitator's BIC is farther off than `CLOSE` in 95 of 100 cases.
 
-    The difference of χ² is D² with a standard deviation of 2 D.
+    The present data say what they say: what is ahead so far counts as it is. New data that add g to the square of the
+    distance add g to the difference of BIC, with a standard deviation of 2 √g.
     """
-    penalty = (truth.common - imitator.common) * log(diagnosis.runs.samples)
-    return _QUANTILE + sqrt(_QUANTILE**2 + max(CLOSE + penalty, 0.0))
+    lacking = max(CLOSE - (imitator.bic - truth.bic), 0.0)
+    gained = (_QUANTILE + sqrt(_QUANTILE**2 + lacking)) ** 2
+    return sqrt(float(present_contrast(truth, imitator).distance[0]) ** 2 + gained)
 
 
 def _against_inertia(diagnosis: Diagnosis) -> Contest | None:
@@ -155,9 +162,9 @@ def _against_inertia(diagnosis: Diagnosis) -> Contest | None:
         Pair(truth=number, imitator=0, wanted=required_shift(placed.size, screening.tested))
         for number, placed in enumerate(hidden, start=1)
     )
-    contest = Contest(rivals=(without, *shown), pairs=pairs)
-    open_pairs = tuple(pair for pair in pairs if float(present_contrast(contest, pair).distance[0]) < pair.wanted)
-    return replace(contest, pairs=open_pairs) if open_pairs else None
+    rivals = (without, *shown)
+    hard = tuple(pair for pair in pairs if present_contrast(rivals[pair.truth], without).distance[0] < pair.wanted)
+    return Contest(rivals=rivals, pairs=hard) if hard else None
 
 
 def _typical(diagnosis: Diagnosis, placed: Placed) -> Rival:

@@ -16,7 +16,7 @@ from testbed.separation.judge import Choice, Judge
 from testbed.separation.refinement import refined
 
 VISIBLE = 1.0
-"""Sigma: models that no drawn flight brings apart by more are said to be inseparable."""
+"""Sigma: models that no drawn flight brings farther apart by more are said to be inseparable."""
 
 
 def chosen_flight(judge: Judge, progress: Callable[[str], None] = lambda _: None) -> Choice | None:
@@ -33,7 +33,7 @@ def chosen_flight(judge: Judge, progress: Callable[[str], None] = lambda _: None
     if not flights:
         return None
     distances = judge.distances(flights)
-    separable = distances.max(axis=0) > VISIBLE
+    separable = np.sqrt(np.maximum(distances**2 - judge.now**2, 0.0)).max(axis=0) > VISIBLE
     margins = (distances / judge.wanted)[:, separable].min(axis=1, initial=np.inf)
     best = int(margins.argmax())
     choice = Choice(flight=flights[best], distances=distances[best], separable=separable)
