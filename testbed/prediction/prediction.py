@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import compress
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -14,6 +15,7 @@ from testbed.prediction.gyro import readings
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.inner import has_torques, motor_torques, servo_answers
 from testbed.prediction.integration import COMPLEX_STEP, Values, node_rates
+from testbed.prediction.smoothed import body_motion
 
 Predictor: TypeAlias = Callable[[Grid, Sequence[Hooks], Values], list[Array]]
 """From the runs, the effects and P parameter sets to blocks of predictions, each with the sets on its first axis."""
@@ -50,13 +52,29 @@ def predicted_channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> li
     Raises:
         InputError: the motion leaves the finite numbers.
     """
-    rates = node_rates(grid, hooks, values)
-    blocks = readings(grid, hooks, values.effects, rates)
+    blocks = predicted(grid, hooks, values)
+    inside = [_acts_inside(hook) for hook in hooks]
+    hooks, effects = list(compress(hooks, inside)), list(compress(values.effects, inside))
     if has_torques(grid):
-        blocks += motor_torques(grid, hooks, values.effects, rates)
+        blocks += motor_torques(grid, hooks, effects, _measured_rates(grid))
     if grid.follows_commands:
-        blocks += servo_answers(grid, hooks, values.effects)
+        blocks += servo_answers(grid, hooks, effects)
     return [np.broadcast_to(block, (values.sets, *block.shape[1:])) for block in blocks]
+
+
+def _acts_inside(hook: Hooks) -> bool:
+    """Return whether an effect acts inside the gimbals.
+
+    All others leave the gimbals' channels as they are: what these say of the body's motion is less than a hundredth of
+    what the gyro says, and what their own model gets wrong must not speak for an effect on the body or the gyro.
+    """
+    return type(hook).motor_torque is not Hooks.motor_torque or type(hook).servo_lag is not Hooks.servo_lag
+
+
+def _measured_rates(grid: Grid) -> Array:
+    """Return ω at the nodes by the gyro, smoothed, shape (R, 1, M + 1, 3), rad/s."""
+    pairs = zip(grid.runs, grid.node_time, strict=True)
+    return np.stack([body_motion(run)(time) for run, time in pairs])[:, None]
 
 
 def common_size(effects: Sequence[Array]) -> int:
