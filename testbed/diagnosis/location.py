@@ -109,8 +109,8 @@ def _gyro(runs: Runs, fit: Fit) -> _Residual:
 
 def _inner(runs: Runs, fit: Fit) -> Iterator[_Residual]:
     """Yield what a fit leaves of motor torques and of the gimbals' answers to commands, where the runs carry them."""
-    edges = np.cumsum([block.size for block in runs.inner])[:-1]
-    parts = np.split(fit.residual[runs.samples :], edges)
+    edges = np.cumsum([runs.samples, *(block.size for block in runs.inner)])[:-1]
+    parts = np.split(fit.residual, edges)[1:]
     blocks = [part.reshape(block.shape) for part, block in zip(parts, runs.inner, strict=True)]
     names = ["gimbal_torque"] * has_torques(runs.grid) + ["gimbal_angle"] * runs.grid.follows_commands
     for index, name in enumerate(names):
