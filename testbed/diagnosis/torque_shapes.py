@@ -68,7 +68,8 @@ def torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
     knots = max(_FEWEST_KNOTS, int(np.ceil(_KNOTS_PER_SECOND * time.max())))
     at = np.linspace(np.zeros(len(time)), time[:, -1], knots, axis=1)
     nuisance = orthonormal(fit.jacobian[: runs.samples])
-    response = _free(torque_response(runs, fit, knots), nuisance).reshape(runs.samples, -1, 3)
+    free = _free(torque_response(runs, fit, knots), nuisance).reshape(runs.samples, -1, 3)
+    response = np.ascontiguousarray(np.moveaxis(free, -1, 0))
     residual = _free(fit.residual[: runs.samples], nuisance)
     tried = [*_slow(at, _rates(runs, fit, at)), *_oscillations(runs, at)]
     found = [_tested(each, response, residual, len(tried), runs.noise_freedom) for each in tried]
@@ -108,7 +109,7 @@ def _rates(runs: Runs, fit: Fit, time: Array) -> Array:
 
 def _tested(tried: _Tried, response: Array, residual: Array, shapes: int, noise_freedom: float) -> TorqueShape:
     torques = tried.torques.reshape(-1, tried.torques.shape[-1])
-    columns = np.einsum("nka,kf->nfa", response, torques, optimize=True).reshape(len(residual), -1)
+    columns = np.concatenate(response @ torques, axis=-1)
     basis = orthonormal(columns)
     freedom, square = basis.shape[1], float(((basis.T @ residual) ** 2).sum())
     if not freedom:
