@@ -19,6 +19,7 @@ class Runs:
 
     Attributes:
         names: of the runs.
+        windowed: names of what each is a window of, one after the other; empty where they are whole.
         grid: their telemetry on the integration's grid.
         sigma: of the gyro, each run and axis, shape (R, 3), rad/s.
         inner: measured motor torques and gimbal rates, blocks in the order in which they are predicted.
@@ -32,6 +33,7 @@ class Runs:
     inner: tuple[Array, ...] = ()
     inner_sigma: tuple[Array, ...] = ()
     noise_freedom: float = np.inf
+    windowed: tuple[str, ...] = ()
 
     @property
     def measured(self) -> list[Array]:

@@ -60,10 +60,11 @@ class DataSet:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Part:
-    """A stretch of a record without a gap in its actuators' telemetry."""
+    """A stretch of a record without a gap in its actuators' telemetry, or a window of the stretch that it names."""
 
     name: str
     telemetry: Telemetry
+    stretch: str | None = None
 
 
 def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body) -> DataSet:
@@ -189,7 +190,7 @@ def _parts(record: Record, scenario: BodyScenario, nominal: Body, notices: list[
 def _windows(name: str, stretch: Telemetry, horizon: float) -> Iterator[_Part]:
     try:
         for window in windows_of(stretch, horizon):
-            yield _Part(name=f"{name} at {window.gyro_time[0]:.2f} s", telemetry=window)
+            yield _Part(name=f"{name} at {window.gyro_time[0]:.2f} s", telemetry=window, stretch=name)
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
 
@@ -249,4 +250,5 @@ def _rows(telemetry: Telemetry, rows: slice) -> Telemetry:
 
 def _together(usable: Sequence[tuple[Record, tuple[_Part, ...]]], chosen: Sequence[int]) -> Runs:
     parts = [part for index in chosen for part in usable[index][1]]
-    return runs_of([part.name for part in parts], [part.telemetry for part in parts])
+    runs = runs_of([part.name for part in parts], [part.telemetry for part in parts])
+    return replace(runs, windowed=tuple(part.stretch for part in parts if part.stretch is not None))

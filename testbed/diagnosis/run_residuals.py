@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
 
 import numpy as np
 
@@ -40,14 +41,31 @@ class RunResiduals:
 
 
 def residuals_of(diagnosis: Diagnosis) -> tuple[RunResiduals, ...]:
-    """Return every run against the model without and with the effects, held-out ones last."""
+    """Return every run, put together from its windows, against both models, held-out ones last."""
     shown = list(_residuals(diagnosis, diagnosis.runs, (diagnosis.baseline, diagnosis.model), held_out=False))
     heldout = diagnosis.heldout
     if heldout is not None:
         before = fitted_initial_rates(_as_stated(diagnosis, heldout), diagnosis.baseline)
         after = fitted_initial_rates(heldout, diagnosis.model)
         shown += _residuals(diagnosis, heldout, (before, after), held_out=True)
-    return tuple(shown)
+    if not diagnosis.runs.windowed:
+        return tuple(shown)
+    return tuple(_together(list(windows)) for _, windows in groupby(shown, lambda run: run.name))
+
+
+def _together(windows: Sequence[RunResiduals]) -> RunResiduals:
+    def joined(series: Callable[[RunResiduals], Array]) -> Array:
+        return np.concatenate([series(window) for window in windows])
+
+    return replace(
+        windows[0],
+        time=joined(lambda window: window.time),
+        measured=joined(lambda window: window.measured),
+        nominal=joined(lambda window: window.nominal),
+        extended=joined(lambda window: window.extended),
+        before=joined(lambda window: window.before),
+        after=joined(lambda window: window.after),
+    )
 
 
 def _as_stated(diagnosis: Diagnosis, runs: Runs) -> Runs:
@@ -59,7 +77,8 @@ def _as_stated(diagnosis: Diagnosis, runs: Runs) -> Runs:
 def _residuals(diagnosis: Diagnosis, runs: Runs, fits: tuple[Fit, Fit], *, held_out: bool) -> Iterator[RunResiduals]:
     before, after = (whitened_by_run(runs, fit) for fit in fits)
     stated = _as_stated(diagnosis, runs).sigma
-    for index, (name, run) in enumerate(zip(runs.names, runs.grid.runs, strict=True)):
+    names = runs.windowed or runs.names
+    for index, (name, run) in enumerate(zip(names, runs.grid.runs, strict=True)):
         yield RunResiduals(
             name=name,
             held_out=held_out,

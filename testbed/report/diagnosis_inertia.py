@@ -13,6 +13,7 @@ from testbed.diagnosis.latent import LatentTorque
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.workflow import UNEXPLAINED, Diagnosis
 from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.report.diagnosis_residuals import MOST_RUNS
 from testbed.report.diagnosis_verdict import shape_words
 from testbed.report.frame.blocks import Cell, Column, Figure, Paragraph, Section, Table
 from testbed.report.frame.chart import line_chart
@@ -87,7 +88,8 @@ def left_section(diagnosis: Diagnosis) -> Iterator[Section]:
         f"{figures(latent.likelihood_ratio)}, by chance with p = {figures(latent.p_value, 2)}. {shape} Below, the "
         "likeliest."
     )
-    figures_of = tuple(_latent_figure(latent, index, name) for index, name in enumerate(diagnosis.runs.names))
+    shown = diagnosis.runs.names[:MOST_RUNS]
+    figures_of = tuple(_latent_figure(latent, index, name) for index, name in enumerate(shown))
     yield Section(title="What is left", blocks=(Paragraph(text=text), *figures_of))
 
 

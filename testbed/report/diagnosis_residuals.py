@@ -14,15 +14,15 @@ from testbed.report.frame.series import component_lines
 from testbed.signals import AXES
 
 _MOST_FREQUENCIES = 200
-_MOST_RUNS = 8
+MOST_RUNS = 8
 """Runs that are drawn; the recording has them all."""
 
 
 def residuals_section(residuals: Sequence[RunResiduals]) -> Section:
     """Return the residuals in time, run by run, and their spectra."""
-    shown = [*residuals[:_MOST_RUNS]]
-    held_out = [run for run in residuals[_MOST_RUNS:] if run.held_out]
-    shown = [*shown[: _MOST_RUNS - 1], held_out[0]] if held_out and not any(run.held_out for run in shown) else shown
+    shown = [*residuals[:MOST_RUNS]]
+    held_out = [run for run in residuals[MOST_RUNS:] if run.held_out]
+    shown = [*shown[: MOST_RUNS - 1], held_out[0]] if held_out and not any(run.held_out for run in shown) else shown
     blocks: list[Block] = [_meaning(len(shown), len(residuals)), *_spectra(residuals)]
     for run in shown:
         blocks += _in_time(run)

@@ -10,6 +10,7 @@ import pytest
 
 from testbed.assembly.platform import nominal_body
 from testbed.diagnosis.reading import DataSet, data_set_of
+from testbed.diagnosis.run_residuals import residuals_of
 from testbed.diagnosis.windows import averaged, windows_of
 from testbed.diagnosis.workflow import diagnosed
 from testbed.dynamics.inertia import theta_of
@@ -94,6 +95,18 @@ def test_the_quadcopters_records_are_read_in_windows_by_role():
     assert data.heldout is not None
     assert len(data.heldout.names) == 14
     assert data.runs.grid.step.max() <= LONGEST_STEP
+
+
+def test_the_windows_of_a_record_are_shown_as_one_run():
+    data = short(("roll_pitch_3", "roll_pitch_4"))
+    baseline = next(diagnosed(data.runs, data.heldout, {}, theta_of(NOMINAL.inertia)))
+    shown = residuals_of(baseline)
+    assert [(run.name, run.held_out) for run in shown] == [("roll_pitch_3", False), ("roll_pitch_4", True)]
+    for run in shown:
+        assert run.time[0] == pytest.approx(0.2, abs=0.02)
+        assert run.time[-1] == pytest.approx(3.0, abs=0.02)
+        assert np.diff(run.time).max() < 0.025  # 10 ms, and what a lone wild sample leaves
+        assert len(run.time) == len(run.measured) == len(run.extended) == len(run.after)
 
 
 def test_gimbal_angles_without_a_cluster_are_refused():
