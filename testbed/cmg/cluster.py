@@ -25,6 +25,8 @@ class Cluster:
         rotor_spin_inertia: Js, shape (M,), kg·m², about the spin axis.
         rotor_transverse_inertia: Jt, shape (M,), kg·m², about any axis normal to it.
         gimbal_inertia: Jg, shape (M,), kg·m², of the gimbal body about the gimbal axis, rotor not included.
+        position_B: of the rotors' centres from the platform's centre of mass, shape (M, 3), m, body axes; None where it
+            is not known, which only a rotor's imbalance asks for.
     """
 
     gimbal_axis_B: Axes
@@ -33,6 +35,7 @@ class Cluster:
     rotor_spin_inertia: Units
     rotor_transverse_inertia: Units
     gimbal_inertia: Units
+    position_B: Axes | None = None
 
     @cached_property
     def transverse_axis_B(self) -> Axes:

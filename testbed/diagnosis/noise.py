@@ -10,6 +10,7 @@ from scipy.stats import chi2
 from testbed.arrays import Vector3
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit
+from testbed.dynamics.inertia import inertia_of
 from testbed.effects.contract import Readings
 from testbed.effects.fast_changes import variance_ratio
 
@@ -57,4 +58,6 @@ def readings_of(runs: Runs, fit: Fit) -> Readings:
         measured=runs.measured,
         residual=[part * sigma for part, sigma in zip(whitened, runs.sigma, strict=True)],
         sigma=runs.sigma,
+        runs=runs.grid.runs,
+        inertia=inertia_of(fit.theta),
     )

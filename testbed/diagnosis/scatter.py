@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import log
 
@@ -13,7 +13,7 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.noise import readings_of
 from testbed.diagnosis.signatures import FAMILY_WISE_ERROR
-from testbed.effects.contract import Finding, ReadingEffect
+from testbed.effects.contract import Finding, ReadingEffect, Readings
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,7 +54,7 @@ def scatter_found(runs: Runs, fit: Fit, effects: Mapping[str, ReadingEffect], ot
     tested = others + len(hypotheses)
     readings = readings_of(runs, fit)
     while hypotheses:
-        believed = replace(readings, sigma=widened(runs.sigma, found))
+        believed = _without_what_is_told(readings, found)
         told = [
             _scatter(effect, component, effect.found(component, believed), runs.samples, tested)
             for effect, component in hypotheses
@@ -71,6 +71,16 @@ def scatter_found(runs: Runs, fit: Fit, effects: Mapping[str, ReadingEffect], ot
 def widened(sigma: Array, found: Iterable[Scatter]) -> Array:
     """Return standard deviations with what was found, shape (R, 3), rad/s."""
     return np.asarray(np.sqrt(sigma**2 + sum((each.finding.variance for each in found), np.zeros(3))))
+
+
+def _without_what_is_told(readings: Readings, found: Sequence[Scatter]) -> Readings:
+    """Return readings less what was told sample by sample, and with a noise that has the rest of what was found."""
+    residual = readings.residual
+    for each in found:
+        if each.finding.explained is not None:
+            residual = [left - told for left, told in zip(residual, each.finding.explained, strict=True)]
+    noisier = [each for each in found if each.finding.explained is None]
+    return replace(readings, residual=residual, sigma=widened(readings.sigma, noisier))
 
 
 def _scatter(

@@ -9,7 +9,8 @@ from typing import Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
-from testbed.arrays import Array, Vector3
+from testbed.arrays import Array, Matrix3, Vector3
+from testbed.estimation.telemetry import Telemetry
 from testbed.plant.additions import Addition
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
@@ -155,11 +156,15 @@ class Readings:
         measured: of each run, shape (N, 3), rad/s, as the gyro gave them.
         residual: measured less predicted, of each run, shape (N, 3), rad/s.
         sigma: standard deviation that the model believes, of each run and axis, shape (R, 3), rad/s.
+        runs: their telemetry.
+        inertia: J of the model, shape (3, 3), kg·m².
     """
 
     measured: Sequence[Array]
     residual: Sequence[Array]
     sigma: Array
+    runs: Sequence[Telemetry]
+    inertia: Matrix3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -172,6 +177,8 @@ class Finding:
         gain: twice the logarithm of the likelihood ratio with and without it.
         p_value: of what was seen, if the effect is not there; one test.
         variance: that it adds to each axis' readings, shape (3,), rad²/s².
+        explained: what of every run's residual is told by it sample by sample, shape (N, 3), rad/s; None for scatter
+            that is not.
     """
 
     values: Array
@@ -179,6 +186,7 @@ class Finding:
     gain: float
     p_value: float
     variance: Vector3
+    explained: Sequence[Array] | None = None
 
 
 class ReadingEffect(NamedEffect):

@@ -28,6 +28,7 @@ from testbed.effects.gyro_scale import GyroScale
 from testbed.effects.inertia import Inertia
 from testbed.effects.inertial_torque import InertialTorque
 from testbed.effects.quadratic_drag import QuadraticDrag
+from testbed.effects.rotor_imbalance import RotorImbalance
 from testbed.effects.rotor_speed import RotorSpeed
 from testbed.effects.rotor_spin_down import RotorSpinDown
 from testbed.effects.slosh import Slosh
@@ -63,7 +64,7 @@ _PREDICTED: tuple[Effect, ...] = (
     GyroSaturation(),
 )
 
-_ON_READINGS: tuple[ReadingEffect, ...] = (GyroNoise(), GyroQuantization())
+_ON_READINGS: tuple[ReadingEffect, ...] = (GyroNoise(), GyroQuantization(), RotorImbalance())
 
 EFFECTS: Mapping[str, Effect] = {effect.id: effect for effect in _PREDICTED}
 """Those that change what is predicted, by id."""

@@ -49,6 +49,7 @@ def cluster_of(model: mujoco.MjModel) -> Cluster:
         rotor_spin_inertia=spin_inertia,
         rotor_transverse_inertia=_inertia_along(model, data, rotors, gimbal_axis_N),
         gimbal_inertia=_inertia_along(model, data, gimbals, gimbal_axis_N),
+        position_B=(data.xipos[rotors] - data.subtree_com[model.body("bus").id]) @ bus_rotation,
     )
 
 

@@ -12,6 +12,7 @@ ONLY_HIDDEN = {
     "contact": {"time_since_release_s", "run"},
     "slosh": {"loose_mass_kg", "place_x_m", "place_y_m", "place_z_m"},
     "gimbal_coulomb_friction": {"stribeck_torque_N_m", "stribeck_rate_rad_s"},
+    "rotor_imbalance": {"dynamic_kg_m2", "phase_rad"},
     "gyro_drift": {"random_walk_rad_s1.5"},
 }
 ONLY_TOLD = {"contact": {"time_s"}, "slosh": {"mass_kg"}}

@@ -77,10 +77,10 @@ def test_friction_shows_in_the_motor_torque(effect, size):
 
 
 @cache
-def answered(effect: str = "", component: str = "", size: str = "", value: float = 0.0) -> tuple[Telemetry, ...]:
+def answered(effect: str = "", component: str = "", **parameters: float) -> tuple[Telemetry, ...]:
     """Three runs of two seconds with commands and gimbal angles, flown by the engine that shares no code."""
     case = blind_case(3)
-    hidden = (HiddenEffect(effect=effect, component=component, parameters={size: value}),) if effect else ()
+    hidden = (HiddenEffect(effect=effect, component=component, parameters=parameters),) if effect else ()
     case = replace(case, effects=hidden, telemetry=replace(case.telemetry, rate_command=True))
     flown, scenario = fly_case(case), read_scenario(SCENARIO)
     nominal = nominal_platform(scenario)
@@ -101,7 +101,7 @@ def test_gimbals_answer_their_commands_as_their_servo_does():
     ],
 )
 def test_a_late_or_braked_motor_shows_between_command_and_angle(effect, size, value, std):
-    runs = runs_of(["a", "b", "c"], answered(effect, "cmg4", size, value))
+    runs = runs_of(["a", "b", "c"], answered(effect, "cmg4", **{size: value}))
     assert runs.grid.follows_commands
     told, error = found(runs, effect, "cmg4")
     assert abs(told - value) < SIGMAS * error
@@ -124,6 +124,15 @@ def test_play_shows_in_the_motion_of_the_body():
     value, std = found(runs, "gimbal_backlash", "cmg2")
     assert abs(value - play) < SIGMAS * std + 0.1 * play  # the jump itself is lost between samples
     assert value > 3.0 * std
+
+
+def test_a_trembling_rotor_is_told_from_the_others_and_from_noise():
+    static = 4e-6
+    runs = runs_of(["a", "b", "c"], answered("rotor_imbalance", "cmg4", static=static, dynamic=1e-8, phase=1.0))
+    scatter = scatter_found(runs, fitted(runs, [], TRUE_THETA, []), READING_EFFECTS, others=100)
+    assert [each.key for each in scatter] == ["rotor_imbalance:cmg4"]
+    assert abs(scatter[0].finding.values[0] - static) < SIGMAS * scatter[0].finding.std[0]
+    assert scatter[0].finding.std[0] < 0.1 * static
 
 
 @pytest.mark.parametrize("ratio", [1.0, 1.25])

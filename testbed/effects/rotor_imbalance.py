@@ -1,0 +1,93 @@
+"""The centre of mass of one rotor lies beside its axis: a force turns with it, and the platform trembles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import log
+from typing import final
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.stats import chi2
+from typing_extensions import override
+
+from testbed.arrays import Array, Matrix3
+from testbed.effects.contract import UNITS, Extension, Finding, Parameter, ReadingEffect, Readings, unit_index
+from testbed.estimation.telemetry import Telemetry
+from testbed.scenario.scenario import Scenario
+
+
+@final
+class RotorImbalance(ReadingEffect):
+    """J ω = ... - U Ω r × (g cos φ - t sin φ), φ = Ω t + φ₀, with a φ₀ of every run's own.
+
+    Gyros sample far too slowly to follow the rotor: what shows is a line at its speed or at the alias, on the axes that
+    the unit's place r and its axes g and t give. The platform's whole momentum hardly changes within a turn, so that
+    the rate is the momentum's, over the inertia.
+    """
+
+    id = "rotor_imbalance"
+    flies = False
+    components = UNITS
+    parameters = (Parameter(name="static_kg_m", unit="kg·m", typical=2e-6, lower=0.0),)
+    needs = ("gimbal_angle",)
+    sentence = (
+        "The rotor of {component} is out of balance: the gyro shows a line at its speed, or at the alias of that."
+    )
+    look_alikes = ("gyro_noise",)
+    confirm = "Run that rotor at another speed: the line moves with it."
+
+    @override
+    def found(self, component: str, readings: Readings) -> Finding | None:
+        unit = unit_index(component)
+        told = [_told(part, readings, unit) for part in range(len(readings.runs))]
+        if None in told:
+            return None
+        fits = [each for each in told if each is not None]
+        gain, freedom = sum(fit[1] for fit in fits), 2 * len(fits)
+        squares = np.array([fit[0] @ fit[0] for fit in fits])
+        errors = np.array([np.trace(fit[2]) for fit in fits])  # noise alone has such squares
+        size = float(np.sqrt(max(np.mean(squares - errors), 0.0)))
+        explained = [fit[3] for fit in fits]
+        numbers = float(np.mean([part.size for part in explained]))  # that tell one run's amplitudes
+        return Finding(
+            values=np.array([size]),
+            std=np.array([np.sqrt(np.mean(errors) / freedom)]),
+            gain=gain - (freedom - len(self.parameters)) * log(numbers),
+            p_value=float(chi2.sf(gain, freedom)),
+            variance=np.asarray(np.mean(np.concatenate(explained) ** 2, axis=0)),
+            explained=explained,
+        )
+
+    @override
+    def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
+        return Extension()
+
+
+def _told(part: int, readings: Readings, unit: int) -> tuple[Array, float, Array, Array] | None:
+    """Return a run's (U cos φ₀, U sin φ₀), kg·m, the χ² that they explain, their covariance, and what they explain."""
+    run, sigma = readings.runs[part], readings.sigma[part]
+    if run.cluster is None or run.cluster.position_B is None or run.gimbal_angle is None:
+        return None
+    columns = np.stack(list(_tremor(run, unit, readings.inertia)), axis=-1)
+    white = (columns / sigma[:, None]).reshape(-1, 2)
+    residual = (readings.residual[part] / sigma).ravel()
+    covariance = np.linalg.pinv(white.T @ white, rcond=1e-6)
+    values = covariance @ (white.T @ residual)
+    return values, float(values @ (white.T @ residual)), covariance, columns @ values
+
+
+def _tremor(run: Telemetry, unit: int, inertia: Matrix3) -> Iterator[Array]:
+    """Yield the body rates at the gyro's samples for an imbalance of one kg·m at φ₀ of 0 and 90 degrees, (N, 3)."""
+    cluster = run.cluster
+    assert cluster is not None
+    assert cluster.position_B is not None
+    assert run.gimbal_angle is not None
+    momentum = cluster.rotor_momentum if run.rotor_momentum is None else run.rotor_momentum.mean(axis=0)
+    speed = float(momentum[unit] / cluster.rotor_spin_inertia[unit])
+    angle = CubicSpline(run.actuator_time, np.unwrap(run.gimbal_angle, axis=0)[:, unit])(run.gyro_time)[:, None]
+    transverse_B = np.cos(angle) * cluster.transverse_axis_B[unit] - np.sin(angle) * cluster.spin_axis_B[unit]
+    for lead in (0.0, 0.5 * np.pi):
+        turn = (speed * run.gyro_time + lead)[:, None]
+        ahead_B = np.cos(turn) * cluster.gimbal_axis_B[unit] - np.sin(turn) * transverse_B
+        yield np.asarray(-speed * np.linalg.solve(inertia, np.cross(cluster.position_B[unit], ahead_B).T).T)
