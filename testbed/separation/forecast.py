@@ -52,9 +52,11 @@ def _values(model: Fit, flights: Sequence[NextFlight]) -> Values:
 
 
 def _by_flight(blocks: Sequence[Array], runs: Runs) -> Array:
-    """Return whitened blocks, channel after channel, flight by flight, shape (F, S, C)."""
+    """Return whitened blocks, channel after channel, flight by flight, shape (F, S, C); the shorter end in zeros."""
     whitened, flights = runs.whitened_columns(blocks), len(runs.names)
-    return np.stack([np.concatenate(whitened[index::flights]) for index in range(flights)])
+    whole = [np.concatenate(whitened[index::flights]) for index in range(flights)]
+    longest = max(len(each) for each in whole)
+    return np.stack([np.pad(each, ((0, longest - len(each)), (0, 0))) for each in whole])
 
 
 def blank_runs(flights: Sequence[NextFlight], like: Runs, cluster: Cluster) -> Runs:

@@ -79,6 +79,25 @@ def test_a_late_gyro_is_named_and_everything_is_written(late, tmp_path, capsys):
     assert (out / "recording.rrd").stat().st_size > 0
 
 
+def test_look_alikes_end_with_a_flight_that_tells_them_apart(late, tmp_path, capsys, monkeypatch):
+    kept = {name: testbed.cli.diagnose.EFFECTS[name] for name in ("gyro_latency", "gyro_bandwidth")}
+    monkeypatch.setattr(testbed.cli.diagnose, "EFFECTS", kept)
+    out = tmp_path / "out"
+    assert run("diagnose", SCENARIO, "--data", late, "--out", out) == 0
+    answer = json.loads((out / "diagnosis.json").read_text(encoding="utf-8"))
+    assert answer["verdict"] == "ambiguous"
+    (pair,) = answer["next"]["pairs"]
+    assert set(pair["pair"]) == {"gyro_latency:gyro", "gyro_bandwidth:gyro"}
+    assert pair["sigma_now"] < pair["sigma_after"]
+    flown = read_scenario(out / answer["next"]["scenario"])
+    assert flown.maneuver.kind == "control_points"
+    assert flown.gyro.latency_s == 0.0  # the nominal platform: which of the two it is, only the flight tells
+    printed = capsys.readouterr().out
+    assert "Next" in printed
+    assert "after one flight" in printed
+    assert "What to fly next" in (out / "report.html").read_text(encoding="utf-8")
+
+
 @pytest.mark.usefixtures("few_effects")
 def test_an_interrupted_diagnosis_keeps_what_was_found(late, tmp_path, capsys, monkeypatch):
     def interrupted(*arguments):
