@@ -11,7 +11,7 @@ SPECK = 1e-9
 """Share of the typical size at which a search starts: no motion shows it, but it has a direction."""
 MOST_DAMPED = 0.5
 """Damping ratio; beyond it a mode does not swing, and passes for drag."""
-_RATIO = 1.4
+_RATIO = 1.2
 _DAMPING_RATIO = 0.15
 """Between such frequencies and at this damping, a mode damped by 0.005 to 0.05 still shows half of its χ²."""
 
