@@ -50,7 +50,7 @@ SITUATIONS = {
         effect="rotor_speed", component="cmg3", parameters={"relative_error": 0.008}
     ),
     "body or inertial torque": HiddenEffect(
-        effect="body_torque", component="platform", parameters=_vector("torque", 1.8e-5, 1.4e-5, -1.4e-5)
+        effect="body_torque", component="platform", parameters=_vector("torque", 2.4e-5, 1.8e-5, -1.8e-5)
     ),
     "gyro scale or inertia": HiddenEffect(effect="gyro_scale", component="x", parameters={"scale_factor_error": 0.03}),
 }
@@ -150,8 +150,10 @@ def main() -> None:
         if told.after is not None and told.proposal is not None:
             print(f"  after   {_names(told.after)}")
             rivals = {key for each in told.proposal.separations for key in each.keys}
-            for rival in sorted(rivals - {step.placed.key for step in told.after.steps}):
-                print(f"          ahead of {rival} by {realised(told.after, rival):.1f} sigma", flush=True)
+            ahead = {rival: realised(told.after, rival) for rival in sorted(rivals)}
+            for rival, distance in ahead.items():
+                if distance > 0.0:  # neither the first itself nor one that was not worth a refit
+                    print(f"          ahead of {rival} by {distance:.1f} sigma", flush=True)
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from testbed.diagnosis.findings import INERTIA
 from testbed.report.frame.blocks import Cell, Column, Paragraph, Section, Table
 from testbed.report.wording import figures, listed
 from testbed.separation.proposal import Proposal, Separation
@@ -13,6 +14,9 @@ _TIMES = ("not at all", "once", "twice", "three times", "four times", "five time
 
 def pair_words(separation: Separation) -> str:
     """Return the names of two look-alikes."""
+    if INERTIA in separation.keys:
+        (effect,) = (_name(key) for key in separation.keys if key != INERTIA)
+        return f"{effect} of its typical size and another inertia"
     return listed(_name(key) for key in separation.keys)
 
 
@@ -66,4 +70,4 @@ def next_section(proposal: Proposal | None) -> Iterator[Section]:
 def _name(key: str) -> str:
     """Return a model's name, e.g. `rotor_speed (cmg3)`."""
     effect, _, component = key.partition(":")
-    return f"{effect} ({component})" if component else f"another {effect}"
+    return f"{effect} ({component})"

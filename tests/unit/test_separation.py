@@ -198,9 +198,9 @@ def test_words_and_result_say_what_is_told_apart_and_what_is_not(flights):
     apart = Separation(
         keys=("viscous_drag:platform", "quadratic_drag:platform"), now=2.1, after=5.0, wanted=4.6, separable=True
     )
-    alias = Separation(keys=("gyro_latency:gyro", "inertia"), now=0.1, after=0.2, wanted=4.6, separable=False)
+    alias = Separation(keys=("gyro_scale:x", "inertia"), now=0.1, after=0.2, wanted=4.6, separable=False)
     proposal = Proposal(flight=flights[-1], times=2, enough=False, separations=(alias, apart))
-    assert pair_words(alias) == "gyro_latency (gyro) and another inertia"
+    assert pair_words(alias) == "gyro_scale (x) of its typical size and another inertia"
     assert "one class" in distance_words(alias)
     assert "5 after one flight" in distance_words(apart)
     assert "twice" in flight_words(proposal)
