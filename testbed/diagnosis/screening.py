@@ -33,7 +33,8 @@ class Candidate:
         bic: of this model less that of the present one, less `carried`, and for what is scanned twice the logarithm of
             the looks; negative is better.
         p_value: of the gain, times the number of hypotheses and of each one's looks (Bonferroni), over the held-out
-            runs' ratio of densities: that is a p-value too, as the mean of the ratio is 1 without the effect.
+            runs' ratio of densities: that is a p-value too, as the mean of the ratio is 1 without the effect. Not less
+            than that of the gain alone: what the fitted runs do not show is not in the model's place to explain others.
     """
 
     placed: Placed
@@ -145,14 +146,15 @@ def _candidate(
     gain = max(fit.chi_square - model.chi_square, 0.0)
     carried = _held_out_evidence(heldout, model) - without if placed.effect.recurs else 0.0
     looks = log(placed.effect.looks(placed.component, runs.grid))
-    chance = log(tested) + looks + log_chance(gain, max(signature.rank, 1), runs.noise_freedom) - 0.5 * carried
+    alone = log_chance(gain, max(signature.rank, 1), runs.noise_freedom)
+    together = log(tested) + looks + alone - 0.5 * carried
     return Candidate(
         placed=placed,
         fit=model,
         gain=gain,
         carried=carried,
         bic=signature.rank * log(runs.samples) + 2.0 * looks - gain - carried,
-        p_value=exp(min(chance, 0.0)),
+        p_value=exp(min(max(together, alone), 0.0)),
     )
 
 
