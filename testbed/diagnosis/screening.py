@@ -81,10 +81,14 @@ class Screening:
 
 
 def _is_close(candidate: Candidate, best: Candidate) -> bool:
-    """Return whether a candidate may be meant instead: by its criterion, or by its fit with but one parameter more."""
+    """Return whether a candidate may be meant instead: by its criterion, or by its fit with but one parameter more.
+
+    Where even the best model leaves more than noise, differences count in units of what it leaves.
+    """
+    spread = max(1.0, best.fit.chi_square / best.fit.freedom)
     worse_fit = best.gain + best.carried - candidate.gain - candidate.carried
     one_more = candidate.placed.size == best.placed.size + 1
-    return candidate.bic - best.bic < CLOSE or (one_more and worse_fit < CLOSE)
+    return candidate.bic - best.bic < CLOSE * spread or (one_more and worse_fit < CLOSE * spread)
 
 
 def screened(
