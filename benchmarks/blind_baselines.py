@@ -20,7 +20,7 @@ from benchmarks.blind_candidates import CANDIDATES
 from testbed.scoring.card import grouped
 from testbed.scoring.case import Case
 from testbed.scoring.formats import Named
-from testbed.scoring.judging import NONE, UNLISTED, label_right, named, said_right, truths
+from testbed.scoring.judging import NONE, UNLISTED, exactly_right, label_right, named, truths
 from testbed.scoring.rows import Row, share
 
 OURS, REDUCTION, BIC, SINDY, ORACLE = "this diagnosis", "largest reduction", "best BIC", "SINDy", "oracle"
@@ -104,14 +104,14 @@ def comparisons(cases: Sequence[Case], candidates: Mapping[str, Candidates], sin
 
 def _sizes(part: str, cases: Sequence[Case]) -> Iterator[tuple[str, str, list[Case]]]:
     for times, few in grouped(cases, "detectable_sizes"):
-        yield f"{part} at {times:g} times", "effect and component first", few
+        yield f"{part} at {times:g} times", "the very effect first", few
 
 
 def _compared(
     part: str, what: str, cases: Sequence[Case], methods: Mapping[str, Labels], candidates: Mapping[str, Candidates]
 ) -> Comparison:
     nothing = what == "nothing is named"
-    ours = [case.diagnosis is not None and not named(case) for case in cases] if nothing else map(said_right, cases)
+    ours = [case.diagnosis is not None and not named(case) for case in cases] if nothing else map(exactly_right, cases)
     rows = {OURS: share(part, what, ours)}
     for method, labels in methods.items():
         told = ((case, labels.get(case.name)) for case in cases)

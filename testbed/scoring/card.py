@@ -17,6 +17,7 @@ from testbed.scoring.judging import (
     UNLISTED,
     all_right,
     effect_right,
+    exactly_right,
     inertia_covered,
     named,
     parameters_covered,
@@ -89,7 +90,8 @@ def _single(cases: Sequence[Case]) -> Iterator[Row]:
     for times, group in grouped(single, "detectable_sizes"):
         part = f"One effect at {times:g} times"
         first = {2.0: "≥ 95 %", 4.0: "≥ 99 %"}.get(times, "")
-        yield share(part, "effect and component first", map(said_right, group), first)
+        yield share(part, "effect class and component first", map(said_right, group), first)
+        yield share(part, "the very effect first, no look-alike", map(exactly_right, group))
         yield share(part, "effect first, at any component", map(effect_right, group))
         yield share(part, "the set holds the truth", map(set_holds_truth, group), "≥ 95 %" if times == 1.0 else "")
         size = {1.0: "≤ 3", 2.0: "≤ 1.5"}.get(times, "")
@@ -106,7 +108,7 @@ def _flown(cases: Sequence[Case]) -> Iterator[Row]:
     without = [case for case in flown if not case.answer.effects]
     yield share(part, "no effect: a name is given", (case.diagnosis is None or bool(named(case)) for case in without))
     for times, group in grouped([case for case in flown if case.answer.effects], "detectable_sizes"):
-        yield share(part, f"effect and component first at {times:g} times", map(said_right, group))
+        yield share(part, f"effect class and component first at {times:g} times", map(said_right, group))
 
 
 def _others(cases: Sequence[Case]) -> Iterator[Row]:

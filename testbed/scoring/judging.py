@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import permutations
 from math import exp
 
 import numpy as np
@@ -50,7 +51,14 @@ def said(case: Case) -> tuple[str, float | None]:
 
 
 def said_right(case: Case) -> bool:
-    """Return whether what was said first is right."""
+    """Return whether what was said first is right: the effect that is there is the one named, or told as its alike."""
+    first = named(case)[:1]
+    labels = [each.key for step in first for each in step.alike] or [said(case)[0]]
+    return any(label_right(case, label) for label in labels) or _alias_reported(case)
+
+
+def exactly_right(case: Case) -> bool:
+    """Return whether what was said first is the very effect that is there; a look-alike is a miss."""
     return label_right(case, said(case)[0]) or _alias_reported(case)
 
 
@@ -70,8 +78,12 @@ def effect_right(case: Case) -> bool:
 
 
 def all_right(case: Case) -> bool:
-    """Return whether just those effects were named that are there."""
-    return case.diagnosis is not None and {each.key for each in named(case)} == {each.key for each in truths(case)}
+    """Return whether just those effects were named that are there, each itself or by a look-alike that tells of it."""
+    keys, steps = [hidden.key for hidden in truths(case)], named(case)
+    if case.diagnosis is None or len(steps) != len(keys):
+        return False
+    told = [{each.key for each in step.alike} for step in steps]
+    return any(all(key in those for key, those in zip(order, told, strict=True)) for order in permutations(keys))
 
 
 def recognised_as_unknown(case: Case) -> bool:

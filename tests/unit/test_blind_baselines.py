@@ -86,7 +86,7 @@ def three():
 def test_all_methods_stand_side_by_side(three):
     null, single = three[1]
     assert {method: row.hits for method, row in null.rows.items()} == {OURS: 1, REDUCTION: 0, BIC: 1, SINDY: 1}
-    assert (single.part, single.what) == ("One effect at 4 times", "effect and component first")
+    assert (single.part, single.what) == ("One effect at 4 times", "the very effect first")
     assert {method: row.hits for method, row in single.rows.items()} == {
         OURS: 1,
         REDUCTION: 2,
@@ -114,7 +114,7 @@ def test_the_page_shows_every_figure_and_how_it_came_about(three):
     assert "Making a case took 2.0 s in the median, 9.0 s at most, 0 min in all." in text
     for row in card.rows:
         assert f"| {row.what} |" in text
-    assert "| One effect at 4 times: effect and component first | 2 | 50.0% (1.3% to 98.7%) |" in text
+    assert "| One effect at 4 times: the very effect first | 2 | 50.0% (1.3% to 98.7%) |" in text
     assert "| slosh | rotor_speed 1 |" in text
     assert "| 0.9 to 1.0 | 0.900 | 0.500 | 2 |" in text
     widths = {

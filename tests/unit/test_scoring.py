@@ -112,9 +112,9 @@ def test_first_is_effect_and_component(scored):
         (rotor, said(step("rotor_speed", "cmg3"))), (rotor, said(step("rotor_speed", "cmg6"))), (rotor, None)
     )
     part = "One effect at 4 times"
-    assert row(cases, part, "effect and component first").hits == 1
+    assert row(cases, part, "effect class and component first").hits == 1
     assert row(cases, part, "effect first, at any component").hits == 2
-    assert row(cases, part, "effect and component first").of == 3
+    assert row(cases, part, "effect class and component first").of == 3
 
 
 def test_the_set_is_the_named_its_look_alikes_and_what_is_nearly_as_probable(scored):
@@ -234,7 +234,7 @@ def test_the_command_prints_a_table_and_writes_the_card_once(scored, tmp_path):
     command = ["score", str(tmp_path / "diagnoses"), str(tmp_path / "answers"), "--out", str(out)]
     result = CliRunner().invoke(app, command)
     assert result.exit_code == 0
-    assert "effect and component first" in result.output
+    assert "effect class and component first" in result.output
     assert json.loads(out.read_text(encoding="utf-8")) == json.loads(json.dumps(card_content(score_card(cases))))
     with pytest.raises(InputError, match="nothing is overwritten"):
         CliRunner().invoke(app, command, catch_exceptions=False)
@@ -277,5 +277,5 @@ def test_flown_cases_have_rows_of_their_own(scored):
     part = "Flown in MuJoCo"
     named = row(cases, part, "no effect: a name is given")
     assert (named.hits, named.of) == (1, 2)
-    assert row(cases, part, "effect and component first at 2 times").hits == 2
+    assert row(cases, part, "effect class and component first at 2 times").hits == 2
     assert row(cases, "95 % intervals that hold the truth", "inertia with what was named").of == 12
