@@ -2,7 +2,7 @@
 
 python -m benchmarks.separation [NAME ...]: each situation is hidden by the concealing engine, diagnosed with the whole
 library, and the proposed scenario is flown by the engine on the hidden craft as often as the proposal says. The wanted
-distance is that of the proposal; what is realised is the root of the difference of BIC, in sigma.
+distance is that of the proposal; what is realised is the root of the difference of evidence, in sigma.
 """
 
 from __future__ import annotations
@@ -110,10 +110,10 @@ def told_apart(hidden: HiddenEffect, folder: Path, seed: int = 5, effects: Seque
 
 
 def realised(diagnosis: Diagnosis, rival: str) -> float:
-    """Return how far the first effect is ahead of a rival, the root of the difference of BIC; NaN where it is not."""
-    bic = {each.placed.key: each.bic for each in diagnosis.steps[0].screening.candidates} if diagnosis.steps else {}
-    best = diagnosis.steps[0].candidate.bic if diagnosis.steps else 0.0
-    return sqrt(max(bic[rival] - best, 0.0)) if rival in bic else float("nan")
+    """Return how far the first effect is ahead of a rival: the root of the difference of evidence; NaN if it is not."""
+    compared = diagnosis.steps[0].screening.candidates if diagnosis.steps else ()
+    behind = {each.placed.key: diagnosis.steps[0].candidate.evidence - each.evidence for each in compared}
+    return sqrt(max(behind[rival], 0.0)) if rival in behind else float("nan")
 
 
 def _diagnosed(data: Path, effects: Sequence[str]) -> Diagnosis:

@@ -82,7 +82,7 @@ def _look_alikes(diagnosis: Diagnosis) -> dict[str, str]:
 
 def candidates_table(screening: Screening) -> Table:
     """Return the effects that were refitted, the most probable first."""
-    table = _table("Effects, ranked", ("effect", "component", "probability", "chi2 gained", "BIC", "p"))
+    table = _table("Effects, ranked", ("effect", "component", "probability", "chi2 gained", "evidence", "p"))
     probability = probabilities_of(screening)
     for candidate in screening.candidates:
         table.add_row(
@@ -90,7 +90,7 @@ def candidates_table(screening: Screening) -> Table:
             candidate.placed.component,
             f"{probability[candidate.placed.key]:.3f}",
             f"{candidate.gain:.1f}",
-            f"{candidate.bic:+.1f}",
+            f"{candidate.evidence:+.1f}",
             f"{candidate.p_value:.1g}",
         )
     return table

@@ -142,7 +142,7 @@ def stds_of(fit: Fit) -> Array:
 
 def step_probability(diagnosis: Diagnosis, step: Step) -> float:
     """Return how probable a step's effect, or one that is not told from it, is among all that it was compared with."""
-    unlisted = diagnosis.unlisted if step is diagnosis.steps[0] else -np.inf
+    unlisted = diagnosis.unlisted_beside_steps if step is diagnosis.steps[0] else -np.inf
     probabilities = probabilities_of(step.screening, unlisted)
     members = (step.placed, *step.look_alikes)
     return sum(probabilities.get(each.key, 0.0) for each in members)

@@ -1,4 +1,4 @@
-"""How probable each explanation is, from the Bayesian information criterion."""
+"""How probable each explanation is, from its evidence."""
 
 from __future__ import annotations
 
@@ -8,15 +8,18 @@ from math import exp, inf
 from testbed.diagnosis.screening import Screening
 
 NONE, UNKNOWN = "none", "unknown"
+NOTHING = 2.0
+"""How much likelier it is beforehand that nothing is missing than that an effect of the library is."""
 BETWEEN = "|"
 """Stands between the members of a class that the data do not tell apart."""
 
 
 def probabilities_of(screening: Screening | None, unlisted: float = -inf) -> Mapping[str, float]:
-    """Return how probable it is that nothing is missing, of every refitted hypothesis, and of a torque of no effect.
+    """Return how probable it is that nothing is missing, of every refitted hypothesis, and of something else.
 
-    Proportional to exp(-BIC/2); every hypothesis that was tested is as likely beforehand as any other, all of them
-    together as likely as that nothing is missing.
+    Proportional to exp(evidence/2). Every hypothesis is as likely beforehand as any other, and all together half as
+    likely as nothing (so the probabilities of simulated sets come out right). What was not worth a refit may be there
+    and too small to be seen; it counts to what is unknown, as a torque does that no effect makes.
 
     Args:
         screening: of the hypotheses against a model.
@@ -24,10 +27,11 @@ def probabilities_of(screening: Screening | None, unlisted: float = -inf) -> Map
     """
     if screening is None:
         return {}
-    criterion = {candidate.placed.key: screening.criterion(candidate) for candidate in screening.candidates}
-    criterion |= {NONE: 0.0, UNKNOWN: -unlisted}
-    least = min(criterion.values())
-    weight = {key: exp(-0.5 * (value - least)) for key, value in criterion.items()}
+    odds = {candidate.placed.key: screening.odds(candidate) for candidate in screening.candidates}
+    most = max(0.0, unlisted, *odds.values())
+    weight = {key: exp(0.5 * (value - most)) for key, value in odds.items()}
+    unseen = 1.0 - len(odds) / screening.tested
+    weight |= {NONE: NOTHING * exp(-0.5 * most), UNKNOWN: exp(0.5 * (unlisted - most)) + unseen * exp(-0.5 * most)}
     total = sum(weight.values())
     return {key: value / total for key, value in weight.items()}
 

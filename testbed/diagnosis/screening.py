@@ -18,7 +18,7 @@ from testbed.errors import InputError
 
 MOST_REFITS = 8
 CLOSE = 6.0
-"""Difference of BIC within which two hypotheses are not told apart."""
+"""Difference of evidence within which two hypotheses are not told apart."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -30,8 +30,8 @@ class Candidate:
         fit: the model with it.
         gain: χ² of the present model less that of this one.
         carried: by how much the model predicts the held-out runs better, twice the logarithm of the density's ratio.
-        bic: of this model less that of the present one, less `carried`, and for what is scanned twice the logarithm of
-            the looks; negative is better.
+        evidence: twice the logarithm of by how much the effect makes all runs likelier, its size as likely beforehand
+            as it turns out (`scale_evidence`), and for what is scanned less twice the logarithm of the looks.
         p_value: of the gain, times the number of hypotheses and of each one's looks (Bonferroni), over the held-out
             runs' ratio of densities: that is a p-value too, as the mean of the ratio is 1 without the effect. Not less
             than that of the gain alone: what the fitted runs do not show is not in the model's place to explain others.
@@ -41,7 +41,7 @@ class Candidate:
     fit: Fit
     gain: float
     carried: float
-    bic: float
+    evidence: float
     p_value: float
 
     @property
@@ -57,7 +57,7 @@ class Screening:
     Attributes:
         signatures: of each hypothesis at its most telling start.
         tested: number of hypotheses, which share the family-wise error alike.
-        candidates: refitted ones, best BIC first.
+        candidates: refitted ones, the one with the most evidence first.
     """
 
     signatures: tuple[Signature, ...]
@@ -68,11 +68,11 @@ class Screening:
     def chosen(self) -> Candidate | None:
         """The best candidate, if it is there by more than chance and is likelier than that nothing is missing."""
         best = self.candidates[0] if self.candidates else None
-        return best if best is not None and best.significant and self.criterion(best) < 0.0 else None
+        return best if best is not None and best.significant and self.odds(best) > 0.0 else None
 
-    def criterion(self, candidate: Candidate) -> float:
-        """Return -2 log of how much likelier a candidate is than nothing: each one was as likely beforehand."""
-        return candidate.bic + 2.0 * log(self.tested)
+    def odds(self, candidate: Candidate) -> float:
+        """Return twice the logarithm of how much likelier a candidate is than nothing: each is as likely beforehand."""
+        return candidate.evidence - 2.0 * log(self.tested)
 
     @property
     def close(self) -> tuple[Candidate, ...]:
@@ -81,14 +81,28 @@ class Screening:
 
 
 def _is_close(candidate: Candidate, best: Candidate) -> bool:
-    """Return whether a candidate may be meant instead: by its criterion, or by its fit with but one parameter more.
+    """Return whether a candidate may be meant instead: by its evidence, or by its fit with but one parameter more.
 
     Where even the best model leaves more than noise, differences count in units of what it leaves.
     """
     spread = max(1.0, best.fit.chi_square / best.fit.freedom)
     worse_fit = best.gain + best.carried - candidate.gain - candidate.carried
     one_more = candidate.placed.size == best.placed.size + 1
-    return candidate.bic - best.bic < CLOSE * spread or (one_more and worse_fit < CLOSE * spread)
+    return best.evidence - candidate.evidence < CLOSE * spread or (one_more and worse_fit < CLOSE * spread)
+
+
+def scale_evidence(square: float, freedom: int) -> float:
+    """Return twice the logarithm of a likelihood ratio, of effects as large as they turn out against none.
+
+    Of a residual whose square along the effect's d directions is S, amplitudes of the variance g noise units make
+    S g/(1+g) - d log(1+g), greatest at g = S/d - 1 (a g-prior, its scale by empirical Bayes). It tends to BIC for what
+    is plain, and does not exclude what is too small to be seen.
+
+    Args:
+        square: S.
+        freedom: d.
+    """
+    return square - freedom - freedom * log(square / freedom) if square > freedom > 0 else 0.0
 
 
 def screened(
@@ -110,8 +124,7 @@ def screened(
     every = list(signatures(runs, fit, hypotheses))
     best = _most_telling(every)
     tested = max(len(best), 1)
-    samples = runs.samples
-    order = sorted(best, key=lambda each: each.rank * log(samples) - each.score)
+    order = sorted(best, key=lambda each: -scale_evidence(each.score, each.rank))
     promising = [each for each in order[:MOST_REFITS] if each.rank]
     candidates, without = [], log_evidence(heldout, fit)
     for signature in promising:
@@ -120,7 +133,7 @@ def screened(
     return Screening(
         signatures=tuple(best),
         tested=tested,
-        candidates=tuple(sorted(candidates, key=lambda candidate: candidate.bic)),
+        candidates=tuple(sorted(candidates, key=lambda candidate: -candidate.evidence)),
     )
 
 
@@ -157,7 +170,7 @@ def _candidate(
         fit=model,
         gain=gain,
         carried=carried,
-        bic=signature.rank * log(runs.samples) + 2.0 * looks - gain - carried,
+        evidence=scale_evidence(gain, signature.rank) + carried - 2.0 * looks,
         p_value=exp(min(max(together, alone), 0.0)),
     )
 

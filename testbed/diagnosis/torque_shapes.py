@@ -1,10 +1,8 @@
 """Torques that no effect of the library makes, by their shape: what is found is described, and not named.
 
 A shape is a few functions of time, body axes, on the knots of a piecewise linear torque; its amplitudes are free. Each
-is tested on what a model leaves in all runs, fitted and held out: with S the square of the residual along the d
-directions of the shape, amplitudes of the variance g noise units make the residual more likely by S g/(1+g) -
-d log(1+g) (twice the logarithm), greatest at g = S/d - 1. That is the evidence of the shape, less twice the logarithm
-of the number of shapes.
+is tested on what a model leaves in all runs, fitted and held out; its evidence is that of an effect of as many
+parameters, less twice the logarithm of the number of shapes.
 """
 
 from __future__ import annotations
@@ -21,6 +19,7 @@ from testbed.diagnosis.chance import log_chance
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.latent import torque_response
 from testbed.diagnosis.model import Fit, orthonormal
+from testbed.diagnosis.screening import scale_evidence
 from testbed.prediction.integration import node_rates
 
 _KNOTS_PER_SECOND = 12.0
@@ -114,10 +113,9 @@ def _tested(tried: _Tried, response: Array, residual: Array, shapes: int, noise_
     freedom, square = basis.shape[1], float(((basis.T @ residual) ** 2).sum())
     if not freedom:
         return TorqueShape(words=tried.words, evidence=0.0, p_value=1.0)
-    gained = square - freedom - freedom * log(square / freedom) if square > freedom else 0.0
     return TorqueShape(
         words=tried.words,
-        evidence=gained - 2.0 * log(shapes),
+        evidence=scale_evidence(square, freedom) - 2.0 * log(shapes),
         p_value=exp(min(0.0, log(shapes) + log_chance(square, freedom, noise_freedom))),
         frequency_hz=tried.frequency_hz,
     )

@@ -138,10 +138,15 @@ class Diagnosis:
         return "ambiguous" if self.steps[0].look_alikes else "named"
 
     @property
+    def unlisted_beside_steps(self) -> float:
+        """Evidence of a torque of no effect, less what further effects explain beside the first one."""
+        return self.unlisted - sum(step.screening.odds(step.candidate) for step in self.steps[1:])
+
+    @property
     def probabilities(self) -> Mapping[str, float]:
         """Of none, of every class that is in question, and of something unknown."""
         screening = self.steps[0].screening if self.steps else self.remaining
-        probabilities = probabilities_of(screening, self.unlisted)
+        probabilities = probabilities_of(screening, self.unlisted_beside_steps)
         return by_class(probabilities, screening) if self.steps else probabilities
 
 
@@ -209,7 +214,7 @@ def _concluded(state: Diagnosis) -> Diagnosis:
     shapes = torque_shapes(everything, fit)
     state = replace(state, unlisted=shapes[0].evidence)
     if state.steps:
-        if state.unlisted > -sum(step.screening.criterion(step.candidate) for step in state.steps):
+        if state.unlisted > sum(step.screening.odds(step.candidate) for step in state.steps):
             first = state.steps[0].screening
             back = replace(state, steps=(), remaining=first, model=nominal, gap=_gap(nominal, state.heldout))
             state = replace(back, taken_back=tuple(step.placed for step in state.steps))

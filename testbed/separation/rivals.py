@@ -32,12 +32,12 @@ class Rival:
     Attributes:
         key: effect and component that make it differ, or `inertia`.
         fits: to the fitted runs and, its initial rates alone, to those held out where they say something of it.
-        bic: of the step that it could be, against the model without it.
+        evidence: of the step that it could be, against the model without it.
     """
 
     key: str
     fits: tuple[Fit, ...]
-    bic: float = 0.0
+    evidence: float = 0.0
 
     @property
     def model(self) -> Fit:
@@ -99,12 +99,12 @@ def _among_effects(diagnosis: Diagnosis, index: int) -> Contest | None:
     step = diagnosis.steps[index]
     others = [each for position, each in enumerate(diagnosis.steps) if position != index]
     taken = {each.placed.key for each in others}
-    named = Rival(key=step.placed.key, fits=_fits(diagnosis, diagnosis.model), bic=step.candidate.bic)
+    named = Rival(key=step.placed.key, fits=_fits(diagnosis, diagnosis.model), evidence=step.candidate.evidence)
     imitators = [
         Rival(
             key=candidate.placed.key,
             fits=_fits(diagnosis, _refitted(diagnosis, others, candidate)),
-            bic=candidate.bic,
+            evidence=candidate.evidence,
         )
         for candidate in step.screening.close
         if candidate.placed.key not in taken | {step.placed.key}
@@ -133,12 +133,12 @@ def _fits(diagnosis: Diagnosis, model: Fit) -> tuple[Fit, ...]:
 
 
 def _wanted(truth: Rival, imitator: Rival) -> float:
-    """Return the distance at which the imitator's BIC is farther off than `CLOSE` in 95 of 100 cases.
+    """Return the distance at which the imitator's evidence is farther behind than `CLOSE` in 95 of 100 cases.
 
     The present data say what they say: what is ahead so far counts as it is. New data that add g to the square of the
-    distance add g to the difference of BIC, with a standard deviation of 2 √g.
+    distance add g to the difference of evidence, with a standard deviation of 2 √g.
     """
-    lacking = max(CLOSE - (imitator.bic - truth.bic), 0.0)
+    lacking = max(CLOSE - (truth.evidence - imitator.evidence), 0.0)
     gained = (_QUANTILE + sqrt(_QUANTILE**2 + lacking)) ** 2
     return sqrt(float(present_contrast(truth, imitator).distance[0]) ** 2 + gained)
 
