@@ -27,6 +27,8 @@ _COMPARED = 0.1
 """s. Time constant of the high-pass behind which angles are compared: slower differences are the plan's, not known."""
 _AT_LIMIT = 0.98
 """Share of the rate limit from which on a set point may be cut: 0.04 rad/s is what 1.5 mrad of an angle add to it."""
+_MISSING = 1.5
+"""Of the usual interval: longer ones are gaps."""
 _REMEMBERED = 64
 
 
@@ -160,16 +162,33 @@ def unloaded(run: Telemetry) -> Array:
 
 
 def compared(run: Telemetry) -> Flags:
-    """Return which actuator samples lie within the gyro's and after the servos have taken up their work, shape (K,)."""
-    return np.asarray((run.actuator_time >= run.gyro_time[0] + SETTLING) & (run.actuator_time <= run.gyro_time[-1]))
+    """Return which actuator samples are compared, shape (K,).
+
+    They lie within the gyro's, after the servos have taken up their work, and not beside a gap, over which the gimbals'
+    acceleration is not known.
+    """
+    inside = (run.actuator_time >= run.gyro_time[0] + SETTLING) & (run.actuator_time <= run.gyro_time[-1])
+    gap = np.concatenate([[False], gaps(run), [False]])
+    return np.asarray(inside & ~gap[1:] & ~gap[:-1])
+
+
+def gaps(run: Telemetry) -> Flags:
+    """Return between which actuator samples others are missing, shape (K' - 1,)."""
+    interval = np.diff(run.actuator_time)
+    return np.asarray(interval > _MISSING * np.median(interval))
 
 
 @lru_cache(maxsize=_REMEMBERED)
 def followed(run: Telemetry) -> Flags:
-    """Return which of the compared samples come before the first set point at the rate limit, shape (K,)."""
+    """Return which of the compared samples come before the first set point at the rate limit or gap, shape (K,).
+
+    Behind either nobody knows what the servo was asked for.
+    """
     assert run.servo is not None
     cut = (np.abs(set_point(run)) > _AT_LIMIT * run.servo.rate_limit).any(axis=1)
-    return np.asarray(compared(run) & ~np.logical_or.accumulate(cut)[ticks_of(run).samples])
+    missing = np.concatenate([[False], gaps(run)])
+    lost = np.logical_or.accumulate(cut)[ticks_of(run).samples] | np.logical_or.accumulate(missing)
+    return np.asarray(compared(run) & ~lost)
 
 
 def _change_by_age(run: Telemetry) -> Array:

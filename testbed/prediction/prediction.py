@@ -63,12 +63,13 @@ def predicted_channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> li
 
 
 def _acts_inside(hook: Hooks) -> bool:
-    """Return whether an effect acts inside the gimbals.
+    """Return whether an effect acts inside the units.
 
     All others leave the gimbals' channels as they are: what these say of the body's motion is less than a hundredth of
     what the gyro says, and what their own model gets wrong must not speak for an effect on the body or the gyro.
     """
-    return type(hook).motor_torque is not Hooks.motor_torque or type(hook).servo_lag is not Hooks.servo_lag
+    parts = ("motor_torque", "servo_lag", "gimbals")
+    return any(getattr(type(hook), part) is not getattr(Hooks, part) for part in parts)
 
 
 def _measured_rates(grid: Grid) -> Array:
