@@ -26,9 +26,10 @@ bench-long: $(STAMP)-dev
 	@OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks --long --write
 	@OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks --figures
 
-# make blind makes, diagnoses and scores the blind set, and writes docs/blind.md; with CASES=24 a part of it, in runs/ only.
+# make blind makes, diagnoses and scores the blind set, and writes docs/blind.md; with FIRST=400 only so many of its cases,
+# which are in random order; with CASES=24 a smaller set, in runs/ only.
 blind: $(STAMP)-dev
-	@$(BIN)/python -m benchmarks.blind $(if $(CASES),--cases $(CASES),--write)
+	@$(BIN)/python -m benchmarks.blind $(if $(CASES),--cases $(CASES),--write) $(if $(FIRST),--first $(FIRST))
 
 format: $(STAMP)-dev
 	@$(BIN)/ruff check --fix .

@@ -1,8 +1,8 @@
 """The blind set, diagnosed and scored: make blind, or python -m benchmarks.blind [--cases N] [--jobs 2] [--seed 1].
 
 800 cases by default, 200 of them without any effect, and 56 that MuJoCo flies; --cases N makes N, every stratum in its
-share. What is there already, made or diagnosed, is kept: an interrupted run goes on where it was. Remove OUT/diagnoses
-to diagnose anew.
+share; --first N takes the first N of their random order, a fair sample. What is there already, made or diagnosed, is
+kept: an interrupted run goes on where it was. Remove OUT/diagnoses to diagnose anew.
 
 Three stages, one after the other: tests/concealing writes OUT/data and OUT/answers; worker processes of their own
 diagnose OUT/data into OUT/diagnoses, told nothing of the answers, which are locked meanwhile; the diagnoses and the
@@ -52,7 +52,7 @@ def counts_of(cases: int) -> Counts:
 def main() -> None:
     chosen = _arguments()
     out: Path = chosen.out
-    wanted = orders(counts_of(chosen.cases), chosen.seed)
+    wanted = orders(counts_of(chosen.cases), chosen.seed)[: chosen.first]
     data, answers, diagnoses = out / "data", out / "answers", out / "diagnoses"
     with locked(answers, 0o700):
         _make(wanted, chosen.seed, data, answers, chosen.jobs)
@@ -63,7 +63,7 @@ def main() -> None:
     print_card(card)
     others = comparisons(cases, read_candidates(diagnoses, cases), read_labels(out))
     making = Making(
-        command="make blind" if len(wanted) == ALL else f"make blind CASES={len(wanted)}",
+        command=_command(chosen),
         seed=chosen.seed,
         where=f"Scored {here_and_now()}",
         making_seconds=_kept_seconds(answers),
@@ -73,6 +73,11 @@ def main() -> None:
     _write(content, out / "score.json", out / "blind.md")
     if chosen.write:
         _write(content, DOCS / "blind.json", DOCS / "blind.md")
+
+
+def _command(chosen: argparse.Namespace) -> str:
+    command = "make blind" if chosen.cases == ALL else f"make blind CASES={chosen.cases}"
+    return command if chosen.first is None else f"{command} FIRST={chosen.first}"
 
 
 def _write(content: dict[str, Any], numbers: Path, text: Path) -> None:
@@ -129,6 +134,7 @@ def _diagnose(data: Path, diagnoses: Path, jobs: int) -> None:
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.blind", description=__doc__.splitlines()[0])
     parser.add_argument("--cases", type=int, default=ALL, help=f"default {ALL}")
+    parser.add_argument("--first", type=int, help="only so many of them, of the random order that they have")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2, help="processes, default 2")
     parser.add_argument("--write", action="store_true", help="write the score card into docs/blind.md and blind.json")
