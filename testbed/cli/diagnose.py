@@ -33,6 +33,7 @@ from testbed.report.diagnosis_verdict import (
     shape_words,
     step_words,
 )
+from testbed.report.wording import listed
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.reader import read_body_scenario
 from testbed.scenario.scenario import Scenario
@@ -142,6 +143,9 @@ def _tell_data(data_set: DataSet) -> None:
 def _tell_gap(diagnosis: Diagnosis, places: Sequence[Place]) -> None:
     say(f"Gap        {gap_words(diagnosis.gap_before)}, in sigma of the gyro; noise alone is 1")
     say("           of the nominal model, its inertia and the initial rates re-estimated")
+    if diagnosis.scatter:
+        names = listed(effect_name(each.effect, each.component) for each in diagnosis.scatter)
+        say(f"           {gap_words(diagnosis.gap)}, in the noise that the samples show: {names}")
     if places:
         say()
         console.print(places_table(places))

@@ -95,10 +95,25 @@ def runs_of(names: Sequence[str], telemetry: Sequence[Telemetry]) -> Runs:
 def joined(runs: Runs, heldout: Runs | None) -> Runs:
     """Return the gyro's samples of all runs, the fitted ones first, without the gimbals' inner channels."""
     both = (runs,) if heldout is None else (runs, heldout)
-    telemetry = [replace(run, gimbal_torque=None, gimbal_rate_command=None) for each in both for run in each.grid.runs]
-    return Runs(
-        names=tuple(name for each in both for name in each.names),
-        grid=replace(grid_of(telemetry), follows_commands=False),
+    return _gyro_only(
+        names=[name for each in both for name in each.names],
+        telemetry=[run for each in both for run in each.grid.runs],
         sigma=np.concatenate([each.sigma for each in both]),
         noise_freedom=runs.noise_freedom,
     )
+
+
+def chosen(runs: Runs, which: Sequence[int]) -> Runs:
+    """Return the gyro's samples of some runs, without the gimbals' inner channels."""
+    return _gyro_only(
+        names=[runs.names[index] for index in which],
+        telemetry=[runs.grid.runs[index] for index in which],
+        sigma=runs.sigma[list(which)],
+        noise_freedom=runs.noise_freedom,
+    )
+
+
+def _gyro_only(names: Sequence[str], telemetry: Sequence[Telemetry], sigma: Array, noise_freedom: float) -> Runs:
+    outer = [replace(run, gimbal_torque=None, gimbal_rate_command=None) for run in telemetry]
+    grid = replace(grid_of(outer), follows_commands=False)
+    return Runs(names=tuple(names), grid=grid, sigma=sigma, noise_freedom=noise_freedom)

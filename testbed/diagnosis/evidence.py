@@ -14,7 +14,7 @@ import numpy as np
 
 from testbed.arrays import Array
 from testbed.diagnosis.chance import chance
-from testbed.diagnosis.data import Runs, joined
+from testbed.diagnosis.data import Runs, chosen, joined
 from testbed.diagnosis.model import Fit, evaluated, fitted_initial_rates, moved, orthonormal, recurring
 from testbed.errors import InputError
 
@@ -23,6 +23,8 @@ _UNKNOWN = 1e-9
 _ROUNDS = 6
 _CONVERGED = 0.05
 """Change of -2 log p; a standard error moves it by 1."""
+_ENOUGH_RUNS = 24
+"""Runs in which a torque of no effect is looked for: its unknowns grow with the runs, the cost with their cube."""
 
 
 def log_evidence(heldout: Runs | None, fit: Fit) -> float:
@@ -73,6 +75,20 @@ def on_all_runs(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, Fit]:
         rates = np.concatenate([rates, fitted_initial_rates(heldout, fit).values.initial_rate])
     everything = joined(runs, heldout)
     return everything, evaluated(everything, fit.placed, replace(fit.values, initial_rate=rates))
+
+
+def on_enough_runs(runs: Runs, fit: Fit) -> tuple[Runs, Fit]:
+    """Return an even choice of runs where there are very many, gyro only, and the fit evaluated on them.
+
+    Args:
+        runs: of one data set, as many as there are.
+        fit: of them.
+    """
+    if len(runs.names) <= _ENOUGH_RUNS:
+        return runs, fit
+    which = np.linspace(0, len(runs.names) - 1, _ENOUGH_RUNS).round().astype(int).tolist()
+    some = chosen(runs, which)
+    return some, evaluated(some, fit.placed, replace(fit.values, initial_rate=fit.values.initial_rate[which]))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -19,6 +19,7 @@ from typing_extensions import override
 
 from testbed.arrays import Array
 from testbed.diagnosis.data import Runs
+from testbed.diagnosis.evidence import on_enough_runs
 from testbed.diagnosis.model import Fit, orthonormal
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
@@ -36,18 +37,26 @@ class LatentTorque:
     Attributes:
         likelihood_ratio: 2 (log L(q̂) - log L(0)).
         p_value: of the ratio if there is no such torque; q cannot be negative.
+        runs: names of those that were looked at.
         knot_time: of each run, shape (R, T), s.
         torque_B: the smoothed torque, shape (R, T, 3), N·m, body axes; zero where q̂ = 0.
     """
 
     likelihood_ratio: float
     p_value: float
+    runs: tuple[str, ...]
     knot_time: Array
     torque_B: Array
 
 
 def latent_torque(runs: Runs, fit: Fit) -> LatentTorque:
-    """Estimate the variance of a random-walk torque, and the torque itself, from the residual of a fit."""
+    """Estimate the variance of a random-walk torque, and the torque itself, from the residual of a fit.
+
+    Args:
+        runs: that were fitted; an even choice of them where there are very many.
+        fit: of the present model to them.
+    """
+    runs, fit = on_enough_runs(runs, fit)
     knots = max(_FEWEST_KNOTS, int(np.ceil(KNOTS_PER_SECOND * float(np.ptp(runs.grid.node_time, axis=1).max()))))
     # From its increments to the torque at the knots.
     walk = np.asarray(np.kron(np.tril(np.ones((knots, knots))), np.eye(3)), dtype=np.float64)
@@ -60,6 +69,7 @@ def latent_torque(runs: Runs, fit: Fit) -> LatentTorque:
     return LatentTorque(
         likelihood_ratio=ratio,
         p_value=0.5 * float(chi2.sf(ratio, 1)) if variance > 0.0 else 1.0,
+        runs=runs.names,
         knot_time=np.linspace(ends[:, 0], ends[:, 1], knots, axis=1),
         torque_B=torque_B,
     )

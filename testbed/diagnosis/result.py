@@ -7,6 +7,7 @@ from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
+from testbed.diagnosis.data import Runs
 from testbed.diagnosis.findings import (
     INERTIA,
     Detectable,
@@ -64,11 +65,15 @@ def result_of(diagnosis: Diagnosis, places: Sequence[Place], notices: Sequence[s
         "torque_left": None if diagnosis.shape_left is None else asdict(diagnosis.shape_left),
         "taken_back": [_named(each) for each in diagnosis.taken_back],
         "runs": {
-            "fit": list(diagnosis.runs.names),
-            "heldout": [] if diagnosis.heldout is None else list(diagnosis.heldout.names),
+            "fit": _names(diagnosis.runs),
+            "heldout": [] if diagnosis.heldout is None else _names(diagnosis.heldout),
         },
         "notices": list(notices),
     }
+
+
+def _names(runs: Runs) -> list[str]:
+    return list(dict.fromkeys(runs.windowed or runs.names))
 
 
 def untestable(diagnosis: Diagnosis) -> Iterator[Content]:

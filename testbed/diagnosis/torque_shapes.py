@@ -17,6 +17,7 @@ import numpy as np
 from testbed.arrays import Array
 from testbed.diagnosis.chance import log_chance
 from testbed.diagnosis.data import Runs
+from testbed.diagnosis.evidence import on_enough_runs
 from testbed.diagnosis.latent import torque_response
 from testbed.diagnosis.model import Fit, orthonormal
 from testbed.diagnosis.screening import scale_evidence
@@ -60,9 +61,10 @@ def torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
     """Return all shapes that were tried, the one with the most evidence first.
 
     Args:
-        runs: all of them; of their channels the gyro's samples count.
+        runs: all of them; of their channels the gyro's samples count. An even choice of them where they are very many.
         fit: of the present model to them; what it can absorb is projected out.
     """
+    runs, fit = on_enough_runs(runs, fit)
     time = runs.grid.node_time - runs.grid.node_time[:, :1]
     knots = max(_FEWEST_KNOTS, int(np.ceil(_KNOTS_PER_SECOND * time.max())))
     at = np.linspace(np.zeros(len(time)), time[:, -1], knots, axis=1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from math import isclose
 
 import numpy as np
 import plotly.graph_objects as go
@@ -15,6 +16,9 @@ from testbed.report.diagnosis_verdict import effect_name, effect_sentence
 from testbed.report.frame.blocks import Block, Cell, Column, Figure, Paragraph, Section, Table
 from testbed.report.frame.style import color, layout
 from testbed.report.wording import BAND, figures, listed
+
+_SAME = 1e-6
+"""Share by which a gap differs when it is computed twice in the same noise."""
 
 
 def gaps_section(diagnosis: Diagnosis) -> Section:
@@ -74,9 +78,14 @@ def _ladder(diagnosis: Diagnosis) -> Figure:
 
 
 def _rungs(diagnosis: Diagnosis) -> Iterator[tuple[str, Gap]]:
-    yield "nominal, inertia re-estimated", diagnosis.gap_before
+    """Yield the gap after each change; where the noise was told anew before a step, so much in that noise."""
+    before = diagnosis.gap_before
+    yield "nominal, inertia re-estimated", before
     for step in diagnosis.steps:
+        if not isclose(step.before.fit, before.fit, rel_tol=_SAME):
+            yield "noise told anew", step.before
         yield f"+ {effect_name(step.placed.effect, step.placed.component)}", step.after
+        before = step.after
     if diagnosis.scatter:
         yield "+ " + listed(effect_name(each.effect, each.component) for each in diagnosis.scatter), diagnosis.gap
 

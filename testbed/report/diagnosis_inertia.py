@@ -88,7 +88,7 @@ def left_section(diagnosis: Diagnosis) -> Iterator[Section]:
         f"{figures(latent.likelihood_ratio)}, by chance with p = {figures(latent.p_value, 2)}. {shape} Below, the "
         "likeliest."
     )
-    shown = diagnosis.runs.names[:MOST_RUNS]
+    shown = latent.runs[:MOST_RUNS]
     figures_of = tuple(_latent_figure(latent, index, name) for index, name in enumerate(shown))
     yield Section(title="What is left", blocks=(Paragraph(text=text), *figures_of))
 

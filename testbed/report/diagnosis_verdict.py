@@ -34,7 +34,8 @@ def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
         further = f" Also missing: {listed(names[1:])}." if names[1:] else ""
         return Notice(tone="warn", text=f"Something is missing in the nominal model. {alike}{further} {gap}")
     found = f"Named in part: {listed(names)}. " if names else ""
-    left = f"A gap of {gap_words(diagnosis.gap)} is left that no effect of the library explains; noise alone is 1."
+    noise = "the noise as the samples show it" if diagnosis.scatter else "noise alone"
+    left = f"A gap of {gap_words(diagnosis.gap)} is left that no effect of the library explains; {noise} is 1."
     return Notice(tone="bad", text=f"{found}{left}{shape_words(diagnosis)}")
 
 

@@ -7,8 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import cumulative_trapezoid
 
 from testbed.assembly.platform import nominal_body
+from testbed.diagnosis.data import Runs, runs_of
+from testbed.diagnosis.evidence import on_enough_runs
+from testbed.diagnosis.latent import latent_torque
+from testbed.diagnosis.location import whitened_by_run
+from testbed.diagnosis.model import Fit, fitted
 from testbed.diagnosis.reading import DataSet, data_set_of
 from testbed.diagnosis.run_residuals import residuals_of
 from testbed.diagnosis.windows import averaged, windows_of
@@ -86,6 +92,43 @@ def test_a_run_that_gives_no_windows(horizon):
 
 def test_no_mode_is_looked_for_that_does_not_turn_over_in_a_window():
     assert scanned(grid_of(list(windows_of(averaged(driven(), 100.0), 0.2))), 0.3, 3.0, 1.0).shape == (0, 5)
+
+
+def test_of_very_many_runs_an_even_choice_is_enough_and_of_few_all():
+    runs, fit = in_windows(hidden=0.0)
+    some, at_some = on_enough_runs(runs, fit)
+    assert (len(runs.names), len(some.names)) == (29, 24)
+    assert (some.names[0], some.names[-1]) == (runs.names[0], runs.names[-1])
+    by_name = dict(zip(runs.names, whitened_by_run(runs, fit), strict=True))
+    for name, residual in zip(some.names, whitened_by_run(some, at_some), strict=True):
+        np.testing.assert_allclose(residual, by_name[name], atol=1e-6)
+    assert on_enough_runs(some, at_some) == (some, at_some)
+
+
+@pytest.mark.parametrize(("hidden", "seen"), [(0.0, False), (4e-6, True)])
+def test_a_torque_of_no_effect_shows_in_many_windows(hidden, seen):
+    latent = latent_torque(*in_windows(hidden))
+    assert len(latent.runs) == len(latent.torque_B) == len(latent.knot_time) == 24
+    assert (latent.p_value < 1e-6) == seen
+
+
+def in_windows(hidden: float) -> tuple[Runs, Fit]:
+    """Six seconds of a roll under a torque that is known but for 2 Hz of it, of a size in N m, fitted in windows."""
+    time = np.arange(0.0, 6.0, 1e-3)
+    inertia = NOMINAL.inertia[0, 0]
+    asked, unknown = 2e-5 * np.cos(9.0 * time), hidden * np.cos(4.0 * np.pi * time)
+    rate = np.zeros((len(time), 3))
+    rate[:, 0] = cumulative_trapezoid((asked + unknown) / inertia, time, initial=0.0)
+    telemetry = Telemetry(
+        gyro_time=time,
+        body_rate=rate + np.random.default_rng(2).normal(0.0, 0.008, rate.shape),
+        gyro_noise=0.008,
+        actuator_time=time,
+        applied_torque=np.outer(asked, [1.0, 0.0, 0.0]),
+    )
+    windows = list(windows_of(averaged(telemetry, 100.0), 0.2))
+    runs = runs_of([f"at {window.gyro_time[0]:.1f} s" for window in windows], windows)
+    return runs, fitted(runs, [], theta_of(NOMINAL.inertia), [])
 
 
 def test_the_quadcopters_records_are_read_in_windows_by_role():
