@@ -29,6 +29,10 @@ _COARSE = 0.5
 _NUDGE_INERTIA, _NUDGE_RATE = 1e-6, 1e-5
 
 
+class DivergedError(Exception):
+    """A flight leaves the finite numbers."""
+
+
 class _Telemetry(NamedTuple):
     """What the nominal model is told, on a grid of half control periods.
 
@@ -48,8 +52,14 @@ def signal(case: Case) -> float:
 
     Args:
         case: with its effects.
+
+    Raises:
+        DivergedError: its flight leaves the finite numbers.
     """
-    flown, known = fly_case(case, quiet=True, refinement=_COARSE), sensors_of(case)
+    with np.errstate(over="ignore", invalid="ignore"):
+        flown, known = fly_case(case, quiet=True, refinement=_COARSE), sensors_of(case)
+    if not np.isfinite(flown.log.fine_state).all():
+        raise DivergedError
     parts = [_body_rate_signature(flown) / known.gyro_noise]
     hidden = {effect.effect for effect in case.effects}
     if hidden & _FRICTION and case.telemetry.gimbal_torque:

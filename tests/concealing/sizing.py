@@ -13,7 +13,7 @@ from tests.concealing.case import Case
 from tests.concealing.effect import EffectKind, HiddenEffect, scaled
 from tests.concealing.guidance import software_of
 from tests.concealing.library import KINDS, LISTED
-from tests.concealing.signature import signal
+from tests.concealing.signature import DivergedError, signal
 
 FAMILY_ERROR, POWER = 0.05, 0.9
 _CLOSE = 0.1
@@ -67,7 +67,10 @@ def sized(case: Case, hidden: HiddenEffect, target: float) -> tuple[HiddenEffect
     kind, factor, low, high = KINDS[hidden.effect], 1.0, (0.0, 0.0), (np.inf, np.inf)
     for trial in range(_TRIALS):
         tried = replace(hidden, parameters=scaled(kind, hidden.parameters, factor))
-        shown = signal(replace(case, effects=(tried,)))
+        try:
+            shown = signal(replace(case, effects=(tried,)))
+        except DivergedError as error:
+            raise UnreachableError(f"{hidden.effect}: no flight at {factor:.3g} of its typical size") from error
         if abs(shown / target - 1.0) <= _CLOSE:
             return tried, shown
         low, high = (low, (factor, shown)) if shown > target else ((factor, shown), high)
