@@ -33,7 +33,7 @@ from testbed.report.diagnosis_verdict import (
     shape_words,
     step_words,
 )
-from testbed.report.wording import listed
+from testbed.report.wording import chance_words, listed
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.reader import read_body_scenario
 from testbed.scenario.scenario import Scenario
@@ -170,7 +170,7 @@ def _tell_rest(diagnosis: Diagnosis) -> None:
             say(f"           {quantity_words(quantity)}")
     if diagnosis.latent is not None:
         say()
-        say(f"Left over  a torque that no effect names: p = {diagnosis.latent.p_value:.2g}")
+        say(f"Left over  a torque that no effect names: {chance_words(diagnosis.latent.p_value)}")
         say(f"           {shape_words(diagnosis).strip() or 'no torque of a known shape either'}")
 
 

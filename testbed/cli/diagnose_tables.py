@@ -18,6 +18,7 @@ from testbed.diagnosis.result import told
 from testbed.diagnosis.screening import Screening
 from testbed.diagnosis.workflow import Diagnosis
 from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.report.wording import chance_words
 
 _ALIKE_SHOWN = 3
 
@@ -100,7 +101,7 @@ def inertia_table(diagnosis: Diagnosis) -> Table:
     """Return the inertia: nominal, re-estimated without the effects, and with them."""
     differs = inertia_change(diagnosis)
     said = "differs from nominal" if differs.significant else "agrees with nominal"
-    table = _table(f"Inertia in 1e-3 kg m², ± one standard deviation; {said}, p = {differs.p_value:.2g}", ("",))
+    table = _table(f"Inertia in 1e-3 kg m², ± one standard deviation; {said}, {chance_words(differs.p_value)}", ("",))
     for name in PARAMETER_NAMES:
         table.add_column(name, justify="right", no_wrap=True)
     table.add_row("nominal", *_cells(diagnosis.nominal_theta))

@@ -144,7 +144,7 @@ def _signature(placed: Placed, start: Array, columns: Array, free: Array, residu
     seen = strength > max(NEGLIGIBLE, 1e-7 * strength.max(initial=0.0))
     basis, present = left[:, seen], left[:, seen].T @ residual
     step = (right[seen].T @ (present / strength[seen])) / usable
-    lower, upper = (bound - start for bound in placed.bounds)
+    lower, upper = (bound - start for bound in placed.effect.reach(start))
     if np.any((step < lower) | (step > upper)):
         step = _bounded(basis.T @ free, present, lower, upper, usable)
     missed = present - basis.T @ (free @ step)

@@ -143,6 +143,14 @@ class Effect(NamedEffect):
         """
         return np.array([[parameter.absent for parameter in self.parameters]])
 
+    def reach(self, start: Array) -> tuple[Array, Array]:  # noqa: ARG002 - for those that start at a speck
+        """Return the least and greatest values that a search from a start can come to, each of shape (K,).
+
+        Args:
+            start: one of `starts`, shape (K,).
+        """
+        return np.array([each.lower for each in self.parameters]), np.array([each.upper for each in self.parameters])
+
     def looks(self, component: str, grid: Grid) -> int:
         """Return how many hypotheses a search from its starts amounts to, by which chance is multiplied."""
         return len(self.starts(component, grid))

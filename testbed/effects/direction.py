@@ -46,3 +46,15 @@ def scanned(grid: Grid, lowest: float, highest: float, typical: float) -> Array:
     specks = SPECK * typical * np.eye(3)
     frequencies = np.geomspace(lowest, highest, count)
     return np.array([[frequency, _DAMPING_RATIO, *speck] for frequency in frequencies for speck in specks])
+
+
+def beyond_speck(start: Array, bounds: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Return bounds within which v does not turn round against its speck: that would be a negative mass or inertia.
+
+    Args:
+        start: (frequency, damping ratio, v), shape (5,).
+        bounds: of all parameters, each of shape (5,).
+    """
+    lower, upper = bounds
+    speck = np.concatenate([[False, False], start[2:] != 0.0])
+    return np.where(speck, np.maximum(lower, 0.0), lower), upper

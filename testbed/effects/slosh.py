@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from testbed.arrays import Array
 from testbed.effects.contract import Effect, Extension, Parameter, Quantity
-from testbed.effects.direction import MOST_DAMPED, scanned, size_and_direction
+from testbed.effects.direction import MOST_DAMPED, beyond_speck, scanned, size_and_direction
 from testbed.plant.added_parts import SprungMass
 from testbed.prediction.algebra import cross
 from testbed.prediction.grid import Grid
@@ -86,6 +86,10 @@ class Slosh(Effect):
     @override
     def starts(self, component: str, grid: Grid) -> Array:
         return scanned(grid, 0.3, 3.0, 0.05)
+
+    @override
+    def reach(self, start: Array) -> tuple[Array, Array]:
+        return beyond_speck(start, super().reach(start))
 
     @override
     def quantities(self, values: Array, std: Array) -> tuple[Quantity, ...]:

@@ -19,7 +19,7 @@ from testbed.report.frame.blocks import Cell, Column, Figure, Paragraph, Section
 from testbed.report.frame.chart import line_chart
 from testbed.report.frame.series import component_lines
 from testbed.report.frame.style import color, layout
-from testbed.report.wording import BAND, INERTIA_UNIT, decimals_for, figures, milli
+from testbed.report.wording import BAND, INERTIA_UNIT, chance_words, decimals_for, figures, milli
 from testbed.signals import AXES
 
 _PLACES = np.arange(len(PARAMETER_NAMES))
@@ -31,7 +31,7 @@ def inertia_section(diagnosis: Diagnosis) -> Section:
     said = "differs from" if change.significant else "agrees with"
     text = (
         f"With all effects in the model, the inertia {said} the nominal one: a difference as large comes by chance "
-        f"with p = {figures(change.p_value, 2)} (Wald test of all six parameters). It is re-estimated at every step."
+        f"with {chance_words(change.p_value)} (Wald test of all six parameters). It is re-estimated at every step."
     )
     fits = (("without the effects", diagnosis.baseline, "axis-x"), ("with the effects", diagnosis.model, "axis-z"))
     chart = go.Figure(layout=layout("", f"estimate - nominal, {INERTIA_UNIT}"))
@@ -85,7 +85,7 @@ def left_section(diagnosis: Diagnosis) -> Iterator[Section]:
         return
     text = (
         "A torque is left that no effect of the library explains: a likelihood ratio of "
-        f"{figures(latent.likelihood_ratio)}, by chance with p = {figures(latent.p_value, 2)}. {shape} Below, the "
+        f"{figures(latent.likelihood_ratio)}, by chance with {chance_words(latent.p_value)}. {shape} Below, the "
         "likeliest."
     )
     shown = latent.runs[:MOST_RUNS]

@@ -9,7 +9,7 @@ from testbed.diagnosis.findings import quantities_of
 from testbed.diagnosis.workflow import Diagnosis, Gap, Step
 from testbed.effects.contract import NamedEffect, Quantity
 from testbed.report.frame.blocks import Notice
-from testbed.report.wording import BAND, capitalized, figures, listed
+from testbed.report.wording import BAND, capitalized, chance_words, figures, listed
 
 _PLACES = {"gyro": "the gyro", "platform": "the platform", "cluster": "the cluster", "actuators": "the actuators"}
 _PLACES |= {axis: f"the gyro's {axis} axis" for axis in "xyz"}
@@ -41,8 +41,9 @@ def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
 
 def shape_words(diagnosis: Diagnosis) -> str:
     """Return what is known of a torque that no effect makes: its shape, and what it was nearly taken for."""
-    shape = diagnosis.shape_left
-    text = "" if shape is None else f" What is left is like a torque that {shape.words} (p = {shape.p_value:.1g})."
+    shape, text = diagnosis.shape_left, ""
+    if shape is not None:
+        text = f" What is left is like a torque that {shape.words} ({chance_words(shape.p_value)})."
     if diagnosis.taken_back:
         names = listed([effect_name(each.effect, each.component) for each in diagnosis.taken_back])
         text += f" {names} would explain less, and is not named."

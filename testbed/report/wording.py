@@ -57,6 +57,11 @@ def figures(value: float, digits: int = 3) -> str:
     return f"{value:.{digits}g}"
 
 
+def chance_words(chance: float) -> str:
+    """Return `p = ...`, or that it is too small for a number."""
+    return f"p = {figures(chance, 2)}" if chance > 0.0 else "p < 1e-300"
+
+
 def listed(items: Iterable[str]) -> str:
     """Return items as a list in a sentence: `a`, `a and b`, `a, b and c`."""
     *head, last = items
