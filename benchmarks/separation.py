@@ -18,7 +18,8 @@ from pathlib import Path
 
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.workflow import Diagnosis, diagnosed
+from testbed.diagnosis.state import Diagnosis
+from testbed.diagnosis.workflow import diagnosed
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.records.reading import read_data_set

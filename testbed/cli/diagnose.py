@@ -19,7 +19,8 @@ from testbed.diagnosis.findings import first_screening, noise_notices
 from testbed.diagnosis.location import Place, located
 from testbed.diagnosis.plausibility import require_explicable
 from testbed.diagnosis.reading import DataSet, data_set_of
-from testbed.diagnosis.workflow import Diagnosis, Step, diagnosed
+from testbed.diagnosis.state import Diagnosis, Step
+from testbed.diagnosis.workflow import diagnosed
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.records.reading import read_data_set

@@ -16,7 +16,7 @@ from testbed.diagnosis.location import Place
 from testbed.diagnosis.probabilities import probabilities_of
 from testbed.diagnosis.result import told
 from testbed.diagnosis.screening import Screening
-from testbed.diagnosis.workflow import Diagnosis
+from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.report.wording import chance_words
 

@@ -15,7 +15,7 @@ from testbed.delivery.run_folder import write_json
 from testbed.diagnosis.location import Place
 from testbed.diagnosis.result import result_of
 from testbed.diagnosis.run_residuals import residuals_of
-from testbed.diagnosis.workflow import Diagnosis
+from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import inertia_of
 from testbed.effects.contract import Extension
 from testbed.errors import InputError

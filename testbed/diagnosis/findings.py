@@ -16,7 +16,7 @@ from testbed.diagnosis.probabilities import probabilities_of
 from testbed.diagnosis.scatter import Scatter
 from testbed.diagnosis.screening import Screening
 from testbed.diagnosis.signatures import Signature, distinguishability, smallest_detectable
-from testbed.diagnosis.workflow import Diagnosis, Gap, Step
+from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.effects.contract import Quantity
 from testbed.errors import InputError
 from testbed.prediction.integration import Values

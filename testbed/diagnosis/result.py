@@ -24,7 +24,7 @@ from testbed.diagnosis.findings import (
 from testbed.diagnosis.location import Place
 from testbed.diagnosis.model import Fit, Placed
 from testbed.diagnosis.scatter import Scatter
-from testbed.diagnosis.workflow import Diagnosis, Gap, Step
+from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.contract import Quantity
 

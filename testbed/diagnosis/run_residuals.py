@@ -12,7 +12,7 @@ from testbed.arrays import Array, Series, Vectors3
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.location import whitened_by_run
 from testbed.diagnosis.model import Fit, fitted_initial_rates
-from testbed.diagnosis.workflow import Diagnosis
+from testbed.diagnosis.state import Diagnosis
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -4,150 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import inf, sqrt
+from math import sqrt
 from types import MappingProxyType
-from typing import Literal
 
 import numpy as np
 
 from testbed.arrays import Theta
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import goodness, on_all_runs
-from testbed.diagnosis.hypotheses import Untestable, hypotheses, without
-from testbed.diagnosis.latent import LatentTorque, latent_torque
+from testbed.diagnosis.hypotheses import hypotheses, without
+from testbed.diagnosis.latent import latent_torque
 from testbed.diagnosis.model import Fit, Placed, fitted, fitted_initial_rates
-from testbed.diagnosis.noise import NoiseLevel, noise_level
-from testbed.diagnosis.probabilities import by_class, probabilities_of
-from testbed.diagnosis.scatter import Scatter, scatter_found, widened
+from testbed.diagnosis.noise import noise_level
+from testbed.diagnosis.scatter import scatter_found, widened
 from testbed.diagnosis.screening import Candidate, Screening, refitted, screened
-from testbed.diagnosis.torque_shapes import TorqueShape, surest, torque_shapes
+from testbed.diagnosis.state import Diagnosis, Gap, Step
+from testbed.diagnosis.torque_shapes import torque_shapes
 from testbed.effects.contract import Effect, ReadingEffect
 
 MOST_EFFECTS = 3
-UNEXPLAINED = 0.01
-"""Below this probability of a χ² as large, or of a latent torque, the model is not the whole truth."""
-
-Verdict = Literal["none", "named", "ambiguous", "unexplained"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Gap:
-    """Root mean square of the whitened residual: 1 is the noise floor.
-
-    Attributes:
-        fit: of the runs that are fitted.
-        heldout: of those that are not, only their initial rates fitted; NaN where there are none.
-    """
-
-    fit: float
-    heldout: float
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Step:
-    """An effect that was added to the model.
-
-    Attributes:
-        candidate: the effect, and the model with it.
-        screening: all that it was compared with.
-        before: gap without it.
-        after: gap with it.
-    """
-
-    candidate: Candidate
-    screening: Screening
-    before: Gap
-    after: Gap
-
-    @property
-    def placed(self) -> Placed:
-        """Effect and component."""
-        return self.candidate.placed
-
-    @property
-    def look_alikes(self) -> tuple[Placed, ...]:
-        """What the data do not tell from it."""
-        return tuple(other.placed for other in self.screening.close if other.placed.key != self.placed.key)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Diagnosis:
-    """What is known so far.
-
-    Attributes:
-        runs: that were fitted.
-        heldout: that were not; None where there are none.
-        nominal_theta: the nominal model's inertia, kg·m².
-        baseline: the nominal model with inertia and initial rates re-estimated.
-        model: with all effects added.
-        gap_before: of the baseline.
-        gap: of the model.
-        noise: the gyro's noise against what is stated.
-        scatter: effects on how the gyro's samples scatter, told anew with every model; the runs believe them.
-        steps: effects in the order in which they were added.
-        taken_back: effects that were added, and explain less than a torque does that no effect makes.
-        remaining: the hypotheses against the final model; None until they were looked at.
-        latent: torque that the final model leaves; None until it was looked at.
-        shapes: of torques that no effect makes, against the final model, the one with the most evidence first.
-        unlisted: the largest evidence of such a torque against the baseline.
-        goodness: chance of a gyro residual of all runs as large as the final model's, if nothing is missing.
-        untestable: effects for which a channel is missing.
-        complete: whether the diagnosis came to its end.
-    """
-
-    runs: Runs
-    heldout: Runs | None
-    nominal_theta: Theta
-    baseline: Fit
-    model: Fit
-    gap_before: Gap
-    gap: Gap
-    noise: NoiseLevel
-    scatter: tuple[Scatter, ...] = ()
-    steps: tuple[Step, ...] = ()
-    taken_back: tuple[Placed, ...] = ()
-    remaining: Screening | None = None
-    latent: LatentTorque | None = None
-    shapes: tuple[TorqueShape, ...] = ()
-    unlisted: float = -inf
-    goodness: float = 1.0
-    untestable: tuple[Untestable, ...] = ()
-    complete: bool = False
-
-    @property
-    def left_over(self) -> bool:
-        """Whether the model leaves more than noise."""
-        chances = [self.goodness, *(shape.p_value for shape in self.shapes)]
-        if self.latent is not None:
-            chances.append(self.latent.p_value)
-        return min(chances) < UNEXPLAINED
-
-    @property
-    def shape_left(self) -> TorqueShape | None:
-        """The torque of no effect that is left by more than chance; None where there is none."""
-        shape = surest(self.shapes)
-        return shape if shape is not None and shape.p_value < UNEXPLAINED else None
-
-    @property
-    def verdict(self) -> Verdict:
-        """The answer in a word."""
-        if self.left_over:
-            return "unexplained"
-        if not self.steps:
-            return "named" if self.scatter else "none"
-        return "ambiguous" if self.steps[0].look_alikes else "named"
-
-    @property
-    def unlisted_beside_steps(self) -> float:
-        """Evidence of a torque of no effect, less what further effects explain beside the first one."""
-        return self.unlisted - sum(step.screening.odds(step.candidate) for step in self.steps[1:])
-
-    @property
-    def probabilities(self) -> Mapping[str, float]:
-        """Of none, of every class that is in question, and of something unknown."""
-        screening = self.steps[0].screening if self.steps else self.remaining
-        probabilities = probabilities_of(screening, self.unlisted_beside_steps)
-        return by_class(probabilities, screening) if self.steps else probabilities
 
 
 def diagnosed(

@@ -8,7 +8,7 @@ from typing import Any
 
 from testbed.diagnosis.location import Place
 from testbed.diagnosis.run_residuals import RunResiduals
-from testbed.diagnosis.workflow import Diagnosis
+from testbed.diagnosis.state import Diagnosis
 from testbed.report.diagnosis_gaps import gaps_section, where_section
 from testbed.report.diagnosis_inertia import inertia_section, left_section
 from testbed.report.diagnosis_next import next_section

@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 
 from testbed.diagnosis.findings import quantities_of, scatter_probability, step_probability
 from testbed.diagnosis.location import Place
-from testbed.diagnosis.workflow import Diagnosis, Gap
+from testbed.diagnosis.state import Diagnosis, Gap
 from testbed.effects.contract import NamedEffect, Quantity
 from testbed.report.diagnosis_verdict import effect_name, effect_sentence
 from testbed.report.frame.blocks import Block, Cell, Column, Figure, Paragraph, Section, Table

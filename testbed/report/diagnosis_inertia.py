@@ -11,7 +11,7 @@ from testbed.arrays import Theta
 from testbed.diagnosis.findings import inertia_change, stds_of
 from testbed.diagnosis.latent import LatentTorque
 from testbed.diagnosis.model import Fit
-from testbed.diagnosis.workflow import UNEXPLAINED, Diagnosis
+from testbed.diagnosis.state import UNEXPLAINED, Diagnosis
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.report.diagnosis_residuals import MOST_RUNS
 from testbed.report.diagnosis_verdict import shape_words

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from math import isfinite
 
 from testbed.diagnosis.findings import quantities_of
-from testbed.diagnosis.workflow import Diagnosis, Gap, Step
+from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.effects.contract import NamedEffect, Quantity
 from testbed.report.frame.blocks import Notice
 from testbed.report.wording import BAND, capitalized, chance_words, figures, listed

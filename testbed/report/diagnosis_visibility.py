@@ -11,7 +11,7 @@ from testbed.arrays import Array
 from testbed.diagnosis.findings import Detectable, detectable_sizes, distances, first_screening, shown_signatures
 from testbed.diagnosis.result import needs_of, told
 from testbed.diagnosis.signatures import Signature
-from testbed.diagnosis.workflow import Diagnosis
+from testbed.diagnosis.state import Diagnosis
 from testbed.report.frame.blocks import Block, Cell, Column, Figure, Section, Table
 from testbed.report.frame.style import color, layout
 from testbed.report.wording import figures

@@ -9,7 +9,7 @@ import numpy as np
 
 from testbed.arrays import Array, Flags
 from testbed.assembly.platform import nominal_platform
-from testbed.diagnosis.workflow import Diagnosis
+from testbed.diagnosis.state import Diagnosis
 from testbed.scenario.scenario import Scenario
 from testbed.separation.flight import NextFlight
 from testbed.separation.judge import Choice, Judge, judge_of

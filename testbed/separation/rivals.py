@@ -17,7 +17,7 @@ from testbed.diagnosis.findings import INERTIA, detectable_sizes, first_screenin
 from testbed.diagnosis.model import Fit, Placed, evaluated, fitted, fitted_initial_rates
 from testbed.diagnosis.screening import CLOSE, Candidate
 from testbed.diagnosis.signatures import required_shift
-from testbed.diagnosis.workflow import Diagnosis, Step
+from testbed.diagnosis.state import Diagnosis, Step
 from testbed.separation.distance import Contrast, contrast
 
 MOST_RIVALS = 5
