@@ -53,8 +53,7 @@ class Placed:
     @property
     def bounds(self) -> tuple[Array, Array]:
         """Least and greatest values, each of shape (K,)."""
-        parameters = self.effect.parameters
-        return np.array([p.lower for p in parameters]), np.array([p.upper for p in parameters])
+        return self.effect.bounds
 
     @property
     def key(self) -> str:

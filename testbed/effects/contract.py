@@ -143,13 +143,18 @@ class Effect(NamedEffect):
         """
         return np.array([[parameter.absent for parameter in self.parameters]])
 
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Least and greatest values of the parameters, each of shape (K,)."""
+        return np.array([each.lower for each in self.parameters]), np.array([each.upper for each in self.parameters])
+
     def reach(self, start: Array) -> tuple[Array, Array]:  # noqa: ARG002 - for those that start at a speck
         """Return the least and greatest values that a search from a start can come to, each of shape (K,).
 
         Args:
             start: one of `starts`, shape (K,).
         """
-        return np.array([each.lower for each in self.parameters]), np.array([each.upper for each in self.parameters])
+        return self.bounds
 
     def looks(self, component: str, grid: Grid) -> int:
         """Return how many hypotheses a search from its starts amounts to, by which chance is multiplied."""
