@@ -15,7 +15,8 @@ import numpy as np
 from testbed.arrays import Array
 from testbed.diagnosis.chance import chance
 from testbed.diagnosis.data import Runs, chosen, joined
-from testbed.diagnosis.model import Fit, evaluated, fitted_initial_rates, moved, orthonormal, recurring
+from testbed.diagnosis.model import Fit, evaluated, fitted_initial_rates, moved, recurring
+from testbed.diagnosis.projection import orthonormal, projected_out
 from testbed.errors import InputError
 
 _UNKNOWN = 1e-9
@@ -58,7 +59,7 @@ def goodness(fit: Fit, noise_freedom: float) -> float:
         noise_freedom: degrees of freedom with which the noise is known.
     """
     basis = orthonormal(fit.jacobian)
-    left = fit.residual - basis @ (basis.T @ fit.residual)
+    left = projected_out(fit.residual, basis)
     return chance(float(left @ left), len(left) - basis.shape[1], noise_freedom)
 
 

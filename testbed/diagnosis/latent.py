@@ -20,7 +20,8 @@ from typing_extensions import override
 from testbed.arrays import Array
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import on_enough_runs
-from testbed.diagnosis.model import Fit, orthonormal
+from testbed.diagnosis.model import Fit
+from testbed.diagnosis.projection import orthonormal, projected_out
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.prediction import common_size, predicted_with_derivatives
@@ -98,10 +99,9 @@ def _spread(runs: Runs, fit: Fit, columns: Array, walk: Array) -> tuple[Array, A
         own = orthonormal(fit.jacobian[rows, common + 3 * run : common + 3 * run + 3])
         response = columns[rows, run * width : (run + 1) * width] @ walk
         part = np.hstack([response, fit.jacobian[rows, :common], fit.residual[rows, None]])
-        parts.append(part - own @ (own.T @ part))
+        parts.append(projected_out(part, own))
     shared = orthonormal(np.concatenate([part[:, width:-1] for part in parts]))
-    residual = np.concatenate([part[:, -1] for part in parts])
-    residual = residual - shared @ (shared.T @ residual)
+    residual = projected_out(np.concatenate([part[:, -1] for part in parts]), shared)
     by_run = list(zip(np.split(shared, edges[1:-1]), np.split(residual, edges[1:-1]), parts, strict=True))
     along = np.hstack([basis.T @ part[:, :width] for basis, _, part in by_run])
     normal = block_diag(*(part[:, :width].T @ part[:, :width] for part in parts)) - along.T @ along

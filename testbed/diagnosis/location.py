@@ -12,7 +12,8 @@ from scipy.stats import beta
 from testbed.arrays import Array, Flags, Series
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.drivers import Path, candidates
-from testbed.diagnosis.model import Fit, orthonormal
+from testbed.diagnosis.model import Fit
+from testbed.diagnosis.projection import orthonormal, projected_out
 from testbed.prediction.grid import telemetry_spline
 from testbed.prediction.inner import by_units, compared, followed, has_torques
 from testbed.signals import AXES, UNITS
@@ -182,9 +183,8 @@ def dependence(runs: Runs, fit: Fit, axis: int) -> Dependence | None:
     """
     names, columns = candidates(runs, axis)
     nuisance = orthonormal(fit.jacobian[: runs.samples])
-    free = columns - nuisance @ (nuisance.T @ columns)
-    residual = fit.residual[: runs.samples]
-    residual = residual - nuisance @ (nuisance.T @ residual)
+    free = projected_out(columns, nuisance)
+    residual = projected_out(fit.residual[: runs.samples], nuisance)
     residual = np.where(_of_axis(len(residual), axis), residual, 0.0)
     length = np.linalg.norm(free, axis=0) * np.linalg.norm(residual)
     seen = np.linalg.norm(free, axis=0) > 1e-3 * np.linalg.norm(columns, axis=0)

@@ -16,8 +16,6 @@ from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import Values
 from testbed.prediction.prediction import common_size, predicted_channels, predicted_with_derivatives
 
-NEGLIGIBLE = 1e-9
-"""Share of a column's length that has to be left for its direction to count."""
 _TRIALS = 16
 """A mode that is there takes 4 to 8; one that is not wanders along its valley until it is stopped."""
 _ENOUGH = 1e-3
@@ -261,10 +259,3 @@ def _at_bound(placed: Sequence[Placed], values: Values) -> Flags:
     lower, upper = _bounds(placed)
     effects = np.concatenate([np.zeros(0), *(value[0] for value in values.effects)])
     return np.asarray((effects <= lower) | (effects >= upper))
-
-
-def orthonormal(matrix: Array) -> Array:
-    """Return an orthonormal basis of what a matrix's columns span, whatever their scales, shape (N, rank)."""
-    scale = np.maximum(np.linalg.norm(matrix, axis=0), np.finfo(float).tiny)
-    left, strength, _ = np.linalg.svd(matrix / scale, full_matrices=False)
-    return np.asarray(left[:, strength > NEGLIGIBLE])

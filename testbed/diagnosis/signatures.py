@@ -12,7 +12,8 @@ from scipy.stats import chi2, ncx2
 
 from testbed.arrays import Array
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.model import NEGLIGIBLE, Fit, Placed, orthonormal
+from testbed.diagnosis.model import Fit, Placed
+from testbed.diagnosis.projection import NEGLIGIBLE, orthonormal, projected_out
 from testbed.prediction.prediction import (
     common_size,
     derivatives_at,
@@ -61,9 +62,9 @@ def signatures(runs: Runs, fit: Fit, hypotheses: Sequence[Placed]) -> Iterator[S
         hypotheses: effects that are not in it.
     """
     nuisance = orthonormal(fit.jacobian)
-    residual = fit.residual - nuisance @ (nuisance.T @ fit.residual)
+    residual = projected_out(fit.residual, nuisance)
     for placed, start, columns in _linearised(runs, fit, hypotheses):
-        free = columns - nuisance @ (nuisance.T @ columns)
+        free = projected_out(columns, nuisance)
         yield _signature(placed, start, columns, free, residual)
 
 

@@ -19,7 +19,8 @@ from testbed.diagnosis.chance import log_chance
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import on_enough_runs
 from testbed.diagnosis.latent import torque_response
-from testbed.diagnosis.model import Fit, orthonormal
+from testbed.diagnosis.model import Fit
+from testbed.diagnosis.projection import orthonormal, projected_out
 from testbed.diagnosis.screening import scale_evidence
 from testbed.prediction.integration import node_rates
 
@@ -69,9 +70,9 @@ def torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
     knots = max(_FEWEST_KNOTS, int(np.ceil(_KNOTS_PER_SECOND * time.max())))
     at = np.linspace(np.zeros(len(time)), time[:, -1], knots, axis=1)
     nuisance = orthonormal(fit.jacobian[: runs.samples])
-    free = _free(torque_response(runs, fit, knots), nuisance).reshape(runs.samples, -1, 3)
+    free = projected_out(torque_response(runs, fit, knots), nuisance).reshape(runs.samples, -1, 3)
     response = np.ascontiguousarray(np.moveaxis(free, -1, 0))
-    residual = _free(fit.residual[: runs.samples], nuisance)
+    residual = projected_out(fit.residual[: runs.samples], nuisance)
     tried = [*_slow(at, _rates(runs, fit, at)), *_oscillations(runs, at)]
     found = [_tested(each, response, residual, len(tried), runs.noise_freedom) for each in tried]
     return tuple(sorted(found, key=lambda shape: -shape.evidence))
@@ -121,10 +122,6 @@ def _tested(tried: _Tried, response: Array, residual: Array, shapes: int, noise_
         p_value=exp(min(0.0, log(shapes) + log_chance(square, freedom, noise_freedom))),
         frequency_hz=tried.frequency_hz,
     )
-
-
-def _free(columns: Array, nuisance: Array) -> Array:
-    return np.asarray(columns - nuisance @ (nuisance.T @ columns))
 
 
 def surest(shapes: Sequence[TorqueShape]) -> TorqueShape | None:
