@@ -12,9 +12,11 @@ import numpy as np
 from testbed.arrays import Theta
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import goodness, on_all_runs
+from testbed.diagnosis.fitting import fitted, fitted_initial_rates
+from testbed.diagnosis.gyro_errors import corrected
 from testbed.diagnosis.hypotheses import hypotheses, without
 from testbed.diagnosis.latent import latent_torque
-from testbed.diagnosis.model import Fit, Placed, fitted, fitted_initial_rates
+from testbed.diagnosis.model import Fit, Placed
 from testbed.diagnosis.noise import noise_level
 from testbed.diagnosis.scatter import scatter_found, widened
 from testbed.diagnosis.screening import Candidate, Screening, refitted, screened
@@ -91,7 +93,7 @@ def _concluded(state: Diagnosis) -> Diagnosis:
     if state.steps:
         if state.unlisted > sum(step.screening.odds(step.candidate) for step in state.steps):
             first = state.steps[0].screening
-            back = replace(state, steps=(), remaining=first, model=nominal, gap=_gap(nominal, state.heldout))
+            back = _with_model(replace(state, steps=(), remaining=first), nominal)
             state = replace(back, taken_back=tuple(step.placed for step in state.steps))
         else:
             everything, fit = on_all_runs(state.runs, state.heldout, state.model)
@@ -136,28 +138,38 @@ class _Search:
 
     def _rebuilt(self, state: Diagnosis, placed: Sequence[Placed]) -> Diagnosis:
         """Return a diagnosis with just these effects, added to the baseline one after the other."""
-        runs, heldout = state.runs, state.heldout
-        model = fitted(runs, [], state.baseline.theta, [])
-        rebuilt = replace(state, model=model, gap=_gap(model, heldout), steps=())
+        model = fitted(state.runs, [], state.baseline.theta, [])
+        rebuilt = _with_model(replace(state, steps=()), model)
         screening = state.steps[0].screening
         for each in placed:
-            candidate = refitted(runs, heldout, rebuilt.model, screening, each)
+            candidate = refitted(rebuilt.runs, rebuilt.heldout, rebuilt.model, screening, each)
             rebuilt = _with_effect(rebuilt, candidate, screening)
             screening = self.screened(rebuilt) if each is not placed[-1] else screening
         return rebuilt
 
 
 def _with_effect(state: Diagnosis, chosen: Candidate, screening: Screening) -> Diagnosis:
-    after = _gap(chosen.fit, state.heldout)
-    step = Step(candidate=chosen, screening=screening, before=state.gap, after=after)
-    return replace(state, model=chosen.fit, gap=after, steps=(*state.steps, step))
+    after = _with_model(state, chosen.fit)
+    step = Step(candidate=chosen, screening=screening, before=state.gap, after=after.gap)
+    return replace(after, steps=(*state.steps, step))
+
+
+def _with_model(state: Diagnosis, model: Fit) -> Diagnosis:
+    """Take over a model, and what it knows of the gyro's errors; the gimbals' channels are then predicted anew."""
+    runs, heldout = corrected(state.runs, model), state.heldout
+    if heldout is not None:
+        heldout = corrected(heldout, fitted_initial_rates(heldout, model))
+    model = _refitted(runs, model)
+    return replace(state, runs=runs, heldout=heldout, model=model, gap=_gap(model, heldout))
 
 
 def _with_scatter(state: Diagnosis, stated: Diagnosis, effects: Mapping[str, ReadingEffect], others: int) -> Diagnosis:
     """Tell the scatter anew from what the present model leaves: what looked like noise may have got a name."""
-    model = state.model if state.runs is stated.runs else _refitted(stated.runs, state.model)
-    found = scatter_found(stated.runs, model, effects, others)
-    runs, heldout = stated.runs, stated.heldout
+    runs, heldout = state.runs.with_sigma(stated.runs.sigma), state.heldout
+    if heldout is not None and stated.heldout is not None:
+        heldout = heldout.with_sigma(stated.heldout.sigma)
+    model = _refitted(runs, state.model) if state.scatter else state.model
+    found = scatter_found(runs, model, effects, others)
     if found:
         runs = runs.with_sigma(widened(runs.sigma, found))
         heldout = None if heldout is None else heldout.with_sigma(widened(heldout.sigma, found))

@@ -56,6 +56,7 @@ class Telemetry:
         gimbal_rate_command: what the steering law asked of each gimbal, shape (K, 6), rad/s.
         servo: of the gimbals; None where it is not known.
         initial_momentum: whether the whole platform's momentum at the first sample is known to be zero.
+        gyro_error: what of `body_rate` is known to be the gyro's own, shape (N, 3), rad/s; nothing where None.
     """
 
     gyro_time: Series
@@ -71,6 +72,7 @@ class Telemetry:
     gimbal_rate_command: UnitSeries | None = None
     servo: Servo | None = None
     initial_momentum: Literal["estimated", "zero"] = "estimated"
+    gyro_error: Vectors3 | None = None
 
 
 def covered_part(telemetry: Telemetry) -> Telemetry:

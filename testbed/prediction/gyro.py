@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from testbed.arrays import Array
+from testbed.arrays import Array, Vectors3
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.smooth import Smooth
@@ -32,3 +32,22 @@ def readings(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates
             reading = hook.gyro_reading(reading, value, telemetry.gyro_time, run)
         predicted.append(reading)
     return predicted
+
+
+def gyro_errors(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates: Array) -> list[Vectors3]:
+    """Return by how much each run's gyro is off from ω by the effects in it, each of shape (N, 3), rad/s.
+
+    Args:
+        grid: the runs.
+        hooks: the effects in the model.
+        effects: their parameters, one set of them.
+        rates: ω at the grid's nodes, shape (R, 1, M + 1, 3).
+    """
+    pairs = zip(readings(grid, hooks, effects, rates), readings(grid, (), (), rates), strict=True)
+    return [read[0] - moved[0] for read, moved in pairs]
+
+
+def acts_in_gyro(hook: Hooks) -> bool:
+    """Return whether an effect changes what the gyro makes of ω."""
+    parts = ("gyro_time_constant", "gyro_delay", "gyro_reading")
+    return any(getattr(type(hook), part) is not getattr(Hooks, part) for part in parts)

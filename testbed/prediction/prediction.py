@@ -9,9 +9,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from testbed.arrays import Array
+from testbed.arrays import Array, Vectors3
 from testbed.prediction.grid import Grid
-from testbed.prediction.gyro import readings
+from testbed.prediction.gyro import acts_in_gyro, gyro_errors, readings
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.inner import has_torques, motor_torques, servo_answers
 from testbed.prediction.integration import COMPLEX_STEP, Values, node_rates
@@ -36,6 +36,26 @@ def predicted(grid: Grid, hooks: Sequence[Hooks], values: Values) -> list[Array]
         InputError: the motion leaves the finite numbers.
     """
     return readings(grid, hooks, values.effects, node_rates(grid, hooks, values))
+
+
+def without_gyro_errors(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Grid:
+    """Return the runs with the gyro's errors told: those that the effects in a model make in it.
+
+    The gimbals' channels are predicted with the body rate that the gyro shows. Where it is late or off, and this is
+    not told, that looks like friction.
+
+    Args:
+        grid: the runs.
+        hooks: the effects in the model.
+        values: of its parameters, P = 1.
+    """
+    errors: Sequence[Vectors3 | None] = [None] * len(grid.runs)
+    if any(map(acts_in_gyro, hooks)):
+        errors = gyro_errors(grid, hooks, values.effects, node_rates(grid, hooks, values))
+    if all(run.gyro_error is error for run, error in zip(grid.runs, errors, strict=True)):
+        return grid
+    runs = tuple(replace(run, gyro_error=error) for run, error in zip(grid.runs, errors, strict=True))
+    return replace(grid, runs=runs)
 
 
 def predicted_channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> list[Array]:

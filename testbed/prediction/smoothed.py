@@ -25,8 +25,9 @@ def gimbal_motion(run: Telemetry) -> BSpline:
 
 @lru_cache(maxsize=_REMEMBERED)
 def body_motion(run: Telemetry) -> BSpline:
-    """Return the body rate of a run, (3,), rad/s, body axes."""
-    return _smoothed(run.gyro_time, run.body_rate)
+    """Return the body rate of a run, (3,), rad/s, body axes, without what is known to be the gyro's error."""
+    body_rate = run.body_rate if run.gyro_error is None else run.body_rate - run.gyro_error
+    return _smoothed(run.gyro_time, body_rate)
 
 
 def _smoothed(time: Series, values: Array) -> BSpline:

@@ -17,7 +17,8 @@ from testbed.prediction.algebra import symmetric_inverse
 from testbed.prediction.grid import grid_of
 from testbed.prediction.hooks import Hooks, Instant
 from testbed.prediction.integration import Values
-from testbed.prediction.prediction import predicted, predicted_with_derivatives
+from testbed.prediction.prediction import predicted, predicted_with_derivatives, without_gyro_errors
+from testbed.prediction.smoothed import body_motion
 
 MOMENTUM_B = np.array([0.003, -0.004, 0.006])
 FLIGHT = nominal_flight(MOMENTUM_B)
@@ -44,6 +45,22 @@ def test_it_agrees_with_the_estimators_own_prediction():
     theirs = simulate(drive_of(RUN), TRUE_THETA + 1e-3, MOMENTUM_B).body_rate
     ours = predicted(grid_of([RUN]), [], replace(values(theta=TRUE_THETA + 1e-3), initial_rate=theirs[:1][:, None]))
     np.testing.assert_allclose(ours[0][0], theirs, atol=1e-8)
+
+
+def test_gimbals_are_moved_by_the_body_and_not_by_what_a_late_gyro_shows():
+    late, delay = EFFECTS["gyro_latency"].hooks("gyro"), replace(values(0.012), initial_rate=INITIAL_RATE[:1])
+    grid = grid_of([RUN])
+    late_grid = replace(grid, runs=(replace(RUN, body_rate=predicted(grid, [late], delay)[0][0]),))
+    told = without_gyro_errors(late_grid, [late], delay)
+    missed = [np.abs(body_motion(each.runs[0])(RUN.gyro_time) - RUN.body_rate).max() for each in (late_grid, told)]
+    assert missed[0] > 3e-3  # rad/s
+    assert missed[1] < 1e-4  # what smoothing costs
+    assert without_gyro_errors(told, [], delay).runs[0].gyro_error is None
+
+
+def test_an_effect_outside_the_gyro_tells_nothing_of_it():
+    drag = EFFECTS["viscous_drag"].hooks("platform")
+    assert without_gyro_errors(GRID, [drag], values(1e-4)) is GRID
 
 
 def test_parameter_sets_do_not_mix():
