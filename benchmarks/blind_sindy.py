@@ -20,8 +20,8 @@ import numpy as np
 from benchmarks.environments import environment
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.data import Runs
+from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.hypotheses import hypotheses
-from testbed.diagnosis.model import fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.signatures import Signature, signatures
 from testbed.dynamics.inertia import theta_of

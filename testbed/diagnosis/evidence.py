@@ -15,7 +15,8 @@ import numpy as np
 from testbed.arrays import Array
 from testbed.diagnosis.chance import chance
 from testbed.diagnosis.data import Runs, chosen, joined
-from testbed.diagnosis.model import Fit, evaluated, fitted_initial_rates, moved, recurring
+from testbed.diagnosis.fitting import fitted_initial_rates
+from testbed.diagnosis.model import Fit, evaluated, moved, recurring
 from testbed.diagnosis.projection import orthonormal, projected_out
 from testbed.errors import InputError
 

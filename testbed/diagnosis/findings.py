@@ -11,7 +11,8 @@ from scipy.stats import chi2
 
 from testbed.arrays import Array, Theta
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.model import Fit, Placed, evaluated, fitted_initial_rates
+from testbed.diagnosis.fitting import fitted_initial_rates
+from testbed.diagnosis.model import Fit, Placed, evaluated
 from testbed.diagnosis.probabilities import probabilities_of
 from testbed.diagnosis.scatter import Scatter
 from testbed.diagnosis.screening import Screening

@@ -1,4 +1,4 @@
-"""The nominal model with the effects that the diagnosis has added so far, and its fit to runs."""
+"""The nominal model with the effects that the diagnosis has added so far, and how well it fits runs."""
 
 from __future__ import annotations
 
@@ -11,19 +11,9 @@ import numpy as np
 from testbed.arrays import Array, Flags, Theta
 from testbed.diagnosis.data import Runs
 from testbed.effects.contract import Effect
-from testbed.errors import InputError
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import Values
 from testbed.prediction.prediction import common_size, predicted_channels, predicted_with_derivatives
-
-_TRIALS = 16
-"""A mode that is there takes 4 to 8; one that is not wanders along its valley until it is stopped."""
-_ENOUGH = 1e-3
-"""Gain in χ² that is no longer searched for; a standard error makes it 1."""
-_DAMPING = (1e-6, 1e6)
-"""Smallest and largest Levenberg-Marquardt damping, in shares of the normal matrix's diagonal."""
-_FACTOR = 10.0
-"""By which damping falls after a step that gains, and rises after one that does not; after the next, by its square."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,36 +94,6 @@ class Fit:
         return np.asarray(np.linalg.inv(self.jacobian.T @ self.jacobian)[:common, :common])
 
 
-def fitted(runs: Runs, placed: Sequence[Placed], theta: Theta, starts: Sequence[Array]) -> Fit:
-    """Fit inertia, initial rates and effects by maximum likelihood.
-
-    Args:
-        runs: to fit.
-        placed: the effects in the model.
-        theta: to start from, shape (6,), kg·m².
-        starts: of each effect's parameters, shapes (K,).
-
-    Raises:
-        InputError: the nominal motion leaves the finite numbers.
-    """
-    first = np.stack([rates[0] for rates in runs.measured])[:, None]
-    values = Values(theta=theta[None], initial_rate=first, effects=tuple(start[None] for start in starts))
-    return _search(runs, tuple(placed), values)
-
-
-def fitted_initial_rates(runs: Runs, fit: Fit) -> Fit:
-    """Fit the initial rates alone, all else as another fit has it: for runs that were held out.
-
-    Args:
-        runs: held out.
-        fit: of other runs; what does not recur stays with them.
-    """
-    fit = recurring(fit)
-    first = np.stack([rates[0] for rates in runs.measured])[:, None]
-    values = Values(theta=fit.values.theta, initial_rate=first, effects=fit.values.effects)
-    return _search(runs, fit.placed, values, only_initial=True)
-
-
 def recurring(fit: Fit) -> Fit:
     """Return a fit less the effects that belong to the fitted runs alone, such as a touch."""
     kept = [each.effect.recurs for each in fit.placed]
@@ -180,48 +140,6 @@ def stacked(runs: Runs, derivatives: Sequence[Array], common: int) -> Array:
     return np.vstack(blocks)
 
 
-def _search(runs: Runs, placed: tuple[Placed, ...], values: Values, *, only_initial: bool = False) -> Fit:
-    """Levenberg-Marquardt with the effects' bounds kept by projection."""
-    fit, damping, rise = evaluated(runs, placed, values), _DAMPING[0], _FACTOR
-    common = common_size(values.effects)
-    free = np.arange(fit.jacobian.shape[1]) >= common if only_initial else np.ones(fit.jacobian.shape[1], dtype=bool)
-    for _ in range(_TRIALS):
-        step, expected = _step(fit, free, damping)
-        if expected < _ENOUGH or damping > _DAMPING[1]:
-            break
-        trial = _better(runs, fit, moved(fit, step))
-        if trial is None:
-            damping, rise = damping * rise, rise * _FACTOR
-        else:
-            fit, damping, rise = trial, max(damping / _FACTOR, _DAMPING[0]), _FACTOR
-    return fit
-
-
-def _step(fit: Fit, free: Flags, damping: float) -> tuple[Array, float]:
-    """Return the damped step of the free parameters, and the least that it gains if the model is linear."""
-    slope = fit.jacobian.T @ fit.residual
-    moving = free & ~_pushing_out(fit, slope)
-    columns = fit.jacobian[:, moving]
-    step = np.zeros(len(slope))
-    step[moving] = _damped(columns.T @ columns, slope[moving], damping)
-    return step, float(slope @ step)
-
-
-def _damped(normal: Array, slope: Array, damping: float) -> Array:
-    scale = np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
-    scaled = normal / np.outer(scale, scale) + damping * np.eye(len(scale))
-    return np.asarray(np.linalg.lstsq(scaled, slope / scale, rcond=1e-13)[0] / scale)
-
-
-def _pushing_out(fit: Fit, slope: Array) -> Flags:
-    """Return which parameters lie at a bound and would go beyond it."""
-    pushing = np.zeros(len(slope), dtype=bool)
-    lower, upper = _bounds(fit.placed)
-    own, values = slice(6, 6 + len(lower)), fit.effect_values
-    pushing[own] = ((values <= lower) & (slope[own] < 0.0)) | ((values >= upper) & (slope[own] > 0.0))
-    return pushing
-
-
 def moved(fit: Fit, step: Array) -> Values:
     """Return a fit's parameters after a step, the effects' kept inside their bounds.
 
@@ -229,7 +147,7 @@ def moved(fit: Fit, step: Array) -> Values:
         fit: to start from.
         step: of (θ, effects, ω₀ of every run), shape (C + 3 R,).
     """
-    lower, upper = _bounds(fit.placed)
+    lower, upper = bounds_of(fit.placed)
     common = 6 + len(lower)
     effects = np.clip(fit.effect_values + step[6:common], lower, upper)
     sizes = np.cumsum([value.shape[1] for value in fit.values.effects])[:-1]
@@ -240,22 +158,14 @@ def moved(fit: Fit, step: Array) -> Values:
     )
 
 
-def _better(runs: Runs, fit: Fit, values: Values) -> Fit | None:
-    """Return the fit at other values if χ² is not larger there."""
-    try:
-        trial = evaluated(runs, fit.placed, values)
-    except InputError:
-        return None
-    return trial if trial.chi_square <= fit.chi_square else None
-
-
-def _bounds(placed: Sequence[Placed]) -> tuple[Array, Array]:
+def bounds_of(placed: Sequence[Placed]) -> tuple[Array, Array]:
+    """Return the least and greatest values of all effects' parameters, each of shape (C - 6,)."""
     lower = [each.bounds[0] for each in placed]
     upper = [each.bounds[1] for each in placed]
     return np.concatenate([np.zeros(0), *lower]), np.concatenate([np.zeros(0), *upper])
 
 
 def _at_bound(placed: Sequence[Placed], values: Values) -> Flags:
-    lower, upper = _bounds(placed)
+    lower, upper = bounds_of(placed)
     effects = np.concatenate([np.zeros(0), *(value[0] for value in values.effects)])
     return np.asarray((effects <= lower) | (effects >= upper))

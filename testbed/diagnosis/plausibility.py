@@ -17,7 +17,8 @@ from typing_extensions import override
 
 from testbed.arrays import Array, Series, Theta
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.model import Fit, evaluated, fitted, fitted_initial_rates
+from testbed.diagnosis.fitting import fitted, fitted_initial_rates
+from testbed.diagnosis.model import Fit, evaluated
 from testbed.diagnosis.projection import orthonormal
 from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.errors import InputError

@@ -14,7 +14,8 @@ from testbed.assembly.contact import cut_at_contact
 from testbed.assembly.estimation import telemetry_of
 from testbed.assembly.platform import Body
 from testbed.diagnosis.data import Runs, runs_of
-from testbed.diagnosis.model import Fit, fitted
+from testbed.diagnosis.fitting import fitted
+from testbed.diagnosis.model import Fit
 from testbed.diagnosis.noise import readings_of
 from testbed.diagnosis.plausibility import require_this_platform
 from testbed.diagnosis.roles import by_role

@@ -10,8 +10,9 @@ import numpy as np
 
 from testbed.arrays import Array, Series, Vectors3
 from testbed.diagnosis.data import Runs
+from testbed.diagnosis.fitting import fitted_initial_rates
 from testbed.diagnosis.location import whitened_by_run
-from testbed.diagnosis.model import Fit, fitted_initial_rates
+from testbed.diagnosis.model import Fit
 from testbed.diagnosis.state import Diagnosis
 
 

@@ -12,7 +12,8 @@ from testbed.arrays import Array
 from testbed.diagnosis.chance import log_chance
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import log_evidence
-from testbed.diagnosis.model import Fit, Placed, fitted
+from testbed.diagnosis.fitting import fitted
+from testbed.diagnosis.model import Fit, Placed
 from testbed.diagnosis.signatures import FAMILY_WISE_ERROR, Signature, signatures
 from testbed.errors import InputError
 

@@ -12,7 +12,8 @@ from benchmarks.synthetic_telemetry import TRUE_THETA, exact_telemetry, noisy, n
 from testbed.assembly.estimation import telemetry_of
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.data import Runs, runs_of
-from testbed.diagnosis.model import Placed, fitted
+from testbed.diagnosis.fitting import fitted
+from testbed.diagnosis.model import Placed
 from testbed.diagnosis.noise import noise_level
 from testbed.diagnosis.scatter import scatter_found
 from testbed.effects.registry import EFFECTS, READING_EFFECTS

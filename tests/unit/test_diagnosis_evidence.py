@@ -7,7 +7,8 @@ import pytest
 from typing_extensions import override
 
 from testbed.diagnosis.evidence import goodness, log_evidence, on_all_runs
-from testbed.diagnosis.model import Placed, fitted
+from testbed.diagnosis.fitting import fitted
+from testbed.diagnosis.model import Placed
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.torque_shapes import torque_shapes
 from testbed.dynamics.inertia import theta_of

@@ -1,0 +1,104 @@
+"""The search for the parameters with which a model fits runs best."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from testbed.arrays import Array, Flags, Theta
+from testbed.diagnosis.data import Runs
+from testbed.diagnosis.model import Fit, Placed, bounds_of, evaluated, moved, recurring
+from testbed.errors import InputError
+from testbed.prediction.integration import Values
+from testbed.prediction.prediction import common_size
+
+_TRIALS = 16
+"""A mode that is there takes 4 to 8; one that is not wanders along its valley until it is stopped."""
+_ENOUGH = 1e-3
+"""Gain in χ² that is no longer searched for; a standard error makes it 1."""
+_DAMPING = (1e-6, 1e6)
+"""Smallest and largest Levenberg-Marquardt damping, in shares of the normal matrix's diagonal."""
+_FACTOR = 10.0
+"""By which damping falls after a step that gains, and rises after one that does not; after the next, by its square."""
+
+
+def fitted(runs: Runs, placed: Sequence[Placed], theta: Theta, starts: Sequence[Array]) -> Fit:
+    """Fit inertia, initial rates and effects by maximum likelihood.
+
+    Args:
+        runs: to fit.
+        placed: the effects in the model.
+        theta: to start from, shape (6,), kg·m².
+        starts: of each effect's parameters, shapes (K,).
+
+    Raises:
+        InputError: the nominal motion leaves the finite numbers.
+    """
+    first = np.stack([rates[0] for rates in runs.measured])[:, None]
+    values = Values(theta=theta[None], initial_rate=first, effects=tuple(start[None] for start in starts))
+    return _search(runs, tuple(placed), values)
+
+
+def fitted_initial_rates(runs: Runs, fit: Fit) -> Fit:
+    """Fit the initial rates alone, all else as another fit has it: for runs that were held out.
+
+    Args:
+        runs: held out.
+        fit: of other runs; what does not recur stays with them.
+    """
+    fit = recurring(fit)
+    first = np.stack([rates[0] for rates in runs.measured])[:, None]
+    values = Values(theta=fit.values.theta, initial_rate=first, effects=fit.values.effects)
+    return _search(runs, fit.placed, values, only_initial=True)
+
+
+def _search(runs: Runs, placed: tuple[Placed, ...], values: Values, *, only_initial: bool = False) -> Fit:
+    """Levenberg-Marquardt with the effects' bounds kept by projection."""
+    fit, damping, rise = evaluated(runs, placed, values), _DAMPING[0], _FACTOR
+    common = common_size(values.effects)
+    free = np.arange(fit.jacobian.shape[1]) >= common if only_initial else np.ones(fit.jacobian.shape[1], dtype=bool)
+    for _ in range(_TRIALS):
+        step, expected = _step(fit, free, damping)
+        if expected < _ENOUGH or damping > _DAMPING[1]:
+            break
+        trial = _better(runs, fit, moved(fit, step))
+        if trial is None:
+            damping, rise = damping * rise, rise * _FACTOR
+        else:
+            fit, damping, rise = trial, max(damping / _FACTOR, _DAMPING[0]), _FACTOR
+    return fit
+
+
+def _step(fit: Fit, free: Flags, damping: float) -> tuple[Array, float]:
+    """Return the damped step of the free parameters, and the least that it gains if the model is linear."""
+    slope = fit.jacobian.T @ fit.residual
+    moving = free & ~_pushing_out(fit, slope)
+    columns = fit.jacobian[:, moving]
+    step = np.zeros(len(slope))
+    step[moving] = _damped(columns.T @ columns, slope[moving], damping)
+    return step, float(slope @ step)
+
+
+def _damped(normal: Array, slope: Array, damping: float) -> Array:
+    scale = np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
+    scaled = normal / np.outer(scale, scale) + damping * np.eye(len(scale))
+    return np.asarray(np.linalg.lstsq(scaled, slope / scale, rcond=1e-13)[0] / scale)
+
+
+def _pushing_out(fit: Fit, slope: Array) -> Flags:
+    """Return which parameters lie at a bound and would go beyond it."""
+    pushing = np.zeros(len(slope), dtype=bool)
+    lower, upper = bounds_of(fit.placed)
+    own, values = slice(6, 6 + len(lower)), fit.effect_values
+    pushing[own] = ((values <= lower) & (slope[own] < 0.0)) | ((values >= upper) & (slope[own] > 0.0))
+    return pushing
+
+
+def _better(runs: Runs, fit: Fit, values: Values) -> Fit | None:
+    """Return the fit at other values if χ² is not larger there."""
+    try:
+        trial = evaluated(runs, fit.placed, values)
+    except InputError:
+        return None
+    return trial if trial.chi_square <= fit.chi_square else None
