@@ -60,4 +60,5 @@ def readings_of(runs: Runs, fit: Fit) -> Readings:
         sigma=runs.sigma,
         runs=runs.grid.runs,
         inertia=inertia_of(fit.theta),
+        parameters=fit.jacobian.shape[1],
     )

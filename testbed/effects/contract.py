@@ -171,6 +171,7 @@ class Readings:
         sigma: standard deviation that the model believes, of each run and axis, shape (R, 3), rad/s.
         runs: their telemetry.
         inertia: J of the model, shape (3, 3), kg·m².
+        parameters: number of those that were fitted to the readings.
     """
 
     measured: Sequence[Array]
@@ -178,6 +179,7 @@ class Readings:
     sigma: Array
     runs: Sequence[Telemetry]
     inertia: Matrix3
+    parameters: int
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -1,4 +1,7 @@
-"""The gyro's own noise, told from the residual's fastest changes, which no motion of the platform makes."""
+"""The gyro's own noise, told from the residual's fastest changes, which no motion of the platform makes.
+
+Where these agree with the whole residual, that is as white as noise is, and tells it twice as surely.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,8 @@ from testbed.effects.contract import Readings
 
 _DIFFERENCES = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 """Fourth differences: a motion of 1 Hz at 16 Hz passes by a factor 0.02, white noise by √70."""
+_AGREEING = 2.0
+"""Standard deviations by which two estimates of one thing may differ."""
 FEWEST = len(_DIFFERENCES)
 """Samples in a row without which there is no fourth difference."""
 
@@ -29,6 +34,25 @@ def variance_ratio(readings: Readings, axes: Flags) -> tuple[float, float]:
     if not number:
         return 1.0, 0.0
     return sum(float(power.sum()) for power in powers) / number, number / _correlated_share()
+
+
+def noise_ratio(readings: Readings, axes: Flags) -> tuple[float, float]:
+    """Return the variance of the noise over the believed one, and its degrees of freedom, from all that is white.
+
+    Hausman's test: of two estimates the surer one counts, unless they differ by more than its being surer explains.
+
+    Args:
+        readings: against a model.
+        axes: which count, shape (3,).
+    """
+    fast, fast_freedom = variance_ratio(readings, axes)
+    squares = [((left / sigma)[:, axes]) ** 2 for left, sigma in zip(readings.residual, readings.sigma, strict=True)]
+    freedom = sum(each.size for each in squares) - readings.parameters * np.mean(axes)
+    if fast_freedom <= 0.0 or freedom <= fast_freedom:
+        return fast, fast_freedom
+    whole = sum(float(each.sum()) for each in squares) / freedom
+    doubt = whole * np.sqrt(2.0 / fast_freedom - 2.0 / freedom)
+    return (whole, freedom) if abs(whole - fast) < _AGREEING * doubt else (fast, fast_freedom)
 
 
 def fast_power(values: Array) -> Array:

@@ -10,7 +10,7 @@ from typing_extensions import override
 
 from testbed.arrays import Array, Flags
 from testbed.effects.contract import AXES, Extension, Finding, Parameter, ReadingEffect, Readings
-from testbed.effects.fast_changes import variance_ratio
+from testbed.effects.fast_changes import noise_ratio
 from testbed.scenario.scenario import Scenario
 
 
@@ -18,8 +18,9 @@ from testbed.scenario.scenario import Scenario
 class GyroNoise(ReadingEffect):
     """White noise of the standard deviation σ_e beyond what is stated: σ² → σ² + σ_e², on one axis or all.
 
-    Told from fourth differences, which no motion of the platform makes: with the ratio ρ of their variance to the
-    stated one and ν degrees of freedom, ν ρ is χ²(ν) where the stated noise is right.
+    Told from fourth differences, which no motion of the platform makes, and from the whole residual where that agrees:
+    with the ratio ρ of the variance to the stated one and ν degrees of freedom, ν ρ is χ²(ν) where the stated noise is
+    right.
     """
 
     id = "gyro_noise"
@@ -32,7 +33,7 @@ class GyroNoise(ReadingEffect):
     @override
     def found(self, component: str, readings: Readings) -> Finding | None:
         axes = _axes(component)
-        ratio, freedom = variance_ratio(readings, axes)
+        ratio, freedom = noise_ratio(readings, axes)
         if freedom <= 0.0:
             return None
         variance = np.mean(readings.sigma[:, axes] ** 2)

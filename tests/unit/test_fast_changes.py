@@ -1,0 +1,50 @@
+"""The gyro's noise told from a residual: from all of it where it is white, from its fastest changes where it is not."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from testbed.effects.contract import Readings
+from testbed.effects.fast_changes import noise_ratio, variance_ratio
+
+ALL = np.ones(3, dtype=bool)
+SAMPLES, PARAMETERS = 400, 9
+
+
+def readings(residual):
+    return Readings(
+        measured=[residual],
+        residual=[residual],
+        sigma=np.full((1, 3), 2.0),
+        runs=[],
+        inertia=np.eye(3),
+        parameters=PARAMETERS,
+    )
+
+
+def white(seed):
+    return 2.0 * np.random.default_rng(seed).normal(size=(SAMPLES, 3))
+
+
+def test_white_noise_is_told_from_all_of_the_residual():
+    told = [noise_ratio(readings(1.2 * white(seed)), ALL) for seed in range(40)]
+    ratio, freedom = np.transpose(told)
+    usual = 3 * SAMPLES - PARAMETERS
+    assert np.median(freedom) == usual
+    assert abs(ratio.mean() - 1.44) < 4.0 * 1.44 * np.sqrt(2.0 / usual / 40)
+    fast = [variance_ratio(readings(1.2 * white(seed)), ALL)[0] for seed in range(40)]
+    assert ratio.std() < 0.85 * np.std(fast)
+
+
+def test_what_is_slow_is_not_taken_for_noise():
+    slow = 2.0 * np.sin(np.linspace(0.0, 12.0, SAMPLES))[:, None] * np.array([1.0, 1.0, 1.0])
+    moved = readings(white(1) + slow)
+    assert noise_ratio(moved, ALL) == variance_ratio(moved, ALL)
+    assert noise_ratio(moved, ALL)[0] < 1.2
+
+
+def test_noise_of_one_axis_takes_its_share_of_the_parameters():
+    residual = white(3) * np.array([1.5, 1.0, 1.0])
+    ratio, freedom = noise_ratio(readings(residual), np.array([True, False, False]))
+    assert freedom == SAMPLES - PARAMETERS / 3
+    assert 1.8 < ratio < 2.8
