@@ -24,7 +24,7 @@ from testbed.diagnosis.workflow import diagnosed
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.records.reading import read_data_set
-from testbed.report.diagnosis_next import distance_words, flight_words, pair_words
+from testbed.report.diagnosis_next import distance_words, flight_words, no_gimbals_words, pair_words
 from testbed.report.diagnosis_verdict import (
     diagnosis_verdict,
     effect_name,
@@ -38,7 +38,7 @@ from testbed.report.wording import chance_words, listed
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.reader import read_body_scenario
 from testbed.scenario.scenario import Scenario
-from testbed.separation.proposal import Proposal, proposal_of
+from testbed.separation.proposal import Proposal, moved_by_gimbals, proposal_of
 
 OUT = Path("runs")
 _PAIRS_SHOWN = 3
@@ -79,28 +79,29 @@ def diagnose_records(path: Path, data: Path, out: Path | None) -> int:
         return INTERRUPTED
     if told.last.complete:
         require_explicable(told.last.runs, told.last.gap_before.fit, told.last.gap.fit)
-    proposal = _next_flight(told.last, scenario)
+    proposal, why_none = _next_flight(told.last, scenario)
     _tell_end(told.last)
-    notices = (*data_set.notices, *noise_notices(told.last))
-    for notice in (
-        *noise_notices(told.last),
-        *write_diagnosis(folder, path, scenario, told.last, told.places, notices, proposal),
-    ):
+    at_the_end = (*noise_notices(told.last), *why_none)
+    notices = (*data_set.notices, *at_the_end)
+    said = write_diagnosis(folder, path, scenario, told.last, told.places, notices, proposal)
+    for notice in (*at_the_end, *said):
         warn("note", notice)
     _tell_next(folder, proposal)
     _tell_folder(folder)
     return COMPLETED if told.last.complete else INTERRUPTED
 
 
-def _next_flight(diagnosis: Diagnosis, scenario: BodyScenario) -> Proposal | None:
-    """Return what to fly next; Ctrl-C leaves it out."""
-    if not diagnosis.complete or not isinstance(scenario, Scenario):
-        return None
+def _next_flight(diagnosis: Diagnosis, scenario: BodyScenario) -> tuple[Proposal | None, tuple[str, ...]]:
+    """Return what to fly next, and what there is to say where look-alikes remain without it; Ctrl-C leaves it out."""
+    if not diagnosis.complete:
+        return None, ()
+    if not isinstance(scenario, Scenario) or not moved_by_gimbals(diagnosis):
+        return None, tuple(no_gimbals_words(diagnosis))
     try:
         with _progress() as progress:
-            return proposal_of(diagnosis, scenario, progress)
+            return proposal_of(diagnosis, scenario, progress), ()
     except KeyboardInterrupt:
-        return None
+        return None, ("no next flight: its design was interrupted",)
 
 
 class _Told:

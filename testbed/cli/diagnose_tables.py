@@ -18,7 +18,7 @@ from testbed.diagnosis.result import told
 from testbed.diagnosis.screening import Screening
 from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import PARAMETER_NAMES
-from testbed.report.wording import chance_words
+from testbed.report.wording import chance_words, decimals_for, milli
 
 _ALIKE_SHOWN = 3
 
@@ -98,22 +98,24 @@ def candidates_table(screening: Screening) -> Table:
 
 
 def inertia_table(diagnosis: Diagnosis) -> Table:
-    """Return the inertia: nominal, re-estimated without the effects, and with them."""
+    """Return the inertia: nominal, re-estimated without the effects, and with them where there are any."""
     differs = inertia_change(diagnosis)
     said = "differs from nominal" if differs.significant else "agrees with nominal"
     table = _table(f"Inertia in 1e-3 kg m², ± one standard deviation; {said}, {chance_words(differs.p_value)}", ("",))
     for name in PARAMETER_NAMES:
         table.add_column(name, justify="right", no_wrap=True)
-    table.add_row("nominal", *_cells(diagnosis.nominal_theta))
-    for label, fit in (("before", diagnosis.baseline), ("with the effects", diagnosis.model)):
-        table.add_row(label, *_cells(fit.theta))
-        table.add_row("", *_cells(stds_of(fit)[:6], "±"), style="dim")
+    fits = [("re-estimated", diagnosis.baseline), ("with the effects", diagnosis.model)][: 1 + bool(diagnosis.steps)]
+    decimals = decimals_for(np.concatenate([stds_of(fit)[:6] for _, fit in fits]))
+    table.add_row("nominal", *_cells(diagnosis.nominal_theta, decimals))
+    for label, fit in fits:
+        table.add_row(label, *_cells(fit.theta, decimals))
+        table.add_row("", *_cells(stds_of(fit)[:6], decimals, "±"), style="dim")
     return table
 
 
-def _cells(values: Theta, sign: str = "") -> Iterator[str]:
+def _cells(values: Theta, decimals: int, sign: str = "") -> Iterator[str]:
     for value in values:
-        yield f"{sign}{1e3 * value:z.4f}" if np.isfinite(value) else "?"
+        yield f"{sign}{milli(value, decimals)}" if np.isfinite(value) else "?"
 
 
 def _table(title: str, columns: Sequence[str]) -> Table:

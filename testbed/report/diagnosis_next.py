@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from testbed.diagnosis.findings import INERTIA
+from testbed.diagnosis.state import Diagnosis
 from testbed.report.frame.blocks import Cell, Column, Paragraph, Section, Table
 from testbed.report.wording import figures, listed
 from testbed.separation.proposal import Proposal, Separation
@@ -43,6 +44,16 @@ def purpose_words(proposal: Proposal) -> str:
     """Return what the next flight is for, in a sentence."""
     pairs = dict.fromkeys(pair_words(each) for each in proposal.separations if each.separable)
     return f"Tells apart what the records so far do not: {'; '.join(pairs)}."
+
+
+def no_gimbals_words(diagnosis: Diagnosis) -> Iterator[str]:
+    """Yield why look-alikes remain without a next flight where there are no gimbals to steer, and what would tell."""
+    experiments = dict.fromkeys(step.placed.effect.confirm for step in diagnosis.steps if step.look_alikes)
+    if experiments:
+        yield (
+            "no next flight: what is designed is a path of gimbals, and these records have none, only applied torque. "
+            f"What would tell the look-alikes apart: {' '.join(experiments)}"
+        )
 
 
 def next_section(proposal: Proposal | None) -> Iterator[Section]:

@@ -59,15 +59,14 @@ class Proposal:
 def proposal_of(
     diagnosis: Diagnosis, scenario: Scenario, progress: Callable[[str], None] = lambda _: None
 ) -> Proposal | None:
-    """Return what to fly next; None where nothing has to be told apart, or where the records tell nothing of the CMGs.
+    """Return what to fly next; None where nothing has to be told apart.
 
     Args:
-        diagnosis: complete.
+        diagnosis: complete, of records of gimbals or of what they add up to.
         scenario: the nominal one; its duration and its limits hold for the next flight.
         progress: told what is being done.
     """
-    run = diagnosis.runs.grid.runs[0]
-    contest = None if run.gimbal_angle is None and run.cluster_momentum is None else contest_of(diagnosis)
+    contest = contest_of(diagnosis)
     if contest is None:
         return None
     judge = judge_of(contest, diagnosis.runs, room_of(scenario, nominal_platform(scenario)))
@@ -79,6 +78,12 @@ def proposal_of(
     times, enough = _times(judge, choice)
     separations = _separations(judge, choice.distances, choice.separable)
     return Proposal(flight=choice.flight, times=times, enough=enough, separations=separations)
+
+
+def moved_by_gimbals(diagnosis: Diagnosis) -> bool:
+    """Return whether the records show gimbals or their momentum: without, there is no path to design."""
+    run = diagnosis.runs.grid.runs[0]
+    return run.gimbal_angle is not None or run.cluster_momentum is not None
 
 
 def _times(judge: Judge, choice: Choice) -> tuple[int, bool]:

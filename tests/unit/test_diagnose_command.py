@@ -12,6 +12,7 @@ from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
 from testbed.diagnosis.workflow import diagnosed
 from testbed.effects.gyro_latency import GyroLatency
+from testbed.records.record import Record, RunDetails
 from testbed.records.writing import write_record
 from testbed.scenario.reader import read_scenario
 from tests.diagnosed_records import SCENARIO, records
@@ -128,3 +129,44 @@ def test_data_that_cannot_be_used_end_with_a_message_and_no_answer(tmp_path, cap
     assert run("diagnose", SCENARIO, "--data", tmp_path / "data", "--out", tmp_path / "out") == 2
     assert "at least 10 are needed" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_look_alikes_of_a_platform_without_gimbals_end_with_the_reason_why_no_flight_follows(
+    tmp_path, capsys, monkeypatch
+):
+    kept = {name: testbed.cli.diagnose.EFFECTS[name] for name in ("actuator_lag", "actuator_delay")}
+    monkeypatch.setattr(testbed.cli.diagnose, "EFFECTS", kept)
+    scenario, data, out = quadcopter(tmp_path), tmp_path / "data", tmp_path / "out"
+    for number in (1, 2, 3):
+        write_record(slow_roll(number, delay=0.02), data / f"roll_{number}.csv")
+    assert run("diagnose", scenario, "--data", data, "--out", out) == 0
+    answer = json.loads((out / "diagnosis.json").read_text(encoding="utf-8"))
+    assert answer["verdict"] == "ambiguous"
+    assert "next" not in answer
+    (reason,) = [notice for notice in answer["notices"] if notice.startswith("no next flight")]
+    assert "Steps of the torque" in reason
+    assert reason in capsys.readouterr().out
+    assert "no next flight" in (out / "report.html").read_text(encoding="utf-8")
+
+
+def quadcopter(folder):
+    """Write the quadcopter's scenario without its windows: the torque of these records is exact."""
+    text = (SCENARIO.parent / "crazyflie.toml").read_text(encoding="utf-8").split("[diagnosis]")[0]
+    path = folder / "quadcopter.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def slow_roll(number, *, delay):
+    """A body of 1.03e-5 kg m² that rolls at 0.5 Hz under a torque which acts `delay` s late: all but a lag."""
+    time = np.arange(0.0, 4.0, 0.01)
+    rng = np.random.default_rng(number)
+    size, turning = 2e-6, np.pi
+    rate = np.zeros((len(time), 3))
+    rate[:, 0] = size / 1.03e-5 / turning * np.sin(turning * (time - delay))
+    asked = np.outer(size * np.cos(turning * time), [1.0, 0.0, 0.0])
+    return Record(
+        time=time,
+        channels={"body_rate": rate + rng.normal(0.0, 0.008, rate.shape), "applied_torque": asked},
+        details=RunDetails(name=f"roll_{number}", gyro_noise=0.008),
+    )
