@@ -17,7 +17,7 @@ from typing_extensions import override
 
 from testbed.arrays import Array, Series, Theta
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.fitting import fitted, fitted_initial_rates
+from testbed.diagnosis.fitting import fitted_initial_rates
 from testbed.diagnosis.model import Fit, evaluated
 from testbed.diagnosis.projection import orthonormal
 from testbed.dynamics.inertia import inertia_of, theta_of
@@ -50,22 +50,34 @@ _HARDLY = 0.3
 """Share of the gap that it has to leave as well."""
 
 
-def require_this_platform(runs: Runs, theta: Theta) -> None:
-    """Refuse records that the nominal model cannot be meant for.
+def require_motion_in_si(runs: Runs, theta: Theta) -> None:
+    """Refuse records that should not even be fitted.
 
     Args:
         runs: to be fitted.
         theta: of the nominal model, kg·m².
 
     Raises:
-        InputError: no motion, a gyro in another unit, another inertia by far, a motion that the actuators do not make,
-            or clocks that differ between runs.
+        InputError: no motion, or a gyro in another unit.
     """
     _require_motion(runs)
+    if _driven_by_momentum(runs):
+        _require_unit(runs, theta)
+
+
+def require_this_platform(runs: Runs, baseline: Fit, theta: Theta) -> None:
+    """Refuse records that the nominal model cannot be meant for.
+
+    Args:
+        runs: that were fitted.
+        baseline: the nominal model fitted to them.
+        theta: of the nominal model, kg·m².
+
+    Raises:
+        InputError: another inertia by far, a motion that the actuators do not make, or clocks that differ between runs.
+    """
     if not _driven_by_momentum(runs):
-        return  # torques are integrated: what a prediction misses grows without bounds, and says nothing of units
-    _require_unit(runs, theta)
-    baseline = fitted(runs, [], theta, [])
+        return  # torques are integrated: what a prediction misses grows without bounds, and says nothing of a mistake
     _require_inertia(baseline, theta)
     shift = _ClockShifts(runs, baseline)
     shift.require_one_clock()

@@ -72,14 +72,22 @@ def _between(telemetry: Telemetry, first: float, last: float) -> Telemetry:
     own = (telemetry.gyro_time >= first) & (telemetry.gyro_time < last)
     begin = max(int(np.searchsorted(telemetry.actuator_time, 2.0 * first - last)) - 1, 0)
     rows = slice(begin, int(np.searchsorted(telemetry.actuator_time, last)) + 1)
-    cut: dict[str, Any] = {name: values[rows] for name, values in _actuator_channels(telemetry).items()}
     return replace(
-        telemetry,
+        with_actuator_rows(telemetry, rows),
         gyro_time=telemetry.gyro_time[own],
         body_rate=telemetry.body_rate[own],
-        actuator_time=telemetry.actuator_time[rows],
-        **cut,
     )
+
+
+def with_actuator_rows(telemetry: Telemetry, rows: slice) -> Telemetry:
+    """Return telemetry with some of its actuators' samples.
+
+    Args:
+        telemetry: of one run.
+        rows: which samples.
+    """
+    cut: dict[str, Any] = {name: values[rows] for name, values in _actuator_channels(telemetry).items()}
+    return replace(telemetry, actuator_time=telemetry.actuator_time[rows], **cut)
 
 
 def _actuator_channels(telemetry: Telemetry) -> dict[str, Array]:

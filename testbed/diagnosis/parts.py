@@ -1,0 +1,131 @@
+"""What of a record can be predicted: its stretches without gaps, averaged down and cut into windows where asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from testbed.assembly.contact import cut_at_contact
+from testbed.assembly.estimation import telemetry_of
+from testbed.assembly.platform import Body
+from testbed.diagnosis.windows import averaged, windows_of, with_actuator_rows
+from testbed.errors import InputError
+from testbed.estimation.gyro_noise import gyro_noise_of
+from testbed.estimation.telemetry import BRIDGED_PERIODS, Telemetry, covered_part
+from testbed.records.checks import MINIMUM_SAMPLES
+from testbed.records.record import Record
+from testbed.records.selection import telemetry_only
+from testbed.scenario.body import BodyScenario
+from testbed.signals import AXES
+
+_BRIDGED = 0.3
+"""s. Without an applied torque the whole momentum lasts through a gap; only the attitude by which it turns is less
+certain behind it. A gimbal that swings by 0.3 rad at 1 Hz costs 6e-4 rad."""
+_STUCK = 0.9
+"""Share of an axis's samples at one and the same value, beyond which it shows no motion; noise repeats none."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Part:
+    """A stretch of a record without a gap in its actuators' telemetry, or a window of the stretch that it names."""
+
+    name: str
+    telemetry: Telemetry
+    stretch: str | None = None
+
+
+def parts_of(record: Record, scenario: BodyScenario, nominal: Body, notices: list[tuple[str, str]]) -> Iterator[Part]:
+    """Yield a record's stretches, or their windows.
+
+    Args:
+        record: measured.
+        scenario: the gyro's noise where neither the record states it nor its samples tell it; the horizon.
+        nominal: geometry of the units, and the inertia that is believed.
+        notices: of all records, by name; what there is to say of this one is added.
+
+    Raises:
+        InputError: the record cannot be used.
+    """
+    name = record.details.name
+    if record.extra_columns:
+        notices.append((name, f"kept, but not used: {', '.join(record.extra_columns)}"))
+    measured = telemetry_only(record)
+    if scenario.estimation.cut_at_contact:
+        measured, contact = cut_at_contact(measured, scenario, nominal)
+        if contact is not None:
+            notices.append((name, f"cut at {contact.last_free:.3f} s, where it shows a contact"))
+    telemetry = _with_noise(name, telemetry_of(measured, scenario, nominal), notices)
+    _require_moving_gyro(name, telemetry)
+    if scenario.diagnosis.sample_rate_hz is not None:
+        telemetry = averaged(telemetry, scenario.diagnosis.sample_rate_hz)
+    stretches = list(_without_gaps(telemetry))
+    if not stretches:
+        raise InputError(
+            f"{name}: no {MINIMUM_SAMPLES} gyro samples lie between two gaps of the actuators' "
+            "telemetry: give a longer or a more complete record"
+        )
+    if len(stretches) > 1:
+        notices.append((name, f"its actuators' telemetry has gaps; {len(stretches)} parts are used"))
+    horizon = scenario.diagnosis.horizon_s
+    for number, stretch in enumerate(stretches, start=1):
+        named = name if len(stretches) == 1 else f"{name} part {number}"
+        if horizon is None:
+            yield Part(name=named, telemetry=stretch)
+        else:
+            yield from _windows(named, stretch, horizon)
+
+
+def _windows(name: str, stretch: Telemetry, horizon: float) -> Iterator[Part]:
+    try:
+        for window in windows_of(stretch, horizon):
+            yield Part(name=f"{name} at {window.gyro_time[0]:.2f} s", telemetry=window, stretch=name)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+
+
+def _with_noise(name: str, telemetry: Telemetry, notices: list[tuple[str, str]]) -> Telemetry:
+    """Return the telemetry with a noise that residuals can be divided by.
+
+    Raises:
+        InputError: no noise is stated, and the samples do not tell it.
+    """
+    if telemetry.gyro_noise > 0.0:
+        return telemetry
+    noise = gyro_noise_of(telemetry.gyro_time, telemetry.body_rate)
+    if noise is None:
+        raise InputError(
+            f"{name}: the gyro's noise is stated as zero and its samples do not tell it: state gyro_noise_rad_s in "
+            f"{name}.toml"
+        )
+    notices.append((name, "a gyro noise of zero is stated; what the samples show is used instead"))
+    return replace(telemetry, gyro_noise=noise)
+
+
+def _require_moving_gyro(name: str, telemetry: Telemetry) -> None:
+    for axis, rate in zip(AXES, telemetry.body_rate.T, strict=True):
+        values, counts = np.unique(np.abs(rate), return_counts=True)
+        if counts.max() > _STUCK * len(rate):
+            raise InputError(
+                f"{name}: the gyro's {axis} axis reads {values[counts.argmax()]:.4g} rad/s in size "
+                f"in {counts.max()} of {len(rate)} samples: it is saturated or dead; take the run out"
+            )
+
+
+def _without_gaps(telemetry: Telemetry) -> Iterator[Telemetry]:
+    """Yield the stretches without a gap of their actuator samples over which no motion can be predicted."""
+    interval = np.diff(telemetry.actuator_time)
+    longest = BRIDGED_PERIODS * float(np.median(interval)) if len(interval) else 0.0
+    if telemetry.applied_torque is None:
+        longest = max(longest, _BRIDGED)
+    behind = np.flatnonzero(interval > longest) + 1
+    edges = [0, *behind.astype(int).tolist(), len(telemetry.actuator_time)]
+    for first, last in pairwise(edges):
+        try:
+            stretch = covered_part(with_actuator_rows(telemetry, slice(first, last)))
+        except InputError:
+            continue
+        if len(stretch.gyro_time) >= MINIMUM_SAMPLES:
+            yield stretch
