@@ -59,6 +59,15 @@ class Runs:
         pairs = zip(measured, predicted, self._sigmas, strict=True)
         return np.concatenate([((values - guess) / sigma).ravel() for values, guess, sigma in pairs])
 
+    def by_run(self, residual: Array) -> list[Array]:
+        """Return what of a whitened residual is the gyro's in each run, shapes (N, 3).
+
+        Args:
+            residual: of all blocks, or of the gyro's alone, as `whitened` gives it.
+        """
+        edges = np.cumsum([rates.size for rates in self.measured])[:-1]
+        return [part.reshape(-1, 3) for part in np.split(residual[: self.samples], edges)]
+
     def whitened_columns(self, derivatives: Sequence[Array]) -> list[Array]:
         """Return derivatives of all blocks in units of sigma, each of shape (numbers in the block, C).
 

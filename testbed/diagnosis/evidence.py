@@ -129,7 +129,7 @@ class _Prior:
         return seen.chi_square + float(away @ self.information @ away)
 
     def normal(self, seen: Fit) -> Array:
-        """Return the normal matrix of held-out runs and prior, of free parameters and initial rates, scaled."""
+        """Return the normal matrix of held-out runs and prior, of all parameters and initial rates."""
         normal = seen.jacobian.T @ seen.jacobian
         common = len(self.mean)
         normal[:common, :common] += self.information

@@ -11,8 +11,8 @@ from scipy.stats import chi2
 
 from testbed.arrays import Array, Theta
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.fitting import fitted_initial_rates
-from testbed.diagnosis.model import Fit, Placed, evaluated
+from testbed.diagnosis.fitting import nominal_fit
+from testbed.diagnosis.model import Fit, Placed
 from testbed.diagnosis.probabilities import probabilities_of
 from testbed.diagnosis.scatter import Scatter
 from testbed.diagnosis.screening import Screening
@@ -20,7 +20,6 @@ from testbed.diagnosis.signatures import Signature, distinguishability, smallest
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.effects.contract import Quantity
 from testbed.errors import InputError
-from testbed.prediction.integration import Values
 
 INERTIA = "inertia"
 """The effect that is always in the model."""
@@ -182,10 +181,8 @@ def nominal_gap(diagnosis: Diagnosis) -> Gap:
 
 
 def _nominal_gap(runs: Runs, theta: Theta) -> float:
-    first = np.stack([rates[0] for rates in runs.measured])[:, None]
     try:
-        start = evaluated(runs, (), Values(theta=theta[None], initial_rate=first, effects=()))
-        residual = fitted_initial_rates(runs, start).residual
+        residual = nominal_fit(runs, theta).residual
     except InputError:
         return np.inf
     return float(np.sqrt(np.mean(residual**2)))

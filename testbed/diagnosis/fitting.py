@@ -35,9 +35,7 @@ def fitted(runs: Runs, placed: Sequence[Placed], theta: Theta, starts: Sequence[
     Raises:
         InputError: the nominal motion leaves the finite numbers.
     """
-    first = np.stack([rates[0] for rates in runs.measured])[:, None]
-    values = Values(theta=theta[None], initial_rate=first, effects=tuple(start[None] for start in starts))
-    return _search(runs, tuple(placed), values)
+    return _search(runs, tuple(placed), _from_first_samples(runs, theta[None], [start[None] for start in starts]))
 
 
 def fitted_initial_rates(runs: Runs, fit: Fit) -> Fit:
@@ -48,9 +46,27 @@ def fitted_initial_rates(runs: Runs, fit: Fit) -> Fit:
         fit: of other runs; what does not recur stays with them.
     """
     fit = recurring(fit)
-    first = np.stack([rates[0] for rates in runs.measured])[:, None]
-    values = Values(theta=fit.values.theta, initial_rate=first, effects=fit.values.effects)
+    values = _from_first_samples(runs, fit.values.theta, fit.values.effects)
     return _search(runs, fit.placed, values, only_initial=True)
+
+
+def nominal_fit(runs: Runs, theta: Theta) -> Fit:
+    """Fit the initial rates alone, without effects.
+
+    Args:
+        runs: to fit.
+        theta: inertia parameters, shape (6,), kg·m².
+
+    Raises:
+        InputError: the motion leaves the finite numbers.
+    """
+    return _search(runs, (), _from_first_samples(runs, theta[None], []), only_initial=True)
+
+
+def _from_first_samples(runs: Runs, theta: Array, effects: Sequence[Array]) -> Values:
+    """Return a parameter set whose initial rates are as the gyro's first samples have them."""
+    first = np.stack([rates[0] for rates in runs.measured])[:, None]
+    return Values(theta=theta, initial_rate=first, effects=tuple(effects))
 
 
 def _search(runs: Runs, placed: tuple[Placed, ...], values: Values, *, only_initial: bool = False) -> Fit:

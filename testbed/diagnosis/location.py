@@ -103,7 +103,7 @@ def _gyro(runs: Runs, fit: Fit) -> _Residual:
         signals=tuple(f"body_rate_{name}" for name in AXES),
         runs=runs.names,
         time=[run.gyro_time for run in runs.grid.runs],
-        values=whitened_by_run(runs, fit),
+        values=runs.by_run(fit.residual),
         dependence=lambda axis: dependence(runs, fit, axis),
     )
 
@@ -165,12 +165,6 @@ def _places(residual: _Residual, total: float) -> Iterator[Place]:
                     enters_as=None if found is None else found.enters_as,
                     correlation=0.0 if found is None else found.correlation,
                 )
-
-
-def whitened_by_run(runs: Runs, fit: Fit) -> list[Array]:
-    """Return a fit's whitened residual of the gyro in each run, shape (N, 3)."""
-    edges = np.cumsum([rates.size for rates in runs.measured])[:-1]
-    return [part.reshape(-1, 3) for part in np.split(fit.residual[: runs.samples], edges)]
 
 
 def dependence(runs: Runs, fit: Fit, axis: int) -> Dependence | None:

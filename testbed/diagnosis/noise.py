@@ -52,8 +52,7 @@ def noise_level(runs: Runs, fit: Fit) -> NoiseLevel:
 
 def readings_of(runs: Runs, fit: Fit) -> Readings:
     """Return what the gyro gave against what a model predicts."""
-    edges = np.cumsum([rates.size for rates in runs.measured])[:-1]
-    whitened = [part.reshape(-1, 3) for part in np.split(fit.residual[: runs.samples], edges)]
+    whitened = runs.by_run(fit.residual)
     return Readings(
         measured=runs.measured,
         residual=[part * sigma for part, sigma in zip(whitened, runs.sigma, strict=True)],

@@ -17,13 +17,12 @@ from typing_extensions import override
 
 from testbed.arrays import Array, Series, Theta
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.fitting import fitted_initial_rates
-from testbed.diagnosis.model import Fit, evaluated
+from testbed.diagnosis.fitting import nominal_fit
+from testbed.diagnosis.model import Fit
 from testbed.diagnosis.projection import orthonormal
 from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.errors import InputError
 from testbed.prediction.hooks import Hooks
-from testbed.prediction.integration import Values
 from testbed.prediction.prediction import predicted_with_derivatives
 
 MISSED = 0.5
@@ -124,11 +123,7 @@ def _driven_by_momentum(runs: Runs) -> bool:
 
 def _missed(runs: Runs, residual: Array) -> Array:
     """Return of each run the share of the body rate's variance that a whitened residual leaves, shape (R,)."""
-    edges = np.cumsum([rates.size for rates in runs.measured])[:-1]
-    parts = [
-        part.reshape(-1, 3) * sigma
-        for part, sigma in zip(np.split(residual[: runs.samples], edges), runs.sigma, strict=True)
-    ]
+    parts = [part * sigma for part, sigma in zip(runs.by_run(residual), runs.sigma, strict=True)]
     powers = [((rates - rates.mean(axis=0)) ** 2).sum() for rates in runs.measured]
     noise = [_LOUD * rates.size * (sigma**2).mean() for rates, sigma in zip(runs.measured, runs.sigma, strict=True)]
     return np.array([(part**2).sum() / max(pair) for part, *pair in zip(parts, powers, noise, strict=True)])
@@ -151,10 +146,8 @@ def _require_unit(runs: Runs, theta: Theta) -> None:
 
 
 def _nominally_missed(runs: Runs, theta: Theta) -> Array:
-    first = np.stack([rates[0] for rates in runs.measured])[:, None]
     try:
-        start = evaluated(runs, (), Values(theta=theta[None], initial_rate=first, effects=()))
-        return _missed(runs, fitted_initial_rates(runs, start).residual)
+        return _missed(runs, nominal_fit(runs, theta).residual)
     except InputError:  # the motion runs away
         return np.full(len(runs.names), np.inf)
 

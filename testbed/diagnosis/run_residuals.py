@@ -11,7 +11,6 @@ import numpy as np
 from testbed.arrays import Array, Series, Vectors3
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import fitted_initial_rates
-from testbed.diagnosis.location import whitened_by_run
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.state import Diagnosis
 
@@ -76,7 +75,7 @@ def _as_stated(diagnosis: Diagnosis, runs: Runs) -> Runs:
 
 
 def _residuals(diagnosis: Diagnosis, runs: Runs, fits: tuple[Fit, Fit], *, held_out: bool) -> Iterator[RunResiduals]:
-    before, after = (whitened_by_run(runs, fit) for fit in fits)
+    before, after = (runs.by_run(fit.residual) for fit in fits)
     stated = _as_stated(diagnosis, runs).sigma
     names = runs.windowed or runs.names
     for index, (name, run) in enumerate(zip(names, runs.grid.runs, strict=True)):

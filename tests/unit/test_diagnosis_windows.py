@@ -14,7 +14,6 @@ from testbed.diagnosis.data import Runs, runs_of
 from testbed.diagnosis.evidence import on_enough_runs
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.latent import latent_torque
-from testbed.diagnosis.location import whitened_by_run
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.reading import DataSet, data_set_of
 from testbed.diagnosis.run_residuals import residuals_of
@@ -100,8 +99,8 @@ def test_of_very_many_runs_an_even_choice_is_enough_and_of_few_all():
     some, at_some = on_enough_runs(runs, fit)
     assert (len(runs.names), len(some.names)) == (29, 24)
     assert (some.names[0], some.names[-1]) == (runs.names[0], runs.names[-1])
-    by_name = dict(zip(runs.names, whitened_by_run(runs, fit), strict=True))
-    for name, residual in zip(some.names, whitened_by_run(some, at_some), strict=True):
+    by_name = dict(zip(runs.names, runs.by_run(fit.residual), strict=True))
+    for name, residual in zip(some.names, some.by_run(at_some.residual), strict=True):
         np.testing.assert_allclose(residual, by_name[name], atol=1e-6)
     assert on_enough_runs(some, at_some) == (some, at_some)
 
