@@ -23,7 +23,8 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.hypotheses import hypotheses
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.signatures import Signature, signatures
+from testbed.diagnosis.screening import most_telling
+from testbed.diagnosis.signatures import signatures
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError
@@ -60,13 +61,9 @@ def write_terms(data: Path, path: Path) -> None:
     nominal = nominal_platform(scenario)
     runs = data_set_of(read_data_set(data), scenario, nominal).runs
     fit = fitted(runs, [], theta_of(nominal.inertia), [])
-    best: dict[str, Signature] = {}
-    for signature in signatures(runs, fit, hypotheses(runs, EFFECTS)[0]):
-        key = signature.placed.key
-        if signature.rank and (key not in best or signature.score > best[key].score):
-            best[key] = signature
-    terms = [key for key, signature in best.items() for _ in range(signature.columns.shape[1])]
-    columns = np.hstack([np.zeros((len(fit.residual), 0)), *(signature.columns for signature in best.values())])
+    best = [each for each in most_telling(list(signatures(runs, fit, hypotheses(runs, EFFECTS)[0]))) if each.rank]
+    terms = [signature.placed.key for signature in best for _ in range(signature.columns.shape[1])]
+    columns = np.hstack([np.zeros((len(fit.residual), 0)), *(signature.columns for signature in best)])
     together = np.hstack([fit.residual[:, None], columns])[: runs.samples]
     arrays = {}
     for index, part in enumerate(_by_run(runs, together)):

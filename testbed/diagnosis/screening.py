@@ -123,7 +123,7 @@ def screened(
         progress: told what is being refitted.
     """
     every = list(signatures(runs, fit, hypotheses))
-    best = _most_telling(every)
+    best = most_telling(every)
     tested = max(len(best), 1)
     order = sorted(best, key=lambda each: -scale_evidence(each.score, each.rank))
     promising = [each for each in order[:MOST_REFITS] if each.rank]
@@ -138,8 +138,12 @@ def screened(
     )
 
 
-def _most_telling(every: Sequence[Signature]) -> list[Signature]:
-    """Return each hypothesis at the start at which it explains the most."""
+def most_telling(every: Sequence[Signature]) -> list[Signature]:
+    """Return each hypothesis at the start at which it explains the most.
+
+    Args:
+        every: hypotheses at all their starts.
+    """
     best: dict[str, Signature] = {}
     for signature in every:
         key = signature.placed.key
