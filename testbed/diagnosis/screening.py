@@ -30,6 +30,8 @@ class Candidate:
         placed: effect and component.
         fit: the model with it.
         gain: χ² of the present model less that of this one.
+        rank: directions that the data show of the effect.
+        looks: logarithm of the number of places at which it was sought.
         carried: by how much the model predicts the held-out runs better, twice the logarithm of the density's ratio.
         evidence: twice the logarithm of by how much the effect makes all runs likelier, its size as likely beforehand
             as it turns out (`scale_evidence`), and for what is scanned less twice the logarithm of the looks.
@@ -41,6 +43,8 @@ class Candidate:
     placed: Placed
     fit: Fit
     gain: float
+    rank: int
+    looks: float
     carried: float
     evidence: float
     p_value: float
@@ -104,6 +108,27 @@ def scale_evidence(square: float, freedom: int) -> float:
         freedom: d.
     """
     return square - freedom - freedom * log(square / freedom) if square > freedom > 0 else 0.0
+
+
+def odds_together(heldout: Runs | None, nominal: Fit, model: Fit, tested: int, effects: Sequence[Candidate]) -> float:
+    """Return twice the logarithm of how much likelier several effects together are than nothing.
+
+    What each took off when it was added does not add up to that: it was compared with what was in the model then.
+
+    Args:
+        heldout: to verify on; None where there are none.
+        nominal: the model without them.
+        model: with them, fitted to the same runs.
+        tested: number of hypotheses.
+        effects: as they were added.
+    """
+    gain, rank = nominal.chi_square - model.chi_square, sum(each.rank for each in effects)
+    carried = _held_out_evidence(heldout, model) - log_evidence(heldout, nominal)
+    return _evidence(gain, rank, carried, sum(log(tested) + each.looks for each in effects))
+
+
+def _evidence(gain: float, rank: int, carried: float, log_chosen_among: float) -> float:
+    return scale_evidence(gain, rank) + carried - 2.0 * log_chosen_among
 
 
 def screened(
@@ -174,8 +199,10 @@ def _candidate(
         placed=placed,
         fit=model,
         gain=gain,
+        rank=signature.rank,
+        looks=looks,
         carried=carried,
-        evidence=scale_evidence(gain, signature.rank) + carried - 2.0 * looks,
+        evidence=_evidence(gain, signature.rank, carried, looks),
         p_value=exp(min(max(together, alone), 0.0)),
     )
 

@@ -84,6 +84,7 @@ class Diagnosis:
         latent: torque that the final model leaves; None until it was looked at.
         shapes: of torques that no effect makes, against the final model, the one with the most evidence first.
         unlisted: the largest evidence of such a torque against the baseline.
+        explained: odds of all effects together against the baseline; 0 without any.
         goodness: chance of a gyro residual of all runs as large as the final model's, if nothing is missing.
         untestable: effects for which a channel is missing.
         complete: whether the diagnosis came to its end.
@@ -104,6 +105,7 @@ class Diagnosis:
     latent: LatentTorque | None = None
     shapes: tuple[TorqueShape, ...] = ()
     unlisted: float = -inf
+    explained: float = 0.0
     goodness: float = 1.0
     untestable: tuple[Untestable, ...] = ()
     complete: bool = False
@@ -134,7 +136,8 @@ class Diagnosis:
     @property
     def unlisted_beside_steps(self) -> float:
         """Evidence of a torque of no effect, less what further effects explain beside the first one."""
-        return self.unlisted - sum(step.screening.odds(step.candidate) for step in self.steps[1:])
+        first = self.steps[0].screening.odds(self.steps[0].candidate) if self.steps else 0.0
+        return self.unlisted - (self.explained - first)
 
     @property
     def probabilities(self) -> Mapping[str, float]:

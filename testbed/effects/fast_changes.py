@@ -12,8 +12,9 @@ from testbed.effects.contract import Readings
 
 _DIFFERENCES = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 """Fourth differences: a motion of 1 Hz at 16 Hz passes by a factor 0.02, white noise by √70."""
-_AGREEING = 2.0
-"""Standard deviations by which two estimates of one thing may differ."""
+_AGREEING = 1.5
+"""Standard deviations by which two estimates of one thing may differ. More would let a slow misfit of a short record
+pass for noise."""
 FEWEST = len(_DIFFERENCES)
 """Samples in a row without which there is no fourth difference."""
 

@@ -1,0 +1,113 @@
+"""Forward and backward steps: which effects are in the model, and what is known with them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from math import sqrt
+
+import numpy as np
+
+from testbed.diagnosis.data import Runs
+from testbed.diagnosis.fitting import fitted, fitted_initial_rates
+from testbed.diagnosis.gyro_errors import corrected
+from testbed.diagnosis.hypotheses import without
+from testbed.diagnosis.model import Fit, Placed
+from testbed.diagnosis.screening import Candidate, Screening, refitted, screened
+from testbed.diagnosis.state import Diagnosis, Gap, Step
+
+MOST_EFFECTS = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Search:
+    """Forward and backward steps among the hypotheses.
+
+    Attributes:
+        testable: all of them.
+        progress: told what is being done.
+        known: screenings so far, by the effects in the model; steps back come to the same model again.
+    """
+
+    testable: tuple[Placed, ...]
+    progress: Callable[[str], None]
+    known: dict[tuple[str, ...], tuple[Runs, Screening]] = field(default_factory=dict)
+
+    def screened(self, state: Diagnosis) -> Screening:
+        """Compare all hypotheses with the present model."""
+        key = tuple(placed.key for placed in state.model.placed)
+        runs, screening = self.known.get(key, (None, None))
+        if screening is None or runs is not state.runs:  # noise that was told anew, or a gyro's errors
+            others = without(self.testable, state.model.placed)
+            screening = screened(state.runs, state.heldout, state.model, others, self.progress)
+            self.known[key] = (state.runs, screening)
+        return screening
+
+    def reconsidered(self, state: Diagnosis) -> Diagnosis:
+        """Ask of the earlier effects, with the newest in the model, whether they still stand, until nothing changes."""
+        for _ in range(MOST_EFFECTS):
+            changed = self._once_reconsidered(state)
+            if changed is state:
+                break
+            state = changed
+        return state
+
+    def _once_reconsidered(self, state: Diagnosis) -> Diagnosis:
+        """Return the diagnosis without the first effect that does not stand, or with what does better in its place."""
+        for index, step in enumerate(state.steps[:-1]):
+            less = self._rebuilt(state, [other.placed for other in (*state.steps[:index], *state.steps[index + 1 :])])
+            screening = self.screened(less)
+            chosen = screening.chosen
+            if chosen is None:
+                return less
+            if chosen.placed.key != step.placed.key:
+                return with_effect(less, chosen, screening)
+        return state
+
+    def _rebuilt(self, state: Diagnosis, placed: Sequence[Placed]) -> Diagnosis:
+        """Return a diagnosis with just these effects, added to the baseline one after the other."""
+        model = fitted(state.runs, [], state.baseline.theta, [])
+        rebuilt = with_model(replace(state, steps=()), model)
+        screening = state.steps[0].screening
+        for each in placed:
+            candidate = refitted(rebuilt.runs, rebuilt.heldout, rebuilt.model, screening, each)
+            rebuilt = with_effect(rebuilt, candidate, screening)
+            screening = self.screened(rebuilt) if each is not placed[-1] else screening
+        return rebuilt
+
+
+def with_effect(state: Diagnosis, chosen: Candidate, screening: Screening) -> Diagnosis:
+    """Add an effect to the model.
+
+    Args:
+        state: what is known.
+        chosen: the effect, refitted with all that is in the model.
+        screening: in which it was compared.
+    """
+    after = with_model(state, chosen.fit)
+    step = Step(candidate=chosen, screening=screening, before=state.gap, after=after.gap)
+    return replace(after, steps=(*state.steps, step))
+
+
+def with_model(state: Diagnosis, model: Fit) -> Diagnosis:
+    """Take over a model, and what it knows of the gyro's errors; the gimbals' channels are then predicted anew."""
+    runs, heldout = corrected(state.runs, model), state.heldout
+    if heldout is not None:
+        heldout = corrected(heldout, fitted_initial_rates(heldout, model))
+    model = refit(runs, model)
+    return replace(state, runs=runs, heldout=heldout, model=model, gap=gap_of(model, heldout))
+
+
+def refit(runs: Runs, fit: Fit) -> Fit:
+    """Return a model fitted to runs, from where another fit of it ended."""
+    return fitted(runs, fit.placed, fit.theta, [value[0] for value in fit.values.effects])
+
+
+def gap_of(fit: Fit, heldout: Runs | None) -> Gap:
+    """Return what a model leaves of the runs that it was fitted to, and of those that were held out."""
+    held = np.nan if heldout is None else _root_mean_square(fitted_initial_rates(heldout, fit))
+    return Gap(fit=_root_mean_square(fit), heldout=held)
+
+
+def _root_mean_square(fit: Fit) -> float:
+    return sqrt(fit.chi_square / len(fit.residual))

@@ -1,0 +1,69 @@
+"""Steps back: what other effects made needless leaves the model, and several effects are judged together."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from testbed.diagnosis.hypotheses import hypotheses
+from testbed.diagnosis.reading import data_set_of
+from testbed.diagnosis.screening import odds_together, refitted
+from testbed.diagnosis.search import Search, with_effect
+from testbed.diagnosis.workflow import diagnosed
+from testbed.dynamics.inertia import theta_of
+from testbed.effects.registry import EFFECTS
+from tests.diagnosed_records import nominal, records
+
+FEW = {name: EFFECTS[name] for name in ("viscous_drag", "rotor_speed", "body_torque")}
+TRUE = "rotor_speed:cmg2"
+
+
+@pytest.fixture(scope="module")
+def start():
+    scenario, platform = nominal()
+    hidden = {"hooks": [FEW["rotor_speed"].hooks("cmg2")], "values": [np.array([0.03])]}
+    data = data_set_of(records(4, **hidden), scenario, platform)
+    return next(diagnosed(data.runs, data.heldout, FEW, theta_of(platform.inertia)))
+
+
+@pytest.fixture(scope="module")
+def search(start):
+    return Search(testable=tuple(hypotheses(start.runs, FEW)[0]), progress=lambda _: None)
+
+
+def added(search, state, key):
+    screening = search.screened(state)
+    placed = next(each for each in search.testable if each.key == key)
+    return with_effect(state, refitted(state.runs, state.heldout, state.model, screening, placed), screening)
+
+
+def test_all_effects_that_another_makes_needless_are_taken_out(start, search):
+    state = start
+    for key in ("body_torque:platform", "viscous_drag:platform", TRUE):
+        state = added(search, state, key)
+    left = search.reconsidered(state)
+    assert [step.placed.key for step in left.steps] == [TRUE]
+    assert [placed.key for placed in left.model.placed] == [TRUE]
+
+
+def test_what_stands_stays(start, search):
+    state = added(search, start, TRUE)
+    assert search.reconsidered(state) is state
+
+
+def test_one_effect_is_as_likely_as_the_screening_says(start, search):
+    state = added(search, start, TRUE)
+    (step,) = state.steps
+    together = odds_together(state.heldout, start.model, state.model, step.screening.tested, [step.candidate])
+    assert together == pytest.approx(step.screening.odds(step.candidate), rel=1e-3)
+
+
+def test_effects_together_are_less_likely_for_each_that_adds_nothing(start, search):
+    alone = added(search, start, TRUE)
+    more = added(search, alone, "body_torque:platform")
+    tested = alone.steps[0].screening.tested
+    odds = [
+        odds_together(each.heldout, start.model, each.model, tested, [step.candidate for step in each.steps])
+        for each in (alone, more)
+    ]
+    assert odds[1] < odds[0]
