@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import signal
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import timedelta
 from math import ceil, inf, isfinite
+from textwrap import fill
 from types import FrameType
 
 from rich.console import Console
@@ -26,6 +28,8 @@ from testbed.campaign.run import Progress as CampaignProgress
 from testbed.maneuver.design import Start
 
 console = Console(highlight=False, soft_wrap=True)
+LABEL_WIDTH = 11
+"""Columns before the text of an entry."""
 RATE_PERIOD = 120.0
 """s, over which the rate of a campaign is averaged: blocks come in every few seconds."""
 terminal = Console(stderr=True, highlight=False, soft_wrap=True)
@@ -39,6 +43,22 @@ def say(text: str = "") -> None:
 def warn(what: str, why: str) -> None:
     """Print a line whose first words stand out."""
     console.print(f"[yellow]{escape(what)}:[/] {escape(why)}")
+
+
+def entry(label: str, text: str) -> None:
+    """Print a text beside its label: broken between words on a terminal, elsewhere on one line, to be searched."""
+    indent = " " * LABEL_WIDTH
+    width = console.width if console.is_terminal else sys.maxsize
+    say(
+        fill(
+            text,
+            width,
+            initial_indent=label.ljust(LABEL_WIDTH),
+            subsequent_indent=indent,
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+    )
 
 
 @contextmanager

@@ -10,7 +10,7 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from testbed.assembly.extension import SCENARIO
 from testbed.assembly.platform import nominal_body
-from testbed.cli.console import console, say, terminal, warn
+from testbed.cli.console import console, entry, say, terminal, warn
 from testbed.cli.diagnose_tables import candidates_table, detectable_table, inertia_table, places_table
 from testbed.cli.failures import COMPLETED, INTERRUPTED
 from testbed.delivery.diagnosis_folder import NEXT, write_diagnosis
@@ -63,7 +63,8 @@ def diagnose_records(path: Path, data: Path, out: Path | None) -> int:
     require_free(folder)
     nominal = nominal_body(scenario)
     data_set = data_set_of(read_data_set(data), scenario, nominal)
-    _tell_data(data_set)
+    known = _notices(data_set)
+    _tell_data(data_set, known)
     told = _Told()
     try:
         with _progress() as progress:
@@ -82,7 +83,7 @@ def diagnose_records(path: Path, data: Path, out: Path | None) -> int:
     proposal, why_none = _next_flight(told.last, scenario)
     _tell_end(told.last)
     at_the_end = (*noise_notices(told.last), *why_none)
-    notices = (*data_set.notices, *at_the_end)
+    notices = (*known, *at_the_end)
     said = write_diagnosis(folder, path, scenario, told.last, told.places, notices, proposal)
     for notice in (*at_the_end, *said):
         warn("note", notice)
@@ -135,19 +136,26 @@ def _progress() -> Iterator[Callable[[str], None]]:
         yield lambda what: bars.update(task, description=f"Testing {what}")
 
 
-def _tell_data(data_set: DataSet) -> None:
+def _notices(data_set: DataSet) -> tuple[str, ...]:
+    """Return what a reader has to know of the records."""
+    if data_set.heldout is not None:
+        return data_set.notices
+    return *data_set.notices, "no run is held out: what is found here is verified on none; fly another run"
+
+
+def _tell_data(data_set: DataSet, notices: Sequence[str]) -> None:
     fit, held_out = data_set.fit_records, data_set.heldout_records
-    say(f"Runs       fitted: {', '.join(fit)}; held out: {', '.join(held_out) or 'none'}")
-    for notice in data_set.notices:
+    entry("Runs", f"fitted: {', '.join(fit)}; held out: {', '.join(held_out) or 'none'}")
+    for notice in notices:
         warn("note", notice)
 
 
 def _tell_gap(diagnosis: Diagnosis, places: Sequence[Place]) -> None:
-    say(f"Gap        {gap_words(diagnosis.gap_before)}, in sigma of the gyro; noise alone is 1")
-    say("           of the nominal model, its inertia and the initial rates re-estimated")
+    entry("Gap", f"{gap_words(diagnosis.gap_before)}, in sigma of each channel; noise alone is 1")
+    entry("", "of the nominal model, its inertia and the initial rates re-estimated")
     if diagnosis.scatter:
         names = listed(effect_name(each.effect, each.component) for each in diagnosis.scatter)
-        say(f"           {gap_words(diagnosis.gap)}, in the noise that the samples show: {names}")
+        entry("", f"{gap_words(diagnosis.gap)}, in the noise that the samples show: {names}")
     if places:
         say()
         console.print(places_table(places))
@@ -157,23 +165,26 @@ def _tell_step(diagnosis: Diagnosis, step: Step) -> None:
     say()
     console.print(candidates_table(step.screening))
     say()
-    say(f"Added      {effect_name(step.placed.effect, step.placed.component)}")
+    entry("Added", effect_name(step.placed.effect, step.placed.component))
     for line in step_words(diagnosis, step):
-        say(f"           {line}")
-    say(f"Gap        {gap_words(step.before)} -> {gap_words(step.after)}")
+        entry("", line)
+    entry("Gap", f"{gap_words(step.before)} -> {gap_words(step.after)}")
 
 
 def _tell_rest(diagnosis: Diagnosis) -> None:
+    if diagnosis.remaining is not None and not diagnosis.steps:
+        say()
+        console.print(candidates_table(diagnosis.remaining))
     for scatter in diagnosis.scatter:
         say()
-        say(f"Added      {effect_name(scatter.effect, scatter.component)}")
-        say(f"           {effect_sentence(scatter.effect, scatter.component)}")
+        entry("Added", effect_name(scatter.effect, scatter.component))
+        entry("", effect_sentence(scatter.effect, scatter.component))
         for quantity in scatter.effect.quantities(scatter.finding.values, scatter.finding.std):
-            say(f"           {quantity_words(quantity)}")
+            entry("", quantity_words(quantity))
     if diagnosis.latent is not None:
         say()
-        say(f"Left over  a torque that no effect names: {chance_words(diagnosis.latent.p_value)}")
-        say(f"           {shape_words(diagnosis).strip() or 'no torque of a known shape either'}")
+        entry("Left over", f"a torque that no effect names: {chance_words(diagnosis.latent.p_value)}")
+        entry("", shape_words(diagnosis).strip() or "no torque of a known shape either")
 
 
 def _tell_end(diagnosis: Diagnosis) -> None:
@@ -183,16 +194,16 @@ def _tell_end(diagnosis: Diagnosis) -> None:
     verdict = diagnosis_verdict(diagnosis)
     colour = {"good": "green", "warn": "yellow", "bad": "red"}.get(verdict.tone, "default")
     console.print(f"[{colour}]Verdict[/]    {diagnosis.verdict}", highlight=False)
-    say(f"           {verdict.text}")
+    entry("", verdict.text)
 
 
 def _tell_next(folder: Path, proposal: Proposal | None) -> None:
     if proposal is None:
         return
     say()
-    say(f"Next       {flight_words(proposal)}")
+    entry("Next", flight_words(proposal))
     for separation in proposal.separations[:_PAIRS_SHOWN]:
-        say(f"           {pair_words(separation)}: {distance_words(separation)}")
+        entry("", f"{pair_words(separation)}: {distance_words(separation)}")
     if proposal.flight is not None:
         say(f"           testbed run {folder / NEXT / SCENARIO}")
 

@@ -14,11 +14,12 @@ from testbed.arrays import Theta
 from testbed.diagnosis.findings import Detectable, detectable_sizes, inertia_change, pairs_alike, stds_of
 from testbed.diagnosis.location import Place
 from testbed.diagnosis.probabilities import probabilities_of
-from testbed.diagnosis.result import told
 from testbed.diagnosis.screening import Screening
 from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import PARAMETER_NAMES
-from testbed.report.wording import chance_words, decimals_for, milli
+from testbed.effects.contract import Quantity
+from testbed.effects.registry import EFFECTS
+from testbed.report.wording import chance_words, decimals_for, figures, milli
 
 _ALIKE_SHOWN = 3
 
@@ -32,7 +33,7 @@ def places_table(places: Sequence[Place]) -> Table:
             Text(place.run),
             f"{place.from_s:.2f} s",
             f"{place.to_s:.2f} s",
-            f"{place.share:.0%}",
+            f"{place.share:.1%}",
             place.depends_on or "nothing",
             place.enters_as or "",
         )
@@ -40,36 +41,36 @@ def places_table(places: Sequence[Place]) -> Table:
 
 
 def detectable_table(diagnosis: Diagnosis) -> Table:
-    """Return what these data can show: a row for each effect, its most and its least visible component."""
-    table = _table("What these data can tell", ("effect", "typical size", "smallest seen", "", "hard to tell from"))
+    """Return what these data can show: a row for each effect, from its most to its least visible component."""
+    columns = ("effect", "smallest size seen", "times typical", "hard to tell from")
+    table = _table("What these data can tell", columns)
+    table.columns[-1].min_width = max(len(effect) for effect in EFFECTS) + 1  # a comma behind it
     alike = _look_alikes(diagnosis)
     for effect, group in groupby(detectable_sizes(diagnosis), key=lambda size: size.placed.effect.id):
         sizes = sorted(group, key=lambda size: size.multiple)
         style = "" if sizes[-1].seen_when_typical else "yellow" if sizes[0].seen_when_typical else "dim"
-        table.add_row(
-            effect, told(sizes[0].typical), _smallest(sizes), _how_many_seen(sizes), alike.get(effect, ""), style=style
-        )
+        table.add_row(effect, _smallest(sizes), _times_typical(sizes), alike.get(effect, ""), style=style)
     for each in diagnosis.untestable:
-        table.add_row(each.effect, "", f"needs {each.needs}", "untestable", "", style="dim")
+        table.add_row(each.effect, f"needs {each.needs}", "untestable", "", style="dim")
     return table
 
 
 def _smallest(sizes: Sequence[Detectable]) -> str:
-    least, most = sizes[0], sizes[-1]
-    if not least.smallest:
+    """Return the parameters that make the size, from the most to the least visible component."""
+    seen = [size for size in sizes if size.smallest]
+    if not seen:
         return "none"
-    return (
-        told(least.smallest)
-        if len(sizes) == 1 or not most.smallest
-        else f"{told(least.smallest)} to {told(most.smallest)}"
-    )
+    quantities = zip(seen[0].smallest, seen[-1].smallest, seen[0].typical, strict=True)
+    return ", ".join(_span(least, most) for least, most, typical in quantities if least.value != typical.value)
 
 
-def _how_many_seen(sizes: Sequence[Detectable]) -> str:
-    seen = sum(size.seen_when_typical for size in sizes)
-    if len(sizes) == 1:
-        return "seen" if seen else "not at its typical size"
-    return f"seen in {seen} of {len(sizes)}"
+def _span(least: Quantity, most: Quantity) -> str:
+    values = dict.fromkeys(figures(each.value) for each in (least, most))
+    return f"{' to '.join(values)} {least.unit}".removesuffix(" 1")
+
+
+def _times_typical(sizes: Sequence[Detectable]) -> str:
+    return " to ".join(dict.fromkeys(figures(size.multiple, 2) for size in (sizes[0], sizes[-1])))
 
 
 def _look_alikes(diagnosis: Diagnosis) -> dict[str, str]:

@@ -12,6 +12,7 @@ from testbed.diagnosis.state import Diagnosis
 from testbed.report.diagnosis_gaps import gaps_section, where_section
 from testbed.report.diagnosis_inertia import inertia_section, left_section
 from testbed.report.diagnosis_next import next_section
+from testbed.report.diagnosis_ranking import ranking_section
 from testbed.report.diagnosis_residuals import residuals_section
 from testbed.report.diagnosis_verdict import diagnosis_verdict
 from testbed.report.diagnosis_visibility import visibility_section
@@ -45,13 +46,14 @@ def write_diagnosis_page(
         InputError: the file cannot be written.
     """
     page = Page(
-        title=f"Diagnosis against {provenance['scenario']}",
+        title=f"Diagnosis against the scenario {provenance['scenario']}",
         subtitle="Where simulation and measured data disagree, which named effect explains it, and what is left.",
         verdict=diagnosis_verdict(diagnosis),
         notices=tuple(Notice(tone="warn", text=text) for text in result["notices"]),
         sections=(
             gaps_section(diagnosis),
             where_section(places),
+            *ranking_section(diagnosis),
             residuals_section(residuals),
             inertia_section(diagnosis),
             *left_section(diagnosis),

@@ -72,7 +72,9 @@ def _ladder(diagnosis: Diagnosis) -> Figure:
     dashes = {"color": color("limit"), "width": 1.2, "dash": "dash"}
     ends = [-0.4, len(rungs) - 0.6]
     chart.add_scatter(x=ends, y=[1.0, 1.0], name="noise alone", mode="lines", line=dashes, hoverinfo="skip")
-    chart.update_xaxes(tickvals=places, ticktext=[name for name, _ in rungs], range=ends, showgrid=False)
+    chart.update_xaxes(
+        tickvals=places, ticktext=[name for name, _ in rungs], range=ends, showgrid=False, zeroline=False
+    )
     chart.update_yaxes(rangemode="normal")
     return Figure(title="Gap after each step", chart=chart, wide=True)
 

@@ -47,7 +47,7 @@ def _heat_map(seen: Sequence[Signature]) -> Figure:
         "for aliases, 1 for strangers. Of an effect with several components the closest pair; on the diagonal its own "
         "components among each other."
     )
-    return Figure(title="How well effects can be told apart", chart=chart, note=note, wide=True)
+    return Figure(title="How well effects can be told apart", chart=chart, note=note, wide=True, tall=True)
 
 
 def by_effect(seen: Sequence[Signature]) -> tuple[list[str], Array]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -76,7 +77,9 @@ def test_a_late_gyro_is_named_and_everything_is_written(late, tmp_path, capsys):
     assert answer["where"][0]["depends_on"].startswith("body_acceleration")
     assert read_scenario(out / answer["scenario"]).gyro.latency_s == pytest.approx(delay["value"])
     assert (out / answer["model"]).is_file()
-    assert "gyro_latency" in (out / "report.html").read_text(encoding="utf-8")
+    page = (out / "report.html").read_text(encoding="utf-8")
+    for told in ("gyro_latency", "Effects, ranked", "Nothing added", "With 1 added"):
+        assert told in page
     assert (out / "recording.rrd").stat().st_size > 0
 
 
@@ -97,6 +100,19 @@ def test_look_alikes_end_with_a_flight_that_tells_them_apart(late, tmp_path, cap
     assert "Next" in printed
     assert "after one flight" in printed
     assert "What to fly next" in (out / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.usefixtures("few_effects")
+def test_a_single_run_is_said_to_be_verified_on_none(late, tmp_path, capsys):
+    alone = tmp_path / "alone"
+    alone.mkdir()
+    shutil.copyfile(late / "run1.csv", alone / "run1.csv")
+    assert run("diagnose", SCENARIO, "--data", alone, "--out", tmp_path / "out") == 0
+    said = "no run is held out"
+    assert said in capsys.readouterr().out
+    assert any(
+        notice.startswith(said) for notice in json.loads((tmp_path / "out" / "diagnosis.json").read_text())["notices"]
+    )
 
 
 @pytest.mark.usefixtures("few_effects")

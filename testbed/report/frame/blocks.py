@@ -57,6 +57,7 @@ class Figure:
         chart: its colours are names of the style sheet's custom properties.
         note: printed below.
         wide: whether it takes the page's full width instead of half.
+        tall: whether it takes more height, for an axis with many names.
         shares_time: whether it follows when the time axis of another chart is zoomed.
     """
 
@@ -65,6 +66,7 @@ class Figure:
     chart: go.Figure
     note: str = ""
     wide: bool = False
+    tall: bool = False
     shares_time: bool = False
 
 

@@ -1,0 +1,55 @@
+"""What a diagnosis shows in a terminal of 80 columns: no name is broken, each size once with its unit."""
+
+from __future__ import annotations
+
+import pytest
+from rich.console import Console
+
+import testbed.cli.console
+from testbed.cli.console import entry
+from testbed.cli.diagnose_tables import detectable_table
+from testbed.diagnosis.reading import data_set_of
+from testbed.diagnosis.workflow import diagnosed
+from testbed.dynamics.inertia import theta_of
+from testbed.effects.registry import EFFECTS
+from tests.diagnosed_records import nominal, records
+
+TESTED = ("viscous_drag", "quadratic_drag", "gyro_misalignment", "slosh", "actuator_lag", "gimbal_viscous_friction")
+
+
+@pytest.fixture(scope="module")
+def shown() -> list[str]:
+    """Lines of the table of what can be told, of three runs without effects."""
+    scenario, platform = nominal()
+    data = data_set_of(records(3), scenario, platform)
+    effects = {name: EFFECTS[name] for name in TESTED}
+    *_, diagnosis = diagnosed(data.runs, data.heldout, effects, theta_of(platform.inertia))
+    terminal = Console(width=80)
+    with terminal.capture() as captured:
+        terminal.print(detectable_table(diagnosis))
+    return captured.get().splitlines()
+
+
+def test_no_name_is_broken_and_no_line_is_too_long(shown):
+    assert max(map(len, shown)) <= 80
+    words = {word.strip(",") for line in shown for word in line.split()}
+    assert {"viscous_drag", "quadratic_drag", "gyro_misalignment"} <= words
+
+
+def test_what_scales_with_an_effect_is_its_size(shown):
+    (slosh,) = [line for line in shown if line.startswith("slosh")]
+    assert "kg" in slosh
+    assert "Hz" not in slosh
+
+
+def test_what_cannot_be_tested_says_what_it_needs(shown):
+    told = " ".join(" ".join(shown).split("actuator_lag")[1].split())
+    assert told == "needs untestable applied_torque"  # in two lines
+
+
+def test_a_text_breaks_between_words_on_a_terminal_only(monkeypatch, capsys):
+    for terminal, lines in ((True, ["Verdict    one two", "           three"]), (False, ["Verdict    one two three"])):
+        console = Console(width=20, force_terminal=terminal, no_color=True, highlight=False, soft_wrap=True)
+        monkeypatch.setattr(testbed.cli.console, "console", console)
+        entry("Verdict", "one two three")
+        assert capsys.readouterr().out.splitlines() == lines
