@@ -40,7 +40,9 @@ class Scatter:
         return f"{self.effect.id}:{self.component}"
 
 
-def scatter_found(runs: Runs, fit: Fit, effects: Mapping[str, ReadingEffect], others: int) -> tuple[Scatter, ...]:
+def scatter_found(
+    runs: Runs, fit: Fit, effects: Mapping[str, ReadingEffect], others: int, *, white: bool = False
+) -> tuple[Scatter, ...]:
     """Return the effects on the scatter that are there, the clearest first, each told with those before it taken in.
 
     Args:
@@ -48,11 +50,12 @@ def scatter_found(runs: Runs, fit: Fit, effects: Mapping[str, ReadingEffect], ot
         fit: of the present model to them.
         effects: by id.
         others: number of further hypotheses by which the family-wise error is divided.
+        white: whether the fit is known to leave nothing but noise.
     """
     found: list[Scatter] = []
     hypotheses = [(effect, component) for effect in effects.values() for component in effect.components]
     tested = others + len(hypotheses)
-    readings = readings_of(runs, fit)
+    readings = replace(readings_of(runs, fit), white=white)
     while hypotheses:
         believed = _without_what_is_told(readings, found)
         told = [

@@ -113,10 +113,12 @@ class Diagnosis:
     @property
     def left_over(self) -> bool:
         """Whether the model leaves more than noise."""
-        chances = [self.goodness, *(shape.p_value for shape in self.shapes)]
-        if self.latent is not None:
-            chances.append(self.latent.p_value)
-        return min(chances) < UNEXPLAINED
+        return self.goodness < UNEXPLAINED or self.structure_left
+
+    @property
+    def structure_left(self) -> bool:
+        """Whether the model leaves what noise does not look like, however large."""
+        return self.shape_left is not None or (self.latent is not None and self.latent.p_value < UNEXPLAINED)
 
     @property
     def shape_left(self) -> TorqueShape | None:

@@ -61,8 +61,8 @@ def diagnosed(
     )
     stated = state
 
-    def scattered(now: Diagnosis) -> Diagnosis:
-        return _with_scatter(now, stated, reading_effects, len(testable))
+    def scattered(now: Diagnosis, *, white: bool = False) -> Diagnosis:
+        return _with_scatter(now, stated, reading_effects, len(testable), white=white)
 
     state = scattered(state)
     yield state
@@ -76,10 +76,11 @@ def diagnosed(
         state = scattered(state)
         yield state
     progress("what is left")
-    yield _concluded(state)
+    state = _left_over(state)
+    yield replace(state if state.structure_left else _all_noise(scattered(state, white=True)), complete=True)
 
 
-def _concluded(state: Diagnosis) -> Diagnosis:
+def _left_over(state: Diagnosis) -> Diagnosis:
     """Look at what is left, and take back effects that explain less than a torque does that no effect makes."""
     nominal = refit(state.runs, state.baseline)
     everything, fit = on_all_runs(state.runs, state.heldout, nominal)
@@ -98,8 +99,13 @@ def _concluded(state: Diagnosis) -> Diagnosis:
         latent=latent_torque(state.runs, state.model),
         shapes=shapes,
         goodness=goodness(fit, everything.noise_freedom),
-        complete=True,
     )
+
+
+def _all_noise(state: Diagnosis) -> Diagnosis:
+    """Ask again whether the residual is as large as noise makes it, with what it told of the noise as a whole."""
+    everything, fit = on_all_runs(state.runs, state.heldout, state.model)
+    return replace(state, goodness=goodness(fit, everything.noise_freedom))
 
 
 def _odds(state: Diagnosis, nominal: Fit) -> float:
@@ -110,7 +116,9 @@ def _odds(state: Diagnosis, nominal: Fit) -> float:
     return odds_together(state.heldout, nominal, state.model, tested, effects)
 
 
-def _with_scatter(state: Diagnosis, stated: Diagnosis, effects: Mapping[str, ReadingEffect], others: int) -> Diagnosis:
+def _with_scatter(
+    state: Diagnosis, stated: Diagnosis, effects: Mapping[str, ReadingEffect], others: int, *, white: bool
+) -> Diagnosis:
     """Tell the scatter anew from what the present model leaves: what looked like noise may have got a name."""
     runs, heldout, model = state.runs, state.heldout, state.model
     if state.scatter:
@@ -118,7 +126,7 @@ def _with_scatter(state: Diagnosis, stated: Diagnosis, effects: Mapping[str, Rea
         if heldout is not None and stated.heldout is not None:
             heldout = heldout.with_sigma(stated.heldout.sigma)
         model = refit(runs, model)
-    found = scatter_found(runs, model, effects, others)
+    found = scatter_found(runs, model, effects, others, white=white)
     if found:
         runs = runs.with_sigma(widened(runs.sigma, found))
         heldout = None if heldout is None else heldout.with_sigma(widened(heldout.sigma, found))

@@ -172,6 +172,7 @@ class Readings:
         runs: their telemetry.
         inertia: J of the model, shape (3, 3), kg·m².
         parameters: number of those that were fitted to the readings.
+        white: whether the residual is known to hold nothing but noise; else its fastest changes alone tell that.
     """
 
     measured: Sequence[Array]
@@ -180,6 +181,7 @@ class Readings:
     runs: Sequence[Telemetry]
     inertia: Matrix3
     parameters: int
+    white: bool = False
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

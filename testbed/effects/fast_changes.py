@@ -1,6 +1,6 @@
 """The gyro's own noise, told from the residual's fastest changes, which no motion of the platform makes.
 
-Where these agree with the whole residual, that is as white as noise is, and tells it twice as surely.
+Where the residual holds nothing else, all of it tells the noise, twice as surely.
 """
 
 from __future__ import annotations
@@ -12,9 +12,8 @@ from testbed.effects.contract import Readings
 
 _DIFFERENCES = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 """Fourth differences: a motion of 1 Hz at 16 Hz passes by a factor 0.02, white noise by √70."""
-_AGREEING = 1.5
-"""Standard deviations by which two estimates of one thing may differ. More would let a slow misfit of a short record
-pass for noise."""
+_AGREEING = 2.0
+"""Standard deviations by which two estimates of one thing may differ."""
 FEWEST = len(_DIFFERENCES)
 """Samples in a row without which there is no fourth difference."""
 
@@ -38,9 +37,10 @@ def variance_ratio(readings: Readings, axes: Flags) -> tuple[float, float]:
 
 
 def noise_ratio(readings: Readings, axes: Flags) -> tuple[float, float]:
-    """Return the variance of the noise over the believed one, and its degrees of freedom, from all that is white.
+    """Return the variance of the noise over the believed one, and its degrees of freedom.
 
-    Hausman's test: of two estimates the surer one counts, unless they differ by more than its being surer explains.
+    From all of a residual that is white, unless its fastest changes differ by more than chance (Hausman's test: of two
+    estimates the surer one counts, if they differ by no more than its being surer explains); else from these alone.
 
     Args:
         readings: against a model.
@@ -49,7 +49,7 @@ def noise_ratio(readings: Readings, axes: Flags) -> tuple[float, float]:
     fast, fast_freedom = variance_ratio(readings, axes)
     squares = [((left / sigma)[:, axes]) ** 2 for left, sigma in zip(readings.residual, readings.sigma, strict=True)]
     freedom = sum(each.size for each in squares) - readings.parameters * np.mean(axes)
-    if fast_freedom <= 0.0 or freedom <= fast_freedom:
+    if not readings.white or not 0.0 < fast_freedom < freedom:
         return fast, fast_freedom
     whole = sum(float(each.sum()) for each in squares) / freedom
     doubt = whole * np.sqrt(2.0 / fast_freedom - 2.0 / freedom)
