@@ -57,7 +57,7 @@ def parts_of(record: Record, scenario: BodyScenario, nominal: Body, notices: lis
         measured, contact = cut_at_contact(measured, scenario, nominal)
         if contact is not None:
             notices.append((name, f"cut at {contact.last_free:.3f} s, where it shows a contact"))
-    telemetry = _with_noise(name, telemetry_of(measured, scenario, nominal), notices)
+    telemetry = _with_noise(record, telemetry_of(measured, scenario, nominal), notices)
     _require_moving_gyro(name, telemetry)
     if scenario.diagnosis.sample_rate_hz is not None:
         telemetry = averaged(telemetry, scenario.diagnosis.sample_rate_hz)
@@ -86,13 +86,14 @@ def _windows(name: str, stretch: Telemetry, horizon: float) -> Iterator[Part]:
         raise InputError(f"{name}: {error}") from None
 
 
-def _with_noise(name: str, telemetry: Telemetry, notices: list[tuple[str, str]]) -> Telemetry:
+def _with_noise(record: Record, telemetry: Telemetry, notices: list[tuple[str, str]]) -> Telemetry:
     """Return the telemetry with a noise that residuals can be divided by.
 
     Raises:
         InputError: no noise is stated, and the samples do not tell it.
     """
-    if telemetry.gyro_noise > 0.0:
+    name, stated = record.details.name, record.details.gyro_noise
+    if telemetry.gyro_noise > 0.0 and stated != 0.0:
         return telemetry
     noise = gyro_noise_of(telemetry.gyro_time, telemetry.body_rate)
     if noise is None:

@@ -111,8 +111,9 @@ def test_a_run_that_is_too_short_is_left_out_and_alone_refused(good):
         read([short])
 
 
-def test_a_noise_of_zero_is_replaced_by_what_the_samples_show(good):
-    data = read([with_details(record, gyro_noise=0.0, source="simulated") for record in good])
+@pytest.mark.parametrize("source", ["simulated", "measured"])
+def test_a_noise_of_zero_is_replaced_by_what_the_samples_show_and_said(good, source):
+    data = read([with_details(record, gyro_noise=0.0, source=source) for record in good])
     assert data.runs.sigma == pytest.approx(NOISE, rel=0.35)  # 61 differences on three axes: 10 %, so 3.5 sigma
     assert "noise of zero is stated" in data.notices[0]
 
