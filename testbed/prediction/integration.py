@@ -175,7 +175,8 @@ def _known(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Known:
     for hook, value in pairs:
         momentum_B = hook.cluster_momentum(momentum_B, value, grid)
         torque_B = hook.applied_torque(torque_B, value, grid)
-        inertia = inertia - np.broadcast_to(hook.hidden_inertia(value), (*value.shape[:1], 3, 3))[:, None]
+        if type(hook).hidden_inertia is not Hooks.hidden_inertia:
+            inertia = inertia - np.broadcast_to(hook.hidden_inertia(value), (*value.shape[:1], 3, 3))[:, None]
     inverse = symmetric_inverse(inertia)
     momentum_B, torque_B, inverse = (
         np.broadcast_to(each, (len(grid.runs), each.shape[1], grid.time.shape[1], *each.shape[3:]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from itertools import compress
 from typing import Any, TypeAlias
 
@@ -22,6 +23,8 @@ Predictor: TypeAlias = Callable[[Grid, Sequence[Hooks], Values], list[Array]]
 
 _SETS_AT_ONCE = 64
 """Parameter sets integrated together: beyond it memory grows and time does not fall."""
+_GRIDS = 8
+"""Whose gimbals' channels are kept: fitted and held-out runs, with the gyro's errors of some models."""
 
 
 def predicted(grid: Grid, hooks: Sequence[Hooks], values: Values) -> list[Array]:
@@ -75,11 +78,24 @@ def predicted_channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> li
     blocks = predicted(grid, hooks, values)
     inside = [_acts_inside(hook) for hook in hooks]
     hooks, effects = list(compress(hooks, inside)), list(compress(values.effects, inside))
+    blocks += _inner_channels(grid, hooks, effects) if hooks else _inner_channels_alone(grid)
+    return [np.broadcast_to(block, (values.sets, *block.shape[1:])) for block in blocks]
+
+
+def _inner_channels(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> list[Array]:
+    """Return the gimbals' channels, with effects that act inside the units."""
+    blocks: list[Array] = []
     if has_torques(grid):
         blocks += motor_torques(grid, hooks, effects, _measured_rates(grid))
     if grid.follows_commands:
         blocks += servo_answers(grid, hooks, effects)
-    return [np.broadcast_to(block, (values.sets, *block.shape[1:])) for block in blocks]
+    return blocks
+
+
+@lru_cache(maxsize=_GRIDS)
+def _inner_channels_alone(grid: Grid) -> tuple[Array, ...]:
+    """Return the gimbals' channels without such effects: no parameter of the body or the gyro changes them."""
+    return tuple(_inner_channels(grid, [], []))
 
 
 def _acts_inside(hook: Hooks) -> bool:
