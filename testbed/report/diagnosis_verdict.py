@@ -11,6 +11,8 @@ from testbed.effects.contract import NamedEffect, Quantity
 from testbed.report.frame.blocks import Notice
 from testbed.report.wording import BAND, capitalized, chance_words, figures, listed
 
+_FAR = 1.5
+"""Times the fitted runs' gap: beyond it, those held out are missed by more than noise differs between runs."""
 _PLACES = {"gyro": "the gyro", "platform": "the platform", "cluster": "the cluster", "actuators": "the actuators"}
 _PLACES |= {axis: f"the gyro's {axis} axis" for axis in "xyz"}
 
@@ -24,7 +26,8 @@ def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
         return Notice(tone="warn", text=f"Interrupted; what was found until then follows. {_so_far(names)}")
     if diagnosis.verdict == "none":
         text = "Nothing is missing that these data show: the nominal model, its inertia re-estimated, leaves a gap of "
-        return Notice(tone="good", text=f"{text}{gap_words(diagnosis.gap)}; noise alone leaves 1.")
+        text += f"{gap_words(diagnosis.gap)}; noise alone leaves 1."
+        return Notice(tone="good", text=f"{text}{_far_words(diagnosis.gap)}")
     if diagnosis.verdict == "named":
         return Notice(tone="good", text=f"Missing in the nominal model: {listed(names)}. {gap}")
     if diagnosis.verdict == "ambiguous":
@@ -54,6 +57,13 @@ def _fall(before: Gap, after: Gap) -> str:
     held_out = f", and from {before.heldout:.3f} to {after.heldout:.3f} on those held out"
     told = held_out if isfinite(after.heldout) else ""
     return f"With it the gap falls from {before.fit:.3f} to {after.fit:.3f} on the fitted runs{told}; noise alone is 1."
+
+
+def _far_words(gap: Gap) -> str:
+    """Say of held-out runs that are missed, though by no more than the fitted ones leave open."""
+    if not gap.heldout > _FAR * gap.fit:
+        return ""
+    return " The fitted runs leave the inertia too uncertain to predict those held out: fly longer, or livelier."
 
 
 def _so_far(names: list[str]) -> str:

@@ -14,12 +14,14 @@ from testbed.diagnosis.location import located
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.result import result_of
 from testbed.diagnosis.run_residuals import residuals_of
+from testbed.diagnosis.state import Gap
 from testbed.diagnosis.workflow import diagnosed
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.prediction.hooks import Hooks
 from testbed.report.diagnosis import write_diagnosis_page
 from testbed.report.diagnosis_residuals import mean_spectrum
+from testbed.report.diagnosis_verdict import diagnosis_verdict
 from tests.diagnosed_records import NOISE, nominal, records
 
 FEW = {name: EFFECTS[name] for name in ("gyro_latency", "viscous_drag")}
@@ -56,6 +58,13 @@ def test_a_single_run_has_no_held_out_gap_and_json_says_null():
     assert answer["gap"]["heldout_after"] is None
     assert answer["steps"] == []
     json.dumps(answer, allow_nan=False)
+
+
+def test_held_out_runs_that_are_missed_without_a_reason_to_name_anything_are_explained():
+    quiet = last(records(2))
+    assert "too uncertain" not in diagnosis_verdict(quiet).text
+    missed = replace(quiet, gap=Gap(fit=0.96, heldout=4.7))  # as runs of half a second leave it
+    assert "too uncertain to predict those held out" in diagnosis_verdict(missed).text
 
 
 def test_another_inertia_stands_as_a_step_and_names_nothing():
