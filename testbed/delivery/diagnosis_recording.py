@@ -9,10 +9,13 @@ import numpy as np
 from testbed.arrays import Array
 from testbed.diagnosis.run_residuals import RunResiduals
 from testbed.recording.diagnosis import DiagnosisContent
-from testbed.recording.palette import AXIS_COLORS, LIMIT_COLOR, NOMINAL_COLOR, Color, pale
+from testbed.recording.palette import ESTIMATOR_COLORS, LIMIT_COLOR, TRUTH_COLOR, Color
 from testbed.recording.reproduction_content import ShownPanel, ShownTab
 from testbed.recording.traces import Style, Trace
 from testbed.signals import AXES
+
+_MEASURED = TRUTH_COLOR
+_NOMINAL, _EXTENDED = ESTIMATOR_COLORS[:2]
 
 
 def diagnosis_content(residuals: Sequence[RunResiduals], provenance: Mapping[str, str]) -> DiagnosisContent:
@@ -31,9 +34,9 @@ def _tab(root: str, run: RunResiduals) -> ShownTab:
 
 def _rates(origin: str, run: RunResiduals, axis: int) -> ShownPanel:
     traces = (
-        _trace(f"{origin}/nominal", run, run.nominal[:, axis], NOMINAL_COLOR, "line"),
-        _trace(f"{origin}/extended", run, run.extended[:, axis], AXIS_COLORS[axis], "line"),
-        _trace(f"{origin}/measured", run, run.measured[:, axis], AXIS_COLORS[axis], "points"),
+        _trace(f"{origin}/nominal", run, run.nominal[:, axis], _NOMINAL, "line"),
+        _trace(f"{origin}/extended", run, run.extended[:, axis], _EXTENDED, "line"),
+        _trace(f"{origin}/measured", run, run.measured[:, axis], _MEASURED, "points"),
     )
     return ShownPanel(origin=origin, title=f"Body rate {AXES[axis]}, B [rad/s]", traces=traces)
 
@@ -49,8 +52,8 @@ def _left(origin: str, run: RunResiduals, axis: int) -> ShownPanel:
         style="limit",
     )
     traces = (
-        _trace(f"{origin}/nominal", run, run.before[:, axis], pale(NOMINAL_COLOR), "line"),
-        _trace(f"{origin}/extended", run, run.after[:, axis], AXIS_COLORS[axis], "line"),
+        _trace(f"{origin}/nominal", run, run.before[:, axis], _NOMINAL, "line"),
+        _trace(f"{origin}/extended", run, run.after[:, axis], _EXTENDED, "line"),
         band,
     )
     return ShownPanel(origin=origin, title=f"Measured - predicted, {AXES[axis]} [sigma]", traces=traces)
