@@ -193,7 +193,8 @@ def _tell_end(diagnosis: Diagnosis) -> None:
     say()
     verdict = diagnosis_verdict(diagnosis)
     colour = {"good": "green", "warn": "yellow", "bad": "red"}.get(verdict.tone, "default")
-    console.print(f"[{colour}]Verdict[/]    {diagnosis.verdict}", highlight=False)
+    word = diagnosis.verdict if diagnosis.complete else "not reached"
+    console.print(f"[{colour}]Verdict[/]    {word}", highlight=False)
     entry("", verdict.text)
 
 
