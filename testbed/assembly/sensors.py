@@ -61,6 +61,7 @@ def flight_sensors(scenario: Scenario, clock: Clock, seed: int) -> Sensors:
         gyro_errors=gyro_errors(parameters, clock.ticks // gyro.ticks_per_sample + 1, gyro_seed),
         encoder=encoder,
         encoder_errors=errors[0],
+        encoder_dead_zone=np.array(scenario.encoder.dead_zone_rad),
         tachometer=tachometer,
         tachometer_errors=errors[1],
         torque_sensor=torque_sensor,

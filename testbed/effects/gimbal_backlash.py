@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
 from typing import final
 
 import numpy as np
@@ -12,51 +11,59 @@ from typing_extensions import override
 
 from testbed.arrays import Array
 from testbed.cmg.cluster import Cluster
-from testbed.effects.contract import UNITS, Effect, Extension, Parameter, only_unit
+from testbed.effects.contract import UNITS, Effect, Extension, Parameter, only_unit, unit_index
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import Gimbals, Grid
-from testbed.prediction.hooks import Hooks
+from testbed.prediction.hooks import Hooks, magnitude, sign_of
 from testbed.scenario.scenario import Scenario
 
-_REVERSAL = 0.05
-"""rad/s, in which the axis crosses the play."""
-_WINDOW = 1.0 / 16.0
-"""s. Angles so far apart tell a rate to 0.05 rad/s behind an encoder noise of 1e-3 rad."""
+_SPECK = 5e-4
+"""rad. No gyro shows so small a play, and no encoder's noise of 1e-4 rad takes the axis along behind it."""
 
 
 class _Loose(Hooks):
     def __init__(self, component: str) -> None:
-        self._component = component
+        self._unit = unit_index(component)
 
     @override
     def gimbals(self, gimbals: Gimbals, value: Array, grid: Grid, cluster: Cluster) -> Gimbals:
-        half = 0.5 * only_unit(self._component, value[:, 0])[:, None]
-        lead = np.stack([_lead(run)(time) for run, time in zip(grid.runs, grid.time, strict=True)])[:, None]
-        return replace(gimbals, angle=gimbals.angle - half * lead)
+        splines = [_behind(run, self._unit, value[:, 0]) for run in grid.runs]
+        angle, rate = (
+            np.stack([spline(time, order) for spline, time in zip(splines, grid.time, strict=True)]) for order in (0, 1)
+        )
+        only = np.arange(6) == self._unit
+        return replace(
+            gimbals,
+            angle=gimbals.angle + only * angle[..., None],
+            rate=gimbals.rate + only * rate[..., None],
+        )
 
 
-@lru_cache(maxsize=64)
-def _lead(run: Telemetry) -> CubicSpline:
-    """Return on which side of the play a run's encoders are, from -1 to 1, as the spline of their samples takes it.
+def _behind(run: Telemetry, unit: int, dead_zone: Array) -> CubicSpline:
+    """Return by how much an axis differs from a run's encoder, rad, as the spline of its samples, for widths of (P,).
 
-    A reversal's jump lies between two samples. The side is told from samples that came before, which it has not moved.
+    The encoder's side drags the axis along behind it; within the play the axis stands still. It starts in the middle.
     """
     assert run.gimbal_angle is not None
-    time, angle = run.actuator_time, np.unwrap(run.gimbal_angle, axis=0)
-    apart = max(1, round(_WINDOW / float(np.median(np.diff(time)))))
-    mean = np.empty_like(angle)
-    mean[apart:] = (angle[apart:] - angle[:-apart]) / (time[apart:] - time[:-apart])[:, None]
-    mean[:apart] = mean[apart]
-    before = np.concatenate([mean[:apart], mean[:-apart]])
-    return CubicSpline(time, np.tanh((1.5 * mean - 0.5 * before) / _REVERSAL))
+    encoder = np.unwrap(run.gimbal_angle[:, unit])
+    axis = np.empty((len(dead_zone), len(encoder)), dtype=dead_zone.dtype)
+    axis[:, 0] = present = encoder[0] + 0.0 * dead_zone
+    for sample in range(1, len(encoder)):
+        ahead = encoder[sample] - present
+        touches = magnitude(ahead).real >= 0.5 * dead_zone.real
+        present = np.where(touches, encoder[sample] - 0.5 * dead_zone * sign_of(ahead), present)
+        axis[:, sample] = present
+    return CubicSpline(run.actuator_time, axis - encoder, axis=1)
 
 
 @final
 class GimbalBacklash(Effect):
-    """d = d̄ - (b/2) sign(ḋ): the axis is dragged along, half the play behind the encoder."""
+    """d̄ = d + (b/2) sign(ḋ): the axis is dragged along, half the play behind the encoder.
+
+    A flown servo that sees the encoder jump hunts about each slow reversal, at the rate of its control loop.
+    """
 
     id = "gimbal_backlash"
-    flies = False
     components = UNITS
     parameters = (Parameter(name="dead_zone_rad", unit="rad", typical=0.02, lower=0.0, upper=0.5),)
     needs = ("gimbal_angle",)
@@ -65,9 +72,14 @@ class GimbalBacklash(Effect):
     confirm = "Turn that gimbal slowly to and fro: behind each reversal the axis stands still while the encoder moves."
 
     @override
+    def starts(self, component: str, grid: Grid) -> Array:
+        return np.array([[_SPECK]])
+
+    @override
     def hooks(self, component: str) -> Hooks:
         return _Loose(component)
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
-        return Extension()
+        dead_zone = np.array(scenario.encoder.dead_zone_rad) + only_unit(component, values[:1])[0]
+        return Extension(scenario={"encoder": {"dead_zone_rad": dead_zone.tolist()}})

@@ -7,7 +7,8 @@ from typing import final
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.effects.contract import UNITS, Effect, Extension, Parameter, only_unit
+from testbed.effects.contract import UNITS, Effect, Extension, Parameter, only_unit, unit_index
+from testbed.plant.unit_additions import GimbalMotorLag
 from testbed.prediction.hooks import Hooks
 from testbed.scenario.scenario import Scenario
 
@@ -28,7 +29,6 @@ class GimbalLag(Effect):
     """T τ̇ = τ_demand - τ of the motor, outside its tachometer loop; of one gimbal or of all alike."""
 
     id = "gimbal_lag"
-    flies = False
     components = (CLUSTER, *UNITS)
     parameters = (Parameter(name="time_constant_s", unit="s", typical=0.02, lower=0.0, upper=1.0),)
     needs = ("gimbal_angle", "gimbal_rate_command")
@@ -42,4 +42,5 @@ class GimbalLag(Effect):
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
-        return Extension()
+        units = range(len(UNITS)) if component == CLUSTER else (unit_index(component),)
+        return Extension(platform=[GimbalMotorLag(unit=unit, time_constant=float(values[0])) for unit in units])

@@ -14,6 +14,7 @@ from typing_extensions import override
 from testbed.arrays import Array, Matrix3
 from testbed.effects.contract import UNITS, Extension, Finding, Parameter, ReadingEffect, Readings, unit_index
 from testbed.estimation.telemetry import Telemetry
+from testbed.plant.unit_additions import UnbalancedRotor
 from testbed.scenario.scenario import Scenario
 
 
@@ -27,7 +28,6 @@ class RotorImbalance(ReadingEffect):
     """
 
     id = "rotor_imbalance"
-    flies = False
     components = UNITS
     parameters = (Parameter(name="static_kg_m", unit="kg·m", typical=2e-6, lower=0.0),)
     needs = ("gimbal_angle",)
@@ -61,7 +61,7 @@ class RotorImbalance(ReadingEffect):
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
-        return Extension()
+        return Extension(platform=(UnbalancedRotor(unit=unit_index(component), static=float(values[0])),))
 
 
 def _told(part: int, readings: Readings, unit: int) -> tuple[Array, float, Array, Array] | None:

@@ -48,4 +48,6 @@ class RotorSpinDown(Effect):
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
+        if values[0] == 0.0:
+            return Extension()
         return Extension(platform=(RotorDrag(unit=unit_index(component), decay=float(values[0])),))

@@ -84,6 +84,11 @@ class Plant:
         return self.qpos[:, self.layout.gimbal_angle]
 
     @property
+    def gimbal_rate(self) -> UnitSeries:
+        """True gimbal rates, shape (B, 6), rad/s."""
+        return self.qvel[:, self.layout.gimbal_rate]
+
+    @property
     def body_rate(self) -> Vectors3:
         """Live view of the true body rates, shape (B, 3), rad/s, body axes."""
         return self.qvel[:, self.layout.body_rate]

@@ -64,6 +64,43 @@ class GimbalFriction(Addition):
 
 @final
 @dataclass(frozen=True, kw_only=True)
+class GimbalMotorLag(Addition):
+    """A gimbal motor whose torque follows the demand late; its tachometer loop, inside the motor, is as quick as ever.
+
+    Attributes:
+        unit: index from 0.
+        time_constant: of a first-order lag, s.
+    """
+
+    unit: int
+    time_constant: float
+
+    @override
+    def write(self, spec: mujoco.MjSpec, name: str) -> None:
+        _slow_down(spec.actuator(f"cmg{UNIT_NUMBERS[self.unit]}_gimbal_motor"), self.time_constant)
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class UnbalancedRotor(Addition):
+    """A rotor whose centre of mass lies beside its axis.
+
+    Attributes:
+        unit: index from 0.
+        static: its mass times that distance, kg·m.
+    """
+
+    unit: int
+    static: float
+
+    @override
+    def write(self, spec: mujoco.MjSpec, name: str) -> None:
+        rotor = spec.body(f"cmg{UNIT_NUMBERS[self.unit]}_rotor")
+        rotor.ipos[1] += self.static / rotor.mass
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
 class ActuatorResponse(Addition):
     """Actuators of a torque on the bus that respond late; a platform that has none is given them.
 
@@ -78,13 +115,21 @@ class ActuatorResponse(Addition):
     @override
     def write(self, spec: mujoco.MjSpec, name: str) -> None:
         for motor in _torque_actuators(spec, name):
-            if self.time_constant > 0.0:
-                present = motor.dynprm[0] if motor.dyntype == mujoco.mjtDyn.mjDYN_FILTEREXACT else 0.0
-                motor.dyntype = mujoco.mjtDyn.mjDYN_FILTEREXACT
-                motor.dynprm[0] = present + self.time_constant
+            _slow_down(motor, self.time_constant)
             if self.delay > 0.0:
                 motor.delay += self.delay
                 motor.nsample = math.ceil(motor.delay / spec.option.timestep) + 1
+
+
+def _slow_down(motor: mujoco.MjsActuator, time_constant: float) -> None:
+    """Let a motor follow its control through a first-order lag, or through a longer one than it has.
+
+    `filter`, not `filterexact`: that one is exact for a single stage only, and under RK4 late by another half step.
+    """
+    if time_constant > 0.0:
+        present = motor.dynprm[0] if motor.dyntype == mujoco.mjtDyn.mjDYN_FILTER else 0.0
+        motor.dyntype = mujoco.mjtDyn.mjDYN_FILTER
+        motor.dynprm[0] = present + time_constant
 
 
 def _torque_actuators(spec: mujoco.MjSpec, name: str) -> list[mujoco.MjsActuator]:

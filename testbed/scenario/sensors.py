@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pydantic import model_validator
 
 from testbed.scenario.section import Conflict, Section, refuse
-from testbed.scenario.values import NonNegative, NonNegativeTriple, Positive, Rate, Six, Triple
+from testbed.scenario.values import NonNegative, NonNegativeSix, NonNegativeTriple, Positive, Rate, Six, Triple
 
 
 class Gyro(Section):
@@ -69,6 +69,8 @@ class Encoder(Section):
     """Step of the output's quantisation; 0: none."""
     zero_rad: Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """Error of each encoder's zero, added to what it reads."""
+    dead_zone_rad: NonNegativeSix = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    """Play between each encoder and its axis: the encoder is half of it ahead, the way the axis turns."""
 
 
 class Tachometer(Section):

@@ -45,6 +45,19 @@ def unit_errors(sensor: UnitSensor, samples: int, units: int, seed: np.random.Se
     return np.asarray(sensor.zero_offset + sensor.white_noise * white.standard_normal((samples, units)))
 
 
+def encoder_side(angle: UnitSeries, rate: UnitSeries, dead_zone: Units) -> UnitSeries:
+    """Return d + (b/2) sign(ḋ), the angle of a play's side that an encoder sees. Broadcasts over leading axes.
+
+    The motor, with the encoder, drags the axis along and leads it by half the play.
+
+    Args:
+        angle: d of the axis, shape (..., 6), rad.
+        rate: ḋ of the axis, shape (..., 6), rad/s.
+        dead_zone: b, shape (6,), rad.
+    """
+    return np.asarray(angle + 0.5 * dead_zone * np.sign(rate))
+
+
 def read_units(sensor: UnitSensor, true_value: UnitSeries, errors: UnitSeries) -> UnitSeries:
     """Return what the sensor reads. Broadcasts over leading axes: a tick, a series or a batch.
 

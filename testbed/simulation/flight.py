@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.arrays import Series, UnitSeries, Vector3, Vectors3
+from testbed.arrays import Series, Units, UnitSeries, Vector3, Vectors3
 from testbed.control.controller import Controller, Target
 from testbed.control.tracker import momentum_of_gimbals, momentum_of_rates
 from testbed.maneuver.maneuver import Maneuver
@@ -57,6 +57,7 @@ class Sensors:
         gyro_errors: shape (samples, 3), rad/s.
         encoder: gimbal encoders, read at every control tick.
         encoder_errors: shape (ticks + 1, 6), rad.
+        encoder_dead_zone: play between each encoder and its axis, shape (6,), rad.
         tachometer: rotor speed.
         tachometer_errors: shape (ticks + 1, 6), rad/s.
         torque_sensor: gimbal motor torque.
@@ -67,6 +68,7 @@ class Sensors:
     gyro_errors: Vectors3
     encoder: UnitSensor
     encoder_errors: UnitSeries
+    encoder_dead_zone: Units
     tachometer: UnitSensor
     tachometer_errors: UnitSeries
     torque_sensor: UnitSensor

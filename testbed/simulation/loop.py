@@ -11,7 +11,7 @@ from testbed.arrays import UnitSeries, Vectors3
 from testbed.control.controller import ControllerState, command, controller_at_rest
 from testbed.plant.plant import Plant, quiet_warnings
 from testbed.sensors.gyro_response import GyroState, gyro_at_start, sample_gyro
-from testbed.sensors.units import read_units
+from testbed.sensors.units import encoder_side, read_units
 from testbed.simulation.flight import Flight
 from testbed.simulation.log import FlightLog, empty_log
 
@@ -79,7 +79,8 @@ def _measure(plant: Plant, flight: Flight, log: FlightLog, state: LoopState, tic
     """Write down the true state, read gyro and encoders, and renew the tracking error when the gyro has a sample."""
     sensors = flight.sensors
     _write_state(plant, log, tick)
-    encoder = read_units(sensors.encoder, plant.gimbal_angle, sensors.encoder_errors[tick])
+    seen_angle = encoder_side(plant.gimbal_angle, plant.gimbal_rate, sensors.encoder_dead_zone)
+    encoder = read_units(sensors.encoder, seen_angle, sensors.encoder_errors[tick])
     log.encoder[tick] = encoder
     gyro, reading = sample_gyro(sensors.gyro, state.gyro, plant.body_rate, tick, sensors.gyro_errors)
     if reading is None:
