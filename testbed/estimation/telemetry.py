@@ -85,7 +85,7 @@ def covered_part(telemetry: Telemetry) -> Telemetry:
         raise InputError(
             f"the actuator telemetry has {len(telemetry.actuator_time)} samples; an estimate needs {FEWEST_SAMPLES}"
         )
-    covered = np.flatnonzero(_covered(telemetry.gyro_time, telemetry.actuator_time))
+    covered = np.flatnonzero(covered_by(telemetry.gyro_time, telemetry.actuator_time))
     keep = np.concatenate([covered[run] for run in stretches(telemetry.gyro_time[covered])] or [covered[:0]])
     if len(keep) == 0:
         raise InputError(
@@ -107,9 +107,13 @@ def _gaps(time: Series) -> Flags:
     return np.asarray(interval > BRIDGED_PERIODS * np.median(interval)) if len(interval) else np.zeros(0, dtype=bool)
 
 
-def _covered(gyro_time: Series, actuator_time: Series) -> Flags:
-    """Return which gyro samples lie between two actuator samples without a gap, shape (N,)."""
-    following = np.clip(np.searchsorted(actuator_time, gyro_time), 1, len(actuator_time) - 1)
-    inside = (gyro_time >= actuator_time[0]) & (gyro_time <= actuator_time[-1])
-    on_sample = np.isin(gyro_time, actuator_time)
-    return np.asarray(inside & (on_sample | ~_gaps(actuator_time)[following - 1]))
+def covered_by(time: Series, samples: Series) -> Flags:
+    """Return which instants lie between two samples without a gap, or on one, shape (N,).
+
+    Args:
+        time: of the instants, shape (N,), s.
+        samples: times of another channel, s.
+    """
+    following = np.clip(np.searchsorted(samples, time), 1, len(samples) - 1)
+    inside = (time >= samples[0]) & (time <= samples[-1])
+    return np.asarray(inside & (np.isin(time, samples) | ~_gaps(samples)[following - 1]))

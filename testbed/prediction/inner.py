@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
 from testbed.arrays import Array, Flags, UnitSeries
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import Telemetry, covered_by
 from testbed.prediction.grid import Gimbals, Grid
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import effective_gimbals
@@ -165,9 +165,9 @@ def compared(run: Telemetry) -> Flags:
     """Return which actuator samples are compared, shape (K,).
 
     They lie within the gyro's, after the servos have taken up their work, and not beside a gap, over which the gimbals'
-    acceleration is not known.
+    acceleration is not known; nor in a gap of the gyro, over which the body's is not.
     """
-    inside = (run.actuator_time >= run.gyro_time[0] + SETTLING) & (run.actuator_time <= run.gyro_time[-1])
+    inside = (run.actuator_time >= run.gyro_time[0] + SETTLING) & covered_by(run.actuator_time, run.gyro_time)
     gap = np.concatenate([[False], gaps(run), [False]])
     return np.asarray(inside & ~gap[1:] & ~gap[:-1])
 

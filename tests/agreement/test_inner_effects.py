@@ -88,6 +88,16 @@ def answered(effect: str = "", component: str = "", **parameters: float) -> tupl
     return tuple(telemetry_of(record(flown, index), scenario, nominal) for index in range(len(case.runs)))
 
 
+def test_a_hole_in_the_gyro_says_nothing_of_the_motors():
+    run = plain()
+    kept = (run.gyro_time < 2.0) | (run.gyro_time > 3.0)
+    holed = runs_with(gyro_time=run.gyro_time[kept], body_rate=run.body_rate[kept])
+    fit = fitted(holed, [], TRUE_THETA, [])
+    torques = fit.residual[holed.samples :]
+    assert len(torques) < 6 * 0.85 * len(run.actuator_time)
+    assert np.mean(torques**2) < 1.3
+
+
 def test_gimbals_answer_their_commands_as_their_servo_does():
     runs = runs_of(["a", "b", "c"], answered())
     assert runs.grid.follows_commands
