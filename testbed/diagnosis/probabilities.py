@@ -8,7 +8,7 @@ from math import exp, inf
 from testbed.diagnosis.screening import Screening
 
 NONE, UNKNOWN = "none", "unknown"
-NOTHING = 2.0
+NOTHING = 3.0
 """How much likelier it is beforehand that nothing is missing than that an effect of the library is."""
 BETWEEN = "|"
 """Stands between the members of a class that the data do not tell apart."""
@@ -17,7 +17,7 @@ BETWEEN = "|"
 def probabilities_of(screening: Screening | None, unlisted: float = -inf) -> Mapping[str, float]:
     """Return how probable it is that nothing is missing, of every refitted hypothesis, and of something else.
 
-    Proportional to exp(evidence/2). Every hypothesis is as likely beforehand as any other, and all together half as
+    Proportional to exp(evidence/2). Every hypothesis is as likely beforehand as any other, and all together a third as
     likely as nothing (so the probabilities of simulated sets come out right). What was not worth a refit may be there
     and too small to be seen; it counts to what is unknown, as a torque does that no effect makes.
 

@@ -18,6 +18,8 @@ from testbed.diagnosis.signatures import FAMILY_WISE_ERROR, Signature, signature
 from testbed.errors import InputError
 
 MOST_REFITS = 8
+_SHOWN = 0.2
+"""Chance of the fitted runs' gain alone, without any correction, from which on they do not show an effect."""
 CLOSE = 6.0
 """Difference of evidence within which two hypotheses are not told apart."""
 
@@ -36,8 +38,9 @@ class Candidate:
         evidence: twice the logarithm of by how much the effect makes all runs likelier, its size as likely beforehand
             as it turns out (`scale_evidence`), and for what is scanned less twice the logarithm of the looks.
         p_value: of the gain, times the number of hypotheses and of each one's looks (Bonferroni), over the held-out
-            runs' ratio of densities: that is a p-value too, as the mean of the ratio is 1 without the effect. Not less
-            than that of the gain alone: what the fitted runs do not show is not in the model's place to explain others.
+            runs' ratio of densities: that is a p-value too, as the mean of the ratio is 1 without the effect. Not below
+            the family-wise error where the gain alone says nothing: what the fitted runs do not show at all is not in
+            the model's place to explain others.
     """
 
     placed: Placed
@@ -194,7 +197,7 @@ def _candidate(
     carried = _held_out_evidence(heldout, model) - without if placed.effect.recurs else 0.0
     looks = log(placed.effect.looks(placed.component, runs.grid))
     alone = log_chance(gain, max(signature.rank, 1), runs.noise_freedom)
-    together = log(tested) + looks + alone - 0.5 * carried
+    together = max(log(tested) + looks + alone - 0.5 * carried, alone + log(FAMILY_WISE_ERROR / _SHOWN))
     return Candidate(
         placed=placed,
         fit=model,
@@ -203,7 +206,7 @@ def _candidate(
         looks=looks,
         carried=carried,
         evidence=_evidence(gain, signature.rank, carried, looks),
-        p_value=exp(min(max(together, alone), 0.0)),
+        p_value=exp(min(together, 0.0)),
     )
 
 
