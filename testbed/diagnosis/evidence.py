@@ -112,7 +112,7 @@ class _Prior:
     @staticmethod
     def of(fit: Fit) -> _Prior:
         common = 6 + len(fit.effect_values)
-        normal = fit.jacobian.T @ fit.jacobian
+        normal = fit.normal
         information = (
             normal[:common, :common]
             - normal[:common, common:]
@@ -130,7 +130,7 @@ class _Prior:
 
     def normal(self, seen: Fit) -> Array:
         """Return the normal matrix of held-out runs and prior, of all parameters and initial rates."""
-        normal = seen.jacobian.T @ seen.jacobian
+        normal = seen.normal.copy()
         common = len(self.mean)
         normal[:common, :common] += self.information
         return normal

@@ -90,9 +90,8 @@ def _step(fit: Fit, free: Flags, damping: float) -> tuple[Array, float]:
     """Return the damped step of the free parameters, and the least that it gains if the model is linear."""
     slope = fit.jacobian.T @ fit.residual
     moving = free & ~_pushing_out(fit, slope)
-    columns = fit.jacobian[:, moving]
     step = np.zeros(len(slope))
-    step[moving] = _damped(columns.T @ columns, slope[moving], damping)
+    step[moving] = _damped(fit.normal[np.ix_(moving, moving)], slope[moving], damping)
     return step, float(slope @ step)
 
 

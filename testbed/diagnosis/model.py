@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import compress
+from functools import cached_property
+from itertools import compress, pairwise, starmap
 
 import numpy as np
 
@@ -87,11 +88,16 @@ class Fit:
         """Parameters of all effects, one after the other, shape (C - 6,)."""
         return np.concatenate([np.zeros(0), *(value[0] for value in self.values.effects)])
 
+    @cached_property
+    def normal(self) -> Array:
+        """Normal matrix of all parameters, shape (C + 3 R, C + 3 R)."""
+        return np.asarray(self.jacobian.T @ self.jacobian)
+
     @property
     def covariance(self) -> Array:
         """Of (θ, effects), the initial rates marginalised, shape (C, C)."""
         common = 6 + len(self.effect_values)
-        return np.asarray(np.linalg.inv(self.jacobian.T @ self.jacobian)[:common, :common])
+        return np.asarray(np.linalg.inv(self.normal)[:common, :common])
 
 
 def recurring(fit: Fit) -> Fit:
@@ -131,13 +137,14 @@ def stacked(runs: Runs, derivatives: Sequence[Array], common: int) -> Array:
         derivatives: of each block, shape (N, 3 or 6, common + 3).
         common: columns that all runs share.
     """
-    blocks = []
-    for block, whitened in enumerate(runs.whitened_columns(derivatives)):
-        run = block % len(runs.names)
-        own = np.zeros((len(whitened), 3 * len(runs.names)))
-        own[:, 3 * run : 3 * run + 3] = whitened[:, common:]
-        blocks.append(np.hstack([whitened[:, :common], own]))
-    return np.vstack(blocks)
+    number, blocks = len(runs.names), runs.whitened_columns(derivatives)
+    edges = np.cumsum([0, *map(len, blocks)]).tolist()
+    matrix = np.zeros((edges[-1], common + 3 * number))
+    for index, (block, rows) in enumerate(zip(blocks, starmap(slice, pairwise(edges)), strict=True)):
+        own = common + 3 * (index % number)
+        matrix[rows, :common] = block[:, :common]
+        matrix[rows, own : own + 3] = block[:, common:]
+    return matrix
 
 
 def moved(fit: Fit, step: Array) -> Values:

@@ -9,7 +9,7 @@ import numpy as np
 from testbed.arrays import Array, Vectors3
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
-from testbed.prediction.smooth import Smooth
+from testbed.prediction.smooth import Smooth, node_slopes
 
 
 def readings(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates: Array) -> list[Array]:
@@ -25,9 +25,10 @@ def readings(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates
     lag = sum((hook.gyro_time_constant(value) for hook, value in pairs), np.zeros(1))
     delay = sum((hook.gyro_delay(value) for hook, value in pairs), np.zeros(1))
     behind = [np.broadcast_to(each, rates.shape[1]) for each in (lag, delay)]
+    slopes = node_slopes(rates, grid.step[:, None, None, None])
     predicted = []
     for run, telemetry in enumerate(grid.runs):
-        reading = Smooth(grid.node_time[run], rates[run]).at(telemetry.gyro_time, *behind)
+        reading = Smooth(grid.node_time[run], rates[run], slopes[run]).at(telemetry.gyro_time, *behind)
         for hook, value in pairs:
             reading = hook.gyro_reading(reading, value, telemetry.gyro_time, run)
         predicted.append(reading)

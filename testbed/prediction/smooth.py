@@ -17,11 +17,11 @@ _FORGOTTEN = 40.0
 class Smooth:
     """A motion through its values at equidistant nodes, a cubic in between, its first value before."""
 
-    def __init__(self, time: Series, values: Array) -> None:
-        """Take values, shape (P, M + 1, 3), at nodes of shape (M + 1,), s."""
+    def __init__(self, time: Series, values: Array, slopes: Array | None = None) -> None:
+        """Take values, shape (P, M + 1, 3), at nodes of shape (M + 1,), s, and their slopes where they are known."""
         self._time, self._values = time, values
         self._step = time[1] - time[0]
-        self._slopes = CubicSpline(time, values, axis=1)(time, 1)
+        self._slopes = node_slopes(values, self._step) if slopes is None else slopes
 
     def at(self, time: Series, time_constant: Array, delay: Array) -> Array:
         """Return what a low-pass T ẋ = u - x with a delay behind it shows of the motion, shape (P, N, 3).
@@ -73,6 +73,17 @@ class Smooth:
             state = end[:, index] + kept * (state - constant[:, index])
             filtered.append(state)
         return Smooth(self._time, np.stack(filtered, axis=1))
+
+
+def node_slopes(values: Array, step: float | Array) -> Array:
+    """Return the slopes at equidistant nodes of the cubic spline through values, both of shape (..., M + 1, 3).
+
+    Args:
+        values: at the nodes; of many runs at once, because a spline of its own costs each more than its values do.
+        step: between nodes, s; broadcasts.
+    """
+    nodes = np.arange(values.shape[-2])
+    return np.asarray(CubicSpline(nodes, values, axis=-2)(nodes, 1) / step)
 
 
 def decay(time: Array, time_constant: Array) -> Array:
