@@ -2,33 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from benchmarks.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times
 from testbed.arrays import Array
-from testbed.assembly.estimation import telemetry_of
-from testbed.assembly.extension import extended, write_extended
-from testbed.assembly.platform import PlatformModel, nominal_platform
-from testbed.dynamics.inertia import theta_of
+from testbed.assembly.extension import extended
 from testbed.effects.contract import Effect, Extension, NamedEffect, Readings
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.estimation.telemetry import Telemetry
 from testbed.experiment.conduct import conduct
-from testbed.experiment.experiment import Experiment
 from testbed.prediction.grid import grid_of
-from testbed.prediction.hooks import Hooks
-from testbed.prediction.inner import compared, measured_answers, measured_torques, motor_torques, servo_answers
-from testbed.prediction.integration import Values, node_rates
+from testbed.prediction.integration import Values
 from testbed.prediction.prediction import predicted, predicted_with_derivatives
-from testbed.prediction.smoothed import gimbal_motion
-from testbed.scenario.reader import read_scenario
-from testbed.scenario.scenario import Scenario
-from testbed.scenario.shipped import shipped_scenario
+from tests.flown_effects import flown, nominal, scenario
 
 LEFT = 2e-6
 """rad/s. Gimbal angles sampled at 160 Hz leave 3e-7, an MJCF's six digits 4e-7 of 0.3 rad/s."""
@@ -38,8 +28,6 @@ TORQUE_LEFT = 2.5e-6
 """N·m. A motor holds its demand for 6.25 ms, and its samples are taken for what the middle of that needs."""
 INNER_SHARE = 0.03
 """Of the signature inside a unit: what its servo does within a control period is known as well as that."""
-STICKING = 0.05
-"""rad/s. Below, a dry friction takes any value within its limits, and MuJoCo's gimbals creep."""
 SHARES = {"rotor_spin_down": 0.02, "gimbal_backlash": 0.02, "gimbal_coulomb_friction": 0.1, "rotor_imbalance": 0.08}
 """A rotor that is not driven keeps its speed in space, too: the body's 0.6 rad/s are a tenth of what it loses here.
 A servo that hunts in the play moves the gimbal between samples: true angles at 160 Hz leave 1.1 % themselves.
@@ -92,87 +80,6 @@ def test_derivatives_agree_with_differences(effect: Effect):
 
 
 # Flights
-
-
-@cache
-def scenario(body_rate: tuple[float, float, float] = (0.2, -0.6, 0.3)) -> Scenario:
-    """A short noise-free flight, released with spin; its gimbals start smoothly, so that samples of them tell all."""
-    shipped = read_scenario(shipped_scenario("diagnose"))
-    turns = np.cumsum(np.random.default_rng(3).uniform(-0.4, 0.4, (5, 6)), axis=0)
-    change = {
-        "initial": {"body_rate_rad_s": list(body_rate)},
-        "gyro": {"noise_rad_s": 0.0},
-        "encoder": {"noise_rad": 0.0},
-        "tachometer": {"noise_rad_s": 0.0},
-        "torque_sensor": {"noise_N_m": 0.0},
-        "simulation": {"duration_s": 1.25, "control_rate_hz": 160.0, "telemetry_rate_hz": 160.0},
-        "controller": {"feedback_gain_1_s": 1.0},
-        "estimation": {"initial_momentum": "estimated", "estimators": ["iv_momentum"]},
-    }
-    spline = {
-        "kind": "control_points",
-        "parametrization": "gimbal",
-        "duration_s": 2.0,
-        "gimbal_angle_rad": np.vstack([np.zeros((3, 6)), turns]).tolist(),
-    }
-    changed = extended(shipped, Extension(scenario=change))
-    return Scenario.model_validate(changed.model_dump(by_alias=True, exclude_unset=True) | {"maneuver": spline})
-
-
-@cache
-def nominal() -> PlatformModel:
-    return nominal_platform(scenario())
-
-
-@dataclass(frozen=True, kw_only=True)
-class Flight:
-    released: Scenario
-    experiment: Experiment
-    telemetry: Telemetry
-
-    def values(self, *effects: Array, further_rate: Array | float = 0.0) -> Values:
-        """The nominal inertia, the release, and the effects' sizes."""
-        return Values(
-            theta=theta_of(nominal().inertia)[None],
-            initial_rate=(np.array(self.released.initial.body_rate_rad_s) + further_rate)[None, None],
-            effects=tuple(size[None] for size in effects),
-        )
-
-    def missed(self, hooks: list[Hooks], values: Values) -> Array:
-        """What the gyro read less the prediction, shape (N, 3), rad/s."""
-        return np.asarray(self.telemetry.body_rate - predicted(grid_of([self.telemetry]), hooks, values)[0][0])
-
-    def missed_from_any_start(self) -> Array:
-        """What the nominal model leaves whatever the initial rate was, shape (N, 3), rad/s."""
-        plain, step = self.missed([], self.values()), 1e-6
-        turned = [self.missed([], self.values(further_rate=step * axis)) - plain for axis in np.eye(3)]
-        columns = np.stack(turned, axis=-1).reshape(-1, 3) / step
-        return plain - (columns @ np.linalg.lstsq(columns, plain.ravel())[0]).reshape(-1, 3)
-
-    def residual(self, hooks: list[Hooks], *effects: Array) -> float:
-        """Largest difference of the prediction from what the gyro read, rad/s."""
-        return float(np.abs(self.missed(hooks, self.values(*effects))).max())
-
-    def answer_residual(self, hooks: list[Hooks], *effects: Array) -> float:
-        """Largest difference of the gimbals' predicted answers to their commands from those measured, rad."""
-        grid, sizes = grid_of([self.telemetry]), self.values(*effects).effects
-        return float(np.abs(servo_answers(grid, hooks, sizes)[0] - measured_answers(grid)[0]).max())
-
-    def torque_residual(self, hooks: list[Hooks], *effects: Array) -> float:
-        """Largest difference of the predicted torques of turning motors from those measured, N·m."""
-        grid, values = grid_of([self.telemetry]), self.values(*effects)
-        (torques,) = motor_torques(grid, hooks, values.effects, node_rates(grid, hooks, values))[0]
-        run = grid.runs[0]
-        turning = np.abs(gimbal_motion(run)(run.actuator_time[compared(run)], 1)) > STICKING
-        return float(np.abs(torques - measured_torques(grid)[0])[turning].max())
-
-
-def flown(extensions: list[Extension], folder: Path, released: Scenario | None = None) -> Flight:
-    """Write the extended model, read it back and fly it; telemetry is taken for what the nominal model says it is."""
-    start = scenario() if released is None else released
-    experiment = conduct(read_scenario(write_extended(start, extensions, nominal().inertia, folder)), seed=1)
-    telemetry = telemetry_of(experiment.flown.record, start, nominal())
-    return Flight(released=start, experiment=experiment, telemetry=telemetry)
 
 
 def test_without_effects_the_files_fly_as_the_scenario_does(tmp_path):
