@@ -14,7 +14,7 @@ from testbed.cmg.cluster import Cluster
 from testbed.effects.contract import UNITS, Effect, Extension, Parameter, only_unit, unit_index
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import Gimbals, Grid
-from testbed.prediction.hooks import Hooks, magnitude, sign_of
+from testbed.prediction.hooks import Hooks
 from testbed.scenario.scenario import Scenario
 
 _SPECK = 5e-4
@@ -46,14 +46,21 @@ def _behind(run: Telemetry, unit: int, dead_zone: Array) -> CubicSpline:
     """
     assert run.gimbal_angle is not None
     encoder = np.unwrap(run.gimbal_angle[:, unit])
-    axis = np.empty((len(dead_zone), len(encoder)), dtype=dead_zone.dtype)
-    axis[:, 0] = present = encoder[0] + 0.0 * dead_zone
-    for sample in range(1, len(encoder)):
-        ahead = encoder[sample] - present
-        touches = magnitude(ahead).real >= 0.5 * dead_zone.real
-        present = np.where(touches, encoder[sample] - 0.5 * dead_zone * sign_of(ahead), present)
-        axis[:, sample] = present
+    contacts = np.array([_contacts(encoder.tolist(), 0.5 * width) for width in dead_zone.real.tolist()])
+    axis = encoder[contacts[..., 0]] - 0.5 * dead_zone[:, None] * contacts[..., 1]
     return CubicSpline(run.actuator_time, axis - encoder, axis=1)
+
+
+def _contacts(encoder: list[float], half: float) -> list[tuple[int, int]]:
+    """Return at which sample the axis was last dragged along, and to which side, up to every sample."""
+    axis, contact = encoder[0], (0, 0)
+    contacts = []
+    for sample, angle in enumerate(encoder):
+        side = (angle - axis > half) - (angle - axis < -half)
+        if side:
+            axis, contact = angle - half * side, (sample, side)
+        contacts.append(contact)
+    return contacts
 
 
 @final
