@@ -30,7 +30,17 @@ def cross(left: Array, right: Array) -> Array:
     """Return left × right, shape (..., 3); NumPy's own spends ten times as long on moving axes."""
     a, b, c = left[..., 0], left[..., 1], left[..., 2]
     x, y, z = right[..., 0], right[..., 1], right[..., 2]
-    return np.stack((b * z - c * y, c * x - a * z, a * y - b * x), axis=-1)
+    first = b * z - c * y
+    product = np.empty((*first.shape, 3), dtype=first.dtype)
+    product[..., 0], product[..., 1], product[..., 2] = first, c * x - a * z, a * y - b * x
+    return product
+
+
+def applied(matrix: Array, vector: Array) -> Array:
+    """Return matrix · vector, shape (..., 3); for many small ones twice as fast as `numpy.matvec`."""
+    return np.asarray(
+        matrix[..., 0] * vector[..., :1] + matrix[..., 1] * vector[..., 1:2] + matrix[..., 2] * vector[..., 2:]
+    )
 
 
 def matrix_of_quaternion(quaternion: Array) -> Array:

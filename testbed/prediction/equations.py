@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from testbed.arrays import Array, Series
-from testbed.prediction.algebra import cross, matrix_of_quaternion, quaternion_rate
+from testbed.prediction.algebra import applied, cross, matrix_of_quaternion, quaternion_rate
 from testbed.prediction.hooks import Hooks, Instant
 
 
@@ -133,7 +133,7 @@ class Equations:
         return held
 
     def _body_rate(self, state: Array, known: Known) -> Array:
-        return np.asarray(np.matvec(known.inverse, state[..., :3] - known.momentum_B - self._hidden(state)))
+        return applied(known.inverse, state[..., :3] - known.momentum_B - self._hidden(state))
 
     def _slope(self, state: Array, known: Known) -> Array:
         body_rate = self._body_rate(state, known)
