@@ -17,11 +17,13 @@ from testbed.effects.contract import Extension
 from testbed.estimation.telemetry import Telemetry
 from testbed.experiment.conduct import conduct
 from testbed.experiment.experiment import Experiment
+from testbed.prediction.compared import compared
 from testbed.prediction.grid import grid_of
 from testbed.prediction.hooks import Hooks
-from testbed.prediction.inner import compared, measured_answers, measured_torques, motor_torques, servo_answers
 from testbed.prediction.integration import Values, node_rates
+from testbed.prediction.motor_torques import measured_torques, motor_torques
 from testbed.prediction.prediction import predicted
+from testbed.prediction.servo_answers import measured_answers, servo_answers
 from testbed.prediction.smoothed import gimbal_motion
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.scenario import Scenario

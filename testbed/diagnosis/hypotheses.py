@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Placed
 from testbed.effects.contract import Channel, Effect
-from testbed.prediction.inner import has_torques
+from testbed.prediction.motor_torques import has_torques
 
 
 @dataclass(frozen=True, kw_only=True)

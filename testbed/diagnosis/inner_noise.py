@@ -10,15 +10,9 @@ from scipy.optimize import lsq_linear
 from testbed.arrays import Array, Units
 from testbed.effects.fast_changes import FEWEST, fast_power
 from testbed.prediction.grid import Grid
-from testbed.prediction.inner import (
-    by_units,
-    has_commands,
-    has_torques,
-    measured_answers,
-    measured_torques,
-    shown,
-)
+from testbed.prediction.motor_torques import has_torques, measured_torques
 from testbed.prediction.servo import answer, ticks_of
+from testbed.prediction.servo_answers import by_units, has_commands, measured_answers, shown
 
 _LEAST = 1e-3
 """Share of a channel's own scatter that its noise has at least: the model of a gimbal is no better than that."""

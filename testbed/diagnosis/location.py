@@ -14,8 +14,10 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.drivers import Path, candidates
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.projection import orthonormal, projected_out
+from testbed.prediction.compared import compared
 from testbed.prediction.grid import telemetry_spline
-from testbed.prediction.inner import by_units, compared, followed, has_torques
+from testbed.prediction.motor_torques import has_torques
+from testbed.prediction.servo_answers import by_units, followed
 from testbed.signals import AXES, UNITS
 
 MOST = 6

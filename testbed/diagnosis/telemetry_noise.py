@@ -12,6 +12,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from testbed.arrays import Array, Theta
+from testbed.cmg.cluster import transverse_axes
 from testbed.diagnosis.data import Runs
 from testbed.dynamics.inertia import inertia_of
 from testbed.estimation.telemetry import Telemetry
@@ -37,11 +38,8 @@ def with_telemetry_noise(runs: Runs, theta: Theta) -> Runs:
 def momentum_covariance(run: Telemetry) -> Array:
     """Return the covariance of a sample of the cluster's momentum by its telemetry's noise, (N·m·s)², shape (3, 3)."""
     if run.gimbal_angle is not None and run.cluster is not None:
-        cluster, angle = run.cluster, run.gimbal_angle[..., None]
-        transverse_B = np.cross(cluster.gimbal_axis_B, cluster.spin_axis_B)
-        turned = np.cos(angle) * transverse_B - np.sin(angle) * cluster.spin_axis_B
-        slopes = cluster.rotor_momentum[:, None] * turned
-        return np.asarray(np.einsum("kui,kuj,u->ij", slopes, slopes, _variance(run.gimbal_angle)) / len(angle))
+        slopes = run.cluster.rotor_momentum[:, None] * transverse_axes(run.cluster, run.gimbal_angle)
+        return np.asarray(np.einsum("kui,kuj,u->ij", slopes, slopes, _variance(run.gimbal_angle)) / len(slopes))
     if run.cluster_momentum is not None:
         return np.diag(_variance(run.cluster_momentum))
     return np.zeros((3, 3))

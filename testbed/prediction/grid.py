@@ -99,6 +99,11 @@ def grid_of(telemetry: Sequence[Telemetry], longest_step: float = LONGEST_STEP) 
     )
 
 
+def at_nodes(values: Array, run: int) -> Array:
+    """Return what stands along the grid at the nodes of one run, shape (P, M + 1, 6)."""
+    return values[run if len(values) > 1 else 0, :, ::2]
+
+
 def telemetry_spline(run: Telemetry, channel: str) -> CubicSpline:
     """Return the cubic spline through a run's samples of an actuator channel that it has."""
     return CubicSpline(run.actuator_time, getattr(run, channel))

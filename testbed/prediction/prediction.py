@@ -14,8 +14,9 @@ from testbed.arrays import Array, Vectors3
 from testbed.prediction.grid import Grid
 from testbed.prediction.gyro import acts_in_gyro, gyro_errors, readings
 from testbed.prediction.hooks import Hooks
-from testbed.prediction.inner import has_torques, motor_torques, servo_answers
 from testbed.prediction.integration import COMPLEX_STEP, Values, node_rates
+from testbed.prediction.motor_torques import has_torques, motor_torques
+from testbed.prediction.servo_answers import servo_answers
 from testbed.prediction.smoothed import body_motion
 
 Predictor: TypeAlias = Callable[[Grid, Sequence[Hooks], Values], list[Array]]

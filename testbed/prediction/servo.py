@@ -22,6 +22,7 @@ from testbed.arrays import Array, Series, UnitSeries
 from testbed.estimation.telemetry import Servo, Telemetry
 from testbed.prediction.smooth import decay
 from testbed.prediction.smoothed import body_motion, gimbal_motion
+from testbed.prediction.unit_axes import rate_across
 
 _REMEMBERED = 64
 _RESONANT = 1e-6
@@ -125,19 +126,11 @@ def _load_shares(run: Telemetry, time: Series, angle: Array, rate: Array) -> tup
     """Return ω·s, ω·t, and how the gimbal's and the body's motion change the latter, each of shape (N, 6)."""
     cluster = run.cluster
     assert cluster is not None
-    transverse_B = np.cross(cluster.gimbal_axis_B, cluster.spin_axis_B)
     at = np.clip(time, run.gyro_time[0], run.gyro_time[-1])
-    (spin, transverse), (spin_slope, transverse_slope) = (
-        (body_motion(run)(at, order) @ cluster.spin_axis_B.T, body_motion(run)(at, order) @ transverse_B.T)
-        for order in (0, 1)
+    (spinning, turned), (_, turned_slope) = (
+        rate_across(cluster.gimbal_axis_B, cluster.spin_axis_B, angle, body_motion(run)(at, order)) for order in (0, 1)
     )
-    cosine, sine = np.cos(angle), np.sin(angle)
-    return (
-        cosine * spin + sine * transverse,
-        cosine * transverse - sine * spin,
-        -rate * (sine * transverse + cosine * spin),
-        cosine * transverse_slope - sine * spin_slope,
-    )
+    return spinning, turned, -rate * spinning, turned_slope
 
 
 def _rotor_momentum(run: Telemetry, time: Series) -> Array:

@@ -14,8 +14,8 @@ from testbed.diagnosis.model import Fit
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import grid_of
 from testbed.prediction.hooks import Hooks
-from testbed.prediction.inner import has_torques
 from testbed.prediction.integration import Values
+from testbed.prediction.motor_torques import has_torques
 from testbed.prediction.prediction import predicted_channels, predicted_with_derivatives
 from testbed.separation.flight import NextFlight
 

@@ -19,8 +19,8 @@ from testbed.diagnosis.scatter import scatter_found
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import grid_of
-from testbed.prediction.inner import motor_torques
 from testbed.prediction.integration import Values, node_rates
+from testbed.prediction.motor_torques import motor_torques
 from testbed.scenario.reader import read_scenario
 from tests.blind_cases import blind_case
 from tests.concealing.effect import HiddenEffect

@@ -1,0 +1,120 @@
+"""The torques that the gimbals' motors should have given.
+
+The gimbal's own motion is measured, so that its equation of motion is not integrated but read:
+τ = (Jg + Jt)(d̈ + g·ω̇) - Js Ω ω·t + (Jt - Js)(ω·s)(ω·t), and friction beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from testbed.arrays import Array, UnitSeries
+from testbed.estimation.telemetry import Telemetry
+from testbed.prediction.compared import compared
+from testbed.prediction.grid import Gimbals, Grid, at_nodes
+from testbed.prediction.hooks import Hooks
+from testbed.prediction.integration import effective_gimbals
+from testbed.prediction.smoothed import body_motion, gimbal_motion
+from testbed.prediction.unit_axes import along_units, rate_across
+
+_REMEMBERED = 64
+
+
+def has_torques(grid: Grid) -> bool:
+    """Return whether the runs carry motor torques that can be predicted."""
+    return grid.gimbals is not None and all(run.gimbal_torque is not None for run in grid.runs)
+
+
+def measured_torques(grid: Grid) -> list[Array]:
+    """Return the motor torques of every run that are compared, each of shape (K, 6), N·m."""
+    return [_torques(run)[compared(run)] for run in grid.runs]
+
+
+def motor_torques(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates: Array) -> list[Array]:
+    """Return the predicted motor torques of every run, each of shape (P, K, 6), N·m.
+
+    Args:
+        grid: the runs; they carry motor torques.
+        hooks: the effects in the model.
+        effects: their parameters, shapes (P, Q).
+        rates: ω at the grid's nodes, shape (R, P, M + 1, 3), rad/s.
+    """
+    gimbals = effective_gimbals(grid, hooks, effects)
+    assert gimbals is not None
+    age = torque_age(grid.runs)
+    torques = []
+    for index, run in enumerate(grid.runs):
+        at = run.actuator_time[compared(run)]
+        torque = CubicSpline(grid.node_time[index], _frictionless(grid, gimbals, rates[index], index), axis=1)(at - age)
+        torque = torque - age * tachometer_gain(run) * gimbal_motion(run)(at, 2)
+        gimbal_rate = gimbal_motion(run)(at, 1)[None]
+        for hook, value in zip(hooks, effects, strict=True):
+            torque = hook.motor_torque(torque, value, gimbal_rate)
+        torques.append(torque)
+    return torques
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def torque_age(runs: tuple[Telemetry, ...]) -> float:
+    """Return by how much motor torques are older than their samples, s: half of the period through which they are held.
+
+    A motor holds its demand through a control period and gives, at its end, what the middle needed, less what its
+    tachometer loop takes back: τ(t) - τ'·a - k_v d̈·a. The age a is the one that fits the measured torques, with all
+    units and runs together; zero where the servo is not known.
+    """
+    known = [run for run in runs if run.servo is not None]
+    late = np.concatenate([np.zeros(0), *(_change_by_age(run) for run in known)])
+    missed = np.concatenate([np.zeros(0), *(_missed(run) for run in known)])
+    longest = max((run.servo.period for run in known if run.servo is not None), default=0.0)
+    return float(np.clip(late @ missed / max(late @ late, np.finfo(float).tiny), 0.0, longest))
+
+
+def tachometer_gain(run: Telemetry) -> Array | float:
+    """Return k_v of the loop inside the motors, N·m·s/rad; zero where the servo is not known."""
+    return 0.0 if run.servo is None or run.cluster is None else run.servo.bandwidth * run.cluster.gimbal_axis_inertia
+
+
+def _change_by_age(run: Telemetry) -> Array:
+    """Return what an age of one second would change in a run's motor torques, shape (6 K,), N·m/s."""
+    at = run.actuator_time[compared(run)]
+    return np.asarray(-(_needed(run)(at, 1) + tachometer_gain(run) * gimbal_motion(run)(at, 2)).ravel())
+
+
+def _missed(run: Telemetry) -> Array:
+    """Return a run's motor torques less those that its measured motion needs, shape (6 K,), N·m."""
+    keep = compared(run)
+    return np.asarray((_torques(run)[keep] - _needed(run)(run.actuator_time[keep])).ravel())
+
+
+def _needed(run: Telemetry) -> CubicSpline:
+    """Return the torque that a run's gimbals need by its measured motion, (6,), N·m."""
+    cluster, time = run.cluster, run.actuator_time
+    assert cluster is not None
+    motion, body = gimbal_motion(run), body_motion(run)(np.clip(time, run.gyro_time[0], run.gyro_time[-1]))
+    _, turned = rate_across(cluster.gimbal_axis_B, cluster.spin_axis_B, motion(time), body)
+    return CubicSpline(time, cluster.gimbal_axis_inertia * motion(time, 2) - cluster.rotor_momentum * turned)
+
+
+def _frictionless(grid: Grid, gimbals: Gimbals, body_rate: Array, run: int) -> Array:
+    """Return the torque that a run's gimbals need at the nodes, shape (P, M + 1, 6), N·m."""
+    cluster, time = grid.cluster, grid.node_time[run]
+    assert cluster is not None
+    gimbal_B = np.swapaxes(gimbals.gimbal_axis_B, -1, -2)
+    spinning, turned = along_units(gimbals, body_rate, run)
+    acceleration = gimbal_motion(grid.runs[run])(time, 2) + _slopes(time, body_rate) @ gimbal_B
+    own = cluster.rotor_transverse_inertia - cluster.rotor_spin_inertia
+    load = (at_nodes(gimbals.rotor_momentum, run) - own * spinning) * turned
+    return np.asarray(cluster.gimbal_axis_inertia * acceleration - load)
+
+
+def _slopes(time: Array, values: Array) -> Array:
+    return np.asarray(CubicSpline(time, values, axis=-2)(time, 1))
+
+
+def _torques(run: Telemetry) -> UnitSeries:
+    assert run.gimbal_torque is not None
+    return run.gimbal_torque

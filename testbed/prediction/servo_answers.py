@@ -1,0 +1,129 @@
+"""How the gimbals' angles should have answered their commands, in the directions that hold no load."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.signal import lfilter
+
+from testbed.arrays import Array, Flags
+from testbed.cmg.cluster import transverse_axes
+from testbed.estimation.telemetry import Telemetry
+from testbed.prediction.compared import compared, gaps
+from testbed.prediction.grid import Gimbals, Grid, at_nodes
+from testbed.prediction.hooks import Hooks
+from testbed.prediction.integration import effective_gimbals
+from testbed.prediction.servo import answer, set_point, ticks_of
+from testbed.prediction.smoothed import body_motion, gimbal_motion
+from testbed.prediction.unit_axes import along_units
+
+_COMPARED = 0.1
+"""s. Time constant of the high-pass behind which angles are compared: slower differences are the plan's, not known."""
+_AT_LIMIT = 0.98
+"""Share of the rate limit from which on a set point may be cut: 0.04 rad/s is what 1.5 mrad of an angle add to it."""
+_REMEMBERED = 64
+
+
+def has_commands(grid: Grid) -> bool:
+    """Return whether the runs carry the rates that were asked of the gimbals, and their servo is known."""
+    return grid.gimbals is not None and all(
+        run.gimbal_rate_command is not None and run.servo is not None for run in grid.runs
+    )
+
+
+def measured_answers(grid: Grid) -> list[Array]:
+    """Return what is compared of the gimbal angles of every run, each of shape (K, 3), rad."""
+    return [shown(run, np.unwrap(run.gimbal_angle, axis=0)) for run in grid.runs if run.gimbal_angle is not None]
+
+
+def servo_answers(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> list[Array]:
+    """Return what is compared of the predicted answers to the commands in every run, each of shape (P, K, 3), rad.
+
+    Args:
+        grid: the runs; they carry commands.
+        hooks: the effects in the model.
+        effects: their parameters, shapes (P, Q).
+    """
+    pairs = list(zip(hooks, effects, strict=True))
+    sets = max([1, *(len(value) for value in effects)])
+    lag = np.zeros((sets, 6)) + sum((hook.servo_lag(value) for hook, value in pairs), np.zeros((1, 6)))
+    gimbals, cluster = effective_gimbals(grid, hooks, effects), grid.cluster
+    assert gimbals is not None
+    assert cluster is not None
+    answers = []
+    for index, run in enumerate(grid.runs):
+        friction = np.zeros((1, 1, 6))
+        for hook, value in pairs:
+            friction = hook.motor_torque(friction, value, ticks_of(run).gimbal_rate[None])
+        against = (friction - _further_load(grid, gimbals, index)) / cluster.gimbal_axis_inertia
+        answers.append(shown(run, answer(run, lag, np.broadcast_to(against, (sets, len(ticks_of(run).time), 6)))))
+    return answers
+
+
+def shown(run: Telemetry, angle: Array) -> Array:
+    """Return what is compared of gimbal angles, shape (..., K, 3), rad: in the directions that hold no load.
+
+    The servo is fed forward the load at a body rate that was planned and is not sent; what it misses by that lies in
+    the three directions that a body rate loads.
+
+    Args:
+        run: with gimbal angles.
+        angle: at its samples, shape (..., K', 6), rad.
+    """
+    free, keep = unloaded(run), followed(run)
+    beside = np.matvec(free, np.matvec(np.swapaxes(free, -1, -2), angle))
+    forgotten = np.exp(-float(np.median(np.diff(run.actuator_time))) / _COMPARED)
+    changes = np.diff(beside[..., keep, :], axis=-2, prepend=beside[..., keep, :][..., :1, :])
+    passed = lfilter([1.0], [1.0, -forgotten], changes, axis=-2)
+    return np.asarray(np.matvec(np.swapaxes(free[keep], -1, -2), passed))
+
+
+def by_units(run: Telemetry, values: Array) -> Array:
+    """Return the gimbal angles to which what is compared belongs, shape (K, 6), of values of shape (K, 3), rad."""
+    return np.asarray(np.einsum("kui,ki->ku", unloaded(run)[followed(run)], values))
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def unloaded(run: Telemetry) -> Array:
+    """Return the directions in which gimbal angles show nothing of a load by a body rate, shape (K', 6, 3).
+
+    The servo answers a load as late as ω_b / ω_n²: the directions are those of the angles then.
+    """
+    cluster, servo = run.cluster, run.servo
+    assert cluster is not None
+    assert servo is not None
+    before = run.actuator_time - servo.bandwidth / servo.stiffness
+    loaded = transverse_axes(cluster, gimbal_motion(run)(np.maximum(before, run.actuator_time[0])))
+    return np.asarray(np.linalg.qr(loaded, mode="complete")[0][..., 3:])
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def followed(run: Telemetry) -> Flags:
+    """Return which of the compared samples come before the first set point at the rate limit or gap, shape (K,).
+
+    Behind either nobody knows what the servo was asked for.
+    """
+    assert run.servo is not None
+    cut = (np.abs(set_point(run)) > _AT_LIMIT * run.servo.rate_limit).any(axis=1)
+    missing = np.concatenate([[False], gaps(run)])
+    lost = np.logical_or.accumulate(cut)[ticks_of(run).samples] | np.logical_or.accumulate(missing)
+    return np.asarray(compared(run) & ~lost)
+
+
+def _further_load(grid: Grid, gimbals: Gimbals, run: int) -> Array:
+    """Return the load of units as they are less that of telemetry, at a run's ticks, shape (P, N, 6), N·m."""
+    if gimbals is grid.gimbals or grid.gimbals is None:
+        return np.zeros((1, 1, 6))
+    time = grid.node_time[run]
+    body_rate = body_motion(grid.runs[run])(time)
+    further = _load(gimbals, body_rate, run) - _load(grid.gimbals, body_rate, run)
+    at = np.clip(ticks_of(grid.runs[run]).time, time[0], time[-1])
+    return np.asarray(CubicSpline(time, further, axis=1)(at))
+
+
+def _load(gimbals: Gimbals, body_rate: Array, run: int) -> Array:
+    """Return Js Ω ω·t of a run's gimbals at the nodes, shape (P, M + 1, 6), N·m."""
+    return np.asarray(at_nodes(gimbals.rotor_momentum, run) * along_units(gimbals, body_rate, run)[1])
