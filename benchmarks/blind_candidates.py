@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from testbed.diagnosis.candidates import Screening
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.noise import readings_of
-from testbed.diagnosis.screening import Screening
 from testbed.effects.contract import ReadingEffect
 
 CANDIDATES = "candidates.json"

@@ -11,10 +11,10 @@ from rich.table import Table
 from rich.text import Text
 
 from testbed.arrays import Theta
+from testbed.diagnosis.candidates import Screening
 from testbed.diagnosis.findings import Detectable, detectable_sizes, inertia_change, pairs_alike, stds_of
 from testbed.diagnosis.location import Place
 from testbed.diagnosis.probabilities import probabilities_of
-from testbed.diagnosis.screening import Screening
 from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.contract import Quantity

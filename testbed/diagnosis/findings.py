@@ -10,12 +10,12 @@ from scipy.special import expit
 from scipy.stats import chi2
 
 from testbed.arrays import Array, Theta
+from testbed.diagnosis.candidates import Screening
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import nominal_fit
 from testbed.diagnosis.model import Fit, Placed
 from testbed.diagnosis.probabilities import probabilities_of
 from testbed.diagnosis.scatter import Scatter
-from testbed.diagnosis.screening import Screening
 from testbed.diagnosis.signatures import Signature, distinguishability, smallest_detectable
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.effects.contract import Quantity

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import exp, inf
 
-from testbed.diagnosis.screening import Screening
+from testbed.diagnosis.candidates import Screening
 
 NONE, UNKNOWN = "none", "unknown"
 NOTHING = 3.0

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from math import exp, inf, log
 
 import numpy as np
 
 from testbed.arrays import Array
+from testbed.diagnosis.candidates import Candidate, Screening
 from testbed.diagnosis.chance import log_chance
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import log_evidence
@@ -20,83 +20,6 @@ from testbed.errors import InputError
 MOST_REFITS = 8
 _SHOWN = 0.2
 """Chance of the fitted runs' gain alone, without any correction, from which on they do not show an effect."""
-CLOSE = 6.0
-"""Difference of evidence within which two hypotheses are not told apart."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Candidate:
-    """A hypothesis refitted together with all else in the model.
-
-    Attributes:
-        placed: effect and component.
-        fit: the model with it.
-        gain: χ² of the present model less that of this one.
-        rank: directions that the data show of the effect.
-        looks: logarithm of the number of places at which it was sought.
-        carried: by how much the model predicts the held-out runs better, twice the logarithm of the density's ratio.
-        evidence: twice the logarithm of by how much the effect makes all runs likelier, its size as likely beforehand
-            as it turns out (`scale_evidence`), and for what is scanned less twice the logarithm of the looks.
-        p_value: of the gain, times the number of hypotheses and of each one's looks (Bonferroni), over the held-out
-            runs' ratio of densities: that is a p-value too, as the mean of the ratio is 1 without the effect. Not below
-            the family-wise error where the gain alone says nothing: what the fitted runs do not show at all is not in
-            the model's place to explain others.
-    """
-
-    placed: Placed
-    fit: Fit
-    gain: float
-    rank: int
-    looks: float
-    carried: float
-    evidence: float
-    p_value: float
-
-    @property
-    def significant(self) -> bool:
-        """Whether it is there, at the family-wise error."""
-        return self.p_value < FAMILY_WISE_ERROR
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Screening:
-    """All hypotheses against the present model.
-
-    Attributes:
-        signatures: of each hypothesis at its most telling start.
-        tested: number of hypotheses, which share the family-wise error alike.
-        candidates: refitted ones, the one with the most evidence first.
-    """
-
-    signatures: tuple[Signature, ...]
-    tested: int
-    candidates: tuple[Candidate, ...]
-
-    @property
-    def chosen(self) -> Candidate | None:
-        """The best candidate, if it is there by more than chance and is likelier than that nothing is missing."""
-        best = self.candidates[0] if self.candidates else None
-        return best if best is not None and best.significant and self.odds(best) > 0.0 else None
-
-    def odds(self, candidate: Candidate) -> float:
-        """Return twice the logarithm of how much likelier a candidate is than nothing: each is as likely beforehand."""
-        return candidate.evidence - 2.0 * log(self.tested)
-
-    @property
-    def close(self) -> tuple[Candidate, ...]:
-        """Candidates that are not told apart from the best one."""
-        return tuple(candidate for candidate in self.candidates if _is_close(candidate, self.candidates[0]))
-
-
-def _is_close(candidate: Candidate, best: Candidate) -> bool:
-    """Return whether a candidate may be meant instead: by its evidence, or by its fit with but one parameter more.
-
-    Where even the best model leaves more than noise, differences count in units of what it leaves.
-    """
-    spread = max(1.0, best.fit.chi_square / best.fit.freedom)
-    worse_fit = best.gain + best.carried - candidate.gain - candidate.carried
-    one_more = candidate.placed.size == best.placed.size + 1
-    return best.evidence - candidate.evidence < CLOSE * spread or (one_more and worse_fit < CLOSE * spread)
 
 
 def scale_evidence(square: float, freedom: int) -> float:
@@ -206,6 +129,7 @@ def _candidate(
         looks=looks,
         carried=carried,
         evidence=_evidence(gain, signature.rank, carried, looks),
+        by_run=np.array([float((part**2).sum()) for part in runs.by_run(model.residual)]),
         p_value=exp(min(together, 0.0)),
     )
 

@@ -8,12 +8,13 @@ from math import sqrt
 
 import numpy as np
 
+from testbed.diagnosis.candidates import Candidate, Screening
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import fitted, fitted_initial_rates
 from testbed.diagnosis.gyro_errors import corrected
 from testbed.diagnosis.hypotheses import without
 from testbed.diagnosis.model import Fit, Placed
-from testbed.diagnosis.screening import Candidate, Screening, refitted, screened
+from testbed.diagnosis.screening import refitted, screened
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 
 MOST_EFFECTS = 3

@@ -8,6 +8,7 @@ from math import inf
 from typing import Literal
 
 from testbed.arrays import Theta
+from testbed.diagnosis.candidates import Candidate, Screening
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.hypotheses import Untestable
 from testbed.diagnosis.latent import LatentTorque
@@ -15,7 +16,6 @@ from testbed.diagnosis.model import Fit, Placed
 from testbed.diagnosis.noise import NoiseLevel
 from testbed.diagnosis.probabilities import by_class, probabilities_of
 from testbed.diagnosis.scatter import Scatter
-from testbed.diagnosis.screening import Candidate, Screening
 from testbed.diagnosis.torque_shapes import TorqueShape, surest
 
 UNEXPLAINED = 0.01

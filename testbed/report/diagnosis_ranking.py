@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from testbed.diagnosis.candidates import Screening
 from testbed.diagnosis.probabilities import probabilities_of
-from testbed.diagnosis.screening import Screening
 from testbed.diagnosis.state import Diagnosis
 from testbed.report.frame.blocks import Block, Cell, Column, Paragraph, Section, Table
 from testbed.report.wording import figures

@@ -13,10 +13,10 @@ from math import sqrt
 
 import numpy as np
 
+from testbed.diagnosis.candidates import CLOSE, Candidate
 from testbed.diagnosis.findings import INERTIA, detectable_sizes, first_screening, inertia_change
 from testbed.diagnosis.fitting import fitted, fitted_initial_rates
 from testbed.diagnosis.model import Fit, Placed, evaluated
-from testbed.diagnosis.screening import CLOSE, Candidate
 from testbed.diagnosis.signatures import required_shift
 from testbed.diagnosis.state import Diagnosis, Step
 from testbed.separation.distance import Contrast, contrast

@@ -1,0 +1,110 @@
+"""Hypotheses refitted and compared: which is the best, whether it is there, and what is not told from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import log, sqrt
+
+from testbed.arrays import Series
+from testbed.diagnosis.model import Fit, Placed
+from testbed.diagnosis.signatures import FAMILY_WISE_ERROR, Signature
+
+_MISFITTING = 2.0
+"""Variance that the best model leaves, in that of the noise, from which on it counts as wrong itself."""
+_MANY_RUNS = 10
+"""Without which their spread is not known."""
+_APART = 2.0
+"""Standard deviations."""
+CLOSE = 6.0
+"""Difference of evidence within which two hypotheses are not told apart."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Candidate:
+    """A hypothesis refitted together with all else in the model.
+
+    Attributes:
+        placed: effect and component.
+        fit: the model with it.
+        gain: χ² of the present model less that of this one.
+        rank: directions that the data show of the effect.
+        looks: logarithm of the number of places at which it was sought.
+        carried: by how much the model predicts the held-out runs better, twice the logarithm of the density's ratio.
+        evidence: twice the logarithm of by how much the effect makes all runs likelier, its size as likely beforehand
+            as it turns out (`scale_evidence`), and for what is scanned less twice the logarithm of the looks.
+        by_run: what the model leaves of the gyro in every run, a share of χ² each, shape (R,).
+        p_value: of the gain, times the number of hypotheses and of each one's looks (Bonferroni), over the held-out
+            runs' ratio of densities: that is a p-value too, as the mean of the ratio is 1 without the effect. Not below
+            the family-wise error where the gain alone says nothing: what the fitted runs do not show at all is not in
+            the model's place to explain others.
+    """
+
+    placed: Placed
+    fit: Fit
+    gain: float
+    rank: int
+    looks: float
+    carried: float
+    evidence: float
+    by_run: Series
+    p_value: float
+
+    @property
+    def significant(self) -> bool:
+        """Whether it is there, at the family-wise error."""
+        return self.p_value < FAMILY_WISE_ERROR
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Screening:
+    """All hypotheses against the present model.
+
+    Attributes:
+        signatures: of each hypothesis at its most telling start.
+        tested: number of hypotheses, which share the family-wise error alike.
+        candidates: refitted ones, the one with the most evidence first.
+    """
+
+    signatures: tuple[Signature, ...]
+    tested: int
+    candidates: tuple[Candidate, ...]
+
+    @property
+    def chosen(self) -> Candidate | None:
+        """The best candidate, if it is there by more than chance and is likelier than that nothing is missing."""
+        best = self.candidates[0] if self.candidates else None
+        return best if best is not None and best.significant and self.odds(best) > 0.0 else None
+
+    def odds(self, candidate: Candidate) -> float:
+        """Return twice the logarithm of how much likelier a candidate is than nothing: each is as likely beforehand."""
+        return candidate.evidence - 2.0 * log(self.tested)
+
+    @property
+    def close(self) -> tuple[Candidate, ...]:
+        """Candidates that are not told apart from the best one."""
+        return tuple(candidate for candidate in self.candidates if _is_close(candidate, self.candidates[0]))
+
+
+def _is_close(candidate: Candidate, best: Candidate) -> bool:
+    """Return whether a candidate may be meant instead: by its evidence, or by its fit with but one parameter more.
+
+    Where even the best model leaves more than noise, differences count in units of what it leaves, and in many runs
+    in units of how much they differ from run to run.
+    """
+    spread = max(1.0, best.fit.chi_square / best.fit.freedom)
+    worse_fit = best.gain + best.carried - candidate.gain - candidate.carried
+    one_more = candidate.placed.size == best.placed.size + 1
+    if best.evidence - candidate.evidence < CLOSE * spread or (one_more and worse_fit < CLOSE * spread):
+        return True
+    return spread > _MISFITTING and _differ_by_chance(candidate.by_run - best.by_run)
+
+
+def _differ_by_chance(worse: Series) -> bool:
+    """Return whether models that are both wrong differ by less than their difference does from run to run.
+
+    Source: Vuong, "Likelihood ratio tests for model selection and non-nested hypotheses", Econometrica (1989).
+
+    Args:
+        worse: by how much χ² is larger in every run, shape (R,).
+    """
+    return len(worse) >= _MANY_RUNS and float(worse.sum()) < _APART * float(worse.std()) * sqrt(len(worse))

@@ -1,0 +1,49 @@
+"""What is not told from the best hypothesis: by evidence, and where all models are wrong, by how runs agree."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from testbed.diagnosis.candidates import Candidate, Screening
+
+RUNS = 40
+
+
+def candidate(evidence, by_run):
+    return Candidate(
+        placed=SimpleNamespace(key=f"{evidence}", size=1),
+        fit=SimpleNamespace(chi_square=float(np.sum(by_run)), freedom=3 * RUNS),
+        gain=evidence,
+        rank=1,
+        looks=0.0,
+        carried=0.0,
+        evidence=evidence,
+        by_run=by_run,
+        p_value=0.0,
+    )
+
+
+def close(best, other):
+    return len(Screening(signatures=(), tested=2, candidates=(best, other)).close) == 2
+
+
+def test_evidence_tells_two_models_apart_where_one_of_them_is_right():
+    left = np.full(RUNS, 3.0)
+    other = left + np.random.default_rng(1).normal(1.0, 5.0, RUNS)
+    assert not close(candidate(100.0, left), candidate(80.0, other))
+    assert close(candidate(100.0, left), candidate(96.0, other))
+
+
+def test_wrong_models_are_told_apart_by_what_runs_agree_on():
+    left = np.full(RUNS, 300.0)
+    scattered = left + np.random.default_rng(1).normal(20.0, 200.0, RUNS)
+    agreed = left + np.random.default_rng(1).normal(200.0, 200.0, RUNS)
+    assert close(candidate(8000.0, left), candidate(6000.0, scattered))
+    assert not close(candidate(8000.0, left), candidate(6000.0, agreed))
+
+
+def test_few_runs_do_not_tell_their_scatter():
+    left, other = np.full(3, 300.0), np.array([0.0, 900.0, 900.0])
+    assert not close(candidate(8000.0, left), candidate(2000.0, other))
