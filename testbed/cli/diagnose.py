@@ -28,7 +28,6 @@ from testbed.report.diagnosis_next import distance_words, flight_words, no_gimba
 from testbed.report.diagnosis_verdict import (
     diagnosis_verdict,
     effect_name,
-    effect_sentence,
     gap_words,
     quantity_words,
     shape_words,
@@ -178,7 +177,7 @@ def _tell_rest(diagnosis: Diagnosis) -> None:
     for scatter in diagnosis.scatter:
         say()
         entry("Added", effect_name(scatter.effect, scatter.component))
-        entry("", effect_sentence(scatter.effect, scatter.component))
+        entry("", scatter.effect.told(scatter.component))
         for quantity in scatter.effect.quantities(scatter.finding.values, scatter.finding.std):
             entry("", quantity_words(quantity))
     if diagnosis.latent is not None:

@@ -81,6 +81,10 @@ class Extension:
     scenario: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 
+_PLACES = {"gyro": "the gyro", "platform": "the platform", "cluster": "the cluster", "actuators": "the actuators"}
+_PLACES |= {axis: f"the gyro's {axis} axis" for axis in AXES}
+
+
 class NamedEffect(ABC):
     """What a row of the table of effects tells of itself, whatever way it is found.
 
@@ -105,6 +109,11 @@ class NamedEffect(ABC):
     confirm: ClassVar[str]
     flies: ClassVar[bool] = True
     recurs: ClassVar[bool] = True
+
+    def told(self, component: str) -> str:
+        """Return what it is, at its place, in a sentence."""
+        sentence = self.sentence.format(component=_PLACES.get(component, component))
+        return sentence[0].upper() + sentence[1:]
 
     @abstractmethod
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:

@@ -26,7 +26,7 @@ class GyroNoise(ReadingEffect):
     id = "gyro_noise"
     components = ("gyro", *AXES)
     parameters = (Parameter(name="extra_noise_rad_s", unit="rad/s", typical=1e-3, lower=0.0),)
-    sentence = "The gyro's readings ({component}) scatter more than is stated, without any structure."
+    sentence = "The readings of {component} scatter more than is stated, without any structure."
     look_alikes = ("gyro_quantization",)
     confirm = "A record of the platform held still: its standard deviation is the noise."
 

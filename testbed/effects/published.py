@@ -41,7 +41,7 @@ def _rows(effects: list[NamedEffect]) -> Iterator[str]:
             _components(effect.components),
             "; ".join(_parameters(effect.parameters)),
             ", ".join(need.replace("_", " ") for need in effect.needs),
-            effect.sentence.format(component=effect.components[0]),
+            effect.told(effect.components[0]),
             ", ".join(f"`{other}`" for other in effect.look_alikes),
         )
         yield f"| {' | '.join(cells)} |"

@@ -12,7 +12,7 @@ from testbed.diagnosis.findings import quantities_of, scatter_probability, step_
 from testbed.diagnosis.location import Place
 from testbed.diagnosis.state import Diagnosis, Gap
 from testbed.effects.contract import NamedEffect, Quantity
-from testbed.report.diagnosis_verdict import effect_name, effect_sentence
+from testbed.report.diagnosis_verdict import effect_name
 from testbed.report.frame.blocks import Block, Cell, Column, Figure, Paragraph, Section, Table
 from testbed.report.frame.style import color, layout
 from testbed.report.wording import BAND, figures, listed
@@ -102,7 +102,7 @@ def _sentences(diagnosis: Diagnosis) -> Paragraph:
         for step in diagnosis.steps
         if step.look_alikes
     ]
-    return Paragraph(text=" ".join([*(effect_sentence(*each) for each in added), *alike]))
+    return Paragraph(text=" ".join([*(effect.told(component) for effect, component in added), *alike]))
 
 
 def _rows(diagnosis: Diagnosis) -> Iterator[tuple[Cell, ...]]:

@@ -9,12 +9,10 @@ from testbed.diagnosis.findings import quantities_of
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.effects.contract import NamedEffect, Quantity
 from testbed.report.frame.blocks import Notice
-from testbed.report.wording import BAND, capitalized, chance_words, figures, listed
+from testbed.report.wording import BAND, chance_words, figures, listed
 
 _FAR = 1.5
 """Times the fitted runs' gap: beyond it, those held out are missed by more than noise differs between runs."""
-_PLACES = {"gyro": "the gyro", "platform": "the platform", "cluster": "the cluster", "actuators": "the actuators"}
-_PLACES |= {axis: f"the gyro's {axis} axis" for axis in "xyz"}
 
 
 def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
@@ -75,11 +73,6 @@ def effect_name(effect: NamedEffect, component: str) -> str:
     return f"{effect.id} ({component})"
 
 
-def effect_sentence(effect: NamedEffect, component: str) -> str:
-    """Return what an effect is, at its place."""
-    return capitalized(effect.sentence.format(component=_PLACES.get(component, component)))
-
-
 def gap_words(gap: Gap) -> str:
     """Return a gap's numbers, in sigma."""
     held_out = f" fitted, {gap.heldout:.3f} held out" if isfinite(gap.heldout) else ""
@@ -95,7 +88,7 @@ def quantity_words(quantity: Quantity) -> str:
 
 def step_words(diagnosis: Diagnosis, step: Step) -> Iterator[str]:
     """Yield what was added, in lines: the sentence, its parameters, its look-alikes, the experiment to tell them."""
-    yield effect_sentence(step.placed.effect, step.placed.component)
+    yield step.placed.effect.told(step.placed.component)
     yield from (quantity_words(quantity) for quantity in quantities_of(diagnosis.model, step.placed))
     if step.look_alikes:
         others = listed(effect_name(other.effect, other.component) for other in step.look_alikes)

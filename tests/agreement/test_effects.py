@@ -19,7 +19,6 @@ from testbed.experiment.conduct import conduct
 from testbed.prediction.grid import grid_of
 from testbed.prediction.integration import Values
 from testbed.prediction.prediction import predicted, predicted_with_derivatives
-from testbed.report.diagnosis_verdict import effect_sentence
 from tests.flown_effects import flown, nominal, scenario
 
 LEFT = 2e-6
@@ -198,4 +197,4 @@ def test_an_effect_says_what_it_is(effect: NamedEffect):
         assert parameter.lower <= parameter.absent <= parameter.upper
         assert parameter.lower <= parameter.typical <= parameter.upper
     for component in effect.components:
-        assert not re.search(r"\b(\w+) \1\b", effect_sentence(effect, component))
+        assert not re.search(r"\b(\w+) \1\b", effect.told(component))
