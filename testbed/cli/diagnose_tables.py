@@ -14,11 +14,11 @@ from testbed.arrays import Theta
 from testbed.diagnosis.candidates import Screening
 from testbed.diagnosis.findings import Detectable, detectable_sizes, inertia_change, pairs_alike, stds_of
 from testbed.diagnosis.location import Place
-from testbed.diagnosis.probabilities import probabilities_of
 from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.contract import Quantity
 from testbed.effects.registry import EFFECTS
+from testbed.report.diagnosis_ranking import RANKING, ranking_rows
 from testbed.report.wording import chance_words, decimals_for, figures, milli
 
 _ALIKE_SHOWN = 3
@@ -84,17 +84,9 @@ def _look_alikes(diagnosis: Diagnosis) -> dict[str, str]:
 
 def candidates_table(screening: Screening) -> Table:
     """Return the effects that were refitted, the most probable first."""
-    table = _table("Effects, ranked", ("effect", "component", "probability", "chi2 gained", "evidence", "p"))
-    probability = probabilities_of(screening)
-    for candidate in screening.candidates:
-        table.add_row(
-            candidate.placed.effect.id,
-            candidate.placed.component,
-            f"{probability[candidate.placed.key]:.3f}",
-            f"{candidate.gain:.1f}",
-            f"{candidate.evidence:+.1f}",
-            f"{candidate.p_value:.1g}",
-        )
+    table = _table("Effects, ranked", ("effect", *RANKING))
+    for row in ranking_rows(screening):
+        table.add_row(*row)
     return table
 
 

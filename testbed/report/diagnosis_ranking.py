@@ -12,8 +12,9 @@ from testbed.report.wording import figures
 
 _MEANING = (
     "Gain is the fall of χ² of the fitted runs. The evidence counts what the held-out runs say as well, and takes off "
-    "what parameters cost; what lies within 6 of the best is not told from it. p is family-wise, over all effects that "
-    "were tested."
+    "what parameters cost; what lies within 6 of the best is not told from it, and where every model leaves more "
+    "than noise, what differs from it by no more than from run to run. Such a class has one probability. p is "
+    "family-wise, over all effects that were tested."
 )
 
 
@@ -27,18 +28,28 @@ def ranking_section(diagnosis: Diagnosis) -> Iterator[Section]:
         yield Section(title="Effects, ranked", blocks=(Paragraph(text=_MEANING), *tables))
 
 
-def _table(added: int, screening: Screening) -> Table:
-    titles = (f"With {added} added" if added else "Nothing added", "component", "probability", "gain", "evidence", "p")
+RANKING = ("component", "probability", "gain", "evidence", "p")
+"""What stands behind each effect."""
+
+
+def ranking_rows(screening: Screening) -> Iterator[tuple[str, ...]]:
+    """Yield an effect and what stands under `RANKING`; a class that is not told apart has one probability."""
     probability = probabilities_of(screening)
-    rows = tuple(
-        (
-            Cell(text=candidate.placed.effect.id),
-            Cell(text=candidate.placed.component),
-            Cell(text=f"{probability[candidate.placed.key]:.3f}"),
-            Cell(text=f"{candidate.gain:.1f}"),
-            Cell(text=f"{candidate.evidence:+.1f}"),
-            Cell(text=figures(candidate.p_value, 1)),
+    members = [candidate.placed.key for candidate in screening.close] if screening.chosen is not None else []
+    for index, candidate in enumerate(screening.candidates):
+        key = candidate.placed.key
+        own = f"{sum(probability[each] for each in (members if key in members else [key])):.3f}"
+        yield (
+            candidate.placed.effect.id,
+            candidate.placed.component,
+            "same class" if index and key in members else own,
+            f"{candidate.gain:.1f}",
+            f"{candidate.evidence:+.1f}",
+            figures(candidate.p_value, 1) if candidate.p_value > 0.0 else "< 1e-300",
         )
-        for candidate in screening.candidates
-    )
+
+
+def _table(added: int, screening: Screening) -> Table:
+    titles = (f"With {added} added" if added else "Nothing added", *RANKING)
+    rows = tuple(tuple(Cell(text=text) for text in row) for row in ranking_rows(screening))
     return Table(columns=tuple(Column(title=title) for title in titles), rows=rows, numeric=False)

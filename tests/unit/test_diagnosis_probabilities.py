@@ -14,6 +14,7 @@ from testbed.diagnosis.screening import scale_evidence
 from testbed.diagnosis.workflow import diagnosed
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
+from testbed.report.diagnosis_ranking import ranking_rows
 from tests.diagnosed_records import nominal, records
 
 FEW = {name: EFFECTS[name] for name in ("gyro_latency", "gyro_bandwidth", "viscous_drag", "rotor_speed", "body_torque")}
@@ -84,3 +85,14 @@ def test_nothing_is_said_of_nothing():
     last = diagnosis()
     assert last.verdict == "none"
     assert max(last.probabilities, key=last.probabilities.get) == NONE
+
+
+def test_a_class_is_ranked_with_one_probability(late):
+    screening = late.steps[0].screening
+    rows = list(ranking_rows(screening))
+    assert len(rows) == len(screening.candidates)
+    members = [row for row in rows if row[2] == "same class"]
+    assert len(members) == len(screening.close) - 1 > 0
+    numbers = [float(row[2]) for row in rows if row not in members]
+    together = by_class(probabilities_of(screening), screening)
+    assert numbers[0] == pytest.approx(next(iter(together.values())), abs=1e-3)
