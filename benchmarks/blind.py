@@ -17,7 +17,7 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -57,8 +57,9 @@ def main() -> None:
     with locked(answers, 0o700):
         _make(wanted, chosen.seed, data, answers, chosen.jobs)
     with locked(answers, 0o000):
-        _diagnose(data, diagnoses, chosen.jobs)
-    cases = read_cases(diagnoses, answers)
+        _diagnose(data, diagnoses, len(wanted), chosen.jobs)
+    names = {case_name(order) for order in wanted}
+    cases = [case for case in read_cases(diagnoses, answers) if case.name in names]
     card = score_card(cases)
     print_card(card)
     others = comparisons(cases, read_candidates(diagnoses, cases), read_labels(out))
@@ -66,8 +67,8 @@ def main() -> None:
         command=_command(chosen),
         seed=chosen.seed,
         where=f"Scored {here_and_now()}",
-        making_seconds=_kept_seconds(answers),
-        diagnosis_seconds=_kept_seconds(diagnoses),
+        making_seconds=_kept_seconds(answers, names),
+        diagnosis_seconds=_kept_seconds(diagnoses, names),
     )
     content = content_of(card, others, making)
     _write(content, out / "score.json", out / "blind.md")
@@ -86,8 +87,9 @@ def _write(content: dict[str, Any], numbers: Path, text: Path) -> None:
     print(f"Written to {numbers} and {text}")
 
 
-def _kept_seconds(folder: Path) -> tuple[float, ...]:
-    return tuple(float(path.read_text(encoding="utf-8")) for path in sorted(folder.glob(f"*/{SECONDS}")))
+def _kept_seconds(folder: Path, names: Collection[str]) -> tuple[float, ...]:
+    paths = [path for path in sorted(folder.glob(f"*/{SECONDS}")) if path.parent.name in names]
+    return tuple(float(path.read_text(encoding="utf-8")) for path in paths)
 
 
 @contextmanager
@@ -118,9 +120,10 @@ def timed_make(order: Order, seed: int, data: Path, answers: Path) -> None:
         (answers / name / SECONDS).write_text(f"{time.perf_counter() - started:.3f}\n", encoding="utf-8")
 
 
-def _diagnose(data: Path, diagnoses: Path, jobs: int) -> None:
-    """Run workers until all are done; each takes every jobs-th case, which is fair as their order is random."""
-    command = [sys.executable, "-m", "benchmarks.blind_diagnosis", str(SCENARIO), str(data), str(diagnoses)]
+def _diagnose(data: Path, diagnoses: Path, count: int, jobs: int) -> None:
+    """Run workers until so many are done; each takes every jobs-th case, which is fair as their order is random."""
+    places = (SCENARIO, data, diagnoses)
+    command = [sys.executable, "-m", "benchmarks.blind_diagnosis", *map(str, places), str(count)]
     quiet = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     workers = [subprocess.Popen([*command, str(first), str(jobs)], env=quiet) for first in range(jobs)]
     try:

@@ -114,7 +114,8 @@ def _compared(
     ours = [case.diagnosis is not None and not named(case) for case in cases] if nothing else map(exactly_right, cases)
     rows = {OURS: share(part, what, ours)}
     for method, labels in methods.items():
-        told = ((case, labels.get(case.name)) for case in cases)
+        asked = [case for case in cases if method != SINDY or case.name in labels]
+        told = ((case, labels.get(case.name)) for case in asked)
         right = (label is not None and (label == NONE if nothing else label_right(case, label)) for case, label in told)
         rows[method] = share(part, what, right)
     if all(len(truths(case)) == 1 for case in cases):

@@ -1,6 +1,7 @@
 """Blind cases diagnosed: data folders in, diagnosis.json out. Nothing here knows of answers.
 
-python -m benchmarks.blind_diagnosis SCENARIO DATA DIAGNOSES FIRST EVERY: every so many of the folders, from the first.
+python -m benchmarks.blind_diagnosis SCENARIO DATA DIAGNOSES COUNT FIRST EVERY: of so many folders every so many, from
+the first.
 """
 
 from __future__ import annotations
@@ -102,8 +103,8 @@ def _write(path: Path, text: str) -> None:
 
 def main() -> None:
     scenario, data, diagnoses = (Path(each) for each in sys.argv[1:4])
-    first, every = int(sys.argv[4]), int(sys.argv[5])
-    for case in sorted(data.iterdir())[first::every]:
+    count, first, every = map(int, sys.argv[4:7])
+    for case in sorted(data.iterdir())[first:count:every]:
         folder = diagnose_case(scenario, case, diagnoses / case.name)
         done = next(name for name in (DIAGNOSIS, REFUSED, CRASHED) if (folder / name).exists())
         print(f"{case.name} {done} {(folder / SECONDS).read_text(encoding='utf-8').strip()} s", flush=True)

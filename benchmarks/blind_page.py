@@ -108,9 +108,16 @@ def _comparisons(others: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     table = [("", "of", *methods)]
     for each in others:
         rows = each["rows"]
-        told = [f"{_value(rows[method])} ({_interval(rows[method])})" if method in rows else "" for method in methods]
-        table.append((f"{each['part']}: {each['what']}", str(rows[OURS]["of"]), *told))
+        of = rows[OURS]["of"]
+        told = [_beside(rows[method], of) if method in rows else "" for method in methods]
+        table.append((f"{each['part']}: {each['what']}", str(of), *told))
     return _table(*table)
+
+
+def _beside(row: Mapping[str, Any], usual: int) -> str:
+    """Return a method's share with its interval, and of how many cases where it was asked of fewer."""
+    of = "" if row["of"] == usual else f", of {row['of']}"
+    return f"{_value(row)} ({_interval(row)}{of})"
 
 
 def _reliability(bins: Sequence[Mapping[str, Any]]) -> Iterator[str]:

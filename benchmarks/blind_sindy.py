@@ -1,4 +1,6 @@
-"""SINDy on the blind set: python -m benchmarks.blind_sindy OUT, after `make blind`; then `make blind` scores it too.
+"""SINDy on the blind set: python -m benchmarks.blind_sindy OUT [COUNT], after `make blind`; which then scores it too.
+
+With COUNT, on the first so many cases only, which are in random order; it is scored on those.
 
 The nominal model is fitted to the fit runs of a case as the diagnosis fits it. What is left of the body rate, and what
 each hypothesis would change it by, linearised, go to pysindy in an environment of its own under build/, which
@@ -95,10 +97,10 @@ def label_cases(python: Path, cases: tuple[Path, ...], labels: Path) -> int:
 
 
 def main() -> None:
-    out = Path(sys.argv[1])
+    out, count = Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else None
     python, labels = environment("sindy-venv", REQUIREMENT), out / LABELS
     labels.mkdir(exist_ok=True)
-    left = [case for case in sorted((out / "data").iterdir()) if not (labels / f"{case.name}.txt").exists()]
+    left = [case for case in sorted((out / "data").iterdir())[:count] if not (labels / f"{case.name}.txt").exists()]
     shares = [tuple(left[first : first + _TOGETHER]) for first in range(0, len(left), _TOGETHER)]
     with ProcessPoolExecutor(_JOBS) as pool:
         asked = [pool.submit(label_cases, python, cases, labels) for cases in shares]
