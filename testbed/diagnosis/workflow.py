@@ -72,7 +72,7 @@ def diagnosed(
         state = replace(state, remaining=screening)
         if screening.chosen is None:
             break
-        state = search.reconsidered(with_effect(state, screening.chosen, screening))
+        state = search.reconsidered(with_effect(replace(state, remaining=None), screening.chosen, screening))
         state = scattered(state)
         yield state
     progress("what is left")
