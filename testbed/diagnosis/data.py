@@ -123,6 +123,6 @@ def chosen(runs: Runs, which: Sequence[int]) -> Runs:
 
 
 def _gyro_only(names: Sequence[str], telemetry: Sequence[Telemetry], sigma: Array, noise_freedom: float) -> Runs:
-    outer = [replace(run, gimbal_torque=None, gimbal_rate_command=None) for run in telemetry]
+    outer = [replace(run, gimbal_torque=None, gimbal_rate_command=None, gyro_error=None) for run in telemetry]
     grid = replace(grid_of(outer), follows_commands=False)
     return Runs(names=tuple(names), grid=grid, sigma=sigma, noise_freedom=noise_freedom)

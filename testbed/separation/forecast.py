@@ -93,6 +93,7 @@ def _telemetry(
         known,
         gyro_time=gyro_time,
         body_rate=np.tile(flight.body_rate, (len(gyro_time), 1)),
+        gyro_error=None,
         actuator_time=actuator_time,
         gimbal_angle=None if known.gimbal_angle is None else angle,
         rotor_momentum=None if known.rotor_momentum is None else np.tile(cluster.rotor_momentum, (len(angle), 1)),

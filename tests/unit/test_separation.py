@@ -12,10 +12,12 @@ from testbed.assembly.platform import true_platform
 from testbed.cmg.cluster import platform_momentum
 from testbed.diagnosis.data import runs_of
 from testbed.diagnosis.fitting import fitted
+from testbed.diagnosis.gyro_errors import corrected
 from testbed.diagnosis.model import Placed, evaluated
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.contact import Contact
 from testbed.effects.gyro_scale import GyroScale
+from testbed.effects.registry import EFFECTS
 from testbed.estimation.telemetry import Telemetry
 from testbed.experiment.flying import fly_maneuver
 from testbed.experiment.planning import plan_maneuver
@@ -149,6 +151,18 @@ def test_a_forecast_is_the_motion_that_conserves_momentum(room, runs, baseline, 
         )
         # Angles are splined through 16 Hz samples, as a diagnosis has them: 2e-3 rad/s of 0.5 where they accelerate.
         assert np.abs(NOISE * reading - exact).max() < 2e-3
+
+
+def test_what_the_gyro_got_wrong_so_far_is_no_part_of_a_flight_to_come(runs, baseline, flights, room):
+    late = Placed(effect=EFFECTS["gyro_latency"], component="gyro")
+    rng = np.random.default_rng(1)
+    torques = [replace(run, gimbal_torque=rng.normal(0.0, 1e-3, run.gimbal_angle.shape)) for run in runs.grid.runs]
+    with_torques = runs_of(runs.names, torques)
+    told = corrected(with_torques, fitted(with_torques, [late], baseline.theta, [np.array([0.01])]))
+    assert told.grid.runs[0].gyro_error is not None
+    blank = blank_runs(flights[:2], told, room.cluster)
+    usual = blank_runs(flights[:2], with_torques, room.cluster)
+    np.testing.assert_array_equal(forecast(baseline, flights[:2], blank), forecast(baseline, flights[:2], usual))
 
 
 def test_what_happened_once_does_not_come_again(runs, baseline, flights, room):
