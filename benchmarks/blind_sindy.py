@@ -21,7 +21,6 @@ import numpy as np
 
 from benchmarks.environments import environment
 from testbed.assembly.platform import nominal_platform
-from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.hypotheses import hypotheses
 from testbed.diagnosis.reading import data_set_of
@@ -66,19 +65,13 @@ def write_terms(data: Path, path: Path) -> None:
     best = [each for each in most_telling(list(signatures(runs, fit, hypotheses(runs, EFFECTS)[0]))) if each.rank]
     terms = [signature.placed.key for signature in best for _ in range(signature.columns.shape[1])]
     columns = np.hstack([np.zeros((len(fit.residual), 0)), *(signature.columns for signature in best)])
-    together = np.hstack([fit.residual[:, None], columns])[: runs.samples]
+    together = np.hstack([fit.residual[:, None], columns])
     arrays = {}
-    for index, part in enumerate(_by_run(runs, together)):
+    for index, (whitened, sigma) in enumerate(zip(runs.by_run(together), runs.sigma, strict=True)):
+        part = whitened * sigma[:, None]
         arrays |= {f"residual_{index}": part[..., 0], f"columns_{index}": part[..., 1:]}
         arrays[f"time_{index}"] = runs.grid.runs[index].gyro_time
     np.savez(path, inertia=nominal.inertia, terms=np.array(terms, dtype=str), **arrays)
-
-
-def _by_run(runs: Runs, whitened: np.ndarray) -> list[np.ndarray]:
-    """Return rows of all runs as they are in rad/s, each run's of shape (N, 3, C)."""
-    edges = np.cumsum([rates.size for rates in runs.measured])[:-1]
-    parts = np.split(whitened, edges)
-    return [part.reshape(-1, 3, part.shape[1]) * sigma[:, None] for part, sigma in zip(parts, runs.sigma, strict=True)]
 
 
 def label_cases(python: Path, cases: tuple[Path, ...], labels: Path) -> int:

@@ -37,7 +37,7 @@ from testbed.report.wording import chance_words, listed
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.reader import read_body_scenario
 from testbed.scenario.scenario import Scenario
-from testbed.separation.proposal import Proposal, moved_by_gimbals, proposal_of
+from testbed.separation.proposal import Proposal, proposal_of
 
 OUT = Path("runs")
 _PAIRS_SHOWN = 3
@@ -95,7 +95,7 @@ def _next_flight(diagnosis: Diagnosis, scenario: BodyScenario) -> tuple[Proposal
     """Return what to fly next, and what there is to say where look-alikes remain without it; Ctrl-C leaves it out."""
     if not diagnosis.complete:
         return None, ()
-    if not isinstance(scenario, Scenario) or not moved_by_gimbals(diagnosis):
+    if not isinstance(scenario, Scenario) or not diagnosis.runs.driven_by_momentum:
         return None, tuple(no_gimbals_words(diagnosis))
     try:
         with _progress() as progress:

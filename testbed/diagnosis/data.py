@@ -45,6 +45,12 @@ class Runs:
         """Numbers that the gyro gave, three a sample."""
         return sum(rates.size for rates in self.measured)
 
+    @property
+    def driven_by_momentum(self) -> bool:
+        """Whether gimbals or the momentum that they hold are known: torques that are applied have to be integrated."""
+        run = self.grid.runs[0]
+        return run.gimbal_angle is not None or run.cluster_momentum is not None
+
     def with_sigma(self, sigma: Array) -> Runs:
         """Return the same runs with another standard deviation of the gyro, shape (R, 3) or (3,), rad/s."""
         return replace(self, sigma=np.broadcast_to(sigma, self.sigma.shape).copy())
@@ -60,13 +66,13 @@ class Runs:
         return np.concatenate([((values - guess) / sigma).ravel() for values, guess, sigma in pairs])
 
     def by_run(self, residual: Array) -> list[Array]:
-        """Return what of a whitened residual is the gyro's in each run, shapes (N, 3).
+        """Return what of a whitened residual is the gyro's in each run, shapes (N, 3), or (N, 3, C) of C columns.
 
         Args:
-            residual: of all blocks, or of the gyro's alone, as `whitened` gives it.
+            residual: of all blocks, or of the gyro's alone, as `whitened` gives it, one or several side by side.
         """
         edges = np.cumsum([rates.size for rates in self.measured])[:-1]
-        return [part.reshape(-1, 3) for part in np.split(residual[: self.samples], edges)]
+        return [part.reshape(-1, 3, *part.shape[1:]) for part in np.split(residual[: self.samples], edges)]
 
     def whitened_columns(self, derivatives: Sequence[Array]) -> list[Array]:
         """Return derivatives of all blocks in units of sigma, each of shape (numbers in the block, C).

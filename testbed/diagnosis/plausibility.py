@@ -60,7 +60,7 @@ def require_motion_in_si(runs: Runs, theta: Theta) -> None:
         InputError: no motion, or a gyro in another unit.
     """
     _require_motion(runs)
-    if _driven_by_momentum(runs):
+    if runs.driven_by_momentum:
         _require_unit(runs, theta)
 
 
@@ -75,7 +75,7 @@ def require_this_platform(runs: Runs, baseline: Fit, theta: Theta) -> None:
     Raises:
         InputError: another inertia by far, a motion that the actuators do not make, or clocks that differ between runs.
     """
-    if not _driven_by_momentum(runs):
+    if not runs.driven_by_momentum:
         return  # torques are integrated: what a prediction misses grows without bounds, and says nothing of a mistake
     _require_inertia(baseline, theta)
     shift = _ClockShifts(runs, baseline)
@@ -98,7 +98,7 @@ def require_explicable(runs: Runs, before: float, after: float) -> None:
     Raises:
         InputError: the gap that is left is by far too large.
     """
-    if _driven_by_momentum(runs) and after > max(_HOPELESS, _HARDLY * before):
+    if runs.driven_by_momentum and after > max(_HOPELESS, _HARDLY * before):
         raise InputError(
             f"the gap is {before:.3g} times the noise, and {after:.3g} with the effects that explain the most of it: "
             "these records are not of the scenario's platform; check its geometry, and the order and signs of units "
@@ -115,10 +115,6 @@ def _require_motion(runs: Runs) -> None:
             f"the body rate of no run stands out of the gyro's noise (its power is {max(powers):.2g} times that of the "
             "noise): nothing can be told from platforms at rest; fly a maneuver"
         )
-
-
-def _driven_by_momentum(runs: Runs) -> bool:
-    return runs.grid.runs[0].gimbal_angle is not None or runs.grid.runs[0].cluster_momentum is not None
 
 
 def _missed(runs: Runs, residual: Array) -> Array:

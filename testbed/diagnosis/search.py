@@ -93,7 +93,7 @@ def with_effect(state: Diagnosis, chosen: Candidate, screening: Screening) -> Di
 def with_model(state: Diagnosis, model: Fit) -> Diagnosis:
     """Take over a model, and what it knows of the gyro's errors; the gimbals' channels are then predicted anew."""
     runs, heldout = corrected(state.runs, model), state.heldout
-    if heldout is not None:
+    if heldout is not None and runs is not state.runs:
         heldout = corrected(heldout, fitted_initial_rates(heldout, model))
     model = refit(runs, model)
     return replace(state, runs=runs, heldout=heldout, model=model, gap=gap_of(model, heldout))

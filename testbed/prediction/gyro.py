@@ -8,7 +8,7 @@ import numpy as np
 
 from testbed.arrays import Array, Vectors3
 from testbed.prediction.grid import Grid
-from testbed.prediction.hooks import Hooks
+from testbed.prediction.hooks import Hooks, overrides
 from testbed.prediction.smooth import Smooth, node_slopes
 
 
@@ -50,5 +50,4 @@ def gyro_errors(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], ra
 
 def acts_in_gyro(hook: Hooks) -> bool:
     """Return whether an effect changes what the gyro makes of ω."""
-    parts = ("gyro_time_constant", "gyro_delay", "gyro_reading")
-    return any(getattr(type(hook), part) is not getattr(Hooks, part) for part in parts)
+    return overrides(hook, "gyro_time_constant", "gyro_delay", "gyro_reading")

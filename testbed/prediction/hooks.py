@@ -103,6 +103,11 @@ class Hooks:
         return np.zeros((1, 6))
 
 
+def overrides(hook: Hooks, *parts: str) -> bool:
+    """Return whether an effect changes any of some parts of the contract."""
+    return any(getattr(type(hook), part) is not getattr(Hooks, part) for part in parts)
+
+
 def sign_of(value: Array) -> Array:
     """Return the sign of the real part: analytic but at zero."""
     return np.sign(value.real)

@@ -13,7 +13,7 @@ import numpy as np
 from testbed.arrays import Array, Vectors3
 from testbed.prediction.grid import Grid
 from testbed.prediction.gyro import acts_in_gyro, gyro_errors, readings
-from testbed.prediction.hooks import Hooks
+from testbed.prediction.hooks import Hooks, overrides
 from testbed.prediction.integration import COMPLEX_STEP, Values, node_rates
 from testbed.prediction.motor_torques import has_torques, motor_torques
 from testbed.prediction.servo_answers import servo_answers
@@ -105,8 +105,7 @@ def _acts_inside(hook: Hooks) -> bool:
     All others leave the gimbals' channels as they are: what these say of the body's motion is less than a hundredth of
     what the gyro says, and what their own model gets wrong must not speak for an effect on the body or the gyro.
     """
-    parts = ("motor_torque", "servo_lag", "gimbals")
-    return any(getattr(type(hook), part) is not getattr(Hooks, part) for part in parts)
+    return overrides(hook, "motor_torque", "servo_lag", "gimbals")
 
 
 def _measured_rates(grid: Grid) -> Array:

@@ -80,12 +80,6 @@ def proposal_of(
     return Proposal(flight=choice.flight, times=times, enough=enough, separations=separations)
 
 
-def moved_by_gimbals(diagnosis: Diagnosis) -> bool:
-    """Return whether the records show gimbals or their momentum: without, there is no path to design."""
-    run = diagnosis.runs.grid.runs[0]
-    return run.gimbal_angle is not None or run.cluster_momentum is not None
-
-
 def _times(judge: Judge, choice: Choice) -> tuple[int, bool]:
     """Return how often to fly, and whether that is enough."""
     for times in range(1, MOST_FLIGHTS + 1):
