@@ -76,7 +76,7 @@ def screened(
     every = list(signatures(runs, fit, hypotheses))
     best = most_telling(every)
     tested = max(len(best), 1)
-    order = sorted(best, key=lambda each: -scale_evidence(each.score, each.rank))
+    order = sorted(best, key=lambda each: 2.0 * _looks(runs, each.placed) - scale_evidence(each.score, each.rank))
     promising = [each for each in order[:MOST_REFITS] if each.rank]
     candidates, without = [], log_evidence(heldout, fit)
     for signature in promising:
@@ -118,7 +118,7 @@ def _candidate(
     placed, model = signature.placed, _refitted(runs, fit, signature)
     gain = max(fit.chi_square - model.chi_square, 0.0)
     carried = _held_out_evidence(heldout, model) - without if placed.effect.recurs else 0.0
-    looks = log(placed.effect.looks(placed.component, runs.grid))
+    looks = _looks(runs, placed)
     alone = log_chance(gain, max(signature.rank, 1), runs.noise_freedom)
     together = max(log(tested) + looks + alone - 0.5 * carried, alone + log(FAMILY_WISE_ERROR / _SHOWN))
     return Candidate(
@@ -132,6 +132,11 @@ def _candidate(
         by_run=np.array([float((part**2).sum()) for part in runs.by_run(model.residual)]),
         p_value=exp(min(together, 0.0)),
     )
+
+
+def _looks(runs: Runs, placed: Placed) -> float:
+    """Return the logarithm of the number of places at which a hypothesis is sought."""
+    return log(placed.effect.looks(placed.component, runs.grid))
 
 
 def _held_out_evidence(heldout: Runs | None, fit: Fit) -> float:

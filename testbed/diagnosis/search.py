@@ -8,6 +8,7 @@ from math import sqrt
 
 import numpy as np
 
+from testbed.arrays import Vectors3
 from testbed.diagnosis.candidates import Candidate, Screening
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import fitted, fitted_initial_rates
@@ -18,6 +19,8 @@ from testbed.diagnosis.screening import refitted, screened
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 
 MOST_EFFECTS = 3
+_UNSEEN = 0.01
+"""Of the gyro's noise: by less do its errors differ between two fits of one model."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +41,7 @@ class Search:
         """Compare all hypotheses with the present model."""
         key = tuple(placed.key for placed in state.model.placed)
         runs, screening = self.known.get(key, (None, None))
-        if screening is None or runs is not state.runs:  # noise that was told anew, or a gyro's errors
+        if runs is None or screening is None or not _is_told_alike(runs, state.runs):
             others = without(self.testable, state.model.placed)
             screening = screened(state.runs, state.heldout, state.model, others, self.progress)
             self.known[key] = (state.runs, screening)
@@ -56,13 +59,13 @@ class Search:
     def _once_reconsidered(self, state: Diagnosis) -> Diagnosis:
         """Return the diagnosis without the first effect that does not stand, or with what does better in its place."""
         for index, step in enumerate(state.steps[:-1]):
-            less = self._rebuilt(state, [other.placed for other in (*state.steps[:index], *state.steps[index + 1 :])])
-            screening = self.screened(less)
+            kept = [other.placed for other in (*state.steps[:index], *state.steps[index + 1 :])]
+            screening = self.screened(with_model(state, _less(state, kept)))
             chosen = screening.chosen
             if chosen is None:
-                return less
+                return self._rebuilt(state, kept)
             if chosen.placed.key != step.placed.key:
-                return with_effect(less, chosen, screening)
+                return with_effect(self._rebuilt(state, kept), chosen, screening)
         return state
 
     def _rebuilt(self, state: Diagnosis, placed: Sequence[Placed]) -> Diagnosis:
@@ -75,6 +78,26 @@ class Search:
             rebuilt = with_effect(rebuilt, candidate, screening)
             screening = self.screened(rebuilt) if each is not placed[-1] else screening
         return rebuilt
+
+
+def _less(state: Diagnosis, kept: Sequence[Placed]) -> Fit:
+    """Return a model with but some of its effects, fitted from where it stands."""
+    values = dict(zip([each.key for each in state.model.placed], state.model.values.effects, strict=True))
+    return fitted(state.runs, kept, state.model.theta, [values[each.key][0] for each in kept])
+
+
+def _is_told_alike(one: Runs, other: Runs) -> bool:
+    """Return whether two sets of the same runs are told the same noise and, but for rounding, the same gyro errors."""
+    errors = zip(one.grid.runs, other.grid.runs, strict=True)
+    return np.array_equal(one.sigma, other.sigma) and all(
+        _is_nearly(run.gyro_error, twin.gyro_error, run.gyro_noise) for run, twin in errors
+    )
+
+
+def _is_nearly(one: Vectors3 | None, other: Vectors3 | None, noise: float) -> bool:
+    if one is None or other is None:
+        return one is other
+    return bool(np.abs(one - other).max() < _UNSEEN * noise)
 
 
 def with_effect(state: Diagnosis, chosen: Candidate, screening: Screening) -> Diagnosis:
@@ -93,9 +116,9 @@ def with_effect(state: Diagnosis, chosen: Candidate, screening: Screening) -> Di
 def with_model(state: Diagnosis, model: Fit) -> Diagnosis:
     """Take over a model, and what it knows of the gyro's errors; the gimbals' channels are then predicted anew."""
     runs, heldout = corrected(state.runs, model), state.heldout
-    if heldout is not None and runs is not state.runs:
-        heldout = corrected(heldout, fitted_initial_rates(heldout, model))
-    model = refit(runs, model)
+    if runs is not state.runs:
+        model = refit(runs, model)
+        heldout = None if heldout is None else corrected(heldout, fitted_initial_rates(heldout, model))
     return replace(state, runs=runs, heldout=heldout, model=model, gap=gap_of(model, heldout))
 
 

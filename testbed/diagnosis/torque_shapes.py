@@ -70,9 +70,10 @@ def torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
     knots = max(_FEWEST_KNOTS, int(np.ceil(_KNOTS_PER_SECOND * time.max())))
     at = np.linspace(np.zeros(len(time)), time[:, -1], knots, axis=1)
     nuisance = orthonormal(fit.jacobian[: runs.samples])
-    free = projected_out(torque_response(runs, fit, knots), nuisance).reshape(runs.samples, -1, 3)
-    response = np.ascontiguousarray(np.moveaxis(free, -1, 0))
-    residual = projected_out(fit.residual[: runs.samples], nuisance)
+    # Of the residual only what torques can do counts: as many numbers as there are torques.
+    directions, free = np.linalg.qr(projected_out(torque_response(runs, fit, knots), nuisance))
+    response = np.ascontiguousarray(np.moveaxis(free.reshape(len(free), -1, 3), -1, 0))
+    residual = directions.T @ fit.residual[: runs.samples]
     tried = [*_slow(at, _rates(runs, fit, at)), *_oscillations(runs, at)]
     found = [_tested(each, response, residual, len(tried), runs.noise_freedom) for each in tried]
     return tuple(sorted(found, key=lambda shape: -shape.evidence))

@@ -37,10 +37,12 @@ def cross(left: Array, right: Array) -> Array:
 
 
 def applied(matrix: Array, vector: Array) -> Array:
-    """Return matrix · vector, shape (..., 3); for many small ones twice as fast as `numpy.matvec`."""
-    return np.asarray(
-        matrix[..., 0] * vector[..., :1] + matrix[..., 1] * vector[..., 1:2] + matrix[..., 2] * vector[..., 2:]
-    )
+    """Return matrix · vector, shape (..., P, 3), of matrices (..., P or 1, 3, 3); faster than `numpy.matvec`."""
+    if matrix.shape[-3] == 1:
+        return np.asarray(vector @ np.swapaxes(matrix[..., 0, :, :], -1, -2))
+    x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
+    rows = [matrix[..., row, 0] * x + matrix[..., row, 1] * y + matrix[..., row, 2] * z for row in range(3)]
+    return np.stack(rows, axis=-1)
 
 
 def matrix_of_quaternion(quaternion: Array) -> Array:

@@ -21,12 +21,15 @@ from testbed.prediction.hooks import Hooks, Instant
 class Known:
     """What does not depend on the state, along the grid or, of `at`, at some of its instants.
 
+    Where a run, a parameter set or an instant makes no difference, arrays have but one of them.
+
     Attributes:
         time: shape (R, T), s.
         step: shape (R,), s.
         momentum_B: h of the units, shape (R, P, T, 3), N·m·s.
         torque_B: of the actuators, shape (R, P, T, 3), N·m.
-        inverse: of J(d) - Ĵ, shape (R, P, T, 3, 3), 1/(kg·m²).
+        inverse: of the real part of J(d) - Ĵ, shape (R, P, T, 3, 3), 1/(kg·m²).
+        inertia_step: its imaginary part, a complex step, shape (R, P, T, 3, 3), kg·m²; None where it has none.
     """
 
     time: Array
@@ -34,6 +37,7 @@ class Known:
     momentum_B: Array
     torque_B: Array
     inverse: Array
+    inertia_step: Array | None
 
     def at(self, instants: slice) -> Known:
         """Return the same with instants in the place of runs, W of them per run: shapes (R W, 1), (R W, P, ...)."""
@@ -41,16 +45,34 @@ class Known:
         return Known(
             time=time.reshape(-1, 1),
             step=np.repeat(self.step, time.shape[1]),
-            momentum_B=_by_instant(self.momentum_B[:, :, instants]),
-            torque_B=_by_instant(self.torque_B[:, :, instants]),
-            inverse=_by_instant(self.inverse[:, :, instants]),
+            momentum_B=self._by_instant(self.momentum_B, instants),
+            torque_B=self._by_instant(self.torque_B, instants),
+            inverse=self._by_instant(self.inverse, instants),
+            inertia_step=None if self.inertia_step is None else self._by_instant(self.inertia_step, instants),
         )
 
     def without_steps(self) -> Known:
         """Return the real parts of the first parameter set."""
-        parts = (part[:, :1].real for part in (self.momentum_B, self.torque_B, self.inverse))
-        momentum_B, torque_B, inverse = parts
-        return Known(time=self.time, step=self.step, momentum_B=momentum_B, torque_B=torque_B, inverse=inverse)
+        return Known(
+            time=self.time,
+            step=self.step,
+            momentum_B=self.momentum_B[:, :1].real,
+            torque_B=self.torque_B[:, :1].real,
+            inverse=self.inverse[:, :1],
+            inertia_step=None,
+        )
+
+    def _by_instant(self, values: Array, instants: slice) -> Array:
+        """Return values of shape (R, P, T, ...) as (R W, P, ...), or (1, P, ...) where they are the same everywhere."""
+        runs, length = self.time.shape
+        alone = len(range(length)[instants]) == 1
+        if values.shape[2] == 1 and (alone or values.shape[0] == 1):
+            return values[:, :, 0]
+        if alone:
+            return values[:, :, instants.start]
+        everywhere = np.broadcast_to(values, (runs, values.shape[1], length, *values.shape[3:]))
+        turned = np.moveaxis(everywhere[:, :, instants], 2, 1)
+        return turned.reshape(-1, *turned.shape[2:])
 
 
 class Equations:
@@ -99,7 +121,10 @@ class Equations:
         """Return states at nodes, shape (R, W, P, S), with the momentum that goes with ω, shape (R, W, P, 3), rad/s."""
         flat, rates = (part.reshape(-1, *part.shape[2:]) for part in (states, body_rate))
         known = self._known.at(_half_steps(nodes, 0))
-        momentum_B = np.matvec(np.linalg.inv(known.inverse), rates) + known.momentum_B + self._hidden(flat)
+        held_B = np.matvec(np.linalg.inv(known.inverse), rates)
+        if known.inertia_step is not None:
+            held_B = held_B + 1j * np.matvec(known.inertia_step, rates.real)
+        momentum_B = held_B + known.momentum_B + self._hidden(flat)
         whole = np.broadcast_to(momentum_B, (*flat.shape[:2], 3))
         return np.concatenate([whole, flat[..., 3:]], axis=-1).reshape(*states.shape[:2], *flat.shape[1:])
 
@@ -133,7 +158,10 @@ class Equations:
         return held
 
     def _body_rate(self, state: Array, known: Known) -> Array:
-        return applied(known.inverse, state[..., :3] - known.momentum_B - self._hidden(state))
+        body_rate = applied(known.inverse, state[..., :3] - known.momentum_B - self._hidden(state))
+        if known.inertia_step is None:
+            return body_rate
+        return body_rate - 1j * applied(known.inverse, applied(known.inertia_step, body_rate.real))
 
     def _slope(self, state: Array, known: Known) -> Array:
         body_rate = self._body_rate(state, known)
@@ -151,9 +179,3 @@ class Equations:
 def _half_steps(steps: slice, later: int) -> slice:
     """Return the grid's instants so many half steps after the beginnings of steps."""
     return slice(2 * steps.start + later, 2 * steps.stop + later, 2)
-
-
-def _by_instant(values: Array) -> Array:
-    """Return values of shape (R, P, W, ...) as (R W, P, ...)."""
-    turned = np.moveaxis(values, 2, 1)
-    return turned.reshape(-1, *turned.shape[2:])

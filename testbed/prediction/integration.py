@@ -10,19 +10,21 @@ Source: Chartier and Philippe, "A parallel shooting technique for solving dissip
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache, reduce
 
 import numpy as np
 
 from testbed.arrays import Array
+from testbed.cmg.cluster import Cluster
 from testbed.errors import InputError
 from testbed.estimation.motion import RUNAWAY
 from testbed.prediction.algebra import inertia_matrix, symmetric_inverse
 from testbed.prediction.equations import Equations, Known
 from testbed.prediction.grid import Gimbals, Grid
 from testbed.prediction.held import held_inertia, held_momentum
-from testbed.prediction.hooks import Hooks
+from testbed.prediction.hooks import Hooks, overrides
 
 COMPLEX_STEP = 1e-20
 """The derivative is the imaginary part over it: no difference is taken, so that it is exact to rounding.
@@ -35,6 +37,8 @@ _ROUNDS = 8
 """Of Newton's method: from gyro samples it takes three or four; what it does not find is stepped along."""
 _FOUND = 1e-7
 """Share of the largest state by which a correction, the next of which is its square, is the last."""
+_GRIDS = 8
+"""For which what the units hold is kept: fitted and held-out runs, with the gyro's errors of some models."""
 _AT_ONCE = 10_000
 """Steps of one run and parameter set that are taken together: beyond it arrays leave the processor's cache."""
 
@@ -163,30 +167,50 @@ def _carried(tangents: Array, start: Array, added: Array) -> Array:
 
 def _known(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Known:
     momentum_B, asked_B = grid.cluster_momentum_B, grid.applied_torque_B
-    inertia = inertia_matrix(values.theta)[None, :, None]
+    inertia = [inertia_matrix(values.theta)[None, :, None]]
     pairs = list(zip(hooks, values.effects, strict=True))
     gimbals = effective_gimbals(grid, hooks, values.effects)
     if gimbals is not None and grid.cluster is not None:
-        momentum_B = held_momentum(gimbals, grid.cluster)
-        inertia = inertia + held_inertia(gimbals, grid.cluster)
+        momentum_B, held = _held(gimbals, grid.cluster) if gimbals is not grid.gimbals else _held_as_told(grid)
+        inertia.append(held)
     for hook, value in pairs:
         asked_B = hook.actuator_response(asked_B, value, grid)
     torque_B = asked_B[:, :, -grid.time.shape[1] :]
     for hook, value in pairs:
         momentum_B = hook.cluster_momentum(momentum_B, value, grid)
         torque_B = hook.applied_torque(torque_B, value, grid)
-        if type(hook).hidden_inertia is not Hooks.hidden_inertia:
-            inertia = inertia - np.broadcast_to(hook.hidden_inertia(value), (*value.shape[:1], 3, 3))[:, None]
-    inverse = symmetric_inverse(inertia)
-    momentum_B, torque_B, inverse = (
-        np.broadcast_to(each, (len(grid.runs), each.shape[1], grid.time.shape[1], *each.shape[3:]))
-        for each in (
-            momentum_B,
-            torque_B,
-            inverse,
-        )  # what telemetry does not move is the same in all runs, or all along
+        if overrides(hook, "hidden_inertia"):
+            inertia.append(-np.broadcast_to(hook.hidden_inertia(value), (*value.shape[:1], 3, 3))[None, :, None])
+    return Known(
+        time=grid.time,
+        step=grid.step,
+        momentum_B=momentum_B,
+        torque_B=torque_B,
+        inverse=symmetric_inverse(_sum(_motions(part.real, values) for part in inertia)),
+        inertia_step=_sum(part.imag for part in inertia) if any(map(np.iscomplexobj, inertia)) else None,
     )
-    return Known(time=grid.time, step=grid.step, momentum_B=momentum_B, torque_B=torque_B, inverse=inverse)
+
+
+def _motions(values_real: Array, values: Values) -> Array:
+    """Return the first of real parts, shape (R, P, ...), for all if the parameter sets differ by complex steps only."""
+    return values_real[:, :1] if _is_one_motion(values) else values_real
+
+
+def _sum(parts: Iterable[Array]) -> Array:
+    """Return the sum of arrays of shapes (R, P, T, 3, 3) that broadcast."""
+    return reduce(np.add, parts)
+
+
+def _held(gimbals: Gimbals, cluster: Cluster) -> tuple[Array, Array]:
+    return held_momentum(gimbals, cluster), held_inertia(gimbals, cluster)
+
+
+@lru_cache(maxsize=_GRIDS)
+def _held_as_told(grid: Grid) -> tuple[Array, Array]:
+    """Return what the units hold by telemetry: no parameter changes it."""
+    assert grid.gimbals is not None
+    assert grid.cluster is not None
+    return _held(grid.gimbals, grid.cluster)
 
 
 def effective_gimbals(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> Gimbals | None:

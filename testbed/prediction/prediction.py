@@ -79,8 +79,18 @@ def predicted_channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> li
     blocks = predicted(grid, hooks, values)
     inside = [_acts_inside(hook) for hook in hooks]
     hooks, effects = list(compress(hooks, inside)), list(compress(values.effects, inside))
-    blocks += _inner_channels(grid, hooks, effects) if hooks else _inner_channels_alone(grid)
+    blocks += _inner_channels_of_sets(grid, hooks, effects) if hooks else _inner_channels_alone(grid)
     return [np.broadcast_to(block, (values.sets, *block.shape[1:])) for block in blocks]
+
+
+def _inner_channels_of_sets(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> list[Array]:
+    """Return the gimbals' channels of sets most of which differ in what does not change them."""
+    sizes = np.cumsum([value.shape[1] for value in effects])[:-1]
+    sets = max(map(len, effects))
+    rows = np.concatenate([np.broadcast_to(value, (sets, value.shape[1])) for value in effects], axis=1)
+    distinct, place = np.unique(rows, axis=0, return_inverse=True)
+    blocks = _inner_channels(grid, hooks, np.split(distinct, sizes, axis=1))
+    return [np.broadcast_to(block, (len(distinct), *block.shape[1:]))[place.ravel()] for block in blocks]
 
 
 def _inner_channels(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> list[Array]:

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
+from scipy.signal import lfilter
 
 from testbed.arrays import Array, Series, UnitSeries
 from testbed.estimation.telemetry import Servo, Telemetry
@@ -114,11 +115,14 @@ def answer(run: Telemetry, lag: Array, friction: Array) -> Array:
         friction: and whatever else is in the way, over the inertia, at every tick, shape (P, N, 6), rad/s².
     """
     nominal = nominal_answer(run)
-    changed = (lag != 0.0) | np.any(friction != 0.0, axis=1)
-    sets, units = np.nonzero(changed)
+    late = lag != 0.0
     angles: Any = np.tile(nominal.astype(np.result_type(lag, friction)), (len(lag), 1, 1))
+    sets, units = np.nonzero(late)
     if len(sets):
         angles[sets, :, units] = _answer(run, units, lag[sets, units], friction[sets, :, units].T)
+    sets, units = np.nonzero(~late & np.any(friction != 0.0, axis=1))
+    if len(sets):
+        angles[sets, :, units] += _pushed(run, -friction[sets, :, units])
     return np.asarray(angles)
 
 
@@ -157,11 +161,17 @@ def _answer(run: Telemetry, units: NDArray[np.intp], lag: Array, friction: Array
     return np.asarray(angles[ticks.samples].T)
 
 
+def _pushed(run: Telemetry, push: Array) -> Array:
+    """Return by how much pushes, (W, N), rad/s², move the angles at the samples, (W, K), rad, if motors are ideal."""
+    assert run.servo is not None
+    return np.asarray(lfilter(*_Step(run.servo, np.zeros(1)).answer_to_push, push, axis=1)[:, ticks_of(run).samples])
+
+
 class _Step:
     """One control period T of d̈ = l - ω_b ḋ + load, exactly: demand held, load a line, l after the demand with lag."""
 
     def __init__(self, servo: Servo, lag: Array) -> None:
-        period, bandwidth = servo.period, servo.bandwidth
+        period, bandwidth, self._stiffness = servo.period, servo.bandwidth, servo.stiffness
         lag = np.where(np.abs(bandwidth * lag - 1.0) < _RESONANT, lag + 2.0 * _RESONANT / bandwidth, lag)
         self.kind = lag.dtype
         self._left = decay(np.array([period]), lag)  # e^(-T/T_m)
@@ -175,6 +185,18 @@ class _Step:
         # Of what the motor still has of its last demand: ∫ e^(-t/T_m) into rate and angle.
         self._rest_turns = lag * (self._left - slowed) / (bandwidth * lag - 1.0)
         self._rest_moves = (lag * (1.0 - self._left) - self._rest_turns) / bandwidth
+
+    @property
+    def answer_to_push(self) -> tuple[Array, Array]:
+        """Numerator and denominator, in powers of 1/z, from a push in every period to the angle, no motor late.
+
+        The characteristic polynomial of θ' = θ + a ḋ + b (push - k θ), ḋ' = e ḋ + f (push - k θ).
+        """
+        moved_by_rate, moved, kept, turned = self._rate_moves, self._push_moves, self._rate_kept, self._push_turns
+        still = 1.0 - moved * self._stiffness
+        numerator = [0.0, moved, moved_by_rate * turned - kept * moved]
+        denominator = [1.0, -(still + kept), still * kept + moved_by_rate * turned * self._stiffness]
+        return np.array(numerator), np.array(denominator)
 
     def after(
         self, angle: Array, rate: Array, motor: Array, demand: Array, load: Array, slope: Array
