@@ -28,6 +28,7 @@ from benchmarks.blind_baselines import comparisons, read_candidates
 from benchmarks.blind_diagnosis import SECONDS
 from benchmarks.blind_page import Making, content_of, page
 from benchmarks.blind_sindy import read_labels
+from benchmarks.blind_unlisted import kinds_of, read_bounds
 from benchmarks.table import DOCS, here_and_now
 from testbed.cli.score import print_card
 from testbed.scoring.card import score_card
@@ -70,7 +71,7 @@ def main() -> None:
         making_seconds=_kept_seconds(answers, names),
         diagnosis_seconds=_kept_seconds(diagnoses, names),
     )
-    content = content_of(card, others, making)
+    content = content_of(card, others, kinds_of(cases, read_bounds(out)), making)
     _write(content, out / "score.json", out / "blind.md")
     if chosen.write:
         _write(content, DOCS / "blind.json", DOCS / "blind.md")

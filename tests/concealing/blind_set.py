@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from tests.concealing.case import Case
 from tests.concealing.files import SEAL, conceal
 from tests.concealing.library import LISTED, UNLISTED
 from tests.concealing.strata import (
@@ -76,10 +77,14 @@ def make(order: Order, seed: int, scenario: Path, data: Path, answers: Path) -> 
     """Make one case where it is not whole yet; return its data folder."""
     name = case_name(order)
     if not (data / name / SEAL).exists():
-        rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(order.index,)))
-        case = random_case(rng, order.stratum, scenario, order.effect, order.multiple)
-        conceal(case, data / name, answers / name)
+        conceal(case_of(order, seed, scenario), data / name, answers / name)
     return data / name
+
+
+def case_of(order: Order, seed: int, scenario: Path) -> Case:
+    """Return a case as it was ordered: a function of the set's seed and the case's number."""
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(order.index,)))
+    return random_case(rng, order.stratum, scenario, order.effect, order.multiple)
 
 
 def _wanted(counts: Counts, rng: np.random.Generator) -> Iterator[tuple[Stratum, str | None, float | None]]:
