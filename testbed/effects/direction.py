@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.arrays import Array
+from testbed.prediction.algebra import dot
 from testbed.prediction.grid import Grid
 
 SPECK = 1e-9
@@ -22,7 +23,7 @@ def size_and_direction(vector: Array) -> tuple[Array, Array]:
     Args:
         vector: v, shape (..., 3).
     """
-    square = (vector * vector).sum(axis=-1, keepdims=True)
+    square = dot(vector, vector)
     none = square.real == 0.0
     size = np.sqrt(np.where(none, 1.0, square))
     return np.where(none, 0.0, size), np.asarray(vector / size)

@@ -11,6 +11,7 @@ from testbed.arrays import Array
 from testbed.effects.contract import Effect, Extension, Parameter, Quantity
 from testbed.effects.direction import MOST_DAMPED, beyond_speck, scanned, size_and_direction
 from testbed.plant.added_parts import HingedMode
+from testbed.prediction.algebra import dot
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks, Instant, column
 from testbed.scenario.scenario import Scenario
@@ -24,7 +25,7 @@ class _Mode(Hooks):
     @override
     def initial_state(self, value: Array, body_rate: Array) -> Array:
         """At rest in the body."""
-        along = (size_and_direction(value[:, 2:])[1] * body_rate).sum(axis=-1)
+        along = dot(size_and_direction(value[:, 2:])[1], body_rate)[..., 0]
         return np.stack([np.zeros_like(along), along], axis=-1)
 
     @override
@@ -40,7 +41,7 @@ class _Mode(Hooks):
         """ṗ = -ωn² η - 2 ζ ωn η̇."""
         circular = 2.0 * np.pi * column(value, 0)
         axis_B = size_and_direction(value[:, 2:])[1]
-        speed = at.state[..., 1:] - (axis_B * at.body_rate).sum(axis=-1, keepdims=True)
+        speed = at.state[..., 1:] - dot(axis_B, at.body_rate)
         change = -circular * (circular * at.state[..., :1] + 2.0 * column(value, 1) * speed)
         return np.concatenate([speed, change], axis=-1)
 

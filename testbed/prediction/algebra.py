@@ -36,6 +36,13 @@ def cross(left: Array, right: Array) -> Array:
     return product
 
 
+def dot(left: Array, right: Array) -> Array:
+    """Return left · right, shape (..., 1), without a conjugate; over three components sums are slow."""
+    return np.asarray(
+        left[..., :1] * right[..., :1] + left[..., 1:2] * right[..., 1:2] + left[..., 2:] * right[..., 2:]
+    )
+
+
 def applied(matrix: Array, vector: Array) -> Array:
     """Return matrix · vector, shape (..., P, 3), of matrices (..., P or 1, 3, 3); faster than `numpy.matvec`."""
     if matrix.shape[-3] == 1:
@@ -60,4 +67,4 @@ def quaternion_rate(quaternion: Array, body_rate: Array) -> Array:
     """Return q̇ = ½ q ⊗ (0, ω), shape (..., 4)."""
     scalar, vector = quaternion[..., :1], quaternion[..., 1:]
     turning = scalar * body_rate + cross(vector, body_rate)
-    return 0.5 * np.concatenate((-(vector * body_rate).sum(axis=-1, keepdims=True), turning), axis=-1)
+    return 0.5 * np.concatenate((-dot(vector, body_rate), turning), axis=-1)

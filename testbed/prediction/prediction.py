@@ -22,8 +22,9 @@ from testbed.prediction.smoothed import body_motion
 Predictor: TypeAlias = Callable[[Grid, Sequence[Hooks], Values], list[Array]]
 """From the runs, the effects and P parameter sets to blocks of predictions, each with the sets on its first axis."""
 
-_SETS_AT_ONCE = 64
-"""Parameter sets integrated together: beyond it memory grows and time does not fall."""
+_SETS_AT_ONCE = 640
+"""Parameter sets, times runs, that are integrated together: beyond it memory grows and time does not fall."""
+_FEWEST_AT_ONCE = 64
 _GRIDS = 8
 """Whose gimbals' channels are kept: fitted and held-out runs, with the gyro's errors of some models."""
 
@@ -150,7 +151,8 @@ def predicted_with_derivatives(
         with C from `common_size`, or the columns asked for.
     """
     wanted = range(common_size(values.effects) + 3) if columns is None else columns
-    blocks = [wanted[first : first + _SETS_AT_ONCE] for first in range(0, len(wanted), _SETS_AT_ONCE)]
+    size = _sets_at_once(grid)
+    blocks = [wanted[first : first + size] for first in range(0, len(wanted), size)]
     parts = [_columns(grid, hooks, values, block, predict) for block in blocks]
     samples = [reading.real[0] for reading in parts[0]]
     by_block = zip(*parts, strict=True)
@@ -177,9 +179,14 @@ def derivatives_at(
     """
     steps = 1j * COMPLEX_STEP * np.eye(starts.shape[1])[shown]
     sets = (starts[:, None] + steps).reshape(-1, starts.shape[1])
-    blocks = [sets[first : first + _SETS_AT_ONCE] for first in range(0, len(sets), _SETS_AT_ONCE)]
+    size = _sets_at_once(grid)
+    blocks = [sets[first : first + size] for first in range(0, len(sets), size)]
     parts = [predict(grid, hooks, replace(values, effects=(*values.effects, block))) for block in blocks]
     return [_at_starts(np.concatenate(block), starts, shown) for block in zip(*parts, strict=True)]
+
+
+def _sets_at_once(grid: Grid) -> int:
+    return max(_FEWEST_AT_ONCE, _SETS_AT_ONCE // len(grid.runs))
 
 
 def _at_starts(reading: Array, starts: Array, shown: Sequence[int]) -> Array:

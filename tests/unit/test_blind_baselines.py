@@ -19,6 +19,7 @@ from benchmarks.blind_baselines import (
     significant,
 )
 from benchmarks.blind_page import Making, content_of, page
+from benchmarks.blind_unlisted import Bound, kinds_of
 from testbed.scoring.card import score_card
 from testbed.scoring.case import Case
 from testbed.scoring.formats import AnswerFile, DiagnosisFile, Hidden, Named, Step
@@ -115,7 +116,8 @@ def test_the_page_shows_every_figure_and_how_it_came_about(three):
     making = Making(
         command="make blind", seed=5, where="Scored then", making_seconds=(1.0, 2.0, 9.0), diagnosis_seconds=()
     )
-    text = page(content_of(card, others, making))
+    text = page(content_of(card, others, (), making))
+    assert "unlisted" not in text
     assert "`make blind`, seed 5, 3 cases" in text
     assert "Making a case took 2.0 s in the median, 9.0 s at most, 0 min in all." in text
     for row in card.rows:
@@ -128,3 +130,22 @@ def test_the_page_shows_every_figure_and_how_it_came_about(three):
         line.count("|") for line in text.splitlines() if line.startswith("| One effect") or line.startswith("| No")
     }
     assert widths == {8}  # every row of the comparison has all columns
+
+
+def test_what_could_be_known_of_the_unlisted_stands_beside_what_was_said():
+    torques = [Named(effect=effect, component="platform") for effect in ("ramp_torque", "ramp_torque", "sine_torque")]
+    cases = tuple(
+        case(name, torque, said=SLOSH, stratum="unlisted", wanted_sigma=8.0)
+        for name, torque in zip("abc", torques, strict=True)
+    )
+    bounds = {
+        name: Bound(case=name, shown=8.0, best="body_torque:platform", left=left, power=power)
+        for name, left, power in (("a", 2.0, 0.3), ("b", 4.0, 0.9), ("c", 8.0, 1.0))
+    }
+    ramp, sine = kinds_of(cases, bounds)
+    assert (ramp.effect, ramp.of, ramp.left, ramp.power, ramp.recognised) == ("ramp_torque", 2, 3.0, 0.6, 0.0)
+    assert (sine.effect, sine.of, sine.power) == ("sine_torque", 1, 1.0)
+    making = Making(command="make blind", seed=5, where="then", making_seconds=(), diagnosis_seconds=())
+    text = page(content_of(score_card(cases), (), (ramp, sine), making))
+    assert "| ramp_torque at 8 | 2 | 8.0 | 3.0 | 60% | 0% |" in text
+    assert "At 8 sigma, the oracle recognises 73% in the mean." in text
