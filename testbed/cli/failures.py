@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -23,13 +24,24 @@ def exit_code_of(command: Callable[[], object]) -> int:
         command: a Typer application; it ends with SystemExit, and reports what is wrong with its options by itself.
     """
     try:
-        command()
+        with _ended_as_interrupted():
+            command()
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         return BAD_INPUT
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else COMPLETED
     return COMPLETED
+
+
+@contextmanager
+def _ended_as_interrupted() -> Iterator[None]:
+    """Take a request to end, as batch systems and containers send it, for Ctrl-C: what was found so far is kept."""
+    before = signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 @contextmanager

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import signal
 
 import numpy as np
 import pytest
@@ -116,10 +117,11 @@ def test_a_single_run_is_said_to_be_verified_on_none(late, tmp_path, capsys):
 
 
 @pytest.mark.usefixtures("few_effects")
-def test_an_interrupted_diagnosis_keeps_what_was_found(late, tmp_path, capsys, monkeypatch):
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])  # by a terminal, by a batch system
+def test_an_interrupted_diagnosis_keeps_what_was_found(late, tmp_path, capsys, monkeypatch, sent):
     def interrupted(*arguments):
         yield next(iter(diagnosed(*arguments)))
-        raise KeyboardInterrupt
+        signal.raise_signal(sent)
 
     monkeypatch.setattr(testbed.cli.diagnose, "diagnosed", interrupted)
     assert run("diagnose", SCENARIO, "--data", late, "--out", tmp_path / "out") == 130
