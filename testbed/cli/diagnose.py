@@ -19,6 +19,7 @@ from testbed.diagnosis.findings import first_screening, noise_notices
 from testbed.diagnosis.location import Place, located
 from testbed.diagnosis.plausibility import require_explicable
 from testbed.diagnosis.reading import DataSet, data_set_of
+from testbed.diagnosis.run_agreement import Agreement, agreements
 from testbed.diagnosis.state import Diagnosis, Step
 from testbed.diagnosis.workflow import diagnosed
 from testbed.dynamics.inertia import theta_of
@@ -26,7 +27,9 @@ from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.records.reading import read_data_set
 from testbed.report.diagnosis_next import distance_words, flight_words, no_gimbals_words, pair_words
 from testbed.report.diagnosis_verdict import (
+    agreement_words,
     diagnosis_verdict,
+    disagreement_words,
     effect_name,
     gap_words,
     quantity_words,
@@ -80,10 +83,11 @@ def diagnose_records(path: Path, data: Path, out: Path | None) -> int:
     if told.last.complete:
         require_explicable(told.last.runs, told.last.gap_before.fit, told.last.gap.fit)
     proposal, why_none = _next_flight(told.last, scenario)
-    _tell_end(told.last)
-    at_the_end = (*noise_notices(told.last), *why_none)
+    agreed = agreements(told.last)
+    _tell_end(told.last, agreed)
+    at_the_end = (*noise_notices(told.last), *disagreement_words(agreed), *why_none)
     notices = (*known, *at_the_end)
-    said = write_diagnosis(folder, path, scenario, told.last, told.places, notices, proposal)
+    said = write_diagnosis(folder, path, scenario, told.last, told.places, agreed, notices, proposal)
     for notice in (*at_the_end, *said):
         warn("note", notice)
     _tell_next(folder, proposal)
@@ -186,8 +190,12 @@ def _tell_rest(diagnosis: Diagnosis) -> None:
         entry("", shape_words(diagnosis).strip() or "no torque of a known shape either")
 
 
-def _tell_end(diagnosis: Diagnosis) -> None:
+def _tell_end(diagnosis: Diagnosis, agreed: Sequence[Agreement]) -> None:
     say()
+    for each in agreed:
+        entry("Run by run", f"{effect_name(each.placed.effect, each.placed.component)}: {agreement_words(each)}")
+    if agreed:
+        say()
     console.print(inertia_table(diagnosis))
     say()
     verdict = diagnosis_verdict(diagnosis)

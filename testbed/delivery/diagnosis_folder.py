@@ -14,6 +14,7 @@ from testbed.delivery.provenance import provenance, recording_id_of
 from testbed.delivery.run_folder import write_json
 from testbed.diagnosis.location import Place
 from testbed.diagnosis.result import result_of
+from testbed.diagnosis.run_agreement import Agreement
 from testbed.diagnosis.run_residuals import residuals_of
 from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import inertia_of
@@ -38,6 +39,7 @@ def write_diagnosis(
     scenario: BodyScenario,
     diagnosis: Diagnosis,
     places: Sequence[Place],
+    agreements: Sequence[Agreement],
     notices: Sequence[str],
     proposal: Proposal | None,
 ) -> tuple[str, ...]:
@@ -49,6 +51,7 @@ def write_diagnosis(
         scenario: read from it.
         diagnosis: complete or not.
         places: where the gap is.
+        agreements: of the runs on what was added.
         notices: what a reader has to know of the records.
         proposal: what to fly next; None where nothing has to be told apart.
 
@@ -64,7 +67,8 @@ def write_diagnosis(
     with whole_folder(folder) as part:
         shutil.copyfile(scenario_path, part / SCENARIO)
         model, said = _write_model(part, scenario, diagnosis)
-        content = result_of(diagnosis, places, (*notices, *said)) | model | _write_next(part, scenario, proposal)
+        content = result_of(diagnosis, places, (*notices, *said), agreements)
+        content |= model | _write_next(part, scenario, proposal)
         write_json(part / "diagnosis.json", content)
         write_json(part / "provenance.json", origin)
         write_diagnosis_page(
@@ -72,6 +76,7 @@ def write_diagnosis(
             diagnosis,
             places,
             residuals,
+            agreements,
             proposal,
             origin | {"scenario.toml": scenario_text},
             content,

@@ -23,6 +23,7 @@ from testbed.diagnosis.findings import (
 )
 from testbed.diagnosis.location import Place
 from testbed.diagnosis.model import Fit, Placed
+from testbed.diagnosis.run_agreement import Agreement
 from testbed.diagnosis.scatter import Scatter
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.dynamics.inertia import PARAMETER_NAMES
@@ -33,13 +34,16 @@ SCHEMA = 1
 Content = dict[str, Any]
 
 
-def result_of(diagnosis: Diagnosis, places: Sequence[Place], notices: Sequence[str]) -> Content:
+def result_of(
+    diagnosis: Diagnosis, places: Sequence[Place], notices: Sequence[str], agreements: Sequence[Agreement] = ()
+) -> Content:
     """Return what diagnosis.json says; numbers in SI, None where there is none.
 
     Args:
         diagnosis: complete or not.
         places: where the gap is.
         notices: what a reader has to know of the records.
+        agreements: of the runs on what was added.
     """
     return {
         "schema": SCHEMA,
@@ -59,6 +63,7 @@ def result_of(diagnosis: Diagnosis, places: Sequence[Place], notices: Sequence[s
             {"pair": [_named(one), _named(other)], "distance": distance}
             for one, other, distance in pairs_alike(diagnosis)
         ],
+        "run_by_run": [_agreement(each) for each in agreements],
         "inertia": _inertia(diagnosis),
         "noise": {"ratio_to_stated": diagnosis.noise.ratio.tolist(), "std": diagnosis.noise.std.tolist()},
         "latent_torque": _latent(diagnosis),
@@ -190,6 +195,14 @@ def _theta(prefix: str, fit: Fit) -> Content:
 
 def _gap(prefix: str, when: str, gap: Gap, *, heldout: str = "heldout_") -> Content:
     return {f"{prefix}{when}": _number(gap.fit), f"{heldout}{when}": _number(gap.heldout)}
+
+
+def _agreement(agreement: Agreement) -> Content:
+    return {
+        **_named(agreement.placed),
+        "p_value": agreement.p_value,
+        "runs": {name: _parameters(agreement.quantities(index)) for index, name in enumerate(agreement.runs)},
+    }
 
 
 def _number(value: float) -> float | None:

@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from testbed.diagnosis.location import Place
+from testbed.diagnosis.run_agreement import Agreement
 from testbed.diagnosis.run_residuals import RunResiduals
 from testbed.diagnosis.state import Diagnosis
+from testbed.report.diagnosis_agreement import agreement_section
 from testbed.report.diagnosis_gaps import gaps_section, where_section
 from testbed.report.diagnosis_inertia import inertia_section, left_section
 from testbed.report.diagnosis_next import next_section
@@ -27,6 +29,7 @@ def write_diagnosis_page(
     diagnosis: Diagnosis,
     places: Sequence[Place],
     residuals: Sequence[RunResiduals],
+    agreements: Sequence[Agreement],
     proposal: Proposal | None,
     provenance: Mapping[str, str],
     result: Mapping[str, Any],
@@ -38,6 +41,7 @@ def write_diagnosis_page(
         diagnosis: complete or not.
         places: where the gap is.
         residuals: of every run.
+        agreements: of the runs on what was added.
         proposal: what to fly next; None where nothing has to be told apart.
         provenance: what made it.
         result: what diagnosis.json holds.
@@ -54,6 +58,7 @@ def write_diagnosis_page(
             gaps_section(diagnosis),
             where_section(places),
             *ranking_section(diagnosis),
+            *agreement_section(diagnosis, agreements),
             residuals_section(residuals),
             inertia_section(diagnosis),
             *left_section(diagnosis),

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from math import isfinite
 
 from testbed.diagnosis.findings import quantities_of
+from testbed.diagnosis.run_agreement import Agreement
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.effects.contract import NamedEffect, Quantity
 from testbed.report.frame.blocks import Notice
@@ -84,6 +85,20 @@ def quantity_words(quantity: Quantity) -> str:
     low, high = quantity.value - BAND * quantity.std, quantity.value + BAND * quantity.std
     value = f"{figures(quantity.value)} {quantity.unit}".removesuffix(" 1")
     return f"{quantity.name} = {value} (95 %: {figures(low)} to {figures(high)})"
+
+
+def agreement_words(agreement: Agreement) -> str:
+    """Say whether the runs agree on the size of an effect."""
+    said = "more than chance makes them" if agreement.disagrees else "no more than chance makes them"
+    return f"the {len(agreement.runs)} runs differ by {said} (p = {figures(agreement.p_value, 2)})"
+
+
+def disagreement_words(agreements: Iterable[Agreement]) -> Iterator[str]:
+    """Yield what to say of effects whose size differs between runs by more than chance."""
+    for each in agreements:
+        if each.disagrees:
+            name = effect_name(each.placed.effect, each.placed.component)
+            yield f"{name}: {agreement_words(each)}; what is missing may change from run to run, or be something else"
 
 
 def step_words(diagnosis: Diagnosis, step: Step) -> Iterator[str]:
