@@ -22,9 +22,10 @@ from testbed.prediction.smoothed import body_motion
 Predictor: TypeAlias = Callable[[Grid, Sequence[Hooks], Values], list[Array]]
 """From the runs, the effects and P parameter sets to blocks of predictions, each with the sets on its first axis."""
 
-_SETS_AT_ONCE = 640
-"""Parameter sets, times runs, that are integrated together: beyond it memory grows and time does not fall."""
-_FEWEST_AT_ONCE = 64
+_AT_ONCE = 400_000
+"""Instants of all runs and parameter sets that are integrated together: beyond it memory grows and time does not fall."""
+_FEWEST_SETS = 64
+"""Of which a batch is made, however long the runs are."""
 _GRIDS = 8
 """Whose gimbals' channels are kept: fitted and held-out runs, with the gyro's errors of some models."""
 
@@ -186,7 +187,7 @@ def derivatives_at(
 
 
 def _sets_at_once(grid: Grid) -> int:
-    return max(_FEWEST_AT_ONCE, _SETS_AT_ONCE // len(grid.runs))
+    return max(_FEWEST_SETS, _AT_ONCE // grid.time.size)
 
 
 def _at_starts(reading: Array, starts: Array, shown: Sequence[int]) -> Array:
