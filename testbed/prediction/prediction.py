@@ -23,7 +23,7 @@ Predictor: TypeAlias = Callable[[Grid, Sequence[Hooks], Values], list[Array]]
 """From the runs, the effects and P parameter sets to blocks of predictions, each with the sets on its first axis."""
 
 _AT_ONCE = 400_000
-"""Instants of all runs and parameter sets that are integrated together: beyond it memory grows and time does not fall."""
+"""Instants of all runs and sets that are integrated together: beyond it memory grows and time does not fall."""
 _FEWEST_SETS = 64
 """Of which a batch is made, however long the runs are."""
 _GRIDS = 8
