@@ -21,6 +21,7 @@ from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import grid_of
 from testbed.prediction.integration import Values, node_rates
 from testbed.prediction.motor_torques import motor_torques
+from testbed.prediction.servo import answer, nominal_answer, ticks_of
 from testbed.scenario.reader import read_scenario
 from tests.blind_cases import blind_case
 from tests.concealing.effect import HiddenEffect
@@ -117,6 +118,17 @@ def test_a_late_or_braked_motor_shows_between_command_and_angle(effect, size, va
     told, error = found(runs, effect, "cmg4")
     assert abs(told - value) < SIGMAS * error
     assert error < std
+
+
+def test_ideal_motors_answer_a_push_by_a_filter_as_period_by_period():
+    run = grid_of(answered()).runs[0]
+    ticks = len(ticks_of(run).time)
+    friction = np.random.default_rng(4).normal(scale=2.0, size=(1, ticks, 6))
+    filtered = answer(run, np.zeros((1, 6)), friction) - nominal_answer(run)
+    barely_late = np.full((1, 6), 1e-9)  # which is stepped along
+    stepped = answer(run, barely_late, friction) - answer(run, barely_late, np.zeros_like(friction))
+    assert np.abs(filtered).max() > 1e-3
+    np.testing.assert_allclose(filtered, stepped, atol=1e-6 * np.abs(filtered).max())
 
 
 def test_gimbals_that_do_not_answer_are_not_compared():
