@@ -85,7 +85,7 @@ def diagnose_records(path: Path, data: Path, out: Path | None) -> int:
     proposal, why_none = _next_flight(told.last, scenario)
     agreed = agreements(told.last)
     _tell_end(told.last, agreed)
-    at_the_end = (*noise_notices(told.last), *disagreement_words(agreed), *why_none)
+    at_the_end = (*noise_notices(told.last), *disagreement_words(told.last, agreed), *why_none)
     notices = (*known, *at_the_end)
     said = write_diagnosis(folder, path, scenario, told.last, told.places, agreed, notices, proposal)
     for notice in (*at_the_end, *said):

@@ -1,7 +1,8 @@
 """Whether an effect has one size in all runs: what is missing acts alike in each; what stands in for it does not.
 
 The final model is linearised, and the effect's parameters are freed in every run; all else stays shared, and is
-estimated along. Of R runs and K parameters, χ² then falls by a χ² of K (R - 1) degrees of freedom if they agree.
+estimated along. Of R runs and K parameters, χ² then falls by a χ² of K (R - 1) degrees of freedom if they agree; where
+the model leaves more than noise, it counts in units of what it leaves.
 """
 
 from __future__ import annotations
@@ -113,14 +114,14 @@ def _agreement(
     typical = np.abs([parameter.typical for parameter in placed.effect.parameters])
     change, std, apart = _freed(seen, own, _SEEN * typical)
     _, _, together = _freed(seen, own[:0], typical[:0])
-    freedom = placed.size * (len(names) - 1)
+    freedom, spread = placed.size * (len(names) - 1), max(1.0, model.chi_square / model.freedom)
     return Agreement(
         placed=placed,
         runs=tuple(names),
         heldout=heldout,
         values=model.effect_values[own - 6] + change,
         std=np.where(std > _SHARE_SEEN * _SEEN * typical, np.inf, std),
-        p_value=chance(max(apart - together, 0.0), freedom, diagnosis.runs.noise_freedom),
+        p_value=chance(max(apart - together, 0.0) / spread, freedom, diagnosis.runs.noise_freedom),
     )
 
 

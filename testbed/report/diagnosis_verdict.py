@@ -90,13 +90,13 @@ def quantity_words(quantity: Quantity) -> str:
 def agreement_words(agreement: Agreement) -> str:
     """Say whether the runs agree on the size of an effect."""
     said = "more than chance makes them" if agreement.disagrees else "no more than chance makes them"
-    return f"the {len(agreement.runs)} runs differ by {said} (p = {figures(agreement.p_value, 2)})"
+    return f"the {len(agreement.runs)} runs differ by {said} ({chance_words(agreement.p_value)})"
 
 
-def disagreement_words(agreements: Iterable[Agreement]) -> Iterator[str]:
-    """Yield what to say of effects whose size differs between runs by more than chance."""
+def disagreement_words(diagnosis: Diagnosis, agreements: Iterable[Agreement]) -> Iterator[str]:
+    """Yield what to say of effects whose size differs between runs by more than chance, where all seems explained."""
     for each in agreements:
-        if each.disagrees:
+        if each.disagrees and not diagnosis.left_over:
             name = effect_name(each.placed.effect, each.placed.component)
             yield f"{name}: {agreement_words(each)}; what is missing may change from run to run, or be something else"
 
