@@ -106,7 +106,8 @@ def _states_noise(record: Record) -> bool:
 def _grouped(notices: Sequence[tuple[str, str]]) -> Iterator[str]:
     """Yield what is said of records, once for all of which the same is said."""
     for said in dict.fromkeys(text for _, text in notices):
-        yield f"{', '.join(name for name, text in notices if text == said)}: {said}"
+        names = [name for name, text in notices if text == said]
+        yield f"{', '.join(names)}{', each' if len(names) > 1 else ''}: {said}"
 
 
 def _together(usable: Sequence[tuple[Record, tuple[Part, ...]]], chosen: Sequence[int]) -> Runs:

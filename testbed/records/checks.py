@@ -70,7 +70,7 @@ def value_problems(time: Series, channels: Mapping[str, Array]) -> list[str]:
     for name, values in channels.items():
         for column, series in zip(SIGNALS[name].columns, values.T, strict=True):
             problems += [
-                *_series_problems(column, series),
+                *_series_problems(column, series, needed=name == "body_rate"),
                 *(_size_problems(column, series) if name in _ACTUATION else ()),
             ]
     return problems + list(_body_rate_problems(channels["body_rate"]))
@@ -124,9 +124,10 @@ def _sampling_problems(time: Series) -> Iterator[str]:
         yield f"time_s grows by {period:.4g} a row, not as seconds do: divide it by 1e3 (ms), 1e6 (us) or 1e9 (ns)"
 
 
-def _series_problems(column: str, series: Series) -> Iterator[str]:
+def _series_problems(column: str, series: Series, *, needed: bool) -> Iterator[str]:
     if series.size and np.isnan(series).all():
-        yield f"column {column} has no value in any row: fill it, or take the channel out"
+        remedy = "fill it, no run is of use without it" if needed else "fill it, or take the channel out"
+        yield f"column {column} has no value in any row: {remedy}"
     if np.isinf(series).any():
         yield f"column {column} is infinite in {_rows(np.isinf(series))}: leave empty what was not sampled"
 
