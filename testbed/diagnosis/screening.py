@@ -20,6 +20,10 @@ from testbed.errors import InputError
 MOST_REFITS = 8
 _SHOWN = 0.2
 """Chance of the fitted runs' gain alone, without any correction, from which on they do not show an effect."""
+_SHARES = (1.0, 0.1, 0.0)
+"""Of the linearised solution, from which a refit starts one after the other until one comes near what it promised."""
+_LOST = 30.0
+"""By which a refit may fall short of the gain that the linearised effect promises, and is not started from less."""
 
 
 def scale_evidence(square: float, freedom: int) -> float:
@@ -147,15 +151,20 @@ def _held_out_evidence(heldout: Runs | None, fit: Fit) -> float:
 
 
 def _refitted(runs: Runs, fit: Fit, signature: Signature) -> Fit:
-    placed = [*fit.placed, signature.placed]
-    starts = [value[0] for value in fit.values.effects]
-    try:
-        return fitted(runs, placed, fit.theta, [*starts, _first_guess(signature)])
-    except InputError:  # the linearised solution may be of no body, and its motion run away
-        return fitted(runs, placed, fit.theta, [*starts, signature.start])
+    """Search from the linearised solution, and from less of it where that leads nowhere: it may be of no body."""
+    placed, starts = [*fit.placed, signature.placed], [value[0] for value in fit.values.effects]
+    found: list[Fit] = []
+    for share in _SHARES:
+        try:
+            found.append(fitted(runs, placed, fit.theta, [*starts, _guess(signature, share)]))
+        except InputError:  # the motion runs away
+            continue
+        if fit.chi_square - found[-1].chi_square > signature.score - _LOST:
+            break
+    return min(found, key=lambda each: each.chi_square)
 
 
-def _first_guess(signature: Signature) -> Array:
-    """Return the linearised solution, inside the bounds."""
+def _guess(signature: Signature, share: float) -> Array:
+    """Return a share of the linearised solution, inside the bounds."""
     lower, upper = signature.placed.bounds
-    return np.clip(signature.start + signature.step, lower, upper)
+    return np.clip(signature.start + share * signature.step, lower, upper)

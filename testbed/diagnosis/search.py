@@ -116,9 +116,9 @@ def with_effect(state: Diagnosis, chosen: Candidate, screening: Screening) -> Di
 def with_model(state: Diagnosis, model: Fit) -> Diagnosis:
     """Take over a model, and what it knows of the gyro's errors; the gimbals' channels are then predicted anew."""
     runs, heldout = corrected(state.runs, model), state.heldout
-    if runs is not state.runs:
-        model = refit(runs, model)
-        heldout = None if heldout is None else corrected(heldout, fitted_initial_rates(heldout, model))
+    if heldout is not None and runs is not state.runs:
+        heldout = corrected(heldout, fitted_initial_rates(heldout, model))
+    model = refit(runs, model)
     return replace(state, runs=runs, heldout=heldout, model=model, gap=gap_of(model, heldout))
 
 
