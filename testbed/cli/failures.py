@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 
 from testbed.errors import InfeasibleDesignError, InputError
 
@@ -37,11 +38,17 @@ def exit_code_of(command: Callable[[], object]) -> int:
 @contextmanager
 def _ended_as_interrupted() -> Iterator[None]:
     """Take a request to end, as batch systems and containers send it, for Ctrl-C: what was found so far is kept."""
-    before = signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
+    before = signal.signal(signal.SIGTERM, _interrupt)
     try:
         yield
     finally:
         signal.signal(signal.SIGTERM, before)
+
+
+def _interrupt(signum: int, frame: FrameType | None) -> None:
+    """Do what is done at Ctrl-C; also where that is ignored, as of commands in a script's background."""
+    handler = signal.getsignal(signal.SIGINT)
+    (handler if callable(handler) else signal.default_int_handler)(signum, frame)
 
 
 @contextmanager

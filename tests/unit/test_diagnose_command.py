@@ -123,14 +123,25 @@ def test_a_single_run_is_said_to_be_verified_on_none(late, tmp_path, capsys):
 
 
 @pytest.mark.usefixtures("few_effects")
-@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])  # by a terminal, by a batch system
-def test_an_interrupted_diagnosis_keeps_what_was_found(late, tmp_path, capsys, monkeypatch, sent):
+@pytest.mark.parametrize(
+    ("sent", "at_ctrl_c"),
+    [
+        (signal.SIGINT, signal.default_int_handler),
+        (signal.SIGTERM, signal.default_int_handler),
+        (signal.SIGTERM, signal.SIG_IGN),  # in a script's background
+    ],
+)
+def test_an_interrupted_diagnosis_keeps_what_was_found(late, tmp_path, capsys, monkeypatch, sent, at_ctrl_c):
+    before = signal.signal(signal.SIGINT, at_ctrl_c)
+
     def interrupted(*arguments):
         yield next(iter(diagnosed(*arguments)))
         signal.raise_signal(sent)
 
     monkeypatch.setattr(testbed.cli.diagnose, "diagnosed", interrupted)
-    assert run("diagnose", SCENARIO, "--data", late, "--out", tmp_path / "out") == 130
+    ended = run("diagnose", SCENARIO, "--data", late, "--out", tmp_path / "out")
+    signal.signal(signal.SIGINT, before)
+    assert ended == 130
     answer = json.loads((tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8"))
     assert answer["complete"] is False
     assert answer["gap"]["before"] > 1.3
