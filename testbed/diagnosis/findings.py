@@ -125,9 +125,7 @@ def pairs_alike(diagnosis: Diagnosis) -> tuple[tuple[Placed, Placed, float], ...
 
 def quantities_of(fit: Fit, placed: Placed) -> tuple[Quantity, ...]:
     """Return an effect's parameters with their standard errors, as a model has them."""
-    keys = [each.key for each in fit.placed]
-    first = sum(each.size for each in fit.placed[: keys.index(placed.key)])
-    own = slice(first, first + placed.size)
+    own = fit.own(placed)
     return placed.effect.quantities(fit.effect_values[own], stds_of(fit)[6:][own])
 
 

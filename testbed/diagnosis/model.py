@@ -88,6 +88,12 @@ class Fit:
         """Parameters of all effects, one after the other, shape (C - 6,)."""
         return np.concatenate([np.zeros(0), *(value[0] for value in self.values.effects)])
 
+    def own(self, placed: Placed) -> slice:
+        """Return where the parameters of an effect in the model stand in `effect_values`."""
+        keys = [each.key for each in self.placed]
+        first = sum(each.size for each in self.placed[: keys.index(placed.key)])
+        return slice(first, first + placed.size)
+
     @cached_property
     def normal(self) -> Array:
         """Normal matrix of all parameters, shape (C + 3 R, C + 3 R)."""

@@ -108,9 +108,7 @@ def _agreement(
     diagnosis: Diagnosis, placed: Placed, names: Sequence[str], heldout: Flags, seen: Sequence[_Seen]
 ) -> Agreement:
     model = diagnosis.model
-    keys = [each.key for each in model.placed]
-    first = 6 + sum(each.size for each in model.placed[: keys.index(placed.key)])
-    own = np.arange(first, first + placed.size, dtype=np.intp)
+    own = np.arange(6 + len(model.effect_values))[6:][model.own(placed)]
     typical = np.abs([parameter.typical for parameter in placed.effect.parameters])
     change, std, apart = _freed(seen, own, _SEEN * typical)
     _, _, together = _freed(seen, own[:0], typical[:0])
@@ -119,7 +117,7 @@ def _agreement(
         placed=placed,
         runs=tuple(names),
         heldout=heldout,
-        values=model.effect_values[own - 6] + change,
+        values=model.effect_values[model.own(placed)] + change,
         std=np.where(std > _SHARE_SEEN * _SEEN * typical, np.inf, std),
         p_value=chance(max(apart - together, 0.0) / spread, freedom, diagnosis.runs.noise_freedom),
     )

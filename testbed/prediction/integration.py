@@ -37,8 +37,8 @@ _ROUNDS = 8
 """Of Newton's method: from gyro samples it takes three or four; what it does not find is stepped along."""
 _FOUND = 1e-7
 """Share of the largest state by which a correction, the next of which is its square, is the last."""
-_GRIDS = 8
-"""For which what the units hold is kept: fitted and held-out runs, with the gyro's errors of some models."""
+GRIDS = 8
+"""For which what no parameter changes is kept: fitted and held-out runs, with the gyro's errors of some models."""
 _AT_ONCE = 10_000
 """Steps of one run and parameter set that are taken together: beyond it arrays leave the processor's cache."""
 
@@ -74,11 +74,12 @@ def node_rates(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Array:
     Raises:
         InputError: the motion leaves the finite numbers.
     """
-    known = _known(grid, hooks, values)
+    one_motion = _is_one_motion(values)
+    known = _known(grid, hooks, values, one_motion=one_motion)
     equations = Equations(hooks, values.effects, known)
     start = equations.initial(values.initial_rate, values.sets)
     with np.errstate(over="ignore", invalid="ignore"):
-        found = _found(grid, hooks, values, known) if _is_one_motion(values) else None
+        found = _found(grid, hooks, values, known) if one_motion else None
         if found is None:
             states = _stepped_along(equations, start, grid.node_time.shape[1])
         else:
@@ -165,7 +166,7 @@ def _carried(tangents: Array, start: Array, added: Array) -> Array:
     return changes
 
 
-def _known(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Known:
+def _known(grid: Grid, hooks: Sequence[Hooks], values: Values, *, one_motion: bool) -> Known:
     momentum_B, asked_B = grid.cluster_momentum_B, grid.applied_torque_B
     inertia = [inertia_matrix(values.theta)[None, :, None]]
     pairs = list(zip(hooks, values.effects, strict=True))
@@ -186,14 +187,9 @@ def _known(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Known:
         step=grid.step,
         momentum_B=momentum_B,
         torque_B=torque_B,
-        inverse=symmetric_inverse(_sum(_motions(part.real, values) for part in inertia)),
+        inverse=symmetric_inverse(_sum(part.real[:, :1] if one_motion else part.real for part in inertia)),
         inertia_step=_sum(part.imag for part in inertia) if any(map(np.iscomplexobj, inertia)) else None,
     )
-
-
-def _motions(values_real: Array, values: Values) -> Array:
-    """Return the first of real parts, shape (R, P, ...), for all if the parameter sets differ by complex steps only."""
-    return values_real[:, :1] if _is_one_motion(values) else values_real
 
 
 def _sum(parts: Iterable[Array]) -> Array:
@@ -205,7 +201,7 @@ def _held(gimbals: Gimbals, cluster: Cluster) -> tuple[Array, Array]:
     return held_momentum(gimbals, cluster), held_inertia(gimbals, cluster)
 
 
-@lru_cache(maxsize=_GRIDS)
+@lru_cache(maxsize=GRIDS)
 def _held_as_told(grid: Grid) -> tuple[Array, Array]:
     """Return what the units hold by telemetry: no parameter changes it."""
     assert grid.gimbals is not None

@@ -14,7 +14,7 @@ from testbed.arrays import Array, Vectors3
 from testbed.prediction.grid import Grid
 from testbed.prediction.gyro import acts_in_gyro, gyro_errors, readings
 from testbed.prediction.hooks import Hooks, overrides
-from testbed.prediction.integration import COMPLEX_STEP, Values, node_rates
+from testbed.prediction.integration import COMPLEX_STEP, GRIDS, Values, node_rates
 from testbed.prediction.motor_torques import has_torques, motor_torques
 from testbed.prediction.servo_answers import servo_answers
 from testbed.prediction.smoothed import body_motion
@@ -26,8 +26,6 @@ _AT_ONCE = 400_000
 """Instants of all runs and sets that are integrated together: beyond it memory grows and time does not fall."""
 _FEWEST_SETS = 64
 """Of which a batch is made, however long the runs are."""
-_GRIDS = 8
-"""Whose gimbals' channels are kept: fitted and held-out runs, with the gyro's errors of some models."""
 
 
 def predicted(grid: Grid, hooks: Sequence[Hooks], values: Values) -> list[Array]:
@@ -105,7 +103,7 @@ def _inner_channels(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]
     return blocks
 
 
-@lru_cache(maxsize=_GRIDS)
+@lru_cache(maxsize=GRIDS)
 def _inner_channels_alone(grid: Grid) -> tuple[Array, ...]:
     """Return the gimbals' channels without such effects: no parameter of the body or the gyro changes them."""
     return tuple(_inner_channels(grid, [], []))
@@ -152,9 +150,7 @@ def predicted_with_derivatives(
         with C from `common_size`, or the columns asked for.
     """
     wanted = range(common_size(values.effects) + 3) if columns is None else columns
-    size = _sets_at_once(grid)
-    blocks = [wanted[first : first + size] for first in range(0, len(wanted), size)]
-    parts = [_columns(grid, hooks, values, block, predict) for block in blocks]
+    parts = [_columns(grid, hooks, values, wanted[batch], predict) for batch in _batches(grid, len(wanted))]
     samples = [reading.real[0] for reading in parts[0]]
     by_block = zip(*parts, strict=True)
     return samples, [np.concatenate([_imaginary(part) for part in block], axis=-1) for block in by_block]
@@ -180,14 +176,15 @@ def derivatives_at(
     """
     steps = 1j * COMPLEX_STEP * np.eye(starts.shape[1])[shown]
     sets = (starts[:, None] + steps).reshape(-1, starts.shape[1])
-    size = _sets_at_once(grid)
-    blocks = [sets[first : first + size] for first in range(0, len(sets), size)]
-    parts = [predict(grid, hooks, replace(values, effects=(*values.effects, block))) for block in blocks]
+    batches = [sets[batch] for batch in _batches(grid, len(sets))]
+    parts = [predict(grid, hooks, replace(values, effects=(*values.effects, batch))) for batch in batches]
     return [_at_starts(np.concatenate(block), starts, shown) for block in zip(*parts, strict=True)]
 
 
-def _sets_at_once(grid: Grid) -> int:
-    return max(_FEWEST_SETS, _AT_ONCE // grid.time.size)
+def _batches(grid: Grid, sets: int) -> list[slice]:
+    """Return which parameter sets are integrated together."""
+    size = max(_FEWEST_SETS, _AT_ONCE // grid.time.size)
+    return [slice(first, first + size) for first in range(0, sets, size)]
 
 
 def _at_starts(reading: Array, starts: Array, shown: Sequence[int]) -> Array:
