@@ -15,7 +15,7 @@ from testbed.cli.diagnose_tables import candidates_table, detectable_table, iner
 from testbed.cli.failures import COMPLETED, INTERRUPTED
 from testbed.delivery.diagnosis_folder import NEXT, write_diagnosis
 from testbed.delivery.folder import free_folder, require_free
-from testbed.diagnosis.findings import first_screening, noise_notices
+from testbed.diagnosis.findings import Addition, addition_of, first_screening, noise_notices
 from testbed.diagnosis.location import Place, located
 from testbed.diagnosis.plausibility import require_explicable
 from testbed.diagnosis.reading import DataSet, data_set_of
@@ -26,15 +26,15 @@ from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.records.reading import read_data_set
 from testbed.report.diagnosis_next import distance_words, flight_words, no_gimbals_words, pair_words
+from testbed.report.diagnosis_ranking import on_the_noise
 from testbed.report.diagnosis_verdict import (
+    addition_words,
     agreement_words,
     diagnosis_verdict,
     disagreement_words,
     effect_name,
     gap_words,
-    quantity_words,
     shape_words,
-    step_words,
 )
 from testbed.report.wording import chance_words, listed
 from testbed.scenario.body import BodyScenario
@@ -166,24 +166,26 @@ def _tell_gap(diagnosis: Diagnosis, places: Sequence[Place]) -> None:
 
 def _tell_step(diagnosis: Diagnosis, step: Step) -> None:
     say()
-    console.print(candidates_table(step.screening))
+    first = step is diagnosis.steps[0]
+    console.print(candidates_table(step.screening, on_the_noise(diagnosis) if first else ()))
     say()
-    entry("Added", effect_name(step.placed.effect, step.placed.component))
-    for line in step_words(diagnosis, step):
-        entry("", line)
+    _tell_addition(addition_of(diagnosis, step))
     entry("Gap", f"{gap_words(step.before)} -> {gap_words(step.after)}")
+
+
+def _tell_addition(addition: Addition) -> None:
+    entry("Added", effect_name(addition.effect, addition.component))
+    for line in addition_words(addition):
+        entry("", line)
 
 
 def _tell_rest(diagnosis: Diagnosis) -> None:
     if diagnosis.remaining is not None and not diagnosis.steps:
         say()
-        console.print(candidates_table(diagnosis.remaining))
+        console.print(candidates_table(diagnosis.remaining, on_the_noise(diagnosis)))
     for scatter in diagnosis.scatter:
         say()
-        entry("Added", effect_name(scatter.effect, scatter.component))
-        entry("", scatter.effect.told(scatter.component))
-        for quantity in scatter.effect.quantities(scatter.finding.values, scatter.finding.std):
-            entry("", quantity_words(quantity))
+        _tell_addition(addition_of(diagnosis, scatter))
     if diagnosis.latent is not None:
         say()
         entry("Left over", f"a torque that no effect names: {chance_words(diagnosis.latent.p_value)}")

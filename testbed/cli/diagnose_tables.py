@@ -14,6 +14,7 @@ from testbed.arrays import Theta
 from testbed.diagnosis.candidates import Screening
 from testbed.diagnosis.findings import Detectable, detectable_sizes, inertia_change, pairs_alike, stds_of
 from testbed.diagnosis.location import Place
+from testbed.diagnosis.scatter import Scatter
 from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.contract import Quantity
@@ -82,10 +83,10 @@ def _look_alikes(diagnosis: Diagnosis) -> dict[str, str]:
     return {effect: ", ".join(list(others)[:_ALIKE_SHOWN]) for effect, others in alike.items()}
 
 
-def candidates_table(screening: Screening) -> Table:
-    """Return the effects that were refitted, the most probable first."""
+def candidates_table(screening: Screening, noise: Sequence[Scatter] = ()) -> Table:
+    """Return the effects that were refitted, and those on the noise, the most probable first."""
     table = _table("Effects, ranked", ("effect", *RANKING))
-    for row in ranking_rows(screening):
+    for row in ranking_rows(screening, noise):
         table.add_row(*row)
     return table
 

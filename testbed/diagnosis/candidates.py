@@ -8,6 +8,7 @@ from math import log, sqrt
 from testbed.arrays import Series
 from testbed.diagnosis.model import Fit, Placed
 from testbed.diagnosis.signatures import FAMILY_WISE_ERROR, Signature
+from testbed.effects.contract import Effect
 
 _MISFITTING = 2.0
 """Variance that the best model leaves, in that of the noise, from which on it counts as wrong itself."""
@@ -48,6 +49,21 @@ class Candidate:
     evidence: float
     by_run: Series
     p_value: float
+
+    @property
+    def effect(self) -> Effect:
+        """Which effect."""
+        return self.placed.effect
+
+    @property
+    def component(self) -> str:
+        """Where it is."""
+        return self.placed.component
+
+    @property
+    def key(self) -> str:
+        """Unique name, e.g. `rotor_speed:cmg3`."""
+        return self.placed.key
 
     @property
     def significant(self) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import exp, isinf
+from math import exp, isinf, log
 
 from scipy.stats import chi2, f
 
@@ -23,3 +23,17 @@ def log_chance(squares: float, freedom: int, noise_freedom: float) -> float:
 def chance(squares: float, freedom: int, noise_freedom: float) -> float:
     """Return the probability itself; arguments as in `log_chance`."""
     return exp(log_chance(squares, freedom, noise_freedom))
+
+
+def scale_evidence(square: float, freedom: int) -> float:
+    """Return twice the logarithm of a likelihood ratio, of effects as large as they turn out against none.
+
+    Of a residual whose square along the effect's d directions is S, amplitudes of the variance g noise units make
+    S g/(1+g) - d log(1+g), greatest at g = S/d - 1 (a g-prior, its scale by empirical Bayes). It tends to BIC for what
+    is plain, and does not exclude what is too small to be seen.
+
+    Args:
+        square: S.
+        freedom: d.
+    """
+    return square - freedom - freedom * log(square / freedom) if square > freedom > 0 else 0.0

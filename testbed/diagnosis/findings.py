@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from scipy.special import expit
 from scipy.stats import chi2
 
 from testbed.arrays import Array, Theta
@@ -18,7 +17,7 @@ from testbed.diagnosis.probabilities import probabilities_of
 from testbed.diagnosis.scatter import Scatter
 from testbed.diagnosis.signatures import Signature, distinguishability, smallest_detectable
 from testbed.diagnosis.state import Diagnosis, Gap, Step
-from testbed.effects.contract import Quantity
+from testbed.effects.contract import NamedEffect, Quantity
 from testbed.errors import InputError
 
 INERTIA = "inertia"
@@ -49,6 +48,31 @@ class Detectable:
     def seen_when_typical(self) -> bool:
         """Whether the effect would have been found at its typical size."""
         return self.multiple <= 1.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Addition:
+    """An effect that was added to the model, of whichever kind.
+
+    Attributes:
+        effect: which.
+        component: where.
+        quantities: its parameters, as the final model has them.
+        probability: that it, or what is not told from it, is there, among all that it was compared with.
+        look_alikes: what the data do not tell from it.
+        before: gap without it.
+        after: gap with it, and with those on the gyro's noise that were found at the same time.
+        fit: the model that it was added to; the final one for effects on the gyro's noise.
+    """
+
+    effect: NamedEffect
+    component: str
+    quantities: tuple[Quantity, ...]
+    probability: float
+    look_alikes: tuple[Placed | Scatter, ...]
+    before: Gap
+    after: Gap
+    fit: Fit
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -138,17 +162,48 @@ def stds_of(fit: Fit) -> Array:
     return np.sqrt(np.where(variance > 0.0, variance, np.inf))
 
 
-def step_probability(diagnosis: Diagnosis, step: Step) -> float:
-    """Return how probable a step's effect, or one that is not told from it, is among all that it was compared with."""
+def additions(diagnosis: Diagnosis) -> tuple[Addition, ...]:
+    """Return all effects that were added, in the order in which they were found."""
+    return tuple(addition_of(diagnosis, each) for each in diagnosis.added)
+
+
+def addition_of(diagnosis: Diagnosis, added: Step | Scatter) -> Addition:
+    """Return one of the effects that were added."""
+    if isinstance(added, Scatter):
+        before, after = _gaps_around(diagnosis, added)
+        quantities = added.effect.quantities(added.finding.values, added.finding.std)
+        probability, fit = added.probability, diagnosis.model
+    else:
+        before, after = added.before, added.after
+        quantities = quantities_of(diagnosis.model, added.placed)
+        probability, fit = _step_probability(diagnosis, added), added.candidate.fit
+    return Addition(
+        effect=added.effect,
+        component=added.component,
+        quantities=quantities,
+        probability=probability,
+        look_alikes=added.look_alikes,
+        before=before,
+        after=after,
+        fit=fit,
+    )
+
+
+def _gaps_around(diagnosis: Diagnosis, scatter: Scatter) -> tuple[Gap, Gap]:
+    """Return the gap before and after the noise was told as it is, by all effects on it that were found together."""
+    before = diagnosis.steps[: scatter.after]
+    after = diagnosis.steps[scatter.after :]
+    return (
+        before[-1].after if before else diagnosis.gap_before,
+        after[0].before if after else diagnosis.gap,
+    )
+
+
+def _step_probability(diagnosis: Diagnosis, step: Step) -> float:
     unlisted = diagnosis.unlisted_beside_steps if step is diagnosis.steps[0] else -np.inf
     probabilities = probabilities_of(step.screening, unlisted)
     members = (step.placed, *step.look_alikes)
     return sum(probabilities.get(each.key, 0.0) for each in members)
-
-
-def scatter_probability(scatter: Scatter) -> float:
-    """Return how probable an effect on the noise is against none, from the information criterion."""
-    return float(expit(-0.5 * scatter.bic))
 
 
 def noise_notices(diagnosis: Diagnosis) -> tuple[str, ...]:

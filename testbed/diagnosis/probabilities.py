@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from math import exp, inf
+from types import MappingProxyType
 
 from testbed.diagnosis.candidates import Screening
 
@@ -14,32 +15,42 @@ BETWEEN = "|"
 """Stands between the members of a class that the data do not tell apart."""
 
 
-def probabilities_of(screening: Screening | None, unlisted: float = -inf) -> Mapping[str, float]:
+def probabilities_of(
+    screening: Screening | None, unlisted: float = -inf, others: Mapping[str, float] = MappingProxyType({})
+) -> Mapping[str, float]:
     """Return how probable it is that nothing is missing, of every refitted hypothesis, and of something else.
-
-    Proportional to exp(evidence/2). Every hypothesis is as likely beforehand as any other, and all together a third as
-    likely as nothing (so the probabilities of simulated sets come out right). What was not worth a refit may be there
-    and too small to be seen; it counts to what is unknown, as a torque does that no effect makes.
 
     Args:
         screening: of the hypotheses against a model.
         unlisted: evidence of a torque that no effect makes, against the same model.
+        others: odds of further hypotheses against the same model, by name.
     """
     if screening is None:
         return {}
     odds = {candidate.placed.key: screening.odds(candidate) for candidate in screening.candidates}
+    return normalized(odds | dict(others), unlisted, 1.0 - len(odds) / screening.tested)
+
+
+def normalized(odds: Mapping[str, float], unlisted: float = -inf, unseen: float = 0.0) -> Mapping[str, float]:
+    """Return how probable hypotheses are, that nothing is missing, and that something else is.
+
+    Proportional to exp(odds/2). Every hypothesis is as likely beforehand as any other, and all together a third as
+    likely as nothing (so the probabilities of simulated sets come out right). What was not worth a refit may be there
+    and too small to be seen; it counts to what is unknown, as a torque does that no effect makes.
+
+    Args:
+        odds: twice the logarithm of how much likelier each is than nothing, by name.
+        unlisted: evidence of a torque that no effect makes.
+        unseen: share of the hypotheses of which nothing is known.
+    """
     most = max(0.0, unlisted, *odds.values())
     weight = {key: exp(0.5 * (value - most)) for key, value in odds.items()}
-    unseen = 1.0 - len(odds) / screening.tested
     weight |= {NONE: NOTHING * exp(-0.5 * most), UNKNOWN: exp(0.5 * (unlisted - most)) + unseen * exp(-0.5 * most)}
     total = sum(weight.values())
     return {key: value / total for key, value in weight.items()}
 
 
-def by_class(probabilities: Mapping[str, float], screening: Screening | None) -> Mapping[str, float]:
-    """Return probabilities with those of the chosen effect, and of what is not told from it, as one class."""
-    if screening is None or screening.chosen is None:
-        return probabilities
-    members = [candidate.placed.key for candidate in screening.close]
+def by_class(probabilities: Mapping[str, float], members: Collection[str]) -> Mapping[str, float]:
+    """Return probabilities with those of the effect that was found, and of what is not told from it, as one class."""
     others = {key: value for key, value in probabilities.items() if key not in members}
     return {BETWEEN.join(members): sum(probabilities[key] for key in members)} | others

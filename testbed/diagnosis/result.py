@@ -10,22 +10,21 @@ from typing import Any
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.findings import (
     INERTIA,
+    Addition,
     Detectable,
     InertiaChange,
+    additions,
     detectable_sizes,
     inertia_change,
     nominal_gap,
     pairs_alike,
-    quantities_of,
-    scatter_probability,
     stds_of,
-    step_probability,
 )
 from testbed.diagnosis.location import Place
 from testbed.diagnosis.model import Fit, Placed
 from testbed.diagnosis.run_agreement import Agreement
 from testbed.diagnosis.scatter import Scatter
-from testbed.diagnosis.state import Diagnosis, Gap, Step
+from testbed.diagnosis.state import Diagnosis, Gap
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.contract import Quantity
 
@@ -51,8 +50,7 @@ def result_of(
         "verdict": diagnosis.verdict,
         "steps": [
             *_inertia_step(diagnosis),
-            *(_step(diagnosis, step) for step in diagnosis.steps),
-            *(_scatter_step(diagnosis, scatter) for scatter in diagnosis.scatter),
+            *(_step(addition) for addition in additions(diagnosis)),
         ],
         "gap": {"noise_floor": 1.0} | _gap("", "before", diagnosis.gap_before) | _gap("", "after", diagnosis.gap),
         "where": [asdict(place) for place in places],
@@ -103,31 +101,15 @@ def told(quantities: Sequence[Quantity]) -> str:
     return ", ".join(distinct)
 
 
-def _step(diagnosis: Diagnosis, step: Step) -> Content:
+def _step(addition: Addition) -> Content:
     return {
-        **_named(step.placed),
-        "parameters": _parameters(quantities_of(diagnosis.model, step.placed)),
-        "probability": _number(step_probability(diagnosis, step)),
-        **_theta("j_", step.candidate.fit),
-        "indistinguishable_from": [_named(other) for other in step.look_alikes],
-        **_gap("gap_", "before", step.before, heldout="heldout_gap_"),
-        **_gap("gap_", "after", step.after, heldout="heldout_gap_"),
-    }
-
-
-def _scatter_step(diagnosis: Diagnosis, scatter: Scatter) -> Content:
-    """Return an effect on the noise as a step; all of them together close the gap that the others leave."""
-    before = diagnosis.steps[-1].after if diagnosis.steps else diagnosis.gap_before
-    found = scatter.finding
-    return {
-        "effect": scatter.effect.id,
-        "component": scatter.component,
-        "parameters": _parameters(scatter.effect.quantities(found.values, found.std)),
-        "probability": scatter_probability(scatter),
-        **_theta("j_", diagnosis.model),
-        "indistinguishable_from": [],
-        **_gap("gap_", "before", before, heldout="heldout_gap_"),
-        **_gap("gap_", "after", diagnosis.gap, heldout="heldout_gap_"),
+        **_named(addition),
+        "parameters": _parameters(addition.quantities),
+        "probability": _number(addition.probability),
+        **_theta("j_", addition.fit),
+        "indistinguishable_from": [_named(other) for other in addition.look_alikes],
+        **_gap("gap_", "before", addition.before, heldout="heldout_gap_"),
+        **_gap("gap_", "after", addition.after, heldout="heldout_gap_"),
     }
 
 
@@ -176,7 +158,7 @@ def _detectable(size: Detectable) -> Content:
     }
 
 
-def _named(placed: Placed) -> Content:
+def _named(placed: Placed | Scatter | Addition) -> Content:
     return {"effect": placed.effect.id, "component": placed.component}
 
 

@@ -9,41 +9,86 @@ from math import log
 import numpy as np
 
 from testbed.arrays import Array
+from testbed.diagnosis.candidates import CLOSE
+from testbed.diagnosis.chance import scale_evidence
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.noise import readings_of
+from testbed.diagnosis.probabilities import normalized
 from testbed.diagnosis.signatures import FAMILY_WISE_ERROR
 from testbed.effects.contract import Finding, ReadingEffect, Readings
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scatter:
-    """An effect on the scatter of the gyro's samples that is there by more than chance.
+    """A hypothesis on the scatter of the gyro's samples, and what these say of it.
 
     Attributes:
         effect: which.
         component: where.
         finding: its parameters, and how sure it is.
-        bic: of the model with it less that of the one without; negative is better.
-        p_value: of what was seen without it, times the number of hypotheses that were tested (Bonferroni).
+        tested: number of hypotheses, which share the family-wise error alike.
+        look_alikes: what the samples do not tell from it.
+        probability: that it, or one of these, is there, among all effects on the scatter and none.
+        after: number of other effects that were in the model when it was first found.
     """
 
     effect: ReadingEffect
     component: str
     finding: Finding
-    bic: float
-    p_value: float
+    tested: int
+    look_alikes: tuple[Scatter, ...] = ()
+    probability: float = 0.0
+    after: int = 0
 
     @property
     def key(self) -> str:
         """Unique name, e.g. `gyro_noise:x`."""
-        return f"{self.effect.id}:{self.component}"
+        return _key(self.effect, self.component)
+
+    @property
+    def gain(self) -> float:
+        """Twice the logarithm of the likelihood ratio with and without it."""
+        return self.finding.gain
+
+    @property
+    def evidence(self) -> float:
+        """Twice the logarithm of by how much the effect makes the samples likelier (`scale_evidence`)."""
+        return scale_evidence(self.gain, self.finding.freedom)
+
+    @property
+    def odds(self) -> float:
+        """Twice the logarithm of how much likelier it is than nothing: each hypothesis is as likely beforehand."""
+        return self.evidence - 2.0 * log(self.tested)
+
+    @property
+    def p_value(self) -> float:
+        """Chance of what was seen without it, times the number of hypotheses (Bonferroni)."""
+        return min(1.0, self.tested * self.finding.p_value)
+
+    @property
+    def significant(self) -> bool:
+        """Whether it is there, at the family-wise error."""
+        return self.p_value < FAMILY_WISE_ERROR
 
 
-def scatter_found(
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Scattering:
+    """What the samples say of all hypotheses on their scatter.
+
+    Attributes:
+        told: every hypothesis against the stated noise, the one with the most evidence first.
+        found: those that are there by more than chance, the clearest first, each told with those before it taken in.
+    """
+
+    told: tuple[Scatter, ...] = ()
+    found: tuple[Scatter, ...] = ()
+
+
+def scattering(
     runs: Runs, fit: Fit, effects: Mapping[str, ReadingEffect], others: int, *, white: bool = False
-) -> tuple[Scatter, ...]:
-    """Return the effects on the scatter that are there, the clearest first, each told with those before it taken in.
+) -> Scattering:
+    """Return what the samples say of the effects on their scatter, and which of them are there.
 
     Args:
         runs: with the noise that is stated.
@@ -52,28 +97,40 @@ def scatter_found(
         others: number of further hypotheses by which the family-wise error is divided.
         white: whether the fit is known to leave nothing but noise.
     """
-    found: list[Scatter] = []
     hypotheses = [(effect, component) for effect in effects.values() for component in effect.components]
-    tested = others + len(hypotheses)
     readings = replace(readings_of(runs, fit), white=white)
-    while hypotheses:
-        believed = _without_what_is_told(readings, found)
-        told = [
-            _scatter(effect, component, effect.found(component, believed), runs.samples, tested)
-            for effect, component in hypotheses
-        ]
-        present = [each for each in told if each is not None and each.p_value < FAMILY_WISE_ERROR and each.bic < 0.0]
-        if not present:
-            break
-        found.append(min(present, key=lambda each: each.bic))
+    tested = others + len(hypotheses)
+    told = first = _told(readings, hypotheses, tested)
+    found: list[Scatter] = []
+    while present := [each for each in told if each.significant]:
+        found.append(_with_look_alikes(present[0], told))
         taken = {each.key for each in found}
-        hypotheses = [each for each in hypotheses if f"{each[0].id}:{each[1]}" not in taken]
-    return tuple(found)
+        hypotheses = [each for each in hypotheses if _key(*each) not in taken]
+        told = _told(_without_what_is_told(readings, found), hypotheses, tested)
+    return Scattering(told=first, found=tuple(found))
 
 
 def widened(sigma: Array, found: Iterable[Scatter]) -> Array:
     """Return standard deviations with what was found, shape (R, 3), rad/s."""
     return np.asarray(np.sqrt(sigma**2 + sum((each.finding.variance for each in found), np.zeros(3))))
+
+
+def _told(readings: Readings, hypotheses: Sequence[tuple[ReadingEffect, str]], tested: int) -> tuple[Scatter, ...]:
+    """Return what readings say of hypotheses, the one with the most evidence first."""
+    findings = [(effect, component, effect.found(component, readings)) for effect, component in hypotheses]
+    told = [
+        Scatter(effect=effect, component=component, finding=finding, tested=tested)
+        for effect, component, finding in findings
+        if finding is not None
+    ]
+    return tuple(sorted(told, key=lambda each: -each.evidence))
+
+
+def _with_look_alikes(best: Scatter, told: Sequence[Scatter]) -> Scatter:
+    """Return a hypothesis with what is not told from it, and how probable the class is."""
+    alike = tuple(each for each in told if each is not best and best.evidence - each.evidence < CLOSE)
+    probability = normalized({each.key: each.odds for each in told})
+    return replace(best, look_alikes=alike, probability=sum(probability[each.key] for each in (best, *alike)))
 
 
 def _without_what_is_told(readings: Readings, found: Sequence[Scatter]) -> Readings:
@@ -86,15 +143,5 @@ def _without_what_is_told(readings: Readings, found: Sequence[Scatter]) -> Readi
     return replace(readings, residual=residual, sigma=widened(readings.sigma, noisier))
 
 
-def _scatter(
-    effect: ReadingEffect, component: str, finding: Finding | None, samples: int, tested: int
-) -> Scatter | None:
-    if finding is None:
-        return None
-    return Scatter(
-        effect=effect,
-        component=component,
-        finding=finding,
-        bic=len(effect.parameters) * log(samples) - finding.gain,
-        p_value=min(1.0, tested * finding.p_value),
-    )
+def _key(effect: ReadingEffect, component: str) -> str:
+    return f"{effect.id}:{component}"

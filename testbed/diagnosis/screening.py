@@ -9,7 +9,7 @@ import numpy as np
 
 from testbed.arrays import Array
 from testbed.diagnosis.candidates import Candidate, Screening
-from testbed.diagnosis.chance import log_chance
+from testbed.diagnosis.chance import log_chance, scale_evidence
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import log_evidence
 from testbed.diagnosis.fitting import fitted
@@ -24,20 +24,6 @@ _SHARES = (1.0, 0.1, 0.0)
 """Of the linearised solution, from which a refit starts one after the other until one comes near what it promised."""
 _LOST = 30.0
 """By which a refit may fall short of the gain that the linearised effect promises, and is not started from less."""
-
-
-def scale_evidence(square: float, freedom: int) -> float:
-    """Return twice the logarithm of a likelihood ratio, of effects as large as they turn out against none.
-
-    Of a residual whose square along the effect's d directions is S, amplitudes of the variance g noise units make
-    S g/(1+g) - d log(1+g), greatest at g = S/d - 1 (a g-prior, its scale by empirical Bayes). It tends to BIC for what
-    is plain, and does not exclude what is too small to be seen.
-
-    Args:
-        square: S.
-        freedom: d.
-    """
-    return square - freedom - freedom * log(square / freedom) if square > freedom > 0 else 0.0
 
 
 def odds_together(heldout: Runs | None, nominal: Fit, model: Fit, tested: int, effects: Sequence[Candidate]) -> float:

@@ -15,6 +15,7 @@ from testbed.arrays import Array, Flags
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.noise import readings_of
+from testbed.effects.gyro_saturation import flat_tops
 from testbed.estimation.telemetry import Telemetry
 
 _WILD = 4.5
@@ -30,12 +31,15 @@ _OF_DIFFERENCES = float(np.sqrt(1.0 + 1.0 / _SIDE))
 def without_spikes(runs: Runs, fit: Fit) -> tuple[tuple[Telemetry, ...], tuple[int, ...]]:
     """Return the runs' telemetry less the gyro's wild samples, and how many those were, by run.
 
+    A clipped peak of few samples looks wild to a model without the limit, and stays.
+
     Args:
         runs: measured.
         fit: of any model to them; what it leaves is looked at.
     """
     residuals = readings_of(runs, fit).residual
     wild = [_wild(residual, sigma) for residual, sigma in zip(residuals, runs.sigma, strict=True)]
+    wild = [each & ~clipped for each, clipped in zip(wild, flat_tops(runs.grid.runs), strict=True)]
     if np.concatenate(wild).mean() > _MOST:
         wild = [np.zeros_like(each) for each in wild]
     cleaned = tuple(_less(run, gone) for run, gone in zip(runs.grid.runs, wild, strict=True))

@@ -17,6 +17,7 @@ from testbed.diagnosis.noise import NoiseLevel
 from testbed.diagnosis.probabilities import by_class, probabilities_of
 from testbed.diagnosis.scatter import Scatter
 from testbed.diagnosis.torque_shapes import TorqueShape, surest
+from testbed.effects.contract import Effect
 
 UNEXPLAINED = 0.01
 """Below this probability of a χ² as large, or of a latent torque, the model is not the whole truth."""
@@ -59,6 +60,21 @@ class Step:
         return self.candidate.placed
 
     @property
+    def effect(self) -> Effect:
+        """Which effect."""
+        return self.placed.effect
+
+    @property
+    def component(self) -> str:
+        """Where it is."""
+        return self.placed.component
+
+    @property
+    def key(self) -> str:
+        """Unique name, e.g. `rotor_speed:cmg3`."""
+        return self.placed.key
+
+    @property
     def look_alikes(self) -> tuple[Placed, ...]:
         """What the data do not tell from it."""
         return tuple(other.placed for other in self.screening.close if other.placed.key != self.placed.key)
@@ -77,6 +93,7 @@ class Diagnosis:
         gap_before: of the baseline.
         gap: of the model.
         noise: the gyro's noise against what is stated.
+        asked: every hypothesis on how the gyro's samples scatter, against the baseline.
         scatter: effects on how the gyro's samples scatter, told anew with every model; the runs believe them.
         steps: effects in the order in which they were added.
         taken_back: effects that were added, and explain less than a torque does that no effect makes.
@@ -98,6 +115,7 @@ class Diagnosis:
     gap_before: Gap
     gap: Gap
     noise: NoiseLevel
+    asked: tuple[Scatter, ...] = ()
     scatter: tuple[Scatter, ...] = ()
     steps: tuple[Step, ...] = ()
     taken_back: tuple[Placed, ...] = ()
@@ -131,9 +149,19 @@ class Diagnosis:
         """The answer in a word."""
         if self.left_over:
             return "unexplained"
-        if not self.steps:
-            return "named" if self.scatter else "none"
-        return "ambiguous" if self.steps[0].look_alikes else "named"
+        if not self.added:
+            return "none"
+        return "ambiguous" if self.added[0].look_alikes else "named"
+
+    @property
+    def added(self) -> tuple[Step | Scatter, ...]:
+        """All effects in the model, in the order in which they were found."""
+        places = [(min(each.after, len(self.steps)), each) for each in self.scatter]
+        in_order: list[Step | Scatter] = []
+        for place in range(len(self.steps) + 1):
+            in_order += [each for after, each in places if after == place]
+            in_order += self.steps[place : place + 1]
+        return tuple(in_order)
 
     @property
     def unlisted_beside_steps(self) -> float:
@@ -145,5 +173,9 @@ class Diagnosis:
     def probabilities(self) -> Mapping[str, float]:
         """Of none, of every class that is in question, and of something unknown."""
         screening = self.steps[0].screening if self.steps else self.remaining
-        probabilities = probabilities_of(screening, self.unlisted_beside_steps)
-        return by_class(probabilities, screening) if self.steps else probabilities
+        asked = {each.key: each.odds for each in self.asked}
+        probabilities = probabilities_of(screening, self.unlisted_beside_steps, asked)
+        if not probabilities or not self.added:
+            return probabilities
+        first = self.added[0]
+        return by_class(probabilities, [first.key, *(each.key for each in first.look_alikes)])

@@ -15,13 +15,12 @@ from math import exp, log
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.diagnosis.chance import log_chance
+from testbed.diagnosis.chance import log_chance, scale_evidence
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import on_enough_runs
 from testbed.diagnosis.latent import torque_response
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.projection import orthonormal, projected_out
-from testbed.diagnosis.screening import scale_evidence
 from testbed.prediction.integration import node_rates
 
 _KNOTS_PER_SECOND = 12.0

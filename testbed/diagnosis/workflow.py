@@ -14,7 +14,7 @@ from testbed.diagnosis.hypotheses import hypotheses
 from testbed.diagnosis.latent import latent_torque
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.noise import noise_level
-from testbed.diagnosis.scatter import scatter_found, widened
+from testbed.diagnosis.scatter import scattering, widened
 from testbed.diagnosis.screening import odds_together
 from testbed.diagnosis.search import MOST_EFFECTS, Search, gap_of, refit, with_effect, with_model
 from testbed.diagnosis.state import Diagnosis
@@ -126,9 +126,13 @@ def _with_scatter(
         if heldout is not None and stated.heldout is not None:
             heldout = heldout.with_sigma(stated.heldout.sigma)
         model = refit(runs, model)
-    found = scatter_found(runs, model, effects, others, white=white)
+    said = scattering(runs, model, effects, others, white=white)
+    known = {each.key: each.after for each in state.scatter}
+    found = tuple(replace(each, after=known.get(each.key, len(state.steps))) for each in said.found)
     if found:
         runs = runs.with_sigma(widened(runs.sigma, found))
         heldout = None if heldout is None else heldout.with_sigma(widened(heldout.sigma, found))
         model = refit(runs, model)
-    return replace(state, runs=runs, heldout=heldout, model=model, gap=gap_of(model, heldout), scatter=found)
+    asked = state.asked if state.steps else said.told
+    gap = gap_of(model, heldout)
+    return replace(state, runs=runs, heldout=heldout, model=model, gap=gap, asked=asked, scatter=found)

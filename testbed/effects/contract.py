@@ -201,6 +201,7 @@ class Finding:
         values: of its parameters, shape (K,).
         std: their standard errors, shape (K,).
         gain: twice the logarithm of the likelihood ratio with and without it.
+        freedom: numbers that this took from the readings.
         p_value: of what was seen, if the effect is not there; one test.
         variance: that it adds to each axis' readings, shape (3,), rad²/s².
         explained: what of every run's residual is told by it sample by sample, shape (N, 3), rad/s; None for scatter
@@ -210,6 +211,7 @@ class Finding:
     values: Array
     std: Array
     gain: float
+    freedom: int
     p_value: float
     variance: Vector3
     explained: Sequence[Array] | None = None

@@ -44,6 +44,7 @@ class GyroNoise(ReadingEffect):
             values=np.array([noise]),
             std=np.array([spread / (2.0 * noise) if noise > 0.0 else np.sqrt(spread)]),
             gain=freedom * (ratio - 1.0 - np.log(ratio)) if extra else 0.0,
+            freedom=1,
             p_value=float(chi2.sf(freedom * ratio, freedom)),
             variance=axes * variance * extra,
         )

@@ -43,6 +43,7 @@ class GyroQuantization(ReadingEffect):
             values=np.array([step]),
             std=np.array([step * _OFF_LEVEL / levels]),
             gain=-2.0 * log_chance,
+            freedom=1,
             p_value=float(np.exp(log_chance)),
             variance=np.full(3, step**2 / 12.0),
         )

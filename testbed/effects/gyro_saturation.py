@@ -9,7 +9,7 @@ from typing import final
 import numpy as np
 from typing_extensions import override
 
-from testbed.arrays import Array, Series
+from testbed.arrays import Array, Flags, Series
 from testbed.effects.contract import Effect, Extension, Parameter, Quantity
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import Grid
@@ -67,8 +67,19 @@ class GyroSaturation(Effect):
 
 def is_clipped(runs: Sequence[Telemetry]) -> bool:
     """Return whether runs read the same largest rate so often that it has to be a limit."""
+    return any(clipped.any() for clipped in flat_tops(runs))
+
+
+def flat_tops(runs: Sequence[Telemetry]) -> list[Flags]:
+    """Return which samples of each run read the largest rate of all on any axis, shape (N,); none if that is no limit.
+
+    Args:
+        runs: of one gyro.
+    """
     limit = _largest(runs)
-    return sum(int((np.abs(run.body_rate) > limit * (1.0 - _ROUNDING)).sum()) for run in runs) >= _FEWEST
+    at_limit = [np.abs(run.body_rate) > limit * (1.0 - _ROUNDING) for run in runs]
+    enough = sum(int(each.sum()) for each in at_limit) >= _FEWEST
+    return [np.logical_and(enough, each.any(axis=1)) for each in at_limit]
 
 
 def _largest(runs: Sequence[Telemetry]) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import log
 from typing import final
 
 import numpy as np
@@ -49,11 +48,11 @@ class RotorImbalance(ReadingEffect):
         errors = np.array([np.trace(fit[2]) for fit in fits])  # noise alone has such squares
         size = float(np.sqrt(max(np.mean(squares - errors), 0.0)))
         explained = [fit[3] for fit in fits]
-        numbers = float(np.mean([part.size for part in explained]))  # that tell one run's amplitudes
         return Finding(
             values=np.array([size]),
             std=np.array([np.sqrt(np.mean(errors) / freedom)]),
-            gain=gain - (freedom - len(self.parameters)) * log(numbers),
+            gain=gain,
+            freedom=freedom,
             p_value=float(chi2.sf(gain, freedom)),
             variance=np.asarray(np.mean(np.concatenate(explained) ** 2, axis=0)),
             explained=explained,

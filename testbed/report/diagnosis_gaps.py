@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import groupby
 from math import isclose
 
 import numpy as np
 import plotly.graph_objects as go
 
-from testbed.diagnosis.findings import quantities_of, scatter_probability, step_probability
+from testbed.diagnosis.findings import Addition, additions
 from testbed.diagnosis.location import Place
 from testbed.diagnosis.state import Diagnosis, Gap
-from testbed.effects.contract import NamedEffect, Quantity
 from testbed.report.diagnosis_verdict import effect_name
 from testbed.report.frame.blocks import Block, Cell, Column, Figure, Paragraph, Section, Table
 from testbed.report.frame.style import color, layout
@@ -80,54 +80,44 @@ def _ladder(diagnosis: Diagnosis) -> Figure:
 
 
 def _rungs(diagnosis: Diagnosis) -> Iterator[tuple[str, Gap]]:
-    """Yield the gap after each change; where the noise was told anew before a step, so much in that noise."""
-    before = diagnosis.gap_before
-    yield "nominal, inertia re-estimated", before
-    for step in diagnosis.steps:
-        if not isclose(step.before.fit, before.fit, rel_tol=_SAME):
-            yield "noise told anew", step.before
-        yield f"+ {effect_name(step.placed.effect, step.placed.component)}", step.after
-        before = step.after
-    if diagnosis.scatter:
-        yield "+ " + listed(effect_name(each.effect, each.component) for each in diagnosis.scatter), diagnosis.gap
+    """Yield the gap after each change; where the noise was told anew before a step or at the end, in that noise."""
+    last = diagnosis.gap_before
+    yield "nominal, inertia re-estimated", last
+    for (before, after), together in groupby(additions(diagnosis), key=lambda each: (each.before, each.after)):
+        if not isclose(before.fit, last.fit, rel_tol=_SAME):
+            yield "noise told anew", before
+        yield "+ " + listed(effect_name(each.effect, each.component) for each in together), after
+        last = after
+    if not isclose(diagnosis.gap.fit, last.fit, rel_tol=_SAME):
+        yield "noise told anew", diagnosis.gap
 
 
 def _sentences(diagnosis: Diagnosis) -> Paragraph:
-    added: list[tuple[NamedEffect, str]] = [(step.placed.effect, step.placed.component) for step in diagnosis.steps]
-    added += [(each.effect, each.component) for each in diagnosis.scatter]
     alike = [
-        f"These data do not tell {step.placed.effect.id} from "
-        f"{listed(effect_name(other.effect, other.component) for other in step.look_alikes)}. What would: "
-        f"{step.placed.effect.confirm}"
-        for step in diagnosis.steps
-        if step.look_alikes
+        f"These data do not tell {each.effect.id} from "
+        f"{listed(effect_name(other.effect, other.component) for other in each.look_alikes)}. What would: "
+        f"{each.effect.confirm}"
+        for each in diagnosis.added
+        if each.look_alikes
     ]
-    return Paragraph(text=" ".join([*(effect.told(component) for effect, component in added), *alike]))
+    return Paragraph(text=" ".join([*(each.effect.told(each.component) for each in diagnosis.added), *alike]))
 
 
 def _rows(diagnosis: Diagnosis) -> Iterator[tuple[Cell, ...]]:
-    for step in diagnosis.steps:
-        quantities = quantities_of(diagnosis.model, step.placed)
-        yield from _quantity_rows(
-            step.placed.effect, step.placed.component, quantities, step_probability(diagnosis, step)
-        )
-    for each in diagnosis.scatter:
-        quantities = each.effect.quantities(each.finding.values, each.finding.std)
-        yield from _quantity_rows(each.effect, each.component, quantities, scatter_probability(each))
+    for addition in additions(diagnosis):
+        yield from _quantity_rows(addition)
 
 
-def _quantity_rows(
-    effect: NamedEffect, component: str, quantities: Sequence[Quantity], probability: float
-) -> Iterator[tuple[Cell, ...]]:
-    for index, each in enumerate(quantities):
+def _quantity_rows(addition: Addition) -> Iterator[tuple[Cell, ...]]:
+    for index, each in enumerate(addition.quantities):
         reach = BAND * each.std
         texts = (
-            effect_name(effect, component) if index == 0 else "",
+            effect_name(addition.effect, addition.component) if index == 0 else "",
             each.name,
             figures(each.value, 4),
             f"{figures(each.value - reach, 4)} to {figures(each.value + reach, 4)}",
             each.unit,
-            f"{probability:.3f}" if index == 0 else "",
+            f"{addition.probability:.3f}" if index == 0 else "",
         )
         yield tuple(Cell(text=text) for text in texts)
 

@@ -48,7 +48,7 @@ def purpose_words(proposal: Proposal) -> str:
 
 def no_gimbals_words(diagnosis: Diagnosis) -> Iterator[str]:
     """Yield why look-alikes remain without a next flight where there are no gimbals to steer, and what would tell."""
-    experiments = dict.fromkeys(step.placed.effect.confirm for step in diagnosis.steps if step.look_alikes)
+    experiments = dict.fromkeys(each.effect.confirm for each in diagnosis.added if each.look_alikes)
     if experiments:
         yield (
             "no next flight: what is designed is a path of gimbals, and these records have none, only applied torque. "

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
-from testbed.diagnosis.candidates import Screening
+from testbed.diagnosis.candidates import Candidate, Screening
 from testbed.diagnosis.probabilities import probabilities_of
+from testbed.diagnosis.scatter import Scatter
 from testbed.diagnosis.state import Diagnosis
 from testbed.report.frame.blocks import Block, Cell, Column, Paragraph, Section, Table
 from testbed.report.wording import figures
@@ -23,7 +24,11 @@ def ranking_section(diagnosis: Diagnosis) -> Iterator[Section]:
     screenings = [step.screening for step in diagnosis.steps]
     if diagnosis.remaining is not None:
         screenings.append(diagnosis.remaining)
-    tables: list[Block] = [_table(added, each) for added, each in enumerate(screenings) if each.candidates]
+    tables: list[Block] = [
+        _table(added, each, () if added else on_the_noise(diagnosis))
+        for added, each in enumerate(screenings)
+        if each.candidates
+    ]
     if tables:
         yield Section(title="Effects, ranked", blocks=(Paragraph(text=_MEANING), *tables))
 
@@ -32,24 +37,36 @@ RANKING = ("component", "probability", "gain", "evidence", "p")
 """What stands behind each effect."""
 
 
-def ranking_rows(screening: Screening) -> Iterator[tuple[str, ...]]:
-    """Yield an effect and what stands under `RANKING`; a class that is not told apart has one probability."""
-    probability = probabilities_of(screening)
-    members = [candidate.placed.key for candidate in screening.close] if screening.chosen is not None else []
-    for index, candidate in enumerate(screening.candidates):
-        key = candidate.placed.key
-        own = f"{sum(probability[each] for each in (members if key in members else [key])):.3f}"
+def on_the_noise(diagnosis: Diagnosis) -> tuple[Scatter, ...]:
+    """Return the effects on the gyro's noise to rank with the others; once one is found, others are asked beside it."""
+    return () if diagnosis.scatter else diagnosis.asked
+
+
+def ranking_rows(screening: Screening, noise: Sequence[Scatter] = ()) -> Iterator[tuple[str, ...]]:
+    """Yield an effect and what stands under `RANKING`; a class that is not told apart has one probability.
+
+    Args:
+        screening: whose candidates are ranked.
+        noise: effects on the gyro's noise, of which those are shown that have as much evidence.
+    """
+    probability = probabilities_of(screening, others={each.key: each.odds for each in noise})
+    members = [candidate.key for candidate in screening.close] if screening.chosen is not None else []
+    shown = [each for each in noise if each.evidence > screening.candidates[-1].evidence]
+    both: list[Candidate | Scatter] = [*screening.candidates, *shown]
+    ranked = sorted(both, key=lambda each: -each.evidence)
+    for each in ranked:
+        own = f"{sum(probability[key] for key in (members if each.key in members else [each.key])):.3f}"
         yield (
-            candidate.placed.effect.id,
-            candidate.placed.component,
-            "same class" if index and key in members else own,
-            f"{candidate.gain:.1f}",
-            f"{candidate.evidence:+.1f}",
-            figures(candidate.p_value, 1) if candidate.p_value > 0.0 else "< 1e-300",
+            each.effect.id,
+            each.component,
+            "same class" if each.key in members[1:] else own,
+            f"{each.gain:.1f}",
+            f"{each.evidence:+.1f}",
+            figures(each.p_value, 1) if each.p_value > 0.0 else "< 1e-300",
         )
 
 
-def _table(added: int, screening: Screening) -> Table:
+def _table(added: int, screening: Screening, noise: Sequence[Scatter]) -> Table:
     titles = (f"With {added} added" if added else "Nothing added", *RANKING)
-    rows = tuple(tuple(Cell(text=text) for text in row) for row in ranking_rows(screening))
+    rows = tuple(tuple(Cell(text=text) for text in row) for row in ranking_rows(screening, noise))
     return Table(columns=tuple(Column(title=title) for title in titles), rows=rows, numeric=False)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from math import isfinite
 
-from testbed.diagnosis.findings import quantities_of
+from testbed.diagnosis.findings import Addition
 from testbed.diagnosis.run_agreement import Agreement
-from testbed.diagnosis.state import Diagnosis, Gap, Step
+from testbed.diagnosis.state import Diagnosis, Gap
 from testbed.effects.contract import NamedEffect, Quantity
 from testbed.report.frame.blocks import Notice
 from testbed.report.wording import BAND, chance_words, figures, listed
@@ -18,8 +18,7 @@ _FAR = 1.5
 
 def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
     """Return the answer in a sentence or two."""
-    names = [*(effect_name(step.placed.effect, step.placed.component) for step in diagnosis.steps)]
-    names += [effect_name(each.effect, each.component) for each in diagnosis.scatter]
+    names = [effect_name(each.effect, each.component) for each in diagnosis.added]
     gap = _fall(diagnosis.gap_before, diagnosis.gap)
     if not diagnosis.complete:
         return Notice(tone="warn", text=f"Interrupted; what was found until then follows. {_so_far(names)}")
@@ -30,8 +29,7 @@ def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
     if diagnosis.verdict == "named":
         return Notice(tone="good", text=f"Missing in the nominal model: {listed(names)}. {gap}")
     if diagnosis.verdict == "ambiguous":
-        step = diagnosis.steps[0]
-        others = [effect_name(other.effect, other.component) for other in step.look_alikes]
+        others = [effect_name(other.effect, other.component) for other in diagnosis.added[0].look_alikes]
         alike = f"These data do not tell {names[0]} from {listed(others)}."
         further = f" Also missing: {listed(names[1:])}." if names[1:] else ""
         return Notice(tone="warn", text=f"Something is missing in the nominal model. {alike}{further} {gap}")
@@ -101,11 +99,11 @@ def disagreement_words(diagnosis: Diagnosis, agreements: Iterable[Agreement]) ->
             yield f"{name}: {agreement_words(each)}; what is missing may change from run to run, or be something else"
 
 
-def step_words(diagnosis: Diagnosis, step: Step) -> Iterator[str]:
+def addition_words(addition: Addition) -> Iterator[str]:
     """Yield what was added, in lines: the sentence, its parameters, its look-alikes, the experiment to tell them."""
-    yield step.placed.effect.told(step.placed.component)
-    yield from (quantity_words(quantity) for quantity in quantities_of(diagnosis.model, step.placed))
-    if step.look_alikes:
-        others = listed(effect_name(other.effect, other.component) for other in step.look_alikes)
+    yield addition.effect.told(addition.component)
+    yield from (quantity_words(quantity) for quantity in addition.quantities)
+    if addition.look_alikes:
+        others = listed(effect_name(other.effect, other.component) for other in addition.look_alikes)
         yield f"not told from: {others}"
-        yield f"what would tell: {step.placed.effect.confirm}"
+        yield f"what would tell: {addition.effect.confirm}"

@@ -15,7 +15,7 @@ from testbed.diagnosis.data import Runs, runs_of
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.model import Placed
 from testbed.diagnosis.noise import noise_level
-from testbed.diagnosis.scatter import scatter_found
+from testbed.diagnosis.scatter import scattering
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import grid_of
@@ -152,7 +152,7 @@ def test_play_shows_in_the_motion_of_the_body():
 def test_a_trembling_rotor_is_told_from_the_others_and_from_noise():
     static = 4e-6
     runs = runs_of(["a", "b", "c"], answered("rotor_imbalance", "cmg4", static=static, dynamic=1e-8, phase=1.0))
-    scatter = scatter_found(runs, fitted(runs, [], TRUE_THETA, []), READING_EFFECTS, others=100)
+    scatter = scattering(runs, fitted(runs, [], TRUE_THETA, []), READING_EFFECTS, others=100).found
     assert [each.key for each in scatter] == ["rotor_imbalance:cmg4"]
     assert abs(scatter[0].finding.values[0] - static) < SIGMAS * scatter[0].finding.std[0]
     assert scatter[0].finding.std[0] < 0.1 * static
@@ -168,7 +168,7 @@ def test_noise_beyond_what_is_stated_is_told(ratio):
     ]  # fmt: skip
     runs = runs_of(list("abcde"), [run, *others])
     fit = fitted(runs, [], TRUE_THETA, [])
-    scatter = scatter_found(runs, fit, READING_EFFECTS, others=60)
+    scatter = scattering(runs, fit, READING_EFFECTS, others=60).found
     assert [each.key for each in scatter] == ([] if ratio == 1.0 else ["gyro_noise:gyro"])
     assert noise_level(runs, fit).understated == (ratio > 1.0)
 
@@ -176,6 +176,6 @@ def test_noise_beyond_what_is_stated_is_told(ratio):
 def test_steps_of_the_gyro_are_told_exactly():
     step = 0.004
     runs = runs_with(body_rate=step * np.round(plain().body_rate / step), gimbal_torque=None)
-    scatter = scatter_found(runs, fitted(runs, [], TRUE_THETA, []), READING_EFFECTS, others=60)
+    scatter = scattering(runs, fitted(runs, [], TRUE_THETA, []), READING_EFFECTS, others=60).found
     assert scatter[0].key == "gyro_quantization:gyro"
     np.testing.assert_allclose(scatter[0].finding.values, step, rtol=1e-9)

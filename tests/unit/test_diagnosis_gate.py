@@ -56,6 +56,18 @@ def test_a_jump_of_the_rate_is_no_spike(good):
     assert len(read([with_rate(good[0], rate), *good[1:]]).runs.grid.runs[0].gyro_time) == len(good[0].time)
 
 
+def test_a_short_clipped_peak_is_no_spike(good):
+    rate = good[0].channels["body_rate"].copy()
+    limit = 2.0 * np.abs(rate).max()
+    rate[[9, 20, 33], 1] = limit  # peaks of one sample each, all cut at the same reading
+    spiky = rate.copy()
+    spiky[[9, 20, 33], 1] *= np.array([1.0, 0.9, 0.8])
+    for given, kept in ((rate, len(rate)), (spiky, len(rate) - 3)):
+        data = read([with_rate(good[0], given), *good[1:]])
+        (run,) = (run for run, name in zip(data.runs.grid.runs, data.runs.names, strict=True) if name == "run1")
+        assert len(run.gyro_time) == kept
+
+
 def test_unstated_noise_is_told_from_all_runs_together_and_known_as_well_as_that(good):
     data = read([unstated(record) for record in good])
     assert data.runs.sigma == pytest.approx(NOISE, rel=0.15)

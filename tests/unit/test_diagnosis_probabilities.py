@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
+from testbed.diagnosis.chance import scale_evidence
 from testbed.diagnosis.probabilities import NONE, UNKNOWN, by_class, probabilities_of
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.screening import scale_evidence
 from testbed.diagnosis.workflow import diagnosed
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
@@ -35,6 +35,10 @@ def late():
     return diagnosis(LATE)
 
 
+def class_of(found):
+    return [candidate.key for candidate in found.steps[0].screening.close]
+
+
 @pytest.mark.parametrize(("square", "freedom"), [(12.0, 1), (40.0, 3), (900.0, 5)])
 def test_evidence_is_the_likelihood_ratio_at_the_best_scale(square, freedom):
     worst = minimize_scalar(
@@ -51,7 +55,7 @@ def test_probabilities_sum_to_one_with_and_without_classes(late):
     screening = late.steps[0].screening
     apart = probabilities_of(screening, unlisted=3.0)
     assert sum(apart.values()) == pytest.approx(1.0)
-    together = by_class(apart, screening)
+    together = by_class(apart, class_of(late))
     assert sum(together.values()) == pytest.approx(1.0)
     (name, *_) = together
     assert set(name.split("|")) == {candidate.placed.key for candidate in screening.close}
@@ -94,5 +98,5 @@ def test_a_class_is_ranked_with_one_probability(late):
     members = [row for row in rows if row[2] == "same class"]
     assert len(members) == len(screening.close) - 1 > 0
     numbers = [float(row[2]) for row in rows if row not in members]
-    together = by_class(probabilities_of(screening), screening)
+    together = by_class(probabilities_of(screening), class_of(late))
     assert numbers[0] == pytest.approx(next(iter(together.values())), abs=1e-3)

@@ -11,6 +11,7 @@ from typing_extensions import override
 
 from testbed.diagnosis.findings import detectable_sizes
 from testbed.diagnosis.location import located
+from testbed.diagnosis.probabilities import NOTHING
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.result import result_of
 from testbed.diagnosis.run_residuals import residuals_of
@@ -65,6 +66,43 @@ def test_held_out_runs_that_are_missed_without_a_reason_to_name_anything_are_exp
     assert "too uncertain" not in diagnosis_verdict(quiet).text
     missed = replace(quiet, gap=Gap(fit=0.96, heldout=4.7))  # as runs of half a second leave it
     assert "too uncertain to predict those held out" in diagnosis_verdict(missed).text
+
+
+def test_effects_on_the_noise_are_as_much_in_question_as_others_where_nothing_is_found():
+    quiet = last(records(3))
+    assert not quiet.added
+    answer = content(quiet)
+    assert {"gyro_noise:gyro", "gyro_noise:x"} <= set(answer["probabilities"])
+    assert sum(answer["probabilities"].values()) == pytest.approx(1.0)
+    best = quiet.asked[0]
+    odds = np.log(answer["probabilities"][best.key] / answer["probabilities"]["none"])
+    assert odds == pytest.approx(0.5 * best.odds - np.log(NOTHING))
+
+
+def test_what_is_found_first_stands_first_and_the_gaps_follow_one_another():
+    late = [EFFECTS["gyro_latency"].hooks("gyro")]
+    noisy = records(4, hooks=late, values=[np.array([2e-2])], noise=1.4 * NOISE)
+    understated = [replace(each, details=replace(each.details, gyro_noise=NOISE)) for each in noisy]
+    found = last(understated)
+    answer = content(found)
+    noise, delay = answer["steps"]
+    assert (noise["effect"], delay["effect"]) == ("gyro_noise", "gyro_latency")
+    assert noise["gap_before"] == answer["gap"]["before"]
+    assert noise["gap_after"] == pytest.approx(delay["gap_before"], rel=1e-3)
+    assert delay["gap_after"] == pytest.approx(answer["gap"]["after"], rel=0.1)  # then the noise is told by all of it
+    (first, *_) = answer["probabilities"]
+    assert first.split("|")[0] == "gyro_noise:gyro"
+    assert found.added[0].key == "gyro_noise:gyro"
+
+
+def test_an_effect_on_the_noise_that_is_not_told_from_another_is_ambiguous():
+    noisy = replace(last(records(3)), scatter=())
+    one, other, *_ = noisy.asked
+    ambiguous = replace(noisy, scatter=(replace(one, look_alikes=(other,)),))
+    answer = content(ambiguous)
+    assert answer["verdict"] == "ambiguous"
+    assert answer["steps"][0]["indistinguishable_from"] == [{"effect": other.effect.id, "component": other.component}]
+    assert "do not tell" in diagnosis_verdict(ambiguous).text
 
 
 def test_another_inertia_stands_as_a_step_and_names_nothing():
