@@ -6,6 +6,7 @@ Nothing here knows of answers, and no user's output holds it.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from math import log
 from typing import Any
 
 from testbed.diagnosis.candidates import Screening
@@ -49,6 +50,7 @@ def _predicted(screening: Screening) -> Iterator[dict[str, Any]]:
 
 
 def _scatter(runs: Runs, baseline: Fit, effects: Mapping[str, ReadingEffect]) -> Iterator[dict[str, Any]]:
+    """Yield the effects on the scatter; numbers of one run each are paid for, lest they win by how many they are."""
     readings = readings_of(runs, baseline)
     for effect in effects.values():
         for component in effect.components:
@@ -57,6 +59,6 @@ def _scatter(runs: Runs, baseline: Fit, effects: Mapping[str, ReadingEffect]) ->
                 "effect": effect.id,
                 "component": component,
                 "rank": len(effect.parameters),
-                "gain": 0.0 if finding is None else finding.gain,
+                "gain": 0.0 if finding is None else finding.gain - (finding.freedom - 1) * log(runs.samples),
                 "refitted": True,
             }

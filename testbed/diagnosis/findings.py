@@ -61,7 +61,7 @@ class Addition:
         probability: that it, or what is not told from it, is there, among all that it was compared with.
         look_alikes: what the data do not tell from it.
         before: gap without it.
-        after: gap with it, and with those on the gyro's noise that were found at the same time.
+        after: gap with it; those on the gyro's noise close what the others leave together.
         fit: the model that it was added to; the final one for effects on the gyro's noise.
     """
 
@@ -163,14 +163,15 @@ def stds_of(fit: Fit) -> Array:
 
 
 def additions(diagnosis: Diagnosis) -> tuple[Addition, ...]:
-    """Return all effects that were added, in the order in which they were found."""
+    """Return all effects that were added, in the order of `Diagnosis.added`."""
     return tuple(addition_of(diagnosis, each) for each in diagnosis.added)
 
 
 def addition_of(diagnosis: Diagnosis, added: Step | Scatter) -> Addition:
     """Return one of the effects that were added."""
     if isinstance(added, Scatter):
-        before, after = _gaps_around(diagnosis, added)
+        before = diagnosis.steps[-1].after if diagnosis.steps else diagnosis.gap_before
+        after = diagnosis.gap
         quantities = added.effect.quantities(added.finding.values, added.finding.std)
         probability, fit = added.probability, diagnosis.model
     else:
@@ -186,16 +187,6 @@ def addition_of(diagnosis: Diagnosis, added: Step | Scatter) -> Addition:
         before=before,
         after=after,
         fit=fit,
-    )
-
-
-def _gaps_around(diagnosis: Diagnosis, scatter: Scatter) -> tuple[Gap, Gap]:
-    """Return the gap before and after the noise was told as it is, by all effects on it that were found together."""
-    before = diagnosis.steps[: scatter.after]
-    after = diagnosis.steps[scatter.after :]
-    return (
-        before[-1].after if before else diagnosis.gap_before,
-        after[0].before if after else diagnosis.gap,
     )
 
 

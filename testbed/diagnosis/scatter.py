@@ -30,7 +30,6 @@ class Scatter:
         tested: number of hypotheses, which share the family-wise error alike.
         look_alikes: what the samples do not tell from it.
         probability: that it, or one of these, is there, among all effects on the scatter and none.
-        after: number of other effects that were in the model when it was first found.
     """
 
     effect: ReadingEffect
@@ -39,7 +38,6 @@ class Scatter:
     tested: int
     look_alikes: tuple[Scatter, ...] = ()
     probability: float = 0.0
-    after: int = 0
 
     @property
     def key(self) -> str:
@@ -67,9 +65,9 @@ class Scatter:
         return min(1.0, self.tested * self.finding.p_value)
 
     @property
-    def significant(self) -> bool:
-        """Whether it is there, at the family-wise error."""
-        return self.p_value < FAMILY_WISE_ERROR
+    def present(self) -> bool:
+        """Whether it is there by more than chance, at the family-wise error, and likelier than nothing."""
+        return self.p_value < FAMILY_WISE_ERROR and self.odds > 0.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -102,7 +100,7 @@ def scattering(
     tested = others + len(hypotheses)
     told = first = _told(readings, hypotheses, tested)
     found: list[Scatter] = []
-    while present := [each for each in told if each.significant]:
+    while present := [each for each in told if each.present]:
         found.append(_with_look_alikes(present[0], told))
         taken = {each.key for each in found}
         hypotheses = [each for each in hypotheses if _key(*each) not in taken]
@@ -110,8 +108,13 @@ def scattering(
     return Scattering(told=first, found=tuple(found))
 
 
-def widened(sigma: Array, found: Iterable[Scatter]) -> Array:
-    """Return standard deviations with what was found, shape (R, 3), rad/s."""
+def widened(runs: Runs, found: Sequence[Scatter]) -> Runs:
+    """Return runs with a noise that holds what was found, known as surely as that."""
+    freedom = min([runs.noise_freedom, *(each.finding.noise_freedom for each in found)])
+    return replace(runs.with_sigma(_widened(runs.sigma, found)), noise_freedom=freedom)
+
+
+def _widened(sigma: Array, found: Iterable[Scatter]) -> Array:
     return np.asarray(np.sqrt(sigma**2 + sum((each.finding.variance for each in found), np.zeros(3))))
 
 
@@ -140,7 +143,7 @@ def _without_what_is_told(readings: Readings, found: Sequence[Scatter]) -> Readi
         if each.finding.explained is not None:
             residual = [left - told for left, told in zip(residual, each.finding.explained, strict=True)]
     noisier = [each for each in found if each.finding.explained is None]
-    return replace(readings, residual=residual, sigma=widened(readings.sigma, noisier))
+    return replace(readings, residual=residual, sigma=_widened(readings.sigma, noisier))
 
 
 def _key(effect: ReadingEffect, component: str) -> str:

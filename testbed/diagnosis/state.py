@@ -155,13 +155,11 @@ class Diagnosis:
 
     @property
     def added(self) -> tuple[Step | Scatter, ...]:
-        """All effects in the model, in the order in which they were found."""
-        places = [(min(each.after, len(self.steps)), each) for each in self.scatter]
-        in_order: list[Step | Scatter] = []
-        for place in range(len(self.steps) + 1):
-            in_order += [each for after, each in places if after == place]
-            in_order += self.steps[place : place + 1]
-        return tuple(in_order)
+        """All effects in the model: on the motion and what is read of it as they were found, then those on the noise.
+
+        These are told anew with every model, by what it leaves.
+        """
+        return *self.steps, *self.scatter
 
     @property
     def unlisted_beside_steps(self) -> float:
@@ -173,7 +171,7 @@ class Diagnosis:
     def probabilities(self) -> Mapping[str, float]:
         """Of none, of every class that is in question, and of something unknown."""
         screening = self.steps[0].screening if self.steps else self.remaining
-        asked = {each.key: each.odds for each in self.asked}
+        asked = {} if self.steps and self.scatter else {each.key: each.odds for each in self.asked}
         probabilities = probabilities_of(screening, self.unlisted_beside_steps, asked)
         if not probabilities or not self.added:
             return probabilities

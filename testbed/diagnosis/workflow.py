@@ -122,17 +122,20 @@ def _with_scatter(
     """Tell the scatter anew from what the present model leaves: what looked like noise may have got a name."""
     runs, heldout, model = state.runs, state.heldout, state.model
     if state.scatter:
-        runs = runs.with_sigma(stated.runs.sigma)
+        runs = _with_noise_of(stated.runs, runs)
         if heldout is not None and stated.heldout is not None:
-            heldout = heldout.with_sigma(stated.heldout.sigma)
+            heldout = _with_noise_of(stated.heldout, heldout)
         model = refit(runs, model)
     said = scattering(runs, model, effects, others, white=white)
-    known = {each.key: each.after for each in state.scatter}
-    found = tuple(replace(each, after=known.get(each.key, len(state.steps))) for each in said.found)
+    found = said.found
     if found:
-        runs = runs.with_sigma(widened(runs.sigma, found))
-        heldout = None if heldout is None else heldout.with_sigma(widened(heldout.sigma, found))
+        runs = widened(runs, found)
+        heldout = None if heldout is None else widened(heldout, found)
         model = refit(runs, model)
     asked = state.asked if state.steps else said.told
     gap = gap_of(model, heldout)
     return replace(state, runs=runs, heldout=heldout, model=model, gap=gap, asked=asked, scatter=found)
+
+
+def _with_noise_of(stated: Runs, runs: Runs) -> Runs:
+    return replace(runs, sigma=stated.sigma, noise_freedom=stated.noise_freedom)

@@ -206,6 +206,7 @@ class Finding:
         variance: that it adds to each axis' readings, shape (3,), rad²/s².
         explained: what of every run's residual is told by it sample by sample, shape (N, 3), rad/s; None for scatter
             that is not.
+        noise_freedom: degrees of freedom with which the noise is known that it makes.
     """
 
     values: Array
@@ -215,6 +216,7 @@ class Finding:
     p_value: float
     variance: Vector3
     explained: Sequence[Array] | None = None
+    noise_freedom: float = np.inf
 
 
 class ReadingEffect(NamedEffect):

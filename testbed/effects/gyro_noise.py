@@ -47,6 +47,7 @@ class GyroNoise(ReadingEffect):
             freedom=1,
             p_value=float(chi2.sf(freedom * ratio, freedom)),
             variance=axes * variance * extra,
+            noise_freedom=freedom,
         )
 
     @override

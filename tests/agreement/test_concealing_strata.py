@@ -61,6 +61,20 @@ def test_the_signature_of_a_torque_grows_in_proportion():
     assert double == pytest.approx(2.0 * single, rel=0.02)
 
 
+def test_a_lag_is_counted_in_what_its_own_gimbal_does_before_any_is_at_its_limit():
+    """Behind a limit two flights differ in every gimbal by how long they stayed there, for a lag of 1 ms as well."""
+    wild = replace(
+        CASE,
+        runs=(Run(duration=3.75, maneuver=10, release_error=(0.011, 0.013, -0.011)),),
+        theta_error=(9.2e-4, 9.2e-4, 5.5e-4, -2.3e-4, 3.4e-4, -7e-5),
+    )
+    late = replace(wild, effects=(hidden("gimbal_lag", "cmg2", time_constant=1e-3),))
+    flown = fly_case(late, quiet=True)
+    assert (np.abs(flown.log.rate_order) >= 2.0).any()
+    powers = (signature._servo_signature(flown).reshape(-1, 6) ** 2).sum(axis=0)
+    assert powers[1] > 0.8 * powers.sum() > 0.0
+
+
 def test_the_detectable_norm_has_its_power():
     # One degree of freedom, one test: z(0.975) + z(0.9) but for the other tail.
     assert detectable_norm(1, 1) == pytest.approx(1.960 + 1.2816, abs=1e-3)

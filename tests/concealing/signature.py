@@ -182,9 +182,21 @@ def _friction_signature(flown: FlownCase) -> Array:
 
 
 def _servo_signature(flown: FlownCase) -> Array:
-    """What the nominal servo's answer to the commands leaves unexplained, beside what it always does."""
+    """What the nominal servo's answer to the commands leaves unexplained, beside what it always does.
+
+    Only as long as no gimbal of a run was sent its greatest rate, with the effect or without it: behind that the two
+    are different flights, all gimbals of which differ by how long they were at their limits.
+    """
     prompt = fly_case(replace(flown.case, effects=()), quiet=True, refinement=_COARSE)
-    return sampled(flown, _servo_error(flown) - _servo_error(prompt))
+    free = _never_at_limit(flown) & _never_at_limit(prompt)
+    return sampled(flown, free[..., None] * (_servo_error(flown) - _servo_error(prompt)))
+
+
+def _never_at_limit(flown: FlownCase) -> Array:
+    """Return at which ticks no gimbal has been sent its greatest rate yet, (K, B)."""
+    limit = software_of(flown.case.scenario).scenario.cluster.gimbal_rate_limit_rad_s
+    at_limit = (np.abs(flown.log.rate_order) >= limit).any(axis=-1)
+    return ~np.logical_or.accumulate(at_limit, axis=0)
 
 
 def _servo_error(flown: FlownCase) -> Array:
