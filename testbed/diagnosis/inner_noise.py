@@ -12,7 +12,7 @@ from testbed.effects.fast_changes import FEWEST, fast_power
 from testbed.prediction.grid import Grid
 from testbed.prediction.motor_torques import has_torques, measured_torques
 from testbed.prediction.servo import answer, ticks_of
-from testbed.prediction.servo_answers import by_units, has_commands, measured_answers, shown
+from testbed.prediction.servo_answers import by_units, constants, has_commands, measured_answers, shown
 
 _LEAST = 1e-3
 """Share of a channel's own scatter that its noise has at least: the model of a gimbal is no better than that."""
@@ -23,7 +23,9 @@ _REVERSAL = 0.02
 """rad/s, in which dry friction changes its sign."""
 _COLOURED = 2.0
 """Standard deviations that count as one: commands between samples and the plan are not known, and what is missed by
-that stays for several samples. With one, flights without any effect show a rotor's speed at 4."""
+that stays for several samples. With one, lags and frictions of eight detectable sizes miss the truth by 4 to 6."""
+_ENOUGH = 2
+"""Numbers for each unknown of the servos without which nobody can tell whether they are followed."""
 _FOLLOWING = 2.0
 """Of the noise: what gimbals may miss the answer of their servo by, with any lag and friction of each. A servo of
 another kind misses more, and would be taken for a slow one."""
@@ -50,7 +52,11 @@ def answer_channel(grid: Grid) -> tuple[list[Array], Array] | None:
     left = _left(grid, answers)
     by_unit = [by_units(run, each) for run, each in zip(grid.runs, left, strict=True)]
     noise = np.sqrt(2.0 * np.mean(_noise(by_unit) ** 2))  # six columns hold the noise of three directions
-    missed = np.sqrt(np.mean(np.concatenate(left) ** 2))
+    unknowns = len(_NUDGES) + sum(constants(run).shape[1] for run in grid.runs)
+    squares = np.concatenate(left).ravel() ** 2
+    if len(squares) < _ENOUGH * unknowns:
+        return None
+    missed = np.sqrt(squares.sum() / (len(squares) - unknowns))
     return (answers, np.full(3, _COLOURED * max(missed, noise))) if missed < _FOLLOWING * noise else None
 
 

@@ -22,6 +22,8 @@ _SPECK = 5e-4
 
 
 class _Loose(Hooks):
+    tells_gimbals = False  # a servo that sees its encoder jump hunts, at instants that no sample shows
+
     def __init__(self, component: str) -> None:
         self._unit = unit_index(component)
 

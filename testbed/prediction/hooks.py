@@ -41,10 +41,12 @@ class Hooks:
     Attributes:
         states: number of further states that the effect integrates.
         needs_attitude: whether its torque depends on the attitude.
+        tells_gimbals: whether what it changes in the gimbals' own channels is predicted, if it acts inside the units.
     """
 
     states: int = 0
     needs_attitude: bool = False
+    tells_gimbals: bool = True
 
     def gimbals(self, gimbals: Gimbals, value: Array, grid: Grid, cluster: Cluster) -> Gimbals:  # noqa: ARG002
         """Return the units as they are instead of as telemetry has them."""

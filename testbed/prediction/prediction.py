@@ -115,7 +115,7 @@ def _acts_inside(hook: Hooks) -> bool:
     All others leave the gimbals' channels as they are: what these say of the body's motion is less than a hundredth of
     what the gyro says, and what their own model gets wrong must not speak for an effect on the body or the gyro.
     """
-    return overrides(hook, "motor_torque", "servo_lag", "gimbals")
+    return hook.tells_gimbals and overrides(hook, "motor_torque", "servo_lag", "gimbals")
 
 
 def _measured_rates(grid: Grid) -> Array:

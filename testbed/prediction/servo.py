@@ -6,7 +6,10 @@ Of one gimbal, over each control period from a tick on, with u the demand over t
     T_m l̇ = u - l,   d̈ = l - ω_b ḋ + load - friction
 
 What the servo fed forward is the load at the rate that was planned, which nobody sends; what it misses by that is
-left out of the comparison (`inner.shown`).
+left out of the comparison (`servo_answers.shown`).
+
+A run begins with gimbals at rest and motors without torque, as behind a release; the first demand asks for the whole
+rate at once. An ideal motor is then where one that was moving at that rate would be.
 """
 
 from __future__ import annotations
@@ -43,7 +46,6 @@ class Ticks(NamedTuple):
         load: in the middle of each period, over the inertia, shape (N, 6), rad/s².
         load_slope: its rate of change, shape (N, 6), rad/s³.
         first_angle: shape (6,), rad.
-        first_rate: shape (6,), rad/s.
     """
 
     time: Series
@@ -55,7 +57,6 @@ class Ticks(NamedTuple):
     load: UnitSeries
     load_slope: UnitSeries
     first_angle: Array
-    first_rate: Array
 
 
 @lru_cache(maxsize=_REMEMBERED)
@@ -71,7 +72,7 @@ def ticks_of(run: Telemetry) -> Ticks:
     command = CubicSpline(run.actuator_time, run.gimbal_rate_command)(time)
     angle, rate = gimbal_motion(run)(time), gimbal_motion(run)(time, 1)
     asked_angle = angle[0] + period * np.concatenate([np.zeros((1, 6)), np.cumsum(command, axis=0)[:-1]])
-    change = np.diff(command, axis=0, prepend=2.0 * command[:1] - command[1:2]) / period
+    change = np.diff(command, axis=0, prepend=np.zeros((1, 6))) / period
     middle = time + 0.5 * period
     spinning, share, by_turning, by_body = _load_shares(run, middle, angle + 0.5 * period * rate, rate)
     own = cluster.rotor_spin_inertia - cluster.rotor_transverse_inertia
@@ -87,7 +88,6 @@ def ticks_of(run: Telemetry) -> Ticks:
         load=held * share / cluster.gimbal_axis_inertia,
         load_slope=held * (by_turning + by_body) / cluster.gimbal_axis_inertia,
         first_angle=angle[0],
-        first_rate=rate[0],
     )
 
 
@@ -150,9 +150,9 @@ def _answer(run: Telemetry, units: NDArray[np.intp], lag: Array, friction: Array
     ticks, servo = ticks_of(run), run.servo
     assert servo is not None
     step = _Step(servo, lag)
-    angle, rate = ticks.first_angle[units].astype(step.kind), ticks.first_rate[units].astype(step.kind)
+    angle = ticks.first_angle[units].astype(step.kind)
+    rate = motor = np.zeros_like(angle)
     asked, load, slope = ticks.asked[:, units], ticks.load[:, units] - friction, ticks.load_slope[:, units]
-    motor = asked[0] - servo.stiffness * angle
     angles = np.empty((len(asked), len(units)), dtype=np.result_type(step.kind, friction))
     for tick in range(len(asked)):
         angles[tick] = angle

@@ -24,6 +24,8 @@ _COMPARED = 0.1
 """s. Time constant of the high-pass behind which angles are compared: slower differences are the plan's, not known."""
 _AT_LIMIT = 0.98
 """Share of the rate limit from which on a set point may be cut: 0.04 rad/s is what 1.5 mrad of an angle add to it."""
+_SEEN = 1e-2
+"""Norm with which a constant of 1 rad has to show to be seen at all: of 1e-3 rad, a tenth of an encoder's noise."""
 _REMEMBERED = 64
 
 
@@ -67,12 +69,29 @@ def shown(run: Telemetry, angle: Array) -> Array:
     """Return what is compared of gimbal angles, shape (..., K, 3), rad: in the directions that hold no load.
 
     The servo is fed forward the load at a body rate that was planned and is not sent; what it misses by that lies in
-    the three directions that a body rate loads.
+    the three directions that a body rate loads. Constants count for nothing: the rates that were sent say how the angle
+    changes that is asked for, and not where it began. With the encoder's first reading its noise would stay for the
+    whole run, and an encoder that is off its zero begins beside the plan.
 
     Args:
         run: with gimbal angles.
         angle: at its samples, shape (..., K', 6), rad.
     """
+    answer, constant = _unloaded_changes(run, angle), constants(run)
+    flat = answer.reshape(*answer.shape[:-2], -1)
+    return np.asarray((flat - np.matvec(constant, flat @ constant)).reshape(answer.shape))
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def constants(run: Telemetry) -> Array:
+    """Return how constant angles show as the directions without load turn, an orthonormal basis of shape (3 K, Q)."""
+    held = np.repeat(np.eye(6)[:, None], len(run.actuator_time), axis=1)
+    columns = _unloaded_changes(run, held).reshape(6, -1).T
+    basis, sizes, _ = np.linalg.svd(columns, full_matrices=False)
+    return np.asarray(basis[:, sizes > _SEEN])
+
+
+def _unloaded_changes(run: Telemetry, angle: Array) -> Array:
     free, keep = unloaded(run), followed(run)
     beside = np.matvec(free, np.matvec(np.swapaxes(free, -1, -2), angle))
     forgotten = np.exp(-float(np.median(np.diff(run.actuator_time))) / _COMPARED)

@@ -22,6 +22,7 @@ from testbed.prediction.grid import grid_of
 from testbed.prediction.integration import Values, node_rates
 from testbed.prediction.motor_torques import motor_torques
 from testbed.prediction.servo import answer, nominal_answer, ticks_of
+from testbed.prediction.servo_answers import measured_answers, servo_answers, shown
 from testbed.scenario.reader import read_scenario
 from tests.blind_cases import blind_case
 from tests.concealing.effect import HiddenEffect
@@ -118,6 +119,33 @@ def test_a_late_or_braked_motor_shows_between_command_and_angle(effect, size, va
     told, error = found(runs, effect, "cmg4")
     assert abs(told - value) < SIGMAS * error
     assert error < std
+
+
+def test_where_a_gimbal_began_counts_for_nothing_between_command_and_angle():
+    run = grid_of(answered()).runs[0]
+    angle = np.unwrap(run.gimbal_angle, axis=0)
+    beside = angle + np.array([0.01, -0.02, 0.0, 0.03, 0.0, -0.01])
+    np.testing.assert_allclose(shown(run, beside), shown(run, angle), atol=2e-5)  # of those that hardly show
+
+
+def test_an_encoder_off_its_zero_answers_as_predicted():
+    """It begins beside the plan, which counts for nothing; what its load changes is all that shows."""
+    zero = 0.02
+    runs = runs_of(["a", "b", "c"], answered("gimbal_zero", "cmg4", zero=zero))
+    assert runs.grid.follows_commands
+    hook = EFFECTS["gimbal_zero"].hooks("cmg4")
+    nominal, late = servo_answers(runs.grid, [], []), servo_answers(runs.grid, [hook], [np.array([[zero]])])
+    measured = measured_answers(runs.grid)
+    missed, change = (
+        np.concatenate(
+            [(one - other).ravel() for one, other in zip(these, [guess[0] for guess in nominal], strict=True)]
+        )
+        for these in (measured, [guess[0] for guess in late])
+    )
+    share = (missed @ change) / (change @ change)
+    assert abs(share - 1.0) < SIGMAS * np.std(missed - change) / np.linalg.norm(change) < 1.0
+    value, std = found(runs, "gimbal_zero", "cmg4")
+    assert abs(value - zero) < SIGMAS * std
 
 
 def test_ideal_motors_answer_a_push_by_a_filter_as_period_by_period():
