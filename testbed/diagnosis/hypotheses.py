@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Placed
-from testbed.effects.contract import Channel, Effect
+from testbed.effects.contract import CLUSTER, Channel, Effect
 from testbed.prediction.motor_torques import has_torques
 
 
@@ -62,6 +62,14 @@ def channels_of(runs: Runs) -> set[Channel]:
 
 
 def without(candidates: Iterable[Placed], chosen: Iterable[Placed]) -> list[Placed]:
-    """Return the hypotheses that are not in the model yet."""
-    taken = {each.key for each in chosen}
-    return [each for each in candidates if each.key not in taken]
+    """Return the hypotheses that are not in the model yet, nor masked by what is."""
+    present = tuple(chosen)
+    taken = {each.key for each in present}
+    return [each for each in candidates if each.key not in taken and not _is_masked(each, present)]
+
+
+def _is_masked(candidate: Placed, present: Iterable[Placed]) -> bool:
+    return any(
+        candidate.effect.id in each.effect.masks and candidate.component in (each.component, CLUSTER)
+        for each in present
+    )

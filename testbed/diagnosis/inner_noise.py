@@ -21,9 +21,10 @@ _NUDGES = np.repeat([1e-5, 1e-3, 1e-3], 6)
 _ROUNDS = 2
 _REVERSAL = 0.02
 """rad/s, in which dry friction changes its sign."""
-_COLOURED = 2.0
-"""Standard deviations that count as one: commands between samples and the plan are not known, and what is missed by
-that stays for several samples. With one, lags and frictions of eight detectable sizes miss the truth by 4 to 6."""
+_MODEL = 2.5e-4
+"""rad. By which an answer may be missed for other reasons than noise: commands between samples and the plan are not
+known, and what is missed by that stays for several samples. Without it, lags and dry frictions of eight detectable
+sizes miss the truth by 4 to 6 standard deviations where encoders are as good as 1e-4 rad."""
 _ENOUGH = 2
 """Numbers for each unknown of the servos without which nobody can tell whether they are followed."""
 _FOLLOWING = 2.0
@@ -57,7 +58,7 @@ def answer_channel(grid: Grid) -> tuple[list[Array], Array] | None:
     if len(squares) < _ENOUGH * unknowns:
         return None
     missed = np.sqrt(squares.sum() / (len(squares) - unknowns))
-    return (answers, np.full(3, _COLOURED * max(missed, noise))) if missed < _FOLLOWING * noise else None
+    return (answers, np.full(3, np.hypot(max(missed, noise), _MODEL))) if missed < _FOLLOWING * noise else None
 
 
 def _left(grid: Grid, answers: Sequence[Array]) -> list[Array]:

@@ -139,7 +139,14 @@ class NamedEffect(ABC):
 
 
 class Effect(NamedEffect):
-    """An effect on what is predicted. Adding one: a file with a class like this, its line in the registry, its test."""
+    """An effect on what is predicted. Adding one: a file with a class like this, its line in the registry, its test.
+
+    Attributes:
+        masks: ids of effects that cannot be told in the same unit beside it: what they would show, it shows as well, by
+            details that are not predicted.
+    """
+
+    masks: ClassVar[tuple[str, ...]] = ()
 
     @abstractmethod
     def hooks(self, component: str) -> Hooks:
@@ -230,6 +237,10 @@ class ReadingEffect(NamedEffect):
             component: where it sits.
             readings: against the present model.
         """
+
+
+CLUSTER = "cluster"
+"""All units alike, where a component is asked for."""
 
 
 def unit_index(component: str) -> int:

@@ -78,6 +78,7 @@ class GimbalBacklash(Effect):
     needs = ("gimbal_angle",)
     sentence = "The gimbal of {component} has play between its encoder and its axis."
     look_alikes = ("gimbal_zero", "gimbal_coulomb_friction")
+    masks = ("gimbal_lag", "gimbal_viscous_friction", "gimbal_coulomb_friction")  # a servo that hunts
     confirm = "Turn that gimbal slowly to and fro: behind each reversal the axis stands still while the encoder moves."
 
     @override

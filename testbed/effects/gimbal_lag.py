@@ -7,12 +7,10 @@ from typing import final
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.effects.contract import UNITS, Effect, Extension, Parameter, only_unit, unit_index
+from testbed.effects.contract import CLUSTER, UNITS, Effect, Extension, Parameter, only_unit, unit_index
 from testbed.plant.unit_additions import GimbalMotorLag
 from testbed.prediction.hooks import Hooks
 from testbed.scenario.scenario import Scenario
-
-CLUSTER = "cluster"
 
 
 class _Behind(Hooks):

@@ -121,12 +121,13 @@ def unloaded(run: Telemetry) -> Array:
 
 @lru_cache(maxsize=_REMEMBERED)
 def followed(run: Telemetry) -> Flags:
-    """Return which of the compared samples come before the first set point at the rate limit or gap, shape (K,).
+    """Return which of the compared samples come before the first rate at the limit or gap, shape (K,).
 
-    Behind either nobody knows what the servo was asked for.
+    Behind a command that was cut, a set point that is, or a gap nobody knows what the servo was asked for.
     """
     assert run.servo is not None
-    cut = (np.abs(set_point(run)) > _AT_LIMIT * run.servo.rate_limit).any(axis=1)
+    rates = np.hstack([set_point(run), ticks_of(run).command])
+    cut = (np.abs(rates) > _AT_LIMIT * run.servo.rate_limit).any(axis=1)
     missing = np.concatenate([[False], gaps(run)])
     lost = np.logical_or.accumulate(cut)[ticks_of(run).samples] | np.logical_or.accumulate(missing)
     return np.asarray(compared(run) & ~lost)
