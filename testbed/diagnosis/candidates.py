@@ -66,6 +66,11 @@ class Candidate:
         return self.placed.key
 
     @property
+    def fits(self) -> float:
+        """By how much it fits all runs better than the present model, whatever its parameters cost."""
+        return self.gain + self.carried - 2.0 * self.looks
+
+    @property
     def significant(self) -> bool:
         """Whether it is there, at the family-wise error."""
         return self.p_value < FAMILY_WISE_ERROR
@@ -87,9 +92,17 @@ class Screening:
 
     @property
     def chosen(self) -> Candidate | None:
-        """The best candidate, if it is there by more than chance and is likelier than that nothing is missing."""
-        best = self.candidates[0] if self.candidates else None
-        return best if best is not None and best.significant and self.odds(best) > 0.0 else None
+        """The candidate that is added: None unless the best is there by more than chance and likelier than nothing.
+
+        Of those that are not told from it and are there as well, the one that fits best: evidence does not decide among
+        them, and none is a special case of another, that could only fit worse.
+        """
+        if not self.candidates or not self._is_there(self.candidates[0]):
+            return None
+        return max(filter(self._is_there, self.close), key=lambda candidate: candidate.fits)
+
+    def _is_there(self, candidate: Candidate) -> bool:
+        return candidate.significant and self.odds(candidate) > 0.0
 
     def odds(self, candidate: Candidate) -> float:
         """Return twice the logarithm of how much likelier a candidate is than nothing: each is as likely beforehand."""

@@ -54,12 +54,13 @@ def ranking_rows(screening: Screening, noise: Sequence[Scatter] = ()) -> Iterato
     shown = [each for each in noise if each.evidence > screening.candidates[-1].evidence]
     both: list[Candidate | Scatter] = [*screening.candidates, *shown]
     ranked = sorted(both, key=lambda each: -each.evidence)
+    first = next((each.key for each in ranked if each.key in members), None)
     for each in ranked:
         own = f"{sum(probability[key] for key in (members if each.key in members else [each.key])):.3f}"
         yield (
             each.effect.id,
             each.component,
-            "same class" if each.key in members[1:] else own,
+            "same class" if each.key in members and each.key != first else own,
             f"{each.gain:.1f}",
             f"{each.evidence:+.1f}",
             figures(each.p_value, 1) if each.p_value > 0.0 else "< 1e-300",
