@@ -13,14 +13,13 @@ from testbed.prediction.grid import Grid
 from testbed.prediction.motor_torques import has_torques, measured_torques
 from testbed.prediction.servo import answer, ticks_of
 from testbed.prediction.servo_answers import by_units, constants, has_commands, measured_answers, shown
+from testbed.prediction.smoothed import direction_of
 
 _LEAST = 1e-3
 """Share of a channel's own scatter that its noise has at least: the model of a gimbal is no better than that."""
 _NUDGES = np.repeat([1e-5, 1e-3, 1e-3], 6)
 """Lag, s, viscous friction, 1/s, and dry friction, rad/s², over the inertia, by which derivatives are taken."""
 _ROUNDS = 2
-_REVERSAL = 0.02
-"""rad/s, in which dry friction changes its sign."""
 _MODEL = 2.5e-4
 """rad. By which an answer may be missed for other reasons than noise: commands between samples and the plan are not
 known, and what is missed by that stays for several samples. Without it, lags and dry frictions of eight detectable
@@ -83,7 +82,7 @@ def _missed(grid: Grid, answers: Sequence[Array], unknowns: Array) -> list[Array
     parts = []
     for run, measured in zip(grid.runs, answers, strict=True):
         rate = ticks_of(run).gimbal_rate
-        against = viscous[:, None] * rate + dry[:, None] * np.tanh(rate / _REVERSAL)
+        against = viscous[:, None] * rate + dry[:, None] * direction_of(rate)
         parts.append(measured - shown(run, answer(run, lag, against)))
     return parts
 

@@ -38,8 +38,11 @@ def without_spikes(runs: Runs, fit: Fit) -> tuple[tuple[Telemetry, ...], tuple[i
         fit: of any model to them; what it leaves is looked at.
     """
     residuals = readings_of(runs, fit).residual
-    wild = [_wild(residual, sigma) for residual, sigma in zip(residuals, runs.sigma, strict=True)]
-    wild = [each & ~clipped for each, clipped in zip(wild, flat_tops(runs.grid.runs), strict=True)]
+    clipped = flat_tops(runs.grid.runs)
+    wild = [
+        np.any(_wild(residual, sigma) & ~at_limit, axis=1)
+        for residual, sigma, at_limit in zip(residuals, runs.sigma, clipped, strict=True)
+    ]
     if np.concatenate(wild).mean() > _MOST:
         wild = [np.zeros_like(each) for each in wild]
     cleaned = tuple(_less(run, gone) for run, gone in zip(runs.grid.runs, wild, strict=True))
@@ -51,14 +54,13 @@ def _less(run: Telemetry, gone: Flags) -> Telemetry:
 
 
 def _wild(residual: Array, sigma: Array) -> Flags:
-    """Return which samples of a run are wild on any axis, shape (N,)."""
+    """Return which readings of a run are wild, shape (N, 3)."""
     before, after = (
         residual - _neighbours(residual, slice(0, _SIDE)),
         residual - _neighbours(residual, slice(-_SIDE, None)),
     )
     usual = np.maximum(sigma, median_abs_deviation(before, axis=0, scale="normal") / _OF_DIFFERENCES)
-    alone = (before * after > 0.0) & (np.minimum(np.abs(before), np.abs(after)) > _WILD * usual)
-    return np.asarray(alone.any(axis=1))
+    return np.asarray((before * after > 0.0) & (np.minimum(np.abs(before), np.abs(after)) > _WILD * usual))
 
 
 def _neighbours(values: Array, side: slice) -> Array:

@@ -11,10 +11,8 @@ from testbed.arrays import Array
 from testbed.effects.contract import UNITS, Effect, Extension, Parameter, only_unit, unit_index
 from testbed.plant.unit_additions import GimbalFriction
 from testbed.prediction.hooks import Hooks
+from testbed.prediction.smoothed import direction_of
 from testbed.scenario.scenario import Scenario
-
-_REVERSAL = 0.02
-"""rad/s, in which the friction changes sign: the noise of a rate that is told from an encoder."""
 
 
 class _Rubbing(Hooks):
@@ -23,8 +21,7 @@ class _Rubbing(Hooks):
 
     @override
     def motor_torque(self, torque: Array, value: Array, gimbal_rate: Array) -> Array:
-        direction = np.tanh(gimbal_rate / _REVERSAL)
-        return np.asarray(torque + only_unit(self._component, value[:, 0])[:, None] * direction)
+        return np.asarray(torque + only_unit(self._component, value[:, 0])[:, None] * direction_of(gimbal_rate))
 
 
 @final

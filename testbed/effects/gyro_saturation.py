@@ -71,7 +71,7 @@ def is_clipped(runs: Sequence[Telemetry]) -> bool:
 
 
 def flat_tops(runs: Sequence[Telemetry]) -> list[Flags]:
-    """Return which samples of each run read the largest rate of all on any axis, shape (N,); none if that is no limit.
+    """Return which readings of each run are the largest of all, shape (N, 3); none if that is no limit.
 
     Args:
         runs: of one gyro.
@@ -79,7 +79,7 @@ def flat_tops(runs: Sequence[Telemetry]) -> list[Flags]:
     limit = _largest(runs)
     at_limit = [np.abs(run.body_rate) > limit * (1.0 - _ROUNDING) for run in runs]
     enough = sum(int(each.sum()) for each in at_limit) >= _FEWEST
-    return [np.logical_and(enough, each.any(axis=1)) for each in at_limit]
+    return [np.logical_and(enough, each) for each in at_limit]
 
 
 def _largest(runs: Sequence[Telemetry]) -> float:

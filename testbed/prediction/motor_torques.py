@@ -18,7 +18,7 @@ from testbed.prediction.compared import compared
 from testbed.prediction.grid import Gimbals, Grid, at_nodes
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import effective_gimbals
-from testbed.prediction.smoothed import body_motion, gimbal_motion
+from testbed.prediction.smoothed import body_motion, direction_of, gimbal_motion
 from testbed.prediction.unit_axes import along_units, rate_across
 
 _REMEMBERED = 64
@@ -64,13 +64,16 @@ def torque_age(runs: tuple[Telemetry, ...]) -> float:
 
     A motor holds its demand through a control period and gives, at its end, what the middle needed, less what its
     tachometer loop takes back: τ(t) - τ'·a - k_v d̈·a. The age a is the one that fits the measured torques, with all
-    units and runs together; zero where the servo is not known.
+    units and runs together, beside any friction of each; zero where the servo is not known.
     """
     known = [run for run in runs if run.servo is not None]
-    late = np.concatenate([np.zeros(0), *(_change_by_age(run) for run in known)])
-    missed = np.concatenate([np.zeros(0), *(_missed(run) for run in known)])
-    longest = max((run.servo.period for run in known if run.servo is not None), default=0.0)
-    return float(np.clip(late @ missed / max(late @ late, np.finfo(float).tiny), 0.0, longest))
+    if not known:
+        return 0.0
+    columns = np.concatenate([np.column_stack([_change_by_age(run), _friction(run)]) for run in known])
+    missed = np.concatenate([_missed(run) for run in known])
+    scale = np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
+    age = float(np.linalg.lstsq(columns / scale, missed, rcond=None)[0][0] / scale[0])
+    return min(max(age, 0.0), max(run.servo.period for run in known if run.servo is not None))
 
 
 def tachometer_gain(run: Telemetry) -> Array | float:
@@ -82,6 +85,13 @@ def _change_by_age(run: Telemetry) -> Array:
     """Return what an age of one second would change in a run's motor torques, shape (6 K,), N·m/s."""
     at = run.actuator_time[compared(run)]
     return np.asarray(-(_needed(run)(at, 1) + tachometer_gain(run) * gimbal_motion(run)(at, 2)).ravel())
+
+
+def _friction(run: Telemetry) -> Array:
+    """Return what viscous and dry friction of one unit each would need of the motors, shape (6 K, 12)."""
+    rate = gimbal_motion(run)(run.actuator_time[compared(run)], 1)
+    each = [np.eye(6) * of[:, None] for of in (rate, direction_of(rate))]
+    return np.concatenate(each, axis=2).reshape(-1, 12)
 
 
 def _missed(run: Telemetry) -> Array:

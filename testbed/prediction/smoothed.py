@@ -13,6 +13,8 @@ from testbed.estimation.telemetry import Telemetry
 _KNOTS_PER_SECOND = 16.0
 """Enough for 8 Hz; an encoder's noise of 1e-3 rad at 100 Hz leaves 0.5 rad/s² in the second derivative."""
 _REMEMBERED = 64
+_REVERSAL = 0.02
+"""rad/s, in which a direction changes: the noise of a rate that is told from an encoder."""
 _DEGREE = 3
 
 
@@ -28,6 +30,11 @@ def body_motion(run: Telemetry) -> BSpline:
     """Return the body rate of a run, (3,), rad/s, body axes, without what is known to be the gyro's error."""
     body_rate = run.body_rate if run.gyro_error is None else run.body_rate - run.gyro_error
     return _smoothed(run.gyro_time, body_rate)
+
+
+def direction_of(rate: Array) -> Array:
+    """Return the direction of measured rates, rad/s, from -1 to 1; between where noise decides."""
+    return np.asarray(np.tanh(rate / _REVERSAL))
 
 
 def _smoothed(time: Series, values: Array) -> BSpline:

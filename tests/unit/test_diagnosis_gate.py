@@ -68,6 +68,15 @@ def test_a_short_clipped_peak_is_no_spike(good):
         assert len(run.gyro_time) == kept
 
 
+def test_a_spike_beside_the_largest_reading_of_another_axis_is_left_out(good):
+    rate = good[0].channels["body_rate"].copy()
+    rate[[9, 20, 33], 1] = 2.0 * np.abs(rate).max()
+    rate[20, 0] -= 20.0 * NOISE
+    data = read([with_rate(good[0], rate), *good[1:]])
+    (run,) = (run for run, name in zip(data.runs.grid.runs, data.runs.names, strict=True) if name == "run1")
+    assert set(good[0].time) - set(run.gyro_time) == {good[0].time[20]}
+
+
 def test_unstated_noise_is_told_from_all_runs_together_and_known_as_well_as_that(good):
     data = read([unstated(record) for record in good])
     assert data.runs.sigma == pytest.approx(NOISE, rel=0.15)
