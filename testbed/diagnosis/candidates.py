@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from math import log, sqrt
 
 from testbed.arrays import Series
-from testbed.diagnosis.model import Fit, Placed
+from testbed.diagnosis.model import AtPlace, Fit, Placed
 from testbed.diagnosis.signatures import FAMILY_WISE_ERROR, Signature
-from testbed.effects.contract import Effect
 
 _MISFITTING = 2.0
 """Variance that the best model leaves, in that of the noise, from which on it counts as wrong itself."""
@@ -21,7 +20,7 @@ CLOSE = 6.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Candidate:
+class Candidate(AtPlace):
     """A hypothesis refitted together with all else in the model.
 
     Attributes:
@@ -49,21 +48,6 @@ class Candidate:
     evidence: float
     by_run: Series
     p_value: float
-
-    @property
-    def effect(self) -> Effect:
-        """Which effect."""
-        return self.placed.effect
-
-    @property
-    def component(self) -> str:
-        """Where it is."""
-        return self.placed.component
-
-    @property
-    def key(self) -> str:
-        """Unique name, e.g. `rotor_speed:cmg3`."""
-        return self.placed.key
 
     @property
     def fits(self) -> float:

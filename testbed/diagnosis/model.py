@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import compress, pairwise, starmap
+from typing import Protocol
 
 import numpy as np
 
@@ -48,6 +49,30 @@ class Placed:
     def key(self) -> str:
         """Unique name, e.g. `rotor_speed:cmg3`."""
         return f"{self.effect.id}:{self.component}"
+
+
+class _WithPlaced(Protocol):
+    @property
+    def placed(self) -> Placed: ...
+
+
+class AtPlace:
+    """What is said of one hypothesis, under the names of effects on the noise (`Scatter`)."""
+
+    @property
+    def effect(self: _WithPlaced) -> Effect:
+        """Which effect."""
+        return self.placed.effect
+
+    @property
+    def component(self: _WithPlaced) -> str:
+        """Where it is."""
+        return self.placed.component
+
+    @property
+    def key(self: _WithPlaced) -> str:
+        """Unique name, e.g. `rotor_speed:cmg3`."""
+        return self.placed.key
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -12,12 +12,11 @@ from testbed.diagnosis.candidates import Candidate, Screening
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.hypotheses import Untestable
 from testbed.diagnosis.latent import LatentTorque
-from testbed.diagnosis.model import Fit, Placed
+from testbed.diagnosis.model import AtPlace, Fit, Placed
 from testbed.diagnosis.noise import NoiseLevel
 from testbed.diagnosis.probabilities import by_class, probabilities_of
 from testbed.diagnosis.scatter import Scatter
 from testbed.diagnosis.torque_shapes import TorqueShape, surest
-from testbed.effects.contract import Effect
 
 UNEXPLAINED = 0.01
 """Below this probability of a χ² as large, or of a latent torque, the model is not the whole truth."""
@@ -39,7 +38,7 @@ class Gap:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Step:
+class Step(AtPlace):
     """An effect that was added to the model.
 
     Attributes:
@@ -58,21 +57,6 @@ class Step:
     def placed(self) -> Placed:
         """Effect and component."""
         return self.candidate.placed
-
-    @property
-    def effect(self) -> Effect:
-        """Which effect."""
-        return self.placed.effect
-
-    @property
-    def component(self) -> str:
-        """Where it is."""
-        return self.placed.component
-
-    @property
-    def key(self) -> str:
-        """Unique name, e.g. `rotor_speed:cmg3`."""
-        return self.placed.key
 
     @property
     def look_alikes(self) -> tuple[Placed, ...]:

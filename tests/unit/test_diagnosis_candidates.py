@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -47,3 +48,16 @@ def test_wrong_models_are_told_apart_by_what_runs_agree_on():
 def test_few_runs_do_not_tell_their_scatter():
     left, other = np.full(3, 300.0), np.array([0.0, 900.0, 900.0])
     assert not close(candidate(8000.0, left), candidate(2000.0, other))
+
+
+def test_of_a_class_the_one_that_fits_best_is_added_if_it_is_there():
+    left = np.full(RUNS, 3.0)
+    best = replace(candidate(100.0, left), gain=104.0)
+    fitting = replace(candidate(97.0, left), gain=109.0)
+    sought_often = replace(candidate(96.0, left), gain=120.0, looks=8.0)
+    farther = replace(candidate(80.0, left + 1.0), gain=200.0)
+    among = Screening(signatures=(), tested=2, candidates=(best, fitting, sought_often, farther))
+    assert among.chosen is fitting
+    insignificant = replace(fitting, p_value=0.5)
+    assert replace(among, candidates=(best, insignificant, sought_often, farther)).chosen is best
+    assert replace(among, candidates=(replace(best, p_value=0.5), fitting)).chosen is None

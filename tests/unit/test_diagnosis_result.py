@@ -21,6 +21,7 @@ from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.prediction.hooks import Hooks
 from testbed.report.diagnosis import write_diagnosis_page
+from testbed.report.diagnosis_ranking import on_the_noise, ranking_rows
 from testbed.report.diagnosis_residuals import mean_spectrum
 from testbed.report.diagnosis_verdict import diagnosis_verdict
 from tests.diagnosed_records import NOISE, nominal, records
@@ -77,6 +78,17 @@ def test_effects_on_the_noise_are_as_much_in_question_as_others_where_nothing_is
     best = quiet.asked[0]
     odds = np.log(answer["probabilities"][best.key] / answer["probabilities"]["none"])
     assert odds == pytest.approx(0.5 * best.odds - np.log(NOTHING))
+
+
+def test_effects_on_the_noise_are_ranked_with_the_others():
+    quiet = last(records(3))
+    rows = list(ranking_rows(quiet.remaining, on_the_noise(quiet)))
+    least = quiet.remaining.candidates[-1].evidence
+    shown = [each for each in quiet.asked if each.evidence > least]
+    assert len(rows) == len(quiet.remaining.candidates) + len(shown)
+    assert {(each.effect.id, each.component) for each in shown} < {row[:2] for row in rows}
+    evidence = [float(row[4]) for row in rows]
+    assert evidence == sorted(evidence, reverse=True)
 
 
 def test_noise_stands_behind_what_is_missing_and_is_known_only_as_well_as_the_samples_tell_it():
