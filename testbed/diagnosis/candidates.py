@@ -9,6 +9,8 @@ from testbed.arrays import Series
 from testbed.diagnosis.model import AtPlace, Fit, Placed
 from testbed.diagnosis.signatures import FAMILY_WISE_ERROR, Signature
 
+MOST_REFITS = 8
+"""Hypotheses that are looked at closely."""
 _MISFITTING = 2.0
 """Variance that the best model leaves, in that of the noise, from which on it counts as wrong itself."""
 _MANY_RUNS = 10

@@ -8,7 +8,7 @@ from math import exp, inf, log
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.diagnosis.candidates import Candidate, Screening
+from testbed.diagnosis.candidates import MOST_REFITS, Candidate, Screening
 from testbed.diagnosis.chance import log_chance, scale_evidence
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import log_evidence
@@ -17,7 +17,6 @@ from testbed.diagnosis.model import Fit, Placed
 from testbed.diagnosis.signatures import FAMILY_WISE_ERROR, Signature, signatures
 from testbed.errors import InputError
 
-MOST_REFITS = 8
 _SHOWN = 0.2
 """Chance of the fitted runs' gain alone, without any correction, from which on they do not show an effect."""
 _SHARES = (1.0, 0.1, 0.0)

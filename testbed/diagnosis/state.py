@@ -155,7 +155,7 @@ class Diagnosis:
     def probabilities(self) -> Mapping[str, float]:
         """Of none, of every class that is in question, and of something unknown."""
         screening = self.steps[0].screening if self.steps else self.remaining
-        asked = {} if self.steps and self.scatter else {each.key: each.odds for each in self.asked}
+        asked = {} if self.steps else {each.key: each.evidence for each in self.asked}
         probabilities = probabilities_of(screening, self.unlisted_beside_steps, asked)
         if not probabilities or not self.added:
             return probabilities

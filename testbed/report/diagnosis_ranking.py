@@ -38,8 +38,8 @@ RANKING = ("component", "probability", "gain", "evidence", "p")
 
 
 def on_the_noise(diagnosis: Diagnosis) -> tuple[Scatter, ...]:
-    """Return the effects on the gyro's noise to rank with the others; once one is found, others are asked beside it."""
-    return () if diagnosis.scatter else diagnosis.asked
+    """Return the effects on the gyro's noise to rank with the others, where nothing was found."""
+    return () if diagnosis.added else diagnosis.asked
 
 
 def ranking_rows(screening: Screening, noise: Sequence[Scatter] = ()) -> Iterator[tuple[str, ...]]:
@@ -47,13 +47,12 @@ def ranking_rows(screening: Screening, noise: Sequence[Scatter] = ()) -> Iterato
 
     Args:
         screening: whose candidates are ranked.
-        noise: effects on the gyro's noise, of which those are shown that have as much evidence.
+        noise: effects on the gyro's noise, which take the places of others that have less evidence.
     """
-    probability = probabilities_of(screening, others={each.key: each.odds for each in noise})
+    probability = probabilities_of(screening, others={each.key: each.evidence for each in noise})
     members = [candidate.key for candidate in screening.close] if screening.chosen is not None else []
-    shown = [each for each in noise if each.evidence > screening.candidates[-1].evidence]
-    both: list[Candidate | Scatter] = [*screening.candidates, *shown]
-    ranked = sorted(both, key=lambda each: -each.evidence)
+    both: list[Candidate | Scatter] = [*screening.candidates, *noise]
+    ranked = sorted((each for each in both if each.key in probability), key=lambda each: -each.evidence)
     first = next((each.key for each in ranked if each.key in members), None)
     for each in ranked:
         own = f"{sum(probability[key] for key in (members if each.key in members else [each.key])):.3f}"

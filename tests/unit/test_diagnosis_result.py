@@ -11,7 +11,7 @@ from typing_extensions import override
 
 from testbed.diagnosis.findings import detectable_sizes
 from testbed.diagnosis.location import located
-from testbed.diagnosis.probabilities import NOTHING
+from testbed.diagnosis.probabilities import NONE, NOTHING, UNKNOWN
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.result import result_of
 from testbed.diagnosis.run_residuals import residuals_of
@@ -73,22 +73,19 @@ def test_effects_on_the_noise_are_as_much_in_question_as_others_where_nothing_is
     quiet = last(records(3))
     assert not quiet.added
     answer = content(quiet)
-    assert {"gyro_noise:gyro", "gyro_noise:x"} <= set(answer["probabilities"])
+    assert quiet.asked[0].key in answer["probabilities"]
     assert sum(answer["probabilities"].values()) == pytest.approx(1.0)
     best = quiet.asked[0]
     odds = np.log(answer["probabilities"][best.key] / answer["probabilities"]["none"])
-    assert odds == pytest.approx(0.5 * best.odds - np.log(NOTHING))
+    assert odds == pytest.approx(0.5 * best.evidence - np.log(NOTHING * quiet.remaining.tested))
 
 
 def test_effects_on_the_noise_are_ranked_with_the_others():
     quiet = last(records(3))
     rows = list(ranking_rows(quiet.remaining, on_the_noise(quiet)))
-    least = quiet.remaining.candidates[-1].evidence
-    shown = [each for each in quiet.asked if each.evidence > least]
-    assert len(rows) == len(quiet.remaining.candidates) + len(shown)
-    assert {(each.effect.id, each.component) for each in shown} < {row[:2] for row in rows}
-    evidence = [float(row[4]) for row in rows]
-    assert evidence == sorted(evidence, reverse=True)
+    both = sorted([*quiet.remaining.candidates, *quiet.asked], key=lambda each: -each.evidence)
+    assert [row[:2] for row in rows] == [(each.effect.id, each.component) for each in both[:8]]
+    assert {f"{row[0]}:{row[1]}" for row in rows} == set(quiet.probabilities) - {NONE, UNKNOWN}
 
 
 def test_noise_stands_behind_what_is_missing_and_is_known_only_as_well_as_the_samples_tell_it():
