@@ -12,11 +12,11 @@ from testbed.report.frame.blocks import Block, Cell, Column, Paragraph, Section,
 from testbed.report.wording import figures
 
 _MEANING = (
-    "Gain is the fall of χ² of the fitted runs; of effects on the noise, what the samples' scatter gains. The evidence "
-    "counts what the held-out runs say as well, and takes off what parameters cost; what lies within 6 of the best is "
-    "not told from it, and where every model leaves more than noise, what differs from it by no more than from run to run. "
-    "Such a class has one probability, and the one of it that fits all runs best is added. p is family-wise, over all "
-    "effects that were tested."
+    "Gain is the fall of χ² of the fitted runs; of effects on the noise, what the samples' scatter gains. The "
+    "evidence counts what the held-out runs say as well, and takes off what parameters cost. What lies within 6 "
+    "of the best is not told from it, and where every model leaves more than noise, what differs by no more than "
+    "from run to run: such a class has one probability, and the one of it that fits all runs best is added. p is "
+    "family-wise, over all effects that were tested."
 )
 
 

@@ -22,8 +22,9 @@ from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.prediction.hooks import Hooks
 from testbed.report.diagnosis import write_diagnosis_page
 from testbed.report.diagnosis_ranking import on_the_noise, ranking_rows
-from testbed.report.diagnosis_residuals import mean_spectrum
+from testbed.report.diagnosis_residuals import mean_spectrum, residuals_section
 from testbed.report.diagnosis_verdict import diagnosis_verdict
+from testbed.report.frame.blocks import Figure
 from tests.diagnosed_records import NOISE, nominal, records
 
 FEW = {name: EFFECTS[name] for name in ("gyro_latency", "viscous_drag")}
@@ -161,3 +162,9 @@ def test_the_spectrum_of_white_noise_is_one_and_a_tone_stands_at_its_frequency()
     tone = np.sin(2.0 * np.pi * frequency[50] * time)
     _, power = mean_spectrum([time], [np.column_stack([tone] * 3)])
     assert int(power[:, 0].argmax()) == 50
+
+
+def test_residuals_are_drawn_once_where_nothing_was_added():
+    quiet = last(records(2))
+    figures = [block.title for block in residuals_section(residuals_of(quiet)).blocks if isinstance(block, Figure)]
+    assert figures == ["Spectrum over all runs: nominal", "run1 (fitted): nominal", "run2 (held out): nominal"]
