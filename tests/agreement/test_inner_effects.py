@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from benchmarks.synthetic_telemetry import TRUE_THETA, exact_telemetry, noisy, nominal_flight, sample_times
 from testbed.assembly.estimation import telemetry_of
@@ -20,9 +21,10 @@ from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import grid_of
 from testbed.prediction.integration import Values, node_rates
-from testbed.prediction.motor_torques import motor_torques
+from testbed.prediction.motor_torques import motor_torques, tachometer_gain, torque_age
 from testbed.prediction.servo import answer, nominal_answer, ticks_of
-from testbed.prediction.servo_answers import measured_answers, servo_answers, shown
+from testbed.prediction.servo_answers import followed, measured_answers, servo_answers, shown
+from testbed.prediction.smoothed import gimbal_motion
 from testbed.scenario.reader import read_scenario
 from tests.blind_cases import blind_case
 from tests.concealing.effect import HiddenEffect
@@ -37,17 +39,22 @@ SIGMAS = 4.0
 
 
 @cache
-def plain() -> Telemetry:
-    """Five seconds at 16 Hz with motor torques."""
+def exact() -> Telemetry:
+    """Five seconds at 16 Hz with motor torques, without noise."""
     times = sample_times(16.0)
-    exact = exact_telemetry(FLIGHT, times, times, GYRO_NOISE)
-    run = replace(noisy(exact, seed=2, encoder_noise=1e-4), gimbal_torque=np.zeros((len(times), 6)))
+    run = replace(exact_telemetry(FLIGHT, times, times, GYRO_NOISE), gimbal_torque=np.zeros((len(times), 6)))
     grid = grid_of([run])
-    start = Values(theta=TRUE_THETA[None], initial_rate=exact.body_rate[:1][None], effects=())
-    shown = motor_torques(grid, [], [], node_rates(grid, [], start))[0][0]
-    torques = np.vstack([np.zeros((len(times) - len(shown), 6)), shown])
-    noise = np.random.default_rng(5).normal(scale=TORQUE_NOISE, size=torques.shape)
-    return replace(run, gimbal_torque=torques + noise)
+    start = Values(theta=TRUE_THETA[None], initial_rate=run.body_rate[:1][None], effects=())
+    compared = motor_torques(grid, [], [], node_rates(grid, [], start))[0][0]
+    return replace(run, gimbal_torque=np.vstack([np.zeros((len(times) - len(compared), 6)), compared]))
+
+
+@cache
+def plain() -> Telemetry:
+    """The same with noise."""
+    run = noisy(exact(), seed=2, encoder_noise=1e-4)
+    noise = np.random.default_rng(5).normal(scale=TORQUE_NOISE, size=run.gimbal_torque.shape)
+    return replace(run, gimbal_torque=exact().gimbal_torque + noise)
 
 
 def runs_with(**channels) -> Runs:
@@ -77,6 +84,18 @@ def test_friction_shows_in_the_motor_torque(effect, size):
     value, std = found(runs_with(gimbal_torque=torque), effect, "cmg3")
     assert abs(value - size) < SIGMAS * std
     assert std < size / 5.0
+
+
+def test_friction_does_not_pass_for_an_age_of_the_motor_torques():
+    age, dry = 3e-3, 5e-4
+    run = replace(exact(), servo=answered()[0].servo)
+    time, motion = run.actuator_time, gimbal_motion(run)
+    older = -age * (CubicSpline(time, run.gimbal_torque)(time, 1) + tachometer_gain(run) * motion(time, 2))
+    braked = older + dry * np.sign(motion(time, 1))
+    coarse = torque_age((run,))  # accelerations between samples at 16 Hz; 0.7 ms
+    for missed in (older, braked):
+        found = torque_age((replace(run, gimbal_torque=run.gimbal_torque + missed),))
+        assert found == pytest.approx(coarse + age, abs=1e-3)  # reversals between samples
 
 
 @cache
@@ -157,6 +176,16 @@ def test_ideal_motors_answer_a_push_by_a_filter_as_period_by_period():
     stepped = answer(run, barely_late, friction) - answer(run, barely_late, np.zeros_like(friction))
     assert np.abs(filtered).max() > 1e-3
     np.testing.assert_allclose(filtered, stepped, atol=1e-6 * np.abs(filtered).max())
+
+
+def test_behind_a_rate_at_its_limit_answers_are_not_compared():
+    run = answered()[0]
+    command, at = run.gimbal_rate_command.copy(), len(run.actuator_time) // 2
+    command[at, 3] = run.servo.rate_limit
+    asked, uncut = followed(replace(run, gimbal_rate_command=command)), followed(run)
+    before = run.actuator_time < run.actuator_time[at]
+    np.testing.assert_array_equal(asked, uncut & before)
+    assert (uncut & ~before).any()
 
 
 def test_gimbals_that_do_not_answer_are_not_compared():
