@@ -13,7 +13,7 @@ from testbed.diagnosis.candidates import Screening
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.noise import readings_of
-from testbed.effects.contract import ReadingEffect
+from testbed.effects.reading_effect import ReadingEffect
 
 CANDIDATES = "candidates.json"
 

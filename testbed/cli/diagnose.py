@@ -166,8 +166,7 @@ def _tell_gap(diagnosis: Diagnosis, places: Sequence[Place]) -> None:
 
 def _tell_step(diagnosis: Diagnosis, step: Step) -> None:
     say()
-    first = step is diagnosis.steps[0]
-    console.print(candidates_table(step.screening, on_the_noise(diagnosis) if first else ()))
+    console.print(candidates_table(step.screening))
     say()
     _tell_addition(addition_of(diagnosis, step))
     entry("Gap", f"{gap_words(step.before)} -> {gap_words(step.after)}")

@@ -11,8 +11,8 @@ from testbed.arrays import Vector3
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit
 from testbed.dynamics.inertia import inertia_of
-from testbed.effects.contract import Readings
 from testbed.effects.fast_changes import variance_ratio
+from testbed.effects.reading_effect import Readings
 
 
 @dataclass(frozen=True, kw_only=True)

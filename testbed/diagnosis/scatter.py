@@ -16,7 +16,7 @@ from testbed.diagnosis.model import Fit
 from testbed.diagnosis.noise import readings_of
 from testbed.diagnosis.probabilities import normalized
 from testbed.diagnosis.signatures import FAMILY_WISE_ERROR
-from testbed.effects.contract import Finding, ReadingEffect, Readings
+from testbed.effects.reading_effect import Finding, ReadingEffect, Readings
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -19,7 +19,8 @@ from testbed.diagnosis.screening import odds_together
 from testbed.diagnosis.search import MOST_EFFECTS, Search, gap_of, refit, with_effect, with_model
 from testbed.diagnosis.state import Diagnosis
 from testbed.diagnosis.torque_shapes import torque_shapes
-from testbed.effects.contract import Effect, ReadingEffect
+from testbed.effects.contract import Effect
+from testbed.effects.reading_effect import ReadingEffect
 
 
 def diagnosed(

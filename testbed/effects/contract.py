@@ -9,8 +9,7 @@ from typing import Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
-from testbed.arrays import Array, Matrix3, Vector3
-from testbed.estimation.telemetry import Telemetry
+from testbed.arrays import Array
 from testbed.plant.additions import Addition
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
@@ -175,68 +174,6 @@ class Effect(NamedEffect):
     def looks(self, component: str, grid: Grid) -> int:
         """Return how many hypotheses a search from its starts amounts to, by which chance is multiplied."""
         return len(self.starts(component, grid))
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Readings:
-    """What the gyro gave against what a model predicts, of all runs that are fitted.
-
-    Attributes:
-        measured: of each run, shape (N, 3), rad/s, as the gyro gave them.
-        residual: measured less predicted, of each run, shape (N, 3), rad/s.
-        sigma: standard deviation that the model believes, of each run and axis, shape (R, 3), rad/s.
-        runs: their telemetry.
-        inertia: J of the model, shape (3, 3), kg·m².
-        parameters: number of those that were fitted to the readings.
-        white: whether the residual is known to hold nothing but noise; else its fastest changes alone tell that.
-    """
-
-    measured: Sequence[Array]
-    residual: Sequence[Array]
-    sigma: Array
-    runs: Sequence[Telemetry]
-    inertia: Matrix3
-    parameters: int
-    white: bool = False
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Finding:
-    """What readings say of one effect on their distribution.
-
-    Attributes:
-        values: of its parameters, shape (K,).
-        std: their standard errors, shape (K,).
-        gain: twice the logarithm of the likelihood ratio with and without it.
-        freedom: numbers that this took from the readings.
-        p_value: of what was seen, if the effect is not there; one test.
-        variance: that it adds to each axis' readings, shape (3,), rad²/s².
-        explained: what of every run's residual is told by it sample by sample, shape (N, 3), rad/s; None for scatter
-            that is not.
-        noise_freedom: degrees of freedom with which the noise is known that it makes.
-    """
-
-    values: Array
-    std: Array
-    gain: float
-    freedom: int
-    p_value: float
-    variance: Vector3
-    explained: Sequence[Array] | None = None
-    noise_freedom: float = np.inf
-
-
-class ReadingEffect(NamedEffect):
-    """An effect on how the gyro's samples scatter about what is predicted; it has no mean that could be fitted."""
-
-    @abstractmethod
-    def found(self, component: str, readings: Readings) -> Finding | None:
-        """Return what the readings say of it, None where they cannot hold it.
-
-        Args:
-            component: where it sits.
-            readings: against the present model.
-        """
 
 
 CLUSTER = "cluster"

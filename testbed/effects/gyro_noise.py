@@ -9,8 +9,9 @@ from scipy.stats import chi2
 from typing_extensions import override
 
 from testbed.arrays import Array, Flags
-from testbed.effects.contract import AXES, Extension, Finding, Parameter, ReadingEffect, Readings
+from testbed.effects.contract import AXES, Extension, Parameter
 from testbed.effects.fast_changes import noise_ratio
+from testbed.effects.reading_effect import Finding, ReadingEffect, Readings
 from testbed.scenario.scenario import Scenario
 
 

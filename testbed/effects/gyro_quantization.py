@@ -9,7 +9,8 @@ import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.effects.contract import Extension, Finding, Parameter, ReadingEffect, Readings
+from testbed.effects.contract import Extension, Parameter
+from testbed.effects.reading_effect import Finding, ReadingEffect, Readings
 from testbed.scenario.scenario import Scenario
 
 SMALLEST_STEP = 0.1

@@ -8,7 +8,7 @@ from testbed.effects.actuator_delay import ActuatorDelay
 from testbed.effects.actuator_lag import ActuatorLag
 from testbed.effects.body_torque import BodyTorque
 from testbed.effects.contact import Contact
-from testbed.effects.contract import Effect, ReadingEffect
+from testbed.effects.contract import Effect
 from testbed.effects.flexible_appendage import FlexibleAppendage
 from testbed.effects.gimbal_backlash import GimbalBacklash
 from testbed.effects.gimbal_coulomb_friction import GimbalCoulombFriction
@@ -28,6 +28,7 @@ from testbed.effects.gyro_scale import GyroScale
 from testbed.effects.inertia import Inertia
 from testbed.effects.inertial_torque import InertialTorque
 from testbed.effects.quadratic_drag import QuadraticDrag
+from testbed.effects.reading_effect import ReadingEffect
 from testbed.effects.rotor_imbalance import RotorImbalance
 from testbed.effects.rotor_speed import RotorSpeed
 from testbed.effects.rotor_spin_down import RotorSpinDown

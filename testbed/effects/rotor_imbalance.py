@@ -11,7 +11,8 @@ from scipy.stats import chi2
 from typing_extensions import override
 
 from testbed.arrays import Array, Matrix3
-from testbed.effects.contract import UNITS, Extension, Finding, Parameter, ReadingEffect, Readings, unit_index
+from testbed.effects.contract import UNITS, Extension, Parameter, unit_index
+from testbed.effects.reading_effect import Finding, ReadingEffect, Readings
 from testbed.estimation.telemetry import Telemetry
 from testbed.plant.unit_additions import UnbalancedRotor
 from testbed.scenario.scenario import Scenario

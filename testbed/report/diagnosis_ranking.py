@@ -26,9 +26,7 @@ def ranking_section(diagnosis: Diagnosis) -> Iterator[Section]:
     if diagnosis.remaining is not None:
         screenings.append(diagnosis.remaining)
     tables: list[Block] = [
-        _table(added, each, () if added else on_the_noise(diagnosis))
-        for added, each in enumerate(screenings)
-        if each.candidates
+        _table(added, each, on_the_noise(diagnosis)) for added, each in enumerate(screenings) if each.candidates
     ]
     if tables:
         yield Section(title="Effects, ranked", blocks=(Paragraph(text=_MEANING), *tables))

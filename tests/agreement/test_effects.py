@@ -12,7 +12,8 @@ import pytest
 from benchmarks.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times
 from testbed.arrays import Array
 from testbed.assembly.extension import extended
-from testbed.effects.contract import Effect, Extension, NamedEffect, Readings
+from testbed.effects.contract import Effect, Extension, NamedEffect
+from testbed.effects.reading_effect import Readings
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.estimation.telemetry import Telemetry
 from testbed.experiment.conduct import conduct
