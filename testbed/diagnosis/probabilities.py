@@ -9,7 +9,7 @@ from types import MappingProxyType
 from testbed.diagnosis.candidates import MOST_REFITS, Screening
 
 NONE, UNKNOWN = "none", "unknown"
-NOTHING = 3.0
+NOTHING = 4.0
 """How much likelier it is beforehand that nothing is missing than that an effect of the library is."""
 BETWEEN = "|"
 """Stands between the members of a class that the data do not tell apart."""
@@ -36,7 +36,7 @@ def probabilities_of(
 def normalized(odds: Mapping[str, float], unlisted: float = -inf, unseen: float = 0.0) -> Mapping[str, float]:
     """Return how probable hypotheses are, that nothing is missing, and that something else is.
 
-    Proportional to exp(odds/2). Every hypothesis is as likely beforehand as any other, and all together a third as
+    Proportional to exp(odds/2). Every hypothesis is as likely beforehand as any other, and all together a quarter as
     likely as nothing (so the probabilities of simulated sets come out right). What was not worth a closer look may be
     there and too small to be seen; it counts to what is unknown, as a torque does that no effect makes.
 

@@ -120,7 +120,8 @@ class Diagnosis:
     @property
     def structure_left(self) -> bool:
         """Whether the model leaves what noise does not look like, however large."""
-        return self.shape_left is not None or (self.latent is not None and self.latent.p_value < UNEXPLAINED)
+        walks = self.latent is not None and self.latent.p_value < UNEXPLAINED
+        return walks or self.shape_left is not None or bool(self.taken_back)
 
     @property
     def shape_left(self) -> TorqueShape | None:

@@ -1,18 +1,20 @@
 """Torques that no effect of the library makes, by their shape: what is found is described, and not named.
 
 A shape is a few functions of time, body axes, on the knots of a piecewise linear torque; its amplitudes are free. Each
-is tested on what a model leaves in all runs, fitted and held out; its evidence is that of an effect of as many
-parameters, less twice the logarithm of the number of shapes.
+is tested on what a model leaves in all runs, fitted and held out. Shapes of one kind differ by a frequency or a phase.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import combinations_with_replacement
+from itertools import combinations_with_replacement, groupby
 from math import exp, log
+from typing import Literal, TypeAlias
 
 import numpy as np
+from scipy.special import logsumexp
 
 from testbed.arrays import Array
 from testbed.diagnosis.chance import log_chance, scale_evidence
@@ -32,17 +34,26 @@ _RESOLVED = 0.25
 """Of a period over the longest run: the distance of frequencies that are tried."""
 
 
+_MOST_PULSES = 1.5
+"""Hz. Faster ones are a constant torque to a gyro at 16 Hz, and would take its name away by chance."""
+_PULSE_PHASES = 12
+
+Kind: TypeAlias = Literal["growing", "product of rates", "oscillation", "oscillation of every run's own", "pulses"]
+
+
 @dataclass(frozen=True, kw_only=True)
 class TorqueShape:
     """What a torque of a certain shape would explain.
 
     Attributes:
+        kind: of the shape.
         words: the shape, for the reader.
-        evidence: twice the logarithm of by how much it makes the data more likely, for all shapes tried.
-        p_value: of as much by chance, times the number of shapes tried.
-        frequency_hz: of one that oscillates; None for others.
+        evidence: twice the logarithm of by how much it makes the data more likely (`scale_evidence`).
+        p_value: of as much by chance, times the number of shapes of its kind, and of kinds.
+        frequency_hz: of one that oscillates, or comes in pulses; None for others.
     """
 
+    kind: Kind
     words: str
     evidence: float
     p_value: float
@@ -51,6 +62,7 @@ class TorqueShape:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Tried:
+    kind: Kind
     words: str
     torques: Array
     """At the knots of every run, shape (R, T, F): a function stands for three torques, one on each axis."""
@@ -73,15 +85,34 @@ def torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
     directions, free = np.linalg.qr(projected_out(torque_response(runs, fit, knots), nuisance))
     response = np.ascontiguousarray(np.moveaxis(free.reshape(len(free), -1, 3), -1, 0))
     residual = directions.T @ fit.residual[: runs.samples]
-    tried = [*_slow(at, _rates(runs, fit, at)), *_oscillations(runs, at)]
-    found = [_tested(each, response, residual, len(tried), runs.noise_freedom) for each in tried]
+    tried = [*_slow(at, _rates(runs, fit, at)), *_oscillations(runs, at), *_pulses(at)]
+    alike = Counter(each.kind for each in tried)
+    found = [_tested(each, response, residual, len(alike) * alike[each.kind], runs.noise_freedom) for each in tried]
     return tuple(sorted(found, key=lambda shape: -shape.evidence))
 
 
+def evidence_of_any(shapes: Sequence[TorqueShape], tested: int) -> float:
+    """Return twice the logarithm of how much likelier a torque of one of the shapes is than nothing.
+
+    Each kind is as likely beforehand as an effect of the library, and each shape of it as any other.
+
+    Args:
+        shapes: all that were tried.
+        tested: number of hypotheses of the library.
+    """
+    by_kind = groupby(sorted(shapes, key=lambda shape: shape.kind), key=lambda shape: shape.kind)
+    averages = [_log_mean_exp([0.5 * shape.evidence for shape in group]) for _, group in by_kind]
+    return 2.0 * float(logsumexp(averages)) - 2.0 * log(tested)
+
+
+def _log_mean_exp(values: Sequence[float]) -> float:
+    return float(logsumexp(values)) - log(len(values))
+
+
 def _slow(time: Array, rates: Array) -> Iterator[_Tried]:
-    yield _Tried(words="grows in proportion to the time since the start", torques=time[..., None])
+    yield _Tried(kind="growing", words="grows in proportion to the time since the start", torques=time[..., None])
     products = [rates[..., i] * rates[..., j] for i, j in combinations_with_replacement(range(3), 2)]
-    yield _Tried(words="follows products of body rates", torques=np.stack(products, axis=-1))
+    yield _Tried(kind="product of rates", words="follows products of body rates", torques=np.stack(products, axis=-1))
 
 
 def _oscillations(runs: Runs, time: Array) -> Iterator[_Tried]:
@@ -92,9 +123,34 @@ def _oscillations(runs: Runs, time: Array) -> Iterator[_Tried]:
         waves = np.exp(2j * np.pi * frequency * time)
         together = np.stack([waves.real, waves.imag], axis=-1)
         words = f"oscillates at {frequency:.2f} Hz"
-        yield _Tried(words=words, torques=together, frequency_hz=float(frequency))
+        yield _Tried(kind="oscillation", words=words, torques=together, frequency_hz=float(frequency))
         own = np.einsum("rtf,rq->rtqf", together, np.eye(len(time))).reshape(*time.shape, -1)
-        yield _Tried(words=f"{words}, in no step between runs", torques=own, frequency_hz=float(frequency))
+        yield _Tried(
+            kind="oscillation of every run's own",
+            words=f"{words}, in no step between runs",
+            torques=own,
+            frequency_hz=float(frequency),
+        )
+
+
+def _pulses(time: Array) -> Iterator[_Tried]:
+    """Yield equal blows at equal intervals, two at least in the longest run, at the same instants of all runs."""
+    longest = float(time.max())
+    for frequency in np.arange(2.0 / longest, _MOST_PULSES, _RESOLVED / longest):
+        for phase in np.arange(_PULSE_PHASES) / _PULSE_PHASES:
+            blows = np.arange(phase, longest * frequency) / frequency
+            words = f"comes in a pulse every {1.0 / frequency:.2f} s"
+            torques = np.stack([_hats(at, blows) for at in time])[..., None]
+            yield _Tried(kind="pulses", words=words, torques=torques, frequency_hz=float(frequency))
+
+
+def _hats(knots: Array, instants: Array) -> Array:
+    """Return the weights at evenly spaced knots of impulses at instants; those behind the last knot are left out."""
+    place = instants[instants < knots[-1]] / (knots[1] - knots[0])
+    size = len(knots)
+    before = np.minimum(place.astype(int), size - 2)
+    share = place - before
+    return np.asarray(np.bincount(before, 1.0 - share, size) + np.bincount(before + 1, share, size), dtype=np.float64)
 
 
 def _rates(runs: Runs, fit: Fit, time: Array) -> Array:
@@ -111,15 +167,14 @@ def _rates(runs: Runs, fit: Fit, time: Array) -> Array:
 
 def _tested(tried: _Tried, response: Array, residual: Array, shapes: int, noise_freedom: float) -> TorqueShape:
     torques = tried.torques.reshape(-1, tried.torques.shape[-1])
-    columns = np.concatenate(response @ torques, axis=-1)
-    basis = orthonormal(columns)
+    basis = orthonormal(np.concatenate(response @ torques, axis=-1))
     freedom, square = basis.shape[1], float(((basis.T @ residual) ** 2).sum())
-    if not freedom:
-        return TorqueShape(words=tried.words, evidence=0.0, p_value=1.0)
+    by_chance = exp(min(0.0, log(shapes) + log_chance(square, freedom, noise_freedom))) if freedom else 1.0
     return TorqueShape(
+        kind=tried.kind,
         words=tried.words,
-        evidence=scale_evidence(square, freedom) - 2.0 * log(shapes),
-        p_value=exp(min(0.0, log(shapes) + log_chance(square, freedom, noise_freedom))),
+        evidence=scale_evidence(square, freedom),
+        p_value=by_chance,
         frequency_hz=tried.frequency_hz,
     )
 

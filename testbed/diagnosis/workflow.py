@@ -6,6 +6,9 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
+import numpy as np
+from scipy.special import logsumexp
+
 from testbed.arrays import Theta
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import goodness, on_all_runs
@@ -18,7 +21,7 @@ from testbed.diagnosis.scatter import scattering, widened
 from testbed.diagnosis.screening import odds_together
 from testbed.diagnosis.search import MOST_EFFECTS, Search, gap_of, refit, with_effect, with_model
 from testbed.diagnosis.state import Diagnosis
-from testbed.diagnosis.torque_shapes import torque_shapes
+from testbed.diagnosis.torque_shapes import evidence_of_any, torque_shapes
 from testbed.effects.contract import Effect
 from testbed.effects.reading_effect import ReadingEffect
 
@@ -86,9 +89,12 @@ def _left_over(state: Diagnosis) -> Diagnosis:
     nominal = refit(state.runs, state.baseline)
     everything, fit = on_all_runs(state.runs, state.heldout, nominal)
     shapes = torque_shapes(everything, fit)
-    state = replace(state, unlisted=shapes[0].evidence, explained=_odds(state, nominal))
+    screening = state.steps[0].screening if state.steps else state.remaining
+    assert screening is not None
+    unlisted = evidence_of_any(shapes, screening.tested)
+    state = replace(state, unlisted=unlisted, explained=_odds(state, nominal))
     if state.steps:
-        if state.unlisted > state.explained:
+        if state.unlisted > _odds_of_class(state):
             first = state.steps[0].screening
             back = with_model(replace(state, steps=(), remaining=first, explained=0.0), nominal)
             state = replace(back, taken_back=tuple(step.placed for step in state.steps))
@@ -115,6 +121,13 @@ def _odds(state: Diagnosis, nominal: Fit) -> float:
         return 0.0
     effects, tested = [step.candidate for step in state.steps], state.steps[0].screening.tested
     return odds_together(state.heldout, nominal, state.model, tested, effects)
+
+
+def _odds_of_class(state: Diagnosis) -> float:
+    """Return the odds of all effects together, whichever of those it is that the first one is not told from."""
+    first = state.steps[0]
+    further = [each.evidence - first.candidate.evidence for each in first.screening.close]
+    return state.explained + 2.0 * float(logsumexp(0.5 * np.array(further)))
 
 
 def _with_scatter(

@@ -10,7 +10,7 @@ from testbed.diagnosis.evidence import goodness, log_evidence, on_all_runs
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.model import Placed
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.torque_shapes import torque_shapes
+from testbed.diagnosis.torque_shapes import TorqueShape, evidence_of_any, torque_shapes
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.prediction.hooks import Hooks
@@ -29,6 +29,15 @@ class Humming(Hooks):
     @override
     def torque(self, value, at):
         return value[:, :1] * np.sin(2.0 * np.pi * 1.3 * at.time[..., None]) * np.array([1.0, 0.5, 0.0])
+
+
+class Pulsing(Hooks):
+    """Every 0.8 s, from 0.3 s on."""
+
+    @override
+    def torque(self, value, at):
+        since = (at.time[..., None] - 0.3 + 0.4) % 0.8 - 0.4
+        return value[:, :1] * np.exp(-0.5 * (since / 0.03) ** 2) * np.array([0.5, 1.0, -0.4])
 
 
 def baseline(used, placed=()):
@@ -61,7 +70,11 @@ def test_without_held_out_runs_nothing_is_said():
 
 @pytest.mark.parametrize(
     ("hook", "size", "words", "frequency"),
-    [(Growing(), 4e-5, "grows in proportion", None), (Humming(), 4e-4, "oscillates at", 1.3)],
+    [
+        (Growing(), 4e-5, "grows in proportion", None),
+        (Humming(), 4e-4, "oscillates at", 1.3),
+        (Pulsing(), 4e-3, "comes in a pulse every 0.8", 1.25),
+    ],
 )
 def test_a_torque_of_no_effect_is_told_by_its_shape(hook, size, words, frequency):
     data, fit = baseline(records(3, hooks=[hook], values=[np.array([size])]))
@@ -75,6 +88,20 @@ def test_noise_has_no_shape_and_suits_the_model():
     data, fit = baseline(records(3))
     everything, on_all = on_all_runs(data.runs, data.heldout, fit)
     shapes = torque_shapes(everything, on_all)
-    assert shapes[0].evidence < 0.0
+    assert evidence_of_any(shapes, tested=60) < 0.0
     assert min(shape.p_value for shape in shapes) > 0.05
     assert goodness(on_all, everything.noise_freedom) > 0.01
+
+
+def shape(kind, evidence):
+    return TorqueShape(kind=kind, words="", evidence=evidence, p_value=1.0)
+
+
+def test_a_kind_of_many_shapes_is_no_likelier_beforehand_than_one_of_few():
+    alone = [shape("growing", 20.0)]
+    alike = [*alone, *(shape("pulses", 20.0) for _ in range(100))]
+    one_of_many = [*alone, shape("pulses", 30.0), *(shape("pulses", 0.0) for _ in range(99))]
+    assert evidence_of_any(alone, tested=60) == pytest.approx(20.0 - 2.0 * np.log(60))
+    assert evidence_of_any(alike, tested=60) == pytest.approx(20.0 + 2.0 * np.log(2 / 60))
+    either = np.exp(10.0) + np.exp(15.0) / 100.0
+    assert evidence_of_any(one_of_many, tested=60) == pytest.approx(2.0 * np.log(either / 60), abs=1e-3)
