@@ -1,4 +1,4 @@
-"""The blind set, diagnosed and scored: make blind, or python -m benchmarks.blind [--cases N] [--jobs 2] [--seed 1].
+"""The blind set, diagnosed and scored: make blind, or python -m benchmarks.blind [--cases N] [--jobs 2] [--seed N].
 
 800 cases by default, 200 of them without any effect, and 56 that MuJoCo flies; --cases N makes N, every stratum in its
 share; --first N takes the first N of their random order, a fair sample. What is there already, made or diagnosed, is
@@ -38,6 +38,8 @@ from tests.concealing.files import SEAL
 
 SCENARIO = Path("scenarios/diagnose.toml")
 ALL = sum(asdict(Counts()).values())
+SEED = 2026
+"""Of the set whose score card is kept; it was made when the diagnosis stood, which had been built looking at seed 1."""
 
 
 def counts_of(cases: int) -> Counts:
@@ -139,7 +141,7 @@ def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.blind", description=__doc__.splitlines()[0])
     parser.add_argument("--cases", type=int, default=ALL, help=f"default {ALL}")
     parser.add_argument("--first", type=int, help="only so many of them, of the random order that they have")
-    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--seed", type=int, default=SEED, help=f"default {SEED}")
     parser.add_argument("--jobs", type=int, default=2, help="processes, default 2")
     parser.add_argument("--write", action="store_true", help="write the score card into docs/blind.md and blind.json")
     parser.add_argument("--out", type=Path, help="default runs/blind-CASES-SEED")

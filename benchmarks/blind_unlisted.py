@@ -1,4 +1,4 @@
-"""What can be known of the unlisted cases: python -m benchmarks.blind_unlisted OUT [--seed 1], beside `make blind`.
+"""What can be known of the unlisted cases: python -m benchmarks.blind_unlisted OUT --seed N, beside `make blind`.
 
 Every unlisted case of a blind set is flown again without any noise, and explained as well as one effect of the library
 can explain it, inertia and initial rates re-estimated. What χ² is left, in the units of the noise that the case had, is
@@ -160,7 +160,7 @@ def _write_quiet(case: Case, folder: Path) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("out", type=Path)
-    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--seed", type=int, required=True, help="of the set")
     chosen = parser.parse_args()
     unlisted = [order for order in orders(Counts(), chosen.seed) if order.stratum == "unlisted"]
     with ProcessPoolExecutor(_JOBS) as pool:
