@@ -143,6 +143,8 @@ def _notices(data_set: DataSet) -> tuple[str, ...]:
     """Return what a reader has to know of the records."""
     if data_set.heldout is not None:
         return data_set.notices
+    if len(data_set.runs.names) == 1:
+        return *data_set.notices, "a single run gets no name: nothing could verify it; fly another one"
     return *data_set.notices, "no run is held out: what is found here is verified on none; fly another run"
 
 

@@ -121,7 +121,17 @@ class Diagnosis:
     def structure_left(self) -> bool:
         """Whether the model leaves what noise does not look like, however large."""
         walks = self.latent is not None and self.latent.p_value < UNEXPLAINED
-        return walks or self.shape_left is not None or bool(self.taken_back)
+        return walks or self.shape_left is not None or self.unnamed is not None
+
+    @property
+    def alone(self) -> bool:
+        """Whether there is but one run: what it shows can be verified on no other, and gets no name."""
+        return self.heldout is None and len(self.runs.names) == 1
+
+    @property
+    def unnamed(self) -> Candidate | None:
+        """The effect that is there by more than chance beside the model, and was not added, or taken back."""
+        return None if self.remaining is None else self.remaining.chosen
 
     @property
     def shape_left(self) -> TorqueShape | None:

@@ -66,7 +66,8 @@ def diagnosed(
     stated = state
 
     def scattered(now: Diagnosis, *, white: bool = False) -> Diagnosis:
-        return _with_scatter(now, stated, reading_effects, len(testable), white=white)
+        asked = {} if stated.alone else reading_effects
+        return _with_scatter(now, stated, asked, len(testable), white=white)
 
     state = scattered(state)
     yield state
@@ -74,13 +75,14 @@ def diagnosed(
     while len(state.steps) < MOST_EFFECTS:
         screening = search.screened(state)
         state = replace(state, remaining=screening)
-        if screening.chosen is None:
+        if screening.chosen is None or state.alone:
             break
         state = search.reconsidered(with_effect(replace(state, remaining=None), screening.chosen, screening))
         state = scattered(state)
         yield state
-    progress("what is left")
-    state = _left_over(state)
+    if state.unnamed is None:
+        progress("what is left")
+        state = _left_over(state)
     yield replace(state if state.structure_left else _all_noise(scattered(state, white=True)), complete=True)
 
 

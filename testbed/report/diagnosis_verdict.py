@@ -33,10 +33,22 @@ def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
         alike = f"These data do not tell {names[0]} from {listed(others)}."
         further = f" Also missing: {listed(names[1:])}." if names[1:] else ""
         return Notice(tone="warn", text=f"Something is missing in the nominal model. {alike}{further} {gap}")
+    if diagnosis.alone and diagnosis.unnamed is not None:
+        return Notice(tone="warn", text=_alone_words(diagnosis))
     found = f"Named in part: {listed(names)}. " if names else ""
     noise = "the noise as the samples show it" if diagnosis.scatter else "noise alone"
     left = f"A gap of {gap_words(diagnosis.gap)} is left that no effect of the library explains; {noise} is 1."
     return Notice(tone="bad", text=f"{found}{left}{shape_words(diagnosis)}")
+
+
+def _alone_words(diagnosis: Diagnosis) -> str:
+    """Say what a single run shows, which gets no name."""
+    best = () if diagnosis.remaining is None else diagnosis.remaining.close
+    alike = listed(effect_name(each.placed.effect, each.placed.component) for each in best)
+    missing = (
+        f"Something is missing in the nominal model, which leaves a gap of {gap_words(diagnosis.gap)}; noise alone "
+    )
+    return f"{missing}leaves 1. What explains it best: {alike}. A single run gets no name, as no other could verify it."
 
 
 def shape_words(diagnosis: Diagnosis) -> str:
@@ -46,7 +58,7 @@ def shape_words(diagnosis: Diagnosis) -> str:
         text = f" What is left is like a torque that {shape.words} ({chance_words(shape.p_value)})."
     if diagnosis.taken_back:
         names = listed([effect_name(each.effect, each.component) for each in diagnosis.taken_back])
-        text += f" {names} would explain less, and is not named."
+        text += f" {names} is less likely than a torque of no effect, and is not named."
     return text
 
 

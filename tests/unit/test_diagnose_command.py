@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import signal
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -109,17 +110,33 @@ def test_look_alikes_end_with_a_flight_that_tells_them_apart(late, tmp_path, cap
     assert "What to fly next" in (out / "report.html").read_text(encoding="utf-8")
 
 
+def notices_of(folder):
+    return json.loads((folder / "diagnosis.json").read_text())["notices"]
+
+
 @pytest.mark.usefixtures("few_effects")
-def test_a_single_run_is_said_to_be_verified_on_none(late, tmp_path, capsys):
+def test_a_single_run_gets_no_name_and_the_reason_is_told(late, tmp_path, capsys):
     alone = tmp_path / "alone"
     alone.mkdir()
     shutil.copyfile(late / "run1.csv", alone / "run1.csv")
     assert run("diagnose", SCENARIO, "--data", alone, "--out", tmp_path / "out") == 0
-    said = "no run is held out"
+    said = "a single run gets no name"
     assert said in capsys.readouterr().out
-    assert any(
-        notice.startswith(said) for notice in json.loads((tmp_path / "out" / "diagnosis.json").read_text())["notices"]
-    )
+    assert any(notice.startswith(said) for notice in notices_of(tmp_path / "out"))
+    answer = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    assert answer["verdict"] == "unexplained"
+    assert answer["probabilities"]["gyro_latency:gyro"] > 0.5
+
+
+@pytest.mark.usefixtures("few_effects")
+def test_without_a_run_held_out_what_is_found_is_said_to_be_verified_on_none(tmp_path):
+    data = tmp_path / "data"
+    data.mkdir()
+    for record in records(2, hooks=[GyroLatency().hooks("gyro")], values=[np.array([DELAY])]):
+        fitted = replace(record, details=replace(record.details, role="fit"))
+        write_record(fitted, data / f"{record.details.name}.csv")
+    assert run("diagnose", SCENARIO, "--data", data, "--out", tmp_path / "out") == 0
+    assert any(notice.startswith("no run is held out") for notice in notices_of(tmp_path / "out"))
 
 
 @pytest.mark.usefixtures("few_effects")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from typing_extensions import override
 
 from testbed.diagnosis.evidence import goodness, log_evidence, on_all_runs
 from testbed.diagnosis.fitting import fitted
@@ -13,31 +12,10 @@ from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.torque_shapes import TorqueShape, evidence_of_any, torque_shapes
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
-from testbed.prediction.hooks import Hooks
 from tests.diagnosed_records import nominal, records
+from tests.unlisted_torques import Growing, Humming, Pulsing
 
 LATENCY = Placed(effect=EFFECTS["gyro_latency"], component="gyro")
-
-
-class Growing(Hooks):
-    @override
-    def torque(self, value, at):
-        return value[:, :1] * (at.time[..., None] - 0.0) * np.array([1.0, -0.5, 0.3])
-
-
-class Humming(Hooks):
-    @override
-    def torque(self, value, at):
-        return value[:, :1] * np.sin(2.0 * np.pi * 1.3 * at.time[..., None]) * np.array([1.0, 0.5, 0.0])
-
-
-class Pulsing(Hooks):
-    """Every 0.8 s, from 0.3 s on."""
-
-    @override
-    def torque(self, value, at):
-        since = (at.time[..., None] - 0.3 + 0.4) % 0.8 - 0.4
-        return value[:, :1] * np.exp(-0.5 * (since / 0.03) ** 2) * np.array([0.5, 1.0, -0.4])
 
 
 def baseline(used, placed=()):
@@ -72,7 +50,7 @@ def test_without_held_out_runs_nothing_is_said():
     ("hook", "size", "words", "frequency"),
     [
         (Growing(), 4e-5, "grows in proportion", None),
-        (Humming(), 4e-4, "oscillates at", 1.3),
+        (Humming(1.3), 4e-4, "oscillates at", 1.3),
         (Pulsing(), 4e-3, "comes in a pulse every 0.8", 1.25),
     ],
 )

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from typing_extensions import override
 
 from testbed.diagnosis.findings import detectable_sizes
 from testbed.diagnosis.location import located
@@ -19,30 +18,23 @@ from testbed.diagnosis.state import Gap
 from testbed.diagnosis.workflow import diagnosed
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
-from testbed.prediction.hooks import Hooks
 from testbed.report.diagnosis import write_diagnosis_page
 from testbed.report.diagnosis_ranking import on_the_noise, ranking_rows
 from testbed.report.diagnosis_residuals import mean_spectrum, residuals_section
 from testbed.report.diagnosis_verdict import diagnosis_verdict
 from testbed.report.frame.blocks import Figure
 from tests.diagnosed_records import NOISE, nominal, records
+from tests.unlisted_torques import Humming, Pulsing
 
 FEW = {name: EFFECTS[name] for name in ("gyro_latency", "viscous_drag")}
+STEADY = {"body_torque": EFFECTS["body_torque"]}
 
 
-class Humming(Hooks):
-    """A torque that no effect of the library makes."""
-
-    @override
-    def torque(self, value, at):
-        return value[:, :1] * np.sin(2.0 * np.pi * 0.9 * at.time[..., None]) * np.array([1.0, 0.5, 0.0])
-
-
-def last(used, inertia_factor=1.0):
+def last(used, inertia_factor=1.0, effects=FEW):
     scenario, platform = nominal()
     data = data_set_of(used, scenario, platform)
     theta = inertia_factor * theta_of(platform.inertia)
-    (*_, final) = diagnosed(data.runs, data.heldout, FEW, theta, reading_effects=READING_EFFECTS)
+    (*_, final) = diagnosed(data.runs, data.heldout, effects, theta, reading_effects=READING_EFFECTS)
     return final
 
 
@@ -52,7 +44,7 @@ def content(diagnosis):
 
 @pytest.fixture(scope="module")
 def humming():
-    return last(records(3, hooks=[Humming()], values=[np.array([4e-4])]))
+    return last(records(3, hooks=[Humming(0.9)], values=[np.array([4e-4])]))
 
 
 def test_a_single_run_has_no_held_out_gap_and_json_says_null():
@@ -61,6 +53,28 @@ def test_a_single_run_has_no_held_out_gap_and_json_says_null():
     assert answer["gap"]["heldout_after"] is None
     assert answer["steps"] == []
     json.dumps(answer, allow_nan=False)
+
+
+def test_a_single_run_gets_no_name_and_what_explains_it_is_told():
+    late = EFFECTS["gyro_latency"]
+    diagnosis = last(records(1, hooks=[late.hooks("gyro")], values=[np.array([12e-3])]))
+    answer = content(diagnosis)
+    assert answer["verdict"] == "unexplained"
+    assert {step["effect"] for step in answer["steps"]} <= {"inertia"}
+    assert max(answer["probabilities"], key=answer["probabilities"].get) == "gyro_latency:gyro"
+    assert "What explains it best: gyro_latency (gyro). A single run gets no name" in diagnosis_verdict(diagnosis).text
+
+
+def test_a_name_that_is_less_likely_than_a_torque_of_no_effect_is_taken_back():
+    pulses = last(records(3, hooks=[Pulsing()], values=[np.array([3e-4])]), effects=STEADY)
+    assert pulses.verdict == "unexplained"
+    assert [each.key for each in pulses.taken_back] == ["body_torque:platform"]
+    assert not pulses.added
+    assert "comes in a pulse every" in diagnosis_verdict(pulses).text
+    assert "body_torque (platform) is less likely than a torque of no effect" in diagnosis_verdict(pulses).text
+    torque = np.array([1e-4, 2e-4, -1e-4])
+    steady = last(records(3, hooks=[STEADY["body_torque"].hooks("platform")], values=[torque]), effects=STEADY)
+    assert [step.placed.key for step in steady.steps] == ["body_torque:platform"]
 
 
 def test_held_out_runs_that_are_missed_without_a_reason_to_name_anything_are_explained():
