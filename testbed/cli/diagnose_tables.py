@@ -19,6 +19,7 @@ from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.contract import Quantity
 from testbed.effects.registry import EFFECTS
+from testbed.report.diagnosis_inertia import inertia_estimates
 from testbed.report.diagnosis_ranking import RANKING, ranking_rows
 from testbed.report.wording import chance_words, decimals_for, figures, milli
 
@@ -98,7 +99,7 @@ def inertia_table(diagnosis: Diagnosis) -> Table:
     table = _table(f"Inertia in 1e-3 kg m², ± one standard deviation; {said}, {chance_words(differs.p_value)}", ("",))
     for name in PARAMETER_NAMES:
         table.add_column(name, justify="right", no_wrap=True)
-    fits = [("re-estimated", diagnosis.baseline), ("with the effects", diagnosis.model)][: 1 + bool(diagnosis.steps)]
+    fits = inertia_estimates(diagnosis)
     decimals = decimals_for(np.concatenate([stds_of(fit)[:6] for _, fit in fits]))
     table.add_row("nominal", *_cells(diagnosis.nominal_theta, decimals))
     for label, fit in fits:

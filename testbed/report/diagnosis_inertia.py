@@ -26,21 +26,27 @@ _PLACES = np.arange(len(PARAMETER_NAMES))
 
 
 def inertia_section(diagnosis: Diagnosis) -> Section:
-    """Return the inertia as nominal, as estimated without the effects, and with them."""
+    """Return the inertia as nominal, as estimated without effects, and with them where there are any."""
     change = inertia_change(diagnosis)
     said = "differs from" if change.significant else "agrees with"
+    model = "With all effects in the model" if diagnosis.steps else "Without any effect in the model"
     text = (
-        f"With all effects in the model, the inertia {said} the nominal one: a difference as large comes by chance "
-        f"with {chance_words(change.p_value)} (Wald test of all six parameters). It is re-estimated at every step."
+        f"{model}, the inertia {said} the nominal one: a difference as large comes by chance with "
+        f"{chance_words(change.p_value)} (Wald test of all six parameters). It is re-estimated at every step."
     )
-    fits = (("without the effects", diagnosis.baseline, "axis-x"), ("with the effects", diagnosis.model, "axis-z"))
+    fits = inertia_estimates(diagnosis)
     chart = go.Figure(layout=layout("", f"estimate - nominal, {INERTIA_UNIT}"))
-    for index, (name, fit, stroke) in enumerate(fits):
-        _add(chart, name, fit, diagnosis.nominal_theta, stroke, 0.12 * (2 * index - 1))
+    for index, ((name, fit), stroke) in enumerate(zip(fits, ("axis-x", "axis-z"), strict=False)):
+        _add(chart, name, fit, diagnosis.nominal_theta, stroke, 0.12 * (2 * index + 1 - len(fits)))
     chart.update_xaxes(tickvals=_PLACES, ticktext=PARAMETER_NAMES, showgrid=False, zeroline=False)
     chart.update_layout(hovermode="closest")
     figure = Figure(title="Inertia against nominal, 95 % intervals", chart=chart, wide=True)
     return Section(title="Inertia", blocks=(Paragraph(text=text), figure, _table(diagnosis)))
+
+
+def inertia_estimates(diagnosis: Diagnosis) -> tuple[tuple[str, Fit], ...]:
+    """Return the fits in which the inertia was estimated: without effects, and with them where there are any."""
+    return (("re-estimated", diagnosis.baseline), ("with the effects", diagnosis.model))[: 1 + bool(diagnosis.steps)]
 
 
 def _add(chart: go.Figure, name: str, fit: Fit, nominal: Theta, stroke: str, shift: float) -> None:
@@ -57,12 +63,14 @@ def _add(chart: go.Figure, name: str, fit: Fit, nominal: Theta, stroke: str, shi
 
 
 def _table(diagnosis: Diagnosis) -> Table:
-    fits = (("Without the effects", diagnosis.baseline), ("With the effects", diagnosis.model))
+    fits = inertia_estimates(diagnosis)
     decimals = decimals_for(np.concatenate([stds_of(fit)[:6] for _, fit in fits]))
     rows = [("Nominal", *(milli(value, decimals) for value in diagnosis.nominal_theta))]
     for name, fit in fits:
         pairs = zip(fit.theta, stds_of(fit)[:6], strict=True)
-        rows.append((name, *(f"{milli(value, decimals)} ± {milli(std, decimals)}" for value, std in pairs)))
+        rows.append(
+            (name.capitalize(), *(f"{milli(value, decimals)} ± {milli(std, decimals)}" for value, std in pairs))
+        )
     return Table(
         columns=(Column(title="Inertia"), *(Column(title=name, unit=INERTIA_UNIT) for name in PARAMETER_NAMES)),
         rows=tuple(tuple(Cell(text=text) for text in row) for row in rows),
