@@ -32,11 +32,11 @@ _FASTEST = 4.0
 """Hz; and a quarter of the gyro's rate at most."""
 _RESOLVED = 0.25
 """Of a period over the longest run: the distance of frequencies that are tried."""
-
-
 _MOST_PULSES = 1.5
 """Hz. Faster ones are a constant torque to a gyro at 16 Hz, and would take its name away by chance."""
 _PULSE_PHASES = 12
+_AT_ONCE = 64
+"""Shapes whose responses are worked out together."""
 
 Kind: TypeAlias = Literal["growing", "product of rates", "oscillation", "oscillation of every run's own", "pulses"]
 
@@ -87,7 +87,10 @@ def torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
     residual = directions.T @ fit.residual[: runs.samples]
     tried = [*_slow(at, _rates(runs, fit, at)), *_oscillations(runs, at), *_pulses(at)]
     alike = Counter(each.kind for each in tried)
-    found = [_tested(each, response, residual, len(alike) * alike[each.kind], runs.noise_freedom) for each in tried]
+    found = [
+        _tested(each, columns, residual, len(alike) * alike[each.kind], runs.noise_freedom)
+        for each, columns in zip(tried, _responses(tried, response), strict=True)
+    ]
     return tuple(sorted(found, key=lambda shape: -shape.evidence))
 
 
@@ -165,9 +168,17 @@ def _rates(runs: Runs, fit: Fit, time: Array) -> Array:
     )
 
 
-def _tested(tried: _Tried, response: Array, residual: Array, shapes: int, noise_freedom: float) -> TorqueShape:
-    torques = tried.torques.reshape(-1, tried.torques.shape[-1])
-    basis = orthonormal(np.concatenate(response @ torques, axis=-1))
+def _responses(tried: Sequence[_Tried], response: Array) -> Iterator[Array]:
+    """Yield what the torques of each shape do, shape (K, 3 F), many at once: the response, (3, K, R T), is large."""
+    for first in range(0, len(tried), _AT_ONCE):
+        torques = [each.torques.reshape(-1, each.torques.shape[-1]) for each in tried[first : first + _AT_ONCE]]
+        together = response @ np.concatenate(torques, axis=1)
+        ends = np.cumsum([each.shape[1] for each in torques])
+        yield from (np.concatenate(own, axis=-1) for own in np.split(together, ends[:-1], axis=-1))
+
+
+def _tested(tried: _Tried, columns: Array, residual: Array, shapes: int, noise_freedom: float) -> TorqueShape:
+    basis = orthonormal(columns)
     freedom, square = basis.shape[1], float(((basis.T @ residual) ** 2).sum())
     by_chance = exp(min(0.0, log(shapes) + log_chance(square, freedom, noise_freedom))) if freedom else 1.0
     return TorqueShape(
