@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import groupby
 
 import numpy as np
@@ -10,7 +10,6 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-from testbed.arrays import Theta
 from testbed.diagnosis.candidates import Screening
 from testbed.diagnosis.findings import Detectable, detectable_sizes, inertia_change, pairs_alike, stds_of
 from testbed.diagnosis.location import Place
@@ -19,7 +18,7 @@ from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.contract import Quantity
 from testbed.effects.registry import EFFECTS
-from testbed.report.diagnosis_inertia import inertia_estimates
+from testbed.report.diagnosis_inertia import estimate_words, inertia_estimates
 from testbed.report.diagnosis_ranking import RANKING, ranking_rows
 from testbed.report.wording import chance_words, decimals_for, figures, milli
 
@@ -97,20 +96,14 @@ def inertia_table(diagnosis: Diagnosis) -> Table:
     differs = inertia_change(diagnosis)
     said = "differs from nominal" if differs.significant else "agrees with nominal"
     table = _table(f"Inertia in 1e-3 kg m², ± one standard deviation; {said}, {chance_words(differs.p_value)}", ("",))
-    for name in PARAMETER_NAMES:
-        table.add_column(name, justify="right", no_wrap=True)
     fits = inertia_estimates(diagnosis)
     decimals = decimals_for(np.concatenate([stds_of(fit)[:6] for _, fit in fits]))
-    table.add_row("nominal", *_cells(diagnosis.nominal_theta, decimals))
-    for label, fit in fits:
-        table.add_row(label, *_cells(fit.theta, decimals))
-        table.add_row("", *_cells(stds_of(fit)[:6], decimals, "±"), style="dim")
+    for title in ("nominal", *(label for label, _ in fits)):
+        table.add_column(title, justify="right", no_wrap=True)
+    estimated = [estimate_words(fit, decimals) for _, fit in fits]
+    for name, nominal, *cells in zip(PARAMETER_NAMES, diagnosis.nominal_theta, *estimated, strict=True):
+        table.add_row(name, milli(nominal, decimals), *cells)
     return table
-
-
-def _cells(values: Theta, decimals: int, sign: str = "") -> Iterator[str]:
-    for value in values:
-        yield f"{sign}{milli(value, decimals)}" if np.isfinite(value) else "?"
 
 
 def _table(title: str, columns: Sequence[str]) -> Table:

@@ -49,6 +49,12 @@ def inertia_estimates(diagnosis: Diagnosis) -> tuple[tuple[str, Fit], ...]:
     return (("re-estimated", diagnosis.baseline), ("with the effects", diagnosis.model))[: 1 + bool(diagnosis.steps)]
 
 
+def estimate_words(fit: Fit, decimals: int) -> Iterator[str]:
+    """Yield the six inertia parameters of a fit with their standard deviations, 1e-3 kg·m²."""
+    for value, std in zip(fit.theta, stds_of(fit)[:6], strict=True):
+        yield f"{milli(value, decimals)} ± {milli(std, decimals) if np.isfinite(std) else '?'}"
+
+
 def _add(chart: go.Figure, name: str, fit: Fit, nominal: Theta, stroke: str, shift: float) -> None:
     reach = 1e3 * BAND * stds_of(fit)[:6]
     chart.add_scatter(
@@ -66,11 +72,7 @@ def _table(diagnosis: Diagnosis) -> Table:
     fits = inertia_estimates(diagnosis)
     decimals = decimals_for(np.concatenate([stds_of(fit)[:6] for _, fit in fits]))
     rows = [("Nominal", *(milli(value, decimals) for value in diagnosis.nominal_theta))]
-    for name, fit in fits:
-        pairs = zip(fit.theta, stds_of(fit)[:6], strict=True)
-        rows.append(
-            (name.capitalize(), *(f"{milli(value, decimals)} ± {milli(std, decimals)}" for value, std in pairs))
-        )
+    rows += [(name.capitalize(), *estimate_words(fit, decimals)) for name, fit in fits]
     return Table(
         columns=(Column(title="Inertia"), *(Column(title=name, unit=INERTIA_UNIT) for name in PARAMETER_NAMES)),
         rows=tuple(tuple(Cell(text=text) for text in row) for row in rows),
