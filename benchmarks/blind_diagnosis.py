@@ -50,7 +50,12 @@ def diagnosis_and_candidates(scenario_path: Path, data: Path) -> tuple[dict[str,
     nominal = nominal_platform(scenario)
     records = data_set_of(read_data_set(data), scenario, nominal)
     stages = diagnosed(
-        records.runs, records.heldout, EFFECTS, theta_of(nominal.inertia), reading_effects=READING_EFFECTS
+        records.runs,
+        records.heldout,
+        EFFECTS,
+        theta_of(nominal.inertia),
+        reading_effects=READING_EFFECTS,
+        alone=records.alone,
     )
     screening = None
     for last in stages:

@@ -71,7 +71,13 @@ def diagnose_records(path: Path, data: Path, out: Path | None) -> int:
     try:
         with _progress() as progress:
             stages = diagnosed(
-                data_set.runs, data_set.heldout, EFFECTS, theta_of(nominal.inertia), progress, READING_EFFECTS
+                data_set.runs,
+                data_set.heldout,
+                EFFECTS,
+                theta_of(nominal.inertia),
+                progress,
+                READING_EFFECTS,
+                alone=data_set.alone,
             )
             for diagnosis in stages:
                 told.tell(diagnosis)
@@ -143,7 +149,7 @@ def _notices(data_set: DataSet) -> tuple[str, ...]:
     """Return what a reader has to know of the records."""
     if data_set.heldout is not None:
         return data_set.notices
-    if len(data_set.runs.names) == 1:
+    if data_set.alone:
         return *data_set.notices, "a single run gets no name: nothing could verify it; fly another one"
     return *data_set.notices, "no run is held out: what is found here is verified on none; fly another run"
 

@@ -39,6 +39,11 @@ class DataSet:
     heldout_records: tuple[str, ...]
     notices: tuple[str, ...]
 
+    @property
+    def alone(self) -> bool:
+        """Whether there is but one record, in one part or several: what it shows can be verified on no other."""
+        return len(self.fit_records) == 1 and not self.heldout_records
+
 
 def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body) -> DataSet:
     """Return the runs to fit and those to hold out.

@@ -84,10 +84,11 @@ class Diagnosis:
         remaining: the hypotheses against the final model; None until they were looked at.
         latent: torque that the final model leaves; None until it was looked at.
         shapes: of torques that no effect makes, against the final model, the one with the most evidence first.
-        unlisted: the largest evidence of such a torque against the baseline.
+        unlisted: evidence of any such torque against the baseline.
         explained: odds of all effects together against the baseline; 0 without any.
         goodness: chance of a gyro residual of all runs as large as the final model's, if nothing is missing.
         untestable: effects for which a channel is missing.
+        alone: whether all runs are of one record, which gets no name.
         complete: whether the diagnosis came to its end.
     """
 
@@ -110,6 +111,7 @@ class Diagnosis:
     explained: float = 0.0
     goodness: float = 1.0
     untestable: tuple[Untestable, ...] = ()
+    alone: bool = False
     complete: bool = False
 
     @property
@@ -121,17 +123,12 @@ class Diagnosis:
     def structure_left(self) -> bool:
         """Whether the model leaves what noise does not look like, however large."""
         walks = self.latent is not None and self.latent.p_value < UNEXPLAINED
-        return walks or self.shape_left is not None or self.unnamed is not None
+        return walks or self.shape_left is not None or bool(self.unnamed)
 
     @property
-    def alone(self) -> bool:
-        """Whether there is but one run: what it shows can be verified on no other, and gets no name."""
-        return self.heldout is None and len(self.runs.names) == 1
-
-    @property
-    def unnamed(self) -> Candidate | None:
-        """The effect that is there by more than chance beside the model, and was not added, or taken back."""
-        return None if self.remaining is None else self.remaining.chosen
+    def unnamed(self) -> tuple[Candidate, ...]:
+        """The effect that is there by more than chance and was not added, or taken back, and its look-alikes."""
+        return () if self.remaining is None or self.remaining.chosen is None else self.remaining.close
 
     @property
     def shape_left(self) -> TorqueShape | None:

@@ -33,6 +33,8 @@ def diagnosed(
     nominal_theta: Theta,
     progress: Callable[[str], None] = lambda _: None,
     reading_effects: Mapping[str, ReadingEffect] = MappingProxyType({}),
+    *,
+    alone: bool = False,
 ) -> Iterator[Diagnosis]:
     """Yield what is known after every stage; the last one is complete.
 
@@ -43,6 +45,7 @@ def diagnosed(
         nominal_theta: to start from, kg·m².
         progress: told what is being done.
         reading_effects: those on the scatter of the gyro's samples, by id.
+        alone: whether all runs are of one record, which gets no name.
 
     Raises:
         InputError: the nominal motion leaves the finite numbers.
@@ -62,11 +65,12 @@ def diagnosed(
         gap=gap,
         noise=noise,
         untestable=tuple(untestable),
+        alone=alone,
     )
     stated = state
 
     def scattered(now: Diagnosis, *, white: bool = False) -> Diagnosis:
-        asked = {} if stated.alone else reading_effects
+        asked = {} if alone else reading_effects
         return _with_scatter(now, stated, asked, len(testable), white=white)
 
     state = scattered(state)
@@ -75,12 +79,12 @@ def diagnosed(
     while len(state.steps) < MOST_EFFECTS:
         screening = search.screened(state)
         state = replace(state, remaining=screening)
-        if screening.chosen is None or state.alone:
+        if screening.chosen is None or alone:
             break
         state = search.reconsidered(with_effect(replace(state, remaining=None), screening.chosen, screening))
         state = scattered(state)
         yield state
-    if state.unnamed is None:
+    if not state.unnamed:
         progress("what is left")
         state = _left_over(state)
     yield replace(state if state.structure_left else _all_noise(scattered(state, white=True)), complete=True)

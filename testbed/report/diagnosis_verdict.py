@@ -33,7 +33,7 @@ def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
         alike = f"These data do not tell {names[0]} from {listed(others)}."
         further = f" Also missing: {listed(names[1:])}." if names[1:] else ""
         return Notice(tone="warn", text=f"Something is missing in the nominal model. {alike}{further} {gap}")
-    if diagnosis.alone and diagnosis.unnamed is not None:
+    if diagnosis.alone and diagnosis.unnamed:
         return Notice(tone="warn", text=_alone_words(diagnosis))
     found = f"Named in part: {listed(names)}. " if names else ""
     noise = "the noise as the samples show it" if diagnosis.scatter else "noise alone"
@@ -43,8 +43,7 @@ def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
 
 def _alone_words(diagnosis: Diagnosis) -> str:
     """Say what a single run shows, which gets no name."""
-    best = () if diagnosis.remaining is None else diagnosis.remaining.close
-    alike = listed(effect_name(each.placed.effect, each.placed.component) for each in best)
+    alike = listed(effect_name(each.placed.effect, each.placed.component) for each in diagnosis.unnamed)
     missing = (
         f"Something is missing in the nominal model, which leaves a gap of {gap_words(diagnosis.gap)}; noise alone "
     )

@@ -151,8 +151,8 @@ def test_without_a_run_held_out_what_is_found_is_said_to_be_verified_on_none(tmp
 def test_an_interrupted_diagnosis_keeps_what_was_found(late, tmp_path, capsys, monkeypatch, sent, at_ctrl_c):
     before = signal.signal(signal.SIGINT, at_ctrl_c)
 
-    def interrupted(*arguments):
-        yield next(iter(diagnosed(*arguments)))
+    def interrupted(*arguments, **options):
+        yield next(iter(diagnosed(*arguments, **options)))
         signal.raise_signal(sent)
 
     monkeypatch.setattr(testbed.cli.diagnose, "diagnosed", interrupted)
@@ -169,7 +169,7 @@ def test_an_interrupted_diagnosis_keeps_what_was_found(late, tmp_path, capsys, m
 
 @pytest.mark.usefixtures("few_effects")
 def test_an_interruption_before_anything_was_found_writes_nothing(late, tmp_path, monkeypatch):
-    def interrupted(*_):
+    def interrupted(*_, **__):
         raise KeyboardInterrupt
         yield
 

@@ -124,6 +124,15 @@ def test_a_gap_of_the_actuators_splits_a_run(good):
     data = read([with_channels(good[0], gimbal_angle=angle), good[1]])
     assert data.runs.names == ("run1 part 1", "run1 part 2")
     assert data.heldout.names == ("run2",)
+    assert not data.alone
+
+
+def test_the_parts_of_a_single_record_verify_nothing(good):
+    hole = (good[0].time > 1.5) & (good[0].time < 2.2)
+    angle = np.where(hole[:, None], np.nan, good[0].channels["gimbal_angle"])
+    data = read([with_channels(good[0], gimbal_angle=angle)])
+    assert len(data.runs.names) == 2
+    assert data.alone
 
 
 def test_a_gap_of_the_gyro_costs_only_its_samples(good):

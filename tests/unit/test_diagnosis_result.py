@@ -34,7 +34,8 @@ def last(used, inertia_factor=1.0, effects=FEW):
     scenario, platform = nominal()
     data = data_set_of(used, scenario, platform)
     theta = inertia_factor * theta_of(platform.inertia)
-    (*_, final) = diagnosed(data.runs, data.heldout, effects, theta, reading_effects=READING_EFFECTS)
+    stages = diagnosed(data.runs, data.heldout, effects, theta, reading_effects=READING_EFFECTS, alone=data.alone)
+    (*_, final) = stages
     return final
 
 
