@@ -5,21 +5,25 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.optimize import lsq_linear
+from scipy.optimize import least_squares
 
 from testbed.arrays import Array, Units
 from testbed.effects.fast_changes import FEWEST, fast_power
 from testbed.prediction.grid import Grid
 from testbed.prediction.motor_torques import has_torques, measured_torques
 from testbed.prediction.servo import answer, ticks_of
-from testbed.prediction.servo_answers import by_units, constants, has_commands, measured_answers, shown
+from testbed.prediction.servo_answers import by_stretches, by_units, constants, has_commands, measured_answers, shown
 from testbed.prediction.smoothed import direction_of
 
 _LEAST = 1e-3
 """Share of a channel's own scatter that its noise has at least: the model of a gimbal is no better than that."""
 _NUDGES = np.repeat([1e-5, 1e-3, 1e-3], 6)
 """Lag, s, viscous friction, 1/s, and dry friction, rad/s², over the inertia, by which derivatives are taken."""
-_ROUNDS = 2
+_USUAL = np.repeat([0.01, 1.0, 10.0], 6)
+"""Sizes of the same: from a lag that is guessed too long, a servo swings, and no step finds back."""
+_TRIALS = 20
+_CLOSE = 1e-2
+"""Share of the squares that a further step has to gain."""
 _MODEL = 2.5e-4
 """rad. By which an answer may be missed for other reasons than noise: commands between samples and the plan are not
 known, and what is missed by that stays for several samples. Without it, lags and dry frictions of eight detectable
@@ -47,10 +51,12 @@ def answer_channel(grid: Grid) -> tuple[list[Array], Array] | None:
     if not has_commands(grid):
         return None
     answers = measured_answers(grid)
-    if max(len(each) for each in answers) < FEWEST:
+    if not any(len(each) for each in answers):
         return None
     left = _left(grid, answers)
-    by_unit = [by_units(run, each) for run, each in zip(grid.runs, left, strict=True)]
+    by_unit = [
+        part for run, each in zip(grid.runs, left, strict=True) for part in by_stretches(run, by_units(run, each))
+    ]
     noise = np.sqrt(2.0 * np.mean(_noise(by_unit) ** 2))  # six columns hold the noise of three directions
     unknowns = len(_NUDGES) + sum(constants(run).shape[1] for run in grid.runs)
     squares = np.concatenate(left).ravel() ** 2
@@ -62,18 +68,25 @@ def answer_channel(grid: Grid) -> tuple[list[Array], Array] | None:
 
 def _left(grid: Grid, answers: Sequence[Array]) -> list[Array]:
     """Return what every run's gimbals miss of the answer of servos with a lag and friction each, shape (K, 3), rad."""
-    unknowns, nudges = np.zeros(len(_NUDGES)), np.diag(_NUDGES)
-    left = _missed(grid, answers, unknowns[None])
-    for _ in range(_ROUNDS):
-        nudged = _missed(grid, answers, unknowns + nudges)
-        columns = np.concatenate(
-            [(part[:1] - more).reshape(len(nudges), -1) for part, more in zip(left, nudged, strict=True)], axis=1
-        )
-        measured = np.concatenate([part.ravel() for part in left])
-        step = lsq_linear((columns / _NUDGES[:, None]).T, measured, bounds=(-unknowns - 1e-12, np.inf)).x
-        unknowns = unknowns + step
-        left = _missed(grid, answers, unknowns[None])
-    return [part[0] for part in left]
+
+    def left(unknowns: Array) -> Array:
+        return np.concatenate([part[0].ravel() for part in _missed(grid, answers, unknowns[None])])
+
+    def slopes(unknowns: Array) -> Array:
+        parts = _missed(grid, answers, np.vstack([unknowns, unknowns + np.diag(_NUDGES)]))
+        changes = np.concatenate([(part[1:] - part[:1]).reshape(len(_NUDGES), -1) for part in parts], axis=1)
+        return np.asarray(changes.T / _NUDGES)
+
+    found = least_squares(
+        left,
+        0.1 * _USUAL,
+        slopes,
+        bounds=(0.0, np.inf),
+        x_scale=_USUAL,
+        ftol=_CLOSE,
+        max_nfev=_TRIALS,
+    )
+    return [part[0] for part in _missed(grid, answers, found.x[None])]
 
 
 def _missed(grid: Grid, answers: Sequence[Array], unknowns: Array) -> list[Array]:

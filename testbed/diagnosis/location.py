@@ -118,9 +118,9 @@ def _inner(runs: Runs, fit: Fit) -> Iterator[_Residual]:
     names = ["gimbal_torque"] * has_torques(runs.grid) + ["gimbal_angle"] * runs.grid.follows_commands
     for index, name in enumerate(names):
         values = blocks[index * len(runs.names) : (index + 1) * len(runs.names)]
-        kept = compared
         if name == "gimbal_angle":
-            values, kept = [by_units(run, block) for run, block in zip(runs.grid.runs, values, strict=True)], followed
+            values = [by_units(run, block) for run, block in zip(runs.grid.runs, values, strict=True)]
+        kept = followed if name == "gimbal_angle" else compared
         times = [run.actuator_time[kept(run)] for run in runs.grid.runs]
         yield _Residual(
             signals=tuple(f"{name}_{unit}" for unit in UNITS),

@@ -11,6 +11,8 @@ SETTLING = 0.2
 """s. How long a servo needs to take up its work: what the motors do until then is not compared."""
 _MISSING = 1.5
 """Of the usual interval: longer ones are gaps."""
+_BRIDGED = 0.08
+"""s. What is sent is known between samples that are no farther apart than those of 16 Hz."""
 
 
 def compared(run: Telemetry) -> Flags:
@@ -28,3 +30,8 @@ def gaps(run: Telemetry) -> Flags:
     """Return between which actuator samples others are missing, shape (K' - 1,)."""
     interval = np.diff(run.actuator_time)
     return np.asarray(interval > _MISSING * np.median(interval))
+
+
+def holes(run: Telemetry) -> Flags:
+    """Return between which actuator samples nobody knows what was asked for, shape (K' - 1,): gaps that are long."""
+    return np.asarray(gaps(run) & (np.diff(run.actuator_time) > _BRIDGED))

@@ -2,8 +2,10 @@
 
 Of one gimbal, over each control period from a tick on, with u the demand over the inertia that the motor turns:
 
-    u = ω_b ḋ_c + ω_n² (d_c - d) + Δḋ_c / T - load(ω at the period's middle, d at its start)
+    u = ω_b ḋ_s + Δḋ_c / T - load(ω at the period's middle, d at its start),   ḋ_s = ḋ_c + ω_n² / ω_b (d_c - d)
     T_m l̇ = u - l,   d̈ = l - ω_b ḋ + load - friction
+
+The set point ḋ_s stays within the rate limit, and d_c within a bound around d, as the controller has it.
 
 What the servo fed forward is the load at the rate that was planned, which nobody sends; what it misses by that is
 left out of the comparison (`servo_answers.shown`).
@@ -24,6 +26,7 @@ from scipy.signal import lfilter
 
 from testbed.arrays import Array, Series, UnitSeries
 from testbed.estimation.telemetry import Servo, Telemetry
+from testbed.prediction.compared import holes
 from testbed.prediction.smooth import decay
 from testbed.prediction.smoothed import body_motion, gimbal_motion
 from testbed.prediction.unit_axes import rate_across
@@ -41,8 +44,7 @@ class Ticks(NamedTuple):
         samples: which ticks were sampled, shape (K,).
         gimbal_rate: as measured, shape (N, 6), rad/s.
         command: ḋ_c, shape (N, 6), rad/s.
-        asked_angle: d_c, shape (N, 6), rad.
-        asked: u but for the angle's feedback, shape (N, 6), rad/s².
+        fed_forward: u but for the set point, shape (N, 6), rad/s².
         load: in the middle of each period, over the inertia, shape (N, 6), rad/s².
         load_slope: its rate of change, shape (N, 6), rad/s³.
         first_angle: shape (6,), rad.
@@ -52,8 +54,7 @@ class Ticks(NamedTuple):
     samples: Array
     gimbal_rate: UnitSeries
     command: UnitSeries
-    asked_angle: UnitSeries
-    asked: UnitSeries
+    fed_forward: UnitSeries
     load: UnitSeries
     load_slope: UnitSeries
     first_angle: Array
@@ -69,34 +70,43 @@ def ticks_of(run: Telemetry) -> Ticks:
     start, period = run.actuator_time[0], servo.period
     samples = np.rint((run.actuator_time - start) / period).astype(np.intp)
     time = start + period * np.arange(samples[-1] + 1)
-    command = CubicSpline(run.actuator_time, run.gimbal_rate_command)(time)
+    command = CubicSpline(run.actuator_time, run.gimbal_rate_command)(time).clip(-servo.rate_limit, servo.rate_limit)
     angle, rate = gimbal_motion(run)(time), gimbal_motion(run)(time, 1)
-    asked_angle = angle[0] + period * np.concatenate([np.zeros((1, 6)), np.cumsum(command, axis=0)[:-1]])
     change = np.diff(command, axis=0, prepend=np.zeros((1, 6))) / period
     middle = time + 0.5 * period
     spinning, share, by_turning, by_body = _load_shares(run, middle, angle + 0.5 * period * rate, rate)
     own = cluster.rotor_spin_inertia - cluster.rotor_transverse_inertia
     held, believed = _rotor_momentum(run, middle) + own * spinning, cluster.rotor_momentum
-    fed_forward = believed * (share - 0.5 * period * by_turning) / cluster.gimbal_axis_inertia
+    load = believed * (share - 0.5 * period * by_turning) / cluster.gimbal_axis_inertia
     return Ticks(
         time=time,
         samples=samples,
         gimbal_rate=rate,
         command=command,
-        asked_angle=asked_angle,
-        asked=servo.bandwidth * command + servo.stiffness * asked_angle + change - fed_forward,
+        fed_forward=change - load,
         load=held * share / cluster.gimbal_axis_inertia,
         load_slope=held * (by_turning + by_body) / cluster.gimbal_axis_inertia,
         first_angle=angle[0],
     )
 
 
+@lru_cache(maxsize=_REMEMBERED)
 def set_point(run: Telemetry) -> UnitSeries:
-    """Return the set point of every tachometer loop at a run's ticks before any limit, shape (N, 6), rad/s."""
+    """Return the set point of every tachometer loop at a run's ticks before its limit, shape (N, 6), rad/s.
+
+    Behind a hole in the telemetry the gimbals count as where they were asked to be.
+    """
     ticks, servo = ticks_of(run), run.servo
     assert servo is not None
-    behind = ticks.asked_angle - gimbal_motion(run)(ticks.time)
-    return np.asarray(ticks.command + servo.stiffness / servo.bandwidth * behind)
+    asked, points = _Asked(servo, ticks.first_angle), np.empty_like(ticks.command)
+    last = np.searchsorted(ticks.samples, np.arange(len(ticks.time)), side="right") - 1
+    within_hole = np.concatenate([holes(run), [False]])[last]
+    for tick, angle in enumerate(gimbal_motion(run)(ticks.time)):
+        if within_hole[tick]:
+            asked = _Asked(servo, angle)
+        points[tick] = asked.set_point(ticks.command[tick], angle)
+        asked.follow(ticks.command[tick], angle)
+    return points
 
 
 @lru_cache(maxsize=_REMEMBERED)
@@ -152,13 +162,37 @@ def _answer(run: Telemetry, units: NDArray[np.intp], lag: Array, friction: Array
     step = _Step(servo, lag)
     angle = ticks.first_angle[units].astype(step.kind)
     rate = motor = np.zeros_like(angle)
-    asked, load, slope = ticks.asked[:, units], ticks.load[:, units] - friction, ticks.load_slope[:, units]
-    angles = np.empty((len(asked), len(units)), dtype=np.result_type(step.kind, friction))
-    for tick in range(len(asked)):
+    asked, command, fed_forward = _Asked(servo, angle), ticks.command[:, units], ticks.fed_forward[:, units]
+    load, slope = ticks.load[:, units] - friction, ticks.load_slope[:, units]
+    angles = np.empty((len(command), len(units)), dtype=np.result_type(step.kind, friction))
+    for tick in range(len(command)):
         angles[tick] = angle
-        demand = asked[tick] - servo.stiffness * angle
+        set_point = asked.set_point(command[tick], angle)
+        asked.follow(command[tick], angle)
+        demand = servo.bandwidth * _within(set_point, servo.rate_limit) + fed_forward[tick]
         angle, rate, motor = step.after(angle, rate, motor, demand, load[tick], slope[tick])
     return np.asarray(angles[ticks.samples].T)
+
+
+def _within(value: Array, bound: float) -> Array:
+    """Return values cut at ±bound; by their real parts, so that derivatives by complex step pass or stop there."""
+    return np.asarray(np.minimum(np.maximum(value, -bound), bound))
+
+
+class _Asked:
+    """The angle d_c that the controller asks for, which never runs away from a gimbal that cannot follow."""
+
+    def __init__(self, servo: Servo, angle: Array) -> None:
+        self._servo, self._angle = servo, angle
+        self._bound = servo.rate_limit / float(np.sqrt(servo.stiffness))
+
+    def set_point(self, command: Array, angle: Array) -> Array:
+        """Return the tachometer loop's set point before its limit, rad/s."""
+        return np.asarray(command + self._servo.stiffness / self._servo.bandwidth * (self._angle - angle))
+
+    def follow(self, command: Array, angle: Array) -> None:
+        """Go on to the next period."""
+        self._angle = angle + _within(self._angle - angle, self._bound) + self._servo.period * command
 
 
 def _pushed(run: Telemetry, push: Array) -> Array:

@@ -6,13 +6,15 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
+from scipy.linalg import block_diag
 from scipy.signal import lfilter
 
-from testbed.arrays import Array, Flags
+from testbed.arrays import Array
 from testbed.cmg.cluster import transverse_axes
 from testbed.estimation.telemetry import Telemetry
-from testbed.prediction.compared import compared, gaps
+from testbed.prediction.compared import compared, holes
 from testbed.prediction.grid import Gimbals, Grid, at_nodes
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import effective_gimbals
@@ -24,6 +26,10 @@ _COMPARED = 0.1
 """s. Time constant of the high-pass behind which angles are compared: slower differences are the plan's, not known."""
 _AT_LIMIT = 0.98
 """Share of the rate limit from which on a set point may be cut: 0.04 rad/s is what 1.5 mrad of an angle add to it."""
+_SETTLED = 0.4
+"""s. Until a servo that was not followed answers as if it had been, but for a constant: its poles are at 25 1/s."""
+_FEWEST = 6
+"""Samples in a row that are worth comparing: constants alone take up as much as two."""
 _SEEN = 1e-2
 """Norm with which a constant of 1 rad has to show to be seen at all: of 1e-3 rad, a tenth of an encoder's noise."""
 _REMEMBERED = 64
@@ -84,25 +90,41 @@ def shown(run: Telemetry, angle: Array) -> Array:
 
 @lru_cache(maxsize=_REMEMBERED)
 def constants(run: Telemetry) -> Array:
-    """Return how constant angles show as the directions without load turn, an orthonormal basis of shape (3 K, Q)."""
+    """Return how constant angles show as the directions without load turn, an orthonormal basis of shape (3 K, Q).
+
+    Every stretch has constants of its own: what was asked for while nobody knew the set point stays as an angle.
+    """
     held = np.repeat(np.eye(6)[:, None], len(run.actuator_time), axis=1)
-    columns = _unloaded_changes(run, held).reshape(6, -1).T
-    basis, sizes, _ = np.linalg.svd(columns, full_matrices=False)
-    return np.asarray(basis[:, sizes > _SEEN])
+    shown_as, first, blocks = _unloaded_changes(run, held), 0, []
+    for part in stretches(run):
+        columns = shown_as[:, first : first + len(part)].reshape(6, -1).T
+        basis, sizes, _ = np.linalg.svd(columns, full_matrices=False)
+        blocks.append(basis[:, sizes > _SEEN])
+        first += len(part)
+    return np.asarray(block_diag(*blocks)) if blocks else np.zeros((0, 0))
 
 
 def _unloaded_changes(run: Telemetry, angle: Array) -> Array:
-    free, keep = unloaded(run), followed(run)
+    """Return what a high-pass leaves of angles in the directions without load, stretch by stretch, (..., K, 3)."""
+    free = unloaded(run)
     beside = np.matvec(free, np.matvec(np.swapaxes(free, -1, -2), angle))
     forgotten = np.exp(-float(np.median(np.diff(run.actuator_time))) / _COMPARED)
-    changes = np.diff(beside[..., keep, :], axis=-2, prepend=beside[..., keep, :][..., :1, :])
-    passed = lfilter([1.0], [1.0, -forgotten], changes, axis=-2)
-    return np.asarray(np.matvec(np.swapaxes(free[keep], -1, -2), passed))
+    parts = [beside[..., :0, :3]]
+    for part in stretches(run):
+        changes = np.diff(beside[..., part, :], axis=-2, prepend=beside[..., part, :][..., :1, :])
+        passed = lfilter([1.0], [1.0, -forgotten], changes, axis=-2)
+        parts.append(np.matvec(np.swapaxes(free[part], -1, -2), passed))
+    return np.concatenate(parts, axis=-2)
 
 
 def by_units(run: Telemetry, values: Array) -> Array:
     """Return the gimbal angles to which what is compared belongs, shape (K, 6), of values of shape (K, 3), rad."""
     return np.asarray(np.einsum("kui,ki->ku", unloaded(run)[followed(run)], values))
+
+
+def by_stretches(run: Telemetry, values: Array) -> list[Array]:
+    """Return values at the compared samples, shape (K, ...), as those that follow one another."""
+    return np.split(values, np.cumsum([len(part) for part in stretches(run)])[:-1])
 
 
 @lru_cache(maxsize=_REMEMBERED)
@@ -119,18 +141,27 @@ def unloaded(run: Telemetry) -> Array:
     return np.asarray(np.linalg.qr(loaded, mode="complete")[0][..., 3:])
 
 
-@lru_cache(maxsize=_REMEMBERED)
-def followed(run: Telemetry) -> Flags:
-    """Return which of the compared samples come before the first rate at the limit or gap, shape (K,).
+def followed(run: Telemetry) -> NDArray[np.intp]:
+    """Return at which samples the answers are compared, shape (K,)."""
+    return np.concatenate([np.zeros(0, dtype=np.intp), *stretches(run)])
 
-    Behind a command that was cut, a set point that is, or a gap nobody knows what the servo was asked for.
+
+@lru_cache(maxsize=_REMEMBERED)
+def stretches(run: Telemetry) -> list[NDArray[np.intp]]:
+    """Return at which samples the answers are compared, by those that follow one another.
+
+    While a command, or a set point, is cut between samples, and in a gap, nobody knows what the servo was asked for.
+    What it missed by that has settled after `_SETTLED`, but for a constant.
     """
     assert run.servo is not None
+    time = ticks_of(run).time
     rates = np.hstack([set_point(run), ticks_of(run).command])
-    cut = (np.abs(rates) > _AT_LIMIT * run.servo.rate_limit).any(axis=1)
-    missing = np.concatenate([[False], gaps(run)])
-    lost = np.logical_or.accumulate(cut)[ticks_of(run).samples] | np.logical_or.accumulate(missing)
-    return np.asarray(compared(run) & ~lost)
+    cut = time[(np.abs(rates) > _AT_LIMIT * run.servo.rate_limit).any(axis=1)]
+    unknown = np.sort(np.concatenate([[-np.inf], cut, run.actuator_time[1:][holes(run)]]))
+    last = unknown[np.searchsorted(unknown, run.actuator_time, side="right") - 1]
+    kept = np.flatnonzero(compared(run) & (run.actuator_time - last > _SETTLED))
+    parts = np.split(kept, np.flatnonzero(np.diff(kept) > 1) + 1)
+    return [part for part in parts if len(part) >= _FEWEST]
 
 
 def _further_load(grid: Grid, gimbals: Gimbals, run: int) -> Array:

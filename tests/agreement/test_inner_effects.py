@@ -23,7 +23,7 @@ from testbed.prediction.grid import grid_of
 from testbed.prediction.integration import Values, node_rates
 from testbed.prediction.motor_torques import motor_torques, tachometer_gain, torque_age
 from testbed.prediction.servo import answer, nominal_answer, ticks_of
-from testbed.prediction.servo_answers import followed, measured_answers, servo_answers, shown
+from testbed.prediction.servo_answers import followed, measured_answers, servo_answers, shown, stretches
 from testbed.prediction.smoothed import gimbal_motion
 from testbed.scenario.reader import read_scenario
 from tests.blind_cases import blind_case
@@ -34,6 +34,8 @@ from tests.diagnosed_records import SCENARIO
 
 FLIGHT = nominal_flight(np.array([0.002, -0.001, 0.002]))
 TORQUE_NOISE, GYRO_NOISE = 1e-4, 0.001658
+AT_LIMIT = 4
+"""Seed of a case whose gimbals reach their limit within four seconds."""
 SIGMAS = 4.0
 """Standard errors; a right estimate misses by more in one seed of 16,000, and the seeds are fixed."""
 
@@ -99,11 +101,14 @@ def test_friction_does_not_pass_for_an_age_of_the_motor_torques():
 
 
 @cache
-def answered(effect: str = "", component: str = "", **parameters: float) -> tuple[Telemetry, ...]:
-    """Three runs of two seconds with commands and gimbal angles, flown by the engine that shares no code."""
-    case = blind_case(3)
+def answered(
+    effect: str = "", component: str = "", *, seed: int = 3, seconds: float = 2.0, **parameters: float
+) -> tuple[Telemetry, ...]:
+    """Three runs with commands and gimbal angles, flown by the engine that shares no code."""
+    case = blind_case(seed)
     hidden = (HiddenEffect(effect=effect, component=component, parameters=parameters),) if effect else ()
-    case = replace(case, effects=hidden, telemetry=replace(case.telemetry, rate_command=True))
+    runs = tuple(replace(run, duration=seconds) for run in case.runs)
+    case = replace(case, effects=hidden, runs=runs, telemetry=replace(case.telemetry, rate_command=True))
     flown, scenario = fly_case(case), read_scenario(SCENARIO)
     nominal = nominal_platform(scenario)
     return tuple(telemetry_of(record(flown, index), scenario, nominal) for index in range(len(case.runs)))
@@ -178,14 +183,34 @@ def test_ideal_motors_answer_a_push_by_a_filter_as_period_by_period():
     np.testing.assert_allclose(filtered, stepped, atol=1e-6 * np.abs(filtered).max())
 
 
-def test_behind_a_rate_at_its_limit_answers_are_not_compared():
+def test_behind_a_rate_at_its_limit_answers_are_compared_once_the_servo_has_settled():
+    run = answered(seed=AT_LIMIT, seconds=4.0)[1]
+    at_limit = run.actuator_time[np.abs(run.gimbal_rate_command).max(axis=1) > 0.98 * run.servo.rate_limit]
+    asked = run.actuator_time[followed(run)]
+    since = asked - at_limit[np.searchsorted(at_limit, asked) - 1]
+    assert since[asked > at_limit[0]].min() > 0.4
+    assert asked.min() < at_limit[0] <= at_limit[-1] < asked.max()
+
+
+def test_behind_a_hole_in_the_telemetry_answers_are_compared_once_the_servo_has_settled():
     run = answered()[0]
-    command, at = run.gimbal_rate_command.copy(), len(run.actuator_time) // 2
-    command[at, 3] = run.servo.rate_limit
-    asked, uncut = followed(replace(run, gimbal_rate_command=command)), followed(run)
-    before = run.actuator_time < run.actuator_time[at]
-    np.testing.assert_array_equal(asked, uncut & before)
-    assert (uncut & ~before).any()
+    kept = (run.actuator_time < 0.8) | (run.actuator_time > 1.1)
+    channels = ("actuator_time", "gimbal_angle", "gimbal_rate_command", "rotor_momentum")
+    holed = replace(run, **{name: getattr(run, name)[kept] for name in channels})
+    asked = holed.actuator_time[followed(holed)]
+    assert not ((asked > 0.8) & (asked < 1.5)).any()
+    assert len(stretches(holed)) == 2
+    missed = measured_answers(grid_of([holed]))[0] - servo_answers(grid_of([holed]), [], [])[0][0]
+    assert np.sqrt(np.mean(missed**2)) < 5e-4
+
+
+@pytest.mark.parametrize("lag", [0.01, 0.02])
+def test_a_late_motor_is_told_by_its_answers_behind_a_rate_at_its_limit(lag):
+    runs = answered("gimbal_lag", "cmg4", seed=AT_LIMIT, seconds=4.0, time_constant=lag)
+    told, error = found(runs_of(["a", "b", "c"], runs), "gimbal_lag", "cmg4")
+    assert abs(told - lag) < SIGMAS * error
+    assert error < 0.05 * lag
+    assert [len(stretches(run)) for run in runs] == [2, 2, 1]  # two of them reach a limit
 
 
 def test_gimbals_that_do_not_answer_are_not_compared():
