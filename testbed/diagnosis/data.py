@@ -20,6 +20,8 @@ class Runs:
     Attributes:
         names: of the runs.
         windowed: names of what each is a window of, one after the other; empty where they are whole.
+        told: what of the gyro's samples of each run effects on them tell sample by sample, shape (N, 3), rad/s; empty
+            where there are none.
         grid: their telemetry on the integration's grid.
         sigma: of the gyro, each run and axis, shape (R, 3), rad/s.
         inner: measured motor torques and gimbal rates, blocks in the order in which they are predicted.
@@ -34,11 +36,13 @@ class Runs:
     inner_sigma: tuple[Array, ...] = ()
     noise_freedom: float = np.inf
     windowed: tuple[str, ...] = ()
+    told: tuple[Array, ...] = ()
 
     @property
     def measured(self) -> list[Array]:
-        """The gyro's samples of each run, shape (N, 3), rad/s."""
-        return [run.body_rate for run in self.grid.runs]
+        """The gyro's samples of each run less what is told of them, shape (N, 3), rad/s."""
+        rates = [run.body_rate for run in self.grid.runs]
+        return [rate - told for rate, told in zip(rates, self.told, strict=True)] if self.told else rates
 
     @property
     def samples(self) -> int:
@@ -115,6 +119,7 @@ def joined(runs: Runs, heldout: Runs | None) -> Runs:
         telemetry=[run for each in both for run in each.grid.runs],
         sigma=np.concatenate([each.sigma for each in both]),
         noise_freedom=runs.noise_freedom,
+        told=[told for each in both for told in each.told],
     )
 
 
@@ -125,10 +130,13 @@ def chosen(runs: Runs, which: Sequence[int]) -> Runs:
         telemetry=[runs.grid.runs[index] for index in which],
         sigma=runs.sigma[list(which)],
         noise_freedom=runs.noise_freedom,
+        told=[runs.told[index] for index in which if runs.told],
     )
 
 
-def _gyro_only(names: Sequence[str], telemetry: Sequence[Telemetry], sigma: Array, noise_freedom: float) -> Runs:
+def _gyro_only(
+    names: Sequence[str], telemetry: Sequence[Telemetry], sigma: Array, noise_freedom: float, told: Sequence[Array]
+) -> Runs:
     outer = [replace(run, gimbal_torque=None, gimbal_rate_command=None, gyro_error=None) for run in telemetry]
     grid = replace(grid_of(outer), follows_commands=False)
-    return Runs(names=tuple(names), grid=grid, sigma=sigma, noise_freedom=noise_freedom)
+    return Runs(names=tuple(names), grid=grid, sigma=sigma, noise_freedom=noise_freedom, told=tuple(told))

@@ -38,6 +38,11 @@ def fitted(runs: Runs, placed: Sequence[Placed], theta: Theta, starts: Sequence[
     return _search(runs, tuple(placed), _from_first_samples(runs, theta[None], [start[None] for start in starts]))
 
 
+def refit(runs: Runs, fit: Fit) -> Fit:
+    """Return a model fitted to runs, from where another fit of it ended."""
+    return fitted(runs, fit.placed, fit.theta, [value[0] for value in fit.values.effects])
+
+
 def fitted_initial_rates(runs: Runs, fit: Fit) -> Fit:
     """Fit the initial rates alone, all else as another fit has it: for runs that were held out.
 

@@ -54,7 +54,7 @@ def readings_of(runs: Runs, fit: Fit) -> Readings:
     """Return what the gyro gave against what a model predicts."""
     whitened = runs.by_run(fit.residual)
     return Readings(
-        measured=runs.measured,
+        measured=[run.body_rate for run in runs.grid.runs],
         residual=[part * sigma for part, sigma in zip(whitened, runs.sigma, strict=True)],
         sigma=runs.sigma,
         runs=runs.grid.runs,

@@ -69,9 +69,9 @@ def _together(windows: Sequence[RunResiduals]) -> RunResiduals:
 
 
 def _as_stated(diagnosis: Diagnosis, runs: Runs) -> Runs:
-    """Return runs with the noise that is stated: what was found to be more of it taken out again."""
-    found = sum((each.finding.variance for each in diagnosis.scatter), np.zeros(3))
-    return runs.with_sigma(np.sqrt(runs.sigma**2 - found))
+    """Return runs with the noise that is stated: what was found to be more of it, and what is told, taken back."""
+    noisier = [each.finding.variance for each in diagnosis.scatter if each.finding.explained is None]
+    return replace(runs.with_sigma(np.sqrt(runs.sigma**2 - sum(noisier, np.zeros(3)))), told=())
 
 
 def _residuals(diagnosis: Diagnosis, runs: Runs, fits: tuple[Fit, Fit], *, held_out: bool) -> Iterator[RunResiduals]:

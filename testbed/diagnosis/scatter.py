@@ -108,10 +108,28 @@ def scattering(
     return Scattering(told=first, found=tuple(found))
 
 
-def widened(runs: Runs, found: Sequence[Scatter]) -> Runs:
-    """Return runs with a noise that holds what was found, known as surely as that."""
+def believing(runs: Runs, fit: Fit, found: Sequence[Scatter]) -> Runs:
+    """Return runs that hold what was found: less what it tells sample by sample, and with the noise of the rest.
+
+    Args:
+        runs: any of them, with the noise that is stated.
+        fit: of the present model to them, or of their initial rates alone.
+        found: effects that are there.
+    """
     freedom = min([runs.noise_freedom, *(each.finding.noise_freedom for each in found)])
-    return replace(runs.with_sigma(_widened(runs.sigma, found)), noise_freedom=freedom)
+    wider = runs.with_sigma(_widened(runs.sigma, [each for each in found if each.finding.explained is None]))
+    return replace(wider, noise_freedom=freedom, told=_told_of(readings_of(runs, fit), found))
+
+
+def _told_of(readings: Readings, found: Sequence[Scatter]) -> tuple[Array, ...]:
+    """Return what the effects that are there tell of these readings, shape (N, 3) of every run; empty where nothing."""
+    lines = [each for each in found if each.finding.explained is not None]
+    left = readings
+    for each in lines:
+        again = each.effect.found(each.component, left)
+        left = left if again is None else _less(left, again)
+    pairs = zip(readings.residual, left.residual, strict=True)
+    return tuple(before - after for before, after in pairs) if lines else ()
 
 
 def _widened(sigma: Array, found: Iterable[Scatter]) -> Array:
@@ -138,12 +156,17 @@ def _with_look_alikes(best: Scatter, told: Sequence[Scatter]) -> Scatter:
 
 def _without_what_is_told(readings: Readings, found: Sequence[Scatter]) -> Readings:
     """Return readings less what was told sample by sample, and with a noise that has the rest of what was found."""
-    residual = readings.residual
     for each in found:
-        if each.finding.explained is not None:
-            residual = [left - told for left, told in zip(residual, each.finding.explained, strict=True)]
+        readings = _less(readings, each.finding)
     noisier = [each for each in found if each.finding.explained is None]
-    return replace(readings, residual=residual, sigma=_widened(readings.sigma, noisier))
+    return replace(readings, sigma=_widened(readings.sigma, noisier))
+
+
+def _less(readings: Readings, finding: Finding) -> Readings:
+    if finding.explained is None:
+        return readings
+    residual = [left - told for left, told in zip(readings.residual, finding.explained, strict=True)]
+    return replace(readings, residual=residual)
 
 
 def _key(effect: ReadingEffect, component: str) -> str:

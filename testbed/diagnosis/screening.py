@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from math import exp, inf, log
 
 import numpy as np
@@ -12,7 +13,8 @@ from testbed.diagnosis.candidates import MOST_REFITS, Candidate, Screening
 from testbed.diagnosis.chance import log_chance, scale_evidence
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import log_evidence
-from testbed.diagnosis.fitting import fitted
+from testbed.diagnosis.fitting import fitted, refit
+from testbed.diagnosis.gyro_errors import all_corrected
 from testbed.diagnosis.model import Fit, Placed
 from testbed.diagnosis.signatures import FAMILY_WISE_ERROR, Signature, signatures
 from testbed.errors import InputError
@@ -25,20 +27,22 @@ _LOST = 30.0
 """By which a refit may fall short of the gain that the linearised effect promises, and is not started from less."""
 
 
-def odds_together(heldout: Runs | None, nominal: Fit, model: Fit, tested: int, effects: Sequence[Candidate]) -> float:
+def odds_together(
+    without: tuple[Runs | None, Fit], within: tuple[Runs | None, Fit], tested: int, effects: Sequence[Candidate]
+) -> float:
     """Return twice the logarithm of how much likelier several effects together are than nothing.
 
     What each took off when it was added does not add up to that: it was compared with what was in the model then.
 
     Args:
-        heldout: to verify on; None where there are none.
-        nominal: the model without them.
-        model: with them, fitted to the same runs.
+        without: the model without them, and the held-out runs as it knows them; None where there are none.
+        within: the model with them, fitted to the same runs, and likewise.
         tested: number of hypotheses.
         effects: as they were added.
     """
-    gain, rank = nominal.chi_square - model.chi_square, sum(each.rank for each in effects)
-    carried = _held_out_evidence(heldout, model) - log_evidence(heldout, nominal)
+    (before_heldout, before), (after_heldout, after) = without, within
+    gain, rank = before.chi_square - after.chi_square, sum(each.rank for each in effects)
+    carried = _held_out_evidence(after_heldout, after) - log_evidence(before_heldout, before)
     return _evidence(gain, rank, carried, sum(log(tested) + each.looks for each in effects))
 
 
@@ -101,10 +105,22 @@ def refitted(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, p
     return _candidate(runs, heldout, fit, signature, screening.tested, log_evidence(heldout, fit))
 
 
+def with_candidate(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, placed: Placed) -> Screening:
+    """Return a screening with one hypothesis among those that were refitted; arguments as in `refitted`."""
+    candidate = refitted(runs, heldout, fit, screening, placed)
+    if candidate in screening.candidates:
+        return screening
+    candidates = sorted((*screening.candidates, candidate), key=lambda each: -each.evidence)
+    return replace(screening, candidates=tuple(candidates))
+
+
 def _candidate(
     runs: Runs, heldout: Runs | None, fit: Fit, signature: Signature, tested: int, without: float
 ) -> Candidate:
     placed, model = signature.placed, _refitted(runs, fit, signature)
+    told, heldout = all_corrected(runs, heldout, model)
+    if told is not runs:  # what the gyro is off by, it is off in the gimbals' channels as well
+        model = refit(told, model)
     gain = max(fit.chi_square - model.chi_square, 0.0)
     carried = _held_out_evidence(heldout, model) - without if placed.effect.recurs else 0.0
     looks = _looks(runs, placed)

@@ -11,11 +11,11 @@ import numpy as np
 from testbed.arrays import Vectors3
 from testbed.diagnosis.candidates import Candidate, Screening
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.fitting import fitted, fitted_initial_rates
-from testbed.diagnosis.gyro_errors import corrected
+from testbed.diagnosis.fitting import fitted, fitted_initial_rates, refit
+from testbed.diagnosis.gyro_errors import all_corrected
 from testbed.diagnosis.hypotheses import without
 from testbed.diagnosis.model import Fit, Placed
-from testbed.diagnosis.screening import refitted, screened
+from testbed.diagnosis.screening import refitted, screened, with_candidate
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 
 MOST_EFFECTS = 3
@@ -60,7 +60,8 @@ class Search:
         """Return the diagnosis without the first effect that does not stand, or with what does better in its place."""
         for index, step in enumerate(state.steps[:-1]):
             kept = [other.placed for other in (*state.steps[:index], *state.steps[index + 1 :])]
-            screening = self.screened(with_model(state, _less(state, kept)))
+            less = with_model(state, _less(state, kept))
+            screening = with_candidate(less.runs, less.heldout, less.model, self.screened(less), step.placed)
             chosen = screening.chosen
             if chosen is None:
                 return self._rebuilt(state, kept)
@@ -88,10 +89,12 @@ def _less(state: Diagnosis, kept: Sequence[Placed]) -> Fit:
 
 def _is_told_alike(one: Runs, other: Runs) -> bool:
     """Return whether two sets of the same runs are told the same noise and, but for rounding, the same gyro errors."""
-    errors = zip(one.grid.runs, other.grid.runs, strict=True)
-    return np.array_equal(one.sigma, other.sigma) and all(
-        _is_nearly(run.gyro_error, twin.gyro_error, run.gyro_noise) for run, twin in errors
-    )
+    if not np.array_equal(one.sigma, other.sigma) or len(one.told) != len(other.told):
+        return False
+    both = list(zip(one.grid.runs, other.grid.runs, strict=True))
+    errors = all(_is_nearly(run.gyro_error, twin.gyro_error, run.gyro_noise) for run, twin in both)
+    told = zip(one.told, other.told, one.grid.runs, strict=False)  # of every run, or of none
+    return errors and all(_is_nearly(mine, theirs, run.gyro_noise) for mine, theirs, run in told)
 
 
 def _is_nearly(one: Vectors3 | None, other: Vectors3 | None, noise: float) -> bool:
@@ -115,16 +118,9 @@ def with_effect(state: Diagnosis, chosen: Candidate, screening: Screening) -> Di
 
 def with_model(state: Diagnosis, model: Fit) -> Diagnosis:
     """Take over a model, and what it knows of the gyro's errors; the gimbals' channels are then predicted anew."""
-    runs, heldout = corrected(state.runs, model), state.heldout
-    if heldout is not None and runs is not state.runs:
-        heldout = corrected(heldout, fitted_initial_rates(heldout, model))
+    runs, heldout = all_corrected(state.runs, state.heldout, model)
     model = refit(runs, model)
     return replace(state, runs=runs, heldout=heldout, model=model, gap=gap_of(model, heldout))
-
-
-def refit(runs: Runs, fit: Fit) -> Fit:
-    """Return a model fitted to runs, from where another fit of it ended."""
-    return fitted(runs, fit.placed, fit.theta, [value[0] for value in fit.values.effects])
 
 
 def gap_of(fit: Fit, heldout: Runs | None) -> Gap:

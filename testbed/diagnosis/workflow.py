@@ -12,14 +12,13 @@ from scipy.special import logsumexp
 from testbed.arrays import Theta
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import goodness, on_all_runs
-from testbed.diagnosis.fitting import fitted
+from testbed.diagnosis.fitting import fitted, fitted_initial_rates, refit
 from testbed.diagnosis.hypotheses import hypotheses
 from testbed.diagnosis.latent import latent_torque
-from testbed.diagnosis.model import Fit
 from testbed.diagnosis.noise import noise_level
-from testbed.diagnosis.scatter import scattering, widened
+from testbed.diagnosis.scatter import believing, scattering
 from testbed.diagnosis.screening import odds_together
-from testbed.diagnosis.search import MOST_EFFECTS, Search, gap_of, refit, with_effect, with_model
+from testbed.diagnosis.search import MOST_EFFECTS, Search, gap_of, with_effect, with_model
 from testbed.diagnosis.state import Diagnosis
 from testbed.diagnosis.torque_shapes import evidence_of_any, torque_shapes
 from testbed.effects.contract import Effect
@@ -92,17 +91,16 @@ def diagnosed(
 
 def _left_over(state: Diagnosis) -> Diagnosis:
     """Look at what is left, and take back effects that explain less than a torque does that no effect makes."""
-    nominal = refit(state.runs, state.baseline)
-    everything, fit = on_all_runs(state.runs, state.heldout, nominal)
+    bare = with_model(state, state.baseline)
+    everything, fit = on_all_runs(bare.runs, bare.heldout, bare.model)
     shapes = torque_shapes(everything, fit)
     screening = state.steps[0].screening if state.steps else state.remaining
     assert screening is not None
     unlisted = evidence_of_any(shapes, screening.tested)
-    state = replace(state, unlisted=unlisted, explained=_odds(state, nominal))
+    state = replace(state, unlisted=unlisted, explained=_odds(state, bare))
     if state.steps:
         if state.unlisted > _odds_of_class(state):
-            first = state.steps[0].screening
-            back = with_model(replace(state, steps=(), remaining=first, explained=0.0), nominal)
+            back = replace(bare, steps=(), remaining=state.steps[0].screening, unlisted=unlisted)
             state = replace(back, taken_back=tuple(step.placed for step in state.steps))
         else:
             everything, fit = on_all_runs(state.runs, state.heldout, state.model)
@@ -121,12 +119,12 @@ def _all_noise(state: Diagnosis) -> Diagnosis:
     return replace(state, goodness=goodness(fit, everything.noise_freedom))
 
 
-def _odds(state: Diagnosis, nominal: Fit) -> float:
+def _odds(state: Diagnosis, bare: Diagnosis) -> float:
     """Return the odds of all effects in the model together against the nominal one; 0 without any."""
     if not state.steps:
         return 0.0
     effects, tested = [step.candidate for step in state.steps], state.steps[0].screening.tested
-    return odds_together(state.heldout, nominal, state.model, tested, effects)
+    return odds_together((bare.heldout, bare.model), (state.heldout, state.model), tested, effects)
 
 
 def _odds_of_class(state: Diagnosis) -> float:
@@ -149,8 +147,8 @@ def _with_scatter(
     said = scattering(runs, model, effects, others, white=white)
     found = said.found
     if found:
-        runs = widened(runs, found)
-        heldout = None if heldout is None else widened(heldout, found)
+        heldout = None if heldout is None else believing(heldout, fitted_initial_rates(heldout, model), found)
+        runs = believing(runs, model, found)
         model = refit(runs, model)
     asked = state.asked if state.steps else said.told
     gap = gap_of(model, heldout)
@@ -158,4 +156,4 @@ def _with_scatter(
 
 
 def _with_noise_of(stated: Runs, runs: Runs) -> Runs:
-    return replace(runs, sigma=stated.sigma, noise_freedom=stated.noise_freedom)
+    return replace(runs, sigma=stated.sigma, noise_freedom=stated.noise_freedom, told=stated.told)

@@ -13,10 +13,11 @@ from benchmarks.synthetic_telemetry import TRUE_THETA, exact_telemetry, noisy, n
 from testbed.assembly.estimation import telemetry_of
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.data import Runs, runs_of
-from testbed.diagnosis.fitting import fitted
+from testbed.diagnosis.fitting import fitted, fitted_initial_rates
 from testbed.diagnosis.model import Placed
 from testbed.diagnosis.noise import noise_level
-from testbed.diagnosis.scatter import scattering
+from testbed.diagnosis.scatter import believing, scattering
+from testbed.diagnosis.screening import screened
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import grid_of
@@ -86,6 +87,17 @@ def test_friction_shows_in_the_motor_torque(effect, size):
     value, std = found(runs_with(gimbal_torque=torque), effect, "cmg3")
     assert abs(value - size) < SIGMAS * std
     assert std < size / 5.0
+
+
+def test_a_gyro_that_is_wrong_is_credited_with_what_it_mends_in_the_motor_torques():
+    """They are predicted with the body rate that it shows: what it is off by looks like friction."""
+    runs = runs_with(body_rate=plain().body_rate * [1.0, 1.0, 1.25])
+    fit, places = fitted(runs, [], TRUE_THETA, []), [("gyro_scale", "z"), ("gimbal_viscous_friction", "cmg1")]
+    placed = [Placed(effect=EFFECTS[effect], component=component) for effect, component in places]
+    body_alone = fit.chi_square - fitted(runs, placed[:1], fit.theta, [np.zeros(1)]).chi_square
+    gains = {each.key: each.gain for each in screened(runs, None, fit, placed).candidates}
+    assert gains["gyro_scale:z"] > body_alone + 100.0
+    assert gains["gyro_scale:z"] > gains["gimbal_viscous_friction:cmg1"]
 
 
 def test_friction_does_not_pass_for_an_age_of_the_motor_torques():
@@ -238,6 +250,29 @@ def test_a_trembling_rotor_is_told_from_the_others_and_from_noise():
     assert [each.key for each in scatter] == ["rotor_imbalance:cmg4"]
     assert abs(scatter[0].finding.values[0] - static) < SIGMAS * scatter[0].finding.std[0]
     assert scatter[0].finding.std[0] < 0.1 * static
+
+
+def test_a_line_that_is_told_is_taken_out_of_every_run_with_its_own_phase():
+    """Left in as wider noise, it had been called a flexible part."""
+    runs = answered("rotor_imbalance", "cmg4", static=2e-5, dynamic=1e-8, phase=1.0)
+    fit_runs, heldout = runs_of(["a", "b"], runs[:2]), runs_of(["c"], runs[2:])
+    fit = fitted(fit_runs, [], TRUE_THETA, [])
+    seen = fitted_initial_rates(heldout, fit)
+    found = scattering(fit_runs, fit, READING_EFFECTS, others=100).found
+    assert [each.key for each in found] == ["rotor_imbalance:cmg4"]
+    for each, of in ((fit_runs, fit), (heldout, seen)):
+        told = believing(each, of, found)
+        assert np.sqrt(np.mean(of.residual[: each.samples] ** 2)) > 2.0
+        left = told.by_run(told.whitened(_predicted(each, of)))
+        assert [float(np.mean(part**2)) for part in left] == pytest.approx([1.0] * len(left), abs=0.45)
+        np.testing.assert_array_equal(told.sigma, each.sigma)
+
+
+def _predicted(runs: Runs, fit) -> list[np.ndarray]:
+    sigmas = (*runs.sigma, *runs.inner_sigma)
+    sizes = np.cumsum([block.size for block in (*runs.measured, *runs.inner)])[:-1]
+    blocks = zip((*runs.measured, *runs.inner), np.split(fit.residual, sizes), sigmas, strict=True)
+    return [block - left.reshape(block.shape) * sigma for block, left, sigma in blocks]
 
 
 @pytest.mark.parametrize("ratio", [1.0, 1.25])

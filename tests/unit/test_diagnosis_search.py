@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from testbed.diagnosis.hypotheses import hypotheses
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.screening import odds_together, refitted
+from testbed.diagnosis.screening import odds_together, refitted, with_candidate
 from testbed.diagnosis.search import Search, with_effect
 from testbed.diagnosis.workflow import diagnosed
 from testbed.dynamics.inertia import theta_of
@@ -54,7 +56,8 @@ def test_what_stands_stays(start, search):
 def test_one_effect_is_as_likely_as_the_screening_says(start, search):
     state = added(search, start, TRUE)
     (step,) = state.steps
-    together = odds_together(state.heldout, start.model, state.model, step.screening.tested, [step.candidate])
+    known = (start.heldout, start.model), (state.heldout, state.model)
+    together = odds_together(*known, step.screening.tested, [step.candidate])
     assert together == pytest.approx(step.screening.odds(step.candidate), rel=1e-3)
 
 
@@ -62,8 +65,20 @@ def test_effects_together_are_less_likely_for_each_that_adds_nothing(start, sear
     alone = added(search, start, TRUE)
     more = added(search, alone, "body_torque:platform")
     tested = alone.steps[0].screening.tested
+    bare = (start.heldout, start.model)
     odds = [
-        odds_together(each.heldout, start.model, each.model, tested, [step.candidate for step in each.steps])
+        odds_together(bare, (each.heldout, each.model), tested, [step.candidate for step in each.steps])
         for each in (alone, more)
     ]
     assert odds[1] < odds[0]
+
+
+def test_an_effect_in_the_model_is_asked_of_however_little_it_promised(start, search):
+    state = added(search, start, TRUE)
+    screening = search.screened(start)
+    (own,) = [each for each in screening.candidates if each.placed.key == TRUE]
+    others = replace(screening, candidates=tuple(each for each in screening.candidates if each is not own))
+    assert others.chosen is None or others.chosen.placed.key != TRUE
+    again = with_candidate(start.runs, start.heldout, start.model, others, state.steps[0].placed)
+    assert again.chosen.placed.key == TRUE
+    assert with_candidate(start.runs, start.heldout, start.model, screening, own.placed) is screening
