@@ -86,37 +86,36 @@ def diagnosed(
     if not state.unnamed:
         progress("what is left")
         state = _left_over(state)
-    yield replace(state if state.structure_left else _all_noise(scattered(state, white=True)), complete=True)
+        noisier = scattered(state, white=True)
+        if noisier.scatter:
+            noisier = _looked_over(noisier)
+        state = state if noisier.structure_left else noisier
+    yield replace(state, complete=True)
 
 
 def _left_over(state: Diagnosis) -> Diagnosis:
     """Look at what is left, and take back effects that explain less than a torque does that no effect makes."""
-    bare = with_model(state, state.baseline)
-    everything, fit = on_all_runs(bare.runs, bare.heldout, bare.model)
-    shapes = torque_shapes(everything, fit)
     screening = state.steps[0].screening if state.steps else state.remaining
     assert screening is not None
-    unlisted = evidence_of_any(shapes, screening.tested)
-    state = replace(state, unlisted=unlisted, explained=_odds(state, bare))
-    if state.steps:
-        if state.unlisted > _odds_of_class(state):
-            back = replace(bare, steps=(), remaining=state.steps[0].screening, unlisted=unlisted)
-            state = replace(back, taken_back=tuple(step.placed for step in state.steps))
-        else:
-            everything, fit = on_all_runs(state.runs, state.heldout, state.model)
-            shapes = torque_shapes(everything, fit)
+    bare = _looked_over(with_model(state, state.baseline) if state.steps else state)
+    bare = replace(bare, steps=(), remaining=screening, unlisted=evidence_of_any(bare.shapes, screening.tested))
+    if not state.steps:
+        return bare
+    state = replace(state, unlisted=bare.unlisted, explained=_odds(state, bare))
+    if state.unlisted > _odds_of_class(state):
+        return replace(bare, taken_back=tuple(step.placed for step in state.steps))
+    return _looked_over(state)
+
+
+def _looked_over(state: Diagnosis) -> Diagnosis:
+    """Ask what the final model leaves: of torques, and whether it is as large as noise makes it."""
+    everything, fit = on_all_runs(state.runs, state.heldout, state.model)
     return replace(
         state,
         latent=latent_torque(state.runs, state.model),
-        shapes=shapes,
+        shapes=torque_shapes(everything, fit),
         goodness=goodness(fit, everything.noise_freedom),
     )
-
-
-def _all_noise(state: Diagnosis) -> Diagnosis:
-    """Ask again whether the residual is as large as noise makes it, with what it told of the noise as a whole."""
-    everything, fit = on_all_runs(state.runs, state.heldout, state.model)
-    return replace(state, goodness=goodness(fit, everything.noise_freedom))
 
 
 def _odds(state: Diagnosis, bare: Diagnosis) -> float:

@@ -11,6 +11,7 @@ from testbed.diagnosis.plausibility import require_explicable
 from testbed.diagnosis.reading import data_set_of
 from testbed.effects.gyro_latency import GyroLatency
 from testbed.errors import InputError
+from testbed.records.record import Record, RunDetails
 from tests.diagnosed_records import NOISE, nominal, records
 
 
@@ -125,6 +126,26 @@ def test_a_gap_of_the_actuators_splits_a_run(good):
     assert data.runs.names == ("run1 part 1", "run1 part 2")
     assert data.heldout.names == ("run2",)
     assert not data.alone
+
+
+@pytest.mark.parametrize(("missing", "parts"), [(4, 1), (6, 2)])
+def test_an_applied_torque_at_50_hz_is_bridged_for_as_long_as_between_samples_at_16_hz(missing, parts):
+    """A tenth of a second; two lost samples at 50 Hz had split a run, and each part had initial rates of its own."""
+    record = applied(seconds=3.0, rate=50.0)
+    torque = record.channels["applied_torque"].copy()
+    torque[70 : 70 + missing] = np.nan
+    data = read([with_channels(record, applied_torque=torque), applied(seconds=3.0, rate=50.0)])
+    assert len(data.runs.names) == parts
+
+
+def applied(seconds, rate):
+    time, inertia = np.arange(0.0, seconds, 1.0 / rate), nominal()[1].inertia
+    swing, axis = 0.3 * np.sin(2.0 * time)[:, None], np.array([1.0, -1.0, 0.5])
+    change = 0.6 * np.cos(2.0 * time)[:, None] * axis
+    torque = change @ inertia + np.cross(swing * axis, (swing * axis) @ inertia)
+    noise = np.random.default_rng(3).normal(0.0, NOISE, torque.shape)
+    channels = {"applied_torque": torque, "body_rate": swing * axis + noise}
+    return Record(time=time, channels=channels, details=RunDetails(name="run1", gyro_noise=NOISE))
 
 
 def test_the_parts_of_a_single_record_verify_nothing(good):
