@@ -18,6 +18,8 @@ from tests.concealing.inner_effects import HingedMode, LooseMass, point_inertia
 
 _SPECK = 1e-9
 """kg, or kg·m²: what MuJoCo wants of a body that has none."""
+_THICK = 1e-6
+"""By which a disc is no flat one: MuJoCo refuses a body whose A + B falls short of C by rounding."""
 
 
 def compiled(craft: Craft, known: Software) -> mujoco.MjModel:
@@ -65,8 +67,9 @@ def _loose_part(attachment: HingedMode | LooseMass) -> tuple[Array, float]:
 
 
 def _disc(mode: HingedMode) -> Array:
-    """Return a round body's inertia, the mode's about its axis, half as much across."""
-    return 0.5 * mode.inertia * (np.eye(3) + np.outer(mode.axis, mode.axis))
+    """Return a round body's inertia, the mode's about its axis, half as much across, and a hair more."""
+    across, along = 1.0 + _THICK, 1.0 - _THICK
+    return 0.5 * mode.inertia * (across * np.eye(3) + along * np.outer(mode.axis, mode.axis))
 
 
 def _attach(bus: mujoco.MjsBody, name: str, attachment: HingedMode | LooseMass, total: float) -> None:
