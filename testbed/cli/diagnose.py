@@ -35,6 +35,7 @@ from testbed.report.diagnosis_verdict import (
     effect_name,
     gap_words,
     shape_words,
+    share_words,
 )
 from testbed.report.wording import chance_words, listed
 from testbed.scenario.body import BodyScenario
@@ -197,6 +198,8 @@ def _tell_rest(diagnosis: Diagnosis) -> None:
         say()
         entry("Left over", f"a torque that no effect names: {chance_words(diagnosis.latent.p_value)}")
         entry("", shape_words(diagnosis).strip() or "no torque of a known shape either")
+        if share := share_words(diagnosis):
+            entry("", share)
 
 
 def _tell_end(diagnosis: Diagnosis, agreed: Sequence[Agreement]) -> None:

@@ -83,6 +83,7 @@ class Diagnosis:
         taken_back: effects that were added, and explain less than a torque does that no effect makes.
         remaining: the hypotheses against the final model; None until they were looked at.
         latent: torque that the final model leaves; None until it was looked at.
+        latent_before: that the nominal one leaves; None where no effect on the motion is in the final one.
         shapes: of torques that no effect makes, against the final model, the one with the most evidence first.
         unlisted: evidence of any such torque against the baseline.
         explained: odds of all effects together against the baseline; 0 without any.
@@ -106,6 +107,7 @@ class Diagnosis:
     taken_back: tuple[Placed, ...] = ()
     remaining: Screening | None = None
     latent: LatentTorque | None = None
+    latent_before: LatentTorque | None = None
     shapes: tuple[TorqueShape, ...] = ()
     unlisted: float = -inf
     explained: float = 0.0
@@ -135,6 +137,14 @@ class Diagnosis:
         """The torque of no effect that is left by more than chance; None where there is none."""
         shape = surest(self.shapes)
         return shape if shape is not None and shape.p_value < UNEXPLAINED else None
+
+    @property
+    def torque_explained(self) -> float | None:
+        """Share of what a torque of any shape would explain that the effects do; None where none stood out before."""
+        before, after = self.latent_before, self.latent
+        if before is None or after is None or before.p_value >= UNEXPLAINED:
+            return None
+        return max(1.0 - after.likelihood_ratio / before.likelihood_ratio, 0.0)
 
     @property
     def verdict(self) -> Verdict:

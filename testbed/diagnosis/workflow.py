@@ -104,7 +104,7 @@ def _left_over(state: Diagnosis) -> Diagnosis:
     state = replace(state, unlisted=bare.unlisted, explained=_odds(state, bare))
     if state.unlisted > _odds_of_class(state):
         return replace(bare, taken_back=tuple(step.placed for step in state.steps))
-    return _looked_over(state)
+    return replace(_looked_over(state), latent_before=bare.latent)
 
 
 def _looked_over(state: Diagnosis) -> Diagnosis:

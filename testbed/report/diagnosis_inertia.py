@@ -14,7 +14,7 @@ from testbed.diagnosis.model import Fit
 from testbed.diagnosis.state import UNEXPLAINED, Diagnosis
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.report.diagnosis_residuals import MOST_RUNS
-from testbed.report.diagnosis_verdict import shape_words
+from testbed.report.diagnosis_verdict import shape_words, share_words
 from testbed.report.frame.blocks import Cell, Column, Figure, Paragraph, Section, Table
 from testbed.report.frame.chart import line_chart
 from testbed.report.frame.series import component_lines
@@ -85,18 +85,15 @@ def left_section(diagnosis: Diagnosis) -> Iterator[Section]:
     latent = diagnosis.latent
     if latent is None:
         return
-    shape = shape_words(diagnosis).strip()
-    if latent.p_value >= UNEXPLAINED and shape:
-        yield Section(title="What is left", blocks=(Paragraph(text=shape),))
-        return
+    shape, share = shape_words(diagnosis).strip(), share_words(diagnosis)
     if latent.p_value >= UNEXPLAINED:
-        text = f"No torque is left that stands out of the noise: p = {figures(latent.p_value, 2)}."
-        yield Section(title="What is left", blocks=(Paragraph(text=text),))
+        nothing = f"No torque is left that stands out of the noise: p = {figures(latent.p_value, 2)}."
+        yield Section(title="What is left", blocks=(Paragraph(text=f"{shape or nothing} {share}".strip()),))
         return
     text = (
         "A torque is left that no effect of the library explains: a likelihood ratio of "
-        f"{figures(latent.likelihood_ratio)}, by chance with {chance_words(latent.p_value)}. {shape} Below, the "
-        "likeliest."
+        f"{figures(latent.likelihood_ratio)}, by chance with {chance_words(latent.p_value)}. {shape} {share} Below, "
+        "the likeliest."
     )
     shown = latent.runs[:MOST_RUNS]
     figures_of = tuple(_latent_figure(latent, index, name) for index, name in enumerate(shown))

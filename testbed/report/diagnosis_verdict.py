@@ -61,6 +61,12 @@ def shape_words(diagnosis: Diagnosis) -> str:
     return text
 
 
+def share_words(diagnosis: Diagnosis) -> str:
+    """Return how much of what a torque of any shape would explain goes with the effects; empty where none stood out."""
+    share = diagnosis.torque_explained
+    return "" if share is None else f"Of what a torque of any shape would explain, the effects explain {100.0 * share:.0f} %."
+
+
 def _fall(before: Gap, after: Gap) -> str:
     held_out = f", and from {before.heldout:.3f} to {after.heldout:.3f} on those held out"
     told = held_out if isfinite(after.heldout) else ""

@@ -21,7 +21,7 @@ from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.report.diagnosis import write_diagnosis_page
 from testbed.report.diagnosis_ranking import on_the_noise, ranking_rows
 from testbed.report.diagnosis_residuals import mean_spectrum, residuals_section
-from testbed.report.diagnosis_verdict import diagnosis_verdict
+from testbed.report.diagnosis_verdict import diagnosis_verdict, share_words
 from testbed.report.frame.blocks import Figure
 from tests.diagnosed_records import NOISE, nominal, records
 from tests.unlisted_torques import Humming, Pulsing
@@ -159,6 +159,18 @@ def test_a_torque_without_a_name_is_unexplained_and_drawn(humming, tmp_path):
     text = page.read_text(encoding="utf-8")
     assert "run1: torque left, body axes" in text
     assert "A torque is left that no effect of the library explains" in text
+
+
+def test_the_share_of_a_torque_that_the_names_explain_is_told():
+    dragged = last(records(3, hooks=[FEW["viscous_drag"].hooks("platform")], values=[np.full(3, 4e-3)]))
+    assert [step.key for step in dragged.steps] == ["viscous_drag:platform"]
+    assert 0.95 < dragged.torque_explained <= 1.0
+    assert share_words(dragged).endswith("%.")
+    half = replace(
+        dragged, latent=replace(dragged.latent, likelihood_ratio=0.5 * dragged.latent_before.likelihood_ratio)
+    )
+    assert "explain 50 %" in share_words(half)
+    assert share_words(last(records(3))) == ""
 
 
 def test_sizes_and_residuals_belong_together(humming):
