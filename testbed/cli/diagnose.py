@@ -15,10 +15,11 @@ from testbed.cli.diagnose_tables import candidates_table, detectable_table, iner
 from testbed.cli.failures import COMPLETED, INTERRUPTED
 from testbed.delivery.diagnosis_folder import NEXT, write_diagnosis
 from testbed.delivery.folder import free_folder, require_free
-from testbed.diagnosis.findings import Addition, addition_of, first_screening, noise_notices
+from testbed.diagnosis.findings import Addition, addition_of, first_screening, masked, noise_notices
 from testbed.diagnosis.location import Place, located
 from testbed.diagnosis.plausibility import require_explicable
 from testbed.diagnosis.reading import DataSet, data_set_of
+from testbed.diagnosis.result import unmasked_needs
 from testbed.diagnosis.run_agreement import Agreement, agreements
 from testbed.diagnosis.state import Diagnosis, Step
 from testbed.diagnosis.workflow import diagnosed
@@ -194,6 +195,11 @@ def _tell_rest(diagnosis: Diagnosis) -> None:
     for scatter in diagnosis.scatter:
         say()
         _tell_addition(addition_of(diagnosis, scatter))
+    hidden = masked(diagnosis)
+    if hidden:
+        say()
+    for placed, by in hidden:
+        entry("Untestable", f"{effect_name(placed.effect, placed.component)}: needs {unmasked_needs(by)}")
     if diagnosis.latent is not None:
         say()
         entry("Left over", f"a torque that no effect names: {chance_words(diagnosis.latent.p_value)}")

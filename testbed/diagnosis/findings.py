@@ -12,6 +12,7 @@ from testbed.arrays import Array, Theta
 from testbed.diagnosis.candidates import Screening
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import nominal_fit
+from testbed.diagnosis.hypotheses import masking
 from testbed.diagnosis.model import Fit, Placed
 from testbed.diagnosis.probabilities import probabilities_of
 from testbed.diagnosis.scatter import Scatter
@@ -125,6 +126,14 @@ def _detectable(signature: Signature, tested: int) -> Detectable:
     return Detectable(
         placed=signature.placed, multiple=multiple, smallest=smallest, typical=effect.quantities(typical, none)
     )
+
+
+def masked(diagnosis: Diagnosis) -> tuple[tuple[Placed, Placed], ...]:
+    """Return the hypotheses that were not asked of beside an effect in the final model, each with that effect."""
+    screening, present = first_screening(diagnosis), diagnosis.model.placed
+    candidates = [] if screening is None else [each.placed for each in screening.signatures]
+    pairs = [(each, masking(each, present)) for each in candidates]
+    return tuple((candidate, by) for candidate, by in pairs if by is not None)
 
 
 def distances(signatures: tuple[Signature, ...]) -> Array:

@@ -65,11 +65,13 @@ def without(candidates: Iterable[Placed], chosen: Iterable[Placed]) -> list[Plac
     """Return the hypotheses that are not in the model yet, nor masked by what is."""
     present = tuple(chosen)
     taken = {each.key for each in present}
-    return [each for each in candidates if each.key not in taken and not _is_masked(each, present)]
+    return [each for each in candidates if each.key not in taken and masking(each, present) is None]
 
 
-def _is_masked(candidate: Placed, present: Iterable[Placed]) -> bool:
-    return any(
-        candidate.effect.id in each.effect.masks and candidate.component in (each.component, CLUSTER)
-        for each in present
-    )
+def masking(candidate: Placed, present: Iterable[Placed]) -> Placed | None:
+    """Return the effect in the model beside which a hypothesis cannot be told; None where there is none."""
+    return next((each for each in present if _masks(each, candidate)), None)
+
+
+def _masks(present: Placed, candidate: Placed) -> bool:
+    return candidate.effect.id in present.effect.masks and candidate.component in (present.component, CLUSTER)

@@ -16,6 +16,7 @@ from testbed.diagnosis.findings import (
     additions,
     detectable_sizes,
     inertia_change,
+    masked,
     nominal_gap,
     pairs_alike,
     stds_of,
@@ -86,6 +87,13 @@ def untestable(diagnosis: Diagnosis) -> Iterator[Content]:
     for size in detectable_sizes(diagnosis):
         if not size.seen_when_typical:
             yield _named(size.placed) | {"needs": needs_of(size)}
+    for placed, by in masked(diagnosis):
+        yield _named(placed) | {"needs": unmasked_needs(by)}
+
+
+def unmasked_needs(by: Placed) -> str:
+    """Return what it would take to tell an effect that was not asked of beside another one."""
+    return f"{by.component} without {by.effect.id}, which shows there what it would"
 
 
 def needs_of(size: Detectable) -> str:

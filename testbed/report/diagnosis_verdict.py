@@ -64,7 +64,11 @@ def shape_words(diagnosis: Diagnosis) -> str:
 def share_words(diagnosis: Diagnosis) -> str:
     """Return how much of what a torque of any shape would explain goes with the effects; empty where none stood out."""
     share = diagnosis.torque_explained
-    return "" if share is None else f"Of what a torque of any shape would explain, the effects explain {100.0 * share:.0f} %."
+    return (
+        ""
+        if share is None
+        else f"Of what a torque of any shape would explain, the effects explain {100.0 * share:.0f} %."
+    )
 
 
 def _fall(before: Gap, after: Gap) -> str:

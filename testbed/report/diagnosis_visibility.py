@@ -8,8 +8,15 @@ import numpy as np
 import plotly.graph_objects as go
 
 from testbed.arrays import Array
-from testbed.diagnosis.findings import Detectable, detectable_sizes, distances, first_screening, shown_signatures
-from testbed.diagnosis.result import needs_of, told
+from testbed.diagnosis.findings import (
+    Detectable,
+    detectable_sizes,
+    distances,
+    first_screening,
+    masked,
+    shown_signatures,
+)
+from testbed.diagnosis.result import needs_of, told, unmasked_needs
 from testbed.diagnosis.signatures import Signature
 from testbed.diagnosis.state import Diagnosis
 from testbed.report.frame.blocks import Block, Cell, Column, Figure, Section, Table
@@ -94,3 +101,5 @@ def _untestable(diagnosis: Diagnosis, sizes: Sequence[Detectable]) -> Iterator[t
     for size in sizes:
         if not size.seen_when_typical:
             yield Cell(text=size.placed.effect.id), Cell(text=size.placed.component), Cell(text=needs_of(size))
+    for placed, by in masked(diagnosis):
+        yield Cell(text=placed.effect.id), Cell(text=placed.component), Cell(text=unmasked_needs(by))

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
+from testbed.diagnosis.findings import masked
 from testbed.diagnosis.hypotheses import without
 from testbed.diagnosis.model import Placed
+from testbed.diagnosis.reading import data_set_of
+from testbed.diagnosis.result import unmasked_needs
+from testbed.diagnosis.workflow import diagnosed
+from testbed.dynamics.inertia import theta_of
 from testbed.effects.contract import CLUSTER
 from testbed.effects.registry import EFFECTS
+from tests.diagnosed_records import nominal, records
 
 
 def placed(effect: str, component: str) -> Placed:
@@ -36,3 +44,17 @@ def test_what_a_unit_cannot_show_beside_an_effect_is_not_tested_there(effect, ma
     known = {f"{each}:{place}" for each in masked for place in EFFECTS[each].components}
     assert taken == (expected & known) | {f"{effect}:cmg4"}
     assert "gimbal_lag:cluster" in taken
+
+
+def test_what_was_not_asked_of_beside_an_effect_is_said_with_what_it_would_take():
+    scenario, platform = nominal()
+    data = data_set_of(records(3), scenario, platform)
+    stages = list(
+        diagnosed(data.runs, data.heldout, {"viscous_drag": EFFECTS["viscous_drag"]}, theta_of(platform.inertia))
+    )
+    rough, lag = placed("gimbal_coulomb_friction", "cmg4"), placed("gimbal_lag", "cluster")
+    asked = replace(stages[-1].remaining, signatures=(replace(stages[-1].remaining.signatures[0], placed=lag),))
+    sticking = replace(stages[-1], remaining=asked, model=replace(stages[-1].model, placed=(rough,)))
+    assert masked(stages[-1]) == ()
+    assert masked(sticking) == ((lag, rough),)
+    assert unmasked_needs(rough).startswith("cmg4 without gimbal_coulomb_friction")
