@@ -24,8 +24,8 @@ class Runs:
             where there are none.
         grid: their telemetry on the integration's grid.
         sigma: of the gyro, each run and axis, shape (R, 3), rad/s.
-        inner: measured motor torques and gimbal rates, blocks in the order in which they are predicted.
-        inner_sigma: of each block, shape (6,), in the block's unit.
+        inner: measured motor torques and answers to commands, blocks in the order in which they are predicted.
+        inner_sigma: of each block, shape (6,) or (3,), in the block's unit.
         noise_freedom: degrees of freedom with which sigma is known; infinite where it is stated.
     """
 

@@ -20,7 +20,8 @@ _LEAST = 1e-3
 _NUDGES = np.repeat([1e-5, 1e-3, 1e-3], 6)
 """Lag, s, viscous friction, 1/s, and dry friction, rad/s², over the inertia, by which derivatives are taken."""
 _USUAL = np.repeat([0.01, 1.0, 10.0], 6)
-"""Sizes of the same: from a lag that is guessed too long, a servo swings, and no step finds back."""
+"""Sizes of the same; the search begins with a tenth. From a lag that is guessed too long, a servo swings, and no step
+finds back: steps are bounded."""
 _TRIALS = 20
 _CLOSE = 1e-2
 """Share of the squares that a further step has to gain."""

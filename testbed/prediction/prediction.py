@@ -63,10 +63,10 @@ def without_gyro_errors(grid: Grid, hooks: Sequence[Hooks], values: Values) -> G
 
 
 def predicted_channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> list[Array]:
-    """Return all that is compared: every run's gyro samples, then its motor torques, then its gimbal rates.
+    """Return all that is compared: every run's gyro samples, then motor torques, then the gimbals' answers to commands.
 
     Blocks of shape (P, N, 3) or (P, N, 6), in the units of the channel; block b belongs to run b modulo the runs. Motor
-    torques and gimbal rates are there if the runs carry what they are compared with.
+    torques and answers are there if the runs carry what they are compared with.
 
     Args:
         grid: the runs.
