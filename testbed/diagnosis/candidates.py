@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import log, sqrt
 
 from testbed.arrays import Series
+from testbed.diagnosis.chance import likelier_than_nothing
 from testbed.diagnosis.model import AtPlace, Fit, Placed
 from testbed.diagnosis.signatures import FAMILY_WISE_ERROR, Signature
 
@@ -78,12 +79,14 @@ class Screening:
 
     @property
     def chosen(self) -> Candidate | None:
-        """The candidate that is added: None unless the best is there by more than chance and likelier than nothing.
+        """The candidate that is added: None unless the best is there by more than chance, and its class likelier than none.
 
         Of those that are not told from it and are there as well, the one that fits best: evidence does not decide among
         them, and none is a special case of another, that could only fit worse.
         """
         if not self.candidates or not self._is_there(self.candidates[0]):
+            return None
+        if not likelier_than_nothing(self.odds(each) for each in self.close):
             return None
         return max(filter(self._is_there, self.close), key=lambda candidate: candidate.fits)
 

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from math import exp, isinf, log
 
+import numpy as np
+from scipy.special import logsumexp
 from scipy.stats import chi2, f
+
+NOTHING = 4.0
+"""How much likelier it is beforehand that nothing is missing than that an effect of the library is."""
 
 
 def log_chance(squares: float, freedom: int, noise_freedom: float) -> float:
@@ -37,3 +43,12 @@ def scale_evidence(square: float, freedom: int) -> float:
         freedom: d.
     """
     return square - freedom - freedom * log(square / freedom) if square > freedom > 0 else 0.0
+
+
+def likelier_than_nothing(odds: Iterable[float]) -> bool:
+    """Return whether it is likelier that one of several effects is there than that nothing is missing.
+
+    Args:
+        odds: twice the logarithm of how much likelier each makes the data, beforehand as likely as nothing.
+    """
+    return float(logsumexp(0.5 * np.array(list(odds)))) > log(NOTHING)

@@ -7,10 +7,9 @@ from math import exp, inf, log
 from types import MappingProxyType
 
 from testbed.diagnosis.candidates import MOST_REFITS, Screening
+from testbed.diagnosis.chance import NOTHING
 
 NONE, UNKNOWN = "none", "unknown"
-NOTHING = 4.0
-"""How much likelier it is beforehand that nothing is missing than that an effect of the library is."""
 BETWEEN = "|"
 """Stands between the members of a class that the data do not tell apart."""
 

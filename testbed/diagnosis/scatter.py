@@ -10,7 +10,7 @@ import numpy as np
 
 from testbed.arrays import Array
 from testbed.diagnosis.candidates import CLOSE
-from testbed.diagnosis.chance import scale_evidence
+from testbed.diagnosis.chance import likelier_than_nothing, scale_evidence
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.noise import readings_of
@@ -101,7 +101,10 @@ def scattering(
     told = first = _told(readings, hypotheses, tested)
     found: list[Scatter] = []
     while present := [each for each in told if each.present]:
-        found.append(_with_look_alikes(present[0], told))
+        best = _with_look_alikes(present[0], told)
+        if not likelier_than_nothing(each.odds for each in (best, *best.look_alikes)):
+            break
+        found.append(best)
         taken = {each.key for each in found}
         hypotheses = [each for each in hypotheses if _key(*each) not in taken]
         told = _told(_without_what_is_told(readings, found), hypotheses, tested)

@@ -8,6 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 
 from testbed.diagnosis.candidates import Candidate, Screening
+from testbed.diagnosis.chance import NOTHING
+from testbed.diagnosis.probabilities import NONE, probabilities_of
 
 RUNS = 40
 
@@ -61,3 +63,17 @@ def test_of_a_class_the_one_that_fits_best_is_added_if_it_is_there():
     insignificant = replace(fitting, p_value=0.5)
     assert replace(among, candidates=(best, insignificant, sought_often, farther)).chosen is best
     assert replace(among, candidates=(replace(best, p_value=0.5), fitting)).chosen is None
+
+
+def test_what_is_less_likely_than_that_nothing_is_missing_is_not_added():
+    """Nothing is four times as likely beforehand as all effects; those that are not told apart count together."""
+    left, tested = np.full(RUNS, 3.0), 50
+    even = 2.0 * np.log(NOTHING * tested)
+    one, twin = candidate(even - 0.5, left), candidate(even - 0.7, left)
+    alone = Screening(signatures=(), tested=tested, candidates=(one,))
+    assert one.significant
+    assert alone.odds(one) > 0.0
+    assert alone.chosen is None
+    assert replace(alone, candidates=(candidate(even + 0.1, left),)).chosen is not None
+    assert replace(alone, candidates=(one, twin)).chosen is not None
+    assert probabilities_of(alone)[NONE] > probabilities_of(alone)[one.key]

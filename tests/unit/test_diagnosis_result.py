@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from testbed.diagnosis.chance import NOTHING
 from testbed.diagnosis.findings import detectable_sizes
 from testbed.diagnosis.location import located
-from testbed.diagnosis.probabilities import NONE, NOTHING, UNKNOWN
+from testbed.diagnosis.probabilities import NONE, UNKNOWN
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.result import result_of
 from testbed.diagnosis.run_residuals import residuals_of
