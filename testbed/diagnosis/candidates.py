@@ -79,7 +79,7 @@ class Screening:
 
     @property
     def chosen(self) -> Candidate | None:
-        """The candidate that is added: None unless the best is there by more than chance, and its class likelier than none.
+        """The candidate to add: None unless the best is there by more than chance, and its class likelier than nothing.
 
         Of those that are not told from it and are there as well, the one that fits best: evidence does not decide among
         them, and none is a special case of another, that could only fit worse.
