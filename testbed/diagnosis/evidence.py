@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from testbed.arrays import Array
+from testbed.arrays import Array, Flags
 from testbed.diagnosis.chance import chance
 from testbed.diagnosis.data import Runs, chosen, joined
 from testbed.diagnosis.fitting import fitted_initial_rates
-from testbed.diagnosis.model import Fit, evaluated, moved, recurring
+from testbed.diagnosis.model import Fit, bounds_of, evaluated, moved, recurring
 from testbed.diagnosis.projection import orthonormal, projected_out
 from testbed.errors import InputError
 
@@ -95,38 +95,44 @@ def on_enough_runs(runs: Runs, fit: Fit) -> tuple[Runs, Fit]:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Prior:
-    """What a fit knows of (θ, effects); effects at a bound stay there.
+    """What a fit knows of (θ, effects): a Gaussian, cut off where effects have their bounds.
+
+    An estimate at its bound lies beside the Gaussian's mean: how far tells how surely it belongs there. Taken for known
+    it made a drag that acts on all axes, and shows on two of them where it was fitted, unlikely elsewhere.
 
     Attributes:
         mean: shape (C,).
         information: shape (C, C), initial rates marginalised, floored where nothing is known.
-        free: which parameters are not at a bound, shape (C,).
         scale: of each, so that its information is 1, shape (C,).
+        least: misfit at the estimate itself; above 0 only where that is at a bound.
     """
 
     mean: Array
     information: Array
-    free: Array
     scale: Array
+    least: float
 
     @staticmethod
     def of(fit: Fit) -> _Prior:
         common = 6 + len(fit.effect_values)
         normal = fit.normal
-        information = (
-            normal[:common, :common]
-            - normal[:common, common:]
-            @ np.linalg.lstsq(normal[common:, common:], normal[common:, :common], rcond=1e-12)[0]
-        )
         scale = 1.0 / np.sqrt(np.maximum(np.diag(normal)[:common], np.finfo(float).tiny))
-        free = np.ones(common, dtype=bool)
-        free[6:] = ~fit.at_bound
-        floor = np.diag(_UNKNOWN / scale**2)
-        return _Prior(mean=_common(fit), information=information + floor, free=free, scale=scale)
+        # What the initial rates take up of columns and slope.
+        taken = np.linalg.lstsq(normal[common:, common:], normal[common:, :common], rcond=1e-12)[0]
+        information = normal[:common, :common] - normal[:common, common:] @ taken + np.diag(_UNKNOWN / scale**2)
+        beyond = np.zeros(common)
+        if fit.at_bound.any():
+            slope = fit.jacobian.T @ fit.residual
+            scaled = information * np.outer(scale, scale)
+            beyond = (
+                scale * np.linalg.lstsq(scaled, scale * (slope[:common] - taken.T @ slope[common:]), rcond=1e-13)[0]
+            )
+        least = float(beyond @ information @ beyond)
+        return _Prior(mean=_common(fit) + beyond, information=information, scale=scale, least=least)
 
     def misfit(self, seen: Fit) -> float:
         away = _common(seen) - self.mean
-        return seen.chi_square + float(away @ self.information @ away)
+        return seen.chi_square + float(away @ self.information @ away) - self.least
 
     def normal(self, seen: Fit) -> Array:
         """Return the normal matrix of held-out runs and prior, of all parameters and initial rates."""
@@ -135,34 +141,41 @@ class _Prior:
         normal[:common, :common] += self.information
         return normal
 
-    def moving(self, seen: Fit) -> Array:
-        return np.concatenate([self.free, np.ones(seen.jacobian.shape[1] - len(self.mean), dtype=bool)])
-
     def narrowed(self, seen: Fit) -> float:
         """Return log det(P⁻¹ + Gᵀ G) - log det P⁻¹, initial rates marginalised."""
-        common, moving = len(self.mean), self.moving(seen)
-        normal = self.normal(seen)
+        common, normal = len(self.mean), self.normal(seen)
         scale = np.concatenate([self.scale, 1.0 / np.sqrt(np.diag(normal)[common:])])
-        scaled = (normal * np.outer(scale, scale))[np.ix_(moving, moving)]
-        free = int(self.free.sum())
-        before = (self.information * np.outer(self.scale, self.scale))[np.ix_(self.free, self.free)]
-        return _log_determinant(scaled) - _log_determinant(scaled[free:, free:]) - _log_determinant(before)
+        scaled = normal * np.outer(scale, scale)
+        before = self.information * np.outer(self.scale, self.scale)
+        return _log_determinant(scaled) - _log_determinant(scaled[common:, common:]) - _log_determinant(before)
 
 
 def _nearer(heldout: Runs, seen: Fit, prior: _Prior) -> Fit | None:
     """Return the fit after one Gauss-Newton step; None where the motion runs away."""
-    common, moving = len(prior.mean), prior.moving(seen)
+    common, normal = len(prior.mean), prior.normal(seen)
     slope = seen.jacobian.T @ seen.residual
     slope[:common] += prior.information @ (prior.mean - _common(seen))
-    normal = prior.normal(seen)
     scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
-    scaled = (normal * np.outer(scale, scale))[np.ix_(moving, moving)]
+    step = _solved(normal, slope, scale)
+    inside = np.ones(len(step), dtype=bool)
+    inside[6:common] = ~_leaving(seen, step[6:common])
     step = np.zeros(len(slope))
-    step[moving] = scale[moving] * np.linalg.lstsq(scaled, (scale * slope)[moving], rcond=1e-13)[0]
+    step[inside] = _solved(normal[np.ix_(inside, inside)], slope[inside], scale[inside])
     try:
         return evaluated(heldout, seen.placed, moved(seen, step))
     except InputError:
         return None
+
+
+def _solved(normal: Array, slope: Array, scale: Array) -> Array:
+    return np.asarray(scale * np.linalg.lstsq(normal * np.outer(scale, scale), scale * slope, rcond=1e-13)[0])
+
+
+def _leaving(fit: Fit, step: Array) -> Flags:
+    """Return which effect parameters lie at a bound and would go beyond it with a step."""
+    lower, upper = bounds_of(fit.placed)
+    values = fit.effect_values
+    return np.asarray(((values <= lower) & (step < 0.0)) | ((values >= upper) & (step > 0.0)))
 
 
 def _common(fit: Fit) -> Array:

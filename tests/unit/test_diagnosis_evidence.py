@@ -15,6 +15,7 @@ from testbed.effects.registry import EFFECTS
 from tests.diagnosed_records import nominal, records
 from tests.unlisted_torques import Growing, Humming, Pulsing
 
+DRAG = Placed(effect=EFFECTS["viscous_drag"], component="platform")
 LATENCY = Placed(effect=EFFECTS["gyro_latency"], component="gyro")
 
 
@@ -39,6 +40,14 @@ def test_an_effect_that_is_not_there_does_not_carry_over():
     gained = [carried(records(3, seed=seed)) for seed in range(12)]
     assert np.mean(np.exp(0.5 * np.array(gained))) < 3.0  # its expectation is 1: so it is a p-value's divisor
     assert np.median(gained) < 0.5
+
+
+def test_an_estimate_at_its_bound_is_known_only_as_well_as_its_runs_say():
+    """A drag about one axis is fitted at nothing; the run that is held out shows it, and had spoken against drag."""
+    used = records(2, hooks=[DRAG.hooks], values=[np.array([6e-4, 1.5e-4, 6e-4])], seed=24, seconds=1.5)
+    (data, dragged), (_, without) = baseline(used, [DRAG]), baseline(used)
+    assert dragged.at_bound.tolist() == [False, False, True]
+    assert log_evidence(data.heldout, dragged) > log_evidence(data.heldout, without)
 
 
 def test_without_held_out_runs_nothing_is_said():
