@@ -106,7 +106,12 @@ def refitted(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, p
 
 
 def with_candidate(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, placed: Placed) -> Screening:
-    """Return a screening with one hypothesis among those that were refitted; arguments as in `refitted`."""
+    """Return a screening with one hypothesis among those that were refitted; arguments as in `refitted`.
+
+    The same where it was not asked of, beside what masks it.
+    """
+    if all(each.placed.key != placed.key for each in screening.signatures):
+        return screening
     candidate = refitted(runs, heldout, fit, screening, placed)
     if candidate in screening.candidates:
         return screening

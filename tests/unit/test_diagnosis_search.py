@@ -82,3 +82,5 @@ def test_an_effect_in_the_model_is_asked_of_however_little_it_promised(start, se
     again = with_candidate(start.runs, start.heldout, start.model, others, state.steps[0].placed)
     assert again.chosen.placed.key == TRUE
     assert with_candidate(start.runs, start.heldout, start.model, screening, own.placed) is screening
+    masked = replace(others, signatures=tuple(each for each in others.signatures if each.placed.key != TRUE))
+    assert with_candidate(start.runs, start.heldout, start.model, masked, own.placed) is masked
