@@ -81,12 +81,15 @@ class Screening:
     def chosen(self) -> Candidate | None:
         """The candidate to add: None unless the best is there by more than chance, and its class likelier than nothing.
 
+        Beside another effect even odds are enough: from a wrong first one, steps back start at a doubtful second.
+
         Of those that are not told from it and are there as well, the one that fits best: evidence does not decide among
         them, and none is a special case of another, that could only fit worse.
         """
         if not self.candidates or not self._is_there(self.candidates[0]):
             return None
-        if not likelier_than_nothing(self.odds(each) for each in self.close):
+        first = len(self.candidates[0].fit.placed) == 1
+        if first and not likelier_than_nothing(self.odds(each) for each in self.close):
             return None
         return max(filter(self._is_there, self.close), key=lambda candidate: candidate.fits)
 

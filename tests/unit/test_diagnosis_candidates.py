@@ -17,7 +17,7 @@ RUNS = 40
 def candidate(evidence, by_run):
     return Candidate(
         placed=SimpleNamespace(key=f"{evidence}", size=1),
-        fit=SimpleNamespace(chi_square=float(np.sum(by_run)), freedom=3 * RUNS),
+        fit=SimpleNamespace(chi_square=float(np.sum(by_run)), freedom=3 * RUNS, placed=("its own",)),
         gain=evidence,
         rank=1,
         looks=0.0,
@@ -77,3 +77,5 @@ def test_what_is_less_likely_than_that_nothing_is_missing_is_not_added():
     assert replace(alone, candidates=(candidate(even + 0.1, left),)).chosen is not None
     assert replace(alone, candidates=(one, twin)).chosen is not None
     assert probabilities_of(alone)[NONE] > probabilities_of(alone)[one.key]
+    beside = replace(one, fit=SimpleNamespace(**vars(one.fit) | {"placed": ("another", "its own")}))
+    assert replace(alone, candidates=(beside,)).chosen is beside
