@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from testbed.arrays import Array, Flags
+from testbed.arrays import Array
 from testbed.diagnosis.chance import chance
 from testbed.diagnosis.data import Runs, chosen, joined
-from testbed.diagnosis.fitting import fitted_initial_rates
-from testbed.diagnosis.model import Fit, bounds_of, evaluated, moved, recurring
+from testbed.diagnosis.fitting import damped, fitted_initial_rates, pushing_out
+from testbed.diagnosis.model import Fit, evaluated, moved, recurring
 from testbed.diagnosis.projection import orthonormal, projected_out
 from testbed.errors import InputError
 
@@ -123,10 +123,7 @@ class _Prior:
         beyond = np.zeros(common)
         if fit.at_bound.any():
             slope = fit.jacobian.T @ fit.residual
-            scaled = information * np.outer(scale, scale)
-            beyond = (
-                scale * np.linalg.lstsq(scaled, scale * (slope[:common] - taken.T @ slope[common:]), rcond=1e-13)[0]
-            )
+            beyond = damped(information, slope[:common] - taken.T @ slope[common:])
         least = float(beyond @ information @ beyond)
         return _Prior(mean=_common(fit) + beyond, information=information, scale=scale, least=least)
 
@@ -155,27 +152,15 @@ def _nearer(heldout: Runs, seen: Fit, prior: _Prior) -> Fit | None:
     common, normal = len(prior.mean), prior.normal(seen)
     slope = seen.jacobian.T @ seen.residual
     slope[:common] += prior.information @ (prior.mean - _common(seen))
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
-    step = _solved(normal, slope, scale)
-    inside = np.ones(len(step), dtype=bool)
-    inside[6:common] = ~_leaving(seen, step[6:common])
-    step = np.zeros(len(slope))
-    step[inside] = _solved(normal[np.ix_(inside, inside)], slope[inside], scale[inside])
+    step = damped(normal, slope)
+    moving = ~pushing_out(seen, step)
+    if not moving.all():
+        step[~moving] = 0.0
+        step[moving] = damped(normal[np.ix_(moving, moving)], slope[moving])
     try:
         return evaluated(heldout, seen.placed, moved(seen, step))
     except InputError:
         return None
-
-
-def _solved(normal: Array, slope: Array, scale: Array) -> Array:
-    return np.asarray(scale * np.linalg.lstsq(normal * np.outer(scale, scale), scale * slope, rcond=1e-13)[0])
-
-
-def _leaving(fit: Fit, step: Array) -> Flags:
-    """Return which effect parameters lie at a bound and would go beyond it with a step."""
-    lower, upper = bounds_of(fit.placed)
-    values = fit.effect_values
-    return np.asarray(((values <= lower) & (step < 0.0)) | ((values >= upper) & (step > 0.0)))
 
 
 def _common(fit: Fit) -> Array:

@@ -94,24 +94,25 @@ def _search(runs: Runs, placed: tuple[Placed, ...], values: Values, *, only_init
 def _step(fit: Fit, free: Flags, damping: float) -> tuple[Array, float]:
     """Return the damped step of the free parameters, and the least that it gains if the model is linear."""
     slope = fit.jacobian.T @ fit.residual
-    moving = free & ~_pushing_out(fit, slope)
+    moving = free & ~pushing_out(fit, slope)
     step = np.zeros(len(slope))
-    step[moving] = _damped(fit.normal[np.ix_(moving, moving)], slope[moving], damping)
+    step[moving] = damped(fit.normal[np.ix_(moving, moving)], slope[moving], damping)
     return step, float(slope @ step)
 
 
-def _damped(normal: Array, slope: Array, damping: float) -> Array:
+def damped(normal: Array, slope: Array, damping: float = 0.0) -> Array:
+    """Return the step that solves a normal matrix, damped by a share of its diagonal."""
     scale = np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
     scaled = normal / np.outer(scale, scale) + damping * np.eye(len(scale))
     return np.asarray(np.linalg.lstsq(scaled, slope / scale, rcond=1e-13)[0] / scale)
 
 
-def _pushing_out(fit: Fit, slope: Array) -> Flags:
-    """Return which parameters lie at a bound and would go beyond it."""
-    pushing = np.zeros(len(slope), dtype=bool)
+def pushing_out(fit: Fit, step: Array) -> Flags:
+    """Return which parameters lie at a bound and would go beyond it with a step, or along a slope."""
+    pushing = np.zeros(len(step), dtype=bool)
     lower, upper = bounds_of(fit.placed)
     own, values = slice(6, 6 + len(lower)), fit.effect_values
-    pushing[own] = ((values <= lower) & (slope[own] < 0.0)) | ((values >= upper) & (slope[own] > 0.0))
+    pushing[own] = ((values <= lower) & (step[own] < 0.0)) | ((values >= upper) & (step[own] > 0.0))
     return pushing
 
 

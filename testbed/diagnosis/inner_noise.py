@@ -87,7 +87,8 @@ def _left(grid: Grid, answers: Sequence[Array]) -> list[Array]:
         ftol=_CLOSE,
         max_nfev=_TRIALS,
     )
-    return [part[0] for part in _missed(grid, answers, found.x[None])]
+    edges = np.cumsum([each.size for each in answers])[:-1]
+    return [part.reshape(-1, 3) for part in np.split(found.fun, edges)]
 
 
 def _missed(grid: Grid, answers: Sequence[Array], unknowns: Array) -> list[Array]:

@@ -12,6 +12,7 @@ from testbed.arrays import Array, Series, Vectors3
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import fitted_initial_rates
 from testbed.diagnosis.model import Fit
+from testbed.diagnosis.scatter import added_variance
 from testbed.diagnosis.state import Diagnosis
 
 
@@ -70,8 +71,7 @@ def _together(windows: Sequence[RunResiduals]) -> RunResiduals:
 
 def _as_stated(diagnosis: Diagnosis, runs: Runs) -> Runs:
     """Return runs with the noise that is stated: what was found to be more of it, and what is told, taken back."""
-    noisier = [each.finding.variance for each in diagnosis.scatter if each.finding.explained is None]
-    return replace(runs.with_sigma(np.sqrt(runs.sigma**2 - sum(noisier, np.zeros(3)))), told=())
+    return replace(runs.with_sigma(np.sqrt(runs.sigma**2 - added_variance(diagnosis.scatter))), told=())
 
 
 def _residuals(diagnosis: Diagnosis, runs: Runs, fits: tuple[Fit, Fit], *, held_out: bool) -> Iterator[RunResiduals]:

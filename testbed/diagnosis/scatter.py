@@ -8,7 +8,7 @@ from math import log
 
 import numpy as np
 
-from testbed.arrays import Array
+from testbed.arrays import Array, Vector3
 from testbed.diagnosis.candidates import CLOSE
 from testbed.diagnosis.chance import likelier_than_nothing, scale_evidence
 from testbed.diagnosis.data import Runs
@@ -120,7 +120,7 @@ def believing(runs: Runs, fit: Fit, found: Sequence[Scatter]) -> Runs:
         found: effects that are there.
     """
     freedom = min([runs.noise_freedom, *(each.finding.noise_freedom for each in found)])
-    wider = runs.with_sigma(_widened(runs.sigma, [each for each in found if each.finding.explained is None]))
+    wider = runs.with_sigma(_widened(runs.sigma, found))
     return replace(wider, noise_freedom=freedom, told=_told_of(readings_of(runs, fit), found))
 
 
@@ -135,8 +135,14 @@ def _told_of(readings: Readings, found: Sequence[Scatter]) -> tuple[Array, ...]:
     return tuple(before - after for before, after in pairs) if lines else ()
 
 
+def added_variance(found: Iterable[Scatter]) -> Vector3:
+    """Return the variance that effects add to the readings of each axis, less what they tell sample by sample."""
+    noisier = (each.finding.variance for each in found if each.finding.explained is None)
+    return np.asarray(sum(noisier, np.zeros(3)))
+
+
 def _widened(sigma: Array, found: Iterable[Scatter]) -> Array:
-    return np.asarray(np.sqrt(sigma**2 + sum((each.finding.variance for each in found), np.zeros(3))))
+    return np.asarray(np.sqrt(sigma**2 + added_variance(found)))
 
 
 def _told(readings: Readings, hypotheses: Sequence[tuple[ReadingEffect, str]], tested: int) -> tuple[Scatter, ...]:
@@ -161,8 +167,7 @@ def _without_what_is_told(readings: Readings, found: Sequence[Scatter]) -> Readi
     """Return readings less what was told sample by sample, and with a noise that has the rest of what was found."""
     for each in found:
         readings = _less(readings, each.finding)
-    noisier = [each for each in found if each.finding.explained is None]
-    return replace(readings, sigma=_widened(readings.sigma, noisier))
+    return replace(readings, sigma=_widened(readings.sigma, found))
 
 
 def _less(readings: Readings, finding: Finding) -> Readings:

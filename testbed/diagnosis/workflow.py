@@ -119,9 +119,7 @@ def _looked_over(state: Diagnosis) -> Diagnosis:
 
 
 def _odds(state: Diagnosis, bare: Diagnosis) -> float:
-    """Return the odds of all effects in the model together against the nominal one; 0 without any."""
-    if not state.steps:
-        return 0.0
+    """Return the odds of all effects in the model together against the nominal one."""
     effects, tested = [step.candidate for step in state.steps], state.steps[0].screening.tested
     return odds_together((bare.heldout, bare.model), (state.heldout, state.model), tested, effects)
 

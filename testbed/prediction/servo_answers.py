@@ -95,13 +95,11 @@ def constants(run: Telemetry) -> Array:
     Every stretch has constants of its own: what was asked for while nobody knew the set point stays as an angle.
     """
     held = np.repeat(np.eye(6)[:, None], len(run.actuator_time), axis=1)
-    shown_as, first, blocks = _unloaded_changes(run, held), 0, []
-    for part in stretches(run):
-        columns = shown_as[:, first : first + len(part)].reshape(6, -1).T
-        basis, sizes, _ = np.linalg.svd(columns, full_matrices=False)
+    blocks = []
+    for part in by_stretches(run, _unloaded_changes(run, held).transpose(1, 2, 0)):
+        basis, sizes, _ = np.linalg.svd(part.reshape(-1, 6), full_matrices=False)
         blocks.append(basis[:, sizes > _SEEN])
-        first += len(part)
-    return np.asarray(block_diag(*blocks)) if blocks else np.zeros((0, 0))
+    return np.asarray(block_diag(*blocks))
 
 
 def _unloaded_changes(run: Telemetry, angle: Array) -> Array:
