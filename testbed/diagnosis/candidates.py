@@ -31,12 +31,12 @@ class Candidate(AtPlace):
         fit: the model with it.
         gain: χ² of the present model less that of this one.
         rank: directions that the data show of the effect.
-        looks: logarithm of the number of places at which it was sought.
+        looks: logarithm of by how much its odds fall, as it was sought at many places (`mean_over_places`).
         carried: by how much the model predicts the held-out runs better, twice the logarithm of the density's ratio.
         evidence: twice the logarithm of by how much the effect makes all runs likelier, its size as likely beforehand
-            as it turns out (`scale_evidence`), and for what is scanned less twice the logarithm of the looks.
+            as it turns out (`scale_evidence`), less twice the looks.
         by_run: what the model leaves of the gyro in every run, a share of χ² each, shape (R,).
-        p_value: of the gain, times the number of hypotheses and of each one's looks (Bonferroni), over the held-out
+        p_value: of the gain, times the number of hypotheses and of each one's places (Bonferroni), over the held-out
             runs' ratio of densities: that is a p-value too, as the mean of the ratio is 1 without the effect. Not below
             the family-wise error where the gain alone says nothing: what the fitted runs do not show at all is not in
             the model's place to explain others.

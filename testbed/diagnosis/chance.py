@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from math import exp, isinf, log
+from collections.abc import Iterable, Sequence
+from math import exp, inf, isinf, log
 
 import numpy as np
 from scipy.special import logsumexp
@@ -43,6 +43,19 @@ def scale_evidence(square: float, freedom: int) -> float:
         freedom: d.
     """
     return square - freedom - freedom * log(square / freedom) if square > freedom > 0 else 0.0
+
+
+def mean_over_places(found: float, elsewhere: Sequence[float], places: int) -> float:
+    """Return the evidence of an effect that was sought at many places, each as likely beforehand: of their mean odds.
+
+    Args:
+        found: twice the logarithm of the odds at the most telling place.
+        elsewhere: at other places.
+        places: number of all, those included; the rest counts as nothing.
+    """
+    odds = 0.5 * np.array([found, *elsewhere])
+    unseen = log(places - len(odds)) if places > len(odds) else -inf
+    return 2.0 * float(logsumexp([*odds, unseen]) - log(places))
 
 
 def likelier_than_nothing(odds: Iterable[float]) -> bool:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from math import exp, inf, log
+from math import exp, inf, isfinite, log
 
 import numpy as np
 
 from testbed.arrays import Array
 from testbed.diagnosis.candidates import MOST_REFITS, Candidate, Screening
-from testbed.diagnosis.chance import log_chance, scale_evidence
+from testbed.diagnosis.chance import log_chance, mean_over_places, scale_evidence
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import log_evidence
 from testbed.diagnosis.fitting import fitted, refit
@@ -43,11 +43,7 @@ def odds_together(
     (before_heldout, before), (after_heldout, after) = without, within
     gain, rank = before.chi_square - after.chi_square, sum(each.rank for each in effects)
     carried = _held_out_evidence(after_heldout, after) - log_evidence(before_heldout, before)
-    return _evidence(gain, rank, carried, sum(log(tested) + each.looks for each in effects))
-
-
-def _evidence(gain: float, rank: int, carried: float, log_chosen_among: float) -> float:
-    return scale_evidence(gain, rank) + carried - 2.0 * log_chosen_among
+    return scale_evidence(gain, rank) + carried - 2.0 * sum(log(tested) + each.looks for each in effects)
 
 
 def screened(
@@ -69,7 +65,7 @@ def screened(
     every = list(signatures(runs, fit, hypotheses))
     best = most_telling(every)
     tested = max(len(best), 1)
-    order = sorted(best, key=lambda each: 2.0 * _looks(runs, each.placed) - scale_evidence(each.score, each.rank))
+    order = sorted(best, key=lambda each: -_anywhere(runs, each, scale_evidence(each.score, each.rank)))
     promising = [each for each in order[:MOST_REFITS] if each.rank]
     candidates, without = [], log_evidence(heldout, fit)
     for signature in promising:
@@ -83,17 +79,20 @@ def screened(
 
 
 def most_telling(every: Sequence[Signature]) -> list[Signature]:
-    """Return each hypothesis at the start at which it explains the most.
+    """Return each hypothesis at the start at which it explains the most, with its scores at the others.
 
     Args:
         every: hypotheses at all their starts.
     """
-    best: dict[str, Signature] = {}
+    by_key: dict[str, list[Signature]] = {}
     for signature in every:
-        key = signature.placed.key
-        if key not in best or signature.score > best[key].score:
-            best[key] = signature
-    return list(best.values())
+        by_key.setdefault(signature.placed.key, []).append(signature)
+    return [_best_of(starts) for starts in by_key.values()]
+
+
+def _best_of(starts: Sequence[Signature]) -> Signature:
+    best = max(starts, key=lambda each: each.score)
+    return replace(best, elsewhere=tuple(each.score for each in starts if each is not best))
 
 
 def refitted(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, placed: Placed) -> Candidate:
@@ -128,25 +127,38 @@ def _candidate(
         model = refit(told, model)
     gain = max(fit.chi_square - model.chi_square, 0.0)
     carried = _held_out_evidence(heldout, model) - without if placed.effect.recurs else 0.0
-    looks = _looks(runs, placed)
+    here = scale_evidence(gain, signature.rank) + carried
+    evidence = _anywhere(runs, signature, here)
     alone = log_chance(gain, max(signature.rank, 1), runs.noise_freedom)
-    together = max(log(tested) + looks + alone - 0.5 * carried, alone + log(FAMILY_WISE_ERROR / _SHOWN))
+    corrected = alone + log(tested * _places(runs, placed)) - 0.5 * carried
+    together = max(corrected, alone + log(FAMILY_WISE_ERROR / _SHOWN))
     return Candidate(
         placed=placed,
         fit=model,
         gain=gain,
         rank=signature.rank,
-        looks=looks,
+        looks=0.5 * (here - evidence) if isfinite(here) else inf,
         carried=carried,
-        evidence=_evidence(gain, signature.rank, carried, looks),
+        evidence=evidence,
         by_run=np.array([float((part**2).sum()) for part in runs.by_run(model.residual)]),
         p_value=exp(min(together, 0.0)),
     )
 
 
-def _looks(runs: Runs, placed: Placed) -> float:
-    """Return the logarithm of the number of places at which a hypothesis is sought."""
-    return log(placed.effect.looks(placed.component, runs.grid))
+def _places(runs: Runs, placed: Placed) -> int:
+    return placed.effect.looks(placed.component, runs.grid)
+
+
+def _anywhere(runs: Runs, signature: Signature, here: float) -> float:
+    """Return the evidence of a hypothesis wherever it was sought.
+
+    Args:
+        runs: that are fitted.
+        signature: of the hypothesis.
+        here: its evidence at the start that it is best at.
+    """
+    elsewhere = [scale_evidence(score, signature.rank) for score in signature.elsewhere]
+    return mean_over_places(here, elsewhere, _places(runs, signature.placed))
 
 
 def _held_out_evidence(heldout: Runs | None, fit: Fit) -> float:

@@ -38,6 +38,7 @@ class Signature:
         basis: orthonormal basis of what they span, shape (samples, rank).
         score: how much of χ² the linearised effect explains, its parameters inside their bounds.
         step: the change of its parameters that does so, shape (K,).
+        elsewhere: scores at the hypothesis's other starts, once those were compared.
     """
 
     placed: Placed
@@ -46,6 +47,7 @@ class Signature:
     basis: Array
     score: float
     step: Array
+    elsewhere: tuple[float, ...] = ()
 
     @property
     def rank(self) -> int:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from testbed.diagnosis.chance import scale_evidence
+from testbed.diagnosis.chance import mean_over_places, scale_evidence
 from testbed.diagnosis.probabilities import NONE, UNKNOWN, by_class, probabilities_of
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.workflow import diagnosed
@@ -49,6 +49,14 @@ def test_evidence_is_the_likelihood_ratio_at_the_best_scale(square, freedom):
 
 def test_what_is_too_small_to_be_seen_is_not_excluded():
     assert scale_evidence(2.0, 3) == scale_evidence(0.0, 0) == 0.0
+
+
+def test_odds_of_what_is_sought_at_many_places_are_their_mean():
+    everywhere = [2.0 * np.log(odds) for odds in (500.0, 20.0, 4.0)]
+    assert mean_over_places(everywhere[0], everywhere[1:], 100) == pytest.approx(2.0 * np.log((524.0 + 97.0) / 100))
+    assert mean_over_places(everywhere[0], [], 1) == pytest.approx(everywhere[0])
+    nowhere = mean_over_places(-40.0, [0.0] * 99, 100)
+    assert nowhere == pytest.approx(2.0 * np.log(0.99), abs=1e-3), "one place that is excluded leaves the others"
 
 
 def test_probabilities_sum_to_one_with_and_without_classes(late):
