@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import logsumexp
 from scipy.stats import chi2, f
 
-NOTHING = 4.0
+NOTHING = 5.0
 """How much likelier it is beforehand that nothing is missing than that an effect of the library is."""
 
 

@@ -35,7 +35,7 @@ def probabilities_of(
 def normalized(odds: Mapping[str, float], unlisted: float = -inf, unseen: float = 0.0) -> Mapping[str, float]:
     """Return how probable hypotheses are, that nothing is missing, and that something else is.
 
-    Proportional to exp(odds/2). Every hypothesis is as likely beforehand as any other, and all together a quarter as
+    Proportional to exp(odds/2). Every hypothesis is as likely beforehand as any other, and all together a fifth as
     likely as nothing (so the probabilities of simulated sets come out right). What was not worth a closer look may be
     there and too small to be seen; it counts to what is unknown, as a torque does that no effect makes.
 
