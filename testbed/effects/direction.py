@@ -13,8 +13,7 @@ SPECK = 1e-9
 MOST_DAMPED = 0.5
 """Damping ratio; beyond it a mode does not swing, and passes for drag."""
 _RATIO = 1.2
-_DAMPING_RATIO = 0.15
-"""Between such frequencies and at this damping, a mode damped by 0.005 to 0.05 still shows half of its χ²."""
+"""Between frequencies that are looked at."""
 
 
 def size_and_direction(vector: Array) -> tuple[Array, Array]:
@@ -29,7 +28,7 @@ def size_and_direction(vector: Array) -> tuple[Array, Array]:
     return np.where(none, 0.0, size), np.asarray(vector / size)
 
 
-def scanned(grid: Grid, lowest: float, highest: float, typical: float) -> Array:
+def scanned(grid: Grid, lowest: float, highest: float, damping_ratio: float, typical: float) -> Array:
     """Return starts (frequency, damping ratio, v) from frequency to frequency, a speck along each axis, shape (S, 5).
 
     A mode that does not turn over once in the longest run passes for drag or for a tether, and is not looked for.
@@ -38,6 +37,7 @@ def scanned(grid: Grid, lowest: float, highest: float, typical: float) -> Array:
         grid: the runs.
         lowest: frequency, Hz.
         highest: Hz.
+        damping_ratio: at which all of them are looked at; it sets how far from its frequency a mode still shows.
         typical: size of v.
     """
     lowest = max(lowest, 1.0 / float(np.ptp(grid.time, axis=1).max()))
@@ -46,7 +46,7 @@ def scanned(grid: Grid, lowest: float, highest: float, typical: float) -> Array:
     count = 1 + round(np.log(highest / lowest) / np.log(_RATIO))
     specks = SPECK * typical * np.eye(3)
     frequencies = np.geomspace(lowest, highest, count)
-    return np.array([[frequency, _DAMPING_RATIO, *speck] for frequency in frequencies for speck in specks])
+    return np.array([[frequency, damping_ratio, *speck] for frequency in frequencies for speck in specks])
 
 
 def beyond_speck(start: Array, bounds: tuple[Array, Array]) -> tuple[Array, Array]:

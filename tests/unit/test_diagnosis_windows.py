@@ -91,7 +91,7 @@ def test_a_run_that_gives_no_windows(horizon):
 
 
 def test_no_mode_is_looked_for_that_does_not_turn_over_in_a_window():
-    assert scanned(grid_of(list(windows_of(averaged(driven(), 100.0), 0.2))), 0.3, 3.0, 1.0).shape == (0, 5)
+    assert scanned(grid_of(list(windows_of(averaged(driven(), 100.0), 0.2))), 0.3, 3.0, 0.1, 1.0).shape == (0, 5)
 
 
 def test_of_very_many_runs_an_even_choice_is_enough_and_of_few_all():
