@@ -1,4 +1,4 @@
-"""Noise that is stated too small stands out of its own estimate as an oscillation would; it gets its name all the same."""
+"""Noise that is stated too small stands out of its own estimate as an oscillation would, and gets its name."""
 
 from __future__ import annotations
 
