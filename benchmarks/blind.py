@@ -38,8 +38,8 @@ from tests.concealing.files import SEAL
 
 SCENARIO = Path("scenarios/diagnose.toml")
 ALL = sum(asdict(Counts()).values())
-SEED = 4102
-"""Of the set whose score card is kept: nobody had looked at it when it was diagnosed, unlike seeds 1 and 2026."""
+SEED = 5230
+"""Of the set whose score card is kept: nobody had looked at it when it was diagnosed, unlike seeds 1, 2026 and 4102."""
 
 
 def counts_of(cases: int) -> Counts:
