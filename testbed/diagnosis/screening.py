@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from math import exp, inf, isfinite, log
+from math import exp, inf, log
 
 import numpy as np
 
@@ -137,7 +137,7 @@ def _candidate(
         fit=model,
         gain=gain,
         rank=signature.rank,
-        looks=0.5 * (here - evidence) if isfinite(here) else inf,
+        looks=0.5 * (here - evidence),
         carried=carried,
         evidence=evidence,
         by_run=np.array([float((part**2).sum()) for part in runs.by_run(model.residual)]),
@@ -146,7 +146,7 @@ def _candidate(
 
 
 def _places(runs: Runs, placed: Placed) -> int:
-    return placed.effect.looks(placed.component, runs.grid)
+    return placed.effect.places(placed.component, runs.grid)
 
 
 def _anywhere(runs: Runs, signature: Signature, here: float) -> float:

@@ -78,7 +78,7 @@ class Contact(Effect):
         return np.array([[instant, 0.0, 0.0, 0.0] for instant in instants])
 
     @override
-    def looks(self, component: str, grid: Grid) -> int:
+    def places(self, component: str, grid: Grid) -> int:
         """An instant for every sample of the gyro."""
         return sum(len(run.gyro_time) for run in grid.runs)
 

@@ -171,8 +171,8 @@ class Effect(NamedEffect):
         """
         return self.bounds
 
-    def looks(self, component: str, grid: Grid) -> int:
-        """Return how many hypotheses a search from its starts amounts to, by which chance is multiplied."""
+    def places(self, component: str, grid: Grid) -> int:
+        """Return how many places a search from its starts amounts to, by which chance is multiplied."""
         return len(self.starts(component, grid))
 
 
