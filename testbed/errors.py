@@ -7,6 +7,23 @@ class InputError(Exception):
     """Input that cannot be used: a file, a scenario, a record, a limit. The command exits with code 2."""
 
 
+class OutputError(InputError):
+    """A result that cannot be written: no room, no permission, no such place."""
+
+
+class UnphysicalPlatformError(InputError):
+    """The numbers of a platform belong to no body."""
+
+    def __init__(self, key: str, text: str) -> None:
+        """Say which key of the platform is wrong, and how; the section before it is the caller's to know."""
+        super().__init__(key, text)
+        self.key, self.text = key, text
+
+    def __str__(self) -> str:
+        """Return the message."""
+        return f"{self.key}{self.text}"
+
+
 class InfeasibleDesignError(InputError):
     """No start of a maneuver design satisfied its constraints."""
 

@@ -16,8 +16,10 @@ from testbed.cmg.steering import (
 from testbed.control.controller import Controller
 from testbed.control.servo import gimbal_servo, momentum_gain
 from testbed.control.tracker import Tracker, feedback_gain
+from testbed.errors import InputError
 from testbed.scenario import control as schema
 from testbed.scenario.scenario import Scenario
+from testbed.scenario.timing import too_large
 from testbed.simulation.flight import Clock
 
 
@@ -27,11 +29,16 @@ def flight_clock(scenario: Scenario, maneuver_duration: float) -> Clock:
     Args:
         scenario: rates and, where given, the duration.
         maneuver_duration: s, flown with the settling time where the scenario gives no duration.
+
+    Raises:
+        InputError: the flight is longer than any that is flown.
     """
     simulation = scenario.simulation
     duration = simulation.duration_s
     if duration is None:
         duration = maneuver_duration + simulation.settle_s
+    if problem := too_large(simulation, duration):  # of a table of samples, whose length the scenario does not know
+        raise InputError(f"the flight: {problem}")
     return Clock(
         step=simulation.step_s,
         control_steps=round(1.0 / (simulation.control_rate_hz * simulation.step_s)),

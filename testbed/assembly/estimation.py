@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import ceil
 from typing import Literal
 
@@ -9,12 +10,14 @@ import numpy as np
 
 from testbed.arrays import Array, Series, UnitSeries, Vectors3
 from testbed.assembly.platform import Body, PlatformModel
+from testbed.assembly.time_base import require_time_in_seconds
 from testbed.cmg.cluster import Cluster
 from testbed.dynamics.inertia import theta_of
 from testbed.errors import InputError
 from testbed.estimation.estimate import EstimationSettings
-from testbed.estimation.gyro_noise import gyro_noise_of
+from testbed.estimation.gyro_noise import gyro_noise_of, noise_freedom
 from testbed.estimation.telemetry import Servo, Telemetry
+from testbed.estimation.uncertainty import USUAL, Uncertainty
 from testbed.maneuver.maneuver import Maneuver
 from testbed.records.record import Record
 from testbed.records.selection import sampled, usable
@@ -36,8 +39,10 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
         nominal: geometry of the units, and their momentum where the record has no tachometers.
 
     Raises:
-        InputError: a channel that the estimators need is missing, or too few samples are usable.
+        InputError: a channel that the estimators need is missing, too few samples are usable, or the time cannot be in
+            seconds.
     """
+    require_time_in_seconds(record, scenario.gyro.sample_rate_hz)
     part = usable(record)
     gyro_time, body_rate = sampled(part, "body_rate")
     source = _actuator_channel(part)
@@ -58,6 +63,8 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
         gimbal_rate_command=_inner(part, "gimbal_rate_command", time, source),
         servo=_servo(scenario, time) if isinstance(scenario, Scenario) else None,
         initial_momentum=scenario.estimation.initial_momentum,
+        constant_torque=scenario.estimation.constant_torque,
+        noise_freedom=np.inf if noise is None or noise == part.details.gyro_noise else noise_freedom(gyro_time),
     )
 
 
@@ -78,7 +85,32 @@ def estimation_settings(scenario: Scenario, nominal: PlatformModel, maneuver: Ma
         prefilter_time=scenario.estimation.prefilter_time_constant_s,
         instrument=instrument,
         reference_rate=None if maneuver is None else lambda time: maneuver.reference(time).body_rate,
+        uncertainty=uncertainty_of(scenario),
     )
+
+
+def uncertainty_of(scenario: BodyScenario) -> Uncertainty:
+    """Return what is uncertain of actuators and gyro: as stated, as in [dispersion], or else as is usual."""
+    stated = scenario.estimation.uncertainty
+    spread = scenario.dispersion if isinstance(scenario, Scenario) else None
+    usual = (
+        USUAL
+        if spread is None
+        else replace(
+            USUAL,
+            gyro_bias=max(spread.gyro_bias_rad_s),
+            gyro_scale=max(spread.gyro_scale_factor),
+        )
+    )
+    given = {
+        "rotor_momentum": stated.rotor_momentum_relative,
+        "gimbal_zero": stated.gimbal_zero_rad,
+        "gimbal_misalignment": stated.gimbal_axis_misalignment_rad,
+        "gyro_bias": stated.gyro_bias_rad_s,
+        "gyro_scale": stated.gyro_scale_factor,
+        "gyro_misalignment": stated.gyro_misalignment_rad,
+    }
+    return replace(usual, **{name: value for name, value in given.items() if value is not None})
 
 
 def _gyro_noise(record: Record, time: Series, body_rate: Vectors3) -> float | None:

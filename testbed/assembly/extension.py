@@ -16,6 +16,7 @@ from testbed.assembly.platform import nominal_properties
 from testbed.effects.contract import Extension
 from testbed.files import whole_file
 from testbed.plant.extended import extended_platform
+from testbed.scenario.body import scenario_keys
 from testbed.scenario.maneuver import CsvManeuver
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.scenario import Scenario
@@ -82,11 +83,6 @@ def _flown_keys(scenario: Scenario, extensions: Sequence[Extension]) -> Keys:
     for extension in extensions:
         keys = _merged(keys, extension.scenario)
     return _merged(keys, {"platform": {"model": PLATFORM}})
-
-
-def scenario_keys(scenario: Scenario) -> Keys:
-    """Return what the scenario's file says."""
-    return scenario.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True)
 
 
 def _merged(keys: Keys, changes: Mapping[str, Mapping[str, Any]]) -> Keys:

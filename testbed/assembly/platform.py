@@ -10,7 +10,7 @@ import numpy as np
 
 from testbed.arrays import Matrix3, Units, Vector3
 from testbed.cmg.cluster import Cluster, platform_momentum
-from testbed.errors import InputError
+from testbed.errors import InputError, UnphysicalPlatformError
 from testbed.plant.build import build
 from testbed.plant.geometry import cluster_of, composite_inertia
 from testbed.plant.plant import Model, Plant
@@ -66,7 +66,10 @@ def nominal_platform(scenario: Scenario) -> PlatformModel:
     Raises:
         InputError: the MJCF cannot be used, or the numbers belong to no body.
     """
-    return _compiled(scenario, nominal_properties(scenario))
+    try:
+        return _compiled(scenario, nominal_properties(scenario))
+    except UnphysicalPlatformError as error:
+        raise UnphysicalPlatformError(f"platform.{error.key}", error.text) from None
 
 
 def true_platform(scenario: Scenario) -> PlatformModel:
@@ -75,7 +78,11 @@ def true_platform(scenario: Scenario) -> PlatformModel:
     Raises:
         InputError: as `nominal_platform`.
     """
-    return _compiled(scenario, true_properties(scenario))
+    try:
+        return _compiled(scenario, true_properties(scenario))
+    except UnphysicalPlatformError as error:
+        section = "platform" if getattr(scenario.truth, error.key) is None else "truth"
+        raise UnphysicalPlatformError(f"{section}.{error.key}", error.text) from None
 
 
 def shown_model(scenario: Scenario) -> Model:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, TypeAlias
 
 from testbed.arrays import Theta
+from testbed.assembly.control import flight_clock
 from testbed.assembly.platform import PlatformModel, nominal_platform
 from testbed.campaign.flights import DispersedFlight, fly_seeds
 from testbed.campaign.plan import Block, CampaignPlan
@@ -16,6 +17,9 @@ from testbed.simulation.summary import FlightSummary
 Row: TypeAlias = dict[str, Any]
 """One run by column name; a column is absent where the run has no such value."""
 
+_MEMORY, _BYTES_A_TICK = 1e9, 2.5e3
+"""What the flights of a block may take together, and what one takes for a control period: its log and its record."""
+
 
 def block_rows(plan: CampaignPlan, block: Block, threads: int = 1) -> list[Row]:
     """Fly and estimate the runs of a block: the unit of work that a worker gets.
@@ -25,9 +29,19 @@ def block_rows(plan: CampaignPlan, block: Block, threads: int = 1) -> list[Row]:
         block: which runs.
         threads: that step the platforms.
     """
-    nominal = nominal_platform(plan.scenario)
-    flights = fly_seeds(plan.scenario, plan.maneuver, block.seeds, threads)
+    nominal, most = nominal_platform(plan.scenario), _side_by_side(plan)
+    flights = (
+        flight
+        for first in range(0, len(block.seeds), most)
+        for flight in fly_seeds(plan.scenario, plan.maneuver, block.seeds[first : first + most], threads)
+    )
     return [{"run": block.first + index} | _row(plan, nominal, flight) for index, flight in enumerate(flights)]
+
+
+def _side_by_side(plan: CampaignPlan) -> int:
+    """Return how many flights of a block fit into the memory of a worker, at least one."""
+    ticks = flight_clock(plan.scenario, plan.maneuver.duration).ticks
+    return max(1, int(_MEMORY / (_BYTES_A_TICK * ticks)))
 
 
 def _row(plan: CampaignPlan, nominal: PlatformModel, flight: DispersedFlight) -> Row:
@@ -40,7 +54,7 @@ def _row(plan: CampaignPlan, nominal: PlatformModel, flight: DispersedFlight) ->
     if flight.message:
         return row
     return row | _estimates(
-        try_estimate_flight(flight.scenario, nominal, flight.truth, plan.maneuver, flight.flown.record)
+        try_estimate_flight(flight.scenario, nominal, flight.truth, plan.maneuver, flight.flown.record, checked=False)
     )
 
 

@@ -14,8 +14,9 @@ from testbed.campaign.columns import schema_of
 from testbed.campaign.executor import Executor, Notify
 from testbed.campaign.manifest import Manifest, claimed, write_manifest
 from testbed.campaign.plan import CampaignPlan, blocks_of
-from testbed.campaign.runs import Runs, RunsFolder, RunsInMemory, only_writer
+from testbed.campaign.runs import Runs, RunsFolder, RunsInMemory
 from testbed.errors import InputError
+from testbed.files import FolderBusyError, only_writer
 
 FEWEST_RUNS = 2
 
@@ -62,7 +63,7 @@ def run_campaign(plan: CampaignPlan, folder: Path | None, executor: Executor, pr
     runs = RunsFolder(folder=folder / "runs", schema=schema)
     manifest = claimed(folder, plan)
     runs.prepare()
-    with only_writer(runs.folder), _resumable(folder), _timed(folder, manifest):
+    with _alone(runs.folder), _resumable(folder), _timed(folder, manifest):
         _fly_missing(plan, runs, executor, progress)
     return runs.table()
 
@@ -80,6 +81,16 @@ def _fly_missing(plan: CampaignPlan, runs: Runs, executor: Executor, progress: P
             progress.kept(len(block.rows))
     finally:
         finished.close()
+
+
+@contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """Refuse a second campaign in one folder."""
+    try:
+        with only_writer(folder):
+            yield
+    except FolderBusyError:
+        raise InputError(f"{folder}: another campaign is writing to it; wait for it, or choose another --out") from None
 
 
 @contextmanager

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import fcntl
 import io
-import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
@@ -120,20 +116,3 @@ class RunsFolder:
 
     def _part(self, index: int) -> Path:
         return self.folder / f"part-{index:05d}.parquet"
-
-
-@contextmanager
-def only_writer(folder: Path) -> Iterator[None]:
-    """Hold a folder against a second campaign that would write to it; the system lets go of it when a process dies.
-
-    Raises:
-        InputError: another process holds it.
-    """
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        yield
-    except BlockingIOError:
-        raise InputError(f"{folder}: another campaign is writing to it; wait for it, or choose another --out") from None
-    finally:
-        os.close(handle)

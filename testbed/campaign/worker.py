@@ -6,11 +6,12 @@ import os
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from multiprocessing import get_context
+from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection
 
 from testbed.campaign.plan import Block, CampaignPlan
 from testbed.campaign.rows import Row, block_rows
+from testbed.interrupts import deferred_interrupts
 
 _CONTEXT = get_context("spawn")  # a forked process would share locks of threads that it does not have
 _BLAS_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
@@ -81,12 +82,17 @@ def _serve(connection: Connection, plan: CampaignPlan, threads: int) -> None:
 
 @contextmanager
 def workers_environment() -> Iterator[None]:
-    """Let processes started here inherit one BLAS thread each, and leave Ctrl-C to their parent."""
+    """Let processes started here inherit one BLAS thread each, and leave Ctrl-C to their parent.
+
+    Ctrl-C waits until they have started: one whose parent breaks off in the middle of it complains.
+    """
+    resource_tracker.ensure_running()  # with the first process, it would take the block of signals off again
     before = {name: os.environ.get(name) for name in _BLAS_THREADS}
     os.environ.update(dict.fromkeys(_BLAS_THREADS, "1"))
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        yield
+        with deferred_interrupts():
+            yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         for name, value in before.items():

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from testbed.cli.app import main
+from testbed.cli.entry import main
 
 __all__ = ["main"]

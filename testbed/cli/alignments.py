@@ -9,7 +9,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-from testbed.cli.console import console, say, warn
+from testbed.cli.console import say, show, warn
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.estimation.alignment import AlignmentEstimate
 from testbed.estimation.alignment_model import KINDS
@@ -26,10 +26,10 @@ def print_alignments(aligning: Aligning) -> None:
         warn("the alignments were not estimated", aligning.failure)
         return
     inertia = _rows(aligning, estimate, "", slice(6), "{:z.4f}")
-    console.print(_table("Inertia with alignments, 1e-3 kg m²", PARAMETER_NAMES, [inertia]))
+    show(_table("Inertia with alignments, 1e-3 kg m²", PARAMETER_NAMES, [inertia]))
     say()
     kinds = [_rows(aligning, estimate, kind, slice(6 * first, 6 * first + 6), "{:z.1f}") for first, kind in _KINDS]
-    console.print(_table("Alignments in mrad and, of momentum scales, 1e-3", _UNITS, kinds))
+    show(_table("Alignments in mrad and, of momentum scales, 1e-3", _UNITS, kinds))
     say()
     for line in null_space_lines(estimate.observability):
         say(f"Open       {line}")

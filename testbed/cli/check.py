@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from testbed.assembly.control import flight_clock
 from testbed.assembly.platform import nominal_body, true_platform
 from testbed.cli.console import say
+from testbed.cli.failures import naming
+from testbed.maneuver.profiles import read_profile
+from testbed.scenario.maneuver import CsvManeuver
 from testbed.scenario.reader import read_body_scenario
 from testbed.scenario.scenario import Scenario
 
@@ -17,7 +21,15 @@ def check_scenario(path: Path) -> None:
         InputError: what is wrong with it, all at once.
     """
     scenario = read_body_scenario(path)
-    nominal_body(scenario)
-    if isinstance(scenario, Scenario):
-        true_platform(scenario)
+    with naming(path):
+        nominal_body(scenario)
+        if isinstance(scenario, Scenario):
+            true_platform(scenario)
+            _read_table(scenario)
     say(f"{path}: a valid scenario ({scenario.name}). {scenario.description}")
+
+
+def _read_table(scenario: Scenario) -> None:
+    """Read the table of a maneuver that is one, which decides how long is flown."""
+    if isinstance(scenario.maneuver, CsvManeuver):
+        flight_clock(scenario, read_profile(scenario.maneuver.file).duration)

@@ -10,7 +10,7 @@ from types import ModuleType
 import numpy as np
 
 from testbed.cli.console import say
-from testbed.delivery.folder import whole_folder
+from testbed.delivery.folder import reserved_folder
 from testbed.errors import InputError
 from testbed.scenario.reader import read_scenario
 
@@ -45,8 +45,8 @@ def conceal_effects(
         case = asked.asked_case(rng, path, (asked.any_effect(rng),) if drawn else effects, size, runs)
     except ValueError as error:
         raise InputError(str(error)) from error
-    with whole_folder(out) as part:
-        files.conceal(case, part / DATA, part / ANSWER)
+    with reserved_folder(out, out.name) as folder:
+        folder.deliver(lambda place: files.conceal(case, place / DATA, place / ANSWER))
     say(f"Data       {out / DATA}")
     say(f"Answer     {out / ANSWER}; its hash is in {out / DATA / files.SEAL}")
 

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import shlex
 import signal
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, redirect_stderr
 from datetime import timedelta
+from io import StringIO
 from math import ceil, inf, isfinite
+from pathlib import Path
 from textwrap import fill
 from types import FrameType
 
 from rich.console import Console
-from rich.markup import escape
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -22,27 +24,42 @@ from rich.progress import (
     TextColumn,
     TimeElapsedColumn,
 )
+from rich.table import Table
 from rich.text import Text
 
 from testbed.campaign.run import Progress as CampaignProgress
+from testbed.cli.table_layout import fitted
+from testbed.files import readable
 from testbed.maneuver.design import Start
 
-console = Console(highlight=False, soft_wrap=True)
+# No text is read as rich's markup: what users call things may look like it.
+console = Console(markup=False, emoji=False, highlight=False, soft_wrap=True)
+terminal = Console(markup=False, emoji=False, highlight=False, soft_wrap=True, stderr=True)
 LABEL_WIDTH = 11
 """Columns before the text of an entry."""
 RATE_PERIOD = 120.0
 """s, over which the rate of a campaign is averaged: blocks come in every few seconds."""
-terminal = Console(stderr=True, highlight=False, soft_wrap=True)
+
+
+def command_line() -> str:
+    """Return the command as it was given, quoted for a shell."""
+    return shlex.join(map(readable, [Path(sys.argv[0]).name, *sys.argv[1:]]))
 
 
 def say(text: str = "") -> None:
-    """Print text as it is: what users call things may look like markup."""
-    console.print(text, markup=False)
+    """Print text as it is."""
+    console.print(text)
+
+
+def show(table: Table) -> None:
+    """Print a table, in parts one below the other where it is too wide."""
+    for part in fitted(table, console):
+        console.print(part)
 
 
 def warn(what: str, why: str) -> None:
     """Print a line whose first words stand out."""
-    console.print(f"[yellow]{escape(what)}:[/] {escape(why)}")
+    console.print(Text.assemble((f"{what}:", "yellow"), f" {why}"))
 
 
 def entry(label: str, text: str) -> None:
@@ -63,30 +80,33 @@ def entry(label: str, text: str) -> None:
 
 @contextmanager
 def remembered_interrupt() -> Iterator[Callable[[], bool]]:
-    """Tell whether Ctrl-C was pressed: the optimiser stops at it, but keeps the exception to itself."""
+    """Tell whether Ctrl-C was pressed: the optimiser stops at it with a warning, and keeps the exception to itself."""
     pressed = False
+    with ExitStack() as silenced:
 
-    def note(signum: int, frame: FrameType | None) -> None:
-        nonlocal pressed
-        pressed = True
-        signal.default_int_handler(signum, frame)
+        def note(signum: int, frame: FrameType | None) -> None:
+            nonlocal pressed
+            pressed = True
+            silenced.enter_context(redirect_stderr(StringIO()))
+            signal.default_int_handler(signum, frame)
 
-    before = signal.signal(signal.SIGINT, note)
-    try:
-        yield lambda: pressed
-    finally:
-        signal.signal(signal.SIGINT, before)
+        before = signal.signal(signal.SIGINT, note)
+        try:
+            yield lambda: pressed
+        finally:
+            signal.signal(signal.SIGINT, before)
 
 
 @contextmanager
 def design_progress(starts: int) -> Iterator[Callable[[Start], None]]:
-    """Show how many starts of a design are done and the best cost so far.
+    """Show how many starts of a design are done and the best cost so far, on standard error.
 
     Args:
         starts: number of starts; 0 where nothing is designed, and nothing is shown.
     """
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with remembered_interrupt() as interrupted, Progress(*columns, console=console, transient=True) as progress:
+    columns = (description_column(), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    bars = Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal)
+    with bars as progress, remembered_interrupt() as interrupted:
         task = progress.add_task("Designing the maneuver", total=starts, visible=starts > 0)
         best = inf
 
@@ -109,7 +129,7 @@ def campaign_progress(runs: int) -> Iterator[CampaignProgress]:
         runs: of the campaign.
     """
     columns = (
-        TextColumn("{task.description}"),
+        description_column(),
         BarColumn(),
         MofNCompleteColumn(),
         RateColumn("runs/s"),
@@ -126,7 +146,12 @@ def campaign_progress(runs: int) -> Iterator[CampaignProgress]:
             else:
                 progress.update(task, advance=more)
 
-        yield CampaignProgress(kept=kept, notify=lambda text: progress.console.print(f"note: {text}", markup=False))
+        yield CampaignProgress(kept=kept, notify=lambda text: progress.console.print(f"note: {text}"))
+
+
+def description_column() -> TextColumn:
+    """Return the column that says what is being done."""
+    return TextColumn("{task.description}", markup=False)
 
 
 class RateColumn(ProgressColumn):

@@ -6,15 +6,17 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress, SpinnerColumn, TimeElapsedColumn
+from rich.text import Text
 
 from testbed.assembly.extension import SCENARIO
 from testbed.assembly.platform import nominal_body
-from testbed.cli.console import console, entry, say, terminal, warn
+from testbed.cli.console import command_line, console, description_column, entry, say, show, terminal, warn
 from testbed.cli.diagnose_tables import candidates_table, detectable_table, inertia_table, places_table
-from testbed.cli.failures import COMPLETED, INTERRUPTED
+from testbed.cli.failures import COMPLETED, INTERRUPTED, naming
 from testbed.delivery.diagnosis_folder import NEXT, write_diagnosis
-from testbed.delivery.folder import free_folder, require_free
+from testbed.delivery.folder import OutputFolder, reserved_folder
+from testbed.delivery.provenance import provenance
 from testbed.diagnosis.findings import Addition, addition_of, first_screening, masked, noise_notices
 from testbed.diagnosis.location import Place, located
 from testbed.diagnosis.plausibility import require_explicable
@@ -25,6 +27,7 @@ from testbed.diagnosis.state import Diagnosis, Step
 from testbed.diagnosis.workflow import diagnosed
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.files import TextFile
 from testbed.records.reading import read_data_set
 from testbed.report.diagnosis_next import distance_words, flight_words, no_gimbals_words, pair_words
 from testbed.report.diagnosis_ranking import on_the_noise
@@ -40,11 +43,10 @@ from testbed.report.diagnosis_verdict import (
 )
 from testbed.report.wording import chance_words, listed
 from testbed.scenario.body import BodyScenario
-from testbed.scenario.reader import read_body_scenario
+from testbed.scenario.reader import body_scenario_of, scenario_file
 from testbed.scenario.scenario import Scenario
 from testbed.separation.proposal import Proposal, proposal_of
 
-OUT = Path("runs")
 _PAIRS_SHOWN = 3
 
 
@@ -62,11 +64,18 @@ def diagnose_records(path: Path, data: Path, out: Path | None) -> int:
     Raises:
         InputError: scenario, records or output folder cannot be used.
     """
-    scenario = read_body_scenario(path)
-    folder = free_folder(OUT, f"{scenario.name}-diagnosis") if out is None else out
-    require_free(folder)
-    nominal = nominal_body(scenario)
-    data_set = data_set_of(read_data_set(data), scenario, nominal)
+    file = scenario_file(path)
+    scenario = body_scenario_of(file)
+    with reserved_folder(out, f"{scenario.name}-diagnosis") as folder:
+        return _diagnose(file, scenario, data, folder)
+
+
+def _diagnose(file: TextFile, scenario: BodyScenario, data: Path, folder: OutputFolder) -> int:
+    with naming(file.path):
+        nominal = nominal_body(scenario)
+    records = read_data_set(data)
+    origin = provenance(scenario, file, command_line(), data=[stamp for record in records for stamp in record.files])
+    data_set = data_set_of(records, scenario, nominal)
     known = _notices(data_set)
     _tell_data(data_set, known)
     told = _Told()
@@ -95,12 +104,15 @@ def diagnose_records(path: Path, data: Path, out: Path | None) -> int:
     _tell_end(told.last, agreed)
     at_the_end = (*noise_notices(told.last), *disagreement_words(told.last, agreed), *why_none)
     notices = (*known, *at_the_end)
-    said = write_diagnosis(folder, path, scenario, told.last, told.places, agreed, notices, proposal)
+    last, places = told.last, told.places
+    said = folder.deliver(
+        lambda place: write_diagnosis(place, file, origin, scenario, last, places, agreed, notices, proposal)
+    )
     for notice in (*at_the_end, *said):
         warn("note", notice)
-    _tell_next(folder, proposal)
-    _tell_folder(folder)
-    return COMPLETED if told.last.complete else INTERRUPTED
+    _tell_next(folder.path, proposal)
+    _tell_folder(folder.path)
+    return COMPLETED if last.complete else INTERRUPTED
 
 
 def _next_flight(diagnosis: Diagnosis, scenario: BodyScenario) -> tuple[Proposal | None, tuple[str, ...]]:
@@ -131,7 +143,7 @@ class _Told:
             _tell_gap(diagnosis, self.places)
         if first_screening(diagnosis) is not None and (before is None or first_screening(before) is None):
             say()
-            console.print(detectable_table(diagnosis))
+            show(detectable_table(diagnosis))
         for step in diagnosis.steps[len(before.steps) if before else 0 :]:
             _tell_step(diagnosis, step)
         if diagnosis.complete:
@@ -141,7 +153,7 @@ class _Told:
 @contextmanager
 def _progress() -> Iterator[Callable[[str], None]]:
     """Show what is being done, and for how long, on standard error."""
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    columns = (SpinnerColumn(), description_column(), TimeElapsedColumn())
     with Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal) as bars:
         task = bars.add_task("Reading")
         yield lambda what: bars.update(task, description=f"Testing {what}")
@@ -171,12 +183,12 @@ def _tell_gap(diagnosis: Diagnosis, places: Sequence[Place]) -> None:
         entry("", f"{gap_words(diagnosis.gap)}, in the noise that the samples show: {names}")
     if places:
         say()
-        console.print(places_table(places))
+        show(places_table(places))
 
 
 def _tell_step(diagnosis: Diagnosis, step: Step) -> None:
     say()
-    console.print(candidates_table(step.screening))
+    show(candidates_table(step.screening))
     say()
     _tell_addition(addition_of(diagnosis, step))
     entry("Gap", f"{gap_words(step.before)} -> {gap_words(step.after)}")
@@ -191,7 +203,7 @@ def _tell_addition(addition: Addition) -> None:
 def _tell_rest(diagnosis: Diagnosis) -> None:
     if diagnosis.remaining is not None and not diagnosis.steps:
         say()
-        console.print(candidates_table(diagnosis.remaining, on_the_noise(diagnosis)))
+        show(candidates_table(diagnosis.remaining, on_the_noise(diagnosis)))
     for scatter in diagnosis.scatter:
         say()
         _tell_addition(addition_of(diagnosis, scatter))
@@ -214,12 +226,12 @@ def _tell_end(diagnosis: Diagnosis, agreed: Sequence[Agreement]) -> None:
         entry("Run by run", f"{effect_name(each.placed.effect, each.placed.component)}: {agreement_words(each)}")
     if agreed:
         say()
-    console.print(inertia_table(diagnosis))
+    show(inertia_table(diagnosis))
     say()
     verdict = diagnosis_verdict(diagnosis)
     colour = {"good": "green", "warn": "yellow", "bad": "red"}.get(verdict.tone, "default")
     word = diagnosis.verdict if diagnosis.complete else "not reached"
-    console.print(f"[{colour}]Verdict[/]    {word}", highlight=False)
+    console.print(Text.assemble(("Verdict", colour), f"    {word}"))
     entry("", verdict.text)
 
 

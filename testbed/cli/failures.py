@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-import signal
 import sys
+import tempfile
+import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType
 
-from testbed.errors import InfeasibleDesignError, InputError
+from testbed.errors import InfeasibleDesignError, InputError, UnphysicalPlatformError
+from testbed.interrupts import Interrupted, heard_interrupts
 
 COMPLETED = 0
 BAD_INPUT = 2
 DIVERGED = 3
+BUG = 70
+"""EX_SOFTWARE of sysexits.h: an internal software error has been detected."""
 INTERRUPTED = 130
 """128 + SIGINT, as shells have it."""
 
@@ -25,36 +28,46 @@ def exit_code_of(command: Callable[[], object]) -> int:
         command: a Typer application; it ends with SystemExit, and reports what is wrong with its options by itself.
     """
     try:
-        with _ended_as_interrupted():
+        with heard_interrupts():
             command()
     except InputError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return BAD_INPUT
+        return _ended(f"error: {error}", BAD_INPUT)
+    except (Interrupted, KeyboardInterrupt) as interrupt:
+        return _ended("; ".join(["Interrupted", *map(str, interrupt.args)]) + ".", INTERRUPTED)
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else COMPLETED
+    except MemoryError:
+        return _ended("error: memory ran out; give it more, or a smaller scenario or record", BAD_INPUT)
+    except Exception as bug:  # the last line of defence: that anything gets here is a bug of ours
+        return _ended(_bug_message(bug), BUG)
     return COMPLETED
 
 
-@contextmanager
-def _ended_as_interrupted() -> Iterator[None]:
-    """Take a request to end, as batch systems and containers send it, for Ctrl-C: what was found so far is kept."""
-    before = signal.signal(signal.SIGTERM, _interrupt)
+def _ended(message: str, code: int) -> int:
+    print(message, file=sys.stderr)
+    return code
+
+
+def _bug_message(bug: Exception) -> str:
+    """Return what to say of an error that nobody expected, its traceback kept where it disturbs nobody."""
+    said = f"error: testbed failed on a bug of its own ({type(bug).__name__}), nothing that you did wrong"
+    details = "".join(traceback.format_exception(bug))
     try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
-
-
-def _interrupt(signum: int, frame: FrameType | None) -> None:
-    """Do what is done at Ctrl-C; also where that is ignored, as of commands in a script's background."""
-    handler = signal.getsignal(signal.SIGINT)
-    (handler if callable(handler) else signal.default_int_handler)(signum, frame)
+        with tempfile.NamedTemporaryFile(
+            "w", prefix="testbed-", suffix=".log", encoding="utf-8", errors="backslashreplace", delete=False
+        ) as log:
+            log.write(f"{' '.join(sys.argv)}\n\n{details}")
+    except OSError:
+        return f"{said}; please report it with these lines:\n{details}"
+    return f"{said}; please report it with {log.name}"
 
 
 @contextmanager
 def naming(path: Path) -> Iterator[None]:
-    """Put the scenario's path before what is said of its maneuver."""
+    """Put the scenario's path before what is said of its platform or its maneuver."""
     try:
         yield
+    except UnphysicalPlatformError as error:
+        raise InputError(f"{path}: {error}") from error
     except InfeasibleDesignError as error:
         raise InputError(f"{path}: [maneuver]: {error}") from error

@@ -11,18 +11,21 @@ from testbed.campaign.plan import CampaignPlan
 from testbed.campaign.result import failures_of
 from testbed.campaign.run import run_campaign
 from testbed.campaign.statistics import CampaignStatistics, statistics_of
-from testbed.cli.console import campaign_progress, console, design_progress, say, warn
+from testbed.cli.console import campaign_progress, command_line, design_progress, say, show, warn
 from testbed.cli.failures import COMPLETED, INTERRUPTED, naming
+from testbed.cli.notices import print_verdict
 from testbed.cli.tables import statistics_table
 from testbed.delivery.campaign_folder import finish_campaign, kept_maneuver, start_campaign
-from testbed.delivery.folder import free_folder, require_free
+from testbed.delivery.folder import reserved_folder
+from testbed.delivery.provenance import provenance
 from testbed.errors import InputError
 from testbed.experiment.planning import plan_maneuver, starts_of
+from testbed.files import TextFile
 from testbed.maneuver.maneuver import Maneuver
-from testbed.scenario.reader import read_scenario
+from testbed.report.verdict import campaign_verdict
+from testbed.scenario.reader import scenario_file, scenario_of
 from testbed.scenario.scenario import Scenario
 
-RUNS = Path("runs")
 _MOST_LISTED = 5
 
 
@@ -41,25 +44,26 @@ def run_montecarlo(
     Raises:
         InputError: the scenario, the folder, or the scheduler cannot be used; what was flown is kept.
     """
-    scenario = read_scenario(path)
+    file = scenario_file(path)
+    scenario = scenario_of(file)
     if resume and out is None:
         raise InputError("--resume goes on with a campaign that was begun: name its folder with --out")
-    folder = free_folder(RUNS, f"{scenario.name}-montecarlo") if out is None else out
-    if not resume:
-        require_free(folder)
+    seed = scenario.seed if seed is None else seed
+    origin = provenance(scenario, file, command_line(), deciding={"seed": str(seed), "runs": str(runs)})
     executor = _executor(scheduler, workers)
-    maneuver = kept_maneuver(folder, scenario) if resume else _new_maneuver(folder, path, scenario)
-    plan = CampaignPlan(scenario=scenario, maneuver=maneuver, seed=scenario.seed if seed is None else seed, runs=runs)
-    try:
-        with campaign_progress(runs) as progress:
-            table = run_campaign(plan, folder, executor, progress)
-            statistics = statistics_of(table)
-            finish_campaign(folder, path, plan, table, statistics)
-    except KeyboardInterrupt:
-        say(
-            f"Interrupted. What was flown is kept in {folder}: repeat the command with --out {folder} --resume to go on"
-        )
-        return INTERRUPTED
+    with reserved_folder(out, f"{scenario.name}-montecarlo", resume=resume) as reserved:
+        folder = reserved.path
+        maneuver = kept_maneuver(folder, scenario) if resume else _new_maneuver(folder, file, scenario)
+        plan = CampaignPlan(scenario=scenario, maneuver=maneuver, seed=seed, runs=runs)
+        try:
+            with campaign_progress(runs) as progress:
+                table = run_campaign(plan, folder, executor, progress)
+                statistics = statistics_of(table)
+                finish_campaign(folder, file, origin, plan, table, statistics)
+        except KeyboardInterrupt:
+            again = f"repeat the command with --out {folder} --resume to go on"
+            say(f"Interrupted. What was flown is kept in {folder}: {again}")
+            return INTERRUPTED
     _print_result(path, folder, statistics, failures_of(table))
     return COMPLETED
 
@@ -78,15 +82,15 @@ def _executor(scheduler: str | None, workers: int | None) -> Executor:
     return cluster
 
 
-def _new_maneuver(folder: Path, path: Path, scenario: Scenario) -> Maneuver:
-    with naming(path), design_progress(starts_of(scenario)) as report:
+def _new_maneuver(folder: Path, file: TextFile, scenario: Scenario) -> Maneuver:
+    with naming(file.path), design_progress(starts_of(scenario)) as report:
         plan = plan_maneuver(scenario, nominal_platform(scenario), report)
-    start_campaign(folder, path, plan)
+    start_campaign(folder, file, plan)
     return plan.maneuver
 
 
 def _print_result(path: Path, folder: Path, statistics: CampaignStatistics, failures: list[dict[str, object]]) -> None:
-    console.print(statistics_table(statistics))
+    show(statistics_table(statistics))
     say()
     flown = statistics.runs - statistics.failed
     say(f"Runs       {flown} of {statistics.runs} completed")
@@ -95,5 +99,7 @@ def _print_result(path: Path, folder: Path, statistics: CampaignStatistics, fail
         say(f"           to see it: testbed run {path} --dispersed --seed {failure['seed']}")
     if len(failures) > _MOST_LISTED:
         say(f"           and {len(failures) - _MOST_LISTED} more, all in the report")
+    print_verdict(campaign_verdict(statistics))
+    say()
     say(f"Folder     {folder}")
     say(f"Report     {folder / 'report.html'}")

@@ -15,7 +15,7 @@ from rich.progress import (
 )
 from rich.progress import Progress as Bars
 
-from testbed.cli.console import RATE_PERIOD, RateColumn, remembered_interrupt, terminal
+from testbed.cli.console import RATE_PERIOD, RateColumn, description_column, remembered_interrupt, terminal
 from testbed.reproduction.progress import Advance, Progress
 
 
@@ -23,7 +23,7 @@ from testbed.reproduction.progress import Advance, Progress
 def parts_progress() -> Iterator[Progress]:
     """Show a bar for each part of the reproduction once it begins, on standard error."""
     columns = (
-        TextColumn("{task.description}"),
+        description_column(),
         BarColumn(),
         MofNCompleteColumn(),
         RateColumn("/s"),
@@ -33,8 +33,8 @@ def parts_progress() -> Iterator[Progress]:
     )
     hidden = not terminal.is_terminal
     with (
-        remembered_interrupt() as interrupted,
         Bars(*columns, console=terminal, disable=hidden, speed_estimate_period=RATE_PERIOD) as bars,
+        remembered_interrupt() as interrupted,
     ):
 
         def begin(part: str, items: int) -> Advance:

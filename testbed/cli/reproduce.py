@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 
 from rich.box import SIMPLE_HEAD
@@ -9,16 +10,17 @@ from rich.table import Table
 from rich.text import Text
 
 from testbed.campaign.local import usable_cores
-from testbed.cli.console import console, say
+from testbed.cli.console import command_line, say, show
 from testbed.cli.failures import COMPLETED, INTERRUPTED
 from testbed.cli.parts_progress import parts_progress
-from testbed.delivery.folder import free_folder, require_free
+from testbed.delivery.folder import reserved_folder
+from testbed.delivery.provenance import provenance_of_several
 from testbed.delivery.reproduction_folder import write_reproduction
 from testbed.reproduction.claims import Claim
 from testbed.reproduction.judgement import claims_of
-from testbed.reproduction.reproduction import full_extent, quick_extent, reproduce
-
-OUT = Path("runs")
+from testbed.reproduction.reproduction import SCENARIOS, full_extent, quick_extent, reproduce
+from testbed.scenario.reader import scenario_file
+from testbed.scenario.shipped import shipped_scenario
 
 
 def reproduce_paper(out: Path | None, seed: int, runs: int | None, *, quick: bool) -> int:
@@ -27,24 +29,26 @@ def reproduce_paper(out: Path | None, seed: int, runs: int | None, *, quick: boo
     Raises:
         InputError: the folder cannot be used, or a worker process died.
     """
-    folder = free_folder(OUT, "reproduction") if out is None else out
-    require_free(folder)
     make = quick_extent if quick else full_extent
     extent = make(seed=seed, workers=usable_cores(), runs=runs)
+    files = [scenario_file(shipped_scenario(name)) for name in SCENARIOS]
+    deciding = {name: str(value) for name, value in asdict(extent).items()}
+    origin = provenance_of_several("reproduction", files, command_line(), deciding)
     try:
-        with parts_progress() as progress:
-            reproduction = reproduce(extent, progress)
-            claims = tuple(claims_of(reproduction))
-            write_reproduction(folder, reproduction, claims)
+        with reserved_folder(out, "reproduction") as folder:
+            with parts_progress() as progress:
+                reproduction = reproduce(extent, progress)
+                claims = tuple(claims_of(reproduction))
+            folder.deliver(lambda place: write_reproduction(place, origin, reproduction, claims))
     except KeyboardInterrupt:
         say("Interrupted; nothing was written.")
         return INTERRUPTED
-    console.print(_claims_table(claims))
+    show(_claims_table(claims))
     say()
     say(f"Took       {reproduction.seconds:.0f} s with {extent.workers} processes")
-    say(f"Folder     {folder}")
-    say(f"Page       {folder / 'reproduction.html'}")
-    say(f"Recording  testbed view {folder}")
+    say(f"Folder     {folder.path}")
+    say(f"Page       {folder.path / 'reproduction.html'}")
+    say(f"Recording  testbed view {folder.path}")
     return COMPLETED
 
 

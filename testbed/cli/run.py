@@ -8,17 +8,18 @@ from pathlib import Path
 
 from testbed.assembly.dispersion import dispersed
 from testbed.cli.alignments import print_alignments
-from testbed.cli.console import console, design_progress, say, warn
+from testbed.cli.console import command_line, design_progress, say, show
 from testbed.cli.failures import COMPLETED, DIVERGED, naming
+from testbed.cli.notices import print_notices, print_verdict
 from testbed.cli.tables import design_lines, flight_lines, result_table
-from testbed.delivery.folder import free_folder, require_free
+from testbed.delivery.folder import reserved_folder
+from testbed.delivery.provenance import provenance
 from testbed.delivery.run_folder import write_run
 from testbed.experiment.conduct import conduct
 from testbed.experiment.experiment import Experiment
 from testbed.experiment.planning import starts_of
-from testbed.scenario.reader import read_scenario
-
-RUNS = Path("runs")
+from testbed.report.run import run_notices, run_verdict
+from testbed.scenario.reader import scenario_file, scenario_of
 
 
 def run_scenario(path: Path, out: Path | None, seed: int | None, *, drawn: bool, view: bool) -> int:
@@ -34,31 +35,33 @@ def run_scenario(path: Path, out: Path | None, seed: int | None, *, drawn: bool,
     Raises:
         InputError: the scenario, its limits or the output folder cannot be used.
     """
-    scenario = read_scenario(path)
+    file = scenario_file(path)
+    scenario = scenario_of(file)
     seed = scenario.seed if seed is None else seed
-    folder = free_folder(RUNS, scenario.name) if out is None else out
-    require_free(folder)
-    with naming(path), design_progress(starts_of(scenario)) as report:
-        experiment = conduct(scenario, seed, report, flown_scenario=dispersed(scenario, seed) if drawn else None)
-    write_run(folder, path, experiment)
-    _print_result(experiment, folder)
+    origin = provenance(scenario, file, command_line(), deciding={"seed": str(seed), "dispersed": str(drawn)})
+    with reserved_folder(out, scenario.name) as folder:
+        with naming(path), design_progress(starts_of(scenario)) as report:
+            experiment = conduct(scenario, seed, report, flown_scenario=dispersed(scenario, seed) if drawn else None)
+        folder.deliver(lambda place: write_run(place, file, origin, experiment))
+    _print_result(experiment, folder.path)
     if view:
         from testbed.recording.viewer import open_viewer  # noqa: PLC0415 - the viewer is wanted by few runs
 
-        open_viewer(folder / "recording.rrd", web=False)
+        open_viewer(folder.path / "recording.rrd", web=False)
     return COMPLETED if experiment.outcome == "completed" else DIVERGED
 
 
 def _print_result(experiment: Experiment, folder: Path) -> None:
     if experiment.estimation is not None:
-        console.print(result_table(experiment))
-        for name, message in experiment.estimation.failures.items():
-            warn(f"{name} gave no estimate", message)
+        show(result_table(experiment))
         say()
     if experiment.aligning is not None:
         print_alignments(experiment.aligning)
     for line in (*design_lines(experiment.plan.design), *flight_lines(experiment.flown)):
         say(line)
+    say()
+    print_verdict(run_verdict(experiment))
+    print_notices(run_notices(experiment))
     say()
     say(f"Folder     {folder}")
     say(f"Report     {folder / 'report.html'}")

@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from testbed.cli.console import console, say, warn
+from testbed.cli.console import say, show, warn
 from testbed.errors import InputError
 from testbed.files import whole_file
 from testbed.scoring.card import ScoreCard, card_content, score_card
@@ -52,9 +52,9 @@ def print_card(card: ScoreCard) -> None:
     for name, failure in card.failures.items():
         warn(name, f"counts as a miss: {failure}")
     say()
-    console.print(card_table(card))
+    show(card_table(card))
     say()
-    console.print(confusion_table(card))
+    show(confusion_table(card))
 
 
 def card_table(card: ScoreCard) -> Table:

@@ -12,6 +12,7 @@ from rich.text import Text
 from testbed.arrays import Theta
 from testbed.campaign.statistics import CampaignStatistics
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
+from testbed.estimation.body import is_body
 from testbed.experiment.experiment import CombinedEstimation, Estimation, Experiment
 from testbed.experiment.flying import FlownRun
 from testbed.maneuver.design import Design
@@ -37,6 +38,10 @@ def estimate_table(title: str, rows: Mapping[str, Theta], estimation: Estimation
     for name, estimate in estimation.by_name.items():
         table.add_row(estimator_name(name), *_cells(estimate.theta))
         table.add_row("", *_cells(estimate.std, "±"), style="dim")
+        if not np.array_equal(estimate.std, estimate.noise_std):
+            table.add_row("  by noise alone", *_cells(estimate.noise_std, "±"), style="dim")
+        if not is_body(estimate.theta):
+            table.add_row("  nearest body's", *_cells(estimate.body_theta), style="dim")
     if isinstance(estimation, Estimation) and estimation.bound_std is not None:
         table.add_section()
         table.add_row("Cramér-Rao bound", *_cells(estimation.bound_std, "±"))

@@ -53,6 +53,19 @@ class Cluster:
         return self.gimbal_inertia + self.rotor_transverse_inertia
 
 
+def cluster_part(cluster: Cluster, units: slice) -> Cluster:
+    """Return some units of a cluster."""
+    return Cluster(
+        gimbal_axis_B=cluster.gimbal_axis_B[units],
+        spin_axis_B=cluster.spin_axis_B[units],
+        rotor_momentum=cluster.rotor_momentum[units],
+        rotor_spin_inertia=cluster.rotor_spin_inertia[units],
+        rotor_transverse_inertia=cluster.rotor_transverse_inertia[units],
+        gimbal_inertia=cluster.gimbal_inertia[units],
+        position_B=None if cluster.position_B is None else cluster.position_B[units],
+    )
+
+
 def spin_axes(cluster: Cluster, gimbal_angle: UnitSeries) -> Array:
     """Return s(d) = s0 cos d + t0 sin d, shape (..., M, 3), body axes."""
     cos, sin = np.cos(gimbal_angle)[..., None], np.sin(gimbal_angle)[..., None]

@@ -5,10 +5,7 @@
 
 from __future__ import annotations
 
-import json
-import shutil
 from pathlib import Path
-from typing import Any
 
 import pyarrow as pa
 
@@ -19,10 +16,11 @@ from testbed.campaign.plan import CampaignPlan
 from testbed.campaign.result import montecarlo_of
 from testbed.campaign.statistics import CampaignStatistics
 from testbed.delivery.design_folder import maneuver_section
-from testbed.delivery.provenance import provenance
+from testbed.delivery.provenance import Provenance
+from testbed.delivery.run_folder import write_json
 from testbed.errors import InputError
 from testbed.experiment.planning import Plan, plan_maneuver, starts_of
-from testbed.files import whole_file
+from testbed.files import TextFile, whole_file
 from testbed.maneuver.maneuver import Maneuver
 from testbed.report.campaign import write_campaign_report
 from testbed.scenario.reader import read_maneuver
@@ -31,15 +29,19 @@ from testbed.scenario.scenario import Scenario
 _MANEUVER = "maneuver.toml"
 
 
-def start_campaign(folder: Path, scenario_path: Path, plan: Plan) -> None:
+def start_campaign(folder: Path, file: TextFile, plan: Plan) -> None:
     """Write the scenario, and the maneuver where it was designed, before the first run.
+
+    Args:
+        folder: of the campaign.
+        file: the scenario as it was read.
+        plan: with the maneuver.
 
     Raises:
         InputError: the folder cannot be written.
     """
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(scenario_path, folder / "scenario.toml")
+        (folder / "scenario.toml").write_bytes(file.content)
         if plan.design is not None:
             (folder / _MANEUVER).write_text(maneuver_section(plan.design), encoding="utf-8")
     except OSError as error:
@@ -61,9 +63,22 @@ def kept_maneuver(folder: Path, scenario: Scenario) -> Maneuver:
 
 
 def finish_campaign(
-    folder: Path, scenario_path: Path, plan: CampaignPlan, table: pa.Table, statistics: CampaignStatistics
+    folder: Path,
+    file: TextFile,
+    origin: Provenance,
+    plan: CampaignPlan,
+    table: pa.Table,
+    statistics: CampaignStatistics,
 ) -> None:
-    """Write montecarlo.json and the report of a complete campaign.
+    """Write montecarlo.json, provenance.json and the report of a complete campaign.
+
+    Args:
+        folder: of the campaign.
+        file: the scenario as it was read.
+        origin: what made the campaign.
+        plan: of the campaign.
+        table: its runs.
+        statistics: of the runs.
 
     Raises:
         InputError: the folder cannot be written.
@@ -76,25 +91,19 @@ def finish_campaign(
         seed=plan.seed,
         seconds=read_manifest(folder).seconds,
         flight_s=clock.ticks * clock.period,
-    )
-    scenario_text = scenario_path.read_text(encoding="utf-8")
-    _write_result(folder, result)
+    ) | {"provenance": origin.reproducible}
+    try:
+        for name, content in (("montecarlo.json", result), ("provenance.json", origin.content)):
+            with whole_file(folder / name) as part:
+                write_json(part, content)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written ({error.strerror}); make room there") from error
     write_campaign_report(
         folder / "report.html",
         plan=plan,
-        scenario_path=scenario_path,
+        scenario_path=file.path,
         table=table,
         statistics=statistics,
-        provenance=provenance(plan.scenario, scenario_text)
-        | {"campaign seed": str(plan.seed), "scenario.toml": scenario_text},
+        provenance=origin.listed | {"scenario.toml": file.text},
         result=result,
     )
-
-
-def _write_result(folder: Path, result: dict[str, Any]) -> None:
-    try:
-        with whole_file(folder / "montecarlo.json") as part:
-            text = json.dumps(result, indent=2, ensure_ascii=False, allow_nan=False)
-            part.write_text(text + "\n", encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written ({error.strerror}); make room there") from error

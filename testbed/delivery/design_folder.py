@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
 from pyarrow import csv
 
-from testbed.delivery.folder import whole_folder
+from testbed.delivery.provenance import Provenance
 from testbed.delivery.run_folder import write_json
 from testbed.experiment.result import SCHEMA, design_of, starts_of_design
+from testbed.files import TextFile
 from testbed.maneuver.design import Design
 from testbed.maneuver.maneuver import Maneuver
 from testbed.scenario.scenario import Scenario
@@ -20,23 +20,31 @@ from testbed.signals import SIGNALS
 _SAMPLES_PER_SECOND = 100.0
 
 
-def write_design(folder: Path, scenario_path: Path, scenario: Scenario, design: Design) -> None:
-    """Write scenario, design.json, maneuver.toml (control points) and maneuver.csv (samples).
+def write_design(folder: Path, file: TextFile, origin: Provenance, scenario: Scenario, design: Design) -> None:
+    """Write scenario, design.json, maneuver.toml (control points), maneuver.csv (samples) and provenance.json.
+
+    Args:
+        folder: to write into.
+        file: the scenario as it was read.
+        origin: what made the design.
+        scenario: read from the file.
+        design: of its maneuver.
 
     Raises:
-        InputError: the folder is taken, or cannot be written.
+        OSError: the folder cannot be written.
     """
     content = {
         "schema": SCHEMA,
         "scenario": scenario.name,
         "design": design_of(design),
         "starts": starts_of_design(design),
+        "provenance": origin.reproducible,
     }
-    with whole_folder(folder) as part:
-        shutil.copyfile(scenario_path, part / "scenario.toml")
-        write_json(part / "design.json", content)
-        (part / "maneuver.toml").write_text(maneuver_section(design), encoding="utf-8")
-        csv.write_csv(_samples(design.maneuver), part / "maneuver.csv")
+    (folder / "scenario.toml").write_bytes(file.content)
+    write_json(folder / "design.json", content)
+    write_json(folder / "provenance.json", origin.content)
+    (folder / "maneuver.toml").write_text(maneuver_section(design), encoding="utf-8")
+    csv.write_csv(_samples(design.maneuver), folder / "maneuver.csv")
 
 
 def maneuver_section(design: Design) -> str:

@@ -9,8 +9,7 @@ from typing import Any
 
 from testbed.assembly.extension import PLATFORM, SCENARIO, extended, write_extended
 from testbed.delivery.diagnosis_recording import diagnosis_content
-from testbed.delivery.folder import whole_folder
-from testbed.delivery.provenance import provenance, recording_id_of
+from testbed.delivery.provenance import Provenance
 from testbed.delivery.run_folder import write_json
 from testbed.diagnosis.location import Place
 from testbed.diagnosis.result import result_of
@@ -20,6 +19,7 @@ from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import inertia_of
 from testbed.effects.contract import Extension
 from testbed.errors import InputError
+from testbed.files import TextFile
 from testbed.recording.diagnosis import write_diagnosis_recording
 from testbed.report.diagnosis import write_diagnosis_page
 from testbed.report.diagnosis_next import purpose_words
@@ -35,7 +35,8 @@ NEXT = "next"
 
 def write_diagnosis(
     folder: Path,
-    scenario_path: Path,
+    file: TextFile,
+    origin: Provenance,
     scenario: BodyScenario,
     diagnosis: Diagnosis,
     places: Sequence[Place],
@@ -43,12 +44,13 @@ def write_diagnosis(
     notices: Sequence[str],
     proposal: Proposal | None,
 ) -> tuple[str, ...]:
-    """Write diagnosis.json, report.html, recording.rrd, scenario.toml, extended/, next/, provenance.json, or nothing.
+    """Write diagnosis.json, report.html, recording.rrd, scenario.toml, extended/, next/ and provenance.json.
 
     Args:
-        folder: new or empty.
-        scenario_path: of the nominal scenario; copied as it is.
-        scenario: read from it.
+        folder: to write into.
+        file: the nominal scenario as it was read.
+        origin: what made the diagnosis; the records are among its inputs.
+        scenario: read from the file.
         diagnosis: complete or not.
         places: where the gap is.
         agreements: of the runs on what was added.
@@ -59,29 +61,28 @@ def write_diagnosis(
         What more there is to know once all is written.
 
     Raises:
-        InputError: the folder is taken, or cannot be written.
+        OSError: the folder cannot be written.
     """
-    scenario_text = scenario_path.read_text(encoding="utf-8")
-    origin = provenance(scenario, scenario_text)
     residuals = residuals_of(diagnosis)
-    with whole_folder(folder) as part:
-        shutil.copyfile(scenario_path, part / SCENARIO)
-        model, said = _write_model(part, scenario, diagnosis)
-        content = result_of(diagnosis, places, (*notices, *said), agreements)
-        content |= model | _write_next(part, scenario, proposal)
-        write_json(part / "diagnosis.json", content)
-        write_json(part / "provenance.json", origin)
-        write_diagnosis_page(
-            part / "report.html",
-            diagnosis,
-            places,
-            residuals,
-            agreements,
-            proposal,
-            origin | {"scenario.toml": scenario_text},
-            content,
-        )
-        write_diagnosis_recording(part / "recording.rrd", recording_id_of(origin), diagnosis_content(residuals, origin))
+    (folder / SCENARIO).write_bytes(file.content)
+    model, said = _write_model(folder, scenario, diagnosis)
+    content = result_of(diagnosis, places, (*notices, *said), agreements)
+    content |= model | _write_next(folder, scenario, proposal) | {"provenance": origin.reproducible}
+    write_json(folder / "diagnosis.json", content)
+    write_json(folder / "provenance.json", origin.content)
+    write_diagnosis_page(
+        folder / "report.html",
+        diagnosis,
+        places,
+        residuals,
+        agreements,
+        proposal,
+        origin.listed | {"scenario.toml": file.text},
+        content,
+    )
+    write_diagnosis_recording(
+        folder / "recording.rrd", origin.recording_id, diagnosis_content(residuals, origin.listed)
+    )
     return said
 
 

@@ -1,69 +1,128 @@
-"""What made a run: versions, model, scenario, seed. Enough to make it again."""
+"""What made a result: inputs, seed, versions, command. Enough to make it again."""
 
 from __future__ import annotations
 
 import hashlib
 import platform
-from collections.abc import Mapping
-from dataclasses import asdict
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
+from typing import Any
 
-from testbed.experiment.experiment import Experiment
-from testbed.plant.fingerprint import model_sha256
-from testbed.reproduction.reproduction import Extent
+from testbed.files import FileStamp, TextFile, stamped
 from testbed.scenario.body import BodyScenario
+from testbed.scenario.maneuver import CsvManeuver
+from testbed.scenario.scenario import Scenario
 
 _PACKAGES = ("testbed", "mujoco", "numpy", "scipy", "casadi", "rerun-sdk")
 
 
-def run_provenance(experiment: Experiment, scenario_text: str) -> dict[str, str]:
-    """Return what decides a run, and what it ran on.
+@dataclass(frozen=True, kw_only=True)
+class Provenance:
+    """What made a result.
 
-    Args:
-        experiment: the run.
-        scenario_text: its scenario file, verbatim.
+    Attributes:
+        scenario: name of what was done.
+        inputs: every file that was read, as it was read.
+        deciding: what else decides the numbers: seed, hashes of models, versions.
+        circumstances: what does not decide them: command line, machine, time.
     """
-    deciding = {"seed": str(experiment.seed), "model_sha256": model_sha256(experiment.truth.model)}
-    return provenance(experiment.scenario, scenario_text) | deciding
+
+    scenario: str
+    inputs: tuple[FileStamp, ...]
+    deciding: Mapping[str, str]
+    circumstances: Mapping[str, str]
+
+    @property
+    def reproducible(self) -> dict[str, Any]:
+        """What a result states of itself, the same whenever and wherever it is made again."""
+        return {**self.deciding, "inputs": [asdict(stamp) for stamp in self.inputs]}
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """What provenance.json holds."""
+        return {"scenario": self.scenario, **self.circumstances, **self.reproducible}
+
+    @property
+    def listed(self) -> dict[str, str]:
+        """Every entry by name, as a page lists them."""
+        inputs = {f"input {stamp.path}": f"sha256 {stamp.sha256}, {stamp.size} bytes" for stamp in self.inputs}
+        return {"scenario": self.scenario, **self.circumstances, **self.deciding, **inputs}
+
+    @property
+    def recording_id(self) -> str:
+        """A name from everything that decides the result, and from nothing else: a viewer merges equal names."""
+        deciding = repr((sorted(self.deciding.items()), sorted(stamp.sha256 for stamp in self.inputs)))
+        return f"{self.scenario}-{hashlib.sha256(deciding.encode()).hexdigest()[:16]}"
+
+    def with_deciding(self, **more: str) -> Provenance:
+        """Return the same with more of what decides the numbers, such as the hash of a model."""
+        return replace(self, deciding={**self.deciding, **more})
 
 
-def provenance(scenario: BodyScenario, scenario_text: str) -> dict[str, str]:
-    """Return the scenario, the versions and the machine behind a result.
+def provenance(
+    scenario: BodyScenario,
+    file: TextFile,
+    command: str,
+    *,
+    data: Sequence[FileStamp] = (),
+    deciding: Mapping[str, str] | None = None,
+) -> Provenance:
+    """Return what made a result from one scenario.
 
     Args:
         scenario: as read.
-        scenario_text: its file, verbatim.
+        file: it was read from.
+        command: line that was given.
+        data: measured records that were read.
+        deciding: what else decides the numbers, such as the seed.
     """
-    return {"scenario": scenario.name, "scenario_sha256": _sha256(scenario_text), **_versions()}
+    return Provenance(
+        scenario=scenario.name,
+        inputs=(file.stamp, *_beside(scenario), *data),
+        deciding={"scenario_sha256": file.stamp.sha256, **(deciding or {}), **_versions()},
+        circumstances=_circumstances(command),
+    )
 
 
-def reproduction_provenance(extent: Extent, scenarios: Mapping[str, str]) -> dict[str, str]:
-    """Return what decides a reproduction, and what it ran on.
+def provenance_of_several(
+    name: str, files: Sequence[TextFile], command: str, deciding: Mapping[str, str]
+) -> Provenance:
+    """Return what made a result from several scenarios.
 
     Args:
-        extent: how much was flown, and the seed.
-        scenarios: text of every scenario file that was used, by name.
+        name: of the result.
+        files: the scenarios.
+        command: line that was given.
+        deciding: what else decides the numbers, such as the seed.
     """
-    hashes = {f"scenario_{name}_sha256": _sha256(text) for name, text in scenarios.items()}
-    extents = {name: str(value) for name, value in asdict(extent).items()}
-    return {"scenario": "reproduction", **extents, **hashes, **_versions()}
+    hashes = {f"scenario_{file.path.stem}_sha256": file.stamp.sha256 for file in files}
+    return Provenance(
+        scenario=name,
+        inputs=tuple(file.stamp for file in files),
+        deciding={**deciding, **hashes, **_versions()},
+        circumstances=_circumstances(command),
+    )
+
+
+def _beside(scenario: BodyScenario) -> list[FileStamp]:
+    """Return the stamps of the files that a scenario names."""
+    stamps = [] if scenario.platform.model is None else [stamped(scenario.platform.model, "the platform's MJCF")]
+    if isinstance(scenario, Scenario) and isinstance(scenario.maneuver, CsvManeuver):
+        stamps.append(stamped(scenario.maneuver.file, "the maneuver's table"))
+    return stamps
 
 
 def _versions() -> dict[str, str]:
-    return {
-        **{f"version_{package}": version(package) for package in _PACKAGES},
-        "version_python": platform.python_version(),
-        "machine": f"{platform.system()} {platform.machine()}",
-        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+    return {f"version_{package}": version(package) for package in _PACKAGES} | {
+        "version_python": platform.python_version()
     }
 
 
-def recording_id_of(provenance: dict[str, str]) -> str:
-    """Return a name from everything that decides the run, and from nothing else: a viewer merges equal names."""
-    deciding = sorted(item for item in provenance.items() if item[0] not in {"created", "machine"})
-    return f"{provenance['scenario']}-{_sha256(repr(deciding))[:16]}"
-
-
-def _sha256(text: str) -> str:
-    return hashlib.sha256(text.encode("utf-8")).hexdigest()
+def _circumstances(command: str) -> dict[str, str]:
+    return {
+        "command": command,
+        "machine": f"{platform.system()} {platform.machine()}",
+        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+    }

@@ -12,8 +12,11 @@ from testbed.assembly.contact import cut_at_contact
 from testbed.assembly.estimation import telemetry_of
 from testbed.assembly.platform import Body
 from testbed.diagnosis.windows import averaged, windows_of, with_actuator_rows
+from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.effects.gyro_saturation import flat_tops
 from testbed.errors import InputError
 from testbed.estimation.gyro_noise import gyro_noise_of
+from testbed.estimation.outliers import gross_outliers
 from testbed.estimation.telemetry import BRIDGED_PERIODS, Telemetry, covered_part
 from testbed.records.checks import MINIMUM_SAMPLES
 from testbed.records.record import Record
@@ -27,6 +30,7 @@ certain behind it. A gimbal that swings by 0.3 rad at 1 Hz costs 6e-4 rad."""
 _BRIDGED_TORQUE = 0.11
 """s. An applied torque is followed at 16 Hz, and so is it over gaps that are hardly longer. Over 0.12 s what changes
 between left a jump of 4e-5 N·m·s, which looks like a touch."""
+STAND_ALONE = "alone, far from the neighbours: left out"
 _STUCK = 0.9
 """Share of an axis's samples at one and the same value, beyond which it shows no motion; noise repeats none."""
 
@@ -62,6 +66,7 @@ def parts_of(record: Record, scenario: BodyScenario, nominal: Body, notices: lis
             notices.append((name, f"cut at {contact.last_free:.3f} s, where it shows a contact"))
     telemetry = _with_noise(record, telemetry_of(measured, scenario, nominal), notices)
     _require_moving_gyro(name, telemetry)
+    telemetry = _without_gross_outliers(name, telemetry, notices)
     if scenario.diagnosis.sample_rate_hz is not None:
         telemetry = averaged(telemetry, scenario.diagnosis.sample_rate_hz)
     stretches = list(_without_gaps(telemetry))
@@ -108,13 +113,29 @@ def _with_noise(record: Record, telemetry: Telemetry, notices: list[tuple[str, s
     return replace(telemetry, gyro_noise=noise)
 
 
+def _without_gross_outliers(name: str, telemetry: Telemetry, notices: list[tuple[str, str]]) -> Telemetry:
+    (clipped,) = flat_tops([telemetry])
+    gone = np.any(gross_outliers(telemetry.body_rate, telemetry.gyro_noise) & ~clipped, axis=1)
+    if not gone.any():
+        return telemetry
+    notices.append((name, outliers_notice(int(gone.sum()))))
+    return replace(telemetry, gyro_time=telemetry.gyro_time[~gone], body_rate=telemetry.body_rate[~gone])
+
+
+def outliers_notice(count: int) -> str:
+    """Return what to say of gyro samples that were left out."""
+    return f"{count} gyro {'sample stands' if count == 1 else 'samples stand'} {STAND_ALONE}"
+
+
 def _require_moving_gyro(name: str, telemetry: Telemetry) -> None:
-    for axis, rate in zip(AXES, telemetry.body_rate.T, strict=True):
+    for number, (axis, rate) in enumerate(zip(AXES, telemetry.body_rate.T, strict=True), start=1):
         values, counts = np.unique(np.abs(rate), return_counts=True)
         if counts.max() > _STUCK * len(rate):
+            about = ", ".join(parameter for parameter in PARAMETER_NAMES if str(number) in parameter)
             raise InputError(
                 f"{name}: the gyro's {axis} axis reads {values[counts.argmax()]:.4g} rad/s in size "
-                f"in {counts.max()} of {len(rate)} samples: it is saturated or dead; take the run out"
+                f"in {counts.max()} of {len(rate)} samples: it is saturated or dead, so that {about} cannot be "
+                "determined; take the run out"
             )
 
 

@@ -49,7 +49,7 @@ _HARDLY = 0.3
 """Share of the gap that it has to leave as well."""
 
 
-def require_motion_in_si(runs: Runs, theta: Theta) -> None:
+def require_si(runs: Runs, theta: Theta) -> None:
     """Refuse records that should not even be fitted.
 
     Args:
@@ -57,9 +57,8 @@ def require_motion_in_si(runs: Runs, theta: Theta) -> None:
         theta: of the nominal model, kg·m².
 
     Raises:
-        InputError: no motion, or a gyro in another unit.
+        InputError: a gyro in another unit.
     """
-    _require_motion(runs)
     if runs.driven_by_momentum:
         _require_unit(runs, theta)
 
@@ -106,7 +105,12 @@ def require_explicable(runs: Runs, before: float, after: float) -> None:
         )
 
 
-def _require_motion(runs: Runs) -> None:
+def require_motion(runs: Runs) -> None:
+    """Refuse platforms at rest.
+
+    Raises:
+        InputError: no run turns by more than noise.
+    """
     powers = [
         rates.var(axis=0).sum() / (sigma**2).sum() for rates, sigma in zip(runs.measured, runs.sigma, strict=True)
     ]

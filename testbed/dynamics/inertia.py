@@ -51,6 +51,20 @@ def torque_regressor(body_rate: Vectors3, body_acceleration: Vectors3) -> Array:
     return momentum_regressor(body_acceleration) + cross_matrix(body_rate) @ momentum_regressor(body_rate)
 
 
+def turning_regressor(products: Array) -> Array:
+    """Return ω× Γ(ω), shape (..., 3, 6), of the six products ω_a ω_b, in which it is linear.
+
+    Args:
+        products: shape (..., 6), (rad/s)², as from `rate_products`; also what a linear filter makes of them.
+    """
+    return np.asarray((products @ _TURNING).reshape(*products.shape[:-1], 3, 6))
+
+
+def rate_products(body_rate: Vectors3) -> Array:
+    """Return ω_a ω_b of the six pairs of axes, shape (..., 6), in the order of θ."""
+    return np.asarray(body_rate[..., _ROWS] * body_rate[..., _COLUMNS])
+
+
 def cross_matrix(vector: Vectors3) -> Array:
     """Return the matrix of v×, shape (..., 3, 3). Source: paper eq. (2).
 
@@ -63,3 +77,25 @@ def cross_matrix(vector: Vectors3) -> Array:
     matrix[..., 1, 0], matrix[..., 1, 2] = z, -x
     matrix[..., 2, 0], matrix[..., 2, 1] = -y, x
     return matrix
+
+
+def symmetric_inverse(matrix: Array) -> Array:
+    """Return the inverses of symmetric 3 × 3 matrices, shape (..., 3, 3), by cofactors; analytic in the entries."""
+    a, b, c = matrix[..., 0, 0], matrix[..., 1, 1], matrix[..., 2, 2]
+    d, e, f = matrix[..., 1, 2], matrix[..., 0, 2], matrix[..., 0, 1]
+    xx, yy, zz = b * c - d * d, a * c - e * e, a * b - f * f
+    yz, xz, xy = e * f - a * d, d * f - b * e, d * e - c * f
+    determinant = a * xx + f * xy + e * xz
+    rows = [np.stack(row, axis=-1) for row in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))]
+    return np.asarray(np.stack(rows, axis=-2) / determinant[..., None, None])
+
+
+def _turning() -> Array:
+    """Return ω× Γ(ω) as a linear map of the six products, shape (6, 18)."""
+    axes = np.eye(3)
+    product = np.einsum("aij,bjk->abik", cross_matrix(axes), momentum_regressor(axes))
+    product += np.swapaxes(product, 0, 1) * (1.0 - axes)[..., None, None]  # ω_a ω_b stands for both orders
+    return np.asarray(product[_ROWS, _COLUMNS].reshape(6, 18))
+
+
+_TURNING = _turning()

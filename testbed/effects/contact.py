@@ -101,7 +101,7 @@ def _likeliest(run: Telemetry) -> list[tuple[float, float]]:
     of the likelihood ratio with and without the jump.
     """
     equation = momentum_equation(run, run.body_rate)
-    rows = equation.regressor.reshape(-1, 9)
+    rows = equation.regressor[..., :9].reshape(-1, 9)
     basis = np.linalg.qr(rows / np.linalg.norm(rows, axis=0))[0]
     response = equation.response.ravel()
     residual = response - basis @ (basis.T @ response)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from testbed.arrays import Array, Axes, Flags, Series, Units, UnitSeries, Vectors3
-from testbed.cmg.cluster import Cluster, cluster_momentum, inertia_change, spin_axes, transverse_axes
+from testbed.cmg.cluster import Cluster, cluster_momentum, cluster_part, inertia_change, spin_axes, transverse_axes
 from testbed.cmg.misalignment import misaligned, turning_axes
 from testbed.errors import InputError
 from testbed.estimation.actuation import Actuation, GimbalMotion, gimbal_motion
@@ -108,6 +109,44 @@ def held_momentum(record: GimbalTelemetry, alignment: Alignment, motion: Motion)
     )
 
 
+class UnitTelemetry(NamedTuple):
+    """One unit as believed, and its gimbal's motion at the output times and at the ends of the integration's steps."""
+
+    cluster: Cluster
+    samples: GimbalMotion
+    nodes: GimbalMotion
+
+
+def unit_telemetry(telemetry: Telemetry, unit: int) -> UnitTelemetry:
+    """Sample one unit's gimbal.
+
+    Args:
+        telemetry: with encoders.
+        unit: index of the unit.
+    """
+    assert telemetry.cluster is not None
+    assert telemetry.gimbal_angle is not None
+    column = slice(unit, unit + 1)
+    cluster = cluster_part(telemetry.cluster, column)
+    spin = telemetry.rotor_momentum
+    own = replace(telemetry, rotor_momentum=None if spin is None else spin[:, column])
+    drive, angle = drive_of(telemetry), telemetry.gimbal_angle[:, column]
+    return UnitTelemetry(
+        cluster=cluster,
+        samples=gimbal_motion(own, cluster, angle, drive.time),
+        nodes=gimbal_motion(own, cluster, angle, drive.grid_time[::2]),
+    )
+
+
+def held_momentum_of_unit(unit: UnitTelemetry, motion: Motion) -> HeldMomentum:
+    """Return what the momentum that a unit holds owes to each of its four alignments, in the order of `KINDS`."""
+    aligned = Alignment(misalignment=np.zeros((1, 2)), encoder_zero=np.zeros(1), momentum_scale=np.zeros(1))
+    return HeldMomentum(
+        at_nodes=_held(unit.cluster, aligned, unit.nodes, motion.node_rate),
+        at_samples=_held(unit.cluster, aligned, unit.samples, motion.body_rate),
+    )
+
+
 def working_units(cluster: Cluster) -> Flags:
     """Return which units carry momentum, shape (6,); failed ones show nothing of their alignment."""
     return np.asarray(cluster.rotor_momentum != 0.0)
@@ -119,7 +158,7 @@ def _corrected(motion: GimbalMotion, alignment: Alignment) -> tuple[UnitSeries, 
 
 
 def _held(cluster: Cluster, alignment: Alignment, motion: GimbalMotion, body_rate: Vectors3) -> Array:
-    """∂(J(d) ω + h)/∂p, shape (N, 3, 24); a unit's axes turn by axis × vector, and ∂s/∂(zero) = -t(d)."""
+    """∂(J(d) ω + h)/∂p, shape (N, 3, 4 M) of M units; a unit's axes turn by axis × vector, and ∂s/∂(zero) = -t(d)."""
     turned = misaligned(cluster, alignment.misalignment)
     angle, rate, momentum = _corrected(motion, alignment)
     spin, home, gimbal = spin_axes(turned, angle), turned.spin_axis_B, turned.gimbal_axis_B
@@ -133,7 +172,7 @@ def _held(cluster: Cluster, alignment: Alignment, motion: GimbalMotion, body_rat
     about_spin, about_transverse = turning_axes(cluster, alignment.misalignment)
     scale = motion.rotor_momentum[..., None] * spin
     columns = np.stack([turn(about_spin), turn(about_transverse), zero, scale], axis=1)
-    return np.moveaxis(columns.reshape(len(angle), ALIGNMENTS, 3), 1, 2)
+    return np.moveaxis(columns.reshape(len(angle), -1, 3), 1, 2)
 
 
 def _moved(

@@ -7,7 +7,7 @@ import numpy as np
 from testbed.arrays import Covariance, Regressor, Theta, Vector3
 from testbed.estimation.identifiability import inertia_size, require_identifiable, without_momentum
 from testbed.estimation.motion import Drive, Motion, drive_of, simulate
-from testbed.estimation.sensitivity import rate_sensitivity
+from testbed.estimation.sensitivity import rate_sensitivity, torque_sensitivity
 from testbed.estimation.telemetry import Telemetry, covered_part
 
 
@@ -39,6 +39,9 @@ def cramer_rao_bound(telemetry: Telemetry, theta: Theta, initial_momentum_B: Vec
 
 
 def rate_columns(telemetry: Telemetry, drive: Drive, motion: Motion) -> Regressor:
-    """Return ∂ω/∂(unknowns), shape (3N, 6) where the initial momentum is known to be zero, or (3N, 9)."""
-    unknowns = 6 if telemetry.initial_momentum == "zero" else 9
-    return rate_sensitivity(drive, motion)[..., :unknowns].reshape(-1, unknowns)
+    """Return ∂ω/∂(unknowns), shape (3N, P): of the inertia, then of the momentum and the torques where unknown."""
+    known = rate_sensitivity(drive, motion)[..., : 6 + telemetry.momentum_unknowns]
+    if not telemetry.torque_unknowns:
+        return known.reshape(-1, known.shape[-1])
+    columns = np.concatenate([known, torque_sensitivity(drive, motion, drive.torque_basis)], axis=2)
+    return columns.reshape(-1, columns.shape[-1])

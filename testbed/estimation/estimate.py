@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal, Protocol
 
 import numpy as np
 
 from testbed.arrays import Array, Covariance, Matrix3, Series, Theta, Vector3, Vectors3
+from testbed.estimation.body import nearest_body
 from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.uncertainty import EXACT, Uncertainty
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -22,12 +25,14 @@ class EstimationSettings:
         instrument: what the instrument is made of: the reference rate, a simulation of the nominal model, or
             simulations with the estimate so far.
         reference_rate: ω_ref(t), times of shape (N,) to rates of shape (N, 3), rad/s; needed by the first kind only.
+        uncertainty: what is uncertain of actuators and gyro.
     """
 
     nominal_theta: Theta
     prefilter_time: float = 0.8
     instrument: Literal["reference", "nominal", "iterated"] = "iterated"
     reference_rate: Callable[[Series], Vectors3] | None = None
+    uncertainty: Uncertainty = EXACT
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,29 +41,57 @@ class Estimate:
 
     Attributes:
         theta: θ̂, shape (6,), kg·m².
-        covariance: of θ̂, shape (6, 6), kg²·m⁴.
+        covariance: of θ̂ by the gyro's noise alone, shape (6, 6), kg²·m⁴.
         initial_momentum_B: the platform's whole momentum at the first sample used, N·m·s, body axes; zero where known.
         initial_momentum_covariance: shape (3, 3), N²·m²·s²; zero where known.
+        constant_torque: that was estimated jointly, by component, shape (K,), N·m.
+        constant_torque_std: its standard deviations by the gyro's noise, shape (K,), N·m.
+        torque_names: of its components, such as `inertial_x`.
         residual_time: shape (N,), s.
         residual: measured - predicted, shape (N, 3), in `residual_unit`.
         residual_unit: N·m, or rad/s.
         residual_sigma: its standard deviation with the parameters' degrees of freedom taken off.
         iterations: rounds until the answer.
+        influence: ∂θ̂/∂e of an error e of each gyro sample, shape (6, 3N), kg·m² per rad/s, in the order of the
+            residual; None once what follows from it is known.
+        considered: shift of θ̂ by one standard deviation of each quantity that is not estimated, shape (6, K), kg·m².
+        spread: covariance beyond that, by which estimates differ that should agree, shape (6, 6), kg²·m⁴.
     """
 
     theta: Theta
     covariance: Covariance
     initial_momentum_B: Vector3
     initial_momentum_covariance: Matrix3
+    constant_torque: Array
+    constant_torque_std: Array
+    torque_names: tuple[str, ...]
     residual_time: Series
     residual: Vectors3
     residual_unit: Literal["N·m", "rad/s"]
     residual_sigma: float
     iterations: int
+    influence: Array | None = None
+    considered: Array = field(default_factory=lambda: np.zeros((6, 0)))
+    spread: Covariance = field(default_factory=lambda: np.zeros((6, 6)))
+
+    @property
+    def total_covariance(self) -> Covariance:
+        """Covariance of θ̂ by noise, by what is uncertain of actuators and gyro, and by the spread, (6, 6), kg²·m⁴."""
+        return np.asarray(self.covariance + self.considered @ self.considered.T + self.spread)
 
     @property
     def std(self) -> Theta:
-        """Standard deviation of θ̂, shape (6,), kg·m²."""
+        """Standard deviation of θ̂, everything considered, shape (6,), kg·m²."""
+        return np.sqrt(np.diag(self.total_covariance))
+
+    @cached_property
+    def body_theta(self) -> Theta:
+        """The most likely inertia that some body has, shape (6,), kg·m²; θ̂ itself where that is a body's."""
+        return nearest_body(self.theta, self.total_covariance)
+
+    @property
+    def noise_std(self) -> Theta:
+        """Standard deviation of θ̂ by the gyro's noise alone, shape (6,), kg·m²."""
         return np.sqrt(np.diag(self.covariance))
 
 
@@ -80,18 +113,20 @@ def estimate_of(
     parameters: Array,
     covariance: Array,
     *,
+    influence: Array,
     time: Series,
     residual: Array,
     unit: Literal["N·m", "rad/s"],
     sigma: float,
     iterations: int,
 ) -> Estimate:
-    """Return the estimate that a solution's parameters are, the inertia first and the first momentum after it.
+    """Return the estimate that a solution's parameters are: the inertia first, then momenta, torques last.
 
     Args:
         telemetry: says whether a momentum was estimated.
         parameters: shape (P,).
         covariance: shape (P, P).
+        influence: of errors of the gyro's samples on the parameters, shape (P, 3N).
         time: of the residual, shape (N,), s.
         residual: measured - predicted, 3N numbers.
         unit: of the residual.
@@ -99,14 +134,19 @@ def estimate_of(
         iterations: rounds.
     """
     unknown = telemetry.initial_momentum == "estimated"
+    stds = np.sqrt(np.diag(covariance))
     return Estimate(
         theta=parameters[:6],
         covariance=covariance[:6, :6],
         initial_momentum_B=parameters[6:9] if unknown else np.zeros(3),
         initial_momentum_covariance=covariance[6:9, 6:9] if unknown else np.zeros((3, 3)),
+        constant_torque=telemetry.torque_of(parameters),
+        constant_torque_std=telemetry.torque_of(stds),
+        torque_names=telemetry.torque_names,
         residual_time=time,
         residual=residual.reshape(-1, 3),
         residual_unit=unit,
         residual_sigma=sigma,
         iterations=iterations,
+        influence=influence[:6],
     )

@@ -12,6 +12,9 @@ WINDOW = 5
 """Samples to a difference: it takes any cubic out of the motion; of 1 rad/s at 2 rad/s, 3e-5 are left at 16 Hz."""
 FEWEST_WINDOWS = 20
 """With fewer, the noise is not known to a quarter."""
+_EFFICIENCY = 0.19
+"""Degrees of freedom of the noise's variance per number that the gyro gave: a median tells as much as 37 % of them, and
+differences of five samples overlap. Measured on 3,000 series of white noise of 64 to 1,000 samples (a test says so)."""
 ROUNDING = 1e-12
 """Share of the largest rate below which differences are rounding."""
 
@@ -37,6 +40,15 @@ def gyro_noise_of(time: Series, body_rate: Vectors3) -> float | None:
     even = np.arange(float(len(time)))
     noise = min(_noise(clock, body_rate, runs) for clock in (time, even))
     return noise if noise > ROUNDING * np.abs(body_rate).max() else None
+
+
+def noise_freedom(time: Series) -> float:
+    """Return the degrees of freedom of the variance that `gyro_noise_of` answers: of a sample variance as certain.
+
+    Args:
+        time: of the samples, shape (N,), s.
+    """
+    return _EFFICIENCY * 3.0 * len(time)
 
 
 def _noise(time: Series, body_rate: Vectors3, runs: list[slice]) -> float:

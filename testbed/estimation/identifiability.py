@@ -48,7 +48,8 @@ def require_identifiable(regressor: Regressor, sigma: float, inertia_size: float
     Raises:
         UnidentifiableError: names the open directions and what the motion lacks.
     """
-    _, strength, directions = np.linalg.svd(without_momentum(regressor), full_matrices=False)
+    triangle = np.linalg.qr(without_momentum(regressor), mode="r")  # has the same, in a handful of rows
+    _, strength, directions = np.linalg.svd(triangle)
     unexcited = strength <= RELATIVE_RANK * strength[0]
     drowned = strength * inertia_size <= SIGNIFICANCE * sigma
     if unexcited.any() or drowned.any():

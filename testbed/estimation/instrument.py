@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from testbed.arrays import Theta, Vector3, Vectors3
+from testbed.arrays import Array, Theta, Vector3, Vectors3
 from testbed.errors import InputError
 from testbed.estimation.estimate import EstimationSettings
 from testbed.estimation.momentum_equation import mean_momentum
-from testbed.estimation.motion import drive_of, is_physical, simulate
+from testbed.estimation.motion import drive_of, is_physical, simulate, with_torque
 from testbed.estimation.regression import Solution
 from testbed.estimation.telemetry import Telemetry
 
@@ -35,8 +35,9 @@ def refined(
     rounds = 1
     while settings.instrument == "iterated" and rounds < ITERATIONS and is_physical(solution.parameters[:6]):
         theta = solution.parameters[:6]
-        momentum_B = np.zeros(3) if telemetry.initial_momentum == "zero" else solution.parameters[6:9]
-        solution = solve(_simulated_rate(telemetry, theta, momentum_B), theta)
+        momentum_B = solution.parameters[6:9] if telemetry.momentum_unknowns else np.zeros(3)
+        torque = telemetry.torque_of(solution.parameters)
+        solution = solve(_simulated_rate(telemetry, theta, momentum_B, torque), theta)
         rounds += 1
     return solution, rounds
 
@@ -44,11 +45,11 @@ def refined(
 def _first_rate(telemetry: Telemetry, settings: EstimationSettings) -> Vectors3:
     if settings.instrument != "reference":
         theta = settings.nominal_theta
-        return _simulated_rate(telemetry, theta, mean_momentum(telemetry, theta))
+        return _simulated_rate(telemetry, theta, mean_momentum(telemetry, theta), np.zeros(0))
     if settings.reference_rate is None:
         raise InputError("the reference instrument needs the maneuver's reference rate, which is not given")
     return settings.reference_rate(telemetry.gyro_time)
 
 
-def _simulated_rate(telemetry: Telemetry, theta: Theta, momentum_B: Vector3) -> Vectors3:
-    return simulate(drive_of(telemetry), theta, momentum_B).body_rate
+def _simulated_rate(telemetry: Telemetry, theta: Theta, momentum_B: Vector3, torque: Array) -> Vectors3:
+    return simulate(with_torque(drive_of(telemetry), torque), theta, momentum_B).body_rate

@@ -9,7 +9,7 @@ from testbed.estimation.instrument import refined
 from testbed.estimation.noise_image import filtered_noise
 from testbed.estimation.prefilter import filtered_equation
 from testbed.estimation.preparation import identifiable_part
-from testbed.estimation.regression import Solution, covariance_of, residual_sigma, solution_of
+from testbed.estimation.regression import Solution, covariance_of, noise_gain, residual_sigma, solution_of
 from testbed.estimation.telemetry import Telemetry
 
 
@@ -42,10 +42,12 @@ def instrumental_variable(telemetry: Telemetry, settings: EstimationSettings) ->
     solution, iterations = refined(part, settings, solve)
     sigma = residual_sigma(solution)
     noise = filtered_noise(part, equation, solution, filter_time)
+    gain = noise_gain(solution, noise.image)
     return estimate_of(
         part,
         solution.parameters,
-        covariance_of(solution, noise.image, sigma**2 / noise.power),  # eq. (19)
+        covariance_of(gain, sigma**2 / noise.power),  # eq. (19)
+        influence=-gain,
         time=equation.time,
         residual=solution.residual,
         unit="N·m",

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from testbed.estimation.estimate import Estimate, EstimationSettings, estimate_of
+from testbed.estimation.noise_image import filtered_noise
 from testbed.estimation.prefilter import filtered_equation
 from testbed.estimation.preparation import identifiable_part
-from testbed.estimation.regression import covariance_of, residual_sigma, solution_of
+from testbed.estimation.regression import covariance_of, noise_gain, residual_sigma, solution_of
 from testbed.estimation.telemetry import Telemetry
 
 
@@ -29,10 +30,12 @@ def least_squares(telemetry: Telemetry, settings: EstimationSettings) -> Estimat
     equation = filtered_equation(part, part.body_rate, settings.prefilter_time)
     solution = solution_of(equation.regressor, equation.regressor, equation.response)  # eq. (14)
     sigma = residual_sigma(solution)
+    noise = filtered_noise(part, equation, solution, settings.prefilter_time)
     return estimate_of(
         part,
         solution.parameters,
-        covariance_of(solution, solution.instrument, sigma**2),  # eq. (16)
+        covariance_of(noise_gain(solution, solution.instrument), sigma**2),  # eq. (16)
+        influence=-noise_gain(solution, noise.image),
         time=equation.time,
         residual=solution.residual,
         unit="N·m",

@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Array, Matrices3, Series, Theta, Vector3, Vectors3
 from testbed.dynamics.inertia import momentum_regressor
-from testbed.estimation.motion import drive_of
+from testbed.estimation.motion import drive_of, torque_basis
 from testbed.estimation.telemetry import Telemetry
 from testbed.rotation.kinematics import integrate_attitude
 from testbed.rotation.quaternion import matrix_of
@@ -18,10 +18,10 @@ from testbed.rotation.quaternion import matrix_of
 
 @dataclass(frozen=True, kw_only=True)
 class MomentumEquation:
-    """The equation Ψ (θ, H₀) = Y at the gyro's times.
+    """The equation Ψ (θ, H₀, c) = Y at the gyro's times.
 
     Attributes:
-        regressor: Ψ = [Γ(ω), -Rᵀ], shape (N, 3, 9).
+        regressor: Ψ = [Γ(ω), -Rᵀ, -Rᵀ ∫ R b dt], shape (N, 3, 9 + K), b the directions of the constant torques c.
         response: Y, shape (N, 3), N·m·s.
         matrix_NB: R, shape (N, 3, 3); N is the body frame at the first sample.
     """
@@ -49,11 +49,20 @@ def momentum_equation(telemetry: Telemetry, body_rate: Vectors3) -> MomentumEqua
     impulse_N = _impulse(telemetry.gyro_time, np.matvec(matrix_NB, known.applied_torque_B))
     to_body = np.swapaxes(matrix_NB, 1, 2)
     shifted = np.matvec(known.inertia_change_B, body_rate)
+    columns = [momentum_regressor(body_rate), -to_body]
+    if telemetry.torque_unknowns:
+        turned = matrix_NB @ torque_basis(telemetry, telemetry.gyro_time)
+        columns.append(-to_body @ _impulse(telemetry.gyro_time, turned))
     return MomentumEquation(
-        regressor=np.concatenate([momentum_regressor(body_rate), -to_body], axis=2),
+        regressor=np.concatenate(columns, axis=2),
         response=np.matvec(to_body, impulse_N) - known.cluster_momentum_B - shifted,
         matrix_NB=matrix_NB,
     )
+
+
+def unknown_columns(telemetry: Telemetry, regressor: Array) -> Array:
+    """Return Ψ without the initial momentum's columns where that is known, shape (N, 3, P)."""
+    return regressor if telemetry.momentum_unknowns else np.delete(regressor, slice(6, 9), axis=2)
 
 
 def mean_momentum(telemetry: Telemetry, theta: Theta) -> Vector3:
@@ -62,9 +71,12 @@ def mean_momentum(telemetry: Telemetry, theta: Theta) -> Vector3:
         return np.zeros(3)
     equation = measured_equation(telemetry)
     momentum_B = equation.regressor[..., :6] @ theta - equation.response
+    if telemetry.torque_unknowns:
+        others = equation.regressor[..., 6:]
+        return np.asarray(np.linalg.lstsq(-others.reshape(-1, others.shape[-1]), momentum_B.ravel())[0][:3])
     return np.asarray(np.matvec(equation.matrix_NB, momentum_B).mean(axis=0))
 
 
-def _impulse(time: Series, torque_N: Vectors3) -> Vectors3:
-    """Return ∫ R τ dt from the first sample, shape (N, 3), N·m·s."""
+def _impulse(time: Series, torque_N: Array) -> Array:
+    """Return ∫ R τ dt from the first sample, shape (N, 3, ...), N·m·s."""
     return np.asarray(CubicSpline(time, torque_N).antiderivative()(time))

@@ -5,15 +5,20 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.arrays import Array, Matrices3, Theta, Vectors3
-from testbed.dynamics.inertia import inertia_of
+from testbed.dynamics.inertia import inertia_of, symmetric_inverse
 from testbed.estimation.estimate import Estimate, EstimationSettings, estimate_of
 from testbed.estimation.identifiability import inertia_size, require_identifiable
 from testbed.estimation.instrument import refined
-from testbed.estimation.momentum_equation import MomentumEquation, measured_equation, momentum_equation
+from testbed.estimation.momentum_equation import (
+    MomentumEquation,
+    measured_equation,
+    momentum_equation,
+    unknown_columns,
+)
 from testbed.estimation.motion import drive_of
 from testbed.estimation.noise_image import attitude_noise
 from testbed.estimation.preparation import identifiable_part
-from testbed.estimation.regression import Solution, covariance_of, residual_sigma, solution_of
+from testbed.estimation.regression import Solution, covariance_of, noise_gain, residual_sigma, solution_of
 from testbed.estimation.telemetry import Telemetry
 
 
@@ -46,10 +51,12 @@ def momentum_form(telemetry: Telemetry, settings: EstimationSettings) -> Estimat
 
     solution, iterations = refined(part, settings, solve)
     sigma = residual_sigma(solution)
+    gain = noise_gain(solution, _noise_image(part, equation, solution))
     return estimate_of(
         part,
         solution.parameters,
-        covariance_of(solution, _noise_image(part, equation, solution), sigma**2),  # eq. (19)
+        covariance_of(gain, sigma**2),  # eq. (19)
+        influence=-gain,
         time=part.gyro_time,
         residual=-solution.residual,  # Ψθ - Y is the measured rate minus the predicted one
         unit="rad/s",
@@ -61,13 +68,13 @@ def momentum_form(telemetry: Telemetry, settings: EstimationSettings) -> Estimat
 def _inertia_inverse(telemetry: Telemetry, theta: Theta) -> Matrices3:
     """Return J(d)⁻¹ at the gyro's times, shape (N, 3, 3), 1/(kg·m²)."""
     change_B = drive_of(telemetry).samples.inertia_change_B
-    return np.asarray(np.linalg.inv(inertia_of(theta) + change_B), dtype=np.float64)
+    return symmetric_inverse(inertia_of(theta) + change_B)
 
 
 def _rows(telemetry: Telemetry, scale: Matrices3, equation: MomentumEquation) -> Array:
-    """Return the scaled regressor's rows, the momentum's columns where it is unknown, shape (3N, P)."""
-    unknowns = 6 if telemetry.initial_momentum == "zero" else 9
-    return np.asarray((scale @ equation.regressor)[..., :unknowns].reshape(-1, unknowns))
+    """Return the scaled regressor's rows, shape (3N, P)."""
+    columns = scale @ unknown_columns(telemetry, equation.regressor)
+    return np.asarray(columns.reshape(-1, columns.shape[-1]))
 
 
 def _noise_image(telemetry: Telemetry, equation: MomentumEquation, solution: Solution) -> Array:

@@ -12,7 +12,7 @@ from testbed.estimation.estimate import Estimate, EstimationSettings, estimate_o
 from testbed.estimation.identifiability import inertia_size
 from testbed.estimation.likelihood import most_likely, require_physical
 from testbed.estimation.momentum_equation import mean_momentum
-from testbed.estimation.motion import Motion, drive_of, simulate
+from testbed.estimation.motion import Motion, drive_of, simulate, with_torque
 from testbed.estimation.preparation import identifiable_part, likely_theta
 from testbed.estimation.telemetry import Telemetry
 
@@ -24,7 +24,7 @@ def output_error(telemetry: Telemetry, settings: EstimationSettings) -> Estimate
     scaled by its residual.
 
     Args:
-        telemetry: one run; the initial momentum is estimated along unless it is known to be zero.
+        telemetry: one run; the initial momentum is estimated jointly unless it is known to be zero.
         settings: the nominal inertia, which the search starts near.
 
     Raises:
@@ -36,12 +36,14 @@ def output_error(telemetry: Telemetry, settings: EstimationSettings) -> Estimate
     part = identifiable_part(telemetry, settings)
     answer = _search(part, _start(part, settings))
     variance = float(answer.fun @ answer.fun) / (answer.fun.size - answer.x.size)
-    covariance = variance * np.linalg.inv(answer.jac.T @ answer.jac)  # eqs. (12), (13)
+    inverse = np.linalg.inv(answer.jac.T @ answer.jac)
+    covariance = variance * inverse  # eqs. (12), (13)
     _require_minimum(answer.x[:6], covariance)
     return estimate_of(
         part,
         answer.x,
         covariance,
+        influence=inverse @ answer.jac.T,
         time=part.gyro_time,
         residual=-answer.fun,
         unit="rad/s",
@@ -56,7 +58,7 @@ def _search(telemetry: Telemetry, start: Array) -> optimize.OptimizeResult:
 
     def motion(unknowns: Array) -> Motion:
         require_physical(unknowns[:6])
-        return simulate(drive, unknowns[:6], _momentum(unknowns))
+        return simulate(with_torque(drive, telemetry.torque_of(unknowns)), unknowns[:6], _momentum(telemetry, unknowns))
 
     def sensitivity(_: Array, at: Motion) -> Regressor:
         return rate_columns(telemetry, drive, at)
@@ -75,12 +77,11 @@ def _require_minimum(theta: Theta, covariance: Array) -> None:
 
 
 def _start(telemetry: Telemetry, settings: EstimationSettings) -> Array:
-    """Return the parameters to start from: a likely inertia, and the momentum that fits it best where unknown."""
+    """Return the parameters to start from: a likely inertia, the momentum that fits it best if unknown, no torques."""
     theta = likely_theta(telemetry, settings.nominal_theta)
-    if telemetry.initial_momentum == "zero":
-        return theta
-    return np.concatenate([theta, mean_momentum(telemetry, theta)])
+    momentum_B = mean_momentum(telemetry, theta)[: telemetry.momentum_unknowns]
+    return np.concatenate([theta, momentum_B, np.zeros(telemetry.torque_unknowns)])
 
 
-def _momentum(unknowns: Array) -> Vector3:
-    return unknowns[6:] if len(unknowns) > 6 else np.zeros(3)
+def _momentum(telemetry: Telemetry, unknowns: Array) -> Vector3:
+    return unknowns[6:9] if telemetry.momentum_unknowns else np.zeros(3)

@@ -12,15 +12,17 @@ alone. Source: paper eqs. (7), (22), (32).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline, CubicSpline
+from scipy.interpolate import CubicSpline
 from scipy.linalg import block_diag
 
 from testbed.arrays import Array, Regressor, Response, Series, Vectors3
-from testbed.dynamics.inertia import cross_matrix, momentum_regressor
-from testbed.estimation.actuation import actuation
+from testbed.dynamics.inertia import momentum_regressor, rate_products, turning_regressor
+from testbed.estimation.actuation import Actuation, actuation
 from testbed.estimation.lag import first_order_lag
+from testbed.estimation.motion import torque_basis
 from testbed.estimation.telemetry import Telemetry, stretches
 
 FINE_STEP = 1.0 / 256.0
@@ -29,13 +31,13 @@ FINE_STEP = 1.0 / 256.0
 
 @dataclass(frozen=True, kw_only=True)
 class FilteredEquation:
-    """The filtered equation Ψ θ' = Y at the gyro's times, θ' = θ and the unknown initial momenta.
+    """The filtered equation Ψ θ' = Y at the gyro's times, θ' = θ, the unknown initial momenta and constant torques.
 
     Attributes:
         time: shape (N,), s.
         body_rate: the ω that it was made of, shape (N, 3), rad/s.
         breaks: samples at which the filter starts anew, the first not counted.
-        regressor: Ψ, shape (3N, 6 + 3S), S the number of unknown initial momenta.
+        regressor: Ψ, shape (3N, 6 + 3S + K), S the number of unknown initial momenta, K of constant torques.
         response: Y, shape (3N,), N·m.
     """
 
@@ -65,12 +67,19 @@ def filtered_equation(
         _stretch(telemetry, stretch, body_rate[stretch], prefilter_time, fine_step)
         for stretch in stretches(telemetry.gyro_time)
     ]
-    momenta = block_diag(*(part.regressor[:, 6:] for part in parts))
+    last = parts[0].regressor.shape[1] - telemetry.torque_unknowns
+    momenta = block_diag(*(part.regressor[:, 6:last] for part in parts))
     return FilteredEquation(
         time=np.concatenate([part.time for part in parts]),
         body_rate=np.concatenate([part.body_rate for part in parts]),
         breaks=tuple(np.cumsum([len(part.time) for part in parts[:-1]], dtype=int).tolist()),
-        regressor=np.hstack([np.concatenate([part.regressor[:, :6] for part in parts]), momenta]),
+        regressor=np.hstack(
+            [
+                np.concatenate([part.regressor[:, :6] for part in parts]),
+                momenta,
+                np.concatenate([part.regressor[:, last:] for part in parts]),
+            ]
+        ),
         response=np.concatenate([part.response for part in parts]),
     )
 
@@ -78,21 +87,24 @@ def filtered_equation(
 def _stretch(
     telemetry: Telemetry, stretch: slice, body_rate: Vectors3, prefilter_time: float, fine_step: float
 ) -> FilteredEquation:
-    """Return the equation of one run without gaps, its own momentum columns last where it is unknown."""
+    """Return the equation of one run without gaps: columns of the inertia, its own momentum, the torques."""
     time = telemetry.gyro_time[stretch]
-    grid = np.linspace(time[0], time[-1], int(np.ceil((time[-1] - time[0]) / fine_step)) + 1)
+    grid, known, fine_known = _known(telemetry, stretch.start, stretch.stop, fine_step)
     fine_rate = np.asarray(CubicSpline(time, body_rate)(grid))  # finer first, products afterwards
-    fine_momentum, torque_B = _known_momentum(telemetry, grid, fine_rate)
-    momentum, _ = _known_momentum(telemetry, time, body_rate)
+    fine_momentum = _known_momentum(fine_known, fine_rate)
+    fine_torque = fine_known.applied_torque_B - np.cross(fine_rate, fine_momentum)
 
     def filtered(signal: Array) -> Array:
         return _filtered_at(time, grid, signal, prefilter_time)
 
-    turning = filtered(cross_matrix(fine_rate) @ momentum_regressor(fine_rate))
+    turning = turning_regressor(filtered(rate_products(fine_rate)))
     swing = momentum_regressor((body_rate - filtered(fine_rate)) / prefilter_time)  # s F Γ(ω)
-    known_swing = (momentum - filtered(fine_momentum)) / prefilter_time
-    response = filtered(torque_B - np.cross(fine_rate, fine_momentum)) - known_swing  # eq. (7), filtered: (22)
-    regressor = np.concatenate([swing + turning, _start_columns(telemetry, stretch, prefilter_time)], axis=2)
+    known_swing = (_known_momentum(known, body_rate) - filtered(fine_momentum)) / prefilter_time
+    response = filtered(fine_torque) - known_swing  # eq. (7), filtered: (22)
+    columns = [swing + turning, _start_columns(telemetry, stretch, prefilter_time)]
+    if telemetry.torque_unknowns:
+        columns.append(-filtered(torque_basis(telemetry, grid)))
+    regressor = np.concatenate(columns, axis=2)
     return FilteredEquation(
         time=time,
         body_rate=body_rate,
@@ -100,6 +112,14 @@ def _stretch(
         regressor=regressor.reshape(response.size, -1),
         response=response.ravel(),
     )
+
+
+@lru_cache(maxsize=2)  # the rounds of an estimator ask for the same stretches in turn
+def _known(telemetry: Telemetry, first: int, last: int, fine_step: float) -> tuple[Series, Actuation, Actuation]:
+    """Return the fine grid of a stretch, and the actuators at its samples and on the grid."""
+    time = telemetry.gyro_time[first:last]
+    grid = np.linspace(time[0], time[-1], int(np.ceil((time[-1] - time[0]) / fine_step)) + 1)
+    return grid, actuation(telemetry, time), actuation(telemetry, grid)
 
 
 def _start_columns(telemetry: Telemetry, stretch: slice, prefilter_time: float) -> Array:
@@ -110,15 +130,19 @@ def _start_columns(telemetry: Telemetry, stretch: slice, prefilter_time: float) 
     return np.asarray(-decay[:, None, None] * np.eye(3)[:, : 0 if zero else 3])
 
 
-def _known_momentum(telemetry: Telemetry, time: Series, body_rate: Vectors3) -> tuple[Vectors3, Vectors3]:
-    """Return h + (J(d) - J(0)) ω and the applied torque at given times, body axes."""
-    known = actuation(telemetry, time)
-    shifted = np.matvec(known.inertia_change_B, body_rate)
-    return known.cluster_momentum_B + shifted, known.applied_torque_B
+def _known_momentum(known: Actuation, body_rate: Vectors3) -> Vectors3:
+    """Return h + (J(d) - J(0)) ω, body axes."""
+    return np.asarray(known.cluster_momentum_B + np.matvec(known.inertia_change_B, body_rate))
 
 
 def _filtered_at(time: Series, grid: Series, signal: Array, prefilter_time: float) -> Array:
-    """Return F x at the given times, x on the grid with any trailing shape."""
+    """Return F x at the given times, x on the grid with any trailing shape; between them on cubics by its slope."""
     output = first_order_lag(signal, grid[1] - grid[0], prefilter_time)
-    slope = (signal - output) / prefilter_time
-    return np.asarray(CubicHermiteSpline(grid, output, slope)(time))
+    before = np.clip(np.searchsorted(grid, time, side="right") - 1, 0, len(grid) - 2)
+    after, step = before + 1, grid[1] - grid[0]
+    place = ((time - grid[before]) / step).reshape(-1, *[1] * (signal.ndim - 1))
+    ratio = step / prefilter_time
+    start, end = output[before], output[after]
+    leaving, coming = (ratio * (signal[index] - output[index]) for index in (before, after))  # F x = ∫ (x - F x)/γ dt
+    bend = (1.0 - place) * (leaving - (end - start)) - place * (coming - (end - start))
+    return np.asarray(start + place * (end - start) + place * (1.0 - place) * bend)

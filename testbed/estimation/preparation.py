@@ -17,7 +17,7 @@ from testbed.estimation.identifiability import (
     require_identifiable,
     without_momentum,
 )
-from testbed.estimation.momentum_equation import mean_momentum, measured_equation
+from testbed.estimation.momentum_equation import mean_momentum, measured_equation, unknown_columns
 from testbed.estimation.motion import drive_of, is_physical, simulate
 from testbed.estimation.telemetry import Telemetry, covered_part
 from testbed.signals import AXES
@@ -62,8 +62,8 @@ def likely_theta(telemetry: Telemetry, nominal_theta: Theta) -> Theta:
     is not pulled down by noise, and what is not excited stays nominal. Shape (6,), kg·m².
     """
     equation, variance = measured_equation(telemetry), telemetry.gyro_noise**2
-    unknowns = 6 if telemetry.initial_momentum == "zero" else 9
-    regressor = without_momentum(equation.regressor[..., :unknowns].reshape(-1, unknowns))
+    columns = unknown_columns(telemetry, equation.regressor)
+    regressor = without_momentum(columns.reshape(-1, columns.shape[-1]))
     samples = len(equation.response)
     normal = regressor.T @ regressor - samples * variance * NOISE_SHARE
     wanted = regressor.T @ equation.response.ravel() - normal @ nominal_theta

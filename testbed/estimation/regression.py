@@ -43,18 +43,26 @@ def solution_of(regressor: Regressor, instrument: Regressor, response: Response)
     )
 
 
-def covariance_of(solution: Solution, noise_image: Array, variance: float) -> Array:
-    """Return σ² (ZᵀΨ)⁻¹ ZᵀM MᵀZ (ΨᵀZ)⁻¹, shape (P, P), for noise M e with e white.
+def noise_gain(solution: Solution, noise_image: Array) -> Array:
+    """Return (ZᵀΨ)⁻¹ ZᵀM, shape (P, 3N): by how much noise e, which enters the equation as M e, moves θ' down.
 
     Args:
         solution: of the regression.
         noise_image: MᵀZ, shape (3N, P); Z itself where the equation's own noise is white.
+    """
+    return np.asarray(np.linalg.solve(solution.normal, noise_image.T))
+
+
+def covariance_of(gain: Array, variance: float) -> Array:
+    """Return σ² (ZᵀΨ)⁻¹ ZᵀM MᵀZ (ΨᵀZ)⁻¹, shape (P, P), for noise M e with e white.
+
+    Args:
+        gain: as `noise_gain`.
         variance: σ², of e.
 
     Source: paper eq. (19), which has M = I.
     """
-    root = np.linalg.solve(solution.normal, noise_image.T)
-    return np.asarray(variance * root @ root.T)
+    return np.asarray(variance * gain @ gain.T)
 
 
 def residual_sigma(solution: Solution) -> float:

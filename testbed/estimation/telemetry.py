@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import numpy as np
 
-from testbed.arrays import Flags, Series, UnitSeries, Vectors3
+from testbed.arrays import Array, Flags, Series, UnitSeries, Vectors3
 from testbed.cmg.cluster import Cluster
 from testbed.errors import InputError
 
 BRIDGED_PERIODS = 2.5
 """A gap of one lost sample is interpolated over; a longer one is not (0.25 s at 16 Hz already costs 2e-5 N·m·s)."""
+ConstantTorque: TypeAlias = Literal["none", "body", "inertial", "both"]
 FEWEST_SAMPLES = 4
 """A cubic spline needs four samples, and so does every estimator."""
 
@@ -56,6 +57,9 @@ class Telemetry:
         gimbal_rate_command: what the steering law asked of each gimbal, shape (K, 6), rad/s.
         servo: of the gimbals; None where it is not known.
         initial_momentum: whether the whole platform's momentum at the first sample is known to be zero.
+        constant_torque: which constant torques on the platform are estimated jointly: fixed in the body, fixed in
+            inertial axes, or both.
+        noise_freedom: degrees of freedom with which `gyro_noise` is known; infinite where it is stated.
         gyro_error: what of `body_rate` is known to be the gyro's own, shape (N, 3), rad/s; nothing where None.
     """
 
@@ -72,7 +76,29 @@ class Telemetry:
     gimbal_rate_command: UnitSeries | None = None
     servo: Servo | None = None
     initial_momentum: Literal["estimated", "zero"] = "estimated"
+    constant_torque: ConstantTorque = "none"
+    noise_freedom: float = np.inf
     gyro_error: Vectors3 | None = None
+
+    @property
+    def momentum_unknowns(self) -> int:
+        """Number of unknowns that the initial momentum makes."""
+        return 0 if self.initial_momentum == "zero" else 3
+
+    @property
+    def torque_names(self) -> tuple[str, ...]:
+        """Names of the constant torques' components; their unknowns stand behind inertia and momentum."""
+        frames = {"none": (), "body": ("body",), "inertial": ("inertial",), "both": ("body", "inertial")}
+        return tuple(f"{frame}_{axis}" for frame in frames[self.constant_torque] for axis in "xyz")
+
+    @property
+    def torque_unknowns(self) -> int:
+        """Number of unknowns that constant torques make."""
+        return len(self.torque_names)
+
+    def torque_of(self, unknowns: Array) -> Array:
+        """Return the constant torques among an estimator's unknowns, shape (K,), N·m."""
+        return unknowns[len(unknowns) - self.torque_unknowns :]
 
 
 def covered_part(telemetry: Telemetry) -> Telemetry:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -13,11 +12,11 @@ from testbed.assembly.platform import PlatformModel
 from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.errors import InputError
 from testbed.estimation.bound import cramer_rao_bound
-from testbed.estimation.combine import combined
 from testbed.estimation.estimate import Estimate, EstimationSettings
 from testbed.estimation.registry import ESTIMATORS
 from testbed.estimation.telemetry import Telemetry
-from testbed.experiment.experiment import CombinedEstimation, Estimation
+from testbed.experiment.checking import checks_of, considered, with_spread
+from testbed.experiment.experiment import Estimation
 from testbed.maneuver.maneuver import Maneuver
 from testbed.records.record import Record
 from testbed.rotation.quaternion import quaternion_inverse, turned
@@ -30,7 +29,13 @@ _ROUNDING = 1e-9
 
 
 def estimate_flight(
-    scenario: Scenario, nominal: PlatformModel, truth: PlatformModel, maneuver: Maneuver, record: Record
+    scenario: Scenario,
+    nominal: PlatformModel,
+    truth: PlatformModel,
+    maneuver: Maneuver,
+    record: Record,
+    *,
+    checked: bool = True,
 ) -> Estimation:
     """Estimate the inertia from a simulated flight; the bound is that of its true motion.
 
@@ -40,86 +45,92 @@ def estimate_flight(
         truth: what flew; only the bound knows it.
         maneuver: the reference.
         record: of the flight.
+        checked: whether to test the estimates; in a campaign the statistics do.
     """
     telemetry = telemetry_of(record, scenario, nominal)
-    by_name, failures = run_estimators(scenario, telemetry, estimation_settings(scenario, nominal, maneuver))
-    return Estimation(by_name=by_name, failures=failures, bound_std=_true_bound_std(truth, telemetry, record))
+    settings = estimation_settings(scenario, nominal, maneuver)
+    estimation = run_estimators(scenario, telemetry, settings, checked=checked)
+    return replace(estimation, bound_std=_true_bound_std(truth, telemetry, record))
 
 
 def try_estimate_flight(
-    scenario: Scenario, nominal: PlatformModel, truth: PlatformModel, maneuver: Maneuver, record: Record
+    scenario: Scenario,
+    nominal: PlatformModel,
+    truth: PlatformModel,
+    maneuver: Maneuver,
+    record: Record,
+    *,
+    checked: bool = True,
 ) -> Estimation:
     """As `estimate_flight`; a flight that gives no estimate, such as one that soon met the wall, is kept too."""
     try:
-        return estimate_flight(scenario, nominal, truth, maneuver, record)
+        return estimate_flight(scenario, nominal, truth, maneuver, record, checked=checked)
     except InputError as error:
         failures = {str(name): str(error) for name in scenario.estimation.estimators}
         return Estimation(by_name={}, failures=failures, bound_std=None)
 
 
-def estimate_record(scenario: Scenario, nominal: PlatformModel, record: Record) -> Estimation:
-    """Estimate the inertia from a record measured elsewhere; the bound is taken at the most efficient estimate.
+def estimate_telemetry(scenario: Scenario, nominal: PlatformModel, telemetry: Telemetry, name: str) -> Estimation:
+    """Estimate the inertia from telemetry measured elsewhere; the bound is taken at the most efficient estimate.
 
     Args:
         scenario: estimators and their settings; its maneuver is not used.
         nominal: what the estimators believe.
-        record: telemetry.
+        telemetry: of one run.
+        name: of the run, for messages.
 
     Raises:
-        InputError: the record lacks what estimators need, or none of them gave an estimate.
+        InputError: no estimator gave an estimate.
     """
-    telemetry = telemetry_of(record, scenario, nominal)
-    by_name, failures = run_estimators(scenario, telemetry, estimation_settings(scenario, nominal, maneuver=None))
-    if not by_name:
-        reasons = "; ".join(dict.fromkeys(failures.values()))  # often all for the same reason
-        raise InputError(f"{record.details.name}: no estimator gave an estimate ({reasons})")
-    best = min(by_name.values(), key=lambda estimate: float(np.trace(estimate.covariance)))
-    return Estimation(
-        by_name=by_name, failures=failures, bound_std=bound_std(telemetry, best.theta, best.initial_momentum_B)
-    )
-
-
-def combine_estimations(estimations: Mapping[str, Estimation]) -> CombinedEstimation:
-    """Average each estimator over the runs in which it gave an estimate, eq. (33).
-
-    Args:
-        estimations: by run.
-    """
-    runs = estimations.values()
-    names = {name: None for estimation in runs for name in estimation.by_name}
-    return CombinedEstimation(
-        by_name={
-            name: combined([estimation.by_name[name] for estimation in runs if name in estimation.by_name])
-            for name in names
-        },
-        runs=len(estimations),
-    )
+    settings = estimation_settings(scenario, nominal, maneuver=None)
+    estimation = run_estimators(scenario, telemetry, settings, checked=True)
+    if not estimation.by_name:
+        reasons = "; ".join(dict.fromkeys(estimation.failures.values()))  # often all for the same reason
+        raise InputError(f"{name}: no estimator gave an estimate ({reasons})")
+    best = min(estimation.by_name.values(), key=lambda estimate: float(np.trace(estimate.covariance)))
+    return replace(estimation, bound_std=bound_std(telemetry, best.theta, best.initial_momentum_B))
 
 
 def run_estimators(
-    scenario: Scenario, telemetry: Telemetry, settings: EstimationSettings
-) -> tuple[Mapping[str, Estimate], Mapping[str, str]]:
+    scenario: Scenario, telemetry: Telemetry, settings: EstimationSettings, *, checked: bool
+) -> Estimation:
     """Run every estimator that the scenario names; one that cannot answer does not stop the others.
 
+    Args:
+        scenario: names the estimators.
+        telemetry: of one run.
+        settings: of the estimators.
+        checked: whether to test what they answer.
+
     Returns:
-        The estimates, and why an estimator gave none, both by its name.
+        The estimates, everything considered, without a bound.
     """
-    by_name: dict[str, Estimate] = {}
-    failures: dict[str, str] = {}
-    for name in scenario.estimation.estimators:
-        try:
-            estimate = ESTIMATORS[name](telemetry, settings)
-        except InputError as error:
-            failures[name] = str(error)
-            continue
-        except np.linalg.LinAlgError:
-            failures[name] = "the inertia cannot be determined: the record's equations are singular"
-            continue
-        if doubt := doubt_of(estimate):
-            failures[name] = doubt
-        else:
-            by_name[name] = estimate
-    return by_name, failures
+    answers: dict[str, Estimate | str] = {
+        name: _answer(name, telemetry, settings) for name in scenario.estimation.estimators
+    }
+    failures = {name: answer for name, answer in answers.items() if isinstance(answer, str)}
+    estimates = {name: answer for name, answer in answers.items() if isinstance(answer, Estimate)}
+    by_name = considered(estimates, telemetry, settings)
+    checks = checks_of(by_name, telemetry, settings) if checked else None
+    by_name = with_spread(by_name, None if checks is None else checks.compared)
+    return Estimation(
+        by_name={name: replace(estimate, influence=None) for name, estimate in by_name.items()},
+        failures=failures,
+        bound_std=None,
+        checks=checks,
+        initial_momentum=telemetry.initial_momentum,
+    )
+
+
+def _answer(name: str, telemetry: Telemetry, settings: EstimationSettings) -> Estimate | str:
+    """Return an estimator's answer, or why there is none."""
+    try:
+        estimate = ESTIMATORS[name](telemetry, settings)
+    except InputError as error:
+        return str(error)
+    except np.linalg.LinAlgError:
+        return "the inertia cannot be determined: the record's equations are singular"
+    return doubt_of(estimate) or estimate
 
 
 def doubt_of(estimate: Estimate) -> str:

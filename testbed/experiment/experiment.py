@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 from testbed.arrays import Theta
 from testbed.assembly.platform import PlatformModel
+from testbed.estimation.agreement import Agreement
 from testbed.estimation.combine import CombinedEstimate
 from testbed.estimation.estimate import Estimate
 from testbed.experiment.aligning import Aligning
+from testbed.experiment.checking import Checks, Compared
 from testbed.experiment.flying import FlownRun
 from testbed.experiment.planning import Plan
 from testbed.scenario.scenario import Scenario
@@ -23,11 +26,20 @@ class Estimation:
         by_name: each estimator's answer; an estimator that failed is absent.
         failures: why an estimator is absent, by its name.
         bound_std: square root of the Cramér-Rao bound's diagonal, shape (6,), kg·m²; None where it does not exist.
+        checks: what vouches for the estimates; None where they were not tested, or there are none.
+        zero_momentum_p_value: of a record that goes along with an initial momentum as much, if there was none; None
+            where none was assumed.
+        initial_momentum: whether the initial momentum was estimated, or taken to be zero.
+        outliers: gyro samples that were left out because they stand apart.
     """
 
     by_name: Mapping[str, Estimate]
     failures: Mapping[str, str]
     bound_std: Theta | None
+    checks: Checks | None = None
+    zero_momentum_p_value: float | None = None
+    initial_momentum: Literal["estimated", "zero"] = "estimated"
+    outliers: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,10 +49,14 @@ class CombinedEstimation:
     Attributes:
         by_name: the average of each estimator.
         runs: number of runs.
+        runs_agreement: of the runs, by estimator; none of a single run.
+        compared: an efficient estimator with a robust one, over all runs; None where there is but one.
     """
 
     by_name: Mapping[str, CombinedEstimate]
     runs: int
+    runs_agreement: Mapping[str, Agreement]
+    compared: Compared | None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -80,6 +80,12 @@ def plan_maneuver(
             return Plan(maneuver=_gimbal_points(scenario, section, nominal))
 
 
+def design_seed(scenario: Scenario, seed: int | None) -> int | None:
+    """Return the seed of a design's starts: the given one, or else that of the maneuver section, if it has one."""
+    section = scenario.maneuver
+    return section.seed if seed is None and isinstance(section, BodyRateDesign | GimbalDesign) else seed
+
+
 def _search(section: BodyRateDesign | GimbalDesign, progress: Callable[[Start], None], seed: int | None) -> Search:
     return Search(starts=section.starts, seed=section.seed if seed is None else seed, progress=progress)
 

@@ -9,9 +9,11 @@ import numpy as np
 
 from testbed.arrays import Array
 from testbed.dynamics.inertia import theta_of
+from testbed.estimation.agreement import Agreement
 from testbed.estimation.combine import CombinedEstimate
 from testbed.estimation.estimate import Estimate
 from testbed.experiment.aligning import aligning_result
+from testbed.experiment.checking import Checks, Compared
 from testbed.experiment.experiment import Experiment
 from testbed.maneuver.design import Design
 from testbed.simulation.summary import FlightSummary
@@ -34,6 +36,7 @@ def result_of(experiment: Experiment) -> dict[str, Any]:
         "estimates": {} if estimation is None else estimates_of(estimation.by_name),
         "alignments": None if experiment.aligning is None else aligning_result(experiment.aligning),
         "failures": {} if estimation is None else dict(estimation.failures),
+        "checks": None if estimation is None else checks_result(estimation.checks),
         "bound_std_kg_m2": None if bound is None else _numbers(bound),
         **_flight(experiment.flown.summary),
         "design": None if design is None else design_of(design),
@@ -41,10 +44,61 @@ def result_of(experiment: Experiment) -> dict[str, Any]:
 
 
 def estimates_of(by_name: Mapping[str, Estimate] | Mapping[str, CombinedEstimate]) -> dict[str, Any]:
-    """Return each estimator's θ̂ and standard deviations by its name."""
+    """Return each estimator's answer by its name.
+
+    θ̂ with its standard deviations, everything considered; those by the gyro's noise alone; the most likely inertia that
+    a body has; and the constant torques that were estimated jointly.
+    """
     return {
-        name: {"theta_kg_m2": _numbers(estimate.theta), "std_kg_m2": _numbers(estimate.std)}
+        name: {
+            "theta_kg_m2": _numbers(estimate.theta),
+            "std_kg_m2": _numbers(estimate.std),
+            "noise_std_kg_m2": _numbers(estimate.noise_std),
+            "body_theta_kg_m2": _numbers(estimate.body_theta),
+            **_constant_torque(estimate),
+        }
         for name, estimate in by_name.items()
+    }
+
+
+def checks_result(checks: Checks | None) -> dict[str, Any] | None:
+    """Return what vouches for a record's estimates; p-values are chances of what was seen if all is well."""
+    if checks is None:
+        return None
+    residual = checks.residual
+    return {
+        "residual": {
+            "estimator": checks.best,
+            "size": residual.size,
+            "size_p_value": residual.size_p_value,
+            "whiteness_p_value": residual.whiteness_p_value if np.isfinite(residual.whiteness_p_value) else None,
+        },
+        "estimators_agreement": compared_result(checks.compared),
+        "neglected_torque": [
+            {"fixed_in": each.frame, "size_N_m": each.size, "moves": each.parameter} for each in checks.neglected
+        ],
+    }
+
+
+def compared_result(compared: Compared | None) -> dict[str, Any] | None:
+    """Return how an efficient and a robust estimator agree."""
+    if compared is None:
+        return None
+    return {"efficient": compared.efficient, "robust": compared.robust, **agreement_result(compared.agreement)}
+
+
+def agreement_result(agreement: Agreement) -> dict[str, Any]:
+    """Return how well estimates agree."""
+    return {"chi_square": agreement.chi_square, "freedom": agreement.freedom, "p_value": agreement.p_value}
+
+
+def _constant_torque(estimate: Estimate | CombinedEstimate) -> dict[str, Any]:
+    if not isinstance(estimate, Estimate) or not estimate.constant_torque.size:
+        return {}
+    names, torque, std = estimate.torque_names, estimate.constant_torque, estimate.constant_torque_std
+    return {
+        "constant_torque_N_m": dict(zip(names, _numbers(torque), strict=True)),
+        "constant_torque_std_N_m": dict(zip(names, _numbers(std), strict=True)),
     }
 
 
@@ -63,10 +117,10 @@ def design_of(design: Design) -> dict[str, Any]:
 
 
 def starts_of_design(design: Design) -> list[dict[str, Any]]:
-    """Return every start of a design; the cost of one that broke a limit is null."""
+    """Return every start of a design, counted from 1; the cost of one that broke a limit is null."""
     return [
         {
-            "start": start.index,
+            "start": start.number,
             "cost": start.cost if np.isfinite(start.cost) else None,
             "seconds": start.seconds,
             "status": start.status,

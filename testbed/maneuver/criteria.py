@@ -14,10 +14,12 @@ import casadi as ca
 import numpy as np
 
 from testbed.arrays import Array, Covariance
-from testbed.maneuver.information import FIRST_FACTOR, SECOND_FACTOR, SampledFilter, regressor_features
+from testbed.maneuver.information import FIRST_FACTOR, SECOND_FACTOR, SUBDIVISIONS, SampledFilter, regressor_features
 
 Criterion: TypeAlias = Literal["D", "A", "E", "condition"]
 """Determinant, trace of the inverse, smallest eigenvalue, condition number."""
+_BLOCK = 256
+"""Samples of a block of the prefilter; a minute at 4 Hz is one."""
 _SIGNAL_WEIGHT = 0.3
 """Weight of the mean log eigenvalue beside log κ: the condition number alone is met by no motion at all (trap 11)."""
 
@@ -52,13 +54,43 @@ def information_matrix(sampling: SampledFilter, body_rate: ca.MX) -> ca.MX:
     """
     swing = body_rate - ca.repmat(body_rate[0, :], body_rate.shape[0], 1)
     products = body_rate[:, list(FIRST_FACTOR)] * body_rate[:, list(SECOND_FACTOR)]
-    share, carry = (ca.sparsify(ca.DM(matrix)) for matrix in (sampling.share, sampling.carry))
-    lagged = carry @ (share @ ca.horzcat(swing, products))
+    lagged = _filtered(sampling, ca.horzcat(swing, products))
     slope = (swing[sampling.samples, :] - lagged[:, :3]) / sampling.time_constant  # s F ω, nothing differentiated
     features = ca.horzcat(slope, lagged[:, 3:])
     gram = features.T @ features
     x, y, z = (ca.DM(axis) @ gram @ ca.DM(axis).T for axis in regressor_features())
     return x + y + z
+
+
+def _filtered(sampling: SampledFilter, signal: ca.MX) -> ca.MX:
+    """Return F x at the gyro's samples of x on the fine grid, as `testbed.maneuver.information.filtered`.
+
+    Within a block of samples all that is left of earlier periods is one triangular matrix times what they add; from
+    block to block it goes on from the last sample, so that the matrices grow with the samples and not with their
+    square.
+    """
+    added = _added(sampling) @ signal
+    samples = added.shape[0]
+    period = sampling.fine_time[sampling.samples][1]
+    ages = np.arange(min(_BLOCK, samples)) * period
+    carry = ca.sparsify(ca.DM(np.tril(np.exp(-np.subtract.outer(ages, ages) / sampling.time_constant))))
+    fade = ca.DM(np.exp(-(ages + period) / sampling.time_constant))
+    blocks: list[ca.MX] = []
+    for first in range(0, samples, _BLOCK):
+        within = added[first : min(first + _BLOCK, samples), :]
+        count = within.shape[0]
+        block = carry[:count, :count] @ within
+        blocks.append(block + fade[:count] @ blocks[-1][-1, :] if blocks else block)
+    return blocks[0] if len(blocks) == 1 else ca.vertcat(*blocks)
+
+
+def _added(sampling: SampledFilter) -> ca.DM:
+    """Return the matrix of what the fine samples of each period add to F x at its end, shape (N, M)."""
+    fine, periods = len(sampling.fine_time), len(sampling.fine_time) // SUBDIVISIONS
+    rows = np.repeat(np.arange(1, periods + 1), SUBDIVISIONS + 1)
+    columns = (np.arange(periods)[:, None] * SUBDIVISIONS + np.arange(SUBDIVISIONS + 1)).ravel()
+    weights = np.tile(sampling.weights, periods)
+    return ca.DM.triplet(rows.tolist(), columns.tolist(), ca.DM(weights), periods + 1, fine)
 
 
 def criterion_terms(criterion: Criterion, information: ca.MX) -> CriterionTerms:

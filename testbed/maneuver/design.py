@@ -120,6 +120,11 @@ class Start:
     seconds: float
     status: str
 
+    @property
+    def number(self) -> int:
+        """What people call it: the first one is 1."""
+        return self.index + 1
+
 
 @dataclass(frozen=True, kw_only=True)
 class Search:

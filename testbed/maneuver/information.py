@@ -1,8 +1,7 @@
 """The filtered regressor Ψ_f of a motion and what it says about the precision of the inertia.
 
 Ψ_f is linear in nine features of the motion at each gyro sample: the three filtered accelerations s F ω and the six
-filtered products F ω_a ω_b. F acts through matrices from a fine grid to the samples, so that the same matrices serve
-numbers and optimisation variables.
+filtered products F ω_a ω_b.
 """
 
 from __future__ import annotations
@@ -10,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.signal import lfilter
 
 from testbed.arrays import Array, Covariance, Regressor, Series, Vectors3
 from testbed.dynamics.inertia import cross_matrix, momentum_regressor
@@ -17,27 +17,30 @@ from testbed.maneuver.maneuver import Maneuver
 
 FIRST_FACTOR, SECOND_FACTOR = (0, 1, 2, 1, 0, 0), (0, 1, 2, 2, 2, 1)
 """Axes of the six products ω_a ω_b."""
-_SUBDIVISIONS = 2
+SUBDIVISIONS = 2
 """Fine steps in one sample period: parabolas through them are off by less than 1e-4 of the determinant of Ψ_fᵀΨ_f."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SampledFilter:
-    """The prefilter F(s) = 1/(γs + 1) from zero state, from a fine grid to the gyro's samples: F x = carry (share x).
+    """The prefilter F(s) = 1/(γs + 1) from zero state, from a fine grid to the gyro's samples.
+
+    What a period's fine samples add to F x at its end is their sum with the weights; at every later sample `decay` of
+    it is left. Kept as numbers, not as matrices, whose size would grow with the square of the samples.
 
     Attributes:
         fine_time: shape (M,), s.
         samples: where the N gyro samples lie on the fine grid.
         time_constant: γ, s.
-        share: what the fine samples of each period add to F x at its end, shape (N, M).
-        carry: what is left of it at later samples, shape (N, N).
+        weights: of the fine samples of a period, both ends included.
+        decay: exp(-Δt/γ) of a sample period Δt.
     """
 
     fine_time: Series
     samples: slice
     time_constant: float
-    share: Array
-    carry: Array
+    weights: Array
+    decay: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,28 +77,36 @@ def sampled_filter(duration: float, sample_rate: float, time_constant: float) ->
     """
     periods = int(np.floor(duration * sample_rate + 1e-9))  # 1e-9: rounding must not lose the last sample
     period = 1.0 / sample_rate
-    weights = _period_weights(period, time_constant)
-    share = np.zeros((periods + 1, periods * _SUBDIVISIONS + 1))
-    for sample in range(periods):
-        first = sample * _SUBDIVISIONS
-        share[sample + 1, first : first + _SUBDIVISIONS + 1] = weights
-    age = np.subtract.outer(np.arange(periods + 1), np.arange(periods + 1)) * period
     return SampledFilter(
-        fine_time=np.arange(share.shape[1]) * period / _SUBDIVISIONS,
-        samples=slice(None, None, _SUBDIVISIONS),
+        fine_time=np.arange(periods * SUBDIVISIONS + 1) * period / SUBDIVISIONS,
+        samples=slice(None, None, SUBDIVISIONS),
         time_constant=time_constant,
-        share=share,
-        carry=np.tril(np.exp(-age / time_constant)),
+        weights=_period_weights(period, time_constant),
+        decay=float(np.exp(-period / time_constant)),
     )
+
+
+def filtered(sampling: SampledFilter, signal: Array) -> Array:
+    """Return F x at the gyro's samples, shape (N, ...), of x on the fine grid, shape (M, ...).
+
+    Source: paper eqs. (22), (32).
+    """
+    periods = len(signal) // SUBDIVISIONS
+    last = periods * SUBDIVISIONS
+    added = np.zeros((periods + 1, *signal.shape[1:]), dtype=signal.dtype)
+    added[1:] = sum(
+        weight * signal[place : last + place : SUBDIVISIONS] for place, weight in enumerate(sampling.weights.tolist())
+    )
+    return np.asarray(lfilter([1.0], [1.0, -sampling.decay], added, axis=0))
 
 
 def _period_weights(period: float, time_constant: float) -> Array:
     """Weights of one period's fine samples in F x at its end; exact for the polynomial through them."""
-    nodes = np.linspace(0.0, 1.0, _SUBDIVISIONS + 1)
-    abscissas, gauss_weights = np.polynomial.legendre.leggauss(2 * _SUBDIVISIONS)
+    nodes = np.linspace(0.0, 1.0, SUBDIVISIONS + 1)
+    abscissas, gauss_weights = np.polynomial.legendre.leggauss(2 * SUBDIVISIONS)
     abscissas = (abscissas + 1.0) / 2.0
     kernel = np.exp((abscissas - 1.0) * period / time_constant) * period / time_constant
-    moments = np.vander(abscissas, _SUBDIVISIONS + 1).T @ (kernel * gauss_weights / 2.0)
+    moments = np.vander(abscissas, SUBDIVISIONS + 1).T @ (kernel * gauss_weights / 2.0)
     return np.asarray(np.linalg.solve(np.vander(nodes).T, moments))
 
 
@@ -120,7 +131,7 @@ def filtered_regressor(sampling: SampledFilter, body_rate: Vectors3) -> Regresso
     """
     swing = body_rate - body_rate[0]
     products = body_rate[:, list(FIRST_FACTOR)] * body_rate[:, list(SECOND_FACTOR)]
-    lagged = sampling.carry @ (sampling.share @ np.hstack([swing, products]))
+    lagged = filtered(sampling, np.hstack([swing, products]))
     slope = (swing[sampling.samples] - lagged[:, :3]) / sampling.time_constant  # s F ω, nothing differentiated
     features = np.hstack([slope, lagged[:, 3:]])
     return np.asarray(np.einsum("ipf,nf->nip", regressor_features(), features).reshape(-1, 6))

@@ -12,6 +12,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from testbed.arrays import Array, Series
 from testbed.errors import InputError
+from testbed.files import read_bytes, readable
 from testbed.maneuver.maneuver import Maneuver
 from testbed.maneuver.splines import DEGREE, clamped_spline
 from testbed.signals import SIGNALS
@@ -19,6 +20,10 @@ from testbed.signals import SIGNALS
 _BODY_RATE, _GIMBAL_ANGLE = SIGNALS["body_rate"].columns, SIGNALS["gimbal_angle"].columns
 _TIME = "time_s"
 _FEWEST_ROWS = DEGREE + 1
+_LARGEST_TABLE = 20_000_000
+"""Bytes; a minute at 1 kHz of body rates and gimbal angles takes 12 MB."""
+_LARGEST_ANGLE = 1e3
+"""rad; gimbals may turn over and over, 160 times here."""
 _PLAUSIBLE_RATE = 20.0
 """rad/s; no maneuver of a spacecraft comes near it, and degrees per second do."""
 _BASIC_POINTS = np.array(
@@ -67,7 +72,7 @@ def read_profile(path: Path) -> Maneuver:
     time = columns[_TIME] - columns[_TIME][0]
     has_gimbals = _GIMBAL_ANGLE[0] in columns
     return Maneuver(
-        name=path.stem,
+        name=readable(path.stem),
         duration=float(time[-1]),
         body_rate=_spline(time, columns, _BODY_RATE),
         gimbal_angle=_spline(time, columns, _GIMBAL_ANGLE) if has_gimbals else None,
@@ -76,12 +81,11 @@ def read_profile(path: Path) -> Maneuver:
 
 def _columns(path: Path) -> dict[str, Array]:
     """Read the columns that a profile knows, as numbers; others are passed over."""
-    if not path.is_file():
-        raise InputError(f"{path}: there is no such file; paths in a scenario are relative to its folder")
+    content = read_bytes(path, "the maneuver's table, relative to the scenario's folder", _LARGEST_TABLE)
     known = (_TIME, *_BODY_RATE, *_GIMBAL_ANGLE)
     numbers = csv.ConvertOptions(column_types=dict.fromkeys(known, pa.float64()))
     try:
-        table = csv.read_csv(path, convert_options=numbers)
+        table = csv.read_csv(pa.BufferReader(content), convert_options=numbers)
         names = table.column_names
     except (OSError, pa.ArrowInvalid, UnicodeDecodeError) as error:
         raise InputError(f"{path}: cannot be read as a table of numbers: {error}") from error
@@ -110,6 +114,11 @@ def _problems(columns: Mapping[str, Array]) -> Iterator[str]:
     fastest = max(float(np.abs(columns[name]).max(initial=0.0)) for name in _BODY_RATE)
     if fastest > _PLAUSIBLE_RATE:
         yield f"has body rates of up to {fastest:.3g} rad/s; if these are deg/s, divide them by 57.29578"
+    widest = max(
+        (float(np.abs(columns[name]).max(initial=0.0)) for name in _GIMBAL_ANGLE if name in columns), default=0.0
+    )
+    if widest > _LARGEST_ANGLE:
+        yield f"has gimbal angles of up to {widest:.3g} rad; if these are deg, divide them by 57.29578"
     backward = np.flatnonzero(np.diff(columns[_TIME]) <= 0.0)
     if backward.size:
         yield f"{_TIME} does not increase from row {backward[0] + 1} to row {backward[0] + 2}; sort the rows by time"

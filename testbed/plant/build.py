@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from testbed.arrays import Matrix3
-from testbed.errors import InputError
+from testbed.errors import InputError, UnphysicalPlatformError
 from testbed.plant.geometry import UNIT_NUMBERS, bus_inertia, composite_inertia, composite_mass
 from testbed.plant.misalignment import turn_units
 from testbed.plant.parts import require_parts
@@ -155,7 +155,7 @@ def _apply_bus(spec: mujoco.MjSpec, properties: PlatformProperties, path: Path) 
     if properties.mass is not None:
         bus.mass = bus.mass + properties.mass - composite_mass(compiled)
     if bus.mass <= 0.0:
-        raise InputError(f"mass_kg = {properties.mass}: the six units alone weigh as much; raise it")
+        raise UnphysicalPlatformError("mass_kg", f" = {properties.mass}: the six units alone weigh as much; raise it")
     if properties.inertia is not None:
         _set_inertia(bus, bus_inertia(compiled, total))
     if properties.edge is not None:
@@ -165,9 +165,11 @@ def _apply_bus(spec: mujoco.MjSpec, properties: PlatformProperties, path: Path) 
 def _set_inertia(bus: mujoco.MjsBody, inertia: Matrix3) -> None:
     moments = np.linalg.eigvalsh(inertia)
     if moments[0] <= 0.0 or moments[0] + moments[1] < moments[2] - _TRIANGLE_SLACK:
-        raise InputError(
-            "inertia_kg_m2: what remains for the bus when the CMG units are taken off has the principal "
-            f"moments {moments} kg m2, which no body has; raise the inertia, or lower the units' masses or radius"
+        shown = ", ".join(f"{moment:.3g}" for moment in moments)
+        raise UnphysicalPlatformError(
+            "inertia_kg_m2",
+            f": what remains for the bus when the CMG units are taken off has the principal moments {shown} kg m2, "
+            "which no body has; raise the inertia, or lower the units' masses or radius",
         )
     bus.inertia, bus.iquat = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])  # MuJoCo takes one form of inertia only
     bus.fullinertia = [*np.diag(inertia), inertia[0, 1], inertia[0, 2], inertia[1, 2]]

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from typing import Literal, TypeAlias
 
 import mujoco
@@ -151,13 +150,3 @@ class Plant:
 
 def _spin_inertia(model: Model) -> Units:
     return model.body_inertia[[model.body(name).id for name in unit_names("rotor")], 0]  # type: ignore[no-any-return]
-
-
-@contextmanager
-def quiet_warnings() -> Iterator[None]:
-    """Keep MuJoCo from writing MUJOCO_LOG.TXT into the current folder; divergence raises an error instead (trap 3)."""
-    mujoco.set_mju_user_warning(lambda _message: None)
-    try:
-        yield
-    finally:
-        mujoco.set_mju_user_warning(None)

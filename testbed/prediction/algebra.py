@@ -15,17 +15,6 @@ def inertia_matrix(theta: Array) -> Array:
     return inertia_of(theta.real) + 1j * inertia_of(theta.imag)
 
 
-def symmetric_inverse(matrix: Array) -> Array:
-    """Return the inverses of symmetric 3 × 3 matrices, shape (..., 3, 3), by cofactors; analytic in the entries."""
-    a, b, c = matrix[..., 0, 0], matrix[..., 1, 1], matrix[..., 2, 2]
-    d, e, f = matrix[..., 1, 2], matrix[..., 0, 2], matrix[..., 0, 1]
-    xx, yy, zz = b * c - d * d, a * c - e * e, a * b - f * f
-    yz, xz, xy = e * f - a * d, d * f - b * e, d * e - c * f
-    determinant = a * xx + f * xy + e * xz
-    rows = [np.stack(row, axis=-1) for row in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))]
-    return np.asarray(np.stack(rows, axis=-2) / determinant[..., None, None])
-
-
 def cross(left: Array, right: Array) -> Array:
     """Return left × right, shape (..., 3); NumPy's own spends ten times as long on moving axes."""
     a, b, c = left[..., 0], left[..., 1], left[..., 2]

@@ -18,9 +18,10 @@ import numpy as np
 
 from testbed.arrays import Array
 from testbed.cmg.cluster import Cluster
+from testbed.dynamics.inertia import symmetric_inverse
 from testbed.errors import InputError
 from testbed.estimation.motion import RUNAWAY
-from testbed.prediction.algebra import inertia_matrix, symmetric_inverse
+from testbed.prediction.algebra import inertia_matrix
 from testbed.prediction.equations import Equations, Known
 from testbed.prediction.grid import Gimbals, Grid
 from testbed.prediction.held import held_inertia, held_momentum

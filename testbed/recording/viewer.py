@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import socket
 import subprocess
 import sys
 import warnings
+from contextlib import suppress
 from pathlib import Path
 
+import rerun_cli
 from rerun.chunk import RrdReader
 from rerun.error_utils import RerunWarning
 
 from testbed.errors import InputError
+from testbed.recording import keeper
 
 LOOPBACK = "127.0.0.1"
 
@@ -28,7 +32,10 @@ def open_viewer(path: Path, *, web: bool) -> None:
         InputError: the file is missing or no recording.
     """
     check_recording(path)
-    _run(_web_command(path) if web else _command(path, "--port", "auto"))
+    code = _run(_web_command(path) if web else _command(path, "--port", "auto"))
+    if code:
+        elsewhere = "" if web else "; where there is no screen, `testbed view --web` serves it to a browser"
+        raise InputError(f"{path}: the viewer ended with exit code {code}, see above{elsewhere}")
 
 
 def check_recording(path: Path) -> None:
@@ -47,14 +54,33 @@ def check_recording(path: Path) -> None:
         raise InputError(f"{path}: not a whole recording ({error}); run the scenario again") from error
 
 
-def _run(command: list[str]) -> None:
-    """Run a viewer; an interrupt reaches it once, from here: killed, its launcher would leave it running."""
-    process = subprocess.Popen(command, start_new_session=True)
+def _run(command: list[str]) -> int | None:
+    """Run a viewer; return its exit code, None where it was ended by Ctrl-C.
+
+    It has a keeper, which ends it with this process, and both have a group of processes of their own: Ctrl-C reaches
+    them from here alone, and nothing of the group is left behind.
+    """
+    started = [sys.executable, "-I", keeper.__file__, *command]
+    with subprocess.Popen(started, stdin=subprocess.PIPE, start_new_session=True) as kept:
+        try:
+            return kept.wait()
+        except KeyboardInterrupt:
+            return None
+        finally:
+            _end(kept)
+
+
+def _end(kept: subprocess.Popen[bytes]) -> None:
+    """Let go of the viewer, which its keeper then ends; kill what does not."""
+    assert kept.stdin is not None
     try:
-        process.wait()
-    except KeyboardInterrupt:
-        process.send_signal(signal.SIGINT)
-        process.wait()
+        kept.stdin.close()
+        kept.wait(3.5 * keeper.PATIENCE)
+    except subprocess.TimeoutExpired:
+        pass
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(kept.pid, signal.SIGKILL)
 
 
 def _web_command(path: Path) -> list[str]:
@@ -66,7 +92,13 @@ def _web_command(path: Path) -> list[str]:
 
 
 def _command(path: Path, *options: str) -> list[str]:
-    return [sys.executable, "-m", "rerun", "--bind", LOOPBACK, *options, str(path)]
+    return [*_viewer(), "--bind", LOOPBACK, *options, str(path)]
+
+
+def _viewer() -> list[str]:
+    """Return how the viewer is called: itself where it lies, without the launcher, which would not pass signals on."""
+    binary = Path(rerun_cli.__file__).with_name("rerun")
+    return [str(binary)] if binary.is_file() else [sys.executable, "-m", "rerun_cli"]
 
 
 def _free_port() -> int:

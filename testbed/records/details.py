@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tomllib
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -12,9 +11,12 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from pydantic_core import ErrorDetails
 
 from testbed.errors import InputError
+from testbed.files import TextFile, parsed_toml, read_text, readable
 from testbed.records.checks import listing
 from testbed.records.record import RunDetails
 
+_LARGEST = 100_000
+"""Bytes of NAME.toml; its six keys take a few hundred."""
 _Seconds = Annotated[float, Field(allow_inf_nan=False)]
 
 
@@ -43,15 +45,30 @@ def read_details(path: Path) -> RunDetails:
     Raises:
         InputError: the file cannot be read, or has unknown keys or wrong values; the message lists them all.
     """
-    if not path.exists():
-        return RunDetails(name=path.stem)
+    file = details_file(path)
+    return RunDetails(name=readable(path.stem)) if file is None else details_of(file)
+
+
+def details_file(path: Path) -> TextFile | None:
+    """Return NAME.toml as it is; None where a run has none.
+
+    Raises:
+        InputError: it cannot be read.
+    """
+    return read_text(path, "what is known of a run", _LARGEST) if path.exists() else None
+
+
+def details_of(file: TextFile) -> RunDetails:
+    """Return what NAME.toml says.
+
+    Raises:
+        InputError: it is not TOML, or has unknown keys or wrong values; the message lists them all.
+    """
     try:
-        file = _DetailsFile.model_validate(tomllib.loads(path.read_text(encoding="utf-8")), by_name=False)
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputError(f"{path}: cannot be read as TOML: {error}") from error
+        said = _DetailsFile.model_validate(parsed_toml(file), by_name=False)
     except ValidationError as error:
-        raise InputError(listing(path, [_problem(problem) for problem in error.errors()])) from error
-    return RunDetails(**{"name": path.stem, **file.model_dump(exclude_none=True)})
+        raise InputError(listing(file.path, [_problem(problem) for problem in error.errors()])) from error
+    return RunDetails(**{"name": readable(file.path.stem), **said.model_dump(exclude_none=True)})
 
 
 def details_text(details: RunDetails, stem: str) -> str:

@@ -7,14 +7,14 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
 
 from testbed.arrays import Array, Series
 from testbed.errors import InputError
-from testbed.records.checks import column_problems, refuse, value_problems
-from testbed.records.details import read_details
-from testbed.records.record import Record
-from testbed.records.tables import NUMERIC_COLUMNS, SUFFIXES, column_numbers, read_table
+from testbed.files import readable
+from testbed.records.checks import refuse, value_problems
+from testbed.records.details import details_file, details_of
+from testbed.records.record import Record, RunDetails
+from testbed.records.tables import SUFFIXES, read_table
 from testbed.signals import SIGNALS
 
 
@@ -25,16 +25,21 @@ def read_record(path: Path) -> Record:
         InputError: a file cannot be read, or the run in it cannot be used; the message names file, column, row, remedy.
     """
     table = read_table(path)
-    refuse(path, column_problems(table.column_names))
-    columns = _numeric_columns(path, table)
-    channels = _channels(columns)
-    refuse(path, value_problems(columns["time_s"], channels))
+    time, channels = _checked(path, table.numbers)
+    file = details_file(path.with_suffix(".toml"))
     return Record(
-        time=columns["time_s"],
+        time=time,
         channels=channels,
-        details=read_details(path.with_suffix(".toml")),
-        extra_columns={name: table[name].to_numpy() for name in table.column_names if name not in NUMERIC_COLUMNS},
+        details=RunDetails(name=readable(path.stem)) if file is None else details_of(file),
+        files=(table.stamp,) if file is None else (table.stamp, file.stamp),
+        extra_columns=table.others,
     )
+
+
+def _checked(path: Path, numbers: dict[str, Series]) -> tuple[Series, dict[str, Array]]:
+    time, channels = numbers["time_s"], _channels(numbers)
+    refuse(path, value_problems(time, channels))
+    return time, channels
 
 
 def read_data_set(folder: Path) -> tuple[Record, ...]:
@@ -84,12 +89,7 @@ def _attempt(path: Path) -> Record | InputError:
         return error
 
 
-def _numeric_columns(path: Path, table: pa.Table) -> dict[str, Series]:
-    read = {name: column_numbers(table[name]) for name in NUMERIC_COLUMNS if name in table.column_names}
-    refuse(path, [f"column {name} {fault}" for name, fault in read.items() if isinstance(fault, str)])
-    return {name: values for name, values in read.items() if not isinstance(values, str)}
-
-
 def _channels(columns: dict[str, Series]) -> dict[str, Array]:
-    present = (signal for signal in SIGNALS.values() if signal.columns[0] in columns)
-    return {signal.name: np.column_stack([columns[name] for name in signal.columns]) for signal in present}
+    """Return the channels of columns, each of which is let go of as soon as it is in its channel."""
+    present = [signal for signal in SIGNALS.values() if signal.columns[0] in columns]
+    return {signal.name: np.column_stack([columns.pop(name) for name in signal.columns]) for signal in present}

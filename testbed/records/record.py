@@ -9,6 +9,7 @@ from typing import Any, Literal
 from numpy.typing import NDArray
 
 from testbed.arrays import Array, Series
+from testbed.files import FileStamp
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,10 +42,12 @@ class Record:
         channels: by signal name (`testbed.signals.SIGNALS`), shape (N, width); NaN where a channel was not sampled.
             A signal of width 1 has shape (N, 1).
         details: what is known of the run as a whole.
+        files: that it was read from; none of a flight that was simulated just now.
         extra_columns: columns that the signal table does not know, by column name, shape (N,), of any type.
     """
 
     time: Series
     channels: Mapping[str, Array]
     details: RunDetails
+    files: tuple[FileStamp, ...] = ()
     extra_columns: Mapping[str, NDArray[Any]] = field(default_factory=dict)

@@ -21,12 +21,38 @@ def usable(record: Record) -> Record:
         InputError: too few gyro samples are left, or a run that is too long.
     """
     details = record.details
-    start = -inf if details.usable_from is None else details.usable_from
-    end = inf if details.usable_to is None else details.usable_to
+    start, end = _usable_span(details)
     part = _rows_of(record, (record.time >= start) & (record.time <= end))
     if problem := too_few_samples(part.channels["body_rate"]) or too_long(part.time):
         raise InputError(f"{details.name}: {_limits(details)}{problem}")
     return part
+
+
+def in_parts(record: Record, most: int) -> list[Record]:
+    """Return a record in consecutive parts of equal length, as few as have at most so many gyro samples each.
+
+    Args:
+        record: its usable time counts.
+        most: gyro samples of a part.
+    """
+    start, end = _usable_span(record.details)
+    time = record.time[np.isfinite(record.channels["body_rate"]).all(axis=1)]
+    time = time[(time >= start) & (time <= end)]
+    count = -(-len(time) // most)
+    if count <= 1:
+        return [record]
+    return [
+        replace(
+            record,
+            details=replace(
+                record.details,
+                name=f"{record.details.name} part {number}",
+                usable_from=float(part[0]),
+                usable_to=float(part[-1]),
+            ),
+        )
+        for number, part in enumerate(np.array_split(time, count), start=1)
+    ]
 
 
 def sampled(record: Record, name: str) -> tuple[Series, Array]:
@@ -50,6 +76,12 @@ def telemetry_only(record: Record) -> Record:
     """
     telemetry = {name: values for name, values in record.channels.items() if SIGNALS[name].telemetry}
     return replace(record, channels=telemetry, extra_columns={})
+
+
+def _usable_span(details: RunDetails) -> tuple[float, float]:
+    """Return the first and the last usable time, s; infinite where the run states none."""
+    start = -inf if details.usable_from is None else details.usable_from
+    return start, inf if details.usable_to is None else details.usable_to
 
 
 def _limits(details: RunDetails) -> str:

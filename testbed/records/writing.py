@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
 
-from testbed.errors import InputError
+from testbed.errors import InputError, OutputError
 from testbed.files import whole_file
 from testbed.records.details import details_text
 from testbed.records.record import Record
@@ -31,7 +31,8 @@ def write_record(record: Record, destination: Path) -> Path:
         The file with the table.
 
     Raises:
-        InputError: the run's name cannot be a file name, or the folder cannot be written to.
+        InputError: the run's name cannot be a file name.
+        OutputError: the folder cannot be written to.
     """
     path = _table_path(record, destination)
     try:
@@ -41,7 +42,9 @@ def write_record(record: Record, destination: Path) -> Path:
             # Before the table gets its name: no reader meets a run whose details are still missing.
             _write_details(path.with_suffix(".toml"), details_text(record.details, path.stem))
     except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error}") from error
+        raise OutputError(
+            f"{path}: cannot be written ({error.strerror}); make room or choose another folder"
+        ) from error
     return path
 
 

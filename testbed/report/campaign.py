@@ -12,18 +12,17 @@ import pyarrow.compute as pc
 
 from testbed.campaign.plan import CampaignPlan
 from testbed.campaign.statistics import CampaignStatistics
+from testbed.files import readable
 from testbed.report.frame.blocks import Cell, Column, Notice, Page, Section, Table
 from testbed.report.frame.page import write_page
 from testbed.report.sections.campaign_chart import errors_figure
 from testbed.report.sections.campaign_flights import flights_section
 from testbed.report.sections.campaign_tables import estimators_table, statistics_tables
 from testbed.report.sections.provenance import provenance_section
-from testbed.report.verdict import campaign_verdict
+from testbed.report.verdict import STRONG_BIAS, campaign_verdict
 from testbed.report.wording import capitalized, estimator_name, figures
 
 _MOST_LISTED = 200
-_STRONG_BIAS = 4.0
-"""Standard errors; chance exceeds them in one of 16,000 means."""
 
 
 def write_campaign_report(
@@ -48,7 +47,7 @@ def write_campaign_report(
         result: what montecarlo.json holds.
 
     Raises:
-        InputError: the file cannot be written.
+        OutputError: the file cannot be written.
     """
     page = Page(
         title=f"{statistics.runs} runs of {plan.scenario.name}, campaign seed {plan.seed}",
@@ -81,7 +80,7 @@ def _notices(statistics: CampaignStatistics) -> Iterator[Notice]:
             who = capitalized(estimator_name(name))
             yield Notice(tone="warn", text=f"{who} gave no estimate in {missing} completed runs.")
         worst = float(abs(estimator.bias_in_standard_errors).max())
-        if worst > _STRONG_BIAS:
+        if worst > STRONG_BIAS:
             yield Notice(
                 tone="warn",
                 text=f"{capitalized(estimator_name(name))} is biased: a mean lies {figures(worst, 2)} standard errors "
@@ -103,4 +102,4 @@ def _failures(table: pa.Table, scenario_path: Path) -> Iterator[Section]:
 
 
 def _command(scenario_path: Path, seed: int) -> str:
-    return f"testbed run {shlex.quote(str(scenario_path))} --dispersed --seed {seed}"
+    return f"testbed run {shlex.quote(readable(str(scenario_path)))} --dispersed --seed {seed}"

@@ -47,7 +47,7 @@ def write_diagnosis_page(
         result: what diagnosis.json holds.
 
     Raises:
-        InputError: the file cannot be written.
+        OutputError: the file cannot be written.
     """
     page = Page(
         title=f"Diagnosis against the scenario {provenance['scenario']}",

@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from testbed.arrays import Theta
 from testbed.assembly.platform import PlatformModel
 from testbed.dynamics.inertia import theta_of
-from testbed.experiment.experiment import CombinedEstimation, Estimation
+from testbed.experiment.checking import NeglectedTorque
+from testbed.experiment.experiment import Estimation
+from testbed.identification.estimating import Identification
 from testbed.records.record import Record
+from testbed.report.doubts import combination_doubts, estimation_doubts, neglected_words
 from testbed.report.frame.blocks import Notice, Page, Section
 from testbed.report.frame.page import write_page
-from testbed.report.notices import estimation_notices
 from testbed.report.sections.estimates import estimates_blocks
 from testbed.report.sections.inertias import Inertias
 from testbed.report.sections.provenance import provenance_section
 from testbed.report.sections.residuals import residual_blocks
 from testbed.report.sections.telemetry import telemetry_figures
 from testbed.report.verdict import measured_verdict
-from testbed.report.wording import listed
+from testbed.report.wording import capitalized, estimator_name, listed
 from testbed.scenario.scenario import Scenario
 
 
@@ -29,9 +31,7 @@ def write_estimates_report(
     *,
     scenario: Scenario,
     nominal: PlatformModel,
-    records: Sequence[Record],
-    estimations: Mapping[str, Estimation],
-    combined: CombinedEstimation,
+    identification: Identification,
     provenance: Mapping[str, str],
     result: Mapping[str, Any],
 ) -> None:
@@ -41,36 +41,71 @@ def write_estimates_report(
         path: of the HTML file.
         scenario: the nominal model and the estimators.
         nominal: its platform.
-        records: what was measured.
-        estimations: by the record's name.
-        combined: of all records.
+        identification: the records and what they say.
         provenance: as in `write_run_report`.
         result: what estimates.json holds.
 
     Raises:
-        InputError: the file cannot be written.
+        OutputError: the file cannot be written.
     """
-    theta = theta_of(nominal.inertia)
-    overall = Inertias(by_name=combined.by_name, bound_std=None, nominal=theta, truth=None)
+    theta, records = theta_of(nominal.inertia), identification.records
+    overall = _overall(identification, theta)
     together = [Section(title="All records combined", blocks=estimates_blocks(overall))] if len(records) > 1 else []
     page = Page(
         title=f"Inertia from measured records: {listed(record.details.name for record in records)}",
         subtitle=f"Nominal model and estimators: {scenario.name}. {scenario.description}",
-        verdict=measured_verdict(overall, len(records)),
-        notices=tuple(_notices(estimations, theta)),
+        verdict=identification_verdict(identification, theta),
+        notices=tuple(identification_notices(identification)),
         sections=(
             *together,
-            *(_record_section(record, estimations[record.details.name], theta) for record in records),
+            *(_record_section(record, identification.estimations[record.details.name], theta) for record in records),
             provenance_section(provenance, result),
         ),
     )
     write_page(path, page)
 
 
-def _notices(estimations: Mapping[str, Estimation], nominal: Theta) -> Iterator[Notice]:
-    for name, estimation in estimations.items():
-        for notice in estimation_notices(_inertias(estimation, nominal), estimation.failures):
-            yield Notice(tone=notice.tone, text=f"{name}: {notice.text}")
+def identification_verdict(identification: Identification, nominal: Theta) -> Notice:
+    """Return the verdict on measured records.
+
+    Args:
+        identification: the records and what they say.
+        nominal: θ of the nominal model, kg·m².
+    """
+    overall = _overall(identification, nominal)
+    return measured_verdict(overall, len(identification.records), tuple(identification_doubts(identification)))
+
+
+def identification_doubts(identification: Identification) -> Iterator[str]:
+    """Yield what puts the inertia in doubt: of all records together, then of each."""
+    yield from combination_doubts(identification.combined)
+    several = len(identification.records) > 1
+    for name, estimation in identification.estimations.items():
+        for doubt in estimation_doubts(estimation):
+            yield f"{name}: {doubt}" if several else doubt
+
+
+def identification_notices(identification: Identification) -> Iterator[Notice]:
+    """Yield what a reader has to know of records and estimates before the numbers."""
+    yield from (Notice(tone="warn", text=f"left out: {reason}") for reason in identification.refused)
+    yield from (Notice(tone="plain", text=notice) for notice in identification.notices)
+    for name, estimation in identification.estimations.items():
+        for estimator, message in estimation.failures.items():
+            text = f"{name}: {capitalized(estimator_name(estimator))} gave no estimate: {message}"
+            yield Notice(tone="warn", text=text)
+    yield from (Notice(tone="warn", text=doubt) for doubt in identification_doubts(identification))
+    yield from (Notice(tone="plain", text=neglected_words(each)) for each in _neglected(identification))
+
+
+def _neglected(identification: Identification) -> list[NeglectedTorque]:
+    """Return the constant torques that are not estimated, each from the record that is the most sensitive to it."""
+    checks = [each.checks for each in identification.estimations.values() if each.checks is not None]
+    found = sorted((each for check in checks for each in check.neglected), key=lambda each: -each.size)
+    return list({each.frame: each for each in found}.values())
+
+
+def _overall(identification: Identification, nominal: Theta) -> Inertias:
+    return Inertias(by_name=identification.combined.by_name, bound_std=None, nominal=nominal, truth=None)
 
 
 def _record_section(record: Record, estimation: Estimation, nominal: Theta) -> Section:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 import numpy as np
 
 from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.experiment.experiment import Estimation
 from testbed.experiment.flying import FlownRun
+from testbed.report.doubts import estimation_doubts, neglected_words, torque_words
 from testbed.report.frame.blocks import Notice
 from testbed.report.sections.inertias import Inertias
 from testbed.report.sections.limits_table import LIMIT_NAMES
@@ -45,10 +47,21 @@ def flight_notices(flown: FlownRun) -> Iterator[Notice]:
         yield _warning(f"The total momentum changed by {drift} of the rotors': a contact, or too long a step.")
 
 
-def estimation_notices(inertias: Inertias, failures: Mapping[str, str]) -> Iterator[Notice]:
-    """Yield estimators that gave no estimate, and errors that noise does not explain."""
-    for name, message in failures.items():
+def estimation_notices(inertias: Inertias, estimation: Estimation) -> Iterator[Notice]:
+    """Yield estimators that gave no estimate, doubts, errors that noise does not explain, and what is neglected."""
+    for name, message in estimation.failures.items():
         yield _warning(f"{capitalized(estimator_name(name))} gave no estimate: {message}")
+    yield from map(_warning, estimation_doubts(estimation))
+    yield from _errors(inertias)
+    if estimation.checks is None or estimation.checks.best not in estimation.by_name:
+        return
+    for text in torque_words(estimation.by_name[estimation.checks.best]):
+        yield Notice(tone="plain", text=text)
+    for neglected in estimation.checks.neglected:
+        yield Notice(tone="plain", text=neglected_words(neglected))
+
+
+def _errors(inertias: Inertias) -> Iterator[Notice]:
     if inertias.truth is None:
         return
     for name in inertias.by_name:

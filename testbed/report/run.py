@@ -8,6 +8,7 @@ from typing import Any
 
 from testbed.dynamics.inertia import theta_of
 from testbed.experiment.experiment import Experiment
+from testbed.report.doubts import estimation_doubts
 from testbed.report.frame.blocks import Notice, Page, Section
 from testbed.report.frame.page import write_page
 from testbed.report.notices import estimation_notices, flight_notices
@@ -36,7 +37,7 @@ def write_run_report(
         result: what result.json holds.
 
     Raises:
-        InputError: the file cannot be written.
+        OutputError: the file cannot be written.
     """
     write_page(path, run_page(experiment, provenance, result))
 
@@ -47,8 +48,8 @@ def run_page(experiment: Experiment, provenance: Mapping[str, str], result: Mapp
     return Page(
         title=f"Run of {experiment.scenario.name}, seed {experiment.seed}",
         subtitle=experiment.scenario.description,
-        verdict=diverged_verdict() if inertias is None else flight_verdict(inertias),
-        notices=tuple(_notices(experiment, inertias)),
+        verdict=run_verdict(experiment),
+        notices=tuple(run_notices(experiment)),
         sections=(*_sections(experiment, inertias), provenance_section(provenance, result)),
     )
 
@@ -65,10 +66,20 @@ def _inertias(experiment: Experiment) -> Inertias | None:
     )
 
 
-def _notices(experiment: Experiment, inertias: Inertias | None) -> Iterator[Notice]:
+def run_verdict(experiment: Experiment) -> Notice:
+    """Return the verdict on a run."""
+    inertias = _inertias(experiment)
+    if inertias is None or experiment.estimation is None:
+        return diverged_verdict()
+    return flight_verdict(inertias, tuple(estimation_doubts(experiment.estimation)))
+
+
+def run_notices(experiment: Experiment) -> Iterator[Notice]:
+    """Yield what spoils a run or puts its figures in doubt, and what is neglected."""
     yield from flight_notices(experiment.flown)
-    if experiment.estimation is not None and inertias is not None:
-        yield from estimation_notices(inertias, experiment.estimation.failures)
+    estimation, inertias = experiment.estimation, _inertias(experiment)
+    if estimation is not None and inertias is not None:
+        yield from estimation_notices(inertias, estimation)
 
 
 def _sections(experiment: Experiment, inertias: Inertias | None) -> Iterator[Section]:

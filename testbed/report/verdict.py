@@ -2,29 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
+from scipy.stats import binom, chi2
 
+from testbed.arrays import Theta
 from testbed.campaign.statistics import CampaignStatistics, EstimatorStatistics
 from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.estimation.agreement import REFUSED
 from testbed.report.frame.blocks import Notice
 from testbed.report.sections.inertias import Inertias
 from testbed.report.wording import BAND, estimator_name, figures, listed
 
+_LEADING = ("output_error", "iv_momentum", "iv", "ls")
+"""Estimators in the order in which a verdict speaks of them: the most efficient first."""
+_BIASED = "ls"
+"""Least squares is there as the baseline: noise biases it, and that does not speak against a flight."""
+_CONFIDENCE = 0.95
+STRONG_BIAS = 4.0
+"""Standard errors; chance exceeds them in one of 16,000 means."""
 
-def flight_verdict(inertias: Inertias) -> Notice:
-    """Return the verdict on a completed flight: the closest estimator, its largest error, and the bands."""
+
+def flight_verdict(inertias: Inertias, doubts: Sequence[str] = ()) -> Notice:
+    """Return the verdict on a completed flight: how many bands cover the truth, and how near the bound the best is.
+
+    Args:
+        inertias: estimates, truth and bound.
+        doubts: what else speaks against the estimates.
+    """
     if not inertias.by_name:
         return Notice(tone="bad", text="The flight was completed, but no estimator gave an estimate.")
-    best = _closest(inertias)
-    ratio = np.abs(inertias.ratio(best))
-    worst = int(np.argmax(ratio))
-    text = (
-        f"The flight was completed; closest to the true inertia is the estimate by {estimator_name(best)}: its largest "
-        f"error is {figures(ratio[worst], 2)} standard deviations (in {PARAMETER_NAMES[worst]}), "
-        f"and {_coverage(inertias)}."
-    )
+    judged = [name for name in inertias.by_name if name != _BIASED] or [*inertias.by_name]
+    off = [name for name in judged if _error_p_value(inertias, name) < REFUSED]
+    text = f"The flight was completed; {_coverage(inertias, judged)}{_as_expected(off)}{_distance_to_bound(inertias)}."
+    if off or doubts:
+        return Notice(tone="warn", text=f"{text} {_doubtful(doubts)}".strip())
     return Notice(tone="good", text=text)
 
 
@@ -34,51 +47,70 @@ def diverged_verdict() -> Notice:
     return Notice(tone="bad", text=text)
 
 
-def measured_verdict(inertias: Inertias, records: int) -> Notice:
-    """Return the verdict on measured records: the most certain estimator and how certain it is.
+def measured_verdict(inertias: Inertias, records: int, doubts: Sequence[str] = ()) -> Notice:
+    """Return the verdict on measured records: how certain the most efficient estimator is.
 
     Args:
         inertias: of the only record, or of all of them combined.
         records: how many there are.
+        doubts: what speaks against the estimates.
     """
-    best = inertias.most_certain
-    std = inertias.by_name[best].std
+    best = leading_estimator(inertias.by_name)
+    estimate = inertias.by_name[best]
     source = "one record" if records == 1 else f"{records} records"
     text = (
-        f"The inertia was estimated from {source}; {estimator_name(best)} states the smallest uncertainty, "
-        f"{figures(std.min(), 2)} to {figures(std.max(), 2)} kg·m² (one standard deviation)."
+        f"The inertia was estimated from {source}; {estimator_name(best)} states an uncertainty of "
+        f"{_span(estimate.std)} kg·m² (one standard deviation), {_span(estimate.noise_std)} of it by the gyro's noise."
     )
+    if doubts:
+        return Notice(tone="warn", text=f"{text} {_doubtful(doubts)}")
     return Notice(tone="good", text=text)
 
 
 def campaign_verdict(statistics: CampaignStatistics) -> Notice:
-    """Return the verdict on a campaign: the estimator with the smallest errors, how near the bound, how honest."""
+    """Return the verdict on a campaign: how honest the closest estimator is, and how near the bound."""
     if not statistics.estimators:
         return Notice(tone="bad", text="No estimator gave two estimates: there is no scatter to speak of.")
     best = min(statistics.estimators, key=lambda name: _mean_square_error(statistics.estimators[name]))
     of = statistics.estimators[best]
     text = (
-        f"Closest to the truth over {of.runs} runs is {estimator_name(best)}: its scatter is "
+        f"Of {of.runs} runs, the 95 % intervals of {estimator_name(best)} hold the truth in "
+        f"{100.0 * of.coverage.min():.0f} to {100.0 * of.coverage.max():.0f} %; its scatter is "
         f"{figures(of.scatter_over_bound.min(), 3)} to {figures(of.scatter_over_bound.max(), 3)} times the Cramér-Rao "
-        f"bound, its largest bias {figures(np.abs(of.bias_in_standard_errors).max(), 2)} standard errors, and its 95 % "
-        f"intervals hold the truth in {100.0 * of.coverage.min():.0f} to {100.0 * of.coverage.max():.0f} % of them."
+        f"bound, its largest bias {figures(np.abs(of.bias_in_standard_errors).max(), 2)} standard errors."
     )
-    return Notice(tone="good", text=text)
+    against = [*_campaign_doubts(of), *([f"{statistics.failed} runs failed."] if statistics.failed else [])]
+    return Notice(tone="warn" if against else "good", text=" ".join([text, *against]))
+
+
+def leading_estimator(by_name: Iterable[str]) -> str:
+    """Return the most efficient of some estimators."""
+    names = set(by_name)
+    return next(name for name in _LEADING if name in names)
+
+
+def _campaign_doubts(of: EstimatorStatistics) -> Iterator[str]:
+    hits = np.rint(of.coverage * of.runs)
+    if np.any(binom.cdf(hits, of.runs, _CONFIDENCE) < REFUSED):
+        yield "They hold it in fewer runs than 95 % allows by chance: the stated uncertainty is too small."
+    if np.abs(of.bias_in_standard_errors).max() > STRONG_BIAS:
+        yield "The bias is more than chance."
 
 
 def _mean_square_error(of: EstimatorStatistics) -> float:
     return float(np.sum(of.mean_error**2 + of.std**2))
 
 
-def _closest(inertias: Inertias) -> str:
-    """Return the estimator with the smallest root mean square error in kg·m²."""
-    errors = {name: estimate.theta - inertias.origin for name, estimate in inertias.by_name.items()}
-    return min(errors, key=lambda name: float(np.sum(errors[name] ** 2)))
+def _error_p_value(inertias: Inertias, name: str) -> float:
+    """Return the chance of an error as large, if an estimator's covariance is right."""
+    estimate = inertias.by_name[name]
+    error = estimate.theta - inertias.origin
+    return float(chi2.sf(float(error @ np.linalg.solve(estimate.total_covariance, error)), len(error)))
 
 
-def _coverage(inertias: Inertias) -> str:
-    misses = dict(_misses(inertias))
-    total = len(PARAMETER_NAMES) * len(inertias.by_name)
+def _coverage(inertias: Inertias, judged: Sequence[str]) -> str:
+    misses = dict(_misses(inertias, judged))
+    total = len(PARAMETER_NAMES) * len(judged)
     missed = sum(len(names) for names in misses.values())
     if not missed:
         return f"all {total} of the estimators' 95 % bands cover the truth"
@@ -86,8 +118,32 @@ def _coverage(inertias: Inertias) -> str:
     return f"{total - missed} of the estimators' {total} 95 % bands cover the truth ({where})"
 
 
-def _misses(inertias: Inertias) -> Iterator[tuple[str, list[str]]]:
-    for name in inertias.by_name:
+def _as_expected(off: Sequence[str]) -> str:
+    if not off:
+        return ", as chance has it"
+    return f", and {listed(map(estimator_name, off))} {'is' if len(off) == 1 else 'are'} off by more than chance"
+
+
+def _distance_to_bound(inertias: Inertias) -> str:
+    if inertias.bound_std is None:
+        return ""
+    best = leading_estimator(inertias.by_name)
+    ratio = inertias.by_name[best].std / inertias.bound_std
+    return f"; {estimator_name(best)} states {_span(ratio, 3)} times the Cramér-Rao bound"
+
+
+def _doubtful(doubts: Sequence[str]) -> str:
+    if not doubts:
+        return ""
+    return f"Do not rely on it yet: {len(doubts)} finding{'s' * (len(doubts) > 1)} below put it in doubt."
+
+
+def _span(values: Theta, digits: int = 2) -> str:
+    return f"{figures(values.min(), digits)} to {figures(values.max(), digits)}"
+
+
+def _misses(inertias: Inertias, judged: Sequence[str]) -> Iterator[tuple[str, list[str]]]:
+    for name in judged:
         outside = np.abs(inertias.ratio(name)) > BAND
         if outside.any():
             yield name, [parameter for parameter, out in zip(PARAMETER_NAMES, outside, strict=True) if out]

@@ -18,7 +18,7 @@ from testbed.estimation.momentum_equation import mean_momentum
 from testbed.estimation.motion import drive_of, simulate
 from testbed.estimation.noise_image import filtered_noise
 from testbed.estimation.prefilter import FilteredEquation, filtered_equation
-from testbed.estimation.regression import covariance_of, residual_sigma, solution_of
+from testbed.estimation.regression import covariance_of, noise_gain, residual_sigma, solution_of
 from testbed.estimation.telemetry import Telemetry, covered_part
 
 Treatment = Callable[[FilteredEquation, Telemetry], FilteredEquation]
@@ -71,10 +71,12 @@ def _estimate(
     solution = solution_of(equation.regressor, instrument, equation.response)
     noise = filtered_noise(telemetry, equation, solution, settings.prefilter_time)
     sigma = residual_sigma(solution)
+    gain = noise_gain(solution, noise.image)
     return estimate_of(
         replace(telemetry, initial_momentum="zero"),  # no momentum among the parameters
         solution.parameters,
-        covariance_of(solution, noise.image, sigma**2 / noise.power),
+        covariance_of(gain, sigma**2 / noise.power),
+        influence=-gain,
         time=equation.time,
         residual=solution.residual,
         unit="N·m",

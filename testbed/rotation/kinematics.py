@@ -6,6 +6,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Quaternions, Series, Vectors3
+from testbed.compiled import LONG, compiled
 from testbed.rotation.quaternion import exponential, quaternion_product
 
 
@@ -25,10 +26,25 @@ def integrate_attitude(time: Series, body_rate: Vectors3) -> Quaternions:
 
 
 def _running_product(steps: Quaternions) -> Quaternions:
-    """Return steps[0] ⊗ … ⊗ steps[k] for every k, in log2(N) vectorised passes."""
+    """Return steps[0] ⊗ … ⊗ steps[k] for every k, in log2(N) vectorised passes, or one by one where they are many."""
     product = steps.copy()
+    if len(steps) > LONG:
+        compiled(_turn_on)(product)
+        return product
     reach = 1
     while reach < len(product):
         product[reach:] = quaternion_product(product[:-reach], product[reach:])
         reach *= 2
     return product
+
+
+def _turn_on(product: Quaternions) -> None:
+    """Turn each quaternion on from the product before it, kept at unit length against rounding."""
+    for last in range(len(product) - 1):
+        before, turned = product[last], product[last + 1]
+        a, b, c, d = before[0], before[1], before[2], before[3]
+        e, f, g, h = turned[0], turned[1], turned[2], turned[3]
+        w, x = a * e - b * f - c * g - d * h, a * f + b * e + c * h - d * g
+        y, z = a * g - b * h + c * e + d * f, a * h + b * g - c * f + d * e
+        length = (w * w + x * x + y * y + z * z) ** 0.5
+        turned[0], turned[1], turned[2], turned[3] = w / length, x / length, y / length, z / length

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+import tomli_w
+from pydantic import Field, PrivateAttr
 
+from testbed.files import TextFile
 from testbed.scenario.diagnosis import Diagnosis
 from testbed.scenario.estimation import Estimation
 from testbed.scenario.platform import Platform
@@ -19,7 +22,7 @@ class BodyScenario(Section):
 
     schema_version: Annotated[Literal[1], Field(alias="schema")]
     """Version of this file format."""
-    name: Annotated[str, Field(min_length=1, pattern=r"^[A-Za-z0-9_-]+$")]
+    name: Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[A-Za-z0-9_-]+$")]
     """Short name, used for files: letters, digits, _ and -."""
     description: str
     """What the scenario is for, in a sentence."""
@@ -33,3 +36,17 @@ class BodyScenario(Section):
     """How the inertia is estimated."""
     diagnosis: Diagnosis = Diagnosis()
     """How measured records are compared with the nominal platform."""
+    _file: TextFile | None = PrivateAttr(default=None)
+
+    @property
+    def file(self) -> TextFile:
+        """The file that the scenario was read from; of one that was made in Python, what its file would say."""
+        if self._file is not None:
+            return self._file
+        text = tomli_w.dumps(scenario_keys(self))
+        return TextFile(path=Path(f"{self.name}.toml"), content=text.encode("utf-8"), text=text)
+
+
+def scenario_keys(scenario: BodyScenario) -> dict[str, Any]:
+    """Return what a scenario's file says."""
+    return scenario.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True)

@@ -7,8 +7,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Strict, model_validator
 
+from testbed.scenario.quantities import Bandwidth, DampingRatio, Mass, Moment, Momentum, Radius, RateLimit, Torque
 from testbed.scenario.section import Conflict, Section, refuse
-from testbed.scenario.values import Distinct, NonNegative, Positive, PositiveTriple
+from testbed.scenario.values import Distinct, Three
 
 
 class Cluster(Section):
@@ -19,31 +20,31 @@ class Cluster(Section):
 
     units: Literal[6] = 6
     """Number of units."""
-    skew_deg: Annotated[float, Field(gt=0, le=90)] | None = None
+    skew_deg: Annotated[float, Field(ge=0.1, le=90)] | None = None
     """Angle between body z and every gimbal axis; omitted: the model's own."""
-    mounting_radius_m: NonNegative | None = None
+    mounting_radius_m: Radius | None = None
     """Distance of every unit from body z; omitted: the model's own."""
-    rotor_momentum_N_m_s: Positive
+    rotor_momentum_N_m_s: Momentum
     """Momentum of each rotor about its spin axis, from its speed relative to the gimbal."""
-    rotor_momentum_limit_N_m_s: Positive
+    rotor_momentum_limit_N_m_s: Momentum
     """What a rotor's servo may carry; a rotor that would exceed it is clamped there."""
-    rotor_spin_inertia_kg_m2: Positive | None = None
+    rotor_spin_inertia_kg_m2: Moment | None = None
     """Inertia of a rotor about its spin axis; omitted: the model's own."""
-    rotor_transverse_inertia_kg_m2: Positive | None = None
+    rotor_transverse_inertia_kg_m2: Moment | None = None
     """Inertia of a rotor about an axis normal to its spin axis; omitted: the model's own."""
-    rotor_mass_kg: Positive | None = None
+    rotor_mass_kg: Mass | None = None
     """Mass of a rotor; omitted: the model's own."""
-    gimbal_inertia_kg_m2: Positive | None = None
+    gimbal_inertia_kg_m2: Moment | None = None
     """Inertia of a gimbal body about each axis, rotor not included; omitted: the model's own."""
-    gimbal_mass_kg: Positive | None = None
+    gimbal_mass_kg: Mass | None = None
     """Mass of a gimbal body, rotor not included; omitted: the model's own."""
-    gimbal_rate_limit_rad_s: Positive
+    gimbal_rate_limit_rad_s: RateLimit
     """Largest gimbal rate; the steering law scales all rates alike to keep it."""
-    gimbal_torque_limit_N_m: Positive
+    gimbal_torque_limit_N_m: Torque
     """Largest torque of a gimbal motor."""
-    gimbal_servo_bandwidth_rad_s: Positive
+    gimbal_servo_bandwidth_rad_s: Bandwidth
     """Bandwidth of the gimbal servo."""
-    gimbal_servo_damping_ratio: Positive = 0.7
+    gimbal_servo_damping_ratio: DampingRatio = 0.7
     """Damping ratio of the gimbal servo."""
     rotors: Literal["constant_speed", "free"]
     """Whether a servo holds each rotor's speed, or the rotor turns freely."""
@@ -73,7 +74,7 @@ class Cluster(Section):
 class Limits(Section):
     """What the cluster may be asked for, per body axis."""
 
-    cluster_torque_N_m: PositiveTriple
+    cluster_torque_N_m: Three[Torque]
     """Largest cluster torque along each body axis."""
-    cluster_momentum_N_m_s: PositiveTriple
+    cluster_momentum_N_m_s: Three[Momentum]
     """Largest cluster momentum along each body axis."""

@@ -6,15 +6,16 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field
 
+from testbed.scenario.quantities import Angles, Gain, PositiveGain, RateLimit, Weight
 from testbed.scenario.section import Section
-from testbed.scenario.values import Many, ManyOrOne, NonNegative, One, Positive, Six
+from testbed.scenario.values import Many, ManyOrOne, One
 
 
 class _Steering(Section):
-    null_motion_gain_1_s: NonNegative = 0.0
+    null_motion_gain_1_s: Gain = 0.0
     """Rate at which null motion takes the gimbals toward their preferred angles; 0: no null motion."""
     preferred_gimbal_angle_rad: Annotated[
-        Annotated[Literal["maneuver", "zero"], One] | Annotated[Six, Many], ManyOrOne
+        Annotated[Literal["maneuver", "zero"], One] | Annotated[Angles, Many], ManyOrOne
     ] = "zero"
     """Preferred gimbal angles: those of a gimbal-space "maneuver", "zero", or a list of 6 in rad."""
 
@@ -31,20 +32,20 @@ class SingularityRobust(_Steering):
 
     law: Literal["singularity_robust"]
     """Steering law: which gimbal rates give a wanted torque."""
-    damping: Positive
+    damping: Weight
     """Damping λ at a singularity; a pure number."""
-    decay: Positive
+    decay: Weight
     """How fast λ fades away from a singularity; a pure number."""
 
 
 class _Dithered(_Steering):
-    damping: Positive
+    damping: Weight
     """Damping λ at a singularity; a pure number."""
-    decay: Positive
+    decay: Weight
     """How fast λ fades away from a singularity; a pure number."""
     dither: Annotated[float, Field(ge=0, lt=1)]
     """Amplitude of the off-diagonal dither that escapes singularities; a pure number below 1."""
-    dither_rate_rad_s: Positive
+    dither_rate_rad_s: RateLimit
     """Angular frequency of the dither."""
 
 
@@ -73,7 +74,7 @@ class Controller(Section):
 
     feedback: bool
     """Whether the gyro is fed back; without, the torque is the feed-forward of the maneuver alone."""
-    feedback_gain_1_s: Positive | None = None
+    feedback_gain_1_s: PositiveGain | None = None
     """Rate feedback gain per unit of inertia; omitted: chosen from the gyro's noise."""
     steering: Steering
     """Which gimbal rates give the wanted torque."""

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field, Strict, model_validator
 
 from testbed.scenario.section import Conflict, Section, refuse
+from testbed.scenario.uncertainty import Uncertainty
 from testbed.scenario.values import Distinct, PrefilterTime
 
 
@@ -23,7 +24,11 @@ class Estimation(Section):
     instrument: Literal["reference", "nominal", "iterated"]
     """Instrument: the reference maneuver, a simulation of the nominal platform, or of the estimated one, iterated."""
     initial_momentum: Literal["estimated", "zero"]
-    """Whether the total momentum is estimated along, or known to be zero."""
+    """Whether the total momentum is estimated jointly, or known to be zero; on measured records a zero is tested."""
+    constant_torque: Literal["none", "body", "inertial", "both"] = "none"
+    """Which constant torques on the platform are estimated jointly: fixed in the body, in inertial axes, or both."""
+    uncertainty: Uncertainty = Uncertainty()
+    """What is uncertain of actuators and gyro."""
     alignments: bool = False
     """Whether output error also estimates the inertia together with every unit's gimbal-axis misalignment, encoder zero
     and momentum scale."""

@@ -7,11 +7,20 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field, Strict, model_validator
 
+from testbed.scenario.quantities import Acceleration, Angles, BodyRates, Factor, Moment, RateLimit
 from testbed.scenario.section import Conflict, Section, refuse
-from testbed.scenario.values import Duration, File, Positive, PositiveSix, PrefilterTime, Rate, Seed, Share, Six, Triple
+from testbed.scenario.values import Duration, File, PrefilterTime, Rate, Seed, Share, Six
 
 _MIN_CONTROL_POINTS = 4
 """A cubic spline has no fewer."""
+_MOST_CONTROL_POINTS = 1000
+"""Ten times as many as any maneuver here has; the optimiser's time grows with their square."""
+_MOST_STARTS = 10_000
+"""Of 0.3 s at the least: an hour."""
+_KILOBYTE, _GIGABYTE = 1e3, 1e9
+MOST_DESIGN_MEMORY = 2.0 * _GIGABYTE
+"""Bytes that the optimiser may take: what is left of a laptop's 4 GB when all else has its share."""
+_SEVERAL = Field(min_length=_MIN_CONTROL_POINTS, max_length=_MOST_CONTROL_POINTS)
 MIN_SAMPLES = 10
 """Six parameters and an initial state cannot be told from fewer."""
 
@@ -24,14 +33,14 @@ class _Design(Section):
     metric: Literal["torque", "momentum"] = "torque"
     """Information of the paper's torque equation, Ψ_fᵀΨ_f behind the prefilter, or of the momentum equation, which is
     the Cramér-Rao bound's where the total momentum is zero."""
-    target_std_kg_m2: PositiveSix | None = None
+    target_std_kg_m2: Six[Moment] | None = None
     """Standard deviations of J11, J22, J33, J23, J13, J12 that count alike: A minimises the sum of (deviation /
     target)²; omitted: all parameters count alike."""
     duration_s: Duration
     """Duration, from rest to rest."""
-    control_points: Annotated[int, Field(ge=_MIN_CONTROL_POINTS)]
+    control_points: Annotated[int, Field(ge=_MIN_CONTROL_POINTS, le=_MOST_CONTROL_POINTS)]
     """Control points of the cubic spline of each axis or gimbal, ends included."""
-    starts: Annotated[int, Field(ge=1)]
+    starts: Annotated[int, Field(ge=1, le=_MOST_STARTS)]
     """Number of random starts; the best of them is flown."""
     seed: Seed
     """Seed of the starts."""
@@ -39,7 +48,7 @@ class _Design(Section):
     """Rate at which the information is sampled; the gyro's, as a rule."""
     prefilter_time_constant_s: PrefilterTime
     """Time constant γ of the prefilter inside Ψ_f, eq. (32)."""
-    body_rate_limit_rad_s: Positive | None = None
+    body_rate_limit_rad_s: RateLimit | None = None
     """Largest body rate about each axis; omitted: what the cluster's momentum allows."""
 
     @model_validator(mode="after")
@@ -60,11 +69,24 @@ class _Design(Section):
                 key="control_points",
                 text=f"{self.control_points} exceeds the {samples:.3g} samples of the maneuver; use fewer",
             )
+        memory = samples * self._bytes_per_sample()
+        if memory > MOST_DESIGN_MEMORY:
+            most = MOST_DESIGN_MEMORY / self._bytes_per_sample()
+            yield Conflict(
+                key="sample_rate_hz",
+                text=f"{self.sample_rate_hz} Hz over {self.duration_s} s are {samples:,.0f} samples, for which the "
+                f"optimiser takes {memory / _GIGABYTE:.3g} GB; {MOST_DESIGN_MEMORY / _GIGABYTE:g} GB are allowed, "
+                f"{most:,.0f} samples: use {most / self.duration_s:.3g} Hz",
+            )
         if self.criterion == "D" and self.target_std_kg_m2 is not None:
             yield Conflict(
                 key="target_std_kg_m2",
                 text="has no effect on criterion D, whose optimum is the same in all units; use A or E, or omit it",
             )
+
+    def _bytes_per_sample(self) -> float:
+        """What the optimiser takes for a sample, measured at 1,000 to 60,000 samples and rounded up."""
+        raise NotImplementedError
 
 
 class BodyRateDesign(_Design):
@@ -87,6 +109,9 @@ class BodyRateDesign(_Design):
                 text=f'is {self.starts}, but the basic profile is one start; use 1, or start_from "random"',
             )
 
+    def _bytes_per_sample(self) -> float:
+        return 3.0 * _KILOBYTE * 3 * self.control_points  # second derivatives by each of them
+
 
 class GimbalDesign(_Design):
     """Splines for the gimbal angles; the body rate follows from zero total momentum, so it can be flown."""
@@ -102,7 +127,7 @@ class GimbalDesign(_Design):
     """Share of the cluster's torque limits that the design may use; a small one leaves most to null motion."""
     gimbal_rate_fraction: Share
     """Share of the gimbal-rate limit that the design may use; the rest is the tracker's margin."""
-    gimbal_acceleration_limit_rad_s2: Positive | None = None
+    gimbal_acceleration_limit_rad_s2: Acceleration | None = None
     """Largest gimbal acceleration, to spare the servo; omitted: only the gimbal torque limits it."""
     min_singularity_measure: Annotated[float, Field(ge=0, lt=1)]
     """Smallest singularity measure on the way; a pure number, 1 at the best."""
@@ -118,6 +143,11 @@ class GimbalDesign(_Design):
             text = f'is "{self.criterion}", but 29 parameters of three units are designed for; use "D", which has none'
             yield Conflict(key="criterion", text=text)
 
+    def _bytes_per_sample(self) -> float:
+        if self.criterion == "condition":
+            return 5.0 * _KILOBYTE * 6 * self.control_points  # second derivatives by each of them
+        return 150.0 * _KILOBYTE if self.criterion == "E" else 17.0 * _KILOBYTE
+
 
 class BasicManeuver(Section):
     """The paper's basic profile: all three axes excited, differently."""
@@ -126,7 +156,7 @@ class BasicManeuver(Section):
     """Where the maneuver comes from: the paper's basic profile."""
     duration_s: Duration
     """Duration, from rest to rest."""
-    scale: Positive
+    scale: Factor
     """Factor on the body rate; 1.5 is the paper's scaled profile."""
 
 
@@ -151,7 +181,7 @@ class BodyRatePoints(_ControlPoints):
 
     parametrization: Literal["body_rate"]
     """What the spline describes: body_rate (3 axes) or gimbal (6 angles)."""
-    body_rate_rad_s: Annotated[tuple[Triple, ...], Strict(False), Field(min_length=_MIN_CONTROL_POINTS)]
+    body_rate_rad_s: Annotated[tuple[BodyRates, ...], Strict(False), _SEVERAL]
     """Control points of the body rate, one row of 3 each."""
 
 
@@ -160,7 +190,7 @@ class GimbalPoints(_ControlPoints):
 
     parametrization: Literal["gimbal"]
     """What the spline describes: body_rate (3 axes) or gimbal (6 angles)."""
-    gimbal_angle_rad: Annotated[tuple[Six, ...], Strict(False), Field(min_length=_MIN_CONTROL_POINTS)]
+    gimbal_angle_rad: Annotated[tuple[Angles, ...], Strict(False), _SEVERAL]
     """Control points of the gimbal angles, one row of 6 each."""
 
 

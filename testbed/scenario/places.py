@@ -4,32 +4,42 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from typing import Any, TypeAlias
 
 Place: TypeAlias = tuple[str | int, ...]
 """Keys and list indices from the root of the file."""
 
 
+_MOST_PARSED = 5_000_000
+"""Characters that are parsed, a second's work: a value of thousands of lines is parsed once for each of them."""
+
+
 def key_lines(text: str) -> dict[Place, int]:
     """Return the line at which each key or table is first written, counted from 1.
 
-    The parser itself says where a statement ends: every line up to which the text is valid TOML ends one. So
-    strings and arrays over several lines need no grammar of their own here.
+    The parser itself says where a statement ends: at the first line at which what began is valid TOML. So strings and
+    arrays over several lines need no grammar of their own here. Beyond what takes too long to parse no line is known.
 
     Args:
         text: valid TOML.
     """
     lines: dict[Place, int] = {}
-    rows = text.split("\n")
-    start = 1
-    for number in range(1, len(rows) + 1):
-        try:
-            tree = tomllib.loads("\n".join(rows[:number]))
-        except tomllib.TOMLDecodeError:
-            continue
-        for place in _places(tree):
-            lines.setdefault(place, start)
-        start = number + 1
+    table: Place = ()
+    statement, start, parsed = "", 1, 0
+    for number, row in enumerate(text.split("\n"), start=1):
+        statement += f"{row}\n"
+        parsed += len(statement)
+        if parsed > _MOST_PARSED:
+            break
+        with suppress(tomllib.TOMLDecodeError):
+            tree = tomllib.loads(statement)
+            is_header = statement.lstrip().startswith("[")
+            places = list(_places(tree, () if is_header else table))
+            table = places[-1] if is_header else table
+            for place in places:
+                lines.setdefault(place, start)
+            statement, start = "", number + 1
     return lines
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
+from testbed.scenario.quantities import Angles, BodyRates, Edge, Mass, Momentum, Places, Room, SmallAngle, Velocities
 from testbed.scenario.section import Section
 from testbed.scenario.values import (
     File,
@@ -11,12 +12,9 @@ from testbed.scenario.values import (
     Many,
     ManyOrOne,
     One,
-    Positive,
-    PositiveSix,
-    PositiveTriple,
+    Pair,
     Six,
-    SixPairs,
-    Triple,
+    Three,
     UnitQuaternion,
 )
 
@@ -31,9 +29,9 @@ class Platform(Section):
     """MJCF file, relative to the scenario's folder; omitted: the shipped models/platform.xml."""
     inertia_kg_m2: Inertia | None = None
     """Inertia about the centre of mass, body axes: bus, gimbals and rotors, rotors locked, gimbal angles zero."""
-    mass_kg: Positive | None = None
+    mass_kg: Mass | None = None
     """Mass of the whole platform."""
-    edge_m: Positive | None = None
+    edge_m: Edge | None = None
     """Edge of the cube-shaped bus."""
 
 
@@ -42,11 +40,11 @@ class Truth(Section):
 
     inertia_kg_m2: Inertia | None = None
     """True inertia of the whole platform, as platform.inertia_kg_m2."""
-    mass_kg: Positive | None = None
+    mass_kg: Mass | None = None
     """True mass of the whole platform."""
-    rotor_momentum_N_m_s: Annotated[Annotated[Positive, One] | Annotated[PositiveSix, Many], ManyOrOne] | None = None
+    rotor_momentum_N_m_s: Annotated[Annotated[Momentum, One] | Annotated[Six[Momentum], Many], ManyOrOne] | None = None
     """True rotor momentum of all units, or a list of 6; servos clamp it at the limit; at rest: use cluster.failed."""
-    gimbal_axis_misalignment_rad: SixPairs | None = None
+    gimbal_axis_misalignment_rad: Six[Pair[SmallAngle]] | None = None
     """Turns of each unit out of its place: 6 pairs, about its spin axis at gimbal angle zero, then about its transverse
     axis; a turn about the gimbal axis is an encoder.zero_rad."""
 
@@ -54,20 +52,20 @@ class Truth(Section):
 class Initial(Section):
     """How the flight starts; by default at rest, body axes along the inertial ones."""
 
-    body_rate_rad_s: Triple = (0.0, 0.0, 0.0)
+    body_rate_rad_s: BodyRates = (0.0, 0.0, 0.0)
     """Body rate, body axes."""
-    gimbal_angle_rad: Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    gimbal_angle_rad: Angles = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """Gimbal angles."""
     attitude_quat_NB: UnitQuaternion = (1.0, 0.0, 0.0, 0.0)
     """Attitude, scalar first, from body to inertial components."""
-    position_m: Triple = (0.0, 0.0, 0.0)
+    position_m: Places = (0.0, 0.0, 0.0)
     """Position of the centre of mass, inertial axes; the cabin's centre is the origin."""
-    velocity_m_s: Triple = (0.0, 0.0, 0.0)
+    velocity_m_s: Velocities = (0.0, 0.0, 0.0)
     """Velocity of the centre of mass, inertial axes."""
 
 
 class Cabin(Section):
     """A room around the platform; with this section contacts with its walls are on."""
 
-    size_m: PositiveTriple
+    size_m: Three[Room]
     """Inner edges of the room along the inertial axes; the platform may touch the walls."""

@@ -86,6 +86,10 @@ def _text(detail: ErrorDetails, place: Place, tree: Mapping[str, Any]) -> str:
             return f"is missing; add it: {meaning(place, tree)}"
         case "value_error":
             wrong = str(detail["ctx"]["error"])
+        case "greater_than_equal":
+            wrong = f"should be at least {detail['ctx']['ge']:g}, not {_shown(detail['input'])}"
+        case "less_than_equal":
+            wrong = f"should be at most {detail['ctx']['le']:g}, not {_shown(detail['input'])}"
         case "too_long":
             wrong = f"should have at most {detail['ctx']['max_length']} entries, not {detail['ctx']['actual_length']}"
         case "too_short":
@@ -132,5 +136,8 @@ def _entry(value: object, part: str | int) -> object:
 
 
 def _shown(value: object) -> str:
-    text = repr(value)
+    try:
+        text = repr(value)
+    except ValueError:  # Python writes none of more than 4,300 digits
+        return "an integer of thousands of digits"
     return text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]}..."

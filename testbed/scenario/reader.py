@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
@@ -10,47 +9,68 @@ from typing import Any, TypeVar
 from pydantic import TypeAdapter, ValidationError
 
 from testbed.errors import InputError
+from testbed.files import TextFile, parsed_toml, read_text
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.maneuver import Maneuver
 from testbed.scenario.places import Place, key_lines, line_of
 from testbed.scenario.problems import Problem, problems_of
 from testbed.scenario.scenario import FLIGHT, Scenario
 
+LARGEST_SCENARIO = 4_000_000
+"""Bytes. A maneuver of 1,000 control points for six gimbals takes 0.13 MB; a larger file is no scenario."""
+
 _Form = TypeVar("_Form", bound=BodyScenario)
 
 
-def read_scenario(path: Path) -> Scenario:
-    """Read and check the scenario file of a platform that is flown.
-
-    Args:
-        path: a TOML file; the paths in it are relative to its folder.
+def scenario_file(path: Path) -> TextFile:
+    """Read a scenario file, once: what a command stores and hashes of it is what it read.
 
     Raises:
-        InputError: the file is missing, unreadable, not TOML, or not a scenario; all problems with their places; or it
-            describes a platform without control moment gyros.
+        InputError: the file is missing, no file, too large, or no text.
     """
-    text = _read(path)
-    tree = _parse(path, text)
-    if _is_body(tree):
-        raise InputError(
-            f"{path}: has no [cluster]: a platform without control moment gyros is compared with its records by "
-            "`testbed diagnose`; it is not flown, and nothing is designed for it or estimated from its flights"
-        )
-    return _validated(path, text, tree, Scenario)
+    return read_text(path, "a scenario file", LARGEST_SCENARIO)
+
+
+def read_scenario(path: Path) -> Scenario:
+    """Read and check the scenario file of a platform that is flown; as `scenario_of`."""
+    return scenario_of(scenario_file(path))
 
 
 def read_body_scenario(path: Path) -> BodyScenario:
-    """Read and check the scenario file of a platform that is measured; it is a `Scenario` where it can be flown too.
+    """Read and check the scenario file of a platform that is measured; as `body_scenario_of`."""
+    return body_scenario_of(scenario_file(path))
+
+
+def scenario_of(file: TextFile) -> Scenario:
+    """Check a scenario of a platform that is flown.
 
     Args:
-        path: a TOML file; the paths in it are relative to its folder.
+        file: TOML; the paths in it are relative to its folder.
 
     Raises:
-        InputError: the file is missing, unreadable, not TOML, or not a scenario; all problems with their places.
+        InputError: not TOML, or not a scenario; all problems with their places; or it describes a platform without
+            control moment gyros.
     """
-    text = _read(path)
-    tree = _parse(path, text)
-    return _validated(path, text, tree, BodyScenario if _is_body(tree) else Scenario)
+    tree = parsed_toml(file)
+    if _is_body(tree):
+        raise InputError(
+            f"{file.path}: has no [cluster]: a platform without control moment gyros is compared with its records by "
+            "`testbed diagnose`; it is not flown, and nothing is designed for it or estimated from its flights"
+        )
+    return _validated(file, tree, Scenario)
+
+
+def body_scenario_of(file: TextFile) -> BodyScenario:
+    """Check a scenario of a platform that is measured; it is a `Scenario` where it can be flown too.
+
+    Args:
+        file: TOML; the paths in it are relative to its folder.
+
+    Raises:
+        InputError: not TOML, or not a scenario; all problems with their places.
+    """
+    tree = parsed_toml(file)
+    return _validated(file, tree, BodyScenario if _is_body(tree) else Scenario)
 
 
 def read_maneuver(path: Path) -> Maneuver:
@@ -59,7 +79,7 @@ def read_maneuver(path: Path) -> Maneuver:
     Raises:
         InputError: the file is missing, unreadable, not TOML, or no such section.
     """
-    tree = _parse(path, _read(path)).get("maneuver", {})
+    tree = parsed_toml(read_text(path, "a [maneuver] section", LARGEST_SCENARIO)).get("maneuver", {})
     try:
         section: Maneuver = TypeAdapter(Maneuver).validate_python(tree, context={"folder": path.parent})
     except ValidationError as error:
@@ -72,27 +92,13 @@ def _is_body(tree: Mapping[str, Any]) -> bool:
     return {"platform", "gyro", "estimation"} <= tree.keys() and not FLIGHT & tree.keys()
 
 
-def _validated(path: Path, text: str, tree: dict[str, Any], form: type[_Form]) -> _Form:
+def _validated(file: TextFile, tree: dict[str, Any], form: type[_Form]) -> _Form:
     try:
-        return form.model_validate(tree, context={"folder": path.parent})
+        scenario = form.model_validate(tree, context={"folder": file.path.parent})
     except ValidationError as error:
-        raise InputError(_message(path, text, problems_of(error, tree))) from None
-
-
-def _read(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8-sig")  # some editors begin a file with a byte order mark
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); give the path of a scenario file") from None
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: is not UTF-8 text (byte {error.start}); save it as UTF-8") from None
-
-
-def _parse(path: Path, text: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: is not TOML: {error}; mend the file there") from None
+        raise InputError(_message(file.path, file.text, problems_of(error, tree))) from None
+    scenario._file = file
+    return scenario
 
 
 def _message(path: Path, text: str, problems: list[Problem]) -> str:

@@ -23,7 +23,7 @@ from testbed.scenario.start import (
     momentum_conflicts,
     room_conflicts,
 )
-from testbed.scenario.timing import clock_conflicts, sample_conflicts, stiffness_conflicts
+from testbed.scenario.timing import clock_conflicts, sample_conflicts, size_conflicts, stiffness_conflicts
 
 
 class Scenario(BodyScenario):
@@ -82,6 +82,7 @@ class Scenario(BodyScenario):
             clock_conflicts(simulation, gyro),
             stiffness_conflicts(simulation, info.data.get("cluster")),
             sample_conflicts(simulation, gyro, info.data.get("maneuver")),
+            size_conflicts(simulation, info.data.get("maneuver")),
         )
         refuse(chain.from_iterable(conflicts), from_root=True)
         return simulation

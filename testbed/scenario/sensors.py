@@ -6,8 +6,21 @@ from collections.abc import Iterator
 
 from pydantic import model_validator
 
+from testbed.scenario.quantities import (
+    AngleNoise,
+    BodyRates,
+    Corner,
+    CorrelationTime,
+    Drift,
+    Latency,
+    RateLimit,
+    RateNoise,
+    ScaleError,
+    SmallAngle,
+    TorqueNoise,
+)
 from testbed.scenario.section import Conflict, Section, refuse
-from testbed.scenario.values import NonNegative, NonNegativeSix, NonNegativeTriple, Positive, Rate, Six, Triple
+from testbed.scenario.values import Rate, Six, Three
 
 
 class Gyro(Section):
@@ -15,33 +28,33 @@ class Gyro(Section):
 
     sample_rate_hz: Rate
     """Samples per second."""
-    noise_rad_s: NonNegative
+    noise_rad_s: RateNoise
     """Standard deviation of the white noise of a sample, each axis."""
-    extra_noise_rad_s: NonNegativeTriple = (0.0, 0.0, 0.0)
+    extra_noise_rad_s: Three[RateNoise] = (0.0, 0.0, 0.0)
     """White noise of each axis beyond noise_rad_s, independent of it; only the flown gyro has it, nobody is told."""
-    bias_rad_s: Triple = (0.0, 0.0, 0.0)
+    bias_rad_s: BodyRates = (0.0, 0.0, 0.0)
     """Constant bias, gyro axes."""
-    drift_rad_s2: Triple = (0.0, 0.0, 0.0)
+    drift_rad_s2: Three[Drift] = (0.0, 0.0, 0.0)
     """Rate at which the bias grows from the start of the flight, gyro axes."""
-    bias_instability_rad_s: NonNegative = 0.0
+    bias_instability_rad_s: RateNoise = 0.0
     """Standard deviation of the slowly varying bias, a first-order Gauss-Markov process, each axis."""
-    bias_correlation_time_s: Positive | None = None
+    bias_correlation_time_s: CorrelationTime | None = None
     """Correlation time of that process; omitted: infinite, a constant bias drawn once per flight."""
-    rate_random_walk_rad_s_per_sqrt_s: NonNegative = 0.0
+    rate_random_walk_rad_s_per_sqrt_s: RateNoise = 0.0
     """Rate random walk: the bias's standard deviation grows with this times the square root of time, each axis."""
-    scale_factor_error: Triple = (0.0, 0.0, 0.0)
+    scale_factor_error: Three[ScaleError] = (0.0, 0.0, 0.0)
     """Relative scale factor error s of each axis: the gyro reads (1 + s) times the rate; a pure number."""
-    misalignment_rad: Triple = (0.0, 0.0, 0.0)
+    misalignment_rad: Three[SmallAngle] = (0.0, 0.0, 0.0)
     """Small rotation vector from body axes to gyro axes."""
-    cross_axis_rad: Triple = (0.0, 0.0, 0.0)
+    cross_axis_rad: Three[SmallAngle] = (0.0, 0.0, 0.0)
     """Share of the other axis that both y and z, both x and z, both x and y read: what makes the axes oblique."""
-    bandwidth_hz: Positive | None = None
+    bandwidth_hz: Corner | None = None
     """Corner frequency of the gyro's first-order low-pass; omitted: none."""
-    latency_s: NonNegative = 0.0
+    latency_s: Latency = 0.0
     """Age of the rate that a sample shows."""
-    quantization_rad_s: NonNegative = 0.0
+    quantization_rad_s: RateNoise = 0.0
     """Step of the output's quantisation; 0: none."""
-    saturation_rad_s: Positive | None = None
+    saturation_rad_s: RateLimit | None = None
     """Largest rate that the gyro can show; omitted: none."""
 
     @model_validator(mode="after")
@@ -63,27 +76,27 @@ class Gyro(Section):
 class Encoder(Section):
     """Gimbal encoders, one on each unit; perfect unless given."""
 
-    noise_rad: NonNegative = 0.0
+    noise_rad: AngleNoise = 0.0
     """Standard deviation of the white noise of a sample."""
-    quantization_rad: NonNegative = 0.0
+    quantization_rad: AngleNoise = 0.0
     """Step of the output's quantisation; 0: none."""
-    zero_rad: Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    zero_rad: Six[SmallAngle] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """Error of each encoder's zero, added to what it reads."""
-    dead_zone_rad: NonNegativeSix = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    dead_zone_rad: Six[AngleNoise] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """Play between each encoder and its axis: the encoder is half of it ahead, the way the axis turns."""
 
 
 class Tachometer(Section):
     """Rotor tachometers, one on each unit; perfect unless given."""
 
-    noise_rad_s: NonNegative = 0.0
+    noise_rad_s: RateNoise = 0.0
     """Standard deviation of the white noise of a sample."""
-    scale_factor_error: Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    scale_factor_error: Six[ScaleError] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     """Relative scale factor error s of each tachometer: it reads (1 + s) times the speed; a pure number."""
 
 
 class TorqueSensor(Section):
     """Measurement of each gimbal motor's torque, from its current; perfect unless given."""
 
-    noise_N_m: NonNegative = 0.0
+    noise_N_m: TorqueNoise = 0.0
     """Standard deviation of the white noise of a sample."""

@@ -78,7 +78,7 @@ def _heading(name: str, section: Node) -> str:
 
 def _row(key: str, value: str, node: Node, needed: str | None) -> str:
     default = needed or _default(node)
-    return f"| `{key}` | {value} | {unit_of(key)} | {default} | {node['description']} |"
+    return f"| `{key}` | {value} | {unit_of(key)} | {default} | {' '.join(node['description'].split())} |"
 
 
 def _default(node: Node) -> str:

@@ -16,6 +16,13 @@ ROTOR_SERVO_BANDWIDTH = 300.0
 _STABILITY_LIMIT = 2.785
 """Largest servo bandwidth times step that a fourth-order Runge-Kutta step bears."""
 
+MOST_TICKS = 400_000
+"""Control periods of a flight: each takes 9 kB with its record, page and recording (measured at 16,000 to 160,000), all
+of them 3.6 GB. An hour at 80 Hz has 288,000."""
+_KILOBYTES_A_TICK = 9.0
+MOST_STEPS = 200_000_000
+"""Integration steps of a flight, an hour's work of one core at 17 µs each."""
+
 
 def clock_conflicts(simulation: Simulation, gyro: Gyro | None) -> Iterator[Conflict]:
     """Find periods that do not divide, and a run that does not end with one."""
@@ -30,6 +37,30 @@ def clock_conflicts(simulation: Simulation, gyro: Gyro | None) -> Iterator[Confl
     yield from rate_conflicts(rates)
     if simulation.duration_s is not None:
         yield from duration_conflicts(simulation.duration_s, simulation.control_rate_hz)
+
+
+def size_conflicts(simulation: Simulation, maneuver: Maneuver | None) -> Iterator[Conflict]:
+    """Find a flight that no memory holds, or that would never end."""
+    key, duration = _length(simulation, maneuver)
+    if duration is not None and (problem := too_large(simulation, duration)):
+        yield Conflict(key=key, text=problem)
+
+
+def too_large(simulation: Simulation, duration: float) -> str:
+    """Return why a flight of some duration, s, is too large; nothing where it is not."""
+    ticks, steps = duration * simulation.control_rate_hz, duration / simulation.step_s
+    if ticks > MOST_TICKS:
+        return (
+            f"{duration:g} s at control_rate_hz = {simulation.control_rate_hz:g} are {ticks:,.0f} control periods, "
+            f"which take {ticks * _KILOBYTES_A_TICK / 1e6:.3g} GB; at most {MOST_TICKS:,} are flown: "
+            f"{MOST_TICKS / simulation.control_rate_hz:.4g} s, or a lower rate"
+        )
+    if steps > MOST_STEPS:
+        return (
+            f"{duration:g} s in steps of {simulation.step_s:g} s are {steps:,.0f} steps; at most {MOST_STEPS:,} are "
+            f"flown: {MOST_STEPS * simulation.step_s:.4g} s, or longer steps"
+        )
+    return ""
 
 
 def stiffness_conflicts(simulation: Simulation, cluster: Cluster | None) -> Iterator[Conflict]:

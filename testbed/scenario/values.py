@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any, TypeAlias, TypeVar
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Strict, Tag, ValidationInfo
 
+_Entry = TypeVar("_Entry")
+
 _ROUNDING = 1e-9
 """Relative slack on physical inequalities: far above rounding, far below any hardware's tolerance."""
+
+_LEAST_MOMENT = 1e-9
+"""kg·m²; the smallest principal moment of a platform. A chip satellite of 4 g and 35 mm has 4e-7."""
 
 LONGEST = 3600.0
 """s. Hundreds of times the length of a flight; a longer run is a slip of the pen that would fill the memory."""
@@ -32,12 +37,14 @@ def _physical_inertia(inertia: Inertia) -> Inertia:
     shown = ", ".join(f"{moment:.4g}" for moment in moments)
     if smallest <= 0.0:
         raise ValueError(f"is not positive definite: its principal moments are {shown}")
+    if smallest < _LEAST_MOMENT:
+        raise ValueError(f"has the principal moments {shown}; the least that any platform has is {_LEAST_MOMENT}")
     if largest > (smallest + middle) * (1.0 + _ROUNDING):
         raise ValueError(f"belongs to no body: of its principal moments {shown} the largest exceeds the others' sum")
     return inertia
 
 
-def _unit_quaternion(quat: Quad) -> Quad:
+def _unit_quaternion(quat: tuple[float, ...]) -> tuple[float, ...]:
     norm = float(np.linalg.norm(quat))
     if abs(norm - 1.0) > 1e-6:  # six decimals written in the file pass
         raise ValueError(f"has the norm {norm:.6g} instead of 1")
@@ -63,35 +70,30 @@ def _many_or_one(value: object) -> str:
     return "many" if isinstance(value, list | tuple) else "one"
 
 
-Positive: TypeAlias = Annotated[float, Field(gt=0)]
-NonNegative: TypeAlias = Annotated[float, Field(ge=0)]
-Step: TypeAlias = Annotated[float, Field(ge=1e-6)]
+Step: TypeAlias = Annotated[float, Field(ge=1e-6, le=1)]
 """s."""
-Duration: TypeAlias = Annotated[float, Field(gt=0, le=LONGEST)]
-"""s."""
+Duration: TypeAlias = Annotated[float, Field(ge=1e-3, le=LONGEST)]
+"""s; within a millisecond no platform turns by what a gyro sees."""
 PrefilterTime: TypeAlias = Annotated[float, Field(ge=1e-3, le=1e3)]
 """s. Beyond these a prefilter passes a flight of seconds unchanged, or nothing of it."""
-Rate: TypeAlias = Annotated[float, Field(gt=0, le=1e5)]
-"""Hz."""
-Share: TypeAlias = Annotated[float, Field(gt=0, le=1)]
-Seed: TypeAlias = Annotated[int, Field(ge=0)]
-Triple: TypeAlias = Annotated[tuple[float, float, float], Strict(False), _entries(3)]
-PositiveTriple: TypeAlias = Annotated[tuple[Positive, Positive, Positive], Strict(False), _entries(3)]
-Quad: TypeAlias = Annotated[tuple[float, float, float, float], Strict(False), _entries(4)]
-Six: TypeAlias = Annotated[tuple[float, float, float, float, float, float], Strict(False), _entries(6)]
-_Pair: TypeAlias = Annotated[tuple[float, float], Strict(False), _entries(2)]
-SixPairs: TypeAlias = Annotated[tuple[_Pair, _Pair, _Pair, _Pair, _Pair, _Pair], Strict(False), _entries(6)]
-PositiveSix: TypeAlias = Annotated[
-    tuple[Positive, Positive, Positive, Positive, Positive, Positive], Strict(False), _entries(6)
-]
-NonNegativeTriple: TypeAlias = Annotated[tuple[NonNegative, NonNegative, NonNegative], Strict(False), _entries(3)]
-NonNegativeSix: TypeAlias = Annotated[
-    tuple[NonNegative, NonNegative, NonNegative, NonNegative, NonNegative, NonNegative], Strict(False), _entries(6)
-]
+Rate: TypeAlias = Annotated[float, Field(ge=1e-3, le=1e5)]
+"""Hz; within a flight of an hour, 3 samples at the least."""
+Share: TypeAlias = Annotated[float, Field(ge=1e-3, le=1)]
+Seed: TypeAlias = Annotated[int, Field(ge=0, le=2**63 - 1)]
+"""As wide as the command's --seed: files and libraries know no larger integers."""
+Three: TypeAlias = Annotated[tuple[_Entry, _Entry, _Entry], Strict(False), _entries(3)]
+Four: TypeAlias = Annotated[tuple[_Entry, _Entry, _Entry, _Entry], Strict(False), _entries(4)]
+Six: TypeAlias = Annotated[tuple[_Entry, _Entry, _Entry, _Entry, _Entry, _Entry], Strict(False), _entries(6)]
+Pair: TypeAlias = Annotated[tuple[_Entry, _Entry], Strict(False), _entries(2)]
+_Product: TypeAlias = Annotated[float, Field(ge=-1e9, le=1e9)]
+_Component: TypeAlias = Annotated[float, Field(ge=-2, le=2)]
 Inertia: TypeAlias = Annotated[
-    tuple[Triple, Triple, Triple], Strict(False), _entries(3), AfterValidator(_physical_inertia)
+    tuple[Three[_Product], Three[_Product], Three[_Product]],
+    Strict(False),
+    _entries(3),
+    AfterValidator(_physical_inertia),
 ]
-UnitQuaternion: TypeAlias = Annotated[Quad, AfterValidator(_unit_quaternion)]
+UnitQuaternion: TypeAlias = Annotated[Four[_Component], AfterValidator(_unit_quaternion)]
 File: TypeAlias = Annotated[Path, Strict(False), AfterValidator(_located)]
 Distinct = AfterValidator(_distinct)
 ManyOrOne = Discriminator(_many_or_one)

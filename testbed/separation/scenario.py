@@ -8,8 +8,9 @@ from pathlib import Path
 import tomli_w
 
 from testbed.arrays import Array
-from testbed.assembly.extension import SCENARIO, Keys, scenario_keys
+from testbed.assembly.extension import SCENARIO, Keys
 from testbed.files import whole_file
+from testbed.scenario.body import scenario_keys
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.scenario import Scenario
 from testbed.separation.flight import NextFlight

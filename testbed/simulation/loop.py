@@ -9,7 +9,7 @@ import numpy as np
 
 from testbed.arrays import UnitSeries, Vectors3
 from testbed.control.controller import ControllerState, command, controller_at_rest
-from testbed.plant.plant import Plant, quiet_warnings
+from testbed.plant.plant import Plant
 from testbed.sensors.gyro_response import GyroState, gyro_at_start, sample_gyro
 from testbed.sensors.units import encoder_side, read_units
 from testbed.simulation.flight import Flight
@@ -53,13 +53,12 @@ def fly(plant: Plant, flight: Flight) -> list[Outcome]:
     log = empty_log(flight.clock.ticks + 1, platforms, plant.qpos.shape[1], plant.qvel.shape[1])
     rows = np.ones(platforms, dtype=np.intp)
     state = _initial_state(plant, flight)
-    with quiet_warnings():
-        for tick in range(flight.clock.ticks):
-            state, encoder = _measure(plant, flight, log, state, tick)
-            state = _act(plant, flight, log, state, encoder, tick)
-            rows += plant.flying
-            if not plant.flying.any():
-                break
+    for tick in range(flight.clock.ticks):
+        state, encoder = _measure(plant, flight, log, state, tick)
+        state = _act(plant, flight, log, state, encoder, tick)
+        rows += plant.flying
+        if not plant.flying.any():
+            break
     _measure(plant, flight, log, state, flight.clock.ticks)
     return [
         Outcome(log=log.of_platform(platform, rows[platform]), divergence=plant.divergence.get(platform, ""))

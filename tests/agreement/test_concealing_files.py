@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from testbed.experiment.estimating import estimate_record
+from testbed.experiment.measured import estimate_record
 from testbed.records.reading import read_data_set
 from tests.agreement.test_concealing import SCENARIO
 from tests.concealing.case import Case, Run, Telemetry

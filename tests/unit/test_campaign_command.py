@@ -5,31 +5,35 @@ from __future__ import annotations
 import json
 import os
 import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import pytest
 
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
-from tests.campaigns import ROOT, small_scenario
+from tests.campaigns import small_scenario
+from tests.processes import outcome, started, until
 
-PATIENCE = 120.0
 BLOCK_RUNS = 4
 RUNS = 3 * BLOCK_RUNS + 2
+WAITING = f"""
+import pathlib, time
+import testbed.campaign.plan, testbed.campaign.worker as worker
+testbed.campaign.plan.BLOCK_RUNS = {BLOCK_RUNS}
+answers = []
+answer = worker.Worker.answer
+def second_never_comes(self):
+    if answers:
+        pathlib.Path("here").touch()
+        time.sleep(600)
+    answers.append(answer(self))
+    return answers[0]
+worker.Worker.answer = second_never_comes
+"""
 
 
 def run(*arguments: object) -> int:
     return exit_code_of(lambda: app([str(argument) for argument in arguments]))
-
-
-def command(*arguments: object) -> subprocess.Popen:
-    code = f"import testbed.campaign.plan as plan; plan.BLOCK_RUNS = {BLOCK_RUNS}; from testbed.cli import main; main()"
-    called = [sys.executable, "-c", code, *map(str, arguments)]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
-    return subprocess.Popen(called, **pipes, env={**os.environ, "PYTHONPATH": str(ROOT)}, start_new_session=True)
 
 
 def parts(folder: Path) -> dict[str, bytes]:
@@ -64,7 +68,7 @@ def straight(path, tmp_path_factory):
 
 
 def test_the_folder_is_complete(path, straight):
-    names = {"campaign.json", "scenario.toml", "runs", "montecarlo.json", "report.html"}
+    names = {"campaign.json", "scenario.toml", "runs", "montecarlo.json", "provenance.json", "report.html"}
     assert {entry.name for entry in straight.iterdir()} == names
     assert (straight / "scenario.toml").read_bytes() == path.read_bytes()
     content = figures(straight)
@@ -80,17 +84,13 @@ def test_the_folder_is_complete(path, straight):
 def test_ctrl_c_and_resume_end_as_an_uninterrupted_campaign(path, straight, tmp_path):
     folder = tmp_path / "twice"
     arguments = ("montecarlo", path, "--runs", RUNS, "--out", folder, "--workers", 1)
-    process = command(*arguments)
-    began = time.monotonic()
-    while not (folder / "runs" / "part-00000.parquet").exists():
-        assert time.monotonic() - began < PATIENCE
-        assert process.poll() is None, process.communicate()[0]
-        time.sleep(0.02)
-    os.killpg(process.pid, signal.SIGINT)  # as a terminal does it: the workers get it too
-    printed, _ = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 130, printed
+    with started(*arguments, cwd=tmp_path, before=WAITING, signals_ignored=True) as process:
+        until((tmp_path / "here").exists, process)
+        os.killpg(process.pid, signal.SIGINT)  # as a terminal does it: the workers get it too
+        code, printed, complaints = outcome(process)
+    assert (code, complaints) == (130, ""), printed
+    assert set(parts(folder)) == {"part-00000.parquet"}
     assert f"--out {folder} --resume" in printed
-    assert "Traceback" not in printed
     assert not (folder / "montecarlo.json").exists()
     assert json.loads((folder / "campaign.json").read_text(encoding="utf-8"))["complete"] is False
     assert run(*arguments, "--resume") == 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -50,12 +51,52 @@ def test_a_gyro_that_reads_zero_determines_nothing(flown, tmp_path, capsys):
     assert "cannot be determined" in capsys.readouterr().err
 
 
-def test_a_flipped_gyro_is_the_inertia_of_no_body(flown, tmp_path, capsys):
+@pytest.mark.parametrize(
+    ("rate_factor", "angle_factor", "message"),
+    [
+        (-1.0, 1.0, "turn the signs of the gyro"),
+        (np.degrees(1.0), 1.0, "as if it were in deg/s: multiply it by 0.01745329252"),
+        (1.0, np.degrees(1.0), "check the scenario's inertia and rotor momentum"),
+    ],
+)
+def test_records_in_other_units_are_refused_before_any_number(
+    flown, tmp_path, capsys, rate_factor, angle_factor, message
+):
     time, rate, angle = flown
-    write(tmp_path / "data", "flipped", time, -rate, angle)
-    run("estimate", SCENARIO, "--data", tmp_path / "data")
+    write(tmp_path / "data", "wrong", time, rate_factor * rate, angle_factor * angle)
+    assert run("estimate", SCENARIO, "--data", tmp_path / "data", "--out", tmp_path / "out") == 2
     printed = capsys.readouterr()
-    assert "no body: check the signs" in printed.out + printed.err
+    assert message in printed.err
+    assert "inertia" not in printed.out
+    assert not (tmp_path / "out").exists()
+
+
+def test_rotor_speeds_in_rpm_are_refused(flown, tmp_path, capsys):
+    time, rate, angle = flown
+    (tmp_path / "data").mkdir()
+    speeds = [f"rotor_speed_{unit}_rad_s" for unit in range(1, 7)]
+    header = ",".join(["time_s", *RATES, *ANGLES, *speeds])
+    rpm = np.full((len(time), 6), 471.4 * 30.0 / np.pi)
+    table = np.column_stack([time, rate, angle, rpm])
+    np.savetxt(tmp_path / "data" / "rpm.csv", table, delimiter=",", header=header, comments="")
+    assert run("estimate", SCENARIO, "--data", tmp_path / "data") == 2
+    assert "times the scenario's inertia" in capsys.readouterr().err
+
+
+def test_a_spike_is_left_out_and_reported_and_costs_no_precision(flown, tmp_path, capsys):
+    time, rate, angle = flown
+    spoiled = rate.copy()
+    spoiled[40, 1] += 5.0
+    write(tmp_path / "clean", "run", *flown)
+    write(tmp_path / "spiked", "run", time, spoiled, angle)
+    stds = {}
+    for name in ("clean", "spiked"):
+        assert run("estimate", SCENARIO, "--data", tmp_path / name, "--out", tmp_path / f"{name}-out") == 0
+        content = json.loads((tmp_path / f"{name}-out" / "estimates.json").read_text(encoding="utf-8"))
+        stds[name] = np.array(content["records"]["run"]["estimates"]["output_error"]["std_kg_m2"])
+        assert content["records"]["run"]["outliers"] == (name == "spiked")
+    assert "1 gyro sample stands alone, far from the neighbours: left out" in capsys.readouterr().out
+    np.testing.assert_allclose(stds["spiked"], stds["clean"], rtol=0.1)
 
 
 def test_milliseconds_are_not_taken_for_seconds(flown, tmp_path, capsys):
@@ -80,3 +121,12 @@ def test_a_file_in_place_of_the_folder_is_said_to_be_one(flown, tmp_path, capsys
     write(tmp_path / "data", "good", *flown)
     assert run("estimate", SCENARIO, "--data", tmp_path / "data" / "good.csv") == 2
     assert "is a file" in capsys.readouterr().err
+
+
+def test_a_long_record_is_estimated_from_in_parts_and_combined(flown, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("testbed.identification.estimating.MOST_AT_ONCE", 60)
+    write(tmp_path / "data", "long", *flown)
+    assert run("estimate", SCENARIO, "--data", tmp_path / "data", "--out", tmp_path / "out") == 0
+    told = json.loads((tmp_path / "out" / "estimates.json").read_text(encoding="utf-8"))
+    assert set(told["records"]) == {"long part 1", "long part 2"}
+    assert "2 records combined" in capsys.readouterr().out

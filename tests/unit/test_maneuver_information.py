@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 
 from testbed.dynamics.inertia import torque_regressor
 from testbed.maneuver.information import (
+    filtered,
     filtered_regressor,
     information_of,
     maneuver_information,
@@ -21,7 +22,7 @@ SAMPLES = SAMPLING.fine_time[SAMPLING.samples]
 
 
 def lagged(signal):
-    return SAMPLING.carry @ (SAMPLING.share @ signal)
+    return filtered(SAMPLING, signal)
 
 
 def test_the_samples_are_the_gyros():

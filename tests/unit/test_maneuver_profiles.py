@@ -80,5 +80,5 @@ def test_all_faults_of_a_table_are_named_at_once(tmp_path):
 
 
 def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(InputError, match=r"nowhere\.csv: there is no such file"):
+    with pytest.raises(InputError, match=r"nowhere\.csv: cannot be read \(No such file"):
         read_profile(tmp_path / "nowhere.csv")

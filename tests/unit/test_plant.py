@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from testbed.plant.build import build
-from testbed.plant.plant import quiet_warnings
 from testbed.plant.properties import PlatformProperties
 from tests.platforms import ROTOR_MOMENTUM, OnePlatform, initial, plant, restless_torque, shipped
 
@@ -56,7 +55,7 @@ def test_divergence_names_time_and_last_finite_state(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     flown = plant(build(PlatformProperties(step=0.02)))  # the rotor servo's 300 1/s · 0.02 s is beyond RK4's 2.8
     message = r"(?s)t = [\d.]+ s and [\d.]+ s.*last finite state"
-    with quiet_warnings(), pytest.raises(AssertionError, match=message) as caught:
+    with pytest.raises(AssertionError, match=message) as caught:
         flown.advance(restless_torque(0.1), 4000)
     told = str(caught.value)
     assert "nan" not in told

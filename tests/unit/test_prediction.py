@@ -10,10 +10,10 @@ from typing_extensions import override
 
 from benchmarks.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times
 from testbed.arrays import Array
+from testbed.dynamics.inertia import symmetric_inverse
 from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError
 from testbed.estimation.motion import drive_of, simulate
-from testbed.prediction.algebra import symmetric_inverse
 from testbed.prediction.grid import grid_of
 from testbed.prediction.hooks import Hooks, Instant
 from testbed.prediction.integration import Values

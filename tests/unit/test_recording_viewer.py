@@ -5,6 +5,7 @@ import subprocess
 import sys
 import time
 import urllib.request
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -14,8 +15,8 @@ from testbed.plant.scene import scene_of
 from testbed.recording.viewer import check_recording, open_viewer
 from testbed.recording.writer import write_recording
 from tests.flights import content, flown
+from tests.processes import PATIENCE, ROOT, of_group, started, until
 
-ROOT = Path(__file__).parents[2]
 SOFTWARE_DRIVER = Path("/usr/share/vulkan/icd.d/lvp_icd.x86_64.json")
 
 
@@ -59,35 +60,78 @@ def listening_addresses(port):
     return {field[1].split(":")[0] for field in fields if field[3] == "0A" and int(field[1].split(":")[1], 16) == port}
 
 
-@pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="looks at the kernel's table of sockets")
-def test_the_browser_viewer_is_served_to_this_machine_alone(recording):
-    code = (
-        "import sys; from pathlib import Path; from testbed.recording.viewer import open_viewer; "
-        "open_viewer(Path(sys.argv[1]), web=True)"
-    )
-    process = subprocess.Popen(
-        [sys.executable, "-c", code, str(recording)],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-    )
-    try:
+@contextmanager
+def served(recording, **options):
+    """Serve a recording to a browser; give the process and the ports of page and data, once the page is there."""
+    with started("view", "--web", recording, cwd=ROOT, **options) as process:
         url = process.stdout.readline().strip()
         page = int(re.match(r"http://127\.0\.0\.1:(\d+)/", url).group(1))
         data = int(re.search(r"127\.0\.0\.1%3A(\d+)%2Fproxy", url).group(1))
         assert b"<html" in fetched(f"http://127.0.0.1:{page}/").lower()
+        yield process, page, data
+
+
+def viewer_of(process):
+    """Return the group of processes that a command's viewer lives in."""
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text(encoding="ascii").split()
+    (keeper,) = [int(child) for child in children if os.getpgid(int(child)) == int(child)]
+    return keeper
+
+
+@pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="looks at the kernel's tables of sockets and processes")
+@pytest.mark.parametrize(
+    ("sent", "signals_ignored", "code"),
+    [(signal.SIGINT, False, 0), (signal.SIGTERM, True, 0), (signal.SIGKILL, True, -signal.SIGKILL)],
+)
+def test_the_viewer_is_served_to_this_machine_alone_and_ends_with_its_command(recording, sent, signals_ignored, code):
+    with served(recording, signals_ignored=signals_ignored) as (process, page, data):
         assert listening_addresses(page) == listening_addresses(data) == {"0100007F"}
-    finally:
-        os.kill(process.pid, signal.SIGINT)
-        process.stdout.close()
-    assert process.wait(timeout=10) == 0
-    assert listening_addresses(page) | listening_addresses(data) == set()  # the viewer has gone too
+        group = viewer_of(process)
+        assert len(of_group(group)) == 2  # the keeper and the viewer
+        process.send_signal(sent)
+        assert process.wait(timeout=PATIENCE) == code
+        gone(group)
+    assert listening_addresses(page) | listening_addresses(data) == set()
+
+
+def gone(group):
+    """Wait until no process of a group is left; a killed command does not wait for its viewer's end itself."""
+    patience = time.monotonic() + PATIENCE
+    while of_group(group):
+        assert time.monotonic() < patience, "the viewer goes on"
+        time.sleep(0.05)
+
+
+STUBBORN = """
+import pathlib, signal, sys, time
+for number in (signal.SIGINT, signal.SIGTERM):
+    signal.signal(number, lambda number, _: pathlib.Path(f"heard-{number}").touch())
+pathlib.Path("here").touch()
+while True:
+    time.sleep(1)
+"""
+
+
+def test_a_viewer_that_hears_nothing_is_killed_after_both_requests(tmp_path):
+    patience = (
+        f"from testbed.recording import keeper; keeper.PATIENCE = 0.2; keeper.keep({[sys.executable, '-c', STUBBORN]})"
+    )
+    with subprocess.Popen([sys.executable, "-c", patience], stdin=subprocess.PIPE, cwd=tmp_path) as kept:
+        until((tmp_path / "here").exists, kept)
+        kept.stdin.close()
+        assert kept.wait(timeout=PATIENCE) == 0
+    assert {path.name for path in tmp_path.iterdir()} == {"here", "heard-2", "heard-15"}
+
+
+def test_a_viewer_that_cannot_be_opened_is_an_error(recording, monkeypatch):
+    monkeypatch.setattr("testbed.recording.viewer._viewer", lambda: [sys.executable, "-c", "raise SystemExit(7)"])
+    with pytest.raises(InputError, match=r"exit code 7.*view --web"):
+        open_viewer(recording, web=False)
 
 
 def fetched(url):
     """Fetch a page as soon as it is served."""
-    patience = time.monotonic() + 20.0
+    patience = time.monotonic() + PATIENCE
     while True:
         try:
             with urllib.request.urlopen(url, timeout=5.0) as response:

@@ -62,7 +62,7 @@ def test_all_errors_are_named_at_once(toml):
         ('name = ""', "name = '': string should have at least 1 character"),
         ('role = "test"', "role = 'test': input should be 'fit' or 'heldout'"),
         ("usable_from_s = 3.2\nusable_to_s = 1.0", "usable_from_s has to be smaller than usable_to_s"),
-        ("name = parabola", "cannot be read as TOML: Invalid value (at line 1, column 8)"),
+        ("name = parabola", "is not TOML: Invalid value (at line 1, column 8)"),
     ],
 )
 def test_wrong_details_are_refused(toml, text, message):
@@ -71,7 +71,7 @@ def test_wrong_details_are_refused(toml, text, message):
 
 def test_a_file_that_is_no_text_is_refused(tmp_path):
     (tmp_path / "run.toml").write_bytes(b'name = "\xff"')
-    assert "cannot be read as TOML" in refusal(tmp_path / "run.toml")
+    assert "is not UTF-8 text (byte 8)" in refusal(tmp_path / "run.toml")
 
 
 def test_only_what_a_reader_would_not_assume_is_written():

@@ -1,5 +1,8 @@
 """Reading runs: what is taken as it is, and what is refused, with file, column, row and remedy in the message."""
 
+import os
+from hashlib import sha256
+
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet
@@ -18,6 +21,9 @@ def good_columns():
     columns = {"time_s": time}
     columns |= {f"body_rate_{axis}_rad_s": 0.1 * np.sin(time + k) for k, axis in enumerate(AXES)}
     return columns | {f"applied_torque_{axis}_N_m": 0.01 * np.cos(time + k) for k, axis in enumerate(AXES)}
+
+
+HEADER = ",".join(good_columns()).encode()
 
 
 def write_csv(path, columns):
@@ -253,9 +259,10 @@ def test_a_repeated_column_is_refused(tmp_path):
     [
         ("run.parquet", b"PAR1 this is not a table", "cannot be read as parquet"),
         ("run.parquet", b"", "cannot be read as parquet"),
-        ("run.csv", b"", "cannot be read as csv: Empty CSV file"),
-        ("run.csv", b"time_s,remark\n0.0,23 \xb0C\n", "cannot be read as csv: 'utf-8' codec can't decode byte 0xb0"),
-        ("run.csv", b"time_s;body_rate_x_rad_s\n0;1\n", "time_s is missing; the columns are time_s;body_rate_x_rad_s"),
+        ("run.csv", b"", "cannot be read as csv: its first line is empty"),
+        ("run.csv", HEADER + b",remark\n0,0,0,0,0,0,0,23 \xb0C\n", "'utf-8' codec can't decode byte 0xb0"),
+        ("run.csv", HEADER.replace(b",", b";") + b"\n0;1\n", "is separated by semicolons, not by commas: save it"),
+        ("run.csv", HEADER.replace(b",", b"\t") + b"\n0\t1\n", "is separated by tabs, not by commas: save it"),
         ("run.xlsx", b"PK", "a record is a file that ends in .csv or .parquet"),
     ],
 )
@@ -267,7 +274,7 @@ def test_a_file_that_is_no_table_is_refused(tmp_path, name, content, message):
 def test_a_missing_file_and_a_folder_in_its_place_are_refused(tmp_path):
     (tmp_path / "folder.csv").mkdir()
     assert "there is no such file" in refusal(tmp_path / "absent.csv")
-    assert "there is no such file" in refusal(tmp_path / "folder.csv")
+    assert "cannot be read as csv: Is a directory" in refusal(tmp_path / "folder.csv")
 
 
 def test_a_data_set_is_read_in_the_order_of_its_names(tmp_path):
@@ -306,3 +313,28 @@ def test_every_unusable_run_of_a_data_set_is_named(tmp_path):
     (tmp_path / "c.parquet").write_bytes(b"")
     with pytest.raises(InputError, match=r"(?s)a\.csv: time_s in row 5.*c\.parquet: cannot be read"):
         read_data_set(tmp_path)
+
+
+def test_a_record_of_more_than_fits_is_refused_with_the_number(write, monkeypatch):
+    path = write(good_columns())
+    monkeypatch.setattr("testbed.records.tables.MOST_VALUES", 7 * (ROWS - 1))
+    assert "holds 12 rows or more of 7 columns; at most 11 rows are read of so many (77 values)" in refusal(path)
+
+
+def test_the_bytes_that_were_read_are_the_ones_that_are_named(write):
+    path = write(good_columns() | {"remark": ["±"] * ROWS})
+    (stamp,) = read_record(path).files
+    assert (stamp.sha256, stamp.size) == (sha256(path.read_bytes()).hexdigest(), path.stat().st_size)
+
+
+def test_a_fault_beyond_the_first_batch_has_its_own_row(tmp_path, monkeypatch):
+    monkeypatch.setattr("testbed.records.tables._BLOCK", 300)
+    monkeypatch.setattr("testbed.records.tables._BATCH", 4)
+    columns = good_columns() | {"applied_torque_y_N_m": ["0.1"] * 10 + ["?", "0.1"]}
+    for path in (write_csv(tmp_path / "a.csv", columns), write_parquet(tmp_path / "b.parquet", columns)):
+        assert "column applied_torque_y_N_m is '?' in row 11, not a number" in refusal(path)
+
+
+def test_a_pipe_in_place_of_a_file_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "run.csv")
+    assert "Is a device or a pipe" in refusal(tmp_path / "run.csv")

@@ -8,7 +8,7 @@ import pytest
 from testbed.errors import InputError
 from testbed.records.record import Record, RunDetails
 from testbed.records.schema import signals_table
-from testbed.records.selection import sampled, telemetry_only, usable
+from testbed.records.selection import in_parts, sampled, telemetry_only, usable
 from testbed.signals import SIGNALS
 
 TIME = np.arange(100) / 16
@@ -95,3 +95,19 @@ def test_the_markdown_table_has_a_row_for_every_signal():
     assert "| `body_rate_x_rad_s` ... `body_rate_z_rad_s` | rad/s | B | body rate, gyro | yes |" in rows
     assert "| `singularity_measure` | 1 |  | singularity measure, 1 at the best | no |" in rows
     assert {row.count("|") for row in rows} == {6}
+
+
+def test_a_long_record_comes_in_parts_of_equal_length_that_leave_nothing_out():
+    rows = 1_001
+    time = np.arange(rows) / 10.0
+    rate = np.random.default_rng(1).normal(size=(rows, 3))
+    rate[::10] = np.nan  # not sampled there
+    record = Record(
+        time=time, channels={"body_rate": rate}, details=RunDetails(name="long", usable_from=5.0, usable_to=95.0)
+    )
+    assert in_parts(record, 1_000) == [record]
+    parts = in_parts(record, 300)
+    assert [part.details.name for part in parts] == ["long part 1", "long part 2", "long part 3"]
+    samples = [sampled(usable(part), "body_rate")[0] for part in parts]
+    assert max(map(len, samples)) - min(map(len, samples)) <= 1
+    np.testing.assert_array_equal(np.concatenate(samples), sampled(usable(record), "body_rate")[0])

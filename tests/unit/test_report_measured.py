@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from testbed.dynamics.inertia import theta_of
-from testbed.experiment.estimating import combine_estimations, estimate_record
+from testbed.experiment.combining import combine_estimations
+from testbed.experiment.measured import estimate_record
+from testbed.identification.estimating import Identification
 from testbed.records.selection import telemetry_only
 from testbed.report.measured import write_estimates_report
 from tests.report_pages import ParsedPage
@@ -30,9 +32,13 @@ def page_of(folder, *records, failures=None):
         path,
         scenario=scenario,
         nominal=nominal,
-        records=records,
-        estimations=estimations,
-        combined=combine_estimations(estimations),
+        identification=Identification(
+            records=records,
+            estimations=estimations,
+            combined=combine_estimations(estimations),
+            notices=(),
+            refused=(),
+        ),
         provenance=PROVENANCE,
         result={"schema": 1},
     )

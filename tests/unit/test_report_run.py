@@ -166,11 +166,28 @@ def test_the_verdict_counts_the_bands_that_miss():
     exact = off_by(some["iv"], truth, [0.1, -0.3, 0.0, 0.0, 0.0, 0.2])
     wrong = off_by(some["ls"], truth, [9.0, 0.0, -9.0, 0.0, 0.0, 0.0])
     alone = flight_verdict(inertias_of(experiment, {"iv": exact})).text
-    assert "largest error is 0.3 standard deviations (in J22)" in alone
-    assert "all 6 of the estimators' 95 % bands cover the truth" in alone
-    both = flight_verdict(inertias_of(experiment, {"ls": wrong, "iv": exact})).text
-    assert "closest to the true inertia is the estimate by instrumental variable" in both
-    assert "10 of the estimators' 12 95 % bands cover the truth (least squares misses J11 and J33)" in both
+    assert "all 6 of the estimators' 95 % bands cover the truth, as chance has it" in alone
+    both = flight_verdict(inertias_of(experiment, {"output_error": wrong, "iv": exact}))
+    assert "10 of the estimators' 12 95 % bands cover the truth (output error misses J11 and J33)" in both.text
+    assert "output error is off by more than chance" in both.text
+    assert both.tone == "warn"
+
+
+def test_least_squares_is_the_biased_baseline_and_does_not_spoil_a_verdict():
+    experiment = flight()
+    truth, some = theta_of(experiment.truth.inertia), experiment.estimation.by_name
+    exact = off_by(some["iv"], truth, [0.1, -0.3, 0.0, 0.0, 0.0, 0.2])
+    biased = off_by(some["ls"], truth, [9.0, 0.0, -9.0, 0.0, 0.0, 0.0])
+    assert flight_verdict(inertias_of(experiment, {"ls": biased, "iv": exact})).tone == "good"
+
+
+def test_a_flight_whose_estimates_are_in_doubt_is_not_green():
+    experiment = flight()
+    inertias = inertias_of(experiment, experiment.estimation.by_name)
+    assert flight_verdict(inertias).tone == "good"
+    doubtful = flight_verdict(inertias, ["The residual is not white."])
+    assert doubtful.tone == "warn"
+    assert "1 finding below" in doubtful.text
 
 
 def test_an_error_beyond_noise_is_a_warning(tmp_path):

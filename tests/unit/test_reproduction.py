@@ -18,6 +18,7 @@ from rerun.chunk import RrdReader
 
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
+from testbed.delivery.provenance import provenance_of_several
 from testbed.delivery.reproduction_folder import write_reproduction
 from testbed.errors import InputError
 from testbed.reproduction.alignment_claims import alignment_claims
@@ -39,8 +40,9 @@ FILES = {"reproduction.html", "reproduce.json", "recording.rrd", "provenance.jso
 def folder(tmp_path_factory):
     rr.set_strict_mode(True)
     whole = reproduction()
-    out = tmp_path_factory.mktemp("reproduction") / "out"
-    write_reproduction(out, whole, tuple(claims_of(whole)))
+    out = tmp_path_factory.mktemp("reproduction")
+    origin = provenance_of_several("reproduction", [], "testbed reproduce", {"seed": "1"})
+    write_reproduction(out, origin, whole, tuple(claims_of(whole)))
     rr.set_strict_mode(False)
     return out
 

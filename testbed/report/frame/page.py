@@ -8,7 +8,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
-from testbed.errors import InputError
+from testbed.errors import OutputError
 from testbed.files import whole_file
 from testbed.report.frame.blocks import Figure, Page
 
@@ -25,13 +25,13 @@ def write_page(path: Path, page: Page) -> None:
     """Write a page, whole or not at all.
 
     Raises:
-        InputError: the file cannot be written.
+        OutputError: the file cannot be written.
     """
     try:
         with whole_file(path) as part:
             part.write_text(render_page(page), encoding="utf-8")
     except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror}); choose another place") from error
+        raise OutputError(f"{path}: cannot be written ({error.strerror}); choose another place") from error
 
 
 def render_page(page: Page) -> str:

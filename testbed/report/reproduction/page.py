@@ -40,7 +40,7 @@ def write_reproduction_page(
         result: what reproduce.json holds.
 
     Raises:
-        InputError: the file cannot be written.
+        OutputError: the file cannot be written.
     """
     page = Page(
         title="Design of Satellite Maneuvers for Inertia Parameter Estimation, reproduced",

@@ -56,7 +56,7 @@ def _starts_table(design: Design) -> Table:
 
 def _start_row(start: Start, *, chosen: bool) -> tuple[Cell, ...]:
     cost = Cell(text=figures(start.cost, 6)) if isfinite(start.cost) else Cell(text="broke a limit", tone="warn")
-    title = f"{start.index + 1}, flown" if chosen else f"{start.index + 1}"
+    title = f"{start.number}, flown" if chosen else f"{start.number}"
     return (
         Cell(text=title, tone="good" if chosen else "plain"),
         cost,
@@ -70,7 +70,7 @@ def _costs_figure(design: Design) -> Figure:
     strokes = [color("good") if start.index == design.best else color("faint") for start in kept]
     chart = go.Figure(layout=layout("start", "cost"))
     chart.add_scatter(
-        x=[start.index + 1 for start in kept],
+        x=[start.number for start in kept],
         y=[start.cost for start in kept],
         mode="markers",
         marker={"color": strokes, "size": 9},

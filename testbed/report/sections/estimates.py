@@ -8,6 +8,7 @@ import numpy as np
 
 from testbed.arrays import Theta
 from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.estimation.body import is_body
 from testbed.report.frame.blocks import Block, Cell, Column, Figure, Table
 from testbed.report.sections.estimates_chart import estimates_chart
 from testbed.report.sections.inertias import Inertias
@@ -47,6 +48,12 @@ def _estimate_rows(inertias: Inertias, name: str, decimals: int) -> Iterator[Row
     pairs = zip(estimate.theta, estimate.std, strict=True)
     values = (Cell(text=f"{milli(value, decimals)} ± {milli(std, decimals)}") for value, std in pairs)
     yield Cell(text=f"{capitalized(estimator_name(name))}, ± std"), *values
+    if not np.array_equal(estimate.std, estimate.noise_std):
+        alone = (Cell(text=f"± {milli(std, decimals)}", tone="faint") for std in estimate.noise_std)
+        yield Cell(text="by the gyro's noise alone", tone="faint"), *alone
+    if not is_body(estimate.theta):
+        nearest = (Cell(text=milli(value, decimals), tone="faint") for value in estimate.body_theta)
+        yield Cell(text="the nearest inertia of a body", tone="faint"), *nearest
     title = "error / std" if judged else "change from nominal / std"
     yield Cell(text=title, tone="faint"), *(_ratio(ratio, judged=judged) for ratio in inertias.ratio(name))
 

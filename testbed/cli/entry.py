@@ -1,0 +1,28 @@
+"""Where the command starts: streams that bear any text, signals that are heard, then the application."""
+
+from __future__ import annotations
+
+import os
+import sys
+import warnings
+
+from testbed.cli.failures import exit_code_of
+from testbed.cli.streams import sturdy_streams
+
+
+def main() -> None:
+    """Run the command; what a person can mend ends it with a message and exit code 2."""
+    for library in ("OMP", "OPENBLAS", "MKL"):  # matrices of this size gain nothing from threads, and lose time to them
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+    if not sys.warnoptions:  # which programmers give, to whom warnings speak
+        warnings.simplefilter("ignore")
+    with sturdy_streams() as lost_output:
+        code = exit_code_of(_application)
+        code = lost_output() or code
+    sys.exit(code)
+
+
+def _application() -> None:
+    from testbed.cli.app import app  # noqa: PLC0415 - here Ctrl-C is already heard
+
+    app()

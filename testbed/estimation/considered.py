@@ -1,0 +1,87 @@
+"""Consider covariance: how far what is not estimated moves the estimate (Schmidt's considered parameters).
+
+An estimator takes the actuators for what they are believed to be. If they differ by δp, the platform turns differently,
+by G δp with G = ∂ω/∂p; against the motion that the estimator believes in, that is an error of the gyro's samples, as a
+bias of the gyro is. To first order every estimator answers an error e of the samples with A e, A its influence. So one
+matrix G serves all of them: θ̂ moves by A G δp.
+
+Source: S. F. Schmidt, Application of State-Space Methods to Navigation Problems, Advances in Control Systems 3, 1966.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from testbed.arrays import Array, Theta
+from testbed.estimation.alignment_model import held_momentum_of_unit, unit_telemetry
+from testbed.estimation.momentum_equation import mean_momentum
+from testbed.estimation.motion import Drive, Motion, drive_of, simulate
+from testbed.estimation.sensitivity import HeldMomentum, held_sensitivity
+from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.uncertainty import Uncertainty
+
+
+def considered_shifts(
+    telemetry: Telemetry, theta: Theta, uncertainty: Uncertainty, influences: Mapping[str, Array]
+) -> Mapping[str, Array]:
+    """Return by how much each considered quantity's standard deviation moves each estimate, shapes (6, K), kg·m².
+
+    Args:
+        telemetry: the covered part of one run.
+        theta: likely inertia, at which the motion is linearised, kg·m².
+        uncertainty: of actuators and gyro.
+        influences: ∂θ̂/∂e of each estimate, shape (6, 3N), by its name; e in the order of the gyro's samples.
+    """
+    shifts: dict[str, list[Array]] = {name: [np.zeros((6, 0))] for name in influences}
+    for errors in considered_errors(telemetry, theta, uncertainty):
+        columns = errors.reshape(-1, errors.shape[-1])
+        for name, influence in influences.items():
+            shifts[name].append(influence @ columns)
+    return {name: np.concatenate(parts, axis=1) for name, parts in shifts.items()}
+
+
+def considered_errors(telemetry: Telemetry, theta: Theta, uncertainty: Uncertainty) -> Iterator[Array]:
+    """Yield what one standard deviation of each quantity puts on the gyro's samples, shapes (N, 3, K), rad/s.
+
+    Args:
+        telemetry: the covered part of one run.
+        theta: likely inertia, at which the motion is linearised, kg·m².
+        uncertainty: of actuators and gyro.
+    """
+    if uncertainty.nothing:
+        return
+    drive = drive_of(telemetry)
+    motion = simulate(drive, theta, mean_momentum(telemetry, theta))
+    yield from _actuator_errors(telemetry, drive, motion, uncertainty)
+    yield from _gyro_errors(motion, uncertainty)
+
+
+def _actuator_errors(telemetry: Telemetry, drive: Drive, motion: Motion, uncertainty: Uncertainty) -> Iterator[Array]:
+    """Yield ∂ω/∂p of the actuators, unit by unit: all units at once would fill the memory on a long record."""
+    if telemetry.cluster is not None and telemetry.gimbal_angle is not None:
+        axis, zero, momentum = uncertainty.gimbal_misalignment, uncertainty.gimbal_zero, uncertainty.rotor_momentum
+        std = np.array([axis, axis, zero, momentum])  # in the order of alignment_model.KINDS
+        for unit in range(len(telemetry.cluster.rotor_momentum)) if std.any() else ():
+            held = held_momentum_of_unit(unit_telemetry(telemetry, unit), motion)
+            yield held_sensitivity(drive, motion, held) * std
+    elif telemetry.cluster_momentum is not None and uncertainty.rotor_momentum:
+        yield held_sensitivity(drive, motion, _momentum_scale(drive)) * uncertainty.rotor_momentum
+
+
+def _momentum_scale(drive: Drive) -> HeldMomentum:
+    """Return ∂h/∂k of a scale k of each body axis: what unequal rotors do to a momentum that the platform reports."""
+    nodes, samples = drive.grid.cluster_momentum_B[::2], drive.samples.cluster_momentum_B
+    return HeldMomentum(at_nodes=nodes[..., None] * np.eye(3), at_samples=samples[..., None] * np.eye(3))
+
+
+def _gyro_errors(motion: Motion, uncertainty: Uncertainty) -> Iterator[Array]:
+    rate = motion.body_rate[..., None]
+    if uncertainty.gyro_bias:
+        yield np.broadcast_to(uncertainty.gyro_bias * np.eye(3), (len(rate), 3, 3))
+    if uncertainty.gyro_scale:
+        yield uncertainty.gyro_scale * rate * np.eye(3)
+    if uncertainty.gyro_misalignment:
+        for turn in (1, 2):  # each axis reads a share of the next one, and of the one after that
+            yield uncertainty.gyro_misalignment * np.roll(rate, -turn, axis=1) * np.eye(3)

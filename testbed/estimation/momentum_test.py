@@ -1,0 +1,33 @@
+"""Did the platform start without momentum, as was assumed? A score test on what the estimate leaves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from testbed.arrays import Theta
+from testbed.estimation.bound import rate_columns
+from testbed.estimation.motion import drive_of, simulate
+from testbed.estimation.telemetry import Telemetry
+
+
+def zero_momentum_p_value(telemetry: Telemetry, theta: Theta) -> float:
+    """Return the chance of a residual that goes along with an initial momentum as much, if there was none.
+
+    The residual is that of the motion without momentum; what of the momentum's sensitivities the inertia takes up is
+    projected out. Of a χ² of three degrees of freedom.
+
+    Args:
+        telemetry: the covered part of one run.
+        theta: estimated with zero initial momentum, kg·m².
+    """
+    drive = drive_of(telemetry)
+    motion = simulate(drive, theta, np.zeros(3))
+    columns = rate_columns(replace(telemetry, initial_momentum="estimated"), drive, motion)
+    inertia, _ = np.linalg.qr(columns[:, :6])
+    own, _ = np.linalg.qr(columns[:, 6:] - inertia @ (inertia.T @ columns[:, 6:]))
+    residual = (telemetry.body_rate - motion.body_rate).ravel() / telemetry.gyro_noise
+    residual -= inertia @ (inertia.T @ residual)  # of an estimate that is not quite the most likely one
+    return float(chi2.sf(float(np.sum((own.T @ residual) ** 2)), 3))

@@ -1,0 +1,72 @@
+"""Single samples that stand apart from their neighbours by far more than the noise: transmission errors, spikes.
+
+What the platform does, or an effect of the library, lasts for longer than a sample or shows everywhere.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+from scipy.stats import median_abs_deviation
+
+from testbed.arrays import Array, Flags
+
+OUTLYING = 4.5
+"""Times the noise by which a sample lies beyond those before and those after it; of normal samples, 1e-6 do."""
+_SIDE = 2
+"""Samples on either side that it is compared with: the edge of a jump agrees with one side."""
+_OF_DIFFERENCES = float(np.sqrt(1.0 + 1.0 / _SIDE))
+"""Standard deviation of a sample less the mean of its neighbours on one side, in that of the noise."""
+FEWEST = 2 * _SIDE + 1
+"""Samples that have neighbours to be compared with."""
+
+
+_GROSS = 50.0
+"""Times the noise beyond which a sample spoils any fit, so that it has to go before one is made: 1.2 rad/s at the
+paper's noise. A body rate of 0.3 rad/s at 2 Hz, sampled at 16 Hz, stands off the cubic by 0.017 rad/s."""
+_CUBIC = np.array([-1.0, 4.0, 0.0, 4.0, -1.0]) / 6.0
+"""Weights of the cubic through two samples on either side, at the one between them."""
+_OF_CUBIC = float(np.sqrt(1.0 + np.sum(_CUBIC**2)))
+
+
+def gross_outliers(values: Array, sigma: float) -> Flags:
+    """Return which samples stand so far off their neighbours that no motion explains it, shape (N, C); needs no fit.
+
+    Args:
+        values: samples of a smooth motion with noise, shape (N, C).
+        sigma: of the noise.
+    """
+    found = np.zeros(values.shape, dtype=bool)
+    if len(values) < FEWEST:
+        return found
+    padded = np.pad(values, ((_SIDE, _SIDE), (0, 0)), mode="reflect")
+    apart = np.abs(values - np.lib.stride_tricks.sliding_window_view(padded, FEWEST, axis=0) @ _CUBIC)
+    usual = np.maximum(sigma * _OF_CUBIC, median_abs_deviation(apart, axis=0, scale="normal", center=_zero))
+    # The neighbours of a spike stand off by two thirds of it, and stay.
+    farthest = maximum_filter1d(apart, FEWEST, axis=0) == apart
+    return np.asarray(farthest & (apart > _GROSS * usual))
+
+
+def _zero(values: Array, axis: int) -> Array:
+    return np.zeros(np.delete(values.shape, axis))
+
+
+def outliers(values: Array, sigma: Array | float) -> Flags:
+    """Return which values stand apart on both sides, shape (N, C).
+
+    Args:
+        values: a residual, or any signal that changes little from sample to sample, shape (N, C).
+        sigma: of the noise in each column, shape (C,) or a number; where the values scatter more, that counts.
+    """
+    if len(values) < FEWEST:
+        return np.zeros(values.shape, dtype=bool)
+    before = values - _neighbours(values, slice(0, _SIDE))
+    after = values - _neighbours(values, slice(-_SIDE, None))
+    usual = np.maximum(sigma, median_abs_deviation(before, axis=0, scale="normal") / _OF_DIFFERENCES)
+    return np.asarray((before * after > 0.0) & (np.minimum(np.abs(before), np.abs(after)) > OUTLYING * usual))
+
+
+def _neighbours(values: Array, side: slice) -> Array:
+    """Return the mean of the samples before or after each, shape (N, C); beyond an end they are mirrored."""
+    padded = np.pad(values, ((_SIDE, _SIDE), (0, 0)), mode="reflect")
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, 2 * _SIDE + 1, axis=0)[..., side].mean(axis=-1))

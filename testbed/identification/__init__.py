@@ -1,0 +1,1 @@
+"""From measured records to the inertia: the gate, an estimate for each record, their agreement and combination."""

@@ -1,0 +1,127 @@
+"""Estimate the inertia from measured records: gate, estimate each, test, combine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from testbed.assembly.contact import cut_at_contact
+from testbed.assembly.platform import PlatformModel
+from testbed.diagnosis.gate import gated, grouped
+from testbed.diagnosis.parts import STAND_ALONE, outliers_notice
+from testbed.errors import InputError
+from testbed.experiment.combining import combine_estimations
+from testbed.experiment.experiment import CombinedEstimation, Estimation
+from testbed.experiment.measured import estimate_record
+from testbed.records.record import Record
+from testbed.records.selection import in_parts, sampled, telemetry_only
+from testbed.scenario.diagnosis import Diagnosis
+from testbed.scenario.scenario import Scenario
+
+LONGEST_GATED = 120.0
+"""s of a record that the gate looks at, where it turns the most: units and platform show in any maneuver, and the gate
+predicts 64 instants a second."""
+MOST_AT_ONCE = 100_000
+"""Gyro samples that are estimated from at once, which takes 0.6 GB; a longer record is taken for several runs."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Identification:
+    """The inertia from measured records.
+
+    Attributes:
+        records: that were estimated from, cut where they show a contact, in parts where they are long.
+        estimations: of each of them, by its name.
+        combined: of all of them.
+        notices: what a reader has to know of the records.
+        refused: why records were left out.
+    """
+
+    records: tuple[Record, ...]
+    estimations: Mapping[str, Estimation]
+    combined: CombinedEstimation
+    notices: tuple[str, ...]
+    refused: tuple[str, ...]
+
+
+def identify(scenario: Scenario, nominal: PlatformModel, records: Sequence[Record]) -> Identification:
+    """Estimate the inertia from every record that allows it, and from all of them together.
+
+    Args:
+        scenario: the nominal model and the estimators.
+        nominal: its platform.
+        records: measured; what only a simulation knows is not looked at.
+
+    Raises:
+        InputError: the records cannot be this platform's, or none gives an estimate.
+    """
+    notices: list[tuple[str, str]] = []
+    cut = [_cut(scenario, nominal, telemetry_only(record), notices) for record in records]
+    plain = scenario.model_copy(update={"diagnosis": Diagnosis()})  # neither averaged nor cut into windows
+    passed = gated([_looked_at(record) for record in cut], plain, nominal, at_rest=True)
+    notices += [(record.details.name, _unused(record)) for record in records if record.extra_columns]
+    notices += [
+        notice for notice in passed.notices if not notice[1].endswith(STAND_ALONE)
+    ]  # counted below, all of them
+    estimations: dict[str, Estimation] = {}
+    refused = list(passed.refused)
+    usable = {record.details.name for record, _ in passed.usable}
+    parts = [part for record in cut if record.details.name in usable for part in in_parts(record, MOST_AT_ONCE)]
+    for part in parts:
+        try:
+            estimations[part.details.name] = estimate_record(scenario, nominal, part)
+        except InputError as error:
+            refused.append(str(error))
+    if not estimations:
+        raise InputError("\n".join(refused))
+    notices += [(name, text) for name, each in estimations.items() for text in _estimation_notices(each)]
+    return Identification(
+        records=tuple(part for part in parts if part.details.name in estimations),
+        estimations=estimations,
+        combined=combine_estimations(estimations),
+        notices=tuple(grouped(notices)),
+        refused=tuple(refused),
+    )
+
+
+def _cut(scenario: Scenario, nominal: PlatformModel, record: Record, notices: list[tuple[str, str]]) -> Record:
+    """Cut a record at the first contact that it shows, where the scenario asks for it."""
+    if not scenario.estimation.cut_at_contact:
+        return record
+    try:
+        cut, contact = cut_at_contact(record, scenario, nominal)
+    except InputError:  # its own message follows when it is estimated from
+        return record
+    if contact is not None:
+        place = f"contact found at {contact.first_seen:.3f} s, the body rate jumps by {contact.rate_jump:.2g} rad/s"
+        notices.append((record.details.name, f"{place}; record cut at {contact.last_free:.3f} s"))
+    return cut
+
+
+def _looked_at(record: Record) -> Record:
+    """Return a record that is used only where it turns the most, if it is long; all of it otherwise."""
+    time, body_rate = sampled(record, "body_rate")
+    first = time[0] if record.details.usable_from is None else max(record.details.usable_from, time[0])
+    last = time[-1] if record.details.usable_to is None else min(record.details.usable_to, time[-1])
+    if last - first <= LONGEST_GATED:
+        return record
+    edges = np.arange(first, last, LONGEST_GATED)
+    power = [float(body_rate[(time >= edge) & (time < edge + LONGEST_GATED)].var(axis=0).sum()) for edge in edges[:-1]]
+    start = float(edges[int(np.argmax(power))])
+    return replace(record, details=replace(record.details, usable_from=start, usable_to=start + LONGEST_GATED))
+
+
+def _unused(record: Record) -> str:
+    return f"kept, but not used: {', '.join(record.extra_columns)}"
+
+
+def _estimation_notices(estimation: Estimation) -> Iterator[str]:
+    if estimation.outliers:
+        yield outliers_notice(estimation.outliers)
+    if estimation.initial_momentum == "estimated" and estimation.zero_momentum_p_value is not None:
+        yield (
+            'the scenario says initial_momentum = "zero", which this record refuses '
+            f"(p = {estimation.zero_momentum_p_value:.2g}): the momentum was estimated jointly"
+        )

@@ -1,0 +1,60 @@
+"""Ctrl-C and requests to end: heard whatever the command inherited, and put off where work must not be torn."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+_HEARD = (signal.SIGINT, signal.SIGTERM)
+
+
+class Interrupted(Exception):  # noqa: N818 - a person's wish, no error
+    """Ctrl-C, or a request to end; its argument, if it has one, says what became of the results."""
+
+
+@contextmanager
+def heard_interrupts() -> Iterator[None]:
+    """Have Ctrl-C, and the request to end of batch systems and containers, raise KeyboardInterrupt.
+
+    Also where they are ignored or held back, as of commands in a script's background: who started one has to be able to
+    end it.
+    """
+    handlers = (signal.default_int_handler, _as_ctrl_c)
+    before = [signal.signal(number, handler) for number, handler in zip(_HEARD, handlers, strict=True)]
+    held_back = signal.pthread_sigmask(signal.SIG_UNBLOCK, _HEARD)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, held_back)
+        for number, handler in zip(_HEARD, before, strict=True):
+            signal.signal(number, handler)
+
+
+def _as_ctrl_c(signum: int, frame: FrameType | None) -> None:
+    """Do what Ctrl-C does now, which a design remembers."""
+    handler = signal.getsignal(signal.SIGINT)
+    assert callable(handler)
+    handler(signum, frame)
+
+
+@contextmanager
+def deferred_interrupts() -> Iterator[None]:
+    """Let Ctrl-C and a request to end wait for the block's end.
+
+    By their handlers: a blocked signal would be delivered to another thread, and interrupt this one all the same.
+    """
+    if threading.current_thread() is not threading.main_thread():  # no other one is ever interrupted
+        yield
+        return
+    waiting: list[int] = []
+    before = [signal.signal(number, lambda came, _: waiting.append(came)) for number in _HEARD]
+    try:
+        yield
+    finally:
+        for number, handler in zip(_HEARD, before, strict=True):
+            signal.signal(number, handler)
+        for came in waiting[:1]:
+            signal.raise_signal(came)

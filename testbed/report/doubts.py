@@ -1,0 +1,106 @@
+"""What puts an estimate in doubt, in sentences: each with its number, and with what to try."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import groupby
+
+import numpy as np
+
+from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.estimation.agreement import REFUSED, Agreement
+from testbed.estimation.body import is_body
+from testbed.estimation.combine import CombinedEstimate
+from testbed.estimation.estimate import Estimate
+from testbed.estimation.residual_check import ResidualCheck
+from testbed.experiment.checking import Compared, NeglectedTorque
+from testbed.experiment.experiment import CombinedEstimation, Estimation
+from testbed.report.wording import capitalized, chance_words, estimator_name, figures
+
+DIAGNOSE = "try `testbed diagnose` on these records"
+_WHERE = {"body": "in the body", "inertial": "in inertial axes"}
+_FAR = 1.0
+"""Standard deviations between an estimate and the nearest body's inertia from which it is reported:
+below it the difference is within what noise makes."""
+
+
+def estimation_doubts(estimation: Estimation) -> Iterator[str]:
+    """Yield what puts the estimates of one record in doubt; nothing where all is as it should be."""
+    checks = estimation.checks
+    if checks is not None:
+        yield from _residual_doubts(checks.residual, estimator_name(checks.best))
+        yield from _comparison_doubts(checks.compared)
+    yield from _body_doubts(estimation.by_name)
+
+
+def combination_doubts(combined: CombinedEstimation) -> Iterator[str]:
+    """Yield what puts the combination of records in doubt."""
+    for name, agreement in combined.runs_agreement.items():
+        if agreement.refused:
+            yield (
+                f"The records differ from each other by more than their uncertainty ({estimator_name(name)}: "
+                f"{_chi_square(agreement)}); their spread is in the stated uncertainty. Something is missing in the "
+                f"model, or differs between the runs: {DIAGNOSE}."
+            )
+    if combined.runs > 1:
+        yield from _comparison_doubts(combined.compared)
+        yield from _body_doubts(combined.by_name)
+
+
+def neglected_words(neglected: NeglectedTorque) -> str:
+    """Return what a constant torque that is not estimated would do."""
+    where, size = _WHERE[neglected.frame], figures(neglected.size, 2)
+    return (
+        f"Neglected: a constant torque fixed {where}. {size} N·m of it would move {neglected.parameter} by one "
+        "standard deviation; estimation.constant_torque estimates it jointly."
+    )
+
+
+def torque_words(estimate: Estimate) -> Iterator[str]:
+    """Yield the constant torques that were estimated jointly, a sentence for each frame."""
+    rows = zip(estimate.torque_names, estimate.constant_torque, estimate.constant_torque_std, strict=True)
+    for frame, components in groupby(rows, key=lambda row: row[0].partition("_")[0]):
+        listing = ", ".join(f"{figures(value, 2)} ± {figures(std, 2)}" for _, value, std in components)
+        yield f"Constant torque fixed {_WHERE[frame]}, estimated jointly: {listing} N·m about x, y, z."
+
+
+def _residual_doubts(check: ResidualCheck, best: str) -> Iterator[str]:
+    if check.size_p_value < REFUSED:
+        yield (
+            f"The residual of {best} is {figures(check.size, 3)} times the gyro's noise "
+            f"({chance_words(check.size_p_value)}): something is missing in the model, or the noise is larger than "
+            f"stated; {DIAGNOSE}."
+        )
+    if check.whiteness_p_value < REFUSED:
+        yield (
+            f"The residual of {best} is not white ({chance_words(check.whiteness_p_value)}): what is missing in the "
+            f"model moves the platform, or the gyro's noise has memory; {DIAGNOSE}."
+        )
+
+
+def _comparison_doubts(compared: Compared | None) -> Iterator[str]:
+    if compared is not None and compared.agreement.refused:
+        efficient, robust = estimator_name(compared.efficient), estimator_name(compared.robust)
+        yield (
+            f"{capitalized(efficient)} and {robust} differ by more than noise makes them "
+            f"({_chi_square(compared.agreement)}); their difference is in the stated uncertainty. What one of them "
+            f"assumes does not hold: {DIAGNOSE}."
+        )
+
+
+def _body_doubts(by_name: Mapping[str, Estimate] | Mapping[str, CombinedEstimate]) -> Iterator[str]:
+    for name, estimate in by_name.items():
+        if is_body(estimate.theta):
+            continue
+        apart = np.abs(estimate.theta - estimate.body_theta) / estimate.std
+        worst = int(np.argmax(apart))
+        if apart[worst] > _FAR:
+            yield (
+                f"No body has the inertia that {estimator_name(name)} estimates; the nearest one that a body has is "
+                f"{figures(apart[worst], 2)} standard deviations off in {PARAMETER_NAMES[worst]}. The motion says "
+                "little there, or something is missing in the model."
+            )
+
+
+def _chi_square(agreement: Agreement) -> str:
+    return f"chi-square {figures(agreement.chi_square, 3)} of {agreement.freedom}, {chance_words(agreement.p_value)}"

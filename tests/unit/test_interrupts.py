@@ -1,0 +1,130 @@
+"""Ctrl-C and requests to end: heard whatever was inherited, said in one sentence, nothing left behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+from testbed.cli.failures import exit_code_of
+from testbed.interrupts import Interrupted
+from tests.campaigns import small_scenario
+from tests.processes import ROOT, outcome, started, until
+
+BASIC = ROOT / "scenarios" / "basic.toml"
+DESIGN = ROOT / "scenarios" / "gimbal_weighted.toml"
+WAITING = """
+import pathlib, time
+import testbed.cli.{command} as command
+def waiting(*_, **__):
+    pathlib.Path("here").touch()
+    time.sleep(600)
+command.{work} = waiting
+"""
+NOTHING = "Interrupted; nothing was written.\n"
+
+
+@pytest.mark.parametrize(
+    ("command", "work", "arguments", "sent", "signals_ignored"),
+    [
+        ("run", "conduct", (BASIC, "--out", "out"), signal.SIGINT, False),
+        ("run", "conduct", (BASIC, "--out", "out"), signal.SIGTERM, True),
+        ("design", "plan_maneuver", (DESIGN, "--out", "out"), signal.SIGINT, True),
+        ("estimate", "read_data_set", (BASIC, "--data", ".", "--out", "out"), signal.SIGINT, True),
+        ("check", "true_platform", (BASIC,), signal.SIGTERM, False),
+    ],
+)
+def test_an_interrupted_command_says_so_and_leaves_nothing(tmp_path, command, work, arguments, sent, signals_ignored):
+    waiting = WAITING.format(command=command, work=work)
+    with started(command, *arguments, cwd=tmp_path, before=waiting, signals_ignored=signals_ignored) as process:
+        until((tmp_path / "here").exists, process)
+        process.send_signal(sent)
+        code, output, complaints = outcome(process)
+    said = "Interrupted.\n" if command == "check" else NOTHING
+    assert (code, output, complaints) == (130, "", said)
+    assert [path.name for path in tmp_path.iterdir()] == ["here"]
+
+
+def test_an_interruption_while_results_get_their_names_waits_until_they_have_them(tmp_path):
+    between = """
+import os, signal, pathlib
+rename = pathlib.Path.rename
+def renamed(path, target):
+    os.kill(os.getpid(), signal.SIGINT)
+    return rename(path, target)
+pathlib.Path.rename = renamed
+"""
+    with started("run", BASIC, "--out", "out", cwd=tmp_path, before=between) as process:
+        code, _, complaints = outcome(process)
+    assert code == 130
+    assert complaints == "Interrupted.\n"
+    assert {path.name for path in (tmp_path / "out").iterdir()} >= {"result.json", "record.parquet", "report.html"}
+    assert not (tmp_path / "out" / ".part").exists()
+
+
+def test_handlers_are_given_back():
+    before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
+    assert exit_code_of(lambda: None) == 0
+    assert [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)] == before
+
+
+@pytest.mark.parametrize(
+    ("interrupt", "said"),
+    [
+        (KeyboardInterrupt(), "Interrupted.\n"),
+        (Interrupted("nothing was written"), NOTHING),
+    ],
+)
+def test_what_an_interrupt_says(interrupt, said, capsys):
+    def command():
+        raise interrupt
+
+    assert exit_code_of(command) == 130
+    assert capsys.readouterr().err == said
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="looks at the kernel's table of blocked signals")
+def test_every_worker_leaves_ctrl_c_to_its_parent_the_first_one_too(tmp_path):
+    """The first process makes multiprocessing start its resource tracker, which unblocks the signal in this one."""
+    looking = """
+import os, sys
+from pathlib import Path
+import testbed.cli.montecarlo
+from testbed.campaign import worker
+class Seen(worker.Worker):
+    def __init__(self, *arguments):
+        super().__init__(*arguments)
+        blocked = Path(f"/proc/{self._process.pid}/status").read_text().split("SigBlk:")[1].split()[0]
+        print("blocked", int(blocked, 16) >> 1 & 1, flush=True)
+import testbed.campaign.local
+testbed.campaign.local.Worker = Seen
+"""
+    path = small_scenario(tmp_path)
+    arguments = ("montecarlo", path, "--runs", 2, "--out", "out", "--workers", 1)
+    with started(*arguments, cwd=tmp_path, before=looking) as process:
+        code, output, _ = outcome(process)
+    assert code == 0
+    assert "blocked 1" in output
+
+
+def test_ctrl_c_while_workers_start_prints_no_traceback_of_theirs(tmp_path):
+    here = """
+import pathlib
+from testbed.campaign import worker
+give = worker.Worker.give
+def given(self, block):
+    give(self, block)
+    pathlib.Path("here").touch()
+worker.Worker.give = given
+"""
+    path = small_scenario(tmp_path)
+    arguments = ("montecarlo", path, "--runs", 50, "--out", "out", "--workers", 2)
+    with started(*arguments, cwd=tmp_path, before=here) as process:
+        until((tmp_path / "here").exists, process)
+        os.killpg(process.pid, signal.SIGINT)  # as a terminal does it: the workers get it too
+        code, output, complaints = outcome(process)
+    assert code == 130
+    assert complaints == ""
+    assert "What was flown is kept in out" in output
