@@ -184,8 +184,9 @@ def view(
         Path, typer.Argument(metavar="RUN", help="A run folder, or a recording (.rrd).", show_default=False)
     ],
     web: Annotated[bool, typer.Option("--web", help="In the browser, served on loopback only.")] = False,
+    offline: Annotated[bool, typer.Option("--offline", help="With --web: the page asks no other host.")] = False,
 ) -> None:
     """Open a run's recording in the rerun viewer."""
     from testbed.cli.view import view_run  # noqa: PLC0415
 
-    view_run(run, web=web)
+    view_run(run, web=web, offline=offline)

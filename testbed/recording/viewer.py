@@ -8,7 +8,7 @@ import socket
 import subprocess
 import sys
 import warnings
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from pathlib import Path
 
 import rerun_cli
@@ -17,22 +17,26 @@ from rerun.error_utils import RerunWarning
 
 from testbed.errors import InputError
 from testbed.recording import keeper
+from testbed.recording.offline_page import LOOPBACK, offline_page
 
-LOOPBACK = "127.0.0.1"
+_NO_EXAMPLES = "hide_welcome_screen=1"
+"""Of what the page asks the internet for, the list of examples is all that rerun 0.41 lets one switch off."""
+_ASKS_OUTSIDE = "The page asks hosts of rerun, GitHub and Google for news and a font; --offline keeps it from that."
 
 
-def open_viewer(path: Path, *, web: bool) -> None:
+def open_viewer(path: Path, *, web: bool, offline: bool = False) -> None:
     """Show a recording until the viewer is closed or, in a browser, until the command is interrupted.
 
     Args:
         path: of an .rrd file.
         web: serve the viewer to a browser on this machine, and print its address; nothing is served to others.
+        offline: whether the browser is kept from asking any other host; with `web` only.
 
     Raises:
         InputError: the file is missing or no recording.
     """
     check_recording(path)
-    code = _run(_web_command(path) if web else _command(path, "--port", "auto"))
+    code = _serve(path, offline=offline) if web else _run(_command(path, "--port", "auto"))
     if code:
         elsewhere = "" if web else "; where there is no screen, `testbed view --web` serves it to a browser"
         raise InputError(f"{path}: the viewer ended with exit code {code}, see above{elsewhere}")
@@ -83,12 +87,14 @@ def _end(kept: subprocess.Popen[bytes]) -> None:
             os.killpg(kept.pid, signal.SIGKILL)
 
 
-def _web_command(path: Path) -> list[str]:
+def _serve(path: Path, *, offline: bool) -> int | None:
     page, data = _free_port(), _free_port()
-    source = f"rerun%2Bhttp%3A%2F%2F{LOOPBACK}%3A{data}%2Fproxy"
-    print(f"http://{LOOPBACK}:{page}/?url={source}&renderer=webgl&persist=0", flush=True)
-    print("Ctrl-C ends it.", flush=True)
-    return _command(path, "--serve-web", "--web-viewer-port", str(page), "--port", str(data))
+    command = _command(path, "--serve-web", "--web-viewer-port", str(page), "--port", str(data))
+    with offline_page(page, data) if offline else nullcontext(page) as shown:
+        source = f"rerun%2Bhttp%3A%2F%2F{LOOPBACK}%3A{data}%2Fproxy"
+        print(f"http://{LOOPBACK}:{shown}/?url={source}&renderer=webgl&persist=0&{_NO_EXAMPLES}", flush=True)
+        print("Ctrl-C ends it." if offline else f"{_ASKS_OUTSIDE} Ctrl-C ends it.", flush=True)
+        return _run(command)
 
 
 def _command(path: Path, *options: str) -> list[str]:

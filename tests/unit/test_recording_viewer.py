@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from testbed.cli.app import app
+from testbed.cli.failures import exit_code_of
 from testbed.errors import InputError
 from testbed.plant.scene import scene_of
 from testbed.recording.viewer import check_recording, open_viewer
@@ -61,9 +63,9 @@ def listening_addresses(port):
 
 
 @contextmanager
-def served(recording, **options):
+def served(recording, *arguments, **options):
     """Serve a recording to a browser; give the process and the ports of page and data, once the page is there."""
-    with started("view", "--web", recording, cwd=ROOT, **options) as process:
+    with started("view", "--web", *arguments, recording, cwd=ROOT, **options) as process:
         url = process.stdout.readline().strip()
         page = int(re.match(r"http://127\.0\.0\.1:(\d+)/", url).group(1))
         data = int(re.search(r"127\.0\.0\.1%3A(\d+)%2Fproxy", url).group(1))
@@ -121,6 +123,25 @@ def test_a_viewer_that_hears_nothing_is_killed_after_both_requests(tmp_path):
         kept.stdin.close()
         assert kept.wait(timeout=PATIENCE) == 0
     assert {path.name for path in tmp_path.iterdir()} == {"here", "heard-2", "heard-15"}
+
+
+def test_offline_the_browser_is_told_of_this_machine_alone(recording):
+    with served(recording, "--offline") as (process, page, data):
+        with urllib.request.urlopen(f"http://127.0.0.1:{page}/?renderer=webgl", timeout=PATIENCE) as answer:
+            policy, html = answer.headers["Content-Security-Policy"], answer.read().decode()
+        with urllib.request.urlopen(f"http://127.0.0.1:{page}/re_viewer_bg.wasm", timeout=PATIENCE) as answer:
+            assert len(answer.read()) == int(answer.headers["rerun-final-length"])
+        assert set(re.findall(r"https?://[^ ;]+", policy)) == {f"http://127.0.0.1:{data}"}
+        assert not re.findall(r"<link[^>]*https?://", html)
+        assert listening_addresses(page) == {"0100007F"}
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=PATIENCE) == 0
+    assert listening_addresses(page) | listening_addresses(data) == set()
+
+
+def test_offline_without_a_browser_is_refused(recording, capsys):
+    assert exit_code_of(lambda: app(["view", str(recording), "--offline"])) == 2
+    assert "--offline goes with --web" in capsys.readouterr().err
 
 
 def test_a_viewer_that_cannot_be_opened_is_an_error(recording, monkeypatch):
