@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import tomli_w
-from pydantic import Field, PrivateAttr
+from pydantic import Field
 
-from testbed.files import TextFile
 from testbed.scenario.diagnosis import Diagnosis
 from testbed.scenario.estimation import Estimation
 from testbed.scenario.platform import Platform
@@ -36,15 +33,6 @@ class BodyScenario(Section):
     """How the inertia is estimated."""
     diagnosis: Diagnosis = Diagnosis()
     """How measured records are compared with the nominal platform."""
-    _file: TextFile | None = PrivateAttr(default=None)
-
-    @property
-    def file(self) -> TextFile:
-        """The file that the scenario was read from; of one that was made in Python, what its file would say."""
-        if self._file is not None:
-            return self._file
-        text = tomli_w.dumps(scenario_keys(self))
-        return TextFile(path=Path(f"{self.name}.toml"), content=text.encode("utf-8"), text=text)
 
 
 def scenario_keys(scenario: BodyScenario) -> dict[str, Any]:

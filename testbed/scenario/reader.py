@@ -94,11 +94,9 @@ def _is_body(tree: Mapping[str, Any]) -> bool:
 
 def _validated(file: TextFile, tree: dict[str, Any], form: type[_Form]) -> _Form:
     try:
-        scenario = form.model_validate(tree, context={"folder": file.path.parent})
+        return form.model_validate(tree, context={"folder": file.path.parent})
     except ValidationError as error:
         raise InputError(_message(file.path, file.text, problems_of(error, tree))) from None
-    scenario._file = file
-    return scenario
 
 
 def _message(path: Path, text: str, problems: list[Problem]) -> str:
