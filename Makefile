@@ -11,7 +11,7 @@ demo: $(STAMP)
 	@$(BIN)/testbed run scenarios/zero_g.toml --out runs/demo
 
 test: $(STAMP)-dev
-	@OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses 2 --dist loadfile
+	@OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses logical --dist loadfile
 
 check: $(STAMP)-dev
 	@$(BIN)/ruff format --check .

@@ -11,6 +11,7 @@ import numpy as np
 
 from testbed.arrays import Matrix3
 from testbed.errors import InputError, UnphysicalPlatformError
+from testbed.plant.bounds import require_bounded
 from testbed.plant.geometry import UNIT_NUMBERS, bus_inertia, composite_inertia, composite_mass
 from testbed.plant.misalignment import turn_units
 from testbed.plant.parts import require_parts
@@ -73,6 +74,7 @@ def _strip_visuals(spec: mujoco.MjSpec) -> None:
 def _read(path: Path) -> mujoco.MjSpec:
     if not path.is_file():
         raise InputError(f"{path}: no such MJCF file; check the scenario's platform.model")
+    require_bounded(path)
     try:
         return mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
