@@ -12,6 +12,7 @@ from pydantic_core import ErrorDetails
 
 from testbed.errors import InputError
 from testbed.files import TextFile, parsed_toml, read_text, readable
+from testbed.quantities import RateNoise
 from testbed.records.checks import listing
 from testbed.records.record import RunDetails
 
@@ -27,7 +28,7 @@ class _DetailsFile(BaseModel):
 
     name: str | None = Field(default=None, min_length=1)
     source: Literal["measured", "simulated"] = "measured"
-    gyro_noise: float | None = Field(default=None, alias="gyro_noise_rad_s", ge=0.0, allow_inf_nan=False)
+    gyro_noise: RateNoise | None = Field(default=None, alias="gyro_noise_rad_s", allow_inf_nan=False)
     usable_from: _Seconds | None = Field(default=None, alias="usable_from_s")
     usable_to: _Seconds | None = Field(default=None, alias="usable_to_s")
     role: Literal["fit", "heldout"] | None = None

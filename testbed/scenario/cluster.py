@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Strict, model_validator
 
-from testbed.scenario.quantities import Bandwidth, DampingRatio, Mass, Moment, Momentum, Radius, RateLimit, Torque
+from testbed.quantities import Bandwidth, DampingRatio, Mass, Moment, Momentum, Radius, RateLimit, Torque
 from testbed.scenario.section import Conflict, Section, refuse
 from testbed.scenario.values import Distinct, Three
 

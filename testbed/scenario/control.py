@@ -6,9 +6,9 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field
 
-from testbed.scenario.quantities import Angles, Gain, PositiveGain, RateLimit, Weight
+from testbed.quantities import Gain, PositiveGain, RateLimit, Weight
 from testbed.scenario.section import Section
-from testbed.scenario.values import Many, ManyOrOne, One
+from testbed.scenario.values import Angles, Many, ManyOrOne, One
 
 
 class _Steering(Section):

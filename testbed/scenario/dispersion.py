@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from testbed.scenario.quantities import MomentSpread, RateSpread, ScaleSpread, VelocitySpread
+from testbed.quantities import MomentSpread, RateSpread, ScaleSpread, VelocitySpread
 from testbed.scenario.section import Section
 from testbed.scenario.values import Six, Three
 

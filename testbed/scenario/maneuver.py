@@ -7,9 +7,9 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field, Strict, model_validator
 
-from testbed.scenario.quantities import Acceleration, Angles, BodyRates, Factor, Moment, RateLimit
+from testbed.quantities import Acceleration, Factor, Moment, RateLimit
 from testbed.scenario.section import Conflict, Section, refuse
-from testbed.scenario.values import Duration, File, PrefilterTime, Rate, Seed, Share, Six
+from testbed.scenario.values import Angles, BodyRates, Duration, File, PrefilterTime, Rate, Seed, Share, Six
 
 _MIN_CONTROL_POINTS = 4
 """A cubic spline has no fewer."""

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from testbed.scenario.quantities import Angles, BodyRates, Edge, Mass, Momentum, Places, Room, SmallAngle, Velocities
+from testbed.quantities import Edge, Mass, Momentum, Room, SmallAngle
 from testbed.scenario.section import Section
 from testbed.scenario.values import (
+    Angles,
+    BodyRates,
     File,
     Inertia,
     Many,
     ManyOrOne,
     One,
     Pair,
+    Places,
     Six,
     Three,
     UnitQuaternion,
+    Velocities,
 )
 
 

@@ -6,9 +6,8 @@ from collections.abc import Iterator
 
 from pydantic import model_validator
 
-from testbed.scenario.quantities import (
+from testbed.quantities import (
     AngleNoise,
-    BodyRates,
     Corner,
     CorrelationTime,
     Drift,
@@ -20,7 +19,7 @@ from testbed.scenario.quantities import (
     TorqueNoise,
 )
 from testbed.scenario.section import Conflict, Section, refuse
-from testbed.scenario.values import Rate, Six, Three
+from testbed.scenario.values import BodyRates, Rate, Six, Three
 
 
 class Gyro(Section):

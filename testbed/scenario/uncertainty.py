@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from testbed.scenario.quantities import AngleNoise, RateSpread, ScaleSpread
+from testbed.quantities import AngleNoise, RateSpread, ScaleSpread
 from testbed.scenario.section import Section
 
 

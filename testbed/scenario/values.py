@@ -8,6 +8,8 @@ from typing import Annotated, Any, TypeAlias, TypeVar
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Strict, Tag, ValidationInfo
 
+from testbed.quantities import Angle, BodyRate, Place, Velocity
+
 _Entry = TypeVar("_Entry")
 
 _ROUNDING = 1e-9
@@ -84,6 +86,10 @@ Seed: TypeAlias = Annotated[int, Field(ge=0, le=2**63 - 1)]
 Three: TypeAlias = Annotated[tuple[_Entry, _Entry, _Entry], Strict(False), _entries(3)]
 Four: TypeAlias = Annotated[tuple[_Entry, _Entry, _Entry, _Entry], Strict(False), _entries(4)]
 Six: TypeAlias = Annotated[tuple[_Entry, _Entry, _Entry, _Entry, _Entry, _Entry], Strict(False), _entries(6)]
+Places: TypeAlias = Three[Place]
+Velocities: TypeAlias = Three[Velocity]
+BodyRates: TypeAlias = Three[BodyRate]
+Angles: TypeAlias = Six[Angle]
 Pair: TypeAlias = Annotated[tuple[_Entry, _Entry], Strict(False), _entries(2)]
 _Product: TypeAlias = Annotated[float, Field(ge=-1e9, le=1e9)]
 _Component: TypeAlias = Annotated[float, Field(ge=-2, le=2)]

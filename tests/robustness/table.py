@@ -4,6 +4,6 @@ from __future__ import annotations
 
 from itertools import chain
 
-from tests.robustness import scenario_values
+from tests.robustness import records, scenario_values
 
-CASES = tuple(chain(scenario_values.cases()))
+CASES = tuple(chain(scenario_values.cases(), records.cases()))

@@ -1,4 +1,4 @@
-"""What each physical quantity of a scenario may be: as wide as anything that has flown, with room to spare.
+"""What each physical quantity of a scenario or a record may be: as wide as anything that has flown, with room to spare.
 
 Beyond these bounds lie slips of the pen and numbers whose squares overflow or vanish; neither gives a flight. What
 flies is between a chip satellite of 4 g and 35 mm (KickSat's Sprite, 2014) and the International Space Station of
@@ -11,8 +11,6 @@ from math import pi
 from typing import Annotated, TypeAlias
 
 from pydantic import AfterValidator, Field
-
-from testbed.scenario.values import Six, Three
 
 
 def _zero_or(least: float) -> AfterValidator:
@@ -88,8 +86,3 @@ Latency: TypeAlias = Annotated[float, Field(ge=0, le=10)]
 """s; the flights here last as long, and a gyro's age is milliseconds."""
 CorrelationTime: TypeAlias = Annotated[float, Field(ge=1e-3, le=1e9)]
 """s; 30 years are as good as for ever."""
-
-Places: TypeAlias = Three[Place]
-Velocities: TypeAlias = Three[Velocity]
-BodyRates: TypeAlias = Three[BodyRate]
-Angles: TypeAlias = Six[Angle]
