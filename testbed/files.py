@@ -18,6 +18,8 @@ from typing import Any
 from testbed.errors import InputError
 
 _MEGABYTE = 1e6
+_DEEPEST = 50
+"""Tables and lists within each other; a scenario has four."""
 
 
 class FolderBusyError(Exception):
@@ -107,11 +109,28 @@ def parsed_toml(file: TextFile) -> dict[str, Any]:
         InputError: it is not TOML, or nests deeper than any file a person writes.
     """
     try:
-        return tomllib.loads(file.text)
+        tree = tomllib.loads(file.text)
+        _require_shallow(tree)
     except ValueError as error:  # tomllib's own, or Python's of an integer of thousands of digits
         raise InputError(f"{file.path}: is not TOML: {error}; mend the file there") from None
     except RecursionError:
         raise InputError(f"{file.path}: nests lists or tables too deeply to be read; mend the file") from None
+    return tree
+
+
+def _require_shallow(tree: dict[str, Any]) -> None:
+    """Refuse what whoever walks through a tree would lose the way in, such as a key of thousands of parts.
+
+    Raises:
+        RecursionError: it is deeper than any file a person writes.
+    """
+    level: list[Any] = [tree]
+    for _ in range(_DEEPEST):
+        nested = (node.values() if isinstance(node, dict) else node for node in level)
+        level = [node for nodes in nested for node in nodes if isinstance(node, (dict, list))]
+        if not level:
+            return
+    raise RecursionError
 
 
 def stamped(path: Path, what: str) -> FileStamp:

@@ -12,6 +12,9 @@ from typing import Annotated, TypeAlias
 
 from pydantic import AfterValidator, Field
 
+LONGEST = 3600.0
+"""s. Hundreds of times the length of a flight; a longer run is a slip of the pen that would fill the memory."""
+
 
 def _zero_or(least: float) -> AfterValidator:
     def check(value: float) -> float:

@@ -15,6 +15,7 @@ from testbed.errors import InputError
 from testbed.files import read_bytes, readable
 from testbed.maneuver.maneuver import Maneuver
 from testbed.maneuver.splines import DEGREE, clamped_spline
+from testbed.quantities import LONGEST
 from testbed.signals import SIGNALS
 
 _BODY_RATE, _GIMBAL_ANGLE = SIGNALS["body_rate"].columns, SIGNALS["gimbal_angle"].columns
@@ -119,6 +120,9 @@ def _problems(columns: Mapping[str, Array]) -> Iterator[str]:
     )
     if widest > _LARGEST_ANGLE:
         yield f"has gimbal angles of up to {widest:.3g} rad; if these are deg, divide them by 57.29578"
+    longest = float(np.ptp(columns[_TIME])) if rows else 0.0
+    if longest > LONGEST:
+        yield f"lasts {longest:.4g} s, at most {LONGEST:g} s are flown; if {_TIME} is in ms, divide it by 1000"
     backward = np.flatnonzero(np.diff(columns[_TIME]) <= 0.0)
     if backward.size:
         yield f"{_TIME} does not increase from row {backward[0] + 1} to row {backward[0] + 2}; sort the rows by time"

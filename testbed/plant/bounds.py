@@ -23,6 +23,9 @@ MOST_COPIES = 10_000
 
 _COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
 """Left out: MuJoCo bears two hyphens in one, XML does not."""
+MOST_INCLUDED = 100
+"""Files; the shipped model has two."""
+
 _CELLS = {"hfield": ("nrow", "ncol"), "texture": ("width", "height")}
 _NUMBERS = {"numeric": ("size",), "user": ("dim",)}
 _COPIES = ("replicate", "composite", "flexcomp")
@@ -43,24 +46,38 @@ def require_bounded(path: Path) -> None:
     """
     problems = list(_problems(path, path.parent, seen=set()))
     if problems:
-        raise InputError(f"{path}: {'; '.join(problems)}; make it smaller")
+        raise InputError(f"{path}: {'; '.join(problems)}; mend the file")
 
 
 def _problems(path: Path, base: Path, seen: set[Path]) -> Iterator[str]:
     seen.add(path)
-    try:
-        root = ElementTree.fromstring(_COMMENT.sub(b"", read_bytes(path, "an MJCF file", MOST_TEXT)))
-    except (ElementTree.ParseError, ValueError, RecursionError) as error:
-        raise InputError(f"{path}: not a readable MJCF: {error}; mend it there") from None
+    root = _root(path)
     folders = [base, *(base / folder for element in root.iter("compiler") for folder in _named(element, _FOLDERS))]
-    yield from _repeated(root, 1)
+    yield from _repeated(root)
     for element in root.iter():
         yield from _too_many(element)
         for name in _named(element, ("file",)):
             if element.tag != "include":
                 yield from _file_problems(name, folders)
             elif base / name not in seen:  # MuJoCo refuses what is included twice
-                yield from _problems(base / name, base, seen)
+                yield from _included(name, base, seen)
+
+
+def _included(name: str, base: Path, seen: set[Path]) -> Iterator[str]:
+    if len(seen) > MOST_INCLUDED:
+        yield f"includes more than {MOST_INCLUDED} files"
+        return
+    try:
+        yield from _problems(base / name, base, seen)
+    except InputError as error:
+        yield f"of what it includes, {error}"
+
+
+def _root(path: Path) -> ElementTree.Element:
+    try:
+        return ElementTree.fromstring(_COMMENT.sub(b"", read_bytes(path, "an MJCF file", MOST_TEXT)))
+    except (ElementTree.ParseError, ValueError) as error:
+        raise InputError(f"{path}: not a readable MJCF: {error}; mend it there") from None
 
 
 def _named(element: ElementTree.Element, attributes: tuple[str, ...]) -> Iterator[str]:
@@ -82,15 +99,17 @@ def _too_many(element: ElementTree.Element) -> Iterator[str]:
         yield f"a {element.tag} of {' x '.join(map(str, sides))} has more than {MOST_CELLS} cells"
 
 
-def _repeated(element: ElementTree.Element, copies: int) -> Iterator[str]:
+def _repeated(root: ElementTree.Element) -> Iterator[str]:
     """Count copies through everything that repeats what stands in it."""
-    if element.tag in _COPIES:
-        copies *= prod(_integer(text) for text in element.attrib.get("count", "1").split())
+    waiting = [(root, 1)]
+    while waiting:
+        element, copies = waiting.pop()
+        if element.tag in _COPIES:
+            copies *= prod(_integer(text) for text in element.attrib.get("count", "1").split())
         if copies > MOST_COPIES:
             yield f"<{element.tag}> makes {copies} copies, more than {MOST_COPIES}"
-            return
-    for child in element:
-        yield from _repeated(child, copies)
+        else:
+            waiting += [(child, copies) for child in element]
 
 
 def _integer(text: str) -> int:

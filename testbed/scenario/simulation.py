@@ -6,8 +6,9 @@ from typing import Annotated
 
 from pydantic import Field
 
+from testbed.quantities import LONGEST
 from testbed.scenario.section import Section
-from testbed.scenario.values import LONGEST, Duration, Rate, Step
+from testbed.scenario.values import Duration, Rate, Step
 
 
 class Simulation(Section):

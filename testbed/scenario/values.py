@@ -8,7 +8,7 @@ from typing import Annotated, Any, TypeAlias, TypeVar
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Strict, Tag, ValidationInfo
 
-from testbed.quantities import Angle, BodyRate, Place, Velocity
+from testbed.quantities import LONGEST, Angle, BodyRate, Place, Velocity
 
 _Entry = TypeVar("_Entry")
 
@@ -17,9 +17,6 @@ _ROUNDING = 1e-9
 
 _LEAST_MOMENT = 1e-9
 """kg·m²; the smallest principal moment of a platform. A chip satellite of 4 g and 35 mm has 4e-7."""
-
-LONGEST = 3600.0
-"""s. Hundreds of times the length of a flight; a longer run is a slip of the pen that would fill the memory."""
 
 
 def _entries(count: int) -> BeforeValidator:

@@ -62,6 +62,7 @@ def test_gimbal_angles_come_along_and_other_columns_do_not_matter(tmp_path):
         ([HEAD, *ROWS[:2], "3.0,0.1,,0.2", *ROWS[3:]], "body_rate_y_rad_s is not a finite number in row 3"),
         ([HEAD, *ROWS[:2], "3.0,0.1,nan,0.2", *ROWS[3:]], "body_rate_y_rad_s is not a finite number in row 3"),
         ([HEAD, *ROWS[:3], ROWS[2], *ROWS[3:]], "time_s does not increase from row 3 to row 4"),
+        ([HEAD, *ROWS, "9000.0,0.1,0.1,0.1"], "lasts 8998 s, at most 3600 s are flown; if time_s is in ms"),
         ([HEAD, ROWS[0], "2.5,0.1,fast,0.2", *ROWS[2:]], "cannot be read as a table of numbers: .*'fast'"),
         ([HEAD, ROWS[0], "2.5,0.1", *ROWS[2:]], "cannot be read as a table of numbers"),
         ([], "cannot be read as a table of numbers"),

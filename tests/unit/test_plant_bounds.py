@@ -35,6 +35,7 @@ def model(folder: Path, content: str) -> Path:
         ('<worldbody><flexcomp count="300 300 300"/></worldbody>', "<flexcomp> makes 27000000 copies"),
         ('<asset><mesh file="/dev/zero"/></asset>', "its file /dev/zero cannot be read (Is a device or a pipe"),
         ('<include file="more.xml"/>', "<size nuserdata> is 20000"),
+        ('<include file="/dev/zero"/>', "of what it includes, /dev/zero: cannot be read (Is a device or a pipe"),
         ('<asset><mesh file="big.stl"/></asset>', "its file big.stl is larger than 100 MB"),
         ('<compiler meshdir="meshes"/><asset><mesh file="big.stl"/></asset>', "its file big.stl is larger than 100 MB"),
         ('<asset><texture file="wide.png"/></asset>', "its picture wide.png has more than 16777216 pixels"),
@@ -52,7 +53,7 @@ def test_what_asks_for_too_much_is_refused(tmp_path, content, message):
     with pytest.raises(InputError) as caught:
         require_bounded(model(tmp_path, content))
     assert message in str(caught.value)
-    assert str(caught.value).endswith("make it smaller")
+    assert str(caught.value).endswith("; mend the file")
 
 
 @pytest.mark.parametrize("content", ["<open>", "<a></b>"])
