@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: demo test check bench bench-long blind format docs clean
+.PHONY: demo test robustness check bench bench-long blind format docs clean
 
 demo: $(STAMP)
 	@rm -rf runs/demo
@@ -12,6 +12,10 @@ demo: $(STAMP)
 
 test: $(STAMP)-dev
 	@OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses logical --dist loadfile
+
+# make robustness gives the commands all that can be wrong with what they are given; CASES="MJCF" only what has this in its name.
+robustness: $(STAMP)-dev
+	@OMP_NUM_THREADS=1 $(BIN)/python -m tests.robustness "$(CASES)"
 
 check: $(STAMP)-dev
 	@$(BIN)/ruff format --check .

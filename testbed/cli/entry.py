@@ -5,9 +5,11 @@ from __future__ import annotations
 import os
 import sys
 import warnings
+from pathlib import Path
 
 from testbed.cli.failures import exit_code_of
 from testbed.cli.streams import sturdy_streams
+from testbed.errors import InputError
 
 
 def main() -> None:
@@ -23,6 +25,16 @@ def main() -> None:
 
 
 def _application() -> None:
+    if not _working_folder_exists():  # importing a library would fail on it first
+        raise InputError("the working folder has been removed; change to another one and repeat the command")
     from testbed.cli.app import app  # noqa: PLC0415 - here Ctrl-C is already heard
 
     app()
+
+
+def _working_folder_exists() -> bool:
+    try:
+        Path.cwd()
+    except FileNotFoundError:
+        return False
+    return True

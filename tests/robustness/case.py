@@ -45,6 +45,21 @@ class Case:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Scene:
+    """Something that goes on around a command, played in a folder of its own.
+
+    Attributes:
+        name: what goes on, unique.
+        play: does it, and gives what went wrong.
+        fast: whether the test suite plays it each time.
+    """
+
+    name: str
+    play: Callable[[Path], Iterator[str]]
+    fast: bool
+
+
+@dataclass(frozen=True, kw_only=True)
 class Ended:
     """How a command ended.
 
@@ -79,12 +94,17 @@ def faults(case: Case, ended: list[Ended]) -> Iterator[str]:
         yield f"{case.name}: none of {case.says} was said, but {_shown(last)}"
 
 
+def broken(text: str) -> str | None:
+    """Return the first word of a text that only a crash prints."""
+    return next((word for word in _BROKEN if word in text), None)
+
+
 def _faults_of_one(case: Case, arguments: tuple[str, ...], end: Ended) -> Iterator[str]:
     if end.code is None:
         yield f"did not end in {case.seconds} s"
     elif end.code not in ANY:
         yield f"exit code {end.code}: {_shown(end)}"
-    if any(word in end.complaints + end.output for word in _BROKEN):
+    if broken(end.complaints + end.output):
         yield f"prints what is for programmers: {_shown(end)}"
     if end.code == REFUSED and not end.complaints.strip():
         yield "refused without a word"

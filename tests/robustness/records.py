@@ -34,21 +34,29 @@ def cases() -> Iterator[Case]:
     yield from _folders()
 
 
+def good_records(folder: Path) -> None:
+    """Write two runs that nothing is wrong with."""
+    for record in records(2, seconds=4.0):
+        write_record(record, folder / f"{record.details.name}.csv")
+
+
 @cache
-def _table() -> Columns:
+def good_table() -> Columns:
     """Return a good run of 4 s, by column."""
     record = records(1, seconds=4.0)[0]
     rates = dict(zip(RATES, record.channels["body_rate"].T, strict=True))
     return {"time_s": record.time} | rates | dict(zip(ANGLES, record.channels["gimbal_angle"].T, strict=True))
 
 
-def _csv(columns: Columns) -> bytes:
+def as_csv(columns: Columns) -> bytes:
+    """Return a table as a CSV file."""
     out = BytesIO()
     pyarrow.csv.write_csv(pa.table(dict(columns)), out)
     return out.getvalue()
 
 
-def _parquet(columns: Columns) -> bytes:
+def as_parquet(columns: Columns) -> bytes:
+    """Return a table as a Parquet file."""
     out = BytesIO()
     pyarrow.parquet.write_table(pa.table(dict(columns)), out)
     return out.getvalue()
@@ -68,14 +76,14 @@ def _filled(content: Callable[[], dict[str, bytes]]) -> Callable[[Path], None]:
 def _columns() -> Iterator[Case]:
     """Numbers that are wrong: each as CSV for `estimate`, the gravest as Parquet for `diagnose`."""
     for name, (change, codes, says) in _CHANGES.items():
-        for suffix, written, commands in (("csv", _csv, ESTIMATE), ("parquet", _parquet, DIAGNOSE)):
+        for suffix, written, commands in (("csv", as_csv, ESTIMATE), ("parquet", as_parquet, DIAGNOSE)):
             if suffix == "parquet" and COMPLETED in codes:
                 continue  # a diagnosis that runs through takes a minute, and has tests of its own
             yield Case(
                 name=f"records: {name} ({suffix})",
                 prepare=_filled(
                     lambda change=change, suffix=suffix, written=written: {
-                        f"{number}.{suffix}": written(change(dict(_table()))) for number in (1, 2)
+                        f"{number}.{suffix}": written(change(dict(good_table()))) for number in (1, 2)
                     }
                 ),
                 commands=commands,
@@ -237,7 +245,9 @@ def _texts() -> Iterator[Case]:
         yield Case(
             name=f"records: CSV with {name}",
             prepare=_filled(
-                lambda change=change: {f"{number}.csv": _as_bytes(change(_csv(_table()).decode())) for number in (1, 2)}
+                lambda change=change: {
+                    f"{number}.csv": _as_bytes(change(as_csv(good_table()).decode())) for number in (1, 2)
+                }
             ),
             commands=ESTIMATE,
             codes=codes,
@@ -270,8 +280,8 @@ def _bytes() -> Iterator[Case]:
         "one byte": lambda: b"\xff",
         "zeros": lambda: bytes(10_000),
         "noise": lambda: np.random.default_rng(5).bytes(10_000),
-        "cut Parquet": lambda: _parquet(_table())[:-20],
-        "Parquet with flipped bytes": lambda: _flipped(_parquet(_table())),
+        "cut Parquet": lambda: as_parquet(good_table())[:-20],
+        "Parquet with flipped bytes": lambda: _flipped(as_parquet(good_table())),
         "a page": lambda: b"<!doctype html><title>Not found</title>",
         "JSON": lambda: b'{"time_s": [1, 2]}',
         "zip": lambda: b"PK\x03\x04" + bytes(100),
@@ -313,7 +323,7 @@ def _details() -> Iterator[Case]:
     for name, (content, codes, says) in contents.items():
         yield Case(
             name=f"records: details with {name}",
-            prepare=_filled(lambda content=content: {"1.csv": _csv(_table()), "1.toml": _as_bytes(content)}),
+            prepare=_filled(lambda content=content: {"1.csv": as_csv(good_table()), "1.toml": _as_bytes(content)}),
             commands=ESTIMATE,
             codes=codes,
             says=says,
@@ -342,17 +352,16 @@ def _folders() -> Iterator[Case]:
 
     def twice(folder: Path) -> None:
         empty(folder)
-        (folder / "data" / "1.csv").write_bytes(_csv(_table()))
-        (folder / "data" / "1.parquet").write_bytes(_parquet(_table()))
+        (folder / "data" / "1.csv").write_bytes(as_csv(good_table()))
+        (folder / "data" / "1.parquet").write_bytes(as_parquet(good_table()))
 
     def good_and_bad(folder: Path) -> None:
-        for record in records(2, seconds=4.0):
-            write_record(record, folder / "data" / f"{record.details.name}.csv")
+        good_records(folder / "data")
         (folder / "data" / "bad.csv").write_text("time_s\n1\n")
 
     def named_as_markup(folder: Path) -> None:
         empty(folder)
-        (folder / "data" / "[red]1[%s].csv").write_bytes(_csv(_table()))
+        (folder / "data" / "[red]1[%s].csv").write_bytes(as_csv(good_table()))
 
     for name, prepare, codes, says in (
         ("is empty", empty, (REFUSED,), ("data",)),

@@ -12,7 +12,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from tests.robustness.case import COMPLETED, Case, Ended, faults
+from tests.robustness.case import COMPLETED, Case, Ended, Scene, faults
 
 _ENGINES = [
     "testbed.cli.app",
@@ -24,12 +24,14 @@ _MOST = 8e9
 """Bytes of data of a process, beyond which the system refuses it more: no case may take the machine down."""
 
 
-def failures(case: Case) -> list[str]:
+def failures(case: Case | Scene) -> list[str]:
     """Run a case in a folder of its own; return what went wrong."""
     folder = Path(tempfile.mkdtemp(prefix="robustness-"))
     try:
         work = folder / "work"
         work.mkdir()
+        if isinstance(case, Scene):
+            return [f"{case.name}: {fault}" for fault in case.play(work)]
         case.prepare(work)
         ended: list[Ended] = []
         for arguments in case.commands:

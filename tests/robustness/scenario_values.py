@@ -58,7 +58,7 @@ def cases() -> Iterator[Case]:
     """Give a case for every number and every hostile value."""
     whole = _merged(BASIC, MORE)
     whole["estimation"]["initial_momentum"] = "estimated"
-    for place in _numbers(whole):
+    for number, place in enumerate(_numbers(whole)):
         for name, value in HOSTILE.items():
             text = tomli_w.dumps(_with(whole, place, value))
             yield Case(
@@ -66,7 +66,7 @@ def cases() -> Iterator[Case]:
                 prepare=written({"scenario.toml": text}),
                 commands=RUN,
                 codes=ANY,
-                fast=name in {"1e300", "1e-300"},
+                fast=name in {"1e300", "1e-300"} and number % 6 == 0,
             )
 
 
