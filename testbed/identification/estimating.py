@@ -120,8 +120,10 @@ def _unused(record: Record) -> str:
 def _estimation_notices(estimation: Estimation) -> Iterator[str]:
     if estimation.outliers:
         yield outliers_notice(estimation.outliers)
-    if estimation.initial_momentum == "estimated" and estimation.zero_momentum_p_value is not None:
+    chance = estimation.zero_momentum_p_value
+    if estimation.initial_momentum == "estimated" and chance is not None:
+        said = f"p = {chance:.2g}" if chance > 0.0 else "p < 1e-300"
         yield (
-            'the scenario says initial_momentum = "zero", which this record refuses '
-            f"(p = {estimation.zero_momentum_p_value:.2g}): the momentum was estimated jointly"
+            f'the scenario says initial_momentum = "zero", which this record refuses ({said}): the momentum was '
+            "estimated jointly"
         )
