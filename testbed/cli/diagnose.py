@@ -230,8 +230,7 @@ def _tell_end(diagnosis: Diagnosis, agreed: Sequence[Agreement]) -> None:
     say()
     verdict = diagnosis_verdict(diagnosis)
     colour = {"good": "green", "warn": "yellow", "bad": "red"}.get(verdict.tone, "default")
-    word = diagnosis.verdict if diagnosis.complete else "not reached"
-    console.print(Text.assemble(("Verdict", colour), f"    {word}"))
+    console.print(Text.assemble(("Verdict", colour), f"    {diagnosis.verdict or 'not reached'}"))
     entry("", verdict.text)
 
 

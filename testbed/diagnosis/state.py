@@ -147,8 +147,10 @@ class Diagnosis:
         return max(1.0 - after.likelihood_ratio / before.likelihood_ratio, 0.0)
 
     @property
-    def verdict(self) -> Verdict:
-        """The answer in a word."""
+    def verdict(self) -> Verdict | None:
+        """The answer in a word; None until the diagnosis is complete, as what was not looked at yet may be missing."""
+        if not self.complete:
+            return None
         if self.left_over:
             return "unexplained"
         if not self.added:

@@ -20,8 +20,8 @@ def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
     """Return the answer in a sentence or two."""
     names = [effect_name(each.effect, each.component) for each in diagnosis.added]
     gap = _fall(diagnosis.gap_before, diagnosis.gap)
-    if not diagnosis.complete:
-        return Notice(tone="warn", text=f"Interrupted; what was found until then follows. {_so_far(names)}")
+    if diagnosis.verdict is None:
+        return Notice(tone="warn", text=f"Interrupted: incomplete, without a verdict. {_so_far(names)}")
     if diagnosis.verdict == "none":
         text = "Nothing is missing that these data show: the nominal model, its inertia re-estimated, leaves a gap of "
         text += f"{gap_words(diagnosis.gap)}; noise alone leaves 1."

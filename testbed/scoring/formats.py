@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 
 class _Part(BaseModel):
@@ -87,14 +87,20 @@ class Gap(_Part):
 
 
 class DiagnosisFile(_Part):
-    """diagnosis.json."""
+    """diagnosis.json; one that is not complete has no verdict."""
 
     complete: bool
-    verdict: Literal["none", "named", "ambiguous", "unexplained"]
+    verdict: Literal["none", "named", "ambiguous", "unexplained"] | None
     steps: tuple[Step, ...]
     gap: Gap = Gap()
     probabilities: Mapping[str, float | None] = Field(default_factory=dict)
     inertia: Inertia = Inertia()
+
+    @model_validator(mode="after")
+    def _has_its_verdict(self) -> DiagnosisFile:
+        if self.complete and self.verdict is None:
+            raise ValueError("the diagnosis is complete and has no verdict")
+        return self
 
 
 class AnswerFile(_Part):

@@ -161,6 +161,10 @@ def test_an_interrupted_diagnosis_keeps_what_was_found(late, tmp_path, capsys, m
     assert ended == 130
     answer = json.loads((tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8"))
     assert answer["complete"] is False
+    assert answer["verdict"] is None
+    assert "Interrupted: incomplete, without a verdict" in (tmp_path / "out" / "report.html").read_text(
+        encoding="utf-8"
+    )
     assert answer["gap"]["before"] > 1.3
     printed = capsys.readouterr().out
     assert "Interrupted" in printed

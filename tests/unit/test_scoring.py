@@ -221,6 +221,18 @@ def test_an_incomplete_or_unreadable_diagnosis_is_a_miss_with_a_reason(scored, t
     assert card.sealed == card.cases == 3
 
 
+@pytest.mark.parametrize("verdict", ["none", None])  # as it was once written, and as it is
+def test_an_incomplete_diagnosis_is_no_answer_even_where_nothing_is_hidden(scored, verdict):
+    cases = scored((NULL, said(verdict=verdict, complete=False)), (NULL, said(verdict="none")))
+    assert [case.diagnosis is None for case in cases] == [True, False]
+    assert [said_right(case) for case in cases] == [False, True]
+
+
+def test_a_complete_diagnosis_without_a_verdict_is_a_miss_with_a_reason(scored):
+    cases = scored((NULL, said(verdict=None)), (NULL, said(verdict="none")))
+    assert "has no verdict" in cases[0].failure
+
+
 def test_a_changed_answer_is_refused(scored, tmp_path):
     scored((NULL, said(verdict="none")))
     put(tmp_path / "answers" / "case_0001" / "answer.json", TWICE)
