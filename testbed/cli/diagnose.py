@@ -29,6 +29,13 @@ from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.files import TextFile
 from testbed.records.reading import read_data_set
+from testbed.report.diagnosis_misfit import (
+    MEANING,
+    gimbals_words,
+    limit_words,
+    misfit_change_words,
+    misfit_words,
+)
 from testbed.report.diagnosis_next import distance_words, flight_words, no_gimbals_words, pair_words
 from testbed.report.diagnosis_ranking import on_the_noise
 from testbed.report.diagnosis_verdict import (
@@ -176,11 +183,15 @@ def _tell_data(data_set: DataSet, notices: Sequence[str]) -> None:
 
 
 def _tell_gap(diagnosis: Diagnosis, places: Sequence[Place]) -> None:
-    entry("Gap", f"{gap_words(diagnosis.gap_before)}, in sigma of each channel; noise alone is 1")
-    entry("", "of the nominal model, its inertia and the initial rates re-estimated")
+    entry("Misfit", f"{misfit_words(diagnosis.gap_before)}")
+    entry("", "of the nominal model, its inertia and the initial rates re-estimated:")
+    entry("", MEANING)
+    entry("", limit_words(diagnosis.gap_before))
+    entry("Gap", f"{gap_words(diagnosis.gap_before)}, rms of all channels in sigma of each; noise alone is 1")
     if diagnosis.scatter:
         names = listed(effect_name(each.effect, each.component) for each in diagnosis.scatter)
-        entry("", f"{gap_words(diagnosis.gap)}, in the noise that the samples show: {names}")
+        entry("Noise", f"in the one that the samples show ({names}) the misfit is {misfit_words(diagnosis.gap)},")
+        entry("", f"the gap {gap_words(diagnosis.gap)}")
     if places:
         say()
         show(places_table(places))
@@ -191,6 +202,9 @@ def _tell_step(diagnosis: Diagnosis, step: Step) -> None:
     show(candidates_table(step.screening))
     say()
     _tell_addition(addition_of(diagnosis, step))
+    entry("Misfit", misfit_change_words(step.before, step.after))
+    if gimbals := gimbals_words(step.before, step.after):
+        entry("", gimbals)
     entry("Gap", f"{gap_words(step.before)} -> {gap_words(step.after)}")
 
 

@@ -13,7 +13,7 @@ NOTHING = 5.0
 """How much likelier it is beforehand that nothing is missing than that an effect of the library is."""
 
 
-def log_chance(squares: float, freedom: int, noise_freedom: float) -> float:
+def log_chance(squares: float, freedom: float, noise_freedom: float) -> float:
     """Return the logarithm of the probability of a sum of squared whitened numbers as large, if they are noise alone.
 
     Args:
@@ -26,7 +26,7 @@ def log_chance(squares: float, freedom: int, noise_freedom: float) -> float:
     return float(f.logsf(squares / freedom, freedom, noise_freedom))
 
 
-def chance(squares: float, freedom: int, noise_freedom: float) -> float:
+def chance(squares: float, freedom: float, noise_freedom: float) -> float:
     """Return the probability itself; arguments as in `log_chance`."""
     return exp(log_chance(squares, freedom, noise_freedom))
 

@@ -38,8 +38,7 @@ def log_evidence(heldout: Runs | None, fit: Fit) -> float:
     """
     if heldout is None:
         return 0.0
-    fit = recurring(fit)
-    prior = _Prior.of(fit)
+    prior = Prior.of(fit)
     seen = fitted_initial_rates(heldout, fit)
     best = prior.misfit(seen)
     for _ in range(_ROUNDS):
@@ -94,7 +93,7 @@ def on_enough_runs(runs: Runs, fit: Fit) -> tuple[Runs, Fit]:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Prior:
+class Prior:
     """What a fit knows of (θ, effects): a Gaussian, cut off where effects have their bounds.
 
     An estimate at its bound lies beside the Gaussian's mean: how far tells how surely it belongs there. Taken for known
@@ -113,7 +112,9 @@ class _Prior:
     least: float
 
     @staticmethod
-    def of(fit: Fit) -> _Prior:
+    def of(fit: Fit) -> Prior:
+        """Return what a fit knows of its parameters, without effects that do not recur."""
+        fit = recurring(fit)
         common = 6 + len(fit.effect_values)
         normal = fit.normal
         scale = 1.0 / np.sqrt(np.maximum(np.diag(normal)[:common], np.finfo(float).tiny))
@@ -125,9 +126,10 @@ class _Prior:
             slope = fit.jacobian.T @ fit.residual
             beyond = damped(information, slope[:common] - taken.T @ slope[common:])
         least = float(beyond @ information @ beyond)
-        return _Prior(mean=_common(fit) + beyond, information=information, scale=scale, least=least)
+        return Prior(mean=_common(fit) + beyond, information=information, scale=scale, least=least)
 
     def misfit(self, seen: Fit) -> float:
+        """Return |r|² and what the parameters lie away from what the fit knows, in its standard deviations, squared."""
         away = _common(seen) - self.mean
         return seen.chi_square + float(away @ self.information @ away) - self.least
 
@@ -138,6 +140,12 @@ class _Prior:
         normal[:common, :common] += self.information
         return normal
 
+    def slope(self, seen: Fit) -> Array:
+        """Return the slope along which all parameters fit held-out runs and prior better, shape (C + 3 R,)."""
+        slope = seen.jacobian.T @ seen.residual
+        slope[: len(self.mean)] += self.information @ (self.mean - _common(seen))
+        return np.asarray(slope)
+
     def narrowed(self, seen: Fit) -> float:
         """Return log det(P⁻¹ + Gᵀ G) - log det P⁻¹, initial rates marginalised."""
         common, normal = len(self.mean), self.normal(seen)
@@ -147,11 +155,9 @@ class _Prior:
         return _log_determinant(scaled) - _log_determinant(scaled[common:, common:]) - _log_determinant(before)
 
 
-def _nearer(heldout: Runs, seen: Fit, prior: _Prior) -> Fit | None:
+def _nearer(heldout: Runs, seen: Fit, prior: Prior) -> Fit | None:
     """Return the fit after one Gauss-Newton step; None where the motion runs away."""
-    common, normal = len(prior.mean), prior.normal(seen)
-    slope = seen.jacobian.T @ seen.residual
-    slope[:common] += prior.information @ (prior.mean - _common(seen))
+    normal, slope = prior.normal(seen), prior.slope(seen)
     step = damped(normal, slope)
     moving = ~pushing_out(seen, step)
     if not moving.all():

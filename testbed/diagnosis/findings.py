@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -13,6 +13,7 @@ from testbed.diagnosis.candidates import Screening
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import nominal_fit
 from testbed.diagnosis.hypotheses import masking
+from testbed.diagnosis.misfit import Misfit, misfit_of
 from testbed.diagnosis.model import Fit, Placed
 from testbed.diagnosis.probabilities import probabilities_of
 from testbed.diagnosis.scatter import Scatter
@@ -229,13 +230,17 @@ def inertia_change(diagnosis: Diagnosis) -> InertiaChange:
 
 def nominal_gap(diagnosis: Diagnosis) -> Gap:
     """Return the gap of the nominal inertia, only initial rates fitted; infinite where its motion runs away."""
-    held_out = np.nan if diagnosis.heldout is None else _nominal_gap(diagnosis.heldout, diagnosis.nominal_theta)
-    return Gap(fit=_nominal_gap(diagnosis.runs, diagnosis.nominal_theta), heldout=held_out)
+    fit, misfit = _nominal_gap(diagnosis.runs, diagnosis.nominal_theta)
+    heldout, heldout_misfit = np.nan, None
+    if diagnosis.heldout is not None:
+        heldout, heldout_misfit = _nominal_gap(diagnosis.heldout, diagnosis.nominal_theta)
+    return Gap(fit=fit, heldout=heldout, misfit=misfit, heldout_misfit=heldout_misfit)
 
 
-def _nominal_gap(runs: Runs, theta: Theta) -> float:
+def _nominal_gap(runs: Runs, theta: Theta) -> tuple[float, Misfit | None]:
     try:
-        residual = nominal_fit(runs, theta).residual
+        fit = nominal_fit(runs, theta)
     except InputError:
-        return np.inf
-    return float(np.sqrt(np.mean(residual**2)))
+        return np.inf, None
+    only_initial = replace(fit, jacobian=fit.jacobian[:, 6:])  # the inertia is not fitted here
+    return fit.root_mean_square, misfit_of(runs, only_initial)

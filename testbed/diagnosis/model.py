@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import compress, pairwise, starmap
+from math import sqrt
 from typing import Protocol
 
 import numpy as np
@@ -97,6 +98,11 @@ class Fit:
     def chi_square(self) -> float:
         """Sum of the squared whitened residuals."""
         return float(self.residual @ self.residual)
+
+    @property
+    def root_mean_square(self) -> float:
+        """Of the whitened residual: 1 is the noise floor."""
+        return sqrt(self.chi_square / len(self.residual))
 
     @property
     def freedom(self) -> int:

@@ -22,6 +22,7 @@ from testbed.diagnosis.findings import (
     stds_of,
 )
 from testbed.diagnosis.location import Place
+from testbed.diagnosis.misfit import BANDWIDTH, Misfit, explained
 from testbed.diagnosis.model import Fit, Placed
 from testbed.diagnosis.run_agreement import Agreement
 from testbed.diagnosis.scatter import Scatter
@@ -54,6 +55,7 @@ def result_of(
             *(_step(addition) for addition in additions(diagnosis)),
         ],
         "gap": {"noise_floor": 1.0} | _gap("", "before", diagnosis.gap_before) | _gap("", "after", diagnosis.gap),
+        "misfit": _misfits(diagnosis.gap_before, diagnosis.gap),
         "where": [asdict(place) for place in places],
         "probabilities": dict(diagnosis.probabilities),
         "untestable": list(untestable(diagnosis)),
@@ -118,6 +120,7 @@ def _step(addition: Addition) -> Content:
         "indistinguishable_from": [_named(other) for other in addition.look_alikes],
         **_gap("gap_", "before", addition.before, heldout="heldout_gap_"),
         **_gap("gap_", "after", addition.after, heldout="heldout_gap_"),
+        "misfit": _misfits(addition.before, addition.after),
     }
 
 
@@ -126,6 +129,7 @@ def _inertia_step(diagnosis: Diagnosis) -> Iterator[Content]:
     change = inertia_change(diagnosis)
     if not change.significant:
         return
+    nominal = nominal_gap(diagnosis)
     yield {
         "effect": INERTIA,
         "component": "platform",
@@ -133,8 +137,9 @@ def _inertia_step(diagnosis: Diagnosis) -> Iterator[Content]:
         "probability": 1.0 - change.p_value,
         **_theta("j_", diagnosis.model),
         "indistinguishable_from": [],
-        **_gap("gap_", "before", nominal_gap(diagnosis), heldout="heldout_gap_"),
+        **_gap("gap_", "before", nominal, heldout="heldout_gap_"),
         **_gap("gap_", "after", diagnosis.gap_before, heldout="heldout_gap_"),
+        "misfit": _misfits(nominal, diagnosis.gap_before),
     }
 
 
@@ -185,6 +190,32 @@ def _theta(prefix: str, fit: Fit) -> Content:
 
 def _gap(prefix: str, when: str, gap: Gap, *, heldout: str = "heldout_") -> Content:
     return {f"{prefix}{when}": _number(gap.fit), f"{heldout}{when}": _number(gap.heldout)}
+
+
+def _misfits(before: Gap, after: Gap) -> Content:
+    """Return what is more than noise, of fitted and held-out runs, before and after."""
+    pairs = {"": (before.misfit, after.misfit), "heldout_": (before.heldout_misfit, after.heldout_misfit)}
+    told: Content = {"bandwidth_hz": BANDWIDTH}
+    for role, (one, other) in pairs.items():
+        share = explained(one, other)
+        told |= {f"{role}before": _misfit(one), f"{role}after": _misfit(other)}
+        told |= {f"{role}explained": None if share is None else share.share}
+        told |= {f"{role}explained_std": None if share is None else share.std}
+    return told
+
+
+def _misfit(misfit: Misfit | None) -> Content | None:
+    if misfit is None:
+        return None
+    return {
+        "sigma": misfit.sigma,
+        "noise_limit_sigma": misfit.noise_limit,
+        "p_value": misfit.p_value,
+        "chi_square": misfit.chi_square,
+        "expected": misfit.expected,
+        "variance": misfit.variance,
+        "gimbals_chi_square": misfit.gimbals,
+    }
 
 
 def _agreement(agreement: Agreement) -> Content:

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from math import sqrt
 
 import numpy as np
 
 from testbed.arrays import Vectors3
 from testbed.diagnosis.candidates import Candidate, Screening
 from testbed.diagnosis.data import Runs
+from testbed.diagnosis.evidence import Prior
 from testbed.diagnosis.fitting import fitted, fitted_initial_rates, refit
 from testbed.diagnosis.gyro_errors import all_corrected
 from testbed.diagnosis.hypotheses import without
+from testbed.diagnosis.misfit import heldout_misfit_of, misfit_of
 from testbed.diagnosis.model import Fit, Placed
 from testbed.diagnosis.screening import refitted, screened, with_candidate
 from testbed.diagnosis.state import Diagnosis, Gap, Step
@@ -120,14 +121,20 @@ def with_model(state: Diagnosis, model: Fit) -> Diagnosis:
     """Take over a model, and what it knows of the gyro's errors; the gimbals' channels are then predicted anew."""
     runs, heldout = all_corrected(state.runs, state.heldout, model)
     model = refit(runs, model)
-    return replace(state, runs=runs, heldout=heldout, model=model, gap=gap_of(model, heldout))
+    return replace(state, runs=runs, heldout=heldout, model=model, gap=gap_of(runs, model, heldout))
 
 
-def gap_of(fit: Fit, heldout: Runs | None) -> Gap:
-    """Return what a model leaves of the runs that it was fitted to, and of those that were held out."""
-    held = np.nan if heldout is None else _root_mean_square(fitted_initial_rates(heldout, fit))
-    return Gap(fit=_root_mean_square(fit), heldout=held)
+def gap_of(runs: Runs, fit: Fit, heldout: Runs | None) -> Gap:
+    """Return what a model leaves.
 
-
-def _root_mean_square(fit: Fit) -> float:
-    return sqrt(fit.chi_square / len(fit.residual))
+    Args:
+        runs: that it was fitted to.
+        fit: of the model.
+        heldout: that were held out; None where there are none.
+    """
+    mine, misfit = fit.root_mean_square, misfit_of(runs, fit)
+    if heldout is None:
+        return Gap(fit=mine, heldout=np.nan, misfit=misfit, heldout_misfit=None)
+    seen = fitted_initial_rates(heldout, fit)
+    held = heldout_misfit_of(heldout, seen, Prior.of(fit))
+    return Gap(fit=mine, heldout=seen.root_mean_square, misfit=misfit, heldout_misfit=held)

@@ -12,6 +12,7 @@ from testbed.diagnosis.candidates import Candidate, Screening
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.hypotheses import Untestable
 from testbed.diagnosis.latent import LatentTorque
+from testbed.diagnosis.misfit import Misfit
 from testbed.diagnosis.model import AtPlace, Fit, Placed
 from testbed.diagnosis.noise import NoiseLevel
 from testbed.diagnosis.probabilities import by_class, probabilities_of
@@ -26,15 +27,19 @@ Verdict = Literal["none", "named", "ambiguous", "unexplained"]
 
 @dataclass(frozen=True, kw_only=True)
 class Gap:
-    """Root mean square of the whitened residual: 1 is the noise floor.
+    """What a model leaves: root mean square of the whitened residual, 1 is the noise floor, and misfit beyond noise.
 
     Attributes:
         fit: of the runs that are fitted.
         heldout: of those that are not, only their initial rates fitted; NaN where there are none.
+        misfit: of the runs that are fitted; None where the model's motion leaves the finite numbers.
+        heldout_misfit: of those that are not; None likewise, and where there are none.
     """
 
     fit: float
     heldout: float
+    misfit: Misfit | None
+    heldout_misfit: Misfit | None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -53,7 +53,7 @@ def diagnosed(
     first = fitted(runs, [], nominal_theta, [])
     noise = noise_level(runs, first)
     testable, untestable = hypotheses(runs, effects)
-    gap = gap_of(first, heldout)
+    gap = gap_of(runs, first, heldout)
     state = Diagnosis(
         runs=runs,
         heldout=heldout,
@@ -148,7 +148,7 @@ def _with_scatter(
         runs = believing(runs, model, found)
         model = refit(runs, model)
     asked = state.asked if state.steps else said.told
-    gap = gap_of(model, heldout)
+    gap = gap_of(runs, model, heldout)
     return replace(state, runs=runs, heldout=heldout, model=model, gap=gap, asked=asked, scatter=found)
 
 

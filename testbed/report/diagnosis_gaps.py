@@ -1,32 +1,40 @@
-"""The ladder of gaps, what was added on each rung, and where the gap was."""
+"""The ladders of misfits and gaps, what was added on each rung, and where the gap was."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import groupby
 from math import isclose
+from typing import TypeAlias
 
 import numpy as np
 import plotly.graph_objects as go
 
 from testbed.diagnosis.findings import Addition, additions
 from testbed.diagnosis.location import Place
+from testbed.diagnosis.misfit import Misfit
 from testbed.diagnosis.state import Diagnosis, Gap
+from testbed.report.diagnosis_misfit import MEANING
 from testbed.report.diagnosis_verdict import effect_name
 from testbed.report.frame.blocks import Block, Cell, Column, Figure, Paragraph, Section, Table
 from testbed.report.frame.style import color, layout
 from testbed.report.wording import BAND, figures, listed
 
+_Rung: TypeAlias = tuple[str, Gap]
+_ROLES = ("fitted runs", "held-out runs")
+_SIDE_BY_SIDE = 2
+"""Rungs whose names can be read on a chart of half the page's width."""
 _SAME = 1e-6
 """Share by which a gap differs when it is computed twice in the same noise."""
 
 
 def gaps_section(diagnosis: Diagnosis) -> Section:
-    """Return the ladder of gaps and the table of what was added."""
-    blocks: list[Block] = [_ladder(diagnosis)]
+    """Return the ladders of misfits and gaps, and the table of what was added."""
+    rungs = tuple(_rungs(diagnosis))
+    blocks: list[Block] = [_misfit_ladder(rungs), _gap_ladder(rungs)]
     rows = tuple(_rows(diagnosis))
     blocks += [_sentences(diagnosis), _table(rows)] if rows else []
-    return Section(title="The gap, step by step", blocks=tuple(block for block in blocks if block is not None))
+    return Section(title="Misfit and gap, step by step", blocks=tuple(blocks))
 
 
 def where_section(places: Sequence[Place]) -> Section:
@@ -57,29 +65,57 @@ def where_section(places: Sequence[Place]) -> Section:
     return Section(title="Where the gap is", blocks=(table,))
 
 
-def _ladder(diagnosis: Diagnosis) -> Figure:
-    rungs = list(_rungs(diagnosis))
-    chart = go.Figure(layout=layout("", "rms of (measured - predicted) / σ"))
+def _misfit_ladder(rungs: Sequence[_Rung]) -> Figure:
+    misfits = {"axis-z": [gap.misfit for _, gap in rungs], "axis-x": [gap.heldout_misfit for _, gap in rungs]}
+    chart = _ladder(rungs, "misfit beyond noise, σ", [[_sigma(each) for each in own] for own in misfits.values()])
+    for stroke, name, own in zip(misfits, _ROLES, misfits.values(), strict=True):
+        limits = [each.noise_limit for each in own if each is not None]
+        if len(limits) == len(rungs):
+            line = {"color": color(stroke), "width": 1.2, "dash": "dash"}
+            chart.add_scatter(x=list(range(len(rungs))), y=limits, name=f"noise alone, {name}", mode="lines", line=line)
+    chart.update_yaxes(rangemode="tozero")
+    note = (
+        f"In standard deviations, {MEANING}: the root of χ² less its mean. Below the dashed lines noise alone stays in "
+        "99 of 100 data sets."
+    )
+    return Figure(title="Misfit after each step", chart=chart, note=note, wide=len(rungs) > _SIDE_BY_SIDE)
+
+
+def _gap_ladder(rungs: Sequence[_Rung]) -> Figure:
+    values = [[gap.fit for _, gap in rungs], [gap.heldout for _, gap in rungs]]
+    chart = _ladder(rungs, "rms of (measured - predicted) / σ", values)
+    dashes = {"color": color("limit"), "width": 1.2, "dash": "dash"}
+    chart.add_scatter(x=_ends(rungs), y=[1.0, 1.0], name="noise alone", mode="lines", line=dashes, hoverinfo="skip")
+    chart.update_yaxes(rangemode="normal")
+    note = "Over all samples of all channels, most of which know little of most effects."
+    return Figure(title="Gap after each step", chart=chart, note=note, wide=len(rungs) > _SIDE_BY_SIDE)
+
+
+def _ladder(rungs: Sequence[_Rung], title: str, values: Sequence[Sequence[float]]) -> go.Figure:
+    """Return a chart of a figure of every rung, of fitted and held-out runs where they have it."""
+    chart = go.Figure(layout=layout("", title))
     places = list(range(len(rungs)))
-    for name, values, stroke in (
-        ("fitted runs", [gap.fit for _, gap in rungs], "axis-z"),
-        ("held-out runs", [gap.heldout for _, gap in rungs], "axis-x"),
-    ):
-        if np.isfinite(values).all():
+    for name, stroke, own in zip(_ROLES, ("axis-z", "axis-x"), values, strict=True):
+        if np.isfinite(own).all():
             marker = {"color": color(stroke), "size": 9}
             line = {"color": color(stroke), "width": 1.5}
-            chart.add_scatter(x=places, y=values, name=name, mode="lines+markers", marker=marker, line=line)
-    dashes = {"color": color("limit"), "width": 1.2, "dash": "dash"}
-    ends = [-0.4, len(rungs) - 0.6]
-    chart.add_scatter(x=ends, y=[1.0, 1.0], name="noise alone", mode="lines", line=dashes, hoverinfo="skip")
-    chart.update_xaxes(
-        tickvals=places, ticktext=[name for name, _ in rungs], range=ends, showgrid=False, zeroline=False
-    )
-    chart.update_yaxes(rangemode="normal")
-    return Figure(title="Gap after each step", chart=chart, wide=True)
+            chart.add_scatter(
+                x=places, y=own, name=name, mode="lines+markers", marker=marker, line=line, cliponaxis=False
+            )
+    names = [name for name, _ in rungs]
+    chart.update_xaxes(tickvals=places, ticktext=names, range=_ends(rungs), showgrid=False, zeroline=False)
+    return chart
 
 
-def _rungs(diagnosis: Diagnosis) -> Iterator[tuple[str, Gap]]:
+def _ends(rungs: Sequence[_Rung]) -> list[float]:
+    return [-0.4, len(rungs) - 0.6]
+
+
+def _sigma(misfit: Misfit | None) -> float:
+    return np.nan if misfit is None else misfit.sigma
+
+
+def _rungs(diagnosis: Diagnosis) -> Iterator[_Rung]:
     """Yield the gap after each change; where the noise was told anew before a step or at the end, in that noise."""
     last = diagnosis.gap_before
     yield "nominal, inertia re-estimated", last

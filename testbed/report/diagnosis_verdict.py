@@ -9,6 +9,7 @@ from testbed.diagnosis.findings import Addition
 from testbed.diagnosis.run_agreement import Agreement
 from testbed.diagnosis.state import Diagnosis, Gap
 from testbed.effects.contract import NamedEffect, Quantity
+from testbed.report.diagnosis_misfit import gimbals_words, misfit_change_words, misfit_words, shows_in_gyro
 from testbed.report.frame.blocks import Notice
 from testbed.report.wording import BAND, chance_words, figures, listed
 
@@ -23,8 +24,10 @@ def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
     if diagnosis.verdict is None:
         return Notice(tone="warn", text=f"Interrupted: incomplete, without a verdict. {_so_far(names)}")
     if diagnosis.verdict == "none":
-        text = "Nothing is missing that these data show: the nominal model, its inertia re-estimated, leaves a gap of "
-        text += f"{gap_words(diagnosis.gap)}; noise alone leaves 1."
+        text = (
+            "Nothing is missing that these data show: the nominal model, its inertia re-estimated, leaves a misfit of "
+        )
+        text += f"{misfit_words(diagnosis.gap)}, and a gap of {gap_words(diagnosis.gap)}; noise alone leaves 1."
         return Notice(tone="good", text=f"{text}{_far_words(diagnosis.gap)}")
     if diagnosis.verdict == "named":
         return Notice(tone="good", text=f"Missing in the nominal model: {listed(names)}. {gap}")
@@ -37,7 +40,8 @@ def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
         return Notice(tone="warn", text=_alone_words(diagnosis))
     found = f"Named in part: {listed(names)}. " if names else ""
     noise = "the noise as the samples show it" if diagnosis.scatter else "noise alone"
-    left = f"A gap of {gap_words(diagnosis.gap)} is left that no effect of the library explains; {noise} is 1."
+    misfit, gap = misfit_words(diagnosis.gap), gap_words(diagnosis.gap)
+    left = f"What is left no effect of the library explains: a misfit of {misfit}, a gap of {gap}; {noise} is 1."
     return Notice(tone="bad", text=f"{found}{left}{shape_words(diagnosis)}")
 
 
@@ -45,9 +49,10 @@ def _alone_words(diagnosis: Diagnosis) -> str:
     """Say what a single run shows, which gets no name."""
     alike = listed(effect_name(each.placed.effect, each.placed.component) for each in diagnosis.unnamed)
     missing = (
-        f"Something is missing in the nominal model, which leaves a gap of {gap_words(diagnosis.gap)}; noise alone "
+        f"Something is missing in the nominal model, which leaves a misfit of {misfit_words(diagnosis.gap)}, and a gap "
+        f"of {gap_words(diagnosis.gap)}; noise alone leaves 1."
     )
-    return f"{missing}leaves 1. What explains it best: {alike}. A single run gets no name, as no other could verify it."
+    return f"{missing} What explains it best: {alike}. A single run gets no name, as no other could verify it."
 
 
 def shape_words(diagnosis: Diagnosis) -> str:
@@ -72,9 +77,14 @@ def share_words(diagnosis: Diagnosis) -> str:
 
 
 def _fall(before: Gap, after: Gap) -> str:
-    held_out = f", and from {before.heldout:.3f} to {after.heldout:.3f} on those held out"
+    gimbals = gimbals_words(before, after)
+    if shows_in_gyro(before) or not gimbals:
+        first = f"The misfit beyond noise: {misfit_change_words(before, after)}."
+    else:
+        first = f"The gyro alone shows no more than noise. {gimbals}."
+    held_out = f", {before.heldout:.3f} -> {after.heldout:.3f} on those held out"
     told = held_out if isfinite(after.heldout) else ""
-    return f"With it the gap falls from {before.fit:.3f} to {after.fit:.3f} on the fitted runs{told}; noise alone is 1."
+    return f"{first} The gap: {before.fit:.3f} -> {after.fit:.3f} on the fitted runs{told}; noise alone is 1."
 
 
 def _far_words(gap: Gap) -> str:

@@ -33,6 +33,7 @@ STEP_KEYS = {
     "gap_after",
     "heldout_gap_before",
     "heldout_gap_after",
+    "misfit",
 }
 """Of a step in diagnosis.json."""
 KEYS = {"schema", "complete", "verdict", "steps", "gap", "where", "probabilities", "untestable", "model", "scenario"}
@@ -76,11 +77,24 @@ def test_a_late_gyro_is_named_and_everything_is_written(late, tmp_path, capsys):
     assert abs(delay["value"] - DELAY) < 4.0 * delay["std"]  # by chance once in 16,000; the seed is fixed
     assert delay["unit"] == "s"
     assert answer["gap"]["heldout_after"] < 1.3 < answer["gap"]["heldout_before"]
+    misfit = answer["misfit"]
+    assert misfit["before"]["sigma"] > 3.0 * misfit["before"]["noise_limit_sigma"]
+    assert misfit["after"]["sigma"] < misfit["after"]["noise_limit_sigma"]
+    assert min(misfit["explained"], misfit["heldout_explained"]) > 0.9
+    assert step["misfit"] == misfit  # the only step
+    assert "% explained) on the fitted runs" in printed
     assert answer["where"][0]["depends_on"].startswith("body_acceleration")
     assert read_scenario(out / answer["scenario"]).gyro.latency_s == pytest.approx(delay["value"])
     assert (out / answer["model"]).is_file()
     page = (out / "report.html").read_text(encoding="utf-8")
-    for told in ("gyro_latency", "Effects, ranked", "Nothing added", "With 1 added", "Run by run"):
+    for told in (
+        "gyro_latency",
+        "Misfit after each step",
+        "Effects, ranked",
+        "Nothing added",
+        "With 1 added",
+        "Run by run",
+    ):
         assert told in page
     assert "the 3 runs differ by no more than chance makes them" in printed
     (agreed,) = answer["run_by_run"]

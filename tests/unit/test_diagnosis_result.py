@@ -15,7 +15,6 @@ from testbed.diagnosis.probabilities import NONE, UNKNOWN
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.result import result_of
 from testbed.diagnosis.run_residuals import residuals_of
-from testbed.diagnosis.state import Gap
 from testbed.diagnosis.workflow import diagnosed
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
@@ -82,7 +81,7 @@ def test_a_name_that_is_less_likely_than_a_torque_of_no_effect_is_taken_back():
 def test_held_out_runs_that_are_missed_without_a_reason_to_name_anything_are_explained():
     quiet = last(records(2))
     assert "too uncertain" not in diagnosis_verdict(quiet).text
-    missed = replace(quiet, gap=Gap(fit=0.96, heldout=4.7))  # as runs of half a second leave it
+    missed = replace(quiet, gap=replace(quiet.gap, fit=0.96, heldout=4.7))  # as runs of half a second leave it
     assert "too uncertain to predict those held out" in diagnosis_verdict(missed).text
 
 

@@ -1,0 +1,193 @@
+"""The misfit that is more than noise, in standard deviations of what could be seen.
+
+A torque on the body, or an error of the gyro's readings, of any shape changes the gyro's samples by functions of time
+that are slow compared with noise. Of what a model leaves, r, such functions S, orthonormal, take up u = Sᵀ P r, where P
+takes off what the model's own parameters could still do: P = I - J M⁻¹ Jᵀ with M = Jᵀ J. If nothing is missing,
+|u|² has the mean tr(Sᵀ P S) and the variance 2 tr((Sᵀ P S)²), exactly; what it has beyond the mean is the squared
+length of what is missing, and its root is the misfit.
+
+Of runs that were not fitted, the parameters are as uncertain as the fit leaves them: what the fit knows stands among
+the rows of J and r, M = Jᵀ J + Λ, and the same holds (`evidence.Prior`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import ceil, sqrt
+
+import numpy as np
+from scipy.stats import chi2
+
+from testbed.arrays import Array, Series
+from testbed.diagnosis.chance import chance
+from testbed.diagnosis.data import Runs
+from testbed.diagnosis.evidence import Prior
+from testbed.diagnosis.model import Fit
+from testbed.diagnosis.projection import orthonormal
+
+BANDWIDTH = 2.0
+"""Hz. Functions of any shape up to here take up at least 92 % of every effect of the library that the gyro shows; twice
+as many let noise make the misfit larger by a fifth, half as many lose half of a hinged part."""
+BEYOND_NOISE = 0.01
+"""Chance of a misfit as large from noise alone below which it is said to be more."""
+_UNDETERMINED = 1e-13
+"""Share of the normal matrix's largest eigenvalue, its columns scaled alike, below which a direction is not fitted."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Misfit:
+    """What functions of any shape take up of what a model leaves of the gyro's samples.
+
+    Attributes:
+        chi_square: |u|².
+        expected: its mean if nothing is missing.
+        variance: its variance likewise, of a noise that is known.
+        noise_freedom: degrees of freedom with which the noise is known; infinite where it is stated.
+        gimbals: χ² of the gimbals' own channels, of all that they hold: nobody states their noise; 0 without them.
+    """
+
+    chi_square: float
+    expected: float
+    variance: float
+    noise_freedom: float
+    gimbals: float
+
+    @property
+    def excess(self) -> float:
+        """χ² beyond what noise makes, not below zero."""
+        return max(self.chi_square - self.expected, 0.0)
+
+    @property
+    def sigma(self) -> float:
+        """The misfit, in standard deviations."""
+        return sqrt(self.excess)
+
+    @property
+    def p_value(self) -> float:
+        """Chance of as much from noise alone, by the χ² distribution of the same mean and variance (Satterthwaite)."""
+        if not self.variance:
+            return 1.0
+        scale, freedom = self._scaled
+        return chance(self.chi_square / scale, freedom, self.noise_freedom)
+
+    @property
+    def beyond_noise(self) -> bool:
+        """Whether it is more than noise makes."""
+        return self.p_value < BEYOND_NOISE
+
+    @property
+    def noise_limit(self) -> float:
+        """The misfit, in standard deviations, that noise of known size exceeds with the chance `BEYOND_NOISE`."""
+        if not self.variance:
+            return 0.0
+        scale, freedom = self._scaled
+        return sqrt(max(scale * float(chi2.isf(BEYOND_NOISE, freedom)) - self.expected, 0.0))
+
+    @property
+    def std_of_excess(self) -> float:
+        """Standard deviation of the excess, as noise scatters it about what is missing."""
+        return sqrt(self.variance + 4.0 * self.excess)
+
+    @property
+    def _scaled(self) -> tuple[float, float]:
+        """Factor and degrees of freedom of the χ² that has this mean and variance."""
+        return 0.5 * self.variance / self.expected, 2.0 * self.expected**2 / self.variance
+
+
+@dataclass(frozen=True, kw_only=True)
+class Explained:
+    """How much of a misfit goes with what was added to the model.
+
+    Attributes:
+        share: of the excess χ², from 0 to 1.
+        std: of it, as noise scatters what is left.
+    """
+
+    share: float
+    std: float
+
+
+def explained(before: Misfit | None, after: Misfit | None) -> Explained | None:
+    """Return the share of a misfit that is gone; None where it was no more than noise before.
+
+    Args:
+        before: what the model left without what was added; None where there is none.
+        after: what it leaves with it.
+    """
+    if before is None or after is None or not before.beyond_noise:
+        return None
+    left = after.excess / before.excess
+    return Explained(share=max(1.0 - left, 0.0), std=after.std_of_excess / before.excess)
+
+
+def misfit_of(runs: Runs, fit: Fit) -> Misfit:
+    """Return what a model leaves of runs that it was fitted to.
+
+    Args:
+        runs: that were fitted.
+        fit: of the model to them; the columns of its Jacobian are what was free.
+    """
+    return _misfit(runs, fit, fit.normal, fit.jacobian.T @ fit.residual)
+
+
+def heldout_misfit_of(heldout: Runs, seen: Fit, prior: Prior) -> Misfit:
+    """Return what a model leaves of runs that were held out.
+
+    Args:
+        heldout: that were not fitted.
+        seen: the model with the initial rates of these runs.
+        prior: what the fit to the others knows of its parameters.
+    """
+    return _misfit(heldout, seen, prior.normal(seen), prior.slope(seen))
+
+
+def _misfit(runs: Runs, fit: Fit, normal: Array, slope: Array) -> Misfit:
+    shapes = _Shapes(runs=runs)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
+    inverse = np.linalg.pinv(normal * np.outer(scale, scale), rcond=_UNDETERMINED, hermitian=True)
+    columns = shapes.taken_up(fit.jacobian * scale)
+    left = shapes.taken_up(fit.residual[:, None])[:, 0] - columns @ (inverse @ (slope * scale))
+    absorbed = inverse @ (columns.T @ columns)
+    mean = len(left) - float(np.trace(absorbed))
+    squares = len(left) - 2.0 * float(np.trace(absorbed)) + float((absorbed * absorbed.T).sum())
+    inner = fit.residual[runs.samples :]
+    return Misfit(
+        chi_square=float(left @ left),
+        expected=max(mean, 0.0) / (1.0 - 2.0 / runs.noise_freedom),  # the mean of F, where the noise is an estimate
+        variance=2.0 * max(squares, 0.0),
+        noise_freedom=runs.noise_freedom,
+        gimbals=float(inner @ inner),
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Shapes:
+    """Functions of time up to the bandwidth, of each run and axis of the gyro its own."""
+
+    runs: Runs
+
+    @cached_property
+    def _bases(self) -> list[Array]:
+        return [_slow(run.gyro_time) for run in self.runs.grid.runs]
+
+    def taken_up(self, columns: Array) -> Array:
+        """Return Sᵀ of whitened columns, shape (D, C); rows behind the gyro's are left aside.
+
+        Args:
+            columns: shape (samples, C).
+        """
+        parts = zip(self._bases, self.runs.by_run(columns), strict=True)
+        return np.concatenate(
+            [np.einsum("nk,nac->kac", basis, part).reshape(-1, part.shape[-1]) for basis, part in parts]
+        )
+
+
+def _slow(time: Series) -> Array:
+    """Return an orthonormal basis of cosines up to the bandwidth at samples, shape (N, K).
+
+    With half periods in the span, any function is resolved whose values at both ends differ.
+    """
+    place = (time - time[0]) / np.ptp(time)
+    count = min(ceil(2.0 * BANDWIDTH * float(np.ptp(time))) + 1, len(time))
+    return orthonormal(np.cos(np.pi * np.outer(place, np.arange(count))))
