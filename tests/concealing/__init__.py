@@ -1,5 +1,6 @@
 """Blind data sets: a gyrostat with six gimbals, its own equations of motion, effects and sensors, and sealed answers.
 
-Nothing here is used by the diagnosis, and the physics, effects and sensors here use nothing of the testbed: what both
-sides got wrong alike would go unseen. Only `guidance` imports the testbed, for the controller as flown.
+Nothing here is used by the diagnosis, and the equations of motion, effects and sensors here use nothing of the testbed:
+what both sides got wrong alike would go unseen. So would a mistake in what is shared: controller, splines, cluster and
+scenario reader (`guidance`), the records' writer (`files`), the nominal MJCF (`mujoco_craft`).
 """

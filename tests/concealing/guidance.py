@@ -1,6 +1,6 @@
 """The flight software: the testbed's own controller on its nominal model. Nothing here knows what is true.
 
-The only module of this package that imports the testbed for more than writing files.
+Its controller, splines, cluster and scenario reader are the testbed's; the craft that it flies is not.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Software:
 
     @property
     def platform(self) -> PlatformNumbers:
-        """Plain numbers for an engine that shares no code."""
+        """Plain numbers for an engine that shares no equations."""
         cluster = self.scenario.cluster
         return PlatformNumbers(
             inertia=self.nominal.inertia,
