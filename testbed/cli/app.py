@@ -126,11 +126,12 @@ def diagnose(
     scenario: ScenarioPath,
     data: Annotated[Path, typer.Option(metavar="FOLDER", help="Folder of records: NAME.csv or NAME.parquet.")],
     out: Out = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with the interrupted diagnosis in DIR.")] = False,
 ) -> None:
     """Find where the nominal model and measured records disagree, and name the effect that is missing."""
     from testbed.cli.diagnose import diagnose_records  # noqa: PLC0415
 
-    raise typer.Exit(diagnose_records(scenario, data, out))
+    raise typer.Exit(diagnose_records(scenario, data, out, resume=resume))
 
 
 @app.command()

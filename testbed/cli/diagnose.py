@@ -10,14 +10,16 @@ from rich.progress import Progress, SpinnerColumn, TimeElapsedColumn
 from rich.text import Text
 
 from testbed.assembly.extension import SCENARIO
-from testbed.assembly.platform import nominal_body
+from testbed.assembly.platform import Body, nominal_body
 from testbed.cli.console import command_line, console, description_column, entry, say, show, terminal, warn
 from testbed.cli.diagnose_tables import candidates_table, detectable_table, inertia_table, places_table
 from testbed.cli.failures import COMPLETED, INTERRUPTED, naming
-from testbed.delivery.diagnosis_folder import NEXT, write_diagnosis
+from testbed.delivery.diagnosis_folder import NEXT, WRITTEN, write_diagnosis
+from testbed.delivery.diagnosis_parts import PARTS, KeptParts, kept_parts
 from testbed.delivery.folder import OutputFolder, reserved_folder
-from testbed.delivery.provenance import provenance
+from testbed.delivery.provenance import Provenance, provenance
 from testbed.diagnosis.findings import Addition, addition_of, first_screening, masked, noise_notices
+from testbed.diagnosis.keeping import keeping
 from testbed.diagnosis.location import Place, located
 from testbed.diagnosis.plausibility import require_explicable
 from testbed.diagnosis.reading import DataSet, data_set_of
@@ -27,8 +29,10 @@ from testbed.diagnosis.state import Diagnosis, Step
 from testbed.diagnosis.workflow import diagnosed
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.errors import InputError
 from testbed.files import TextFile
 from testbed.records.reading import read_data_set
+from testbed.records.record import Record
 from testbed.report.diagnosis_misfit import (
     MEANING,
     gimbals_words,
@@ -57,13 +61,14 @@ from testbed.separation.proposal import Proposal, proposal_of
 _PAIRS_SHOWN = 3
 
 
-def diagnose_records(path: Path, data: Path, out: Path | None) -> int:
+def diagnose_records(path: Path, data: Path, out: Path | None, *, resume: bool) -> int:
     """Diagnose the records of a folder against a nominal scenario, print and write what was found.
 
     Args:
         path: of the scenario.
         data: folder of records.
         out: new or empty folder; None for a fresh one.
+        resume: whether to go on with a diagnosis that was interrupted, in its folder.
 
     Returns:
         The exit code; Ctrl-C keeps what was found so far.
@@ -73,21 +78,36 @@ def diagnose_records(path: Path, data: Path, out: Path | None) -> int:
     """
     file = scenario_file(path)
     scenario = body_scenario_of(file)
-    with reserved_folder(out, f"{scenario.name}-diagnosis") as folder:
-        return _diagnose(file, scenario, data, folder)
+    if resume and out is None:
+        raise InputError("--resume goes on with a diagnosis that was interrupted: name its folder with --out")
+    with reserved_folder(out, f"{scenario.name}-diagnosis", resume=resume) as folder:
+        return _diagnose(file, scenario, data, folder, resume=resume)
 
 
-def _diagnose(file: TextFile, scenario: BodyScenario, data: Path, folder: OutputFolder) -> int:
+def _diagnose(file: TextFile, scenario: BodyScenario, data: Path, folder: OutputFolder, *, resume: bool) -> int:
     with naming(file.path):
         nominal = nominal_body(scenario)
     records = read_data_set(data)
     origin = provenance(scenario, file, command_line(), data=[stamp for record in records for stamp in record.files])
+    with kept_parts(folder, origin, resume=resume) as parts:
+        return _diagnose_parts(file, scenario, nominal, records, origin, folder, parts)
+
+
+def _diagnose_parts(
+    file: TextFile,
+    scenario: BodyScenario,
+    nominal: Body,
+    records: Sequence[Record],
+    origin: Provenance,
+    folder: OutputFolder,
+    parts: KeptParts,
+) -> int:
     data_set = data_set_of(records, scenario, nominal)
     known = _notices(data_set)
-    _tell_data(data_set, known)
+    _tell_data(data_set, (*known, *_parts_notices(parts)))
     told = _Told()
     try:
-        with _progress() as progress:
+        with _progress() as progress, keeping(parts):
             stages = diagnosed(
                 data_set.runs,
                 data_set.heldout,
@@ -102,7 +122,8 @@ def _diagnose(file: TextFile, scenario: BodyScenario, data: Path, folder: Output
     except KeyboardInterrupt:
         pass
     if told.last is None:
-        say("Interrupted before anything was found; nothing was written.")
+        what = _again(folder) if parts.parts else "nothing was written."
+        say(f"Interrupted before anything was found; {what}")
         return INTERRUPTED
     if told.last.complete:
         require_explicable(told.last.runs, told.last.gap_before.fit, told.last.gap.fit)
@@ -113,13 +134,28 @@ def _diagnose(file: TextFile, scenario: BodyScenario, data: Path, folder: Output
     notices = (*known, *at_the_end)
     last, places = told.last, told.places
     said = folder.deliver(
-        lambda place: write_diagnosis(place, file, origin, scenario, last, places, agreed, notices, proposal)
+        lambda place: write_diagnosis(place, file, origin, scenario, last, places, agreed, notices, proposal),
+        instead_of=(*WRITTEN, PARTS) if last.complete else WRITTEN,
     )
     for notice in (*at_the_end, *said):
         warn("note", notice)
     _tell_next(folder.path, proposal)
     _tell_folder(folder.path)
-    return COMPLETED if last.complete else INTERRUPTED
+    if last.complete:
+        return COMPLETED
+    say(f"Interrupted; {_again(folder)}")
+    return INTERRUPTED
+
+
+def _again(folder: OutputFolder) -> str:
+    return f"what was worked out is kept: repeat the command with --out {folder.path} --resume to go on."
+
+
+def _parts_notices(parts: KeptParts) -> Iterator[str]:
+    if parts.parts:
+        yield f"goes on with {len(parts.parts)} parts that are kept in {parts.path}"
+    if parts.damaged:
+        yield f"{parts.path}: {parts.damaged} of its lines are damaged; what they held is worked out again"
 
 
 def _next_flight(diagnosis: Diagnosis, scenario: BodyScenario) -> tuple[Proposal | None, tuple[str, ...]]:

@@ -31,6 +31,8 @@ from testbed.separation.scenario import write_next
 
 EXTENDED = "extended"
 NEXT = "next"
+WRITTEN = ("diagnosis.json", "report.html", "recording.rrd", SCENARIO, "provenance.json", EXTENDED, NEXT)
+"""All that a diagnosis may write."""
 
 
 def write_diagnosis(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from itertools import count
@@ -45,12 +45,13 @@ class OutputFolder:
         """Folder inside it for what is not finished."""
         return self.path / SCRATCH
 
-    def deliver(self, write: Callable[[Path], _T]) -> _T:
+    def deliver(self, write: Callable[[Path], _T], *, instead_of: Sequence[str] = ()) -> _T:
         """Have results written, and let them appear in the folder once all of them are there.
 
         Args:
             write: writes files and folders into the folder that it is given; called again with another folder where
                 this one cannot be written.
+            instead_of: files and folders of an earlier command that goes on here, which give way to the results.
 
         Returns:
             What `write` returned.
@@ -61,6 +62,8 @@ class OutputFolder:
         try:
             returned = write(self.scratch)
             with deferred_interrupts():
+                for name in instead_of:
+                    _remove(self.path / name)
                 for entry in sorted(self.scratch.iterdir()):
                     entry.rename(self.path / entry.name)
         except (OSError, OutputError) as error:
@@ -191,6 +194,13 @@ def _kept_elsewhere(write: Callable[[Path], object]) -> str:
                 raise
             return f"the results were kept in {fallback}"
     return "nor can any fallback folder, so that nothing was kept: make room and repeat the command"
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
 
 
 def _remove_if_empty(folder: Path) -> None:

@@ -16,6 +16,7 @@ from testbed.arrays import Array
 from testbed.diagnosis.chance import chance
 from testbed.diagnosis.data import Runs, chosen, joined
 from testbed.diagnosis.fitting import damped, fitted_initial_rates, pushing_out
+from testbed.diagnosis.keeping import part
 from testbed.diagnosis.model import Fit, evaluated, moved, recurring
 from testbed.diagnosis.projection import orthonormal, projected_out
 from testbed.errors import InputError
@@ -38,6 +39,16 @@ def log_evidence(heldout: Runs | None, fit: Fit) -> float:
     """
     if heldout is None:
         return 0.0
+    return part(
+        "evidence",
+        (heldout, [each.key for each in fit.placed], fit.values, fit.normal, fit.residual),
+        work=lambda: _log_evidence(heldout, fit),
+        told=lambda evidence: {"evidence": evidence},
+        made=lambda content: float(content["evidence"]),
+    )
+
+
+def _log_evidence(heldout: Runs, fit: Fit) -> float:
     prior = Prior.of(fit)
     seen = fitted_initial_rates(heldout, fit)
     best = prior.misfit(seen)

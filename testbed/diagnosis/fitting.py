@@ -8,6 +8,7 @@ import numpy as np
 
 from testbed.arrays import Array, Flags, Theta
 from testbed.diagnosis.data import Runs
+from testbed.diagnosis.keeping import Content, array_made, array_told, part
 from testbed.diagnosis.model import Fit, Placed, bounds_of, evaluated, moved, recurring
 from testbed.errors import InputError
 from testbed.prediction.integration import Values
@@ -75,6 +76,25 @@ def _from_first_samples(runs: Runs, theta: Array, effects: Sequence[Array]) -> V
 
 
 def _search(runs: Runs, placed: tuple[Placed, ...], values: Values, *, only_initial: bool = False) -> Fit:
+    return part(
+        "search",
+        (runs, [each.key for each in placed], values, only_initial),
+        work=lambda: _searched(runs, placed, values, only_initial=only_initial),
+        told=lambda fit: _told(fit.values),
+        made=lambda content: evaluated(runs, placed, _made(content)),
+    )
+
+
+def _told(values: Values) -> Content:
+    return {"values": [array_told(each) for each in (values.theta, values.initial_rate, *values.effects)]}
+
+
+def _made(content: Content) -> Values:
+    theta, initial_rate, *effects = map(array_made, content["values"])
+    return Values(theta=theta, initial_rate=initial_rate, effects=tuple(effects))
+
+
+def _searched(runs: Runs, placed: tuple[Placed, ...], values: Values, *, only_initial: bool) -> Fit:
     """Levenberg-Marquardt with the effects' bounds kept by projection."""
     fit, damping, rise = evaluated(runs, placed, values), _DAMPING[0], _FACTOR
     common = common_size(values.effects)

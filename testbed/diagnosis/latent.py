@@ -7,7 +7,7 @@ two tests for the unknown, and gives it a place among the hypotheses.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from typing import final
 
@@ -20,6 +20,7 @@ from typing_extensions import override
 from testbed.arrays import Array
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import on_enough_runs
+from testbed.diagnosis.keeping import Content, array_made, array_told, part
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.projection import orthonormal, projected_out
 from testbed.prediction.grid import Grid
@@ -57,6 +58,26 @@ def latent_torque(runs: Runs, fit: Fit) -> LatentTorque:
         runs: that were fitted; an even choice of them where there are very many.
         fit: of the present model to them.
     """
+    return part(
+        "latent torque",
+        (runs, [each.key for each in fit.placed], fit.values, fit.residual),
+        work=lambda: _latent_torque(runs, fit),
+        told=_told,
+        made=_made,
+    )
+
+
+def _told(latent: LatentTorque) -> Content:
+    arrays = {"knot_time": array_told(latent.knot_time), "torque_B": array_told(latent.torque_B)}
+    return {field.name: getattr(latent, field.name) for field in fields(latent)} | arrays
+
+
+def _made(content: Content) -> LatentTorque:
+    arrays = {name: array_made(content[name]) for name in ("knot_time", "torque_B")}
+    return LatentTorque(**content | arrays | {"runs": tuple(content["runs"])})
+
+
+def _latent_torque(runs: Runs, fit: Fit) -> LatentTorque:
     runs, fit = on_enough_runs(runs, fit)
     knots = max(_FEWEST_KNOTS, int(np.ceil(KNOTS_PER_SECOND * float(np.ptp(runs.grid.node_time, axis=1).max()))))
     # From its increments to the torque at the knots.

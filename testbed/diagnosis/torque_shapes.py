@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import combinations_with_replacement, groupby
 from math import exp, log
 from typing import Literal, TypeAlias
@@ -20,6 +20,7 @@ from testbed.arrays import Array
 from testbed.diagnosis.chance import log_chance, scale_evidence
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import on_enough_runs
+from testbed.diagnosis.keeping import part
 from testbed.diagnosis.latent import torque_response
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.projection import orthonormal, projected_out
@@ -76,6 +77,16 @@ def torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
         runs: all of them; of their channels the gyro's samples count. An even choice of them where they are very many.
         fit: of the present model to them; what it can absorb is projected out.
     """
+    return part(
+        "torque shapes",
+        (runs, [each.key for each in fit.placed], fit.values, fit.residual),
+        work=lambda: _torque_shapes(runs, fit),
+        told=lambda shapes: {"shapes": [asdict(each) for each in shapes]},
+        made=lambda content: tuple(TorqueShape(**each) for each in content["shapes"]),
+    )
+
+
+def _torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
     runs, fit = on_enough_runs(runs, fit)
     time = runs.grid.node_time - runs.grid.node_time[:, :1]
     knots = max(_FEWEST_KNOTS, int(np.ceil(_KNOTS_PER_SECOND * time.max())))
