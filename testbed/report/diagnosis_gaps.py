@@ -72,7 +72,9 @@ def _misfit_ladder(rungs: Sequence[_Rung]) -> Figure:
         limits = [each.noise_limit for each in own if each is not None]
         if len(limits) == len(rungs):
             line = {"color": color(stroke), "width": 1.2, "dash": "dash"}
-            chart.add_scatter(x=list(range(len(rungs))), y=limits, name=f"noise alone, {name}", mode="lines", line=line)
+            first, last = _ends(rungs)
+            places, heights = [first, *range(len(rungs)), last], [limits[0], *limits, limits[-1]]
+            chart.add_scatter(x=places, y=heights, name=f"noise alone, {name}", mode="lines", line=line)
     chart.update_yaxes(rangemode="tozero")
     note = (
         f"In standard deviations, {MEANING}: the root of χ² less its mean. Below the dashed lines noise alone stays in "
