@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -35,37 +35,42 @@ class Manifest:
         complete: whether all runs are there.
         seconds: of flying and estimating, all starts of the campaign together, s.
         campaign: what decides its results, as `identity_of`.
+        parts: SHA-256 of each part by its name; None of a campaign begun before parts had checksums.
     """
 
     complete: bool
     seconds: float
     campaign: Mapping[str, Any]
+    parts: Mapping[str, str] | None
 
-    def after(self, seconds: float, *, complete: bool) -> Manifest:
-        """Return the manifest after so many seconds more."""
-        return Manifest(complete=complete, seconds=self.seconds + seconds, campaign=self.campaign)
+    def after(self, seconds: float, parts: Mapping[str, str], *, complete: bool) -> Manifest:
+        """Return the manifest after so many seconds more, with what is kept by then."""
+        return replace(self, complete=complete, seconds=self.seconds + seconds, parts=dict(sorted(parts.items())))
 
 
 def claimed(folder: Path, plan: CampaignPlan) -> Manifest:
     """Return the manifest of a campaign's folder; a new one where there is none yet.
+
+    A campaign goes on with as many runs as it had, or with more.
 
     Raises:
         InputError: the folder holds another campaign, or cannot be written.
     """
     campaign = identity_of(plan)
     if not (folder / MANIFEST).exists():
-        manifest = Manifest(complete=False, seconds=0.0, campaign=campaign)
+        manifest = Manifest(complete=False, seconds=0.0, campaign=campaign, parts={})
         write_manifest(folder, manifest)
         return manifest
     manifest = read_manifest(folder)
-    changes = differences(manifest.campaign, campaign)
+    extended = plan.runs > manifest.campaign["runs"]
+    changes = differences(manifest.campaign, campaign | {"runs": manifest.campaign["runs"]} if extended else campaign)
     if changes:
         raise InputError(
             "\n".join(
                 [f"{folder}: holds another campaign, and nothing in it was touched. It was started with", *changes]
             )
         )
-    return manifest
+    return replace(manifest, campaign=campaign)
 
 
 def read_manifest(folder: Path) -> Manifest:
@@ -76,9 +81,20 @@ def read_manifest(folder: Path) -> Manifest:
     """
     try:
         content = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
-        return Manifest(complete=content["complete"], seconds=content["seconds"], campaign=content["campaign"])
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        return _manifest_of(dict(content))
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise InputError(f"{folder}: is not the folder of a campaign: {MANIFEST} cannot be read ({error})") from error
+
+
+def _manifest_of(content: Mapping[str, Any]) -> Manifest:
+    """Return the manifest that JSON holds; what is not what it should be raises a TypeError or ValueError."""
+    parts = content.get("parts")
+    return Manifest(
+        complete=content["complete"] is True,
+        seconds=float(content["seconds"]),
+        campaign=dict(content["campaign"]) | {"runs": int(content["campaign"]["runs"])},
+        parts=None if parts is None else {str(name): str(checksum) for name, checksum in dict(parts).items()},
+    )
 
 
 def write_manifest(folder: Path, manifest: Manifest) -> None:

@@ -12,6 +12,7 @@ import pyarrow as pa
 
 from testbed.campaign.columns import schema_of
 from testbed.campaign.executor import Executor, Notify
+from testbed.campaign.kept_parts import KeptParts
 from testbed.campaign.manifest import Manifest, claimed, write_manifest
 from testbed.campaign.plan import CampaignPlan, blocks_of
 from testbed.campaign.runs import Runs, RunsFolder, RunsInMemory
@@ -27,7 +28,7 @@ class Progress:
 
     Attributes:
         kept: told how many runs more are kept: first those of an earlier start, then each block.
-        notify: told of workers that died.
+        notify: told of workers that died, and of files that were set aside.
     """
 
     kept: Callable[[int], None] = lambda _runs: None
@@ -39,6 +40,8 @@ SILENT = Progress()
 
 def run_campaign(plan: CampaignPlan, folder: Path | None, executor: Executor, progress: Progress = SILENT) -> pa.Table:
     """Fly and estimate all runs of a campaign; what a folder holds already is not flown again.
+
+    What is damaged or foreign in that folder is set aside, and flown again.
 
     Args:
         plan: of the campaign.
@@ -60,11 +63,15 @@ def run_campaign(plan: CampaignPlan, folder: Path | None, executor: Executor, pr
         memory = RunsInMemory(schema=schema)
         _fly_missing(plan, memory, executor, progress)
         return memory.table()
-    runs = RunsFolder(folder=folder / "runs", schema=schema)
     manifest = claimed(folder, plan)
-    runs.prepare()
-    with _alone(runs.folder), _resumable(folder), _timed(folder, manifest):
-        _fly_missing(plan, runs, executor, progress)
+    journal = _Journal(folder=folder, manifest=manifest, parts=dict(manifest.parts or {}), began=time.monotonic())
+    parts = KeptParts(folder=folder / "runs", checksums=journal.parts, record=journal.write)
+    parts.prepare()
+    runs = RunsFolder(parts=parts, schema=schema)
+    with _alone(parts.folder), _resumable(folder):
+        runs.sift(blocks_of(plan), progress.notify, trusted=manifest.parts is not None)
+        with journal.kept():
+            _fly_missing(plan, runs, executor, progress)
     return runs.table()
 
 
@@ -102,13 +109,34 @@ def _resumable(folder: Path) -> Iterator[None]:
         raise InputError(f"{error}\nWhat was flown is kept: --out {folder} --resume goes on with it") from error
 
 
-@contextmanager
-def _timed(folder: Path, manifest: Manifest) -> Iterator[None]:
-    """Add the time taken to the manifest, however it ends; complete where it ends without an error."""
-    began = time.monotonic()
-    complete = False
-    try:
-        yield
-        complete = True
-    finally:
-        write_manifest(folder, manifest.after(time.monotonic() - began, complete=complete))
+@dataclass(frozen=True, kw_only=True)
+class _Journal:
+    """Keeps campaign.json up to date.
+
+    Attributes:
+        folder: of the campaign.
+        manifest: as this start found it.
+        parts: checksums of what is kept by now.
+        began: when this start did, on the monotonic clock, s.
+    """
+
+    folder: Path
+    manifest: Manifest
+    parts: dict[str, str]
+    began: float
+
+    def write(self, *, complete: bool = False) -> None:
+        """Write campaign.json as things stand."""
+        seconds = time.monotonic() - self.began
+        write_manifest(self.folder, self.manifest.after(seconds, self.parts, complete=complete))
+
+    @contextmanager
+    def kept(self) -> Iterator[None]:
+        """Write campaign.json now and at the end, however that comes; complete where it comes without an error."""
+        complete = False
+        self.write()
+        try:
+            yield
+            complete = True
+        finally:
+            self.write(complete=complete)

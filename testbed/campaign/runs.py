@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Protocol
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from testbed.campaign.executor import BlockRows
+from testbed.campaign.executor import BlockRows, Notify
+from testbed.campaign.kept_parts import KeptParts, sha256_of
 from testbed.campaign.plan import Block
-from testbed.errors import InputError
-from testbed.files import whole_file
 
 
 class Runs(Protocol):
@@ -63,33 +62,35 @@ class RunsFolder:
     """A Parquet data set that grows by a part with each block.
 
     Attributes:
-        folder: of the parts; nothing else is in it.
+        parts: the files, one per block.
         schema: of all parts.
     """
 
-    folder: Path
+    parts: KeptParts
     schema: pa.Schema
 
-    def prepare(self) -> None:
-        """Make the folder.
+    def sift(self, blocks: Iterable[Block], notify: Notify, *, trusted: bool) -> None:
+        """Set everything aside that is no whole part of the campaign, and name it.
+
+        Args:
+            blocks: of the campaign.
+            notify: told of each file that is set aside.
+            trusted: whether parts have checksums; those of a campaign begun before there were any are read instead.
 
         Raises:
-            InputError: it cannot be made.
+            InputError: the folder cannot be written.
         """
-        try:
-            self.folder.mkdir(exist_ok=True)
-        except OSError as error:
-            raise self._unwritable(error) from error
+        by_name = {part_name(block.index): block for block in blocks}
+        for name in self.parts.names():
+            fault = self._fault(name, by_name.get(name), trusted=trusted)
+            if fault is not None:
+                flown_again = "; its runs are flown again" if name in by_name else ""
+                notify(f"{self.parts.folder / name} {fault}; moved to {self.parts.set_aside(name)}{flown_again}")
 
     def has(self, block: Block) -> bool:
-        """Return whether a block's part is there and whole; one that is damaged does not count."""
-        path = self._part(block.index)
-        try:
-            part = pq.read_table(path, columns=["seed"], partitioning=None)
-            columns = pq.read_schema(path)
-        except (OSError, pa.ArrowException):
-            return False
-        return bool(columns.equals(self.schema)) and part["seed"].to_pylist() == list(block.seeds)
+        """Return whether a block's part is there with all its runs; a block that has grown since is not."""
+        content = self.parts.content(part_name(block.index))
+        return content is not None and self._seeds(content) == list(block.seeds)
 
     def keep(self, finished: BlockRows) -> None:
         """Write a block's part, whole or not at all.
@@ -99,20 +100,35 @@ class RunsFolder:
         """
         content = io.BytesIO()
         pq.write_table(pa.Table.from_pylist(finished.rows, self.schema), content)
-        try:
-            with whole_file(self._part(finished.block.index)) as part:
-                part.write_bytes(content.getbuffer())
-        except OSError as error:
-            raise self._unwritable(error) from error
+        self.parts.write(part_name(finished.block.index), content.getvalue())
 
     def table(self) -> pa.Table:
         """Read all runs, in their order."""
-        paths = sorted(self.folder.glob("part-*.parquet"))
+        paths = (self.parts.folder / name for name in sorted(self.parts.checksums))
         tables = [pq.read_table(path, schema=self.schema, partitioning=None) for path in paths]
         return pa.concat_tables(tables).sort_by("run") if tables else self.schema.empty_table()
 
-    def _unwritable(self, error: OSError) -> InputError:
-        return InputError(f"{self.folder}: cannot be written ({error.strerror}); make room there, nothing is lost")
+    def _fault(self, name: str, block: Block | None, *, trusted: bool) -> str | None:
+        if block is None:
+            return "is none of this campaign's parts"
+        if trusted:
+            return self.parts.fault(name)
+        content = self.parts.content(name)
+        seeds = None if content is None else self._seeds(content)
+        if content is None or not seeds or seeds != list(block.seeds[: len(seeds)]):
+            return "is damaged, or another campaign's"
+        self.parts.checksums[name] = sha256_of(content)
+        return None
 
-    def _part(self, index: int) -> Path:
-        return self.folder / f"part-{index:05d}.parquet"
+    def _seeds(self, content: bytes) -> list[int] | None:
+        """Return the seeds of a part, all of which is read; None where it is not a part."""
+        try:
+            table = pq.read_table(io.BytesIO(content), partitioning=None)
+        except (OSError, pa.ArrowException):
+            return None
+        return list(table["seed"].to_pylist()) if table.schema.equals(self.schema) else None
+
+
+def part_name(index: int) -> str:
+    """Return the name of a block's part."""
+    return f"part-{index:05d}.parquet"

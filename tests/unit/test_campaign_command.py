@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 from pathlib import Path
 
@@ -96,6 +97,46 @@ def test_ctrl_c_and_resume_end_as_an_uninterrupted_campaign(path, straight, tmp_
     assert run(*arguments, "--resume") == 0
     assert parts(folder) == parts(straight)
     assert figures(folder) == figures(straight)
+
+
+def test_more_runs_extend_a_finished_campaign_as_if_it_had_been_flown_in_one_go(path, straight, tmp_path):
+    folder = tmp_path / "extended"
+    assert run("montecarlo", path, "--runs", RUNS - BLOCK_RUNS, "--out", folder, "--workers", 1) == 0
+    before = (folder / "report.html").read_bytes()
+    assert run("montecarlo", path, "--runs", RUNS, "--out", folder, "--workers", 1, "--resume") == 0
+    assert parts(folder) == parts(straight)
+    assert figures(folder) == figures(straight)
+    assert (folder / "report.html").read_bytes() != before
+    assert not (folder / "set_aside").exists()
+
+
+def test_damaged_and_foreign_parts_are_named_and_flown_again(path, straight, tmp_path, capsys):
+    folder = tmp_path / "damaged"
+    shutil.copytree(straight, folder)
+    kept = folder / "runs" / "part-00001.parquet"
+    content = bytearray(kept.read_bytes())
+    content[len(content) // 2] ^= 1
+    kept.write_bytes(content)
+    (folder / "runs" / "part-junk.parquet").write_bytes(b"junk")
+    shutil.copy(folder / "runs" / "part-00000.parquet", folder / "runs" / "part-99999.parquet")
+    assert run("montecarlo", path, "--runs", RUNS, "--out", folder, "--workers", 1, "--resume") == 0
+    assert parts(folder) == parts(straight)
+    assert figures(folder) == figures(straight)
+    aside = {"part-00001.parquet", "part-junk.parquet", "part-99999.parquet"}
+    assert {entry.name for entry in (folder / "set_aside").iterdir()} == aside
+    printed = capsys.readouterr()
+    assert all(name in printed.err for name in aside)
+    assert "Traceback" not in printed.err
+
+
+@pytest.mark.parametrize("content", ["[" * 100_000, "{}", '{"complete": true, "seconds": [], "campaign": 1}', "[1]"])
+def test_a_damaged_manifest_is_a_message(path, straight, tmp_path, capsys, content):
+    folder = tmp_path / "damaged"
+    shutil.copytree(straight, folder)
+    (folder / "campaign.json").write_text(content, encoding="utf-8")
+    assert run("montecarlo", path, "--runs", RUNS, "--out", folder, "--resume") == 2
+    assert "campaign.json cannot be read" in capsys.readouterr().err
+    assert parts(folder) == parts(straight)
 
 
 def test_a_changed_scenario_is_not_resumed(straight, tmp_path, capsys):

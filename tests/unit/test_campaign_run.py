@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import errno
 import fcntl
+import hashlib
+import json
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -77,16 +79,101 @@ def test_a_complete_campaign_flies_nothing_again(plan, tmp_path):
     assert idle.flown == []
 
 
-def test_damaged_and_foreign_parts_are_flown_again(plan, tmp_path):
+def set_aside(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in (folder / "set_aside").iterdir()}
+
+
+def flip(path: Path) -> bytes:
+    """Flip a byte in the middle of a file; returns what it holds then."""
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 0xFF
+    path.write_bytes(content)
+    return bytes(content)
+
+
+def resumed(plan, folder: Path) -> tuple[list[int], list[str]]:
+    """Resume a campaign; returns the blocks that were flown, and what was said."""
+    told: list[str] = []
+    again = Pretended()
+    run_campaign(plan, folder, again, Progress(notify=told.append))
+    return again.flown, told
+
+
+def test_every_part_has_its_checksum_in_the_manifest(plan, tmp_path):
+    run_campaign(plan, tmp_path, Pretended())
+    sums = {name: hashlib.sha256(content).hexdigest() for name, content in parts(tmp_path).items()}
+    assert read_manifest(tmp_path).parts == sums
+
+
+def test_damaged_and_foreign_parts_are_set_aside_and_flown_again(plan, tmp_path):
     run_campaign(plan, tmp_path, Pretended())
     whole = parts(tmp_path)
-    first, second, third, _ = sorted((tmp_path / "runs").iterdir())
-    first.write_bytes(first.read_bytes()[:1000])
-    second.write_bytes(third.read_bytes())
-    again = Pretended()
-    run_campaign(plan, tmp_path, again)
-    assert again.flown == [0, 1]
+    first, second, third, fourth = sorted((tmp_path / "runs").iterdir())
+    first.write_bytes(whole[first.name][:1000])
+    second.write_bytes(whole[third.name])
+    flipped = flip(fourth)
+    (tmp_path / "runs" / "part-junk.parquet").write_bytes(b"junk")
+    (tmp_path / "runs" / "part-99999.parquet").write_bytes(whole[third.name])
+    flown, told = resumed(plan, tmp_path)
+    assert flown == [0, 1, 3]
     assert parts(tmp_path) == whole
+    assert set_aside(tmp_path) == {
+        "part-00000.parquet": whole[first.name][:1000],
+        "part-00001.parquet": whole[third.name],
+        "part-00003.parquet": flipped,
+        "part-junk.parquet": b"junk",
+        "part-99999.parquet": whole[third.name],
+    }
+    assert len(told) == 5
+    assert all(any(name in text for text in told) for name in set_aside(tmp_path))
+
+
+def test_what_is_set_aside_twice_overwrites_nothing(plan, tmp_path):
+    run_campaign(plan, tmp_path, Pretended())
+    whole, contents = parts(tmp_path), []
+    for _ in range(3):
+        contents.append(flip(tmp_path / "runs" / "part-00001.parquet")[:-1])
+        (tmp_path / "runs" / "part-00001.parquet").write_bytes(contents[-1] + bytes([len(contents)]))
+        contents[-1] += bytes([len(contents)])
+        assert resumed(plan, tmp_path)[0] == [1]
+    assert sorted(set_aside(tmp_path).values()) == sorted(contents)
+    assert parts(tmp_path) == whole
+
+
+def test_a_campaign_begun_before_there_were_checksums_is_read_and_gets_them(plan, tmp_path):
+    run_campaign(plan, tmp_path, Pretended())
+    manifest = json.loads((tmp_path / "campaign.json").read_text(encoding="utf-8"))
+    sums = manifest.pop("parts")
+    (tmp_path / "campaign.json").write_text(json.dumps(manifest), encoding="utf-8")
+    whole = parts(tmp_path)
+    (tmp_path / "runs" / "part-00000.parquet").write_bytes(whole["part-00000.parquet"][:1000])
+    (tmp_path / "runs" / "part-99999.parquet").write_bytes(whole["part-00001.parquet"])
+    flown, told = resumed(plan, tmp_path)
+    assert flown == [0]
+    assert len(told) == 2
+    assert parts(tmp_path) == whole
+    assert read_manifest(tmp_path).parts == sums
+
+
+def test_more_runs_extend_a_campaign_as_if_it_had_been_flown_in_one_go(plan, tmp_path):
+    more = replace(plan, runs=RUNS + BLOCK_RUNS)
+    straight = run_campaign(more, tmp_path / "straight", Pretended())
+    run_campaign(plan, tmp_path / "twice", Pretended())
+    second = Pretended()
+    extended = run_campaign(more, tmp_path / "twice", second)
+    assert second.flown == [3, 4]  # the last block had 15 of its 25 runs
+    assert extended.equals(straight)
+    assert parts(tmp_path / "twice") == parts(tmp_path / "straight")
+    assert not (tmp_path / "twice" / "set_aside").exists()
+    before, after = (read_manifest(tmp_path / name) for name in ("straight", "twice"))
+    assert (after.campaign, after.parts, after.complete) == (before.campaign, before.parts, True)
+
+
+def test_what_a_killed_process_had_half_written_is_removed(plan, tmp_path):
+    run_campaign(plan, tmp_path, Pretended())
+    (tmp_path / "runs" / ".part-00002.parquet.part").write_bytes(b"half")
+    assert resumed(plan, tmp_path) == ([], [])
+    assert len(parts(tmp_path)) == 4
 
 
 def changed(plan, **sections):
@@ -161,13 +248,15 @@ def test_blocks_cover_every_run_once(plan):
 
 def test_a_failed_run_leaves_its_numbers_empty(plan, tmp_path):
     from testbed.campaign.executor import BlockRows
+    from testbed.campaign.kept_parts import KeptParts
     from testbed.campaign.runs import RunsFolder
 
     (block, *_) = blocks_of(plan)
     rows = [
         {"run": run, "seed": seed, "outcome": "failed", "message": "diverged"} for run, seed in enumerate(block.seeds)
     ]
-    kept = RunsFolder(folder=tmp_path, schema=schema_of(plan.scenario))
+    files = KeptParts(folder=tmp_path, checksums={}, record=lambda: None)
+    kept = RunsFolder(parts=files, schema=schema_of(plan.scenario))
     kept.keep(BlockRows(block=block, rows=rows))
     assert kept.has(block)
     assert kept.table()["output_error_J11_kg_m2"].null_count == BLOCK_RUNS
