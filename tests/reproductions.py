@@ -47,8 +47,13 @@ def campaign_table(std: Theta, runs: int = RUNS, mean_error: float = 0.0, seed: 
     return pa.table(columns)
 
 
-def maneuver_statistics(name: str, std: Theta, runs: int = RUNS, mean_error: float = 0.0) -> ManeuverStatistics:
-    """A maneuver of Table 2 flown with given scatter and bias; the drift adds a hundredth to the scatter."""
+def maneuver_statistics(
+    name: str, std: Theta, runs: int = RUNS, mean_error: float = 0.0, predicted_bias: float = 0.0
+) -> ManeuverStatistics:
+    """A maneuver of Table 2 flown with given scatter and bias; the drift adds a hundredth to the scatter.
+
+    The mean error is in standard deviations, the predicted bias in standard errors.
+    """
     table = campaign_table(std, runs, mean_error)
     drift: CampaignStatistics = statistics_of(campaign_table(1.01 * std, runs))
     return ManeuverStatistics(
@@ -59,6 +64,7 @@ def maneuver_statistics(name: str, std: Theta, runs: int = RUNS, mean_error: flo
         errors={each: errors_of(table, each) for each in ESTIMATORS},
         drift=drift,
         steady=statistics_of(campaign_table(std, runs)),
+        predicted_iv_bias=predicted_bias * std / np.sqrt(runs),
         paper_mean=PAPER_MEAN.get(name),
         paper_std=PAPER_STD.get(name),
     )
@@ -147,7 +153,6 @@ def alignments(gain: float = 3.0) -> Alignments:
         runs=100,
         null_motion=steering("null motion", 1e-3),
         pseudo_inverse=steering("pseudo-inverse", gain * 1e-3),
-        design=None,  # type: ignore[arg-type] - neither page nor claims look at it
     )
 
 
@@ -155,15 +160,20 @@ def alignments(gain: float = 3.0) -> Alignments:
 def reproduction() -> Reproduction:
     """All parts, as good as they have to be."""
     experiment = flight()
-    stds = dict(PAPER_STD) | {"gimbal_weighted": 0.4 * PAPER_STD["paper_d_optimal"]}
+    own = {"gimbal_slow": 0.8, "gimbal_weighted": 0.4}
+    stds = dict(PAPER_STD) | {name: share * PAPER_STD["paper_d_optimal"] for name, share in own.items()}
     return Reproduction(
         extent=full_extent(seed=1, workers=2),
         table1=table1(),
         table2=tuple(maneuver_statistics(name, stds[name]) for name in MANEUVER_NAMES),
         whiteness=Whiteness(
             time_constant=np.array(TIME_CONSTANTS),
-            autocorrelation=np.full((len(TIME_CONSTANTS), LAGS), 0.05),
-            white_band=0.2,
+            autocorrelation=np.full((len(TIME_CONSTANTS), LAGS), -0.05),
+            predicted=np.full((len(TIME_CONSTANTS), LAGS), -0.04),
+            white_band=0.06,
+            white_chi_square=np.full(len(TIME_CONSTANTS), 60.0),
+            fit_chi_square=np.full(len(TIME_CONSTANTS), 30.0),
+            predicted_chi_square=np.full(len(TIME_CONSTANTS), 8.0),
             flights=4,
         ),
         table3=table3(),

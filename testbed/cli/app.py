@@ -17,6 +17,8 @@ Out = Annotated[
 ]
 MOST_RUNS = 1_000_000
 """Of a campaign: its table of results takes 1 GB, and a flight of 0.06 s half a day of one core."""
+MOST_SEEDS = 1000
+"""Of a reproduction: each takes minutes."""
 Seed = Annotated[int | None, typer.Option(min=0, max=2**63 - 1, help="Seed of all noise; by default the scenario's.")]
 
 
@@ -94,11 +96,18 @@ def reproduce(
         int | None,
         typer.Option(metavar="N", min=2, max=MOST_RUNS, help="Of each maneuver of Table 2; 1000, with --quick 100."),
     ] = None,
+    seeds: Annotated[
+        int,
+        typer.Option(
+            metavar="N", min=1, max=MOST_SEEDS, help="Judge the claims again with N seeds from --seed on, and count."
+        ),
+    ] = 1,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with the reproduction in DIR.")] = False,
 ) -> None:
     """Make the paper's tables and figures again, beside its own numbers and this project's."""
     from testbed.cli.reproduce import reproduce_paper  # noqa: PLC0415
 
-    raise typer.Exit(reproduce_paper(out, seed, runs, quick=quick))
+    raise typer.Exit(reproduce_paper(out, seed, runs, quick=quick, resume=resume, seeds=seeds))
 
 
 @app.command()

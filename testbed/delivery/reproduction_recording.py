@@ -29,9 +29,10 @@ _MANEUVER_COLORS: Mapping[str, Color] = {
     "basic": (239, 83, 80),
     "scaled": (240, 200, 66),
     "paper_d_optimal": (79, 145, 255),
+    "gimbal_slow": (77, 208, 225),
     "gimbal_weighted": (102, 187, 106),
 }
-"""The paper's red, yellow and blue, and this project's green."""
+"""The paper's red, yellow and blue, and this project's cyan and green."""
 
 
 def reproduction_content(

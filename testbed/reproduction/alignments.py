@@ -14,12 +14,10 @@ import numpy as np
 from scipy.stats import binom
 
 from testbed.arrays import Array
-from testbed.assembly.platform import nominal_platform
 from testbed.estimation.alignment_observability import NAMES, UNITS
-from testbed.experiment.planning import plan_maneuver
-from testbed.maneuver.design import Design
 from testbed.reproduction.alignment_flights import Flight, fly_block
 from testbed.reproduction.crew import Job, done_by_crew
+from testbed.reproduction.parts import NOWHERE, Parts, kept_maneuver
 from testbed.reproduction.progress import Progress, silent
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.shipped import shipped_scenario
@@ -71,7 +69,6 @@ class Alignments:
         runs: platforms, each flown once with either steering.
         null_motion: as designed.
         pseudo_inverse: the same body rates by Moore-Penrose steering.
-        design: of the maneuver.
     """
 
     names: tuple[str, ...]
@@ -79,7 +76,6 @@ class Alignments:
     runs: int
     null_motion: SteeringStatistics
     pseudo_inverse: SteeringStatistics
-    design: Design
 
     @property
     def scatter_ratio(self) -> Array:
@@ -99,7 +95,9 @@ class Alignments:
         return float(low), float(high)
 
 
-def alignments(runs: int, seed: int, progress: Progress = silent, workers: int = 1) -> Alignments:
+def alignments(
+    runs: int, seed: int, progress: Progress = silent, workers: int = 1, parts: Parts = NOWHERE
+) -> Alignments:
     """Fly and estimate scenarios/alignments.toml many times, each time a platform built differently.
 
     Args:
@@ -107,18 +105,24 @@ def alignments(runs: int, seed: int, progress: Progress = silent, workers: int =
         seed: of what is built and of all sensor noise.
         progress: told of the flights.
         workers: processes.
+        parts: that are finished.
     """
     scenario = read_scenario(shipped_scenario(SCENARIO))
-    design = plan_maneuver(scenario, nominal_platform(scenario)).design
-    assert design is not None  # the scenario asks for one
+    maneuver = kept_maneuver(scenario, parts)
     seeds = np.random.SeedSequence(seed).generate_state(runs)
     blocks = [block.tolist() for block in np.array_split(seeds, ceil(runs / _BLOCK))]
     jobs = [
-        Job(part="Alignments", items=2 * len(block), call=fly_block, arguments=(scenario, design.maneuver, block))
-        for block in blocks
+        Job(
+            name=f"alignments-seed{seed}-{index:05d}",
+            part="Alignments",
+            items=2 * len(block),
+            call=fly_block,
+            arguments=(scenario, maneuver, block),
+        )
+        for index, block in enumerate(blocks)
     ]
     null_motion, pseudo_inverse = zip(
-        *(pair for block in done_by_crew(jobs, workers, progress) for pair in block), strict=True
+        *(pair for block in done_by_crew(jobs, workers, progress, parts) for pair in block), strict=True
     )
     return Alignments(
         names=NAMES,
@@ -126,7 +130,6 @@ def alignments(runs: int, seed: int, progress: Progress = silent, workers: int =
         runs=runs,
         null_motion=_statistics("null motion as designed", null_motion),
         pseudo_inverse=_statistics("pseudo-inverse, the same body rates", pseudo_inverse),
-        design=design,
     )
 
 

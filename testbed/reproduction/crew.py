@@ -13,6 +13,7 @@ from typing import Any
 
 from testbed.campaign.worker import workers_environment
 from testbed.errors import InputError
+from testbed.reproduction.parts import NOWHERE, Parts
 from testbed.reproduction.progress import Progress
 
 
@@ -21,25 +22,28 @@ class Job:
     """A call that needs nothing of any other.
 
     Attributes:
+        name: under which its result is kept; None where that is not worth it.
         part: of the reproduction that it belongs to.
         items: of that part that it does: flights, designs.
         call: a function of a module.
         arguments: of the call.
     """
 
+    name: str | None
     part: str
     items: int
     call: Callable[..., Any]
     arguments: tuple[Any, ...]
 
 
-def done_by_crew(jobs: Sequence[Job], workers: int, progress: Progress) -> list[Any]:
-    """Return what the jobs give, in their order.
+def done_by_crew(jobs: Sequence[Job], workers: int, progress: Progress, parts: Parts = NOWHERE) -> list[Any]:
+    """Return what the jobs give, in their order; what is kept is not done again.
 
     Args:
         jobs: begun in this order; long ones first keep all workers busy to the end.
         workers: processes.
         progress: told of every part, and of its jobs as they end.
+        parts: that are finished; each job's result is added as it ends.
 
     Raises:
         InputError: a worker died, or a job raised it.
@@ -48,18 +52,27 @@ def done_by_crew(jobs: Sequence[Job], workers: int, progress: Progress) -> list[
     for job in jobs:
         totals[job.part] += job.items
     advance = {part: progress(part, items) for part, items in totals.items()}
+    results = [None if job.name is None else parts.result(job.name) for job in jobs]
+    missing = [index for index, result in enumerate(results) if result is None]
+    for index in set(range(len(jobs))).difference(missing):
+        advance[jobs[index].part](jobs[index].items)
+    if not missing:
+        return results
     with _crew(workers) as crew:
         with workers_environment():
-            futures: dict[Future[Any], Job] = {crew.submit(job.call, *job.arguments): job for job in jobs}
+            futures = {crew.submit(jobs[index].call, *jobs[index].arguments): index for index in missing}
         for future in as_completed(futures):
-            _raise_failure(future)
-            advance[futures[future].part](futures[future].items)
-        return [future.result() for future in futures]
+            job, result = jobs[futures[future]], _result(future)
+            results[futures[future]] = result
+            if job.name is not None:
+                parts.keep(job.name, result)
+            advance[job.part](job.items)
+    return results
 
 
-def _raise_failure(future: Future[Any]) -> None:
+def _result(future: Future[Any]) -> Any:  # noqa: ANN401 - whatever the job gives
     try:
-        future.result()
+        return future.result()
     except BrokenProcessPool:
         raise InputError("a worker process died: look whether memory runs out, and reproduce again") from None
 

@@ -5,19 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from testbed.reproduction.alignment_claims import alignment_claims
-from testbed.reproduction.claims import Claim, table1_claim, table2_claims, whiteness_claim
-from testbed.reproduction.reproduction import Reproduction
+from testbed.reproduction.claims import Claim, table1_claims, table2_claims, whiteness_claim
+from testbed.reproduction.reproduction import Flown, Reproduction
 from testbed.reproduction.zero_g_claims import zero_g_claims
 
 
 def claims_of(reproduction: Reproduction) -> Iterator[Claim]:
     """Judge every figure that the reproduction has to reach, from its own numbers."""
-    yield table1_claim(reproduction.table1)
-    yield from table2_claims(reproduction.table2)
-    yield whiteness_claim(reproduction.whiteness)
-    yield from zero_g_claims(reproduction.table3)
-    yield from alignment_claims(reproduction.alignments)
+    yield from table1_claims(reproduction.table1)
+    yield from seed_claims(reproduction)
     yield _duration(reproduction)
+
+
+def seed_claims(flown: Flown) -> Iterator[Claim]:
+    """Judge what depends on the seed."""
+    yield from table2_claims(flown.table2)
+    yield whiteness_claim(flown.whiteness)
+    yield from zero_g_claims(flown.table3)
+    yield from alignment_claims(flown.alignments)
 
 
 def _duration(reproduction: Reproduction) -> Claim:
@@ -28,4 +33,5 @@ def _duration(reproduction: Reproduction) -> Claim:
         target=f"under {limit / 60:.0f} min",
         measured=f"{reproduction.seconds / 60:.1f} min",
         met=reproduction.seconds < limit,
+        test="could fail; other work on the machine counts",
     )

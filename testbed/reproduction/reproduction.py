@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 from functools import partial
 
@@ -21,6 +20,7 @@ from testbed.reproduction.claims import FULL_RUNS
 from testbed.reproduction.crew import Job, done_by_crew
 from testbed.reproduction.orbit import SCENARIO as ORBIT_SCENARIO
 from testbed.reproduction.orbit import orbit
+from testbed.reproduction.parts import NOWHERE, Parts
 from testbed.reproduction.progress import Progress, silent
 from testbed.reproduction.table1 import Table1, table1
 from testbed.reproduction.table2 import SCENARIOS as TABLE2_SCENARIOS
@@ -91,77 +91,113 @@ def quick_extent(*, seed: int, workers: int, runs: int | None = None) -> Extent:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reproduction:
+class Flown:
+    """What depends on the seed.
+
+    Attributes:
+        table2: one per maneuver.
+        whiteness: of the residual, on the D-opt maneuver.
+        table3: the zero-g campaign, figures 5 and 6.
+        alignments: of the actuators.
+    """
+
+    table2: tuple[ManeuverStatistics, ...]
+    whiteness: Whiteness
+    table3: Table3
+    alignments: Alignments
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reproduction(Flown):
     """Everything that the reproduction gives.
 
     Attributes:
         extent: how much was flown.
         table1: designs.
-        table2: one per maneuver.
-        whiteness: of the residual, on the D-opt maneuver.
-        table3: the zero-g campaign, figures 5 and 6.
         longest_flight: whole record of the flight of figure 5, with what only the simulation knows.
         zero_g_model: the platform of that campaign, with all that there is to look at.
-        alignments: of the actuators.
         orbit: the longer maneuver.
         acceleration_limit: of the paper's platform, per body axis, rad/s². Source: paper eqs. (25), (31).
-        seconds: that all of it took.
+        seconds: that all of it took, all starts together.
     """
 
     extent: Extent
     table1: Table1
-    table2: tuple[ManeuverStatistics, ...]
-    whiteness: Whiteness
-    table3: Table3
     longest_flight: Record
     zero_g_model: Model
-    alignments: Alignments
     orbit: Experiment
     acceleration_limit: Vector3
     seconds: float
 
 
-def reproduce(extent: Extent, progress: Progress = silent) -> Reproduction:
+def reproduce(extent: Extent, progress: Progress = silent, parts: Parts = NOWHERE) -> Reproduction:
     """Make the paper's tables and figures, and this project's beside them.
 
     Args:
         extent: how much to fly.
         progress: told of every part.
+        parts: that are finished.
 
     Raises:
         InputError: a worker process died, or memory ran out.
     """
-    started = time.perf_counter()
-    maneuvers = table2(extent.runs, extent.seed, LocalExecutor(workers=extent.workers), progress)
-    campaign = table3(extent.zero_g_campaigns, extent.seed, progress, extent.workers)
-    aligned = alignments(extent.alignment_platforms, extent.seed, progress, extent.workers)
-    d_optimal = next(maneuver.maneuver for maneuver in maneuvers if maneuver.name == "paper_d_optimal")
-    paper = read_scenario(shipped_scenario("paper_d_optimal"))
+    flown = flown_of(extent, progress, parts)
     jobs = (
-        Job(part="Table 1, designs", items=1, call=partial(table1, quick=extent.quick_designs), arguments=()),
-        Job(part="Orbit", items=1, call=orbit, arguments=(extent.seed,)),
         Job(
-            part="Whiteness",
+            name="table1",
+            part="Table 1, designs",
             items=1,
-            call=whiteness,
-            arguments=(paper, d_optimal, extent.whiteness_flights, extent.seed),
+            call=partial(table1, quick=extent.quick_designs),
+            arguments=(),
         ),
+        Job(name=None, part="Orbit", items=1, call=orbit, arguments=(extent.seed,)),  # half a minute
     )
-    designs, orbiting, white = done_by_crew(jobs, extent.workers, progress)
-    flight, model = _longest_flight(campaign)
+    designs, orbiting = done_by_crew(jobs, extent.workers, progress, parts)
+    flight, model = _longest_flight(flown.table3)
     return Reproduction(
+        **vars(flown),
         extent=extent,
         table1=designs,
-        table2=maneuvers,
-        whiteness=white,
-        table3=campaign,
         longest_flight=flight,
         zero_g_model=model,
-        alignments=aligned,
         orbit=orbiting,
-        acceleration_limit=_acceleration_limit(paper),
-        seconds=time.perf_counter() - started,
+        acceleration_limit=_acceleration_limit(_paper()),
+        seconds=_seconds(parts),
     )
+
+
+def flown_of(extent: Extent, progress: Progress = silent, parts: Parts = NOWHERE) -> Flown:
+    """Fly all that depends on the seed; as `reproduce`."""
+    seed, workers = extent.seed, extent.workers
+    maneuvers = table2(extent.runs, seed, LocalExecutor(workers=workers), progress, parts)
+    d_optimal = next(maneuver.maneuver for maneuver in maneuvers if maneuver.name == "paper_d_optimal")
+    job = Job(
+        name=f"whiteness-seed{seed}",
+        part="Whiteness",
+        items=1,
+        call=whiteness,
+        arguments=(_paper(), d_optimal, extent.whiteness_flights, seed),
+    )
+    (white,) = done_by_crew([job], 1, progress, parts)
+    return Flown(
+        table2=maneuvers,
+        whiteness=white,
+        table3=table3(extent.zero_g_campaigns, seed, progress, workers, parts),
+        alignments=alignments(extent.alignment_platforms, seed, progress, workers, parts),
+    )
+
+
+def _paper() -> Scenario:
+    return read_scenario(shipped_scenario("paper_d_optimal"))
+
+
+def _seconds(parts: Parts) -> float:
+    """Return how long the whole took; once it was finished, that stays, whatever is added to its folder later."""
+    seconds: float | None = parts.result("seconds")
+    if seconds is None:
+        seconds = parts.elapsed
+        parts.keep("seconds", seconds)
+    return seconds
 
 
 def _acceleration_limit(scenario: Scenario) -> Vector3:

@@ -14,6 +14,7 @@ from testbed.experiment.result import result_of as run_result_of
 from testbed.reproduction.alignments import Alignments, SteeringStatistics
 from testbed.reproduction.claims import Claim
 from testbed.reproduction.reproduction import Reproduction
+from testbed.reproduction.seeds import ClaimOverSeeds
 from testbed.reproduction.table2 import ManeuverStatistics
 from testbed.reproduction.whiteness import Whiteness
 from testbed.reproduction.zero_g import PAPER_CAD_THETA, PAPER_THETA, Table3
@@ -21,18 +22,22 @@ from testbed.reproduction.zero_g import PAPER_CAD_THETA, PAPER_THETA, Table3
 SCHEMA = 1
 
 
-def result_of(reproduction: Reproduction, claims: Sequence[Claim]) -> dict[str, Any]:
+def result_of(
+    reproduction: Reproduction, claims: Sequence[Claim], over_seeds: Sequence[ClaimOverSeeds] = ()
+) -> dict[str, Any]:
     """Return what reproduce.json holds.
 
     Args:
         reproduction: what was made.
         claims: what it is held to.
+        over_seeds: the claims over several seeds, where that was asked for.
     """
     return {
         "schema": SCHEMA,
         "extent": asdict(reproduction.extent),
         "seconds": reproduction.seconds,
-        "claims": [{**asdict(claim), "verdict": claim.verdict} for claim in claims],
+        "claims": [_claim(claim) for claim in claims],
+        "seeds": [_over_seeds(each) for each in over_seeds],
         "table1": [asdict(row) for row in reproduction.table1.rows],
         "table2": {maneuver.name: _maneuver(maneuver) for maneuver in reproduction.table2},
         "whiteness": _whiteness(reproduction.whiteness),
@@ -42,10 +47,22 @@ def result_of(reproduction: Reproduction, claims: Sequence[Claim]) -> dict[str, 
     }
 
 
+def _claim(claim: Claim) -> dict[str, Any]:
+    return {**asdict(claim), "verdict": claim.verdict}
+
+
+def _over_seeds(each: ClaimOverSeeds) -> dict[str, Any]:
+    counts = {verdict: each.counts[verdict] for verdict in ("met", "missed", "undecided")}
+    by_seed = {str(seed): _claim(claim) for seed, claim in each.by_seed.items()}
+    return {"subject": each.claim.subject, **counts, "by_seed": by_seed}
+
+
 def _maneuver(maneuver: ManeuverStatistics) -> dict[str, Any]:
     return {
         "paper_mean_kg_m2": numbers(maneuver.paper_mean),
         "paper_std_kg_m2": numbers(maneuver.paper_std),
+        "predicted_iv_bias_kg_m2": numbers(maneuver.predicted_iv_bias),
+        "peak_rate_rad_s": maneuver.peak_rate,
         "steady_gyro": _campaign(maneuver.statistics),
         "drifting_gyro": _campaign(maneuver.drift),
         "same_seeds_without_drift": _campaign(maneuver.steady),
@@ -76,7 +93,12 @@ def _whiteness(whiteness: Whiteness) -> dict[str, Any]:
     return {
         "time_constant_s": numbers(whiteness.time_constant),
         "autocorrelation": [numbers(row) for row in whiteness.autocorrelation],
+        "predicted_autocorrelation": [numbers(row) for row in whiteness.predicted],
         "white_band": whiteness.white_band,
+        "white_chi_square": numbers(whiteness.white_chi_square),
+        "fit_chi_square": numbers(whiteness.fit_chi_square),
+        "predicted_chi_square": numbers(whiteness.predicted_chi_square),
+        "largest_chi_square": whiteness.largest_chi_square,
         "flights": whiteness.flights,
     }
 

@@ -18,15 +18,16 @@ from testbed.campaign.plan import run_seed
 from testbed.dynamics.inertia import theta_of
 from testbed.estimation.combine import CombinedEstimate
 from testbed.estimation.estimate import Estimate
-from testbed.experiment.planning import plan_maneuver
 from testbed.maneuver.maneuver import Maneuver
 from testbed.reproduction.crew import Job, done_by_crew
+from testbed.reproduction.parts import NOWHERE, Parts, kept_maneuver
 from testbed.reproduction.progress import Progress, silent
 from testbed.reproduction.zero_g_coverage import Coverage, coverage_by_name
-from testbed.reproduction.zero_g_cuts import Cut, CutScore, cut_score
+from testbed.reproduction.zero_g_cuts import CutScore, cut_score
 from testbed.reproduction.zero_g_estimates import estimates_of
 from testbed.reproduction.zero_g_figures import Figure5, Figure6, figure5, figure6
 from testbed.reproduction.zero_g_flights import CutFlight, fly_campaigns
+from testbed.reproduction.zero_g_outcome import CampaignOutcome
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.shipped import shipped_scenario
@@ -40,21 +41,6 @@ FLIGHTS = 5
 """That an estimate is made of. Source: paper section 5.2."""
 BLOCK_CAMPAIGNS = 5
 """Campaigns that a worker flies side by side."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class CampaignOutcome:
-    """What the repetition of a campaign keeps of each.
-
-    Attributes:
-        combined: eq. (33) by estimator.
-        cuts: of all its flights, judged by the truth.
-        usable: time of each flight used, s.
-    """
-
-    combined: Mapping[str, CombinedEstimate]
-    cuts: tuple[Cut, ...]
-    usable: tuple[float, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,7 +76,9 @@ class Table3:
     figure6: Figure6
 
 
-def table3(campaigns: int, seed: int, progress: Progress = silent, processes: int = 1) -> Table3:
+def table3(
+    campaigns: int, seed: int, progress: Progress = silent, processes: int = 1, parts: Parts = NOWHERE
+) -> Table3:
     """Fly the campaign, show it, and repeat it.
 
     Args:
@@ -98,19 +86,27 @@ def table3(campaigns: int, seed: int, progress: Progress = silent, processes: in
         seed: everything follows from it, bit for bit, however many processes.
         progress: of the campaigns.
         processes: that fly them.
+        parts: that are finished.
 
     Raises:
         InputError: a process died.
     """
     scenario = read_scenario(shipped_scenario(SCENARIO))
     nominal, true_theta = nominal_platform(scenario), theta_of(true_platform(scenario).inertia)
-    maneuver = plan_maneuver(scenario, nominal).maneuver
+    maneuver = kept_maneuver(scenario, parts)
     seeds = [run_seed(seed, campaign) for campaign in range(campaigns)]
     blocks = [seeds[first : first + BLOCK_CAMPAIGNS] for first in range(0, campaigns, BLOCK_CAMPAIGNS)]
     jobs = [
-        Job(part="Table 3", items=len(block), call=fly_block, arguments=(scenario, maneuver, block)) for block in blocks
+        Job(
+            name=f"table3-seed{seed}-{index:05d}",
+            part="Table 3",
+            items=len(block),
+            call=fly_block,
+            arguments=(scenario, maneuver, block),
+        )
+        for index, block in enumerate(blocks)
     ]
-    outcomes: list[CampaignOutcome] = list(chain.from_iterable(done_by_crew(jobs, processes, progress)))
+    outcomes: list[CampaignOutcome] = list(chain.from_iterable(done_by_crew(jobs, processes, progress, parts)))
     *flights, heldout = fly_campaigns(scenario, maneuver, seeds[:1], FLIGHTS + 1)[0].flights
     shown = estimates_of(scenario, maneuver, flights)
     theta, filter_time = shown.combined["iv"].theta, scenario.estimation.prefilter_time_constant_s

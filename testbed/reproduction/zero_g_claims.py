@@ -13,6 +13,8 @@ from testbed.reproduction.zero_g_cuts import SHORTEST
 
 MOST_DEVIATIONS = 3.0
 """Combined standard deviations between estimate and truth."""
+LONGEST = 4.5
+"""s; what "up to around 4 s" means to the second. Source: paper section 5.2."""
 FULL_CAMPAIGNS = 200
 """With fewer, a share of 95 % is too uncertain."""
 COVERAGE = (0.90, 0.99)
@@ -35,6 +37,7 @@ def _near_truth(campaign: Table3) -> Claim:
         target=f"at most {MOST_DEVIATIONS:.0f} combined standard deviations",
         measured=f"at most {deviations.max():.2f} ({PARAMETER_NAMES[int(np.argmax(deviations))]})",
         met=bool(deviations.max() <= MOST_DEVIATIONS),
+        test="could fail",
     )
 
 
@@ -47,6 +50,7 @@ def _covers(campaign: Table3) -> Claim:
         target=f"{low:.0%} to {high:.0%}, each parameter",
         measured=f"{coverage.share.min():.1%} to {coverage.share.max():.1%}, all {coverage.overall_share:.1%}",
         met=bool(coverage.share.min() >= low and coverage.share.max() <= high),
+        test="could fail",
         decisive=coverage.campaigns >= FULL_CAMPAIGNS,
     )
 
@@ -56,7 +60,8 @@ def _long_enough(campaign: Table3) -> Claim:
     return Claim(
         subject="Table 3, flights",
         what="usable time of the five, cut at the first contact found in the record",
-        target="2 to 4 s",
+        target=f"{SHORTEST:.0f} to about 4 s: under {LONGEST}",
         measured=f"{usable.min():.1f} to {usable.max():.1f} s",
-        met=bool(usable.min() >= SHORTEST),
+        met=bool(usable.min() >= SHORTEST and usable.max() < LONGEST),
+        test=f"could fail at the upper end only: flights shorter than {SHORTEST:.0f} s are flown again",
     )

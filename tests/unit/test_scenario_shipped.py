@@ -34,6 +34,7 @@ REQUIRED = {
     "paper_d_optimal",
     "scaled",
     "gimbal_d_optimal",
+    "gimbal_slow",
     "gimbal_weighted",
     "diagnose",
     "basic",

@@ -6,19 +6,46 @@ from collections.abc import Sequence
 
 from testbed.report.frame.blocks import Cell, Column, Notice, Section, Table, Tone
 from testbed.reproduction.claims import Claim
+from testbed.reproduction.seeds import ClaimOverSeeds
 
 
-def claims_section(claims: Sequence[Claim]) -> Section:
-    """Return the table of claims."""
-    columns = tuple(Column(title=title) for title in ("", "claim", "target", "measured", "verdict"))
+def claims_section(claims: Sequence[Claim], over_seeds: Sequence[ClaimOverSeeds]) -> Section:
+    """Return the table of claims, and how many seeds meet each where several were flown."""
+    columns = tuple(
+        Column(title=title) for title in ("", "claim", "target", "measured", "verdict", "fitted or could fail")
+    )
     rows = tuple(
-        (*(Cell(text=text) for text in (each.subject, each.what, each.target, each.measured)), _met(each))
+        (*_texts(each.subject, each.what, each.target, each.measured), _met(each), *_texts(each.test))
         for each in claims
     )
     note = (
-        "Judged from the numbers of this reproduction. Undecided: missed, with too few flights to tell; fly them all."
+        "Judged from the numbers of this reproduction. Undecided: missed, with too few flights to tell; fly them all. "
+        "Fitted: what the claim speaks of was chosen with its target in sight, so that meeting it proves little."
     )
-    return Section(title="Figures to reach", blocks=(Table(columns=columns, rows=rows, note=note, numeric=False),))
+    table = Table(columns=columns, rows=rows, note=note, numeric=False)
+    seeds = (_seeds_table(over_seeds),) if over_seeds else ()
+    return Section(title="Figures to reach", blocks=(table, *seeds))
+
+
+def _seeds_table(over_seeds: Sequence[ClaimOverSeeds]) -> Table:
+    flown = tuple(over_seeds[0].by_seed)
+    titles = ("", "met", "missed", "undecided", "not met at seed")
+    return Table(
+        columns=tuple(Column(title=title) for title in titles),
+        rows=tuple(_seeds_row(each) for each in over_seeds),
+        note=f"The same claims with seeds {flown[0]} to {flown[-1]}, all flown anew with each; those above are seed "
+        f"{flown[0]}'s. What does not depend on the seed is left out.",
+        numeric=False,
+    )
+
+
+def _seeds_row(each: ClaimOverSeeds) -> tuple[Cell, ...]:
+    counts = (str(each.counts[verdict]) for verdict in ("met", "missed", "undecided"))
+    return _texts(each.claim.subject, *counts, ", ".join(map(str, each.missed_at)) or "–")
+
+
+def _texts(*texts: str) -> tuple[Cell, ...]:
+    return tuple(Cell(text=text) for text in texts)
 
 
 def _met(claim: Claim) -> Cell:

@@ -21,12 +21,14 @@ from testbed.report.sections.provenance import provenance_section
 from testbed.reproduction.claims import Claim
 from testbed.reproduction.figures import maneuver_figures
 from testbed.reproduction.reproduction import Reproduction
+from testbed.reproduction.seeds import ClaimOverSeeds
 
 
 def write_reproduction_page(
     path: Path,
     reproduction: Reproduction,
     claims: Sequence[Claim],
+    over_seeds: Sequence[ClaimOverSeeds],
     provenance: Mapping[str, str],
     result: Mapping[str, Any],
 ) -> None:
@@ -36,6 +38,7 @@ def write_reproduction_page(
         path: of the HTML file.
         reproduction: what was made.
         claims: what it is held to.
+        over_seeds: the claims over several seeds; none where only one was flown.
         provenance: what made it.
         result: what reproduce.json holds.
 
@@ -48,7 +51,7 @@ def write_reproduction_page(
         "numbers, and the same with this project's maneuvers and estimators.",
         verdict=claims_verdict(claims),
         notices=(),
-        sections=(claims_section(claims), *_sections(reproduction), provenance_section(provenance, result)),
+        sections=(claims_section(claims, over_seeds), *_sections(reproduction), provenance_section(provenance, result)),
     )
     write_page(path, page)
 

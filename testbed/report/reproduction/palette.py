@@ -8,6 +8,7 @@ MANEUVER_COLORS: Mapping[str, str] = {
     "basic": "axis-x",
     "scaled": "unit-4",
     "paper_d_optimal": "axis-z",
+    "gimbal_slow": "unit-5",
     "gimbal_weighted": "axis-y",
 }
 """The paper's red, yellow and blue, and this project's green."""
