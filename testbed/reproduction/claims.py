@@ -18,7 +18,7 @@ from testbed.reproduction.table2 import (
     ManeuverStatistics,
     standard_error_of_std,
 )
-from testbed.reproduction.whiteness import Whiteness
+from testbed.reproduction.whiteness import PAPER_TIME_CONSTANT, Whiteness
 
 BASIC_MARGIN = 0.03
 """Of the paper's Table 1 row, that the reconstructed basic profile has to meet."""
@@ -31,8 +31,6 @@ SHARE_OF_PAPER = 0.5
 MOST_OVER_BOUND = 1.10
 FULL_RUNS = 1000
 """Of each maneuver; with fewer, standard deviations are too uncertain for a miss to mean one."""
-PAPER_TIME_CONSTANT = 0.8
-"""s. Source: paper eq. (32)."""
 MOST_DRIFT_EFFECT = 0.07
 """Of a standard deviation: its own standard error in the paper's 100 runs, which hides any smaller effect."""
 
@@ -89,7 +87,7 @@ def _basic_row(table: Table1) -> Claim:
 
 def _paper_rows(table: Table1) -> Claim:
     rows = [row for row in table.rows if row.way == "paper"]
-    factors = {f"{row.name}, {figure}": factor for row in rows for figure, factor in _factors(row).items()}
+    factors = {f"{row.name}, {figure}": factor for row in rows for figure, factor in factors_of(row).items()}
     worst = max(factors, key=lambda which: abs(np.log(factors[which])))
     return Claim(
         subject="Table 1, optimised",
@@ -102,8 +100,8 @@ def _paper_rows(table: Table1) -> Claim:
     )
 
 
-def _factors(row: Row) -> Mapping[str, float]:
-    """Return each figure of a design over the paper's."""
+def factors_of(row: Row) -> Mapping[str, float]:
+    """Return each figure of a row over the paper's; of the determinant, its sixth root."""
     factors = {name: getattr(row, name) / value for name, value in vars(row.paper).items()}
     factors["determinant"] = factors["determinant"] ** (1.0 / len(PARAMETER_NAMES))
     return {name.replace("_", " "): factor for name, factor in factors.items()}
@@ -240,7 +238,7 @@ def drift_effect(maneuver: ManeuverStatistics, estimator: str = "iv") -> Theta:
 
 def whiteness_claim(whiteness: Whiteness) -> Claim:
     """Return what the residual at the paper's γ is held to."""
-    row = int(np.argmin(np.abs(whiteness.time_constant - PAPER_TIME_CONSTANT)))
+    row = whiteness.paper_row
     values = whiteness.autocorrelation[row]
     return Claim(
         subject="Residual",

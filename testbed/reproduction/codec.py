@@ -33,7 +33,7 @@ class Codec:
         """
         try:
             return self._made(json.loads(content))
-        except (KeyError, TypeError, StopIteration, RecursionError) as error:
+        except (ValueError, KeyError, TypeError, StopIteration, RecursionError) as error:
             raise ValueError(f"is not a finished part ({error})") from error
 
     def _plain(self, value: Any) -> Any:  # noqa: ANN401

@@ -78,11 +78,11 @@ def maneuver_figures(
         maneuvers: of Table 2, with this project's.
         acceleration_limit: that the cluster's torque allows, rad/s². Source: paper eqs. (25), (31).
     """
-    own = {maneuver.name: maneuver.maneuver for maneuver in maneuvers if maneuver.paper_std is None}
+    own = {each.name: (each.title, each.maneuver) for each in maneuvers if each.paper_std is None}
     shown = (
         ("figure_1", "Figure 1: initial reference profile", table1.maneuvers["given", "basic"]),
         ("figure_2", "Figure 2: D-opt maneuver, designed as the paper did", table1.maneuvers["paper", "D"]),
-        *((name, "This project's maneuver", maneuver) for name, maneuver in own.items()),
+        *((name, f"This project's maneuver, {title}", maneuver) for name, (title, maneuver) in own.items()),
     )
     return tuple(
         PaperFigure(key=key, title=title, panels=_maneuver_panels(maneuver, acceleration_limit))

@@ -13,9 +13,10 @@ from testbed.campaign.statistics import CampaignStatistics
 from testbed.experiment.result import result_of as run_result_of
 from testbed.reproduction.alignments import Alignments, SteeringStatistics
 from testbed.reproduction.claims import Claim
+from testbed.reproduction.gains import gains_of
 from testbed.reproduction.reproduction import Reproduction
 from testbed.reproduction.seeds import ClaimOverSeeds
-from testbed.reproduction.table2 import ManeuverStatistics
+from testbed.reproduction.table2 import LIKE_FOR_LIKE, OWN, ManeuverStatistics
 from testbed.reproduction.whiteness import Whiteness
 from testbed.reproduction.zero_g import PAPER_CAD_THETA, PAPER_THETA, Table3
 
@@ -40,6 +41,7 @@ def result_of(
         "seeds": [_over_seeds(each) for each in over_seeds],
         "table1": [asdict(row) for row in reproduction.table1.rows],
         "table2": {maneuver.name: _maneuver(maneuver) for maneuver in reproduction.table2},
+        "gains": _gains(reproduction.table2),
         "whiteness": _whiteness(reproduction.whiteness),
         "table3": _table3(reproduction.table3),
         "alignments": _alignments(reproduction.alignments),
@@ -87,6 +89,12 @@ def _campaign(campaign: CampaignStatistics) -> dict[str, Any]:
             for name, one in campaign.estimators.items()
         },
     }
+
+
+def _gains(maneuvers: Sequence[ManeuverStatistics]) -> dict[str, Any]:
+    by_name = {maneuver.name: maneuver for maneuver in maneuvers}
+    gains = gains_of(by_name["paper_d_optimal"], by_name[LIKE_FOR_LIKE], by_name[OWN])
+    return {name: numbers(ratios) for name, ratios in vars(gains).items()} | {"total": numbers(gains.total)}
 
 
 def _whiteness(whiteness: Whiteness) -> dict[str, Any]:

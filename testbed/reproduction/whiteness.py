@@ -29,6 +29,8 @@ from testbed.scenario.scenario import Scenario
 
 TIME_CONSTANTS = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2)
 """s. The paper's is 0.8, and "with a posteriori check" the residual "becomes reasonably white" there."""
+PAPER_TIME_CONSTANT = 0.8
+"""s. Source: paper eq. (32)."""
 LAGS = 8
 """Samples: half a second at 16 Hz."""
 CHANCE = 1e-3
@@ -58,6 +60,11 @@ class Whiteness:
     fit_chi_square: Series
     predicted_chi_square: Series
     flights: int
+
+    @property
+    def paper_row(self) -> int:
+        """Index of the paper's γ."""
+        return int(np.argmin(np.abs(self.time_constant - PAPER_TIME_CONSTANT)))
 
     @property
     def largest_chi_square(self) -> float:

@@ -94,7 +94,7 @@ def test_what_is_kept_comes_back_to_the_last_bit(tmp_path, value):
 
 @pytest.mark.parametrize("content", [b"[", b'{"kind": "os.system", "content": []}', b'{"kind": 1}', b"[" * 100_000])
 def test_nothing_but_known_types_is_made_of_a_file(content):
-    with pytest.raises(ValueError):
+    with pytest.raises(ValueError, match="is not a finished part"):
         Codec(types=(Cut,)).decoded(content)
 
 

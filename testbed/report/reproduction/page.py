@@ -65,4 +65,4 @@ def _sections(reproduction: Reproduction) -> Iterator[Section]:
     yield table3_section(reproduction.table3)
     yield alignments_section(reproduction.alignments)
     yield orbit_section(reproduction.orbit)
-    yield settled_section()
+    yield settled_section(reproduction.table2, reproduction.whiteness)
