@@ -30,7 +30,7 @@ _SETTLED = (
         "How the D-opt maneuver was parametrised",
         "Penalties of eqs. (27) to (29), one start from the basic profile, |ω| up to 0.3 rad/s. The number of control "
         "points, which the paper does not give, was chosen on the outcome: Table 1's row asks for fewer than Table "
-        "2's, 9 missed Table 2 in one parameter by a hair, and 10 are shipped. With them the design is better than the "
+        "2's, 9 missed Table 2 in one parameter, and 10 are shipped. With them the design is better than the "
         "paper's row of Table 1 in every figure but the condition number.",
     ),
     (
@@ -45,7 +45,8 @@ _SETTLED = (
     ),
     (
         "The momentum in the equations",
-        "h = Σ (Js Ω s + (Jg + Jt) ḋ g), and J that follows the gimbal angles: without them 3e-5 kg·m² are missing.",
+        "h = Σ (Js Ω s + (Jg + Jt) ḋ g), and J that follows the gimbal angles: without them part of the units' inertia "
+        "is missing.",
     ),
     (
         "The start of a truncated record",
@@ -87,7 +88,7 @@ def _colour(whiteness: Whiteness) -> tuple[str, str]:
     row = whiteness.paper_row
     return (
         "How white the residual becomes",
-        "Not white: the prefilter passes gyro noise less its low frequencies, and the fit takes out those of the "
+        "Not entirely: the prefilter passes gyro noise less its low frequencies, and the fit takes out those of the "
         f"motion. Chi-square of {whiteness.autocorrelation.shape[1]} lags over {whiteness.flights} flights: "
         f"{whiteness.white_chi_square[row]:.0f} from a white residual, {whiteness.fit_chi_square[row]:.0f} from what "
         f"the fit leaves of a white error, {whiteness.predicted_chi_square[row]:.1f} from what prefilter and fit make "

@@ -96,7 +96,7 @@ def _own_table(maneuver: ManeuverStatistics) -> Table:
         ratio_row("95 % intervals that hold the truth", ours.coverage),
     )
     return Table(
-        columns=parameter_columns(f"This project: {maneuver.title}, {estimator_name(name)}"),
+        columns=parameter_columns(f"{maneuver.title}: {estimator_name(name)}"),
         rows=rows,
         note="A maneuver designed for the gimbal angles inside the cluster's own limits, at the paper's noise, "
         f"duration, sample rate and limits of eq. (31); largest rate {maneuver.peak_rate:.2f} rad/s, {speed}. In bold: "
