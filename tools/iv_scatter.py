@@ -21,6 +21,7 @@ from testbed.maneuver.information import (
     FIRST_FACTOR,
     SECOND_FACTOR,
     SampledFilter,
+    filtered,
     filtered_regressor,
     regressor_features,
 )
@@ -53,7 +54,7 @@ class NoiseMap:
         """
         time = sampling.fine_time[sampling.samples]
         self.sampling = sampling
-        self._lag = sampling.carry @ sampling.share  # fine grid to samples
+        self._lag = filtered(sampling, np.eye(len(sampling.fine_time)))  # fine grid to samples
         self._finer = np.asarray(CubicSpline(time, np.eye(len(time)))(sampling.fine_time))  # samples to fine grid
         self._slope = (np.eye(len(time)) - self._lag @ self._finer) / sampling.time_constant  # s F
 
