@@ -17,10 +17,12 @@ from testbed.cli.failures import exit_code_of
 from testbed.delivery.provenance import provenance_of_several
 from testbed.delivery.reproduction_folder import write_reproduction
 from testbed.errors import InputError
+from testbed.report.reproduction.table1 import table1_section
 from testbed.reproduction.alignment_claims import alignment_claims
 from testbed.reproduction.box_plot import boxes_of
 from testbed.reproduction.claims import table1_claims, table2_claims, whiteness_claim
 from testbed.reproduction.crew import Job, done_by_crew
+from testbed.reproduction.gains import gains_of
 from testbed.reproduction.judgement import claims_of
 from testbed.reproduction.progress import silent
 from testbed.reproduction.table2 import PAPER_STD
@@ -201,3 +203,33 @@ def test_a_crew_gives_answers_in_the_order_of_its_jobs():
 def test_a_worker_that_dies_is_a_message():
     with pytest.raises(InputError, match="worker process died"):
         done_by_crew([Job(name=None, part="Death", items=1, call=os._exit, arguments=(1,))], 1, silent)
+
+
+def test_the_gains_of_estimator_maneuver_and_rate_multiply_to_the_whole():
+    slow, own = 0.8 * PAPER_STD["paper_d_optimal"], 0.4 * PAPER_STD["paper_d_optimal"]
+    gains = gains_of(
+        maneuver_statistics("paper_d_optimal", 1.1 * PAPER_STD["paper_d_optimal"]),
+        maneuver_statistics("gimbal_slow", slow),
+        maneuver_statistics("gimbal_weighted", own),
+    )
+    np.testing.assert_allclose(gains.maneuver, 0.8 / 1.1)
+    np.testing.assert_allclose(gains.rate, 0.5)
+    np.testing.assert_allclose(gains.total, own / PAPER_STD["paper_d_optimal"])
+
+
+def test_the_page_separates_the_gains_and_marks_what_is_not_the_papers(page):
+    assert page.row("the maneuver: gimbal space, slow over D-opt") == ["0.80"] * 6
+    assert page.row("the rate: gimbal space over gimbal space, slow") == ["0.50"] * 6
+    assert page.row("basic, bias in theory") == ["0.00"] * 6
+
+
+def test_a_design_that_is_not_the_papers_row_is_marked():
+    rows = table1().rows
+    off = tuple(replace(row, determinant=27 * row.determinant) if row.way == "paper" else row for row in rows)
+    marked = [
+        cell.tone
+        for section_row in table1_section(replace(table1(), rows=off), ()).blocks[1].rows
+        for cell in section_row
+        if cell.tone == "warn"
+    ]
+    assert len(marked) == 4  # the determinants of four designs
