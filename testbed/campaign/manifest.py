@@ -15,13 +15,15 @@ import numpy as np
 from testbed.assembly.platform import nominal_platform, true_platform
 from testbed.campaign.plan import BLOCK_RUNS, CampaignPlan
 from testbed.errors import InputError
-from testbed.files import whole_file
+from testbed.files import read_bytes, whole_file
 from testbed.maneuver.maneuver import Maneuver
 from testbed.plant.fingerprint import model_sha256
 from testbed.scenario.scenario import Scenario
 
 MANIFEST = "campaign.json"
 _SCHEMA = 1
+LARGEST_MANIFEST = 100_000_000
+"""Bytes; a campaign of a million runs notes 40,000 checksums, which take 4 MB."""
 _MOST_SHOWN = 8
 """Differences between two campaigns that a message lists."""
 _DECIDING_PACKAGES = ("testbed", "mujoco", "numpy", "scipy", "pyarrow")
@@ -80,9 +82,9 @@ def read_manifest(folder: Path) -> Manifest:
         InputError: there is none, or it is damaged.
     """
     try:
-        content = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        content = json.loads(read_bytes(folder / MANIFEST, "a campaign's manifest", LARGEST_MANIFEST))
         return _manifest_of(dict(content))
-    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+    except (InputError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise InputError(f"{folder}: is not the folder of a campaign: {MANIFEST} cannot be read ({error})") from error
 
 

@@ -20,10 +20,12 @@ from testbed.delivery.provenance import Provenance
 from testbed.diagnosis.keeping import Content
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.errors import InputError, OutputError
-from testbed.files import whole_file
+from testbed.files import read_bytes, whole_file
 from testbed.interrupts import deferred_interrupts
 
 PARTS = "parts.jsonl"
+_LARGEST = 1_000_000_000
+"""Bytes; README's example keeps 1 MB."""
 _NAME, _CONTENT, _SHA256 = "name", "content", "sha256"
 _IDENTITY = "diagnosis"
 """Name of the first line."""
@@ -117,7 +119,7 @@ def _read(path: Path, identity: Mapping[str, Any]) -> KeptParts:
                 "--out a new folder"
             )
         return KeptParts(path=path, identity=identity)
-    lines = path.read_bytes().split(b"\n")
+    lines = read_bytes(path, "the finished parts of a diagnosis", _LARGEST).split(b"\n")
     kept = {name: content for name, content in map(_checked, lines) if name}
     begun = kept.pop(_IDENTITY, None)
     if begun is None:

@@ -12,10 +12,10 @@ from typing import Any
 
 from testbed.campaign.executor import Notify
 from testbed.campaign.kept_parts import KeptParts
-from testbed.campaign.manifest import differences
+from testbed.campaign.manifest import LARGEST_MANIFEST, differences
 from testbed.errors import InputError
 from testbed.estimation.combine import CombinedEstimate
-from testbed.files import whole_file
+from testbed.files import read_bytes, whole_file
 from testbed.maneuver.maneuver import Maneuver
 from testbed.reproduction.alignment_flights import Flight
 from testbed.reproduction.codec import Codec
@@ -142,10 +142,10 @@ def _kept(out: Path, identity: Mapping[str, Any]) -> tuple[float, dict[str, str]
     if not path.parent.exists():
         return 0.0, {}
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(read_bytes(path, "a reproduction's manifest", LARGEST_MANIFEST))
         seconds, kept = float(content["seconds"]), dict(content["reproduction"])
         checksums = {str(name): str(checksum) for name, checksum in dict(content["parts"]).items()}
-    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+    except (InputError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise InputError(f"{out}: cannot be resumed: {path} cannot be read ({error}); choose another --out") from error
     changes = differences(kept, identity)
     if changes:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,10 +10,13 @@ from typing import TypeVar
 from pydantic import BaseModel, ValidationError
 
 from testbed.errors import InputError
+from testbed.files import read_bytes, read_text, stamped
 from testbed.scoring.formats import AnswerFile, DiagnosisFile
 
 ANSWER, DIAGNOSIS, SEAL = "answer.json", "diagnosis.json", "sealed.sha256"
 _CASES = "case_*"
+_LARGEST, _LARGEST_SEAL = 100_000_000, 1000
+"""Bytes; a diagnosis of fifty runs takes 2 MB, a seal 64 digits."""
 
 _File = TypeVar("_File", bound=BaseModel)
 
@@ -84,16 +86,14 @@ def _checked_seal(answer: Path, seals: list[Path]) -> bool:
     found = next((seal for seal in seals if seal.exists()), None)
     if found is None:
         return False
-    if hashlib.sha256(answer.read_bytes()).hexdigest() != found.read_text(encoding="utf-8").strip():
+    if stamped(answer, "an answer").sha256 != read_text(found, "a seal", _LARGEST_SEAL).text.strip():
         raise InputError(f"{answer}: is not the answer that {found} was made for: it was changed, or is of another set")
     return True
 
 
 def _read(path: Path, kind: type[_File]) -> _File:
     try:
-        return kind.model_validate_json(path.read_bytes())
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+        return kind.model_validate_json(read_bytes(path, "a diagnosis or an answer", _LARGEST))
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(str(each) for each in first["loc"])

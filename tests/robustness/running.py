@@ -39,6 +39,8 @@ def failures(case: Case | Scene) -> list[str]:
             if ended[-1].code != COMPLETED:
                 break
         return list(faults(case, ended))
+    except Exception as error:  # a case that cannot be played is a failure, and the others go on
+        return [f"{case.name}: cannot be played: {error!r}"]
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
