@@ -35,7 +35,7 @@ def details(draw):
     return RunDetails(
         name=draw(st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=20)),
         source=draw(st.sampled_from(["measured", "simulated"])),
-        gyro_noise=draw(st.none() | st.floats(0, 1e3)),
+        gyro_noise=draw(st.none() | st.just(0.0) | st.floats(1e-12, 1e3)),
         usable_from=draw(st.none() | st.just(times[0])),
         usable_to=draw(st.none() | st.just(times[1])),
         role=draw(st.sampled_from([None, "fit", "heldout"])),

@@ -13,6 +13,7 @@ import pytest
 
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
+from testbed.experiment.planning import plan_maneuver
 from testbed.records.reading import read_record
 from testbed.scenario.reader import read_scenario
 
@@ -31,8 +32,25 @@ FILES = {
 }
 
 
+DESIGNED_TWICE = "paper_d_optimal"
+"""The cheapest design: that the same seed gives it again is seen here through the command, of the others' kind in
+tests/unit/test_maneuver_gimbal_design.py. The second flight of the others takes up the first one's design."""
+
+
 def run(*arguments: object) -> int:
     return exit_code_of(lambda: app([str(argument) for argument in arguments]))
+
+
+def planned_once():
+    """Return what plans a maneuver the first time, and remembers it."""
+    plans = []
+
+    def planned(*arguments: object):
+        if not plans:
+            plans.append(plan_maneuver(*arguments))
+        return plans[0]
+
+    return planned
 
 
 @pytest.fixture(scope="module", params=FLOWN, ids=lambda path: path.stem)
@@ -41,6 +59,8 @@ def flown(request, tmp_path_factory):
     place = tmp_path_factory.mktemp(request.param.stem)
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(place)
+        if request.param.stem != DESIGNED_TWICE:
+            patch.setattr("testbed.experiment.conduct.plan_maneuver", planned_once())
         codes = [run("run", request.param, "--out", place / name) for name in ("first", "second")]
     assert codes == [0, 0]
     return request.param, place
@@ -120,7 +140,13 @@ def test_the_record_gives_the_same_estimate_through_the_estimate_command(flown, 
     # Output error has no instrument; the momentum form's differs (reference or iterated), at second order in the noise
     # where the reference was tracked, and not at all alike where it could not be.
     tolerances = {"output_error": 1e-9}
-    if result["limits"]["saturated_s"] < 1.0:
+    # The command tests whether the momentum is zero, at 5 %: one in twenty is refused by chance, and loses precision.
+    refused_by_chance = record["zero_momentum_p_value"] is not None and record["zero_momentum_p_value"] < 0.05
+    assert (record["initial_momentum"] == read_scenario(path).estimation.initial_momentum) != refused_by_chance
+    if refused_by_chance:
+        assert record["zero_momentum_p_value"] > 1e-3
+        tolerances = {}
+    elif result["limits"]["saturated_s"] < 1.0:
         tolerances["iv_momentum"] = 0.2 * np.array(result["bound_std_kg_m2"])
     for name, tolerance in tolerances.items():
         assert np.all(

@@ -93,7 +93,7 @@ def test_a_folder_that_cannot_be_made(here, capsys):
 
 def test_a_design_whose_limits_cannot_be_met(here, capsys):
     design = (
-        'kind = "design"\nparametrization = "gimbal"\ncriterion = "D"\nduration_s = 5.0\ncontrol_points = 10\n'
+        'kind = "design"\nparametrization = "gimbal"\ncriterion = "D"\nduration_s = 5.0\ncontrol_points = 6\n'
         "starts = 1\nseed = 1\nsample_rate_hz = 16.0\nprefilter_time_constant_s = 0.8\nenvelope_fraction = 0.9\n"
         "gimbal_rate_fraction = 0.9\nmin_singularity_measure = 0.95\n"
     )

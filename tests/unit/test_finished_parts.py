@@ -159,7 +159,9 @@ def test_time_adds_up_over_all_starts(tmp_path):
         assert parts.elapsed > first > 0.0
 
 
-def test_campaigns_of_table_2_go_on_where_they_were(tmp_path):
+def test_campaigns_of_table_2_go_on_where_they_were(tmp_path, monkeypatch):
+    maneuvers = ("basic", "scaled")  # which the scenario gives: a design takes half a minute
+    monkeypatch.setattr("testbed.reproduction.table2.SCENARIOS", maneuvers)
     straight = table2(60, 3, Pretended())
 
     def twice(parts: FinishedParts):
@@ -170,7 +172,7 @@ def test_campaigns_of_table_2_go_on_where_they_were(tmp_path):
 
     with opened(tmp_path) as parts:
         resumed, rest = twice(parts)
-    blocks = 5 * (3 + 1)  # maneuvers; of 60 runs and of 20 with the drift
+    blocks = len(maneuvers) * (3 + 1)  # of 60 runs and of 20 with the drift
     assert len(rest.flown) == blocks - 2
     for one, other in zip(straight, resumed, strict=True):
         assert equal(dict(one.errors), dict(other.errors))
