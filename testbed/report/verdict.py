@@ -76,7 +76,7 @@ def campaign_verdict(statistics: CampaignStatistics) -> Notice:
     text = (
         f"Of {of.runs} runs, the 95 % intervals of {estimator_name(best)} hold the truth in "
         f"{100.0 * of.coverage.min():.0f} to {100.0 * of.coverage.max():.0f} %; its scatter is "
-        f"{figures(of.scatter_over_bound.min(), 3)} to {figures(of.scatter_over_bound.max(), 3)} times the Cramér-Rao "
+        f"{_span(of.scatter_over_bound, 3)} times the Cramér-Rao "
         f"bound, its largest bias {figures(np.abs(of.bias_in_standard_errors).max(), 2)} standard errors."
     )
     against = [*_campaign_doubts(of), *([f"{statistics.failed} runs failed."] if statistics.failed else [])]
@@ -139,7 +139,8 @@ def _doubtful(doubts: Sequence[str]) -> str:
 
 
 def _span(values: Theta, digits: int = 2) -> str:
-    return f"{figures(values.min(), digits)} to {figures(values.max(), digits)}"
+    least, most = figures(values.min(), digits), figures(values.max(), digits)
+    return least if least == most else f"{least} to {most}"
 
 
 def _misses(inertias: Inertias, judged: Sequence[str]) -> Iterator[tuple[str, list[str]]]:
