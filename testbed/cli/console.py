@@ -27,7 +27,6 @@ from rich.progress import (
 from rich.table import Table
 from rich.text import Text
 
-from testbed.campaign.run import Progress as CampaignProgress
 from testbed.cli.table_layout import fitted
 from testbed.files import readable
 from testbed.maneuver.design import Start
@@ -119,34 +118,6 @@ def design_progress(starts: int) -> Iterator[Callable[[Start], None]]:
             progress.update(task, description=f"Designing the maneuver{found}", advance=1)
 
         yield report
-
-
-@contextmanager
-def campaign_progress(runs: int) -> Iterator[CampaignProgress]:
-    """Show how many runs of a campaign are kept, how fast they come and how long it will take, on standard error.
-
-    Args:
-        runs: of the campaign.
-    """
-    columns = (
-        description_column(),
-        BarColumn(),
-        MofNCompleteColumn(),
-        RateColumn("runs/s"),
-        TimeElapsedColumn(),
-        TimeLeftColumn(),
-    )
-    with Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal) as progress:
-        task = None
-
-        def kept(more: int) -> None:
-            nonlocal task
-            if task is None:
-                task = progress.add_task("Flying", total=runs, completed=more, before=more)
-            else:
-                progress.update(task, advance=more)
-
-        yield CampaignProgress(kept=kept, notify=lambda text: progress.console.print(f"note: {text}"))
 
 
 def description_column() -> TextColumn:

@@ -11,7 +11,8 @@ from testbed.campaign.plan import CampaignPlan
 from testbed.campaign.result import failures_of
 from testbed.campaign.run import run_campaign
 from testbed.campaign.statistics import CampaignStatistics, statistics_of
-from testbed.cli.console import campaign_progress, command_line, design_progress, say, show, warn
+from testbed.cli.campaign_progress import campaign_progress
+from testbed.cli.console import command_line, design_progress, say, show, warn
 from testbed.cli.failures import COMPLETED, INTERRUPTED, naming
 from testbed.cli.notices import print_verdict
 from testbed.cli.tables import statistics_table

@@ -17,10 +17,9 @@ from testbed.campaign.result import montecarlo_of
 from testbed.campaign.statistics import CampaignStatistics
 from testbed.delivery.design_folder import maneuver_section
 from testbed.delivery.provenance import Provenance
-from testbed.delivery.run_folder import write_json
 from testbed.errors import InputError
 from testbed.experiment.planning import Plan, plan_maneuver, starts_of
-from testbed.files import TextFile, whole_file
+from testbed.files import TextFile, whole_file, write_json
 from testbed.maneuver.maneuver import Maneuver
 from testbed.report.campaign import write_campaign_report
 from testbed.scenario.reader import read_maneuver

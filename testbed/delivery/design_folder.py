@@ -9,9 +9,8 @@ import pyarrow as pa
 from pyarrow import csv
 
 from testbed.delivery.provenance import Provenance
-from testbed.delivery.run_folder import write_json
 from testbed.experiment.result import SCHEMA, design_of, starts_of_design
-from testbed.files import TextFile
+from testbed.files import TextFile, write_json
 from testbed.maneuver.design import Design
 from testbed.maneuver.maneuver import Maneuver
 from testbed.scenario.scenario import Scenario

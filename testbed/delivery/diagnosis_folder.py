@@ -10,7 +10,6 @@ from typing import Any
 from testbed.assembly.extension import PLATFORM, SCENARIO, extended, write_extended
 from testbed.delivery.diagnosis_recording import diagnosis_content
 from testbed.delivery.provenance import Provenance
-from testbed.delivery.run_folder import write_json
 from testbed.diagnosis.location import Place
 from testbed.diagnosis.result import result_of
 from testbed.diagnosis.run_agreement import Agreement
@@ -19,7 +18,7 @@ from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import inertia_of
 from testbed.effects.contract import Extension
 from testbed.errors import InputError
-from testbed.files import TextFile
+from testbed.files import TextFile, write_json
 from testbed.recording.diagnosis import write_diagnosis_recording
 from testbed.report.diagnosis import write_diagnosis_page
 from testbed.report.diagnosis_next import purpose_words

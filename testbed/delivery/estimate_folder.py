@@ -6,9 +6,8 @@ from pathlib import Path
 
 from testbed.assembly.platform import PlatformModel
 from testbed.delivery.provenance import Provenance
-from testbed.delivery.run_folder import write_json
 from testbed.dynamics.inertia import theta_of
-from testbed.files import TextFile
+from testbed.files import TextFile, write_json
 from testbed.identification.estimating import Identification
 from testbed.identification.result import identification_result
 from testbed.report.measured import write_estimates_report

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from testbed.delivery.provenance import Provenance
 from testbed.delivery.reproduction_recording import reproduction_content
-from testbed.delivery.run_folder import write_json
+from testbed.files import write_json
 from testbed.recording.reproduction import write_reproduction_recording
 from testbed.report.reproduction.page import write_reproduction_page
 from testbed.reproduction.claims import Claim

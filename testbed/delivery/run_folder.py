@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from testbed.assembly.platform import shown_model
 from testbed.delivery.provenance import Provenance
 from testbed.delivery.recording import recording_content
 from testbed.experiment.experiment import Experiment
 from testbed.experiment.result import result_of
-from testbed.files import TextFile
+from testbed.files import TextFile, write_json
 from testbed.plant.fingerprint import model_sha256
 from testbed.plant.scene import scene_of
 from testbed.recording.writer import write_recording
@@ -48,12 +45,3 @@ def write_run(folder: Path, file: TextFile, origin: Provenance, experiment: Expe
         scene=scene_of(shown_model(experiment.scenario)),
         content=recording_content(experiment, origin.listed),
     )
-
-
-def write_json(path: Path, content: Mapping[str, Any]) -> None:
-    """Write JSON that a person can read too; numbers with all their digits.
-
-    Raises:
-        ValueError: a number is not finite, which JSON cannot say.
-    """
-    path.write_text(json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")

@@ -19,7 +19,7 @@ _RUNS = 30
 def cases() -> Iterator[Scene]:
     """Give a scene for every damage."""
     for name, (damage, code) in _DAMAGES.items():
-        yield Scene(name=f"campaign: {name}", play=_resumed(damage, code), fast=name == "a part with a flipped byte")
+        yield Scene(name=f"campaign: {name}", play=_resumed(damage, code), fast=False)
 
 
 def _resumed(damage: Callable[[Path], object], expected: int) -> Callable[[Path], Iterator[str]]:
