@@ -105,7 +105,9 @@ def _ladder(rungs: Sequence[_Rung], title: str, values: Sequence[Sequence[float]
                 x=places, y=own, name=name, mode="lines+markers", marker=marker, line=line, cliponaxis=False
             )
     names = [name for name, _ in rungs]
-    chart.update_xaxes(tickvals=places, ticktext=names, range=_ends(rungs), showgrid=False, zeroline=False)
+    # The last name is turned out of the chart's side, where plotly would leave it out.
+    overflow = {"ticklabeloverflow": "allow", "automargin": True}
+    chart.update_xaxes(tickvals=places, ticktext=names, range=_ends(rungs), showgrid=False, zeroline=False, **overflow)
     return chart
 
 
