@@ -9,11 +9,10 @@ from typing import Any
 
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
-from rich.text import Text
 
 from testbed.campaign.local import usable_cores
 from testbed.campaign.manifest import deciding_versions
-from testbed.cli.console import command_line, say, show, warn
+from testbed.cli.console import command_line, entry, say, show, warn
 from testbed.cli.failures import COMPLETED, INTERRUPTED
 from testbed.cli.parts_progress import parts_progress
 from testbed.delivery.folder import OutputFolder, reserved_folder
@@ -89,7 +88,7 @@ def _kept(folder: OutputFolder) -> str:
 def _print_result(
     folder: OutputFolder, reproduction: Reproduction, claims: Sequence[Claim], over_seeds: Sequence[ClaimOverSeeds]
 ) -> None:
-    show(_claims_table(claims))
+    _print_claims(claims)
     if over_seeds:
         say()
         show(_seeds_table(over_seeds))
@@ -100,13 +99,11 @@ def _print_result(
     say(f"Recording  testbed view {folder.path}")
 
 
-def _claims_table(claims: Sequence[Claim]) -> Table:
-    table = _table("Claim", "Target", "Measured", "", "Fitted or could fail")
+def _print_claims(claims: Sequence[Claim]) -> None:
+    """Print each claim in a few lines: five columns of sentences would be too narrow to be read."""
     for claim in claims:
-        verdict = Text(claim.verdict, style="green" if claim.met else "yellow")
-        cells = map(Text, (f"{claim.subject}: {claim.what}", claim.target, claim.measured))
-        table.add_row(*cells, verdict, Text(claim.test))
-    return table
+        entry(claim.verdict, f"{claim.subject}: {claim.what}")
+        entry("", f"target {claim.target}; measured {claim.measured}; {claim.test}")
 
 
 def _seeds_table(over_seeds: Sequence[ClaimOverSeeds]) -> Table:
