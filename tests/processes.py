@@ -16,6 +16,15 @@ ROOT = Path(__file__).resolve().parents[1]
 PATIENCE = 120.0
 """s; far more than anything here takes, on a machine that is busy with other things."""
 MAIN = "from testbed.cli import main; main()"
+WAITING = """
+import pathlib, time
+import testbed.cli.{command} as command
+def waiting(*_, **__):
+    pathlib.Path("here").touch()
+    time.sleep(600)
+command.{work} = waiting
+"""
+"""Makes a command wait where its work begins, and a file appear there."""
 
 
 @contextmanager

@@ -65,13 +65,8 @@ def claimed(folder: Path, plan: CampaignPlan) -> Manifest:
         return manifest
     manifest = read_manifest(folder)
     extended = plan.runs > manifest.campaign["runs"]
-    changes = differences(manifest.campaign, campaign | {"runs": manifest.campaign["runs"]} if extended else campaign)
-    if changes:
-        raise InputError(
-            "\n".join(
-                [f"{folder}: holds another campaign, and nothing in it was touched. It was started with", *changes]
-            )
-        )
+    wanted = campaign | {"runs": manifest.campaign["runs"]} if extended else campaign
+    require_same(folder, "campaign", manifest.campaign, wanted)
     return replace(manifest, campaign=campaign)
 
 
@@ -147,6 +142,24 @@ def maneuver_sha256(maneuver: Maneuver) -> str:
         if spline is not None:
             digest.update(np.ascontiguousarray(spline.t).tobytes() + np.ascontiguousarray(spline.c).tobytes())
     return digest.hexdigest()
+
+
+def require_same(folder: Path, what: str, kept: Mapping[str, Any], now: Mapping[str, Any]) -> None:
+    """Refuse to go on in a folder with what was not begun there.
+
+    Args:
+        folder: of the results.
+        what: it holds, for the message: "campaign".
+        kept: what decides the results that are there.
+        now: what decides those that are wanted.
+
+    Raises:
+        InputError: they differ; the message lists every difference.
+    """
+    changes = differences(kept, now)
+    if changes:
+        message = f"{folder}: holds another {what}, and nothing in it was touched. It was started with"
+        raise InputError("\n".join([message, *changes]))
 
 
 def differences(kept: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from testbed.campaign.manifest import differences
+from testbed.campaign.manifest import require_same
 from testbed.delivery.folder import OutputFolder
 from testbed.delivery.provenance import Provenance
 from testbed.diagnosis.keeping import Content
@@ -124,10 +124,7 @@ def _read(path: Path, identity: Mapping[str, Any]) -> KeptParts:
     begun = kept.pop(_IDENTITY, None)
     if begun is None:
         raise InputError(f"{path}: its first line is damaged, so that nobody knows of what it is; give another --out")
-    changes = differences(begun, identity)
-    if changes:
-        message = f"{path.parent}: holds another diagnosis, and nothing in it was touched. It was begun with"
-        raise InputError("\n".join([message, *changes]))
+    require_same(path.parent, "diagnosis", begun, identity)
     damaged = sum(map(bool, lines)) - len(kept) - 1
     if damaged:
         with whole_file(path) as part:

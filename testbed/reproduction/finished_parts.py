@@ -12,7 +12,7 @@ from typing import Any
 
 from testbed.campaign.executor import Notify
 from testbed.campaign.kept_parts import KeptParts
-from testbed.campaign.manifest import LARGEST_MANIFEST, differences
+from testbed.campaign.manifest import LARGEST_MANIFEST, require_same
 from testbed.errors import InputError
 from testbed.estimation.combine import CombinedEstimate
 from testbed.files import read_bytes, whole_file
@@ -147,13 +147,7 @@ def _kept(out: Path, identity: Mapping[str, Any]) -> tuple[float, dict[str, str]
         checksums = {str(name): str(checksum) for name, checksum in dict(content["parts"]).items()}
     except (InputError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise InputError(f"{out}: cannot be resumed: {path} cannot be read ({error}); choose another --out") from error
-    changes = differences(kept, identity)
-    if changes:
-        raise InputError(
-            "\n".join(
-                [f"{out}: holds another reproduction, and nothing in it was touched. It was started with", *changes]
-            )
-        )
+    require_same(out, "reproduction", kept, identity)
     return seconds, checksums
 
 

@@ -12,7 +12,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from tests.campaigns import small_scenario
-from tests.processes import ROOT, of_group, outcome, started, until
+from tests.processes import ROOT, WAITING, of_group, outcome, started, until
 from tests.robustness.case import COMPLETED, REFUSED, Scene, broken, written
 from tests.robustness.records import good_records
 from tests.robustness.scenario_files import TEXT
@@ -21,14 +21,6 @@ INTERRUPTED = 130
 BASIC = ROOT / "scenarios" / "basic.toml"
 DIAGNOSED = ROOT / "scenarios" / "diagnose.toml"
 DESIGNED = ROOT / "scenarios" / "paper_d_optimal.toml"
-_WAITING = """
-import pathlib, time
-import testbed.cli.{command} as command
-def waiting(*_, **__):
-    pathlib.Path("here").touch()
-    time.sleep(600)
-command.{work} = waiting
-"""
 _WORK: dict[str, tuple[str, tuple[object, ...]]] = {
     "check": ("true_platform", (BASIC,)),
     "run": ("conduct", (BASIC, "--out", "out")),
@@ -78,7 +70,7 @@ def _signals() -> Iterator[Scene]:
                     sent: signal.Signals = sent,
                     ignored: bool = ignored,
                 ) -> Iterator[str]:
-                    waiting = _WAITING.format(command=command, work=work)
+                    waiting = WAITING.format(command=command, work=work)
                     with started(command, *arguments, cwd=folder, before=waiting, signals_ignored=ignored) as process:
                         until((folder / "here").exists, process)
                         process.send_signal(sent)
@@ -105,7 +97,7 @@ def _kills() -> Iterator[Scene]:
             def play(folder: Path, command: str = command, at: str = at) -> Iterator[str]:
                 good_records(folder / "data")
                 work, arguments = _WORK[command]
-                before = _WAITING.format(command=command, work=work) if at == "work" else _KILLED_WHILE_WRITING
+                before = WAITING.format(command=command, work=work) if at == "work" else _KILLED_WHILE_WRITING
                 with started(command, *arguments, cwd=folder, before=before) as process:
                     if at == "work":
                         until((folder / "here").exists, process)

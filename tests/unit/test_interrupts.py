@@ -11,18 +11,10 @@ import pytest
 from testbed.cli.failures import exit_code_of
 from testbed.interrupts import Interrupted
 from tests.campaigns import small_scenario
-from tests.processes import ROOT, outcome, started, until
+from tests.processes import ROOT, WAITING, outcome, started, until
 
 BASIC = ROOT / "scenarios" / "basic.toml"
 DESIGN = ROOT / "scenarios" / "gimbal_weighted.toml"
-WAITING = """
-import pathlib, time
-import testbed.cli.{command} as command
-def waiting(*_, **__):
-    pathlib.Path("here").touch()
-    time.sleep(600)
-command.{work} = waiting
-"""
 NOTHING = "Interrupted; nothing was written.\n"
 
 
