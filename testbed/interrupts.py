@@ -9,6 +9,9 @@ from contextlib import contextmanager
 from types import FrameType
 
 _HEARD = (signal.SIGINT, signal.SIGTERM)
+HEARING = 1.0
+"""s, the longest that a command waits in one go for another process. A signal that comes between Python's last look for
+one and the start of a wait, or that the system gives to another thread, is heard at the wait's end only."""
 
 
 class Interrupted(Exception):  # noqa: N818 - a person's wish, no error

@@ -21,10 +21,15 @@ import pathlib, time
 import testbed.cli.{command} as command
 def waiting(*_, **__):
     pathlib.Path("here").touch()
-    time.sleep(600)
+    while True:
+        time.sleep(0.05)
 command.{work} = waiting
 """
-"""Makes a command wait where its work begins, and a file appear there."""
+"""Makes a command wait where its work begins, and a file appear there.
+
+It sleeps a little at a time: a signal that comes between Python's last look for one and the start of a sleep is heard
+at the sleep's end.
+"""
 
 
 @contextmanager

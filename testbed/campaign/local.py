@@ -12,6 +12,7 @@ from testbed.campaign.executor import MOST_DEATHS, BlockRows, Notify
 from testbed.campaign.plan import Block, CampaignPlan
 from testbed.campaign.worker import Worker, WorkerDied
 from testbed.errors import InputError
+from testbed.interrupts import HEARING
 
 
 def usable_cores() -> int:
@@ -69,8 +70,8 @@ class _Pool:
         worker.give(self.waiting.popleft())
 
     def next_answers(self) -> Iterator[BlockRows]:
-        """Wait for workers; give those that answered their next block, and replace those that died."""
-        ready = wait([worker.connection for worker in self.workers])
+        """Wait a little for workers; give those that answered their next block, and replace those that died."""
+        ready = wait([worker.connection for worker in self.workers], HEARING)
         for worker in [worker for worker in self.workers if worker.connection in ready]:
             block = worker.block
             assert block is not None

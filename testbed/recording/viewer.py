@@ -16,6 +16,7 @@ from rerun.chunk import RrdReader
 from rerun.error_utils import RerunWarning
 
 from testbed.errors import InputError
+from testbed.interrupts import HEARING
 from testbed.recording import keeper
 from testbed.recording.offline_page import LOOPBACK, offline_page
 
@@ -67,9 +68,13 @@ def _run(command: list[str]) -> int | None:
     started = [sys.executable, "-I", keeper.__file__, *command]
     with subprocess.Popen(started, stdin=subprocess.PIPE, start_new_session=True) as kept:
         try:
-            return kept.wait()
+            while kept.poll() is None:
+                with suppress(subprocess.TimeoutExpired):
+                    kept.wait(HEARING)
         except KeyboardInterrupt:
             return None
+        else:
+            return kept.returncode
         finally:
             _end(kept)
 

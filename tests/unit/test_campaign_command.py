@@ -26,7 +26,8 @@ answer = worker.Worker.answer
 def second_never_comes(self):
     if answers:
         pathlib.Path("here").touch()
-        time.sleep(600)
+        while True:
+            time.sleep(0.05)
     answers.append(answer(self))
     return answers[0]
 worker.Worker.answer = second_never_comes
