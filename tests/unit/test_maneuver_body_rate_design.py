@@ -23,12 +23,14 @@ def designed(criterion="D", penalty=None, starts=2, control_points=16, **changes
     )
 
 
-DESIGNS = {criterion: designed(criterion) for criterion in CRITERIA}
+@pytest.fixture(scope="module")
+def designs():
+    return {criterion: designed(criterion) for criterion in CRITERIA}
 
 
 @pytest.mark.parametrize("criterion", CRITERIA)
-def test_limits_are_kept_between_the_samples(criterion):
-    reference = DESIGNS[criterion].maneuver.reference(FINE)
+def test_limits_are_kept_between_the_samples(criterion, designs):
+    reference = designs[criterion].maneuver.reference(FINE)
     slack = 1e-6  # share of a limit that the solver leaves
     assert np.abs(reference.body_rate).max() <= 0.3 * (1 + slack)
     assert np.all(np.abs(reference.body_rate @ INERTIA) <= MOMENTUM_LIMIT * (1 + slack))
@@ -36,24 +38,24 @@ def test_limits_are_kept_between_the_samples(criterion):
 
 
 @pytest.mark.parametrize("criterion", CRITERIA)
-def test_it_goes_from_rest_to_rest(criterion):
-    ends = DESIGNS[criterion].maneuver.reference(np.array([0.0, 5.0]))
+def test_it_goes_from_rest_to_rest(criterion, designs):
+    ends = designs[criterion].maneuver.reference(np.array([0.0, 5.0]))
     np.testing.assert_array_equal(ends.body_rate, 0.0)
     np.testing.assert_allclose(ends.body_acceleration, 0.0, atol=1e-12)
 
 
-def test_every_criterion_improves_on_the_d_design_in_its_own_figure():
-    figures = {criterion: design.information for criterion, design in DESIGNS.items()}
+def test_every_criterion_improves_on_the_d_design_in_its_own_figure(designs):
+    figures = {criterion: design.information for criterion, design in designs.items()}
     # Few points leave A and D the same optimum, held by the limits alone; the solver's tolerance decides.
     assert figures["A"].trace_inverse < figures["D"].trace_inverse * (1 + 1e-5)
     assert figures["E"].min_eigenvalue > figures["D"].min_eigenvalue
     assert figures["condition"].condition_number < figures["D"].condition_number
 
 
-def test_the_cost_is_the_figure():
+def test_the_cost_is_the_figure(designs):
     """What the slack bounds is the eigenvalue itself, and what is reported belongs to the maneuver."""
-    figures = {criterion: design.information for criterion, design in DESIGNS.items()}
-    costs = {criterion: min(start.cost for start in design.starts) for criterion, design in DESIGNS.items()}
+    figures = {criterion: design.information for criterion, design in designs.items()}
+    costs = {criterion: min(start.cost for start in design.starts) for criterion, design in designs.items()}
     assert costs["D"] == pytest.approx(-np.log(figures["D"].determinant), abs=1e-9)
     assert costs["A"] == pytest.approx(np.log(figures["A"].trace_inverse), abs=1e-9)
     assert costs["E"] == pytest.approx(-np.log(figures["E"].min_eigenvalue), abs=1e-4)
@@ -80,8 +82,8 @@ def test_weaker_penalties_overshoot_more():
     assert weak > strong + 0.005
 
 
-def test_a_start_is_the_same_whatever_the_number_of_starts():
-    alone, among = designed(starts=1), DESIGNS["D"]
+def test_a_start_is_the_same_whatever_the_number_of_starts(designs):
+    alone, among = designed(starts=1), designs["D"]
     assert alone.starts[0].cost == among.starts[0].cost
     again = designed()
     np.testing.assert_array_equal(again.maneuver.body_rate.c, among.maneuver.body_rate.c)

@@ -26,28 +26,30 @@ def designed(criterion="D", limits=None, starts=1, **changes):
     return gimbal_design(design_problem(criterion, **changes), limits, Search(starts=starts, seed=2))
 
 
-DESIGN = designed(starts=2)
+@pytest.fixture(scope="module")
+def design():
+    return designed(starts=2)
 
 
-def test_gimbals_start_as_given_and_rest_at_both_ends():
-    reference = DESIGN.maneuver.reference(FINE)
+def test_gimbals_start_as_given_and_rest_at_both_ends(design):
+    reference = design.maneuver.reference(FINE)
     np.testing.assert_array_equal(reference.gimbal_angle[0], 0.0)
     np.testing.assert_allclose(reference.gimbal_rate[[0, -1]], 0.0, atol=1e-12)
     np.testing.assert_allclose(reference.body_rate[[0, -1]], 0.0, atol=1e-7)
 
 
-def test_hull_limits_are_kept_everywhere():
-    angle = DESIGN.maneuver.gimbal_angle
+def test_hull_limits_are_kept_everywhere(design):
+    angle = design.maneuver.gimbal_angle
     assert np.abs(angle(FINE, nu=1)).max() <= 1.9 * (1 + 1e-6)
     assert np.abs(angle(FINE, nu=2)).max() <= 10.0 * (1 + 1e-6)
     assert np.abs(angle(FINE, nu=1)).max() > 0.97 * 1.9  # the limit is used
 
 
-def test_the_cluster_keeps_its_limits():
-    reference = DESIGN.maneuver.reference(FINE)
+def test_the_cluster_keeps_its_limits(design):
+    reference = design.maneuver.reference(FINE)
     jacobian = momentum_jacobian(CLUSTER, reference.gimbal_angle)
     momentum = cluster_momentum(CLUSTER, reference.gimbal_angle, reference.gimbal_rate)
-    acceleration = DESIGN.maneuver.gimbal_angle(FINE, nu=2)
+    acceleration = design.maneuver.gimbal_angle(FINE, nu=2)
     torque = (jacobian @ reference.gimbal_rate[..., None])[..., 0]
     torque += (CLUSTER.gimbal_axis_inertia * acceleration) @ CLUSTER.gimbal_axis_B
     assert np.all(np.abs(torque) <= BETWEEN * TORQUE_LIMIT)
@@ -55,10 +57,10 @@ def test_the_cluster_keeps_its_limits():
     assert singularity_measure(jacobian, CLUSTER.rotor_momentum).min() >= 0.3 / 1.1  # a narrow dip between instants
 
 
-def test_gimbal_motors_are_strong_enough():
-    reference = DESIGN.maneuver.reference(FINE)
+def test_gimbal_motors_are_strong_enough(design):
+    reference = design.maneuver.reference(FINE)
     spin, transverse = (axes(CLUSTER, reference.gimbal_angle) for axes in (spin_axes, transverse_axes))
-    rate, turning = reference.body_rate, DESIGN.maneuver.gimbal_angle(FINE, nu=2)
+    rate, turning = reference.body_rate, design.maneuver.gimbal_angle(FINE, nu=2)
     turning = turning + reference.body_acceleration @ CLUSTER.gimbal_axis_B.T
     asymmetry = CLUSTER.rotor_spin_inertia - CLUSTER.rotor_transverse_inertia
     carried = CLUSTER.rotor_momentum + asymmetry * np.einsum("nmi,ni->nm", spin, rate)
@@ -66,16 +68,16 @@ def test_gimbal_motors_are_strong_enough():
     assert np.abs(torque).max() <= 0.015
 
 
-def test_the_spline_follows_the_exact_body_rate():
+def test_the_spline_follows_the_exact_body_rate(design):
     odd = np.sort(np.random.default_rng(0).uniform(0.0, 5.0, 2000))
     exact = body_rate_of(
-        DESIGN.maneuver.gimbal_angle, odd, inertia=INERTIA, cluster=CLUSTER, total_momentum_B=np.zeros(3)
+        design.maneuver.gimbal_angle, odd, inertia=INERTIA, cluster=CLUSTER, total_momentum_B=np.zeros(3)
     )
-    np.testing.assert_allclose(DESIGN.maneuver.body_rate(odd), exact, atol=1e-7)
+    np.testing.assert_allclose(design.maneuver.body_rate(odd), exact, atol=1e-7)
 
 
-def test_momentum_stays_zero():
-    assert np.abs(total_momentum(DESIGN.maneuver)).max() < 3e-9  # 1e-7 rad/s of the spline times 0.027 kg·m²
+def test_momentum_stays_zero(design):
+    assert np.abs(total_momentum(design.maneuver)).max() < 3e-9  # 1e-7 rad/s of the spline times 0.027 kg·m²
 
 
 def total_momentum(maneuver):
@@ -120,8 +122,8 @@ def test_every_criterion_improves_on_the_d_design_in_its_own_figure(criterion):
     assert better > 1.0 if criterion == "E" else better < 1.0
 
 
-def test_the_same_seed_gives_the_same_design():
-    np.testing.assert_array_equal(designed(starts=2).maneuver.gimbal_angle.c, DESIGN.maneuver.gimbal_angle.c)
+def test_the_same_seed_gives_the_same_design(design):
+    np.testing.assert_array_equal(designed(starts=2).maneuver.gimbal_angle.c, design.maneuver.gimbal_angle.c)
 
 
 def test_limits_that_conflict_are_named():
