@@ -45,8 +45,7 @@ def build(properties: PlatformProperties, path: Path | None = None, *, visuals: 
     """
     source = shipped_model() if path is None else path
     spec = specification(properties, source)
-    if not visuals:
-        _strip_visuals(spec)
+    spec.compiler.discardvisual = not visuals
     return _compile(spec, source)
 
 
@@ -62,13 +61,6 @@ def specification(properties: PlatformProperties, path: Path) -> mujoco.MjSpec:
     if properties.cabin_size is not None:
         _add_cabin(spec, properties.cabin_size)
     return spec
-
-
-def _strip_visuals(spec: mujoco.MjSpec) -> None:
-    """Delete the geoms that neither touch anything nor carry mass."""
-    for geom in list(spec.geoms):
-        if geom.contype == 0 and geom.conaffinity == 0 and geom.mass == 0.0:
-            spec.delete(geom)
 
 
 def _read(path: Path) -> mujoco.MjSpec:

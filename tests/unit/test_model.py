@@ -138,6 +138,22 @@ def test_all_parts_that_a_model_lacks_are_named_at_once(tmp_path):
         build(PlatformProperties(), path)
 
 
+@pytest.mark.parametrize("cabin", [None, np.full(3, 2.0)], ids=["free", "in a cabin"])
+def test_a_model_without_what_is_only_looked_at_moves_alike(tmp_path, cabin):
+    """A strut that weighs something keeps its weight; what touches the cabin stays."""
+    heavy = renamed(tmp_path, ('<geom name="strut1" class="strut"', '<geom name="strut1" class="strut" mass="0.1"'))
+    seen, bare = (build(PlatformProperties(cabin_size=cabin), heavy, visuals=visuals) for visuals in (True, False))
+    assert (bare.ngeom, bare.nmesh) == (0 if cabin is None else 7, 0)
+    state = [mujoco.MjData(model) for model in (seen, bare)]
+    for model, data in zip((seen, bare), state, strict=True):
+        data.qvel[:] = np.random.default_rng(3).normal(size=model.nv)
+        for _ in range(50):
+            mujoco.mj_step(model, data)
+    np.testing.assert_array_equal(state[0].qpos, state[1].qpos)
+    np.testing.assert_array_equal(state[0].qvel, state[1].qvel)
+    np.testing.assert_array_equal(seen.body_inertia, bare.body_inertia)
+
+
 def test_missing_model_is_refused_with_its_path(tmp_path):
     with pytest.raises(InputError, match=r"nowhere\.xml"):
         build(PlatformProperties(), tmp_path / "nowhere.xml")
