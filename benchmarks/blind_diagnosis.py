@@ -14,19 +14,13 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.blind_candidates import CANDIDATES, candidates_of
-from testbed.assembly.platform import nominal_platform
-from testbed.diagnosis.findings import first_screening, noise_notices
-from testbed.diagnosis.location import located
-from testbed.diagnosis.plausibility import require_explicable
-from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.result import result_of
-from testbed.diagnosis.workflow import diagnosed
-from testbed.dynamics.inertia import theta_of
-from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.diagnosis.findings import first_screening
+from testbed.effects.registry import READING_EFFECTS
 from testbed.errors import InputError
 from testbed.files import whole_file
-from testbed.records.reading import read_data_set
-from testbed.scenario.reader import read_scenario
+from testbed.library.diagnoses import diagnose
+from testbed.library.records import read_records
+from testbed.library.scenarios import read_scenario
 
 DIAGNOSIS, REFUSED, CRASHED, SECONDS = "diagnosis.json", "refused.txt", "crashed.txt", "seconds.txt"
 
@@ -46,25 +40,9 @@ def diagnosis_of(scenario_path: Path, data: Path) -> dict[str, Any]:
 
 def diagnosis_and_candidates(scenario_path: Path, data: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the diagnosis, and what its first screening compared; arguments and errors as `diagnosis_of`."""
-    scenario = read_scenario(scenario_path)
-    nominal = nominal_platform(scenario)
-    records = data_set_of(read_data_set(data), scenario, nominal)
-    stages = diagnosed(
-        records.runs,
-        records.heldout,
-        EFFECTS,
-        theta_of(nominal.inertia),
-        reading_effects=READING_EFFECTS,
-        alone=records.alone,
-    )
-    screening = None
-    for last in stages:
-        screening = screening or first_screening(last)
-    require_explicable(last.runs, last.gap_before.fit, last.gap.fit)
-    return (
-        result_of(last, located(last.runs, last.baseline), (*records.notices, *noise_notices(last))),
-        candidates_of(records.runs, last.baseline, screening, READING_EFFECTS),
-    )
+    result = diagnose(read_scenario(scenario_path), read_records(data), propose=False)
+    state, runs = result.state, result.prepared.data.runs
+    return result.result, candidates_of(runs, state.baseline, first_screening(state), READING_EFFECTS)
 
 
 def diagnose_case(scenario: Path, data: Path, folder: Path) -> Path:

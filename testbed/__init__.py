@@ -1,1 +1,75 @@
-"""A simulator-in-the-loop testbed for identifying a spacecraft's inertia with control moment gyros."""
+"""Identify a spacecraft's inertia in a closed loop with a simulator, and find what a model is missing.
+
+    import testbed as tb
+
+    scenario = tb.read_scenario("zero_g")
+    run = tb.fly(scenario, seed=1)
+
+What is here loads when it is used first: `import testbed` itself loads no engine.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from testbed.errors import InputError as InputError
+    from testbed.library.campaigns import Campaign as Campaign
+    from testbed.library.campaigns import monte_carlo as monte_carlo
+    from testbed.library.comparisons import Comparison as Comparison
+    from testbed.library.comparisons import compare as compare
+    from testbed.library.diagnoses import DiagnosisResult as DiagnosisResult
+    from testbed.library.diagnoses import diagnose as diagnose
+    from testbed.library.estimates import InertiaEstimate as InertiaEstimate
+    from testbed.library.estimates import estimate as estimate
+    from testbed.library.records import Records as Records
+    from testbed.library.records import frame_of as frame_of
+    from testbed.library.records import read_records as read_records
+    from testbed.library.records import records_from as records_from
+    from testbed.library.runs import Maneuver as Maneuver
+    from testbed.library.runs import Run as Run
+    from testbed.library.runs import design as design
+    from testbed.library.runs import fly as fly
+    from testbed.library.scenarios import read_scenario as read_scenario
+    from testbed.scenario.shipped import shipped_scenarios as shipped_scenarios
+
+_HOMES = {
+    "InputError": "testbed.errors",
+    "Campaign": "testbed.library.campaigns",
+    "monte_carlo": "testbed.library.campaigns",
+    "Comparison": "testbed.library.comparisons",
+    "compare": "testbed.library.comparisons",
+    "DiagnosisResult": "testbed.library.diagnoses",
+    "diagnose": "testbed.library.diagnoses",
+    "InertiaEstimate": "testbed.library.estimates",
+    "estimate": "testbed.library.estimates",
+    "Records": "testbed.library.records",
+    "frame_of": "testbed.library.records",
+    "read_records": "testbed.library.records",
+    "records_from": "testbed.library.records",
+    "Maneuver": "testbed.library.runs",
+    "Run": "testbed.library.runs",
+    "design": "testbed.library.runs",
+    "fly": "testbed.library.runs",
+    "read_scenario": "testbed.library.scenarios",
+    "shipped_scenarios": "testbed.scenario.shipped",
+}
+"""Module of each name."""
+
+__all__ = sorted(["__version__", *_HOMES])  # noqa: PLE0605 - a list of the names above
+
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401 - as many types as names
+    if name == "__version__":
+        return version("testbed")
+    if name in _HOMES:
+        value = getattr(import_module(_HOMES[name]), name)
+        globals()[name] = value
+        return value
+    raise AttributeError(f"module 'testbed' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,7 +11,33 @@ from typer.core import TyperGroup
 
 from testbed.interrupts import Interrupted
 
-ScenarioPath = Annotated[Path, typer.Argument(metavar="SCENARIO", help="A scenario file (TOML).", show_default=False)]
+
+def _completed(start: str) -> list[str]:
+    """Return the shipped scenarios whose names begin like this, for the shell's completion."""
+    from testbed.scenario.shipped import shipped_scenarios  # noqa: PLC0415
+
+    return [name for name in shipped_scenarios() if name.startswith(start)]
+
+
+ScenarioName = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENARIO",
+        help="A scenario file (TOML), or the name of a shipped one: see `testbed list`.",
+        show_default=False,
+        autocompletion=_completed,
+    ),
+]
+Changes = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Another value for a key: gyro.noise_rad_s=0.01. Repeatable.",
+    ),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, and nothing else.")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")]
 Out = Annotated[
     Path | None,
     typer.Option(metavar="DIR", help="New or empty folder for the results; by default a fresh one under runs/."),
@@ -38,31 +65,54 @@ app = typer.Typer(
     cls=Commands,
     help="Identify a spacecraft's inertia with control moment gyros, simulator in the loop.",
     no_args_is_help=True,
-    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
 
 
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"testbed {version('testbed')}")
+        raise typer.Exit
+
+
+@app.callback()
+def main(
+    _: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Identify a spacecraft's inertia with control moment gyros, simulator in the loop."""
+
+
+# Commands import what they need when they are called: engines take a second or two to load.
+
+
 @app.command()
 def run(
-    scenario: ScenarioPath,
+    scenario: ScenarioName,
     out: Out = None,
     seed: Seed = None,
     dispersed: Annotated[
         bool, typer.Option("--dispersed", help="Draw the scenario's [dispersion], as a campaign's run with this seed.")
     ] = False,
     view: Annotated[bool, typer.Option("--view", help="Open the recording when the run is done.")] = False,
+    changes: Changes = None,
+    json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Design, fly, estimate and record a scenario."""
-    from testbed.cli.run import run_scenario  # noqa: PLC0415 - engines load only when a command needs them
+    from testbed.cli.console import choose_output  # noqa: PLC0415
+    from testbed.cli.run import run_scenario  # noqa: PLC0415
 
-    raise typer.Exit(run_scenario(scenario, out, seed, drawn=dispersed, view=view))
+    choose_output(json=json, quiet=quiet)
+    raise typer.Exit(run_scenario(scenario, changes or (), out, seed, drawn=dispersed, view=view))
 
 
 @app.command()
 def montecarlo(
-    scenario: ScenarioPath,
+    scenario: ScenarioName,
     runs: Annotated[int, typer.Option(metavar="N", min=2, max=MOST_RUNS, help="How many runs.", show_default=False)],
     seed: Annotated[
         int | None,
@@ -77,11 +127,16 @@ def montecarlo(
         int | None,
         typer.Option(metavar="N", min=1, max=1024, help="Cores to use on this machine; by default all."),
     ] = None,
+    changes: Changes = None,
+    json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Fly a scenario many times, each run with its own noise and dispersions, and give statistics."""
+    from testbed.cli.console import choose_output  # noqa: PLC0415
     from testbed.cli.montecarlo import run_montecarlo  # noqa: PLC0415
 
-    code = run_montecarlo(scenario, runs, seed, out, resume=resume, scheduler=scheduler, workers=workers)
+    choose_output(json=json, quiet=quiet)
+    code = run_montecarlo(scenario, changes or (), runs, seed, out, resume=resume, scheduler=scheduler, workers=workers)
     raise typer.Exit(code)
 
 
@@ -111,41 +166,60 @@ def reproduce(
 
 
 @app.command()
-def design(scenario: ScenarioPath, out: Out = None, seed: Seed = None) -> None:
+def design(
+    scenario: ScenarioName,
+    out: Out = None,
+    seed: Seed = None,
+    changes: Changes = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
     """Design a scenario's maneuver, without flying it."""
+    from testbed.cli.console import choose_output  # noqa: PLC0415
     from testbed.cli.design import design_scenario  # noqa: PLC0415
 
-    design_scenario(scenario, out, seed)
+    choose_output(json=json, quiet=quiet)
+    design_scenario(scenario, changes or (), out, seed)
 
 
 @app.command()
 def estimate(
-    scenario: ScenarioPath,
+    scenario: ScenarioName,
     data: Annotated[Path, typer.Option(metavar="FOLDER", help="Folder of records: NAME.csv or NAME.parquet.")],
     out: Out = None,
+    changes: Changes = None,
+    json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Estimate the inertia from records measured elsewhere; the scenario is the nominal model."""
+    from testbed.cli.console import choose_output  # noqa: PLC0415
     from testbed.cli.estimate import estimate_records  # noqa: PLC0415
 
-    estimate_records(scenario, data, out)
+    choose_output(json=json, quiet=quiet)
+    estimate_records(scenario, changes or (), data, out)
 
 
 @app.command()
 def diagnose(
-    scenario: ScenarioPath,
+    scenario: ScenarioName,
     data: Annotated[Path, typer.Option(metavar="FOLDER", help="Folder of records: NAME.csv or NAME.parquet.")],
     out: Out = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the interrupted diagnosis in DIR.")] = False,
+    changes: Changes = None,
+    json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Find where the nominal model and measured records disagree, and name the effect that is missing."""
+    from testbed.cli.console import choose_output  # noqa: PLC0415
     from testbed.cli.diagnose import diagnose_records  # noqa: PLC0415
 
-    raise typer.Exit(diagnose_records(scenario, data, out, resume=resume))
+    choose_output(json=json, quiet=quiet)
+    raise typer.Exit(diagnose_records(scenario, changes or (), data, out, resume=resume))
 
 
 @app.command()
 def conceal(
-    scenario: ScenarioPath,
+    scenario: ScenarioName,
     out: Annotated[Path, typer.Option(metavar="DIR", help="New or empty folder for data and answer.")],
     seed: Annotated[int, typer.Option(min=0, max=2**63 - 1, help="Seed of everything.", show_default=False)],
     effect: Annotated[list[str] | None, typer.Option(metavar="ID", help="Hide this effect; may be repeated.")] = None,
@@ -181,11 +255,56 @@ def score(
 
 
 @app.command()
-def check(scenario: ScenarioPath) -> None:
+def compare(
+    folders: Annotated[
+        list[Path],
+        typer.Argument(metavar="RUN...", help="Folders of runs, or of campaigns, two or more.", show_default=False),
+    ],
+    out: Out = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Compare runs, or campaigns, side by side."""
+    from testbed.cli.compare import compare_results  # noqa: PLC0415
+    from testbed.cli.console import choose_output  # noqa: PLC0415
+
+    choose_output(json=json, quiet=quiet)
+    compare_results(folders, out)
+
+
+@app.command(name="list")
+def list_shipped() -> None:
+    """List the shipped scenarios and what each is for."""
+    from testbed.cli.scenarios import list_scenarios  # noqa: PLC0415
+
+    list_scenarios()
+
+
+@app.command()
+def new(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Of the scenario, and of its file.", show_default=False)],
+    source: Annotated[
+        str,
+        typer.Option(
+            "--from",
+            metavar="SCENARIO",
+            help="To copy: a scenario file, or the name of a shipped one.",
+            autocompletion=_completed,
+        ),
+    ] = "zero_g",
+) -> None:
+    """Write NAME.toml, a scenario of your own, from another one."""
+    from testbed.cli.scenarios import new_scenario  # noqa: PLC0415
+
+    new_scenario(name, source)
+
+
+@app.command()
+def check(scenario: ScenarioName, changes: Changes = None) -> None:
     """Check a scenario: everything that is wrong with it at once."""
     from testbed.cli.check import check_scenario  # noqa: PLC0415
 
-    check_scenario(scenario)
+    check_scenario(scenario, changes or ())
 
 
 @app.command()

@@ -2,31 +2,30 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Sequence
 
 from testbed.assembly.control import flight_clock
 from testbed.assembly.platform import nominal_body, true_platform
 from testbed.cli.console import say
-from testbed.cli.failures import naming
+from testbed.library.scenarios import naming, overrides_of, read_scenario
 from testbed.maneuver.profiles import read_profile
 from testbed.scenario.maneuver import CsvManeuver
-from testbed.scenario.reader import read_body_scenario
 from testbed.scenario.scenario import Scenario
 
 
-def check_scenario(path: Path) -> None:
+def check_scenario(source: str, changes: Sequence[str]) -> None:
     """Read a scenario and compile its platforms, where it can be flown; say what it is for.
 
     Raises:
         InputError: what is wrong with it, all at once.
     """
-    scenario = read_body_scenario(path)
-    with naming(path):
+    scenario = read_scenario(source, overrides_of(changes))
+    with naming(scenario):
         nominal_body(scenario)
         if isinstance(scenario, Scenario):
             true_platform(scenario)
             _read_table(scenario)
-    say(f"{path}: a valid scenario ({scenario.name}). {scenario.description}")
+    say(f"{scenario.file.path}: a valid scenario ({scenario.name}). {scenario.description}")
 
 
 def _read_table(scenario: Scenario) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 from testbed.cli.console import say
 from testbed.delivery.folder import reserved_folder
 from testbed.errors import InputError
+from testbed.library.scenarios import located
 from testbed.scenario.reader import read_scenario
 
 DATA, ANSWER = "data", "answer"
@@ -19,12 +20,12 @@ _ENGINE = "tests.concealing"
 
 
 def conceal_effects(
-    path: Path, out: Path, effects: Sequence[str], seed: int, *, drawn: bool, size: float | None, runs: int | None
+    source: str, out: Path, effects: Sequence[str], seed: int, *, drawn: bool, size: float | None, runs: int | None
 ) -> None:
     """Fly a platform with hidden effects, write its records into out/data and the sealed answer into out/answer.
 
     Args:
-        path: of the nominal scenario.
+        source: path of the nominal scenario, or name of a shipped one.
         out: new or empty folder.
         effects: ids of what to hide; none for a set without any effect.
         seed: of everything.
@@ -36,6 +37,7 @@ def conceal_effects(
         InputError: there is no engine here, the scenario or the folder cannot be used, an effect is not known, or no
             data set shows it as much as asked for.
     """
+    path = located(source)
     read_scenario(path)
     if drawn and effects:
         raise InputError("--random: draws the effect; leave --effect out, or --random")

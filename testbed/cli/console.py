@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import shlex
 import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, redirect_stderr
+from dataclasses import dataclass
 from datetime import timedelta
 from io import StringIO
 from math import ceil, inf, isfinite
@@ -43,6 +45,36 @@ RATE_PERIOD = 120.0
 def command_line() -> str:
     """Return the command as it was given, quoted for a shell."""
     return shlex.join(map(readable, [Path(sys.argv[0]).name, *sys.argv[1:]]))
+
+
+@dataclass(kw_only=True)
+class _Output:
+    """What a command prints.
+
+    Attributes:
+        json: whether its result as JSON, and nothing else, on standard output.
+        quiet: whether nothing but errors.
+    """
+
+    json: bool = False
+    quiet: bool = False
+
+
+_OUTPUT = _Output()
+
+
+def choose_output(*, json: bool, quiet: bool) -> None:
+    """Choose what this command prints: its result for people, as JSON, or nothing but errors."""
+    _OUTPUT.json, _OUTPUT.quiet = json, quiet
+    console.quiet = json or quiet
+    terminal.quiet = quiet
+
+
+def print_as_json(path: Path) -> None:
+    """Print a result that was written, with its folder, where JSON was asked for."""
+    if _OUTPUT.json:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        print(json.dumps(content | {"folder": str(path.parent)}, indent=1))
 
 
 def say(text: str = "") -> None:

@@ -2,45 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from rich.table import Table
 
-from testbed.assembly.platform import nominal_platform
-from testbed.cli.console import command_line, design_progress, say, show
-from testbed.cli.failures import naming
+from testbed.cli.console import command_line, design_progress, print_as_json, say, show
 from testbed.cli.tables import design_lines
-from testbed.delivery.design_folder import write_design
 from testbed.delivery.folder import reserved_folder
-from testbed.delivery.provenance import provenance
 from testbed.errors import InputError
-from testbed.experiment.planning import design_seed, plan_maneuver, starts_of
+from testbed.experiment.planning import starts_of
+from testbed.library.runs import design
+from testbed.library.scenarios import overrides_of, read_scenario, require_flyable
 from testbed.maneuver.design import Design
-from testbed.scenario.reader import scenario_file, scenario_of
 
 
-def design_scenario(path: Path, out: Path | None, seed: int | None) -> None:
+def design_scenario(source: str, changes: Sequence[str], out: Path | None, seed: int | None) -> None:
     """Design the maneuver, print every start, write the maneuver for use in another scenario.
 
     Raises:
         InputError: the scenario has nothing to design, or its limits cannot be met.
     """
-    file = scenario_file(path)
-    scenario = scenario_of(file)
+    scenario = require_flyable(read_scenario(source, overrides_of(changes)))
     if not starts_of(scenario):
-        raise InputError(f'{path}: maneuver.kind is "{scenario.maneuver.kind}"; only "design" has something to design')
-    origin = provenance(scenario, file, command_line(), deciding={"seed": str(design_seed(scenario, seed))})
+        kind = scenario.maneuver.kind
+        raise InputError(f'{source}: maneuver.kind is "{kind}"; only "design" has something to design')
     with reserved_folder(out, f"{scenario.name}-design") as folder:
-        with naming(path), design_progress(starts_of(scenario)) as report:
-            plan = plan_maneuver(scenario, nominal_platform(scenario), report, seed)
-        design = plan.design
-        assert design is not None
-        folder.deliver(lambda place: write_design(place, file, origin, scenario, design))
-    show(_starts_table(design))
-    for line in design_lines(design):
+        with design_progress(starts_of(scenario)) as report:
+            maneuver = design(scenario, seed=seed, progress=report)
+        designed = maneuver.plan.design
+        assert designed is not None
+        folder.deliver(lambda place: maneuver.write(place, command_line()))
+    show(_starts_table(designed))
+    for line in design_lines(designed):
         say(line)
     say()
     say(f"Folder     {folder.path}: maneuver.toml can replace the scenario's [maneuver], maneuver.csv is its table")
+    print_as_json(folder.path / "design.json")
 
 
 def _starts_table(design: Design) -> Table:

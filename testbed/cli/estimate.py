@@ -2,50 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from testbed.arrays import Theta
-from testbed.assembly.platform import nominal_platform
-from testbed.cli.console import command_line, say, show
-from testbed.cli.failures import naming
+from testbed.cli.console import command_line, print_as_json, say, show
 from testbed.cli.notices import print_notices, print_verdict
 from testbed.cli.tables import estimate_table
-from testbed.delivery.estimate_folder import write_estimates
 from testbed.delivery.folder import reserved_folder
-from testbed.delivery.provenance import provenance
 from testbed.dynamics.inertia import theta_of
-from testbed.identification.estimating import Identification, identify
-from testbed.records.reading import read_data_set
+from testbed.identification.estimating import Identification
+from testbed.library.estimates import estimate
+from testbed.library.records import read_records
+from testbed.library.scenarios import overrides_of, read_scenario, require_flyable
 from testbed.report.measured import identification_notices, identification_verdict
-from testbed.scenario.reader import scenario_file, scenario_of
 
 
-def estimate_records(path: Path, data: Path, out: Path | None) -> None:
+def estimate_records(source: str, changes: Sequence[str], data: Path, out: Path | None) -> None:
     """Estimate from every record of a folder, print each and their combination, write them.
 
     Args:
-        path: of the scenario.
+        source: path of the scenario, or name of a shipped one.
+        changes: of the scenario, KEY=VALUE each.
         data: folder of records.
         out: new or empty folder; None for a fresh one.
 
     Raises:
         InputError: scenario, records or output folder cannot be used, or no record gives an estimate.
     """
-    file = scenario_file(path)
-    scenario = scenario_of(file)
+    scenario = require_flyable(read_scenario(source, overrides_of(changes)))
     with reserved_folder(out, f"{scenario.name}-estimate") as folder:
-        with naming(path):
-            nominal = nominal_platform(scenario)
-        records = read_data_set(data)
-        origin = provenance(
-            scenario, file, command_line(), data=[stamp for record in records for stamp in record.files]
-        )
-        identification = identify(scenario, nominal, records)
-        _print(identification, theta_of(nominal.inertia))
-        folder.deliver(lambda place: write_estimates(place, file, origin, scenario, nominal, identification))
+        found = estimate(scenario, read_records(data))
+        _print(found.identification, theta_of(found.nominal.inertia))
+        folder.deliver(lambda place: found.write(place, command_line()))
     say()
     say(f"Folder     {folder.path}")
     say(f"Report     {folder.path / 'report.html'}")
+    print_as_json(folder.path / "estimates.json")
 
 
 def _print(identification: Identification, nominal_theta: Theta) -> None:

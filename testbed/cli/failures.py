@@ -5,11 +5,9 @@ from __future__ import annotations
 import sys
 import tempfile
 import traceback
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from pathlib import Path
+from collections.abc import Callable
 
-from testbed.errors import InfeasibleDesignError, InputError, UnphysicalPlatformError
+from testbed.errors import InputError
 from testbed.interrupts import Interrupted, heard_interrupts
 
 COMPLETED = 0
@@ -60,14 +58,3 @@ def _bug_message(bug: Exception) -> str:
     except OSError:
         return f"{said}; please report it with these lines:\n{details}"
     return f"{said}; please report it with {log.name}"
-
-
-@contextmanager
-def naming(path: Path) -> Iterator[None]:
-    """Put the scenario's path before what is said of its platform or its maneuver."""
-    try:
-        yield
-    except UnphysicalPlatformError as error:
-        raise InputError(f"{path}: {error}") from error
-    except InfeasibleDesignError as error:
-        raise InputError(f"{path}: [maneuver]: {error}") from error

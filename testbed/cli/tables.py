@@ -31,7 +31,7 @@ def estimate_table(title: str, rows: Mapping[str, Theta], estimation: Estimation
         rows: θ to show first, such as the truth, by label, kg·m².
         estimation: the estimates, and the bound below them.
     """
-    table = _parameter_table(title)
+    table = parameter_table(title)
     for label, theta in rows.items():
         table.add_row(label, *_cells(theta))
     table.add_section()
@@ -50,7 +50,7 @@ def estimate_table(title: str, rows: Mapping[str, Theta], estimation: Estimation
 
 def statistics_table(statistics: CampaignStatistics) -> Table:
     """Return the table of a campaign: truth, each estimator's mean, scatter, bias and coverage, the bound."""
-    table = _parameter_table("Inertia in 1e-3 kg m², mean over the runs ± their scatter")
+    table = parameter_table("Inertia in 1e-3 kg m², mean over the runs ± their scatter")
     table.add_row("true", *_cells(statistics.true_theta))
     for name, figures in statistics.estimators.items():
         table.add_section()
@@ -64,7 +64,8 @@ def statistics_table(statistics: CampaignStatistics) -> Table:
     return table
 
 
-def _parameter_table(title: str) -> Table:
+def parameter_table(title: str) -> Table:
+    """Return an empty table with a column for each inertia parameter."""
     table = Table(
         title=Text(title),
         title_justify="left",

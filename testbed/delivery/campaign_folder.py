@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pyarrow as pa
 
@@ -82,15 +83,8 @@ def finish_campaign(
     Raises:
         InputError: the folder cannot be written.
     """
-    clock = flight_clock(plan.scenario, plan.maneuver.duration)
-    result = montecarlo_of(
-        table,
-        statistics,
-        name=plan.scenario.name,
-        seed=plan.seed,
-        seconds=read_manifest(folder).seconds,
-        flight_s=clock.ticks * clock.period,
-    ) | {"provenance": origin.reproducible}
+    result = campaign_result(plan, table, statistics, read_manifest(folder).seconds)
+    result |= {"provenance": origin.reproducible}
     try:
         for name, content in (("montecarlo.json", result), ("provenance.json", origin.content)):
             with whole_file(folder / name) as part:
@@ -106,3 +100,19 @@ def finish_campaign(
         provenance=origin.listed | {"scenario.toml": file.text},
         result=result,
     )
+
+
+def campaign_result(
+    plan: CampaignPlan, table: pa.Table, statistics: CampaignStatistics, seconds: float
+) -> dict[str, Any]:
+    """Return what montecarlo.json holds, without provenance.
+
+    Args:
+        plan: of the campaign.
+        table: its runs.
+        statistics: of the runs.
+        seconds: that flying and estimating took.
+    """
+    clock = flight_clock(plan.scenario, plan.maneuver.duration)
+    flight = clock.ticks * clock.period
+    return montecarlo_of(table, statistics, name=plan.scenario.name, seed=plan.seed, seconds=seconds, flight_s=flight)

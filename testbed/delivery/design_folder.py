@@ -43,7 +43,7 @@ def write_design(folder: Path, file: TextFile, origin: Provenance, scenario: Sce
     write_json(folder / "design.json", content)
     write_json(folder / "provenance.json", origin.content)
     (folder / "maneuver.toml").write_text(maneuver_section(design), encoding="utf-8")
-    csv.write_csv(_samples(design.maneuver), folder / "maneuver.csv")
+    csv.write_csv(maneuver_table(design.maneuver), folder / "maneuver.csv")
 
 
 def maneuver_section(design: Design) -> str:
@@ -61,7 +61,8 @@ def maneuver_section(design: Design) -> str:
     )
 
 
-def _samples(maneuver: Maneuver) -> pa.Table:
+def maneuver_table(maneuver: Maneuver) -> pa.Table:
+    """Return a maneuver's reference, a column for each signal, 100 rows a second."""
     time = np.linspace(0.0, maneuver.duration, round(maneuver.duration * _SAMPLES_PER_SECOND) + 1)
     reference = maneuver.reference(time)
     columns = {"time_s": time} | dict(zip(SIGNALS["body_rate"].columns, reference.body_rate.T, strict=True))

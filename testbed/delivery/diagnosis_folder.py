@@ -92,7 +92,7 @@ def _write_model(part: Path, scenario: BodyScenario, diagnosis: Diagnosis) -> tu
     try:
         if not isinstance(scenario, Scenario):
             raise InputError("a platform without control moment gyros is not flown")
-        extensions = list(_extensions(scenario, diagnosis))
+        extensions = list(extensions_of(scenario, diagnosis))
         write_extended(scenario, extensions, inertia_of(diagnosis.model.theta), part / EXTENDED)
     except InputError as error:
         shutil.rmtree(part / EXTENDED, ignore_errors=True)
@@ -108,7 +108,7 @@ def _write_next(part: Path, scenario: BodyScenario, proposal: Proposal | None) -
     return next_of(proposal, f"{NEXT}/{SCENARIO}")
 
 
-def _extensions(scenario: Scenario, diagnosis: Diagnosis) -> Iterator[Extension]:
+def extensions_of(scenario: Scenario, diagnosis: Diagnosis) -> Iterator[Extension]:
     """Yield what every effect adds, each asked with the scenario that those before it have changed."""
     for placed, values in zip(diagnosis.model.placed, diagnosis.model.values.effects, strict=True):
         extension = placed.effect.extension(placed.component, values[0], scenario)

@@ -56,6 +56,10 @@ class Provenance:
         deciding = repr((sorted(self.deciding.items()), sorted(stamp.sha256 for stamp in self.inputs)))
         return f"{self.scenario}-{hashlib.sha256(deciding.encode()).hexdigest()[:16]}"
 
+    def with_command(self, command: str) -> Provenance:
+        """Return the same, made by another command."""
+        return replace(self, circumstances={**self.circumstances, "command": command})
+
     def with_deciding(self, **more: str) -> Provenance:
         """Return the same with more of what decides the numbers, such as the hash of a model."""
         return replace(self, deciding={**self.deciding, **more})

@@ -9,7 +9,7 @@ from testbed.experiment.aligning import align_flight
 from testbed.experiment.estimating import try_estimate_flight
 from testbed.experiment.experiment import Experiment
 from testbed.experiment.flying import Sortie, fly_sorties
-from testbed.experiment.planning import plan_maneuver
+from testbed.experiment.planning import Plan, plan_maneuver
 from testbed.maneuver.design import Start
 from testbed.scenario.scenario import Scenario
 
@@ -19,6 +19,7 @@ def conduct(
     seed: int,
     progress: Callable[[Start], None] = lambda _: None,
     *,
+    plan: Plan | None = None,
     flown_scenario: Scenario | None = None,
 ) -> Experiment:
     """Plan the maneuver, fly it, estimate the inertia.
@@ -27,6 +28,7 @@ def conduct(
         scenario: what to do.
         seed: of all sensor noise.
         progress: told of each start of a design as it ends.
+        plan: the maneuver; planned first where absent.
         flown_scenario: with the truth, the start and the gyro that are flown where the controller, the designer and
             the estimators believe otherwise, as in a dispersed run; the scenario's own where absent.
 
@@ -35,7 +37,7 @@ def conduct(
     """
     drawn = scenario if flown_scenario is None else flown_scenario
     nominal, truth = nominal_platform(scenario), true_platform(drawn)
-    plan = plan_maneuver(scenario, nominal, progress)
+    plan = plan_maneuver(scenario, nominal, progress) if plan is None else plan
     (flown,) = fly_sorties(scenario, [Sortie(scenario=drawn, truth=truth, seed=seed)], nominal, plan.maneuver)
     estimation, aligning = None, None
     if not flown.divergence and scenario.estimation.alignments:

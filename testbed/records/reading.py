@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from testbed.arrays import Array, Series
 from testbed.errors import InputError
 from testbed.files import readable
-from testbed.records.checks import refuse, value_problems
+from testbed.records.checks import column_problems, refuse, value_problems
 from testbed.records.details import details_file, details_of
 from testbed.records.record import Record, RunDetails
 from testbed.records.tables import SUFFIXES, read_table
@@ -34,6 +36,26 @@ def read_record(path: Path) -> Record:
         files=(table.stamp,) if file is None else (table.stamp, file.stamp),
         extra_columns=table.others,
     )
+
+
+def record_of(numbers: dict[str, Series], details: RunDetails, extra_columns: Mapping[str, NDArray[Any]]) -> Record:
+    """Return a run from columns that a program already holds.
+
+    Args:
+        numbers: of time and signals, by column name, shape (N,) each; NaN where a channel was not sampled.
+        details: what is known of the run as a whole.
+        extra_columns: that no signal has, by name, shape (N,).
+
+    Raises:
+        InputError: the run cannot be used; the message names the run, column, row and remedy.
+    """
+    place = Path(details.name)
+    refuse(place, column_problems([*numbers, *extra_columns]))
+    lengths = {len(column) for column in (*numbers.values(), *extra_columns.values())}
+    if len(lengths) > 1:
+        raise InputError(f"{place}: its columns differ in length ({', '.join(map(str, sorted(lengths)))} rows)")
+    time, channels = _checked(place, numbers)
+    return Record(time=time, channels=channels, details=details, extra_columns=extra_columns)
 
 
 def _checked(path: Path, numbers: dict[str, Series]) -> tuple[Series, dict[str, Array]]:

@@ -67,12 +67,18 @@ def _write_details(path: Path, text: str) -> None:
 
 def _write_table(record: Record, part: Path, suffix: str) -> None:
     if suffix == ".csv":
-        pa.csv.write_csv(_table(record, nan_is_empty=True), part)
+        pa.csv.write_csv(table_of(record, nan_is_empty=True), part)
     else:
-        pa.parquet.write_table(_table(record, nan_is_empty=False), part, compression="zstd")
+        pa.parquet.write_table(table_of(record), part, compression="zstd")
 
 
-def _table(record: Record, *, nan_is_empty: bool) -> pa.Table:
+def table_of(record: Record, *, nan_is_empty: bool = False) -> pa.Table:
+    """Return a run as a table, a column for each component of its channels.
+
+    Args:
+        record: the run.
+        nan_is_empty: whether a field that was not sampled is null, instead of NaN.
+    """
     columns = {"time_s": record.time}
     for name, signal in SIGNALS.items():
         if name in record.channels:

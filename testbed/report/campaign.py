@@ -49,7 +49,19 @@ def write_campaign_report(
     Raises:
         OutputError: the file cannot be written.
     """
-    page = Page(
+    write_page(path, campaign_page(plan, scenario_path, table, statistics, provenance, result))
+
+
+def campaign_page(
+    plan: CampaignPlan,
+    scenario_path: Path,
+    table: pa.Table,
+    statistics: CampaignStatistics,
+    provenance: Mapping[str, str],
+    result: Mapping[str, Any],
+) -> Page:
+    """Return the page of a campaign; arguments as above."""
+    return Page(
         title=f"{statistics.runs} runs of {plan.scenario.name}, campaign seed {plan.seed}",
         subtitle=plan.scenario.description,
         verdict=campaign_verdict(statistics),
@@ -61,7 +73,6 @@ def write_campaign_report(
             provenance_section(provenance, result),
         ),
     )
-    write_page(path, page)
 
 
 def _estimates(table: pa.Table, statistics: CampaignStatistics) -> Iterator[Section]:

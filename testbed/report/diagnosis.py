@@ -49,7 +49,20 @@ def write_diagnosis_page(
     Raises:
         OutputError: the file cannot be written.
     """
-    page = Page(
+    write_page(path, diagnosis_page(diagnosis, places, residuals, agreements, proposal, provenance, result))
+
+
+def diagnosis_page(
+    diagnosis: Diagnosis,
+    places: Sequence[Place],
+    residuals: Sequence[RunResiduals],
+    agreements: Sequence[Agreement],
+    proposal: Proposal | None,
+    provenance: Mapping[str, str],
+    result: Mapping[str, Any],
+) -> Page:
+    """Return the page; arguments as above."""
+    return Page(
         title=f"Diagnosis against the scenario {provenance['scenario']}",
         subtitle="Where simulation and measured data disagree, which named effect explains it, and what is left.",
         verdict=diagnosis_verdict(diagnosis),
@@ -67,4 +80,3 @@ def write_diagnosis_page(
             provenance_section(provenance, result),
         ),
     )
-    write_page(path, page)

@@ -48,10 +48,21 @@ def write_estimates_report(
     Raises:
         OutputError: the file cannot be written.
     """
+    write_page(path, estimates_page(scenario, nominal, identification, provenance, result))
+
+
+def estimates_page(
+    scenario: Scenario,
+    nominal: PlatformModel,
+    identification: Identification,
+    provenance: Mapping[str, str],
+    result: Mapping[str, Any],
+) -> Page:
+    """Return the page of the estimates from measured records; arguments as above."""
     theta, records = theta_of(nominal.inertia), identification.records
     overall = _overall(identification, theta)
     together = [Section(title="All records combined", blocks=estimates_blocks(overall))] if len(records) > 1 else []
-    page = Page(
+    return Page(
         title=f"Inertia from measured records: {listed(record.details.name for record in records)}",
         subtitle=f"Nominal model and estimators: {scenario.name}. {scenario.description}",
         verdict=identification_verdict(identification, theta),
@@ -62,7 +73,6 @@ def write_estimates_report(
             provenance_section(provenance, result),
         ),
     )
-    write_page(path, page)
 
 
 def identification_verdict(identification: Identification, nominal: Theta) -> Notice:

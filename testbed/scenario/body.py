@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field
+import tomli_w
+from pydantic import Field, PrivateAttr
 
+from testbed.files import TextFile
 from testbed.scenario.diagnosis import Diagnosis
 from testbed.scenario.estimation import Estimation
 from testbed.scenario.platform import Platform
@@ -33,6 +36,30 @@ class BodyScenario(Section):
     """How the inertia is estimated."""
     diagnosis: Diagnosis = Diagnosis()
     """How measured records are compared with the nominal platform."""
+    _source: tuple[TextFile, dict[str, Any]] | None = PrivateAttr(default=None)
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether both say the same, whichever files they were read from."""
+        return type(self) is type(other) and self.__dict__ == other.__dict__
+
+    def __hash__(self) -> int:
+        """Return a hash of what the scenario says."""
+        return hash((type(self), self.model_dump_json()))
+
+    @property
+    def file(self) -> TextFile:
+        """The file that the scenario was read from; of one that was changed in Python, what its file would say."""
+        if self._source is not None:
+            file, read = self._source
+            if all(self.__dict__[name] is value for name, value in read.items()):
+                return file
+        text = tomli_w.dumps(scenario_keys(self))
+        return TextFile(path=Path(f"{self.name}.toml"), content=text.encode("utf-8"), text=text)
+
+    def read_from(self, file: TextFile) -> Self:
+        """Remember the file that the scenario was read from, and return the scenario."""
+        self._source = file, dict(self.__dict__)
+        return self
 
 
 def scenario_keys(scenario: BodyScenario) -> dict[str, Any]:

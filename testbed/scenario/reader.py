@@ -94,7 +94,7 @@ def _is_body(tree: Mapping[str, Any]) -> bool:
 
 def _validated(file: TextFile, tree: dict[str, Any], form: type[_Form]) -> _Form:
     try:
-        return form.model_validate(tree, context={"folder": file.path.parent})
+        return form.model_validate(tree, context={"folder": file.path.parent}).read_from(file)
     except ValidationError as error:
         raise InputError(_message(file.path, file.text, problems_of(error, tree))) from None
 

@@ -13,5 +13,14 @@ def shipped_scenario(name: str) -> Path:
     Args:
         name: of its file, without the ending.
     """
-    candidates = (folder / f"{name}.toml" for folder in (_PACKAGE.parent / "scenarios", _PACKAGE / "scenarios"))
-    return next(path for path in candidates if path.is_file())
+    return _folder() / f"{name}.toml"
+
+
+def shipped_scenarios() -> tuple[str, ...]:
+    """Return the names of all shipped scenarios, in order."""
+    return tuple(sorted(path.stem for path in _folder().glob("*.toml")))
+
+
+def _folder() -> Path:
+    candidates = (_PACKAGE.parent / "scenarios", _PACKAGE / "scenarios")
+    return next(folder for folder in candidates if (folder / "zero_g.toml").is_file())

@@ -23,11 +23,11 @@ DIAGNOSED = ROOT / "scenarios" / "diagnose.toml"
 DESIGNED = ROOT / "scenarios" / "paper_d_optimal.toml"
 _WORK: dict[str, tuple[str, tuple[object, ...]]] = {
     "check": ("true_platform", (BASIC,)),
-    "run": ("conduct", (BASIC, "--out", "out")),
-    "design": ("plan_maneuver", (DESIGNED, "--out", "out")),
-    "estimate": ("read_data_set", (DIAGNOSED, "--data", "data", "--out", "out")),
-    "diagnose": ("read_data_set", (DIAGNOSED, "--data", "data", "--out", "out")),
-    "montecarlo": ("run_campaign", (BASIC, "--runs", 2, "--out", "out")),
+    "run": ("fly", (BASIC, "--out", "out")),
+    "design": ("design", (DESIGNED, "--out", "out")),
+    "estimate": ("read_records", (DIAGNOSED, "--data", "data", "--out", "out")),
+    "diagnose": ("read_records", (DIAGNOSED, "--data", "data", "--out", "out")),
+    "montecarlo": ("flown_into", (BASIC, "--runs", 2, "--out", "out")),
     "reproduce": ("reproduce", ("--quick", "--out", "out")),
 }
 """Where each command can be made to wait, and its arguments."""
@@ -141,12 +141,12 @@ def _races() -> Iterator[Scene]:
         def play(folder: Path) -> Iterator[str]:
             written({"scenario.toml": TEXT})(folder)
             at_work = (
-                "import pathlib, time\nimport testbed.cli.run as command\nconduct = command.conduct\n"
+                "import pathlib, time\nimport testbed.cli.run as command\nfly = command.fly\n"
                 "def waiting(*arguments, **options):\n"
                 "    pathlib.Path('here').touch()\n"
                 "    while not pathlib.Path('go').exists(): time.sleep(0.02)\n"
-                "    return conduct(*arguments, **options)\n"
-                "command.conduct = waiting\n"
+                "    return fly(*arguments, **options)\n"
+                "command.fly = waiting\n"
             )
             with started("run", "scenario.toml", "--out", "out", cwd=folder, before=at_work) as process:
                 until((folder / "here").exists, process)
@@ -168,10 +168,10 @@ def _races() -> Iterator[Scene]:
 
     def folder_vanishes(folder: Path) -> Iterator[str]:
         vanishing = (
-            "import shutil\nimport testbed.cli.run as command\nconduct = command.conduct\n"
+            "import shutil\nimport testbed.cli.run as command\nfly = command.fly\n"
             "def vanishing(*arguments, **options):\n"
             "    shutil.rmtree('out')\n"
-            "    return conduct(*arguments, **options)\n"
+            "    return fly(*arguments, **options)\n"
             "command.conduct = vanishing\n"
         )
         environment = {"TMPDIR": str(folder)}

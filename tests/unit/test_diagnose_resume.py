@@ -8,10 +8,10 @@ import shutil
 import numpy as np
 import pytest
 
-import testbed.cli.diagnose
 import testbed.delivery.diagnosis_parts
 import testbed.diagnosis.fitting
 import testbed.diagnosis.screening
+import testbed.library.diagnoses
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
 from testbed.delivery.diagnosis_parts import PARTS
@@ -33,9 +33,9 @@ def run(*arguments: object) -> int:
 def few_effects():
     """A library that is tried in seconds."""
     with pytest.MonkeyPatch.context() as patch:
-        effects = testbed.cli.diagnose.EFFECTS
+        effects = testbed.library.diagnoses.EFFECTS
         kept = {name: effects[name] for name in ("gyro_latency", "viscous_drag", "gyro_bias", "body_torque")}
-        patch.setattr(testbed.cli.diagnose, "EFFECTS", kept)
+        patch.setattr(testbed.library.diagnoses, "EFFECTS", kept)
         yield
 
 

@@ -21,10 +21,10 @@ NOTHING = "Interrupted; nothing was written.\n"
 @pytest.mark.parametrize(
     ("command", "work", "arguments", "sent", "signals_ignored"),
     [
-        ("run", "conduct", (BASIC, "--out", "out"), signal.SIGINT, False),
-        ("run", "conduct", (BASIC, "--out", "out"), signal.SIGTERM, True),
-        ("design", "plan_maneuver", (DESIGN, "--out", "out"), signal.SIGINT, True),
-        ("estimate", "read_data_set", (BASIC, "--data", ".", "--out", "out"), signal.SIGINT, True),
+        ("run", "fly", (BASIC, "--out", "out"), signal.SIGINT, False),
+        ("run", "fly", (BASIC, "--out", "out"), signal.SIGTERM, True),
+        ("design", "design", (DESIGN, "--out", "out"), signal.SIGINT, True),
+        ("estimate", "read_records", (BASIC, "--data", ".", "--out", "out"), signal.SIGINT, True),
         ("check", "true_platform", (BASIC,), signal.SIGTERM, False),
     ],
 )

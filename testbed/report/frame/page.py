@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 from plotly.offline import get_plotlyjs
 
 from testbed.errors import OutputError
@@ -44,6 +44,11 @@ def render_page(page: Page) -> str:
         charting=Markup(get_plotlyjs()) if has_charts else None,
         chart_json=_chart_json,
     )
+
+
+def render_frame(page: Page) -> str:
+    """Return a page in a frame, as a notebook shows it: its style and scripts touch nothing else there."""
+    return f'<iframe srcdoc="{escape(render_page(page))}" style="width:100%; height:40rem; border:0"></iframe>'
 
 
 def _asset(name: str) -> Markup:

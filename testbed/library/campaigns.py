@@ -1,0 +1,194 @@
+"""Flying a scenario many times."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pyarrow as pa
+
+from testbed.campaign.executor import Executor
+from testbed.campaign.local import LocalExecutor, usable_cores
+from testbed.campaign.manifest import read_manifest
+from testbed.campaign.plan import CampaignPlan
+from testbed.campaign.result import failures_of
+from testbed.campaign.run import SILENT, Progress, run_campaign
+from testbed.campaign.statistics import CampaignStatistics, EstimatorStatistics, statistics_of
+from testbed.delivery.campaign_folder import campaign_result, finish_campaign, kept_maneuver, start_campaign
+from testbed.delivery.folder import reserved_folder
+from testbed.delivery.provenance import Provenance, provenance
+from testbed.errors import InputError
+from testbed.library.notebook import Shown
+from testbed.library.runs import Maneuver, design
+from testbed.library.scenarios import require_flyable
+from testbed.report.campaign import campaign_page
+from testbed.report.frame.blocks import Page
+from testbed.report.verdict import campaign_verdict
+from testbed.scenario.body import BodyScenario
+from testbed.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Campaign(Shown):
+    """Many flights of one scenario.
+
+    Attributes:
+        plan: scenario, maneuver, seed and number of runs.
+        table: one row per run, in their order.
+        statistics: bias, scatter and coverage of each estimator.
+        origin: what made it.
+        seconds: that flying and estimating took.
+    """
+
+    plan: CampaignPlan
+    table: pa.Table
+    statistics: CampaignStatistics
+    origin: Provenance
+    seconds: float
+
+    @property
+    def estimators(self) -> Mapping[str, EstimatorStatistics]:
+        """Figures of each estimator, by its name."""
+        return self.statistics.estimators
+
+    @property
+    def failures(self) -> list[dict[str, Any]]:
+        """Runs that were not flown to their end: `run`, `seed` and `message` of each."""
+        return failures_of(self.table)
+
+    @property
+    def result(self) -> dict[str, Any]:
+        """What montecarlo.json holds, without provenance."""
+        return campaign_result(self.plan, self.table, self.statistics, self.seconds)
+
+    @property
+    def verdict(self) -> str:
+        """Whether the estimators' intervals hold, in a sentence."""
+        return campaign_verdict(self.statistics).text
+
+    def __str__(self) -> str:
+        """Return the verdict."""
+        return f"{self.plan.runs} runs of {self.plan.scenario.name}, seed {self.plan.seed}. {self.verdict}"
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return a row for each run: seed, truth, bound, estimates with their standard deviations, SI."""
+        return self.table.to_pandas()
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return the same with the dimension `run`."""
+        return self.to_pandas().set_index("run").to_xarray()
+
+    def _page(self) -> Page:
+        path = self.plan.scenario.file.path
+        return campaign_page(self.plan, path, self.table, self.statistics, self.origin.listed, {})
+
+
+def monte_carlo(
+    scenario: BodyScenario,
+    maneuver: Maneuver | None = None,
+    *,
+    runs: int,
+    seed: int | None = None,
+    scheduler: str | None = None,
+    workers: int | None = None,
+    folder: str | Path | None = None,
+    resume: bool = False,
+    progress: Progress = SILENT,
+) -> Campaign:
+    """Fly a scenario many times, each run with its own noise and dispersions.
+
+    In a program, call it below `if __name__ == "__main__":`, as its worker processes import the program.
+
+    Args:
+        scenario: to fly.
+        maneuver: as from `design`; planned first where None.
+        runs: how many, two at least.
+        seed: from which every run's own seed is derived; the scenario's where None.
+        scheduler: address of a Dask scheduler, tcp://host:port; this machine where None.
+        workers: cores of this machine to use; all where None.
+        folder: keeps the runs as they come, and page and statistics at the end; in memory only where None.
+        resume: whether to go on with the campaign in the folder.
+        progress: called as runs come.
+
+    Raises:
+        InputError: the scenario, the folder or the scheduler cannot be used; a folder keeps what was flown.
+
+    Example:
+        >>> import testbed as tb
+        >>> campaign = tb.monte_carlo(tb.read_scenario("basic"), runs=4, seed=1, workers=1)
+        >>> campaign.statistics.failed
+        0
+    """
+    flown = require_flyable(scenario)
+    executor = executor_of(scheduler, workers)
+    campaign_seed = flown.seed if seed is None else seed
+    origin = origin_of(flown, campaign_seed, runs, "testbed.monte_carlo")
+    if folder is None:
+        planned = design(flown) if maneuver is None else maneuver
+        plan = CampaignPlan(scenario=flown, maneuver=planned.plan.maneuver, seed=campaign_seed, runs=runs)
+        began = time.monotonic()
+        table = run_campaign(plan, None, executor, progress)
+        seconds = time.monotonic() - began
+        return Campaign(plan=plan, table=table, statistics=statistics_of(table), origin=origin, seconds=seconds)
+    with reserved_folder(Path(folder), "montecarlo", resume=resume) as reserved:
+        if resume:
+            kept = kept_maneuver(reserved.path, flown)
+        else:
+            planned = design(flown) if maneuver is None else maneuver
+            start_campaign(reserved.path, flown.file, planned.plan)
+            kept = planned.plan.maneuver
+        plan = CampaignPlan(scenario=flown, maneuver=kept, seed=campaign_seed, runs=runs)
+        return flown_into(reserved.path, plan, origin, executor, progress)
+
+
+def flown_into(
+    folder: Path, plan: CampaignPlan, origin: Provenance, executor: Executor, progress: Progress
+) -> Campaign:
+    """Fly what a folder does not hold yet of a campaign, and write its statistics and its page.
+
+    Args:
+        folder: reserved for the campaign, which `start_campaign` has begun.
+        plan: of the campaign.
+        origin: what makes it.
+        executor: gets the blocks flown.
+        progress: called as runs come.
+
+    Raises:
+        InputError: the folder cannot be written, or is another campaign's.
+    """
+    table = run_campaign(plan, folder, executor, progress)
+    statistics = statistics_of(table)
+    finish_campaign(folder, plan.scenario.file, origin, plan, table, statistics)
+    seconds = read_manifest(folder).seconds
+    return Campaign(plan=plan, table=table, statistics=statistics, origin=origin, seconds=seconds)
+
+
+def executor_of(scheduler: str | None, workers: int | None) -> Executor:
+    """Return what flies the runs: this machine's cores, or a Dask cluster.
+
+    Raises:
+        InputError: both are given, Dask is not installed, or the scheduler has no workers.
+    """
+    if scheduler is None:
+        return LocalExecutor(workers=usable_cores() if workers is None else workers)
+    if workers is not None:
+        raise InputError("--workers counts processes on this machine; a scheduler has workers of its own, omit one")
+    try:
+        from testbed.campaign.dask_executor import DaskExecutor  # noqa: PLC0415 - its library is optional
+    except ImportError as error:
+        raise InputError("--scheduler needs Dask: pip install 'testbed[cluster]'") from error
+    cluster = DaskExecutor(address=scheduler)
+    cluster.require_workers()
+    return cluster
+
+
+def origin_of(scenario: Scenario, seed: int, runs: int, command: str) -> Provenance:
+    """Return what makes a campaign."""
+    return provenance(scenario, scenario.file, command, deciding={"seed": str(seed), "runs": str(runs)})

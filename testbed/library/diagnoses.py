@@ -1,0 +1,347 @@
+"""Diagnosing measured records: what the model is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from testbed.arrays import Matrix3
+from testbed.assembly.extension import write_extended
+from testbed.assembly.platform import Body, nominal_body
+from testbed.delivery.diagnosis_folder import extensions_of, write_diagnosis
+from testbed.delivery.folder import reserved_folder
+from testbed.delivery.provenance import Provenance, provenance
+from testbed.diagnosis.findings import Addition, additions, noise_notices
+from testbed.diagnosis.keeping import Store, keeping
+from testbed.diagnosis.location import Place, located
+from testbed.diagnosis.plausibility import require_explicable
+from testbed.diagnosis.reading import DataSet, data_set_of
+from testbed.diagnosis.result import result_of
+from testbed.diagnosis.run_agreement import Agreement, agreements
+from testbed.diagnosis.run_residuals import residuals_of
+from testbed.diagnosis.state import Diagnosis, Verdict
+from testbed.diagnosis.workflow import diagnosed
+from testbed.dynamics.inertia import inertia_of, theta_of
+from testbed.effects.contract import Extension
+from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.library.notebook import Shown
+from testbed.library.records import Records, stamps_of
+from testbed.library.scenarios import naming
+from testbed.report.diagnosis import diagnosis_page
+from testbed.report.diagnosis_next import no_gimbals_words
+from testbed.report.diagnosis_verdict import diagnosis_verdict, disagreement_words
+from testbed.report.frame.blocks import Page
+from testbed.scenario.body import BodyScenario
+from testbed.scenario.scenario import Scenario
+from testbed.separation.proposal import Proposal, proposal_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Progress = Callable[[str], None]
+
+
+def _silent(_: str) -> None:
+    """Report nothing."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PreparedRecords:
+    """Records as the diagnosis takes them.
+
+    Attributes:
+        scenario: the nominal model.
+        records: that were given.
+        nominal: the scenario's platform.
+        data: the runs to fit and those to hold out.
+        origin: what makes the diagnosis.
+    """
+
+    scenario: BodyScenario
+    records: Records
+    nominal: Body
+    data: DataSet
+    origin: Provenance
+
+    @property
+    def notices(self) -> tuple[str, ...]:
+        """What a reader has to know of the records."""
+        if self.data.heldout is not None:
+            return self.data.notices
+        if self.data.alone:
+            return *self.data.notices, "a single run gets no name: nothing could verify it; fly another one"
+        return *self.data.notices, "no run is held out: what is found here is verified on none; fly another run"
+
+    def stages(self, progress: Progress = _silent) -> Iterator[Diagnosis]:
+        """Yield what is known after every stage of the diagnosis; the last one is complete.
+
+        Args:
+            progress: called with what is being tested.
+
+        Raises:
+            InputError: the nominal motion leaves the finite numbers, or no model explains the records.
+        """
+        data = self.data
+        theta = theta_of(self.nominal.inertia)
+        for state in diagnosed(data.runs, data.heldout, EFFECTS, theta, progress, READING_EFFECTS, alone=data.alone):
+            if state.complete:
+                require_explicable(state.runs, state.gap_before.fit, state.gap.fit)
+            yield state
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class DiagnosisResult(Shown):
+    """What the model is missing.
+
+    Attributes:
+        prepared: scenario and records.
+        state: all that the diagnosis found.
+        places: where the residual of the nominal model is more than noise.
+        agreements: of the runs on what was added.
+        next_flight: what to fly next; None where nothing has to be told apart, or where it was not asked for.
+        why_no_flight: why there is no next flight although explanations remain that these data do not tell apart.
+    """
+
+    prepared: PreparedRecords
+    state: Diagnosis
+    places: tuple[Place, ...]
+    agreements: tuple[Agreement, ...]
+    next_flight: Proposal | None
+    why_no_flight: tuple[str, ...]
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """`none`, `named`, `ambiguous` or `unexplained`; None of a diagnosis that was interrupted."""
+        return self.state.verdict
+
+    @property
+    def steps(self) -> tuple[Addition, ...]:
+        """The effects that were added to the model, in their order, with parameters, probability and look-alikes."""
+        return additions(self.state)
+
+    @property
+    def probabilities(self) -> Mapping[str, float]:
+        """Of `none`, of each effect that is in question, and of something `unknown`."""
+        return self.state.probabilities
+
+    @property
+    def notices(self) -> tuple[str, ...]:
+        """What a reader has to know of records and result."""
+        return *self.prepared.notices, *self.closing_notices
+
+    @property
+    def closing_notices(self) -> tuple[str, ...]:
+        """Those notices that the diagnosis itself gives rise to."""
+        return (
+            *noise_notices(self.state),
+            *disagreement_words(self.state, self.agreements),
+            *self.why_no_flight,
+        )
+
+    @property
+    def result(self) -> dict[str, Any]:
+        """What diagnosis.json holds, without provenance, model and next flight."""
+        return result_of(self.state, self.places, self.notices, self.agreements)
+
+    @property
+    def extended_model(self) -> ExtendedModel | None:
+        """The nominal model with the effects that were found; None of a platform that cannot be flown.
+
+        Raises:
+            InputError: an effect cannot be built into this model.
+        """
+        scenario = self.prepared.scenario
+        if not isinstance(scenario, Scenario):
+            return None
+        extensions = tuple(extensions_of(scenario, self.state))
+        return ExtendedModel(scenario=scenario, extensions=extensions, inertia=inertia_of(self.state.model.theta))
+
+    def __str__(self) -> str:
+        """Return the verdict and the sentence that explains it."""
+        return f"Diagnosis against {self.prepared.scenario.name}: {self.verdict}. {diagnosis_verdict(self.state).text}"
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return how probable each explanation is: a row for each, the most probable one first."""
+        import pandas as pd  # noqa: PLC0415 - an optional extra
+
+        rows = sorted(self.probabilities.items(), key=lambda item: -item[1])
+        return pd.DataFrame(rows, columns=["explanation", "probability"]).set_index("explanation")
+
+    def save(self, folder: str | Path) -> Path:
+        """Write diagnosis, page, recording, extended model and next flight, as `testbed diagnose` does.
+
+        Args:
+            folder: new or empty.
+
+        Raises:
+            InputError: the folder cannot be used.
+        """
+        with reserved_folder(Path(folder), "diagnosis") as output:
+            output.deliver(lambda place: self.write(place, "testbed.DiagnosisResult.save"))
+        return Path(folder)
+
+    def write(self, folder: Path, command: str) -> tuple[str, ...]:
+        """Write the files of a diagnosis into a folder that is reserved for them.
+
+        Args:
+            folder: to write into.
+            command: that made the diagnosis, for its provenance.
+
+        Returns:
+            What more there is to know once all is written.
+        """
+        scenario = self.prepared.scenario
+        return write_diagnosis(
+            folder,
+            scenario.file,
+            self.prepared.origin.with_command(command),
+            scenario,
+            self.state,
+            self.places,
+            self.agreements,
+            self.notices,
+            self.next_flight,
+        )
+
+    def _page(self) -> Page:
+        return diagnosis_page(
+            self.state,
+            self.places,
+            residuals_of(self.state),
+            self.agreements,
+            self.next_flight,
+            self.prepared.origin.listed,
+            self.result,
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ExtendedModel:
+    """The nominal model with the effects that a diagnosis found.
+
+    Attributes:
+        scenario: the nominal one.
+        extensions: what each effect adds to the platform and changes in the scenario.
+        inertia: J of the whole platform as estimated together with the effects, shape (3, 3), kg·m², body axes.
+    """
+
+    scenario: Scenario
+    extensions: tuple[Extension, ...]
+    inertia: Matrix3
+
+    def save(self, folder: str | Path) -> Path:
+        """Write platform.xml and scenario.toml, which fly as they stand, and return the scenario's path.
+
+        Raises:
+            InputError: an effect cannot be built into this model.
+        """
+        return write_extended(self.scenario, self.extensions, self.inertia, Path(folder))
+
+
+def diagnose(
+    scenario: BodyScenario,
+    records: Records,
+    *,
+    progress: Progress = _silent,
+    keep: Store | None = None,
+    propose: bool = True,
+) -> DiagnosisResult:
+    """Find where a nominal model and measured records disagree, and name the effects that explain it.
+
+    Args:
+        scenario: the nominal model.
+        records: two runs or more; of three and more, some are held out to verify on.
+        progress: called with what is being tested.
+        keep: keeps finished parts of the work, so that an interrupted diagnosis goes on where it was.
+        propose: whether to design the next flight where explanations remain that these data do not tell apart.
+
+    Raises:
+        InputError: the records cannot be used, or no model explains them.
+
+    Example:
+        >>> import testbed as tb
+        >>> scenario = tb.read_scenario("diagnose")
+        >>> records = tb.Records(tuple(tb.fly(scenario, seed=seed).record for seed in (1, 2)))
+        >>> tb.diagnose(scenario, records).verdict
+        'none'
+    """
+    made = prepared_records(scenario, records)
+    with nullcontext() if keep is None else keeping(keep):
+        first, last = _first_and_last(made.stages(progress))
+    return concluded(made, last, located(first.runs, first.baseline), progress, propose=propose)
+
+
+def prepared_records(scenario: BodyScenario, records: Records) -> PreparedRecords:
+    """Return records as a diagnosis takes them.
+
+    Raises:
+        InputError: no record can be used, or they are of another platform or in other units.
+    """
+    origin = origin_of(scenario, records, "testbed.diagnose")
+    with naming(scenario):
+        nominal = nominal_body(scenario)
+    data = data_set_of(records.runs, scenario, nominal)
+    return PreparedRecords(scenario=scenario, records=records, nominal=nominal, data=data, origin=origin)
+
+
+def concluded(
+    made: PreparedRecords,
+    state: Diagnosis,
+    places: Sequence[Place],
+    progress: Progress = _silent,
+    *,
+    propose: bool = True,
+) -> DiagnosisResult:
+    """Return the result of a diagnosis.
+
+    Args:
+        made: scenario and records.
+        state: what the last stage found, complete or not.
+        places: where the residual of the nominal model is more than noise.
+        progress: called with what is being tested.
+        propose: whether to design the next flight.
+    """
+    proposal, why_none = _next_flight(made.scenario, state, progress) if propose else (None, ())
+    return DiagnosisResult(
+        prepared=made,
+        state=state,
+        places=tuple(places),
+        agreements=tuple(agreements(state)),
+        next_flight=proposal,
+        why_no_flight=why_none,
+    )
+
+
+def origin_of(scenario: BodyScenario, records: Records, command: str) -> Provenance:
+    """Return what makes a diagnosis.
+
+    Args:
+        scenario: the nominal model.
+        records: measured.
+        command: that was given.
+    """
+    return provenance(scenario, scenario.file, command, data=stamps_of(records))
+
+
+def _first_and_last(stages: Iterator[Diagnosis]) -> tuple[Diagnosis, Diagnosis]:
+    first = last = next(stages)
+    for state in stages:
+        last = state
+    return first, last
+
+
+def _next_flight(
+    scenario: BodyScenario, state: Diagnosis, progress: Progress
+) -> tuple[Proposal | None, tuple[str, ...]]:
+    """Return what to fly next, and what there is to say where look-alikes remain without it; Ctrl-C leaves it out."""
+    if not state.complete:
+        return None, ()
+    if not isinstance(scenario, Scenario) or not state.runs.driven_by_momentum:
+        return None, tuple(no_gimbals_words(state))
+    try:
+        return proposal_of(state, scenario, progress), ()
+    except KeyboardInterrupt:
+        return None, ("no next flight: its design was interrupted",)

@@ -1,0 +1,166 @@
+"""Estimating the inertia from measured records."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from testbed.assembly.platform import PlatformModel, nominal_platform
+from testbed.delivery.estimate_folder import write_estimates
+from testbed.delivery.folder import reserved_folder
+from testbed.delivery.provenance import Provenance, provenance
+from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
+from testbed.estimation.combine import CombinedEstimate
+from testbed.experiment.experiment import Estimation
+from testbed.identification.estimating import Identification, identify
+from testbed.identification.result import identification_result
+from testbed.library.notebook import Shown, parameter_frame
+from testbed.library.records import Records, stamps_of
+from testbed.library.scenarios import naming, require_flyable
+from testbed.report.frame.blocks import Page
+from testbed.report.measured import estimates_page, identification_verdict
+from testbed.scenario.body import BodyScenario
+from testbed.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    import arviz
+    import pandas as pd
+
+_DRAWS = 4000
+"""Of the posterior: quantiles at 2.5 % then scatter by 4 % of a standard deviation, below what a plot shows."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class InertiaEstimate(Shown):
+    """The inertia from measured records.
+
+    Attributes:
+        scenario: the nominal model and the estimators.
+        records: that were given.
+        nominal: the scenario's platform.
+        identification: the records that were used, and what they say.
+        origin: what made the estimate.
+    """
+
+    scenario: Scenario
+    records: Records
+    nominal: PlatformModel
+    identification: Identification
+    origin: Provenance
+
+    @property
+    def by_record(self) -> Mapping[str, Estimation]:
+        """Estimates of each record, by its name."""
+        return self.identification.estimations
+
+    @property
+    def combined(self) -> Mapping[str, CombinedEstimate]:
+        """The estimates of all records together, by estimator: their average, weighted by their covariances."""
+        return self.identification.combined.by_name
+
+    @property
+    def verdict(self) -> str:
+        """Whether the estimates hold, in a sentence."""
+        return identification_verdict(self.identification, theta_of(self.nominal.inertia)).text
+
+    @property
+    def result(self) -> dict[str, Any]:
+        """What estimates.json holds, without provenance."""
+        return identification_result(self.identification, self.scenario, theta_of(self.nominal.inertia))
+
+    def __str__(self) -> str:
+        """Return the verdict."""
+        names = ", ".join(self.identification.estimations)
+        return f"Inertia from {names}, nominal model {self.scenario.name}. {self.verdict}"
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return nominal inertia and combined estimates with their standard deviations: a row a parameter, kg·m²."""
+        columns = {"nominal": theta_of(self.nominal.inertia)}
+        for name, estimate in self.combined.items():
+            columns |= {name: estimate.theta, f"{name}_std": estimate.std}
+        return parameter_frame(columns, PARAMETER_NAMES)
+
+    def to_arviz(self, *, draws: int = _DRAWS, seed: int = 0) -> arviz.InferenceData:
+        """Return the posterior of the inertia parameters, kg·m², a variable for each estimator.
+
+        With a flat prior and Gaussian errors it is normal about the combined estimate, with its covariance.
+
+        Args:
+            draws: how many samples.
+            seed: of the samples.
+        """
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", FutureWarning)  # once a day it announces its next version
+            import arviz as az  # noqa: PLC0415 - an optional extra
+
+        rng = np.random.default_rng(seed)
+        samples = {
+            name: rng.multivariate_normal(estimate.theta, estimate.total_covariance, size=(1, draws))
+            for name, estimate in self.combined.items()
+        }
+        return az.from_dict(
+            posterior=samples,
+            coords={"parameter": list(PARAMETER_NAMES)},
+            dims={name: ["parameter"] for name in samples},
+        )
+
+    def save(self, folder: str | Path) -> Path:
+        """Write estimates, page and provenance, as `testbed estimate` does.
+
+        Args:
+            folder: new or empty.
+
+        Raises:
+            InputError: the folder cannot be used.
+        """
+        with reserved_folder(Path(folder), "estimate") as output:
+            output.deliver(lambda place: self.write(place, "testbed.InertiaEstimate.save"))
+        return Path(folder)
+
+    def write(self, folder: Path, command: str) -> None:
+        """Write the files of an estimate into a folder that is reserved for them.
+
+        Args:
+            folder: to write into.
+            command: that made the estimate, for its provenance.
+        """
+        scenario, origin = self.scenario, self.origin.with_command(command)
+        write_estimates(folder, scenario.file, origin, scenario, self.nominal, self.identification)
+
+    def _page(self) -> Page:
+        return estimates_page(self.scenario, self.nominal, self.identification, self.origin.listed, {})
+
+
+def estimate(scenario: BodyScenario, records: Records) -> InertiaEstimate:
+    """Estimate the inertia from every record, and from all of them together.
+
+    Args:
+        scenario: the nominal model and the estimators.
+        records: as from `read_records` or `records_from`.
+
+    Raises:
+        InputError: the records cannot be this platform's, or none gives an estimate.
+
+    Example:
+        >>> import testbed as tb
+        >>> scenario = tb.read_scenario("basic")
+        >>> records = tb.Records((tb.fly(scenario).record,))
+        >>> list(tb.estimate(scenario, records).combined)
+        ['ls', 'iv', 'iv_momentum', 'output_error']
+    """
+    flown = require_flyable(scenario)
+    origin = provenance(flown, flown.file, "testbed.estimate", data=stamps_of(records))
+    with naming(flown):
+        nominal = nominal_platform(flown)
+    return InertiaEstimate(
+        scenario=flown,
+        records=records,
+        nominal=nominal,
+        identification=identify(flown, nominal, records.runs),
+        origin=origin,
+    )

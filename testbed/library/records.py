@@ -1,0 +1,149 @@
+"""Measured records: from a folder, or from tables that a program already holds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from testbed.errors import InputError
+from testbed.files import FileStamp
+from testbed.library.notebook import Shown
+from testbed.records.reading import read_data_set, record_of
+from testbed.records.record import Record, RunDetails
+from testbed.records.tables import NUMERIC_COLUMNS
+from testbed.records.writing import table_of, write_record
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Columns = Mapping[str, ArrayLike]
+"""A run: a column for each name of records.md, and `time_s`. A pandas data frame is one."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Records(Shown):
+    """Runs of one platform.
+
+    Attributes:
+        runs: in order.
+    """
+
+    runs: tuple[Record, ...]
+
+    def __iter__(self) -> Iterator[Record]:
+        return iter(self.runs)
+
+    def __len__(self) -> int:
+        return len(self.runs)
+
+    def __getitem__(self, name: str) -> Record:
+        """Return the run of a name.
+
+        Raises:
+            KeyError: there is none; the message lists the names.
+        """
+        by_name = {record.details.name: record for record in self.runs}
+        if name not in by_name:
+            raise KeyError(f"{name}; the runs are {', '.join(by_name)}")
+        return by_name[name]
+
+    def __str__(self) -> str:
+        lines = [
+            f"{record.details.name}: {len(record.time)} rows over {np.ptp(record.time):.3g} s, "
+            f"{', '.join(record.channels)}"
+            for record in self.runs
+        ]
+        return f"{len(self.runs)} run{'s' * (len(self.runs) != 1)}\n" + "\n".join(lines)
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return all runs as one table with a column `run`."""
+        import pandas as pd  # noqa: PLC0415 - an optional extra
+
+        return pd.concat([frame_of(record).assign(run=record.details.name) for record in self.runs], ignore_index=True)
+
+    def save(self, folder: str | Path) -> Path:
+        """Write the runs into a folder, NAME.parquet each, from which they can be read again.
+
+        Raises:
+            InputError: a name can be no file's, or the folder cannot be written.
+        """
+        for record in self.runs:
+            write_record(record, Path(folder))
+        return Path(folder)
+
+
+def read_records(folder: str | Path) -> Records:
+    """Read every run of a folder: NAME.csv or NAME.parquet, with an optional NAME.toml beside it.
+
+    Raises:
+        InputError: there is no run, or some cannot be used; all of these are named, with column, row and remedy.
+
+    Example:
+        >>> import tempfile, testbed as tb
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     _ = tb.Records((tb.fly(tb.read_scenario("basic")).record,)).save(folder)
+        ...     len(tb.read_records(folder))
+        1
+    """
+    return Records(read_data_set(Path(folder)))
+
+
+def records_from(
+    tables: Columns | Mapping[str, Columns],
+    *,
+    source: Literal["measured", "simulated"] = "measured",
+    gyro_noise_rad_s: float | None = None,
+) -> Records:
+    """Return runs from tables that a program already holds.
+
+    Args:
+        tables: one run, or runs by name. A run is a data frame or a mapping with the columns of a record, SI: `time_s`,
+            `body_rate_x_rad_s` and so on; NaN where a channel was not sampled. Other columns are kept and not used.
+        source: whether a platform or a simulation sent them.
+        gyro_noise_rad_s: standard deviation of a sample of the gyro; estimated from the samples where None.
+
+    Raises:
+        InputError: a run cannot be used; the message names column, row and remedy.
+
+    Example:
+        >>> import testbed as tb
+        >>> flown = tb.fly(tb.read_scenario("basic")).record
+        >>> table = tb.frame_of(flown)
+        >>> tb.records_from({"flight 1": table, "flight 2": table}).runs[1].details.name
+        'flight 2'
+    """
+    named: Mapping[str, Columns] = {"run": tables} if "time_s" in tables else tables  # type: ignore[assignment,dict-item]
+    if not named:
+        raise InputError("there is no run: give a table with the column time_s, or several by name")
+    return Records(
+        tuple(
+            record_of(
+                _numbers(str(name), table),
+                RunDetails(name=str(name), source=source, gyro_noise=gyro_noise_rad_s),
+                {column: np.asarray(table[column]) for column in table if column not in NUMERIC_COLUMNS},
+            )
+            for name, table in named.items()
+        )
+    )
+
+
+def frame_of(record: Record) -> pd.DataFrame:
+    """Return a run as a pandas data frame, with the columns that `records_from` takes."""
+    return table_of(record).to_pandas()
+
+
+def _numbers(name: str, table: Columns) -> dict[str, Any]:
+    try:
+        return {column: np.asarray(table[column], dtype=np.float64) for column in table if column in NUMERIC_COLUMNS}
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name}: holds what is no number ({error})") from error
+
+
+def stamps_of(records: Records) -> list[FileStamp]:
+    """Return the files that records were read from; none of tables that a program held."""
+    return [stamp for record in records for stamp in record.files]

@@ -1,0 +1,251 @@
+"""Designing a maneuver and flying it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from testbed.arrays import Theta
+from testbed.assembly.dispersion import dispersed
+from testbed.assembly.platform import nominal_platform
+from testbed.delivery.design_folder import maneuver_table, write_design
+from testbed.delivery.folder import reserved_folder
+from testbed.delivery.provenance import Provenance, provenance
+from testbed.delivery.run_folder import write_run
+from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
+from testbed.errors import InputError
+from testbed.estimation.estimate import Estimate
+from testbed.experiment.conduct import conduct
+from testbed.experiment.experiment import Experiment
+from testbed.experiment.planning import Plan, design_seed, plan_maneuver
+from testbed.experiment.result import result_of
+from testbed.library.notebook import Shown, parameter_frame
+from testbed.library.scenarios import naming, require_flyable
+from testbed.maneuver.design import Start
+from testbed.recording.viewer import open_viewer
+from testbed.records.record import Record
+from testbed.report.frame.blocks import Page
+from testbed.report.run import run_page, run_verdict
+from testbed.scenario.body import BodyScenario
+from testbed.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Progress = Callable[[Start], None]
+
+
+def _silent(_: Start) -> None:
+    """Report no start."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Maneuver(Shown):
+    """A maneuver for a scenario's platform, and how it was designed.
+
+    Attributes:
+        scenario: that it was planned for.
+        plan: the reference, and its design; without one where the scenario gives the maneuver.
+        origin: what made it.
+    """
+
+    scenario: Scenario
+    plan: Plan
+    origin: Provenance
+
+    def __str__(self) -> str:
+        """Return what was designed and how good it is."""
+        design, duration = self.plan.design, self.plan.maneuver.duration
+        if design is None:
+            return f"Maneuver of {self.scenario.name}, {duration:g} s, as the scenario gives it."
+        figures = design.information
+        return (
+            f"{design.criterion}-optimal maneuver of {self.scenario.name} in {design.parametrization} space, "
+            f"{duration:g} s: determinant of the information {figures.determinant:.3g}, trace of its inverse "
+            f"{figures.trace_inverse:.3g}, smallest eigenvalue {figures.min_eigenvalue:.3g}."
+        )
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return the reference at 100 samples a second: `time_s` and a column for each signal, SI."""
+        return maneuver_table(self.plan.maneuver).to_pandas()
+
+    def save(self, folder: str | Path) -> Path:
+        """Write a design folder, as `testbed design` does.
+
+        Args:
+            folder: new or empty.
+
+        Raises:
+            InputError: the scenario gives the maneuver, so that there is no design; or the folder cannot be used.
+        """
+        if self.plan.design is None:
+            raise InputError(f"{self.scenario.name}: the scenario gives its maneuver; there is no design to write")
+        with reserved_folder(Path(folder), "design") as output:
+            output.deliver(lambda place: self.write(place, "testbed.Maneuver.save"))
+        return Path(folder)
+
+    def write(self, folder: Path, command: str) -> None:
+        """Write the files of a design folder into a folder that is reserved for them.
+
+        Args:
+            folder: to write into.
+            command: that made the design, for its provenance.
+        """
+        assert self.plan.design is not None
+        origin = self.origin.with_command(command)
+        write_design(folder, self.scenario.file, origin, self.scenario, self.plan.design)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Run(Shown):
+    """One flight of a scenario and what was estimated from it.
+
+    Attributes:
+        scenario: as it was asked for; what is flown may be dispersed about it.
+        experiment: all that the run produced.
+        origin: what made it.
+    """
+
+    scenario: Scenario
+    experiment: Experiment
+    origin: Provenance
+
+    @property
+    def record(self) -> Record:
+        """Telemetry, and what only the simulation knows."""
+        return self.experiment.flown.record
+
+    @property
+    def estimates(self) -> Mapping[str, Estimate]:
+        """Each estimator's answer, by its name; empty where the flight diverged."""
+        estimation = self.experiment.estimation
+        return {} if estimation is None else estimation.by_name
+
+    @property
+    def bound(self) -> Theta | None:
+        """Standard deviations of the Cramér-Rao bound of the motion as flown, shape (6,), kg·m²; None without one."""
+        return None if self.experiment.estimation is None else self.experiment.estimation.bound_std
+
+    @property
+    def truth(self) -> Theta:
+        """θ of the platform that flew, shape (6,), kg·m²."""
+        return theta_of(self.experiment.truth.inertia)
+
+    @property
+    def verdict(self) -> str:
+        """The run's verdict in a sentence."""
+        return run_verdict(self.experiment).text
+
+    @property
+    def result(self) -> dict[str, Any]:
+        """What result.json holds, without provenance."""
+        return result_of(self.experiment)
+
+    def __str__(self) -> str:
+        """Return the run's verdict."""
+        return f"Run of {self.scenario.name}, seed {self.experiment.seed}. {self.verdict}"
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return truth, nominal, bound, and estimates with their standard deviations: a row a parameter, kg·m²."""
+        columns: dict[str, Theta] = {"true": self.truth, "nominal": theta_of(self.experiment.nominal.inertia)}
+        if self.bound is not None:
+            columns["bound_std"] = self.bound
+        for name, estimate in self.estimates.items():
+            columns |= {name: estimate.theta, f"{name}_std": estimate.std}
+        return parameter_frame(columns, PARAMETER_NAMES)
+
+    def save(self, folder: str | Path) -> Path:
+        """Write a run folder, as `testbed run` does.
+
+        Args:
+            folder: new or empty.
+
+        Raises:
+            InputError: the folder cannot be used.
+        """
+        with reserved_folder(Path(folder), "run") as output:
+            output.deliver(lambda place: self.write(place, "testbed.Run.save"))
+        return Path(folder)
+
+    def write(self, folder: Path, command: str) -> None:
+        """Write the files of a run folder into a folder that is reserved for them.
+
+        Args:
+            folder: to write into.
+            command: that made the run, for its provenance.
+        """
+        write_run(folder, self.scenario.file, self.origin.with_command(command), self.experiment)
+
+    def show(self, folder: str | Path, *, web: bool = False) -> None:
+        """Write the run folder and open its recording in the rerun viewer, until that is closed.
+
+        Args:
+            folder: new or empty.
+            web: whether to serve the viewer to a browser on this machine instead.
+        """
+        open_viewer(self.save(folder) / "recording.rrd", web=web)
+
+    def _page(self) -> Page:
+        return run_page(self.experiment, self.origin.listed, {})
+
+
+def design(scenario: BodyScenario, *, seed: int | None = None, progress: Progress = _silent) -> Maneuver:
+    """Design the maneuver of a scenario, or take the one that it gives.
+
+    Args:
+        scenario: with a [maneuver].
+        seed: of the design's starts; the scenario's where None.
+        progress: called with each start as it ends.
+
+    Raises:
+        InputError: the limits cannot be met, or the platform cannot be built or flown.
+
+    Example:
+        >>> import testbed as tb
+        >>> maneuver = tb.design(tb.read_scenario("basic"))
+        >>> maneuver.plan.maneuver.duration
+        5.0
+    """
+    flown = require_flyable(scenario)
+    origin = provenance(flown, flown.file, "testbed.design", deciding={"seed": str(design_seed(flown, seed))})
+    with naming(flown):
+        plan = plan_maneuver(flown, nominal_platform(flown), progress, seed)
+    return Maneuver(scenario=flown, plan=plan, origin=origin)
+
+
+def fly(
+    scenario: BodyScenario,
+    maneuver: Maneuver | None = None,
+    *,
+    seed: int | None = None,
+    draw: bool = False,
+    progress: Progress = _silent,
+) -> Run:
+    """Fly a scenario in the closed loop and estimate the inertia from what it sent.
+
+    Args:
+        scenario: to fly.
+        maneuver: as from `design`; planned first where None.
+        seed: of all sensor noise; the scenario's where None. The same seed gives the same record, bit for bit.
+        draw: whether truth, start and gyro are drawn from the scenario's [dispersion] with this seed.
+        progress: called with each start of a design as it ends.
+
+    Raises:
+        InputError: the platform cannot be built, or the maneuver cannot be designed.
+
+    Example:
+        >>> import testbed as tb
+        >>> run = tb.fly(tb.read_scenario("basic"), seed=1)
+        >>> run.estimates["output_error"].theta.shape
+        (6,)
+    """
+    flown = require_flyable(scenario)
+    seed = flown.seed if seed is None else seed
+    origin = provenance(flown, flown.file, "testbed.fly", deciding={"seed": str(seed), "dispersed": str(draw)})
+    plan = None if maneuver is None else maneuver.plan
+    with naming(flown):
+        drawn = dispersed(flown, seed) if draw else None
+        experiment = conduct(flown, seed, progress, plan=plan, flown_scenario=drawn)
+    return Run(scenario=flown, experiment=experiment, origin=origin)

@@ -1,0 +1,133 @@
+"""Scenarios by path or by the name of a shipped one, with values changed by key."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from testbed.errors import InfeasibleDesignError, InputError, UnphysicalPlatformError
+from testbed.files import TextFile, parsed_toml
+from testbed.scenario.body import BodyScenario
+from testbed.scenario.reader import body_scenario_of, scenario_file
+from testbed.scenario.scenario import Scenario
+from testbed.scenario.shipped import shipped_scenario, shipped_scenarios
+
+
+def read_scenario(source: str | Path, overrides: Mapping[str, object] | None = None) -> BodyScenario:
+    """Read and check a scenario.
+
+    Args:
+        source: path of a TOML file, or the name of a shipped scenario, such as `zero_g`.
+        overrides: values by dotted key, such as `{"gyro.noise_rad_s": 0.01}`; they are checked like the file's own.
+
+    Returns:
+        A `Scenario`, which can be flown; of a platform without control moment gyros a `BodyScenario`, whose records can
+        be diagnosed.
+
+    Raises:
+        InputError: there is no such file, it is not a scenario, or an override fits none of its keys.
+
+    Example:
+        >>> import testbed as tb
+        >>> scenario = tb.read_scenario("zero_g", {"gyro.noise_rad_s": 0.01})
+        >>> scenario.gyro.noise_rad_s
+        0.01
+    """
+    file = scenario_file(located(source))
+    return body_scenario_of(overridden(file, overrides) if overrides else file)
+
+
+def located(source: str | Path) -> Path:
+    """Return the path of a scenario that is given by path, or by the name of a shipped one.
+
+    Raises:
+        InputError: there is neither.
+    """
+    path = Path(source)
+    if path.suffix == ".toml" or path.exists():
+        return path
+    names = shipped_scenarios()
+    if str(source) in names:
+        return shipped_scenario(str(source))
+    shipped = ", ".join(names)
+    raise InputError(f"{source}: there is no such file, nor a shipped scenario of that name; these are {shipped}")
+
+
+def overridden(file: TextFile, overrides: Mapping[str, object]) -> TextFile:
+    """Return a scenario's file as if it had other values; its comments are lost.
+
+    Args:
+        file: of the scenario.
+        overrides: values by dotted key.
+
+    Raises:
+        InputError: the file is not TOML, or a key leads through something that is no table.
+    """
+    tree = parsed_toml(file)
+    for key, value in overrides.items():
+        _set(tree, key, value, file.path)
+    said = ", ".join(f"{key} = {value!r}" for key, value in overrides.items())
+    text = f"# {file.path.name} with {said}\n{tomli_w.dumps(tree)}"
+    return TextFile(path=file.path, content=text.encode("utf-8"), text=text)
+
+
+def override_of(assignment: str) -> tuple[str, object]:
+    """Return key and value of an override as the command line has it, KEY=VALUE, the value as in TOML.
+
+    What is no TOML value, such as a word without quotes, is taken for a text.
+
+    Raises:
+        InputError: there is no key, or no `=`.
+    """
+    key, equals, value = assignment.partition("=")
+    if not equals or not key.strip():
+        raise InputError(f"--set {assignment}: give KEY=VALUE, such as gyro.noise_rad_s=0.01")
+    try:
+        return key.strip(), tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        return key.strip(), value.strip()
+
+
+def overrides_of(assignments: Sequence[str]) -> dict[str, object]:
+    """Return overrides as the command line has them; as `override_of`."""
+    return dict(map(override_of, assignments))
+
+
+@contextmanager
+def naming(scenario: BodyScenario) -> Iterator[None]:
+    """Put the path of a scenario's file before what is reported of its platform or its maneuver."""
+    path = scenario.file.path
+    try:
+        yield
+    except UnphysicalPlatformError as error:
+        raise InputError(f"{path}: {error}") from error
+    except InfeasibleDesignError as error:
+        raise InputError(f"{path}: [maneuver]: {error}") from error
+
+
+def require_flyable(scenario: BodyScenario) -> Scenario:
+    """Return a scenario that can be flown.
+
+    Raises:
+        InputError: it is of a platform that is only measured.
+    """
+    if isinstance(scenario, Scenario):
+        return scenario
+    raise InputError(
+        f"{scenario.file.path}: has no [cluster]: a platform without control moment gyros is compared with its records "
+        "by `testbed diagnose`; it is not flown, and nothing is designed for it or estimated from its flights"
+    )
+
+
+def _set(tree: dict[str, Any], key: str, value: object, path: Path) -> None:
+    *tables, last = key.split(".")
+    for table in tables:
+        tree = tree.setdefault(table, {})
+        if not isinstance(tree, dict):
+            raise InputError(f"{path}: {key} cannot be set: {table} is no table")
+    tree[last] = value
