@@ -144,7 +144,7 @@ def montecarlo(
 def reproduce(
     out: Out = None,
     quick: Annotated[
-        bool, typer.Option("--quick", help="A tenth of the flights: under 3 minutes on two cores.")
+        bool, typer.Option("--quick", help="A tenth of the flights: under 4 minutes on two cores.")
     ] = False,
     seed: Annotated[int, typer.Option(min=0, max=2**63 - 1, help="Seed of everything.")] = 1,
     runs: Annotated[
@@ -310,7 +310,12 @@ def check(scenario: ScenarioName, changes: Changes = None) -> None:
 @app.command()
 def view(
     run: Annotated[
-        Path, typer.Argument(metavar="RUN", help="A run folder, or a recording (.rrd).", show_default=False)
+        Path,
+        typer.Argument(
+            metavar="RUN",
+            help="Folder of a run, a diagnosis or a reproduction, or a recording (.rrd).",
+            show_default=False,
+        ),
     ],
     web: Annotated[bool, typer.Option("--web", help="In the browser, served on loopback only.")] = False,
     offline: Annotated[bool, typer.Option("--offline", help="With --web: the page asks no other host.")] = False,

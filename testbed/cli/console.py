@@ -89,8 +89,9 @@ def show(table: Table) -> None:
 
 
 def warn(what: str, why: str) -> None:
-    """Print a line whose first words stand out."""
-    console.print(Text.assemble((f"{what}:", "yellow"), f" {why}"))
+    """Print a sentence whose first words stand out; broken between words on a terminal."""
+    text = Text.assemble((f"{what}:", "yellow"), f" {why}")
+    console.print(text, soft_wrap=not console.is_terminal)
 
 
 def entry(label: str, text: str) -> None:
@@ -182,5 +183,6 @@ class TimeLeftColumn(ProgressColumn):
 
 def rate_of(task: Task) -> float:
     """Return how many items a second were done; what was there at the start, its field `before`, does not count."""
-    done, elapsed = task.completed - task.fields.get("before", 0), task.elapsed
+    done = task.completed - task.fields.get("before", 0)
+    elapsed = task.finished_time if task.finished else task.elapsed
     return done / elapsed if elapsed else 0.0

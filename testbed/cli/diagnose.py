@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 
 from rich.progress import Progress, SpinnerColumn, TimeElapsedColumn
@@ -90,15 +90,17 @@ def _diagnose(scenario: BodyScenario, records: Records, folder: OutputFolder, pa
     prepared = prepared_records(scenario, records)
     _print_data(prepared.data, (*prepared.notices, *_parts_notices(parts)))
     stages = _Stages()
-    with suppress(KeyboardInterrupt), _progress() as progress, keeping(parts):
-        for state in prepared.stages(progress):
+    with suppress(KeyboardInterrupt), _bars() as bars, keeping(parts):
+        for state in prepared.stages(_shown_in(bars)):
+            bars.stop()  # results printed beside a bar that moves would be torn
             stages.show(state)
+            bars.start()
     if stages.last is None:
         what = _again(folder) if parts.parts else "nothing was written."
         say(f"Interrupted before anything was found; {what}")
         return INTERRUPTED
-    with _progress() as progress:
-        result = concluded(prepared, stages.last, stages.places, progress)
+    with _bars() as bars:
+        result = concluded(prepared, stages.last, stages.places, _shown_in(bars))
     _print_end(result)
     replaced = (*WRITTEN, PARTS) if result.state.complete else WRITTEN
     more = folder.deliver(lambda place: result.write(place, command_line()), instead_of=replaced)
@@ -146,13 +148,16 @@ class _Stages:
             _print_rest(diagnosis)
 
 
-@contextmanager
-def _progress() -> Iterator[Callable[[str], None]]:
-    """Show what is being done, and for how long, on standard error."""
+def _bars() -> Progress:
+    """Return what shows on standard error what is being done, and for how long."""
     columns = (SpinnerColumn(), description_column(), TimeElapsedColumn())
-    with Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal) as bars:
-        task = bars.add_task("Reading")
-        yield lambda what: bars.update(task, description=f"Testing {what}")
+    return Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal)
+
+
+def _shown_in(bars: Progress) -> Callable[[str], None]:
+    """Return what shows in a bar what is being tested."""
+    task = bars.add_task("Reading")
+    return lambda what: bars.update(task, description=f"Testing {what}")
 
 
 def _print_data(data_set: DataSet, notices: Sequence[str]) -> None:
@@ -237,6 +242,7 @@ def _print_next(folder: Path, proposal: Proposal | None) -> None:
     for separation in proposal.separations[:_PAIRS_SHOWN]:
         entry("", f"{pair_words(separation)}: {distance_words(separation)}")
     if proposal.flight is not None:
+        say("           Fly it on the platform itself; what the nominal model makes of it:")
         say(f"           testbed run {folder / NEXT / SCENARIO}")
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -48,12 +49,11 @@ def reproduce_paper(out: Path | None, seed: int, runs: int | None, *, quick: boo
         try:
             reproduction, over_seeds = _made(folder, extent, files, seeds)
             claims = tuple(claims_of(reproduction))
-            folder.deliver(lambda place: write_reproduction(place, origin, reproduction, claims, over_seeds))
+            with _saying_what_is_kept(folder):
+                folder.deliver(lambda place: write_reproduction(place, origin, reproduction, claims, over_seeds))
         except KeyboardInterrupt:
             say(f"Interrupted. {_kept(folder)}")
             return INTERRUPTED
-        except InputError as error:
-            raise InputError(f"{error}\n{_kept(folder)}") from error
     _print_result(folder, reproduction, claims, over_seeds)
     return COMPLETED
 
@@ -63,7 +63,11 @@ def _made(
 ) -> tuple[Reproduction, tuple[ClaimOverSeeds, ...]]:
     notes: list[str] = []
     try:
-        with finished_parts(folder.path, _identity(extent, files), notes.append) as parts, parts_progress() as progress:
+        with (
+            finished_parts(folder.path, _identity(extent, files), notes.append) as parts,
+            _saying_what_is_kept(folder),
+            parts_progress() as progress,
+        ):
             reproduction = reproduce(extent, progress, parts)
             return reproduction, claims_over_seeds(reproduction, seeds, progress, parts)
     finally:
@@ -79,6 +83,14 @@ def _identity(extent: Extent, files: Sequence[TextFile]) -> Mapping[str, Any]:
         "scenario_sha256": {file.path.stem: file.stamp.sha256 for file in files},
         "versions": deciding_versions(),
     }
+
+
+@contextmanager
+def _saying_what_is_kept(folder: OutputFolder) -> Iterator[None]:
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{error}\n{_kept(folder)}") from error
 
 
 def _kept(folder: OutputFolder) -> str:

@@ -25,5 +25,7 @@ def view_run(run: Path, *, web: bool, offline: bool) -> None:
     except OSError as error:
         raise InputError(f"{run}: cannot be read ({error.strerror})") from error
     if not found:
-        raise InputError(f"{run}: no recording there; name a run folder that `testbed run` wrote, or an .rrd file")
+        raise InputError(
+            f"{run}: no recording there; name the folder of a run, a diagnosis or a reproduction, or an .rrd file"
+        )
     open_viewer(recording, web=web, offline=offline)

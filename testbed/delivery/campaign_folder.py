@@ -12,7 +12,7 @@ import pyarrow as pa
 
 from testbed.assembly.control import flight_clock
 from testbed.assembly.platform import nominal_platform
-from testbed.campaign.manifest import read_manifest
+from testbed.campaign.manifest import MANIFEST, read_manifest
 from testbed.campaign.plan import CampaignPlan
 from testbed.campaign.result import montecarlo_of
 from testbed.campaign.statistics import CampaignStatistics
@@ -20,13 +20,13 @@ from testbed.delivery.design_folder import maneuver_section
 from testbed.delivery.provenance import Provenance
 from testbed.errors import InputError
 from testbed.experiment.planning import Plan, plan_maneuver, starts_of
-from testbed.files import TextFile, whole_file, write_json
+from testbed.files import TextFile, read_bytes, whole_file, write_json
 from testbed.maneuver.maneuver import Maneuver
 from testbed.report.campaign import write_campaign_report
-from testbed.scenario.reader import read_maneuver
+from testbed.scenario.reader import LARGEST_SCENARIO, read_maneuver
 from testbed.scenario.scenario import Scenario
 
-_MANEUVER = "maneuver.toml"
+_MANEUVER, _SCENARIO = "maneuver.toml", "scenario.toml"
 
 
 def start_campaign(folder: Path, file: TextFile, plan: Plan) -> None:
@@ -41,7 +41,7 @@ def start_campaign(folder: Path, file: TextFile, plan: Plan) -> None:
         InputError: the folder cannot be written.
     """
     try:
-        (folder / "scenario.toml").write_bytes(file.content)
+        (folder / _SCENARIO).write_bytes(file.content)
         if plan.design is not None:
             (folder / _MANEUVER).write_text(maneuver_section(plan.design), encoding="utf-8")
     except OSError as error:
@@ -56,10 +56,19 @@ def kept_maneuver(folder: Path, scenario: Scenario) -> Maneuver:
     Raises:
         InputError: the folder is no campaign's, or its maneuver cannot be read.
     """
-    read_manifest(folder)
+    if not _is_begun(folder, scenario):
+        read_manifest(folder)
     if starts_of(scenario) and (folder / _MANEUVER).is_file():
         scenario = scenario.model_copy(update={"maneuver": read_maneuver(folder / _MANEUVER)})
     return plan_maneuver(scenario, nominal_platform(scenario)).maneuver
+
+
+def _is_begun(folder: Path, scenario: Scenario) -> bool:
+    """Tell whether a campaign of a scenario was interrupted in a folder before its first run."""
+    kept = folder / _SCENARIO
+    if (folder / MANIFEST).exists() or not kept.is_file():
+        return False
+    return read_bytes(kept, "a scenario file", LARGEST_SCENARIO) == scenario.file.content
 
 
 def finish_campaign(

@@ -83,7 +83,8 @@ class Campaign(Shown):
 
     def to_xarray(self) -> xr.Dataset:
         """Return the same with the dimension `run`."""
-        return self.to_pandas().set_index("run").to_xarray()
+        dataset: xr.Dataset = self.to_pandas().set_index("run").to_xarray()
+        return dataset
 
     def _page(self) -> Page:
         path = self.plan.scenario.file.path

@@ -103,11 +103,12 @@ class InertiaEstimate(Shown):
             name: rng.multivariate_normal(estimate.theta, estimate.total_covariance, size=(1, draws))
             for name, estimate in self.combined.items()
         }
-        return az.from_dict(
+        posterior: arviz.InferenceData = az.from_dict(
             posterior=samples,
             coords={"parameter": list(PARAMETER_NAMES)},
             dims={name: ["parameter"] for name in samples},
         )
+        return posterior
 
     def save(self, folder: str | Path) -> Path:
         """Write estimates, page and provenance, as `testbed estimate` does.

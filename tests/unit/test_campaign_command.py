@@ -100,6 +100,21 @@ def test_ctrl_c_and_resume_end_as_an_uninterrupted_campaign(path, straight, tmp_
     assert figures(folder) == figures(straight)
 
 
+def test_a_campaign_that_was_interrupted_before_its_first_run_goes_on(path, straight, tmp_path, capsys):
+    folder = tmp_path / "begun"
+    folder.mkdir()
+    for name in {"scenario.toml", "maneuver.toml"} & {entry.name for entry in straight.iterdir()}:
+        shutil.copy(straight / name, folder)
+    arguments = ("montecarlo", path, "--runs", RUNS, "--out", folder, "--workers", 1, "--resume")
+    assert run(*arguments) == 0
+    assert figures(folder) == figures(straight)
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "scenario.toml").write_text("# of something else", encoding="utf-8")
+    assert run(*arguments[:4], "--out", other, "--resume") == 2
+    assert "is not the folder of a campaign" in capsys.readouterr().err
+
+
 def test_more_runs_extend_a_finished_campaign_as_if_it_had_been_flown_in_one_go(path, straight, tmp_path):
     folder = tmp_path / "extended"
     assert run("montecarlo", path, "--runs", RUNS - BLOCK_RUNS, "--out", folder, "--workers", 1) == 0

@@ -212,7 +212,9 @@ def test_ctrl_c_keeps_what_is_finished_and_resume_goes_on_with_it(tmp_path, monk
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("testbed.cli.reproduce.reproduce", finished)
     assert run(*arguments, "--seed", 2, "--resume") == 2
-    assert "seed 1, now 2" in capsys.readouterr().err
+    refusal = capsys.readouterr().err
+    assert "seed 1, now 2" in refusal
+    assert "repeat the command" not in refusal  # which is what was refused
     assert run(*arguments, "--resume") == 0
     assert found == [1.0]
     assert {"parts", "reproduction.html", "reproduce.json"} < {path.name for path in (tmp_path / "out").iterdir()}
