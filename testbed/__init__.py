@@ -15,6 +15,11 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from testbed import effects as effects
+    from testbed.effects.contract import Effect as Effect
+    from testbed.effects.contract import Extension as Extension
+    from testbed.effects.contract import Parameter as Parameter
+    from testbed.effects.registry import register_effect as register_effect
     from testbed.errors import InputError as InputError
     from testbed.library.campaigns import Campaign as Campaign
     from testbed.library.campaigns import monte_carlo as monte_carlo
@@ -33,9 +38,17 @@ if TYPE_CHECKING:
     from testbed.library.runs import design as design
     from testbed.library.runs import fly as fly
     from testbed.library.scenarios import read_scenario as read_scenario
+    from testbed.prediction.hooks import Hooks as Hooks
+    from testbed.prediction.hooks import Instant as Instant
     from testbed.scenario.shipped import shipped_scenarios as shipped_scenarios
 
 _HOMES = {
+    "Effect": "testbed.effects.contract",
+    "Extension": "testbed.effects.contract",
+    "Parameter": "testbed.effects.contract",
+    "register_effect": "testbed.effects.registry",
+    "Hooks": "testbed.prediction.hooks",
+    "Instant": "testbed.prediction.hooks",
     "InputError": "testbed.errors",
     "Campaign": "testbed.library.campaigns",
     "monte_carlo": "testbed.library.campaigns",
@@ -58,12 +71,14 @@ _HOMES = {
 }
 """Module of each name."""
 
-__all__ = sorted(["__version__", *_HOMES])  # noqa: PLE0605 - a list of the names above
+__all__ = sorted(["__version__", "effects", *_HOMES])  # noqa: PLE0605 - a list of the names above
 
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401 - as many types as names
     if name == "__version__":
         return version("testbed")
+    if name == "effects":
+        return import_module("testbed.effects")
     if name in _HOMES:
         value = getattr(import_module(_HOMES[name]), name)
         globals()[name] = value

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib.metadata import entry_points
 
 from testbed.effects.actuator_delay import ActuatorDelay
 from testbed.effects.actuator_lag import ActuatorLag
@@ -35,6 +36,7 @@ from testbed.effects.rotor_spin_down import RotorSpinDown
 from testbed.effects.slosh import Slosh
 from testbed.effects.tether import Tether
 from testbed.effects.viscous_drag import ViscousDrag
+from testbed.errors import InputError
 
 _PREDICTED: tuple[Effect, ...] = (
     Inertia(),
@@ -67,7 +69,54 @@ _PREDICTED: tuple[Effect, ...] = (
 
 _ON_READINGS: tuple[ReadingEffect, ...] = (GyroNoise(), GyroQuantization(), RotorImbalance())
 
-EFFECTS: Mapping[str, Effect] = {effect.id: effect for effect in _PREDICTED}
+_GROUP = "testbed.effects"
+"""Entry points of other packages: each is an effect, or a class of one."""
+
+EFFECTS: dict[str, Effect] = {effect.id: effect for effect in _PREDICTED}
 """Those that change what is predicted, by id."""
 READING_EFFECTS: Mapping[str, ReadingEffect] = {effect.id: effect for effect in _ON_READINGS}
 """Those that change how the gyro's samples scatter about it, by id."""
+
+
+def register_effect(effect: Effect) -> Effect:
+    """Let every further diagnosis test for an effect; what is registered already is not replaced.
+
+    A package does it for all who install it by an entry point in its pyproject.toml:
+
+        [project.entry-points."testbed.effects"]
+        dry_friction = "my_package:DryFriction"
+
+    Args:
+        effect: of your own.
+
+    Returns:
+        The effect.
+
+    Raises:
+        InputError: it is none, its id is taken, or it lacks components or parameters.
+    """
+    if not isinstance(effect, Effect):
+        raise InputError(f"{effect!r}: is no effect; derive its class from testbed.Effect")
+    if effect.id in EFFECTS or effect.id in READING_EFFECTS:
+        raise InputError(f"{effect.id}: an effect of this id is registered already; choose another id")
+    if not effect.components or not effect.parameters:
+        raise InputError(f"{effect.id}: an effect has components, such as ('platform',), and parameters to estimate")
+    EFFECTS[effect.id] = effect
+    return effect
+
+
+def _register_installed() -> None:
+    """Register the effects of other packages.
+
+    Raises:
+        InputError: one of them cannot be loaded; the message names its package.
+    """
+    for entry in entry_points(group=_GROUP):
+        try:
+            found = entry.load()
+            register_effect(found() if isinstance(found, type) else found)
+        except Exception as error:  # whatever another package does wrong
+            raise InputError(f"the effect {entry.name} of {entry.value} cannot be used: {error}") from error
+
+
+_register_installed()
