@@ -22,12 +22,12 @@ from testbed.diagnosis.state import Diagnosis
 from testbed.diagnosis.workflow import diagnosed
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.next_experiment.proposal import Proposal, proposal_of
+from testbed.next_experiment.scenario import write_next
 from testbed.records.reading import read_data_set
 from testbed.records.writing import write_record
-from testbed.report.diagnosis_next import distance_words, flight_words, pair_words
+from testbed.report.diagnosis.next import distance_words, flight_words, pair_words
 from testbed.scenario.reader import read_scenario
-from testbed.separation.proposal import Proposal, proposal_of
-from testbed.separation.scenario import write_next
 from tests.concealing.case import Case, Run, Telemetry
 from tests.concealing.effect import HiddenEffect
 from tests.concealing.files import conceal

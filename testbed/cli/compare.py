@@ -10,8 +10,8 @@ from rich.table import Table
 
 from testbed.cli.console import print_as_json, say, show
 from testbed.cli.tables import parameter_table
-from testbed.delivery.folder import reserved_folder
 from testbed.library.comparisons import compare
+from testbed.outputs.folder import reserved_folder
 from testbed.report.comparison import ComparedFigures
 from testbed.report.wording import capitalized, estimator_name
 

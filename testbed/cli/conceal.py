@@ -10,9 +10,9 @@ from types import ModuleType
 import numpy as np
 
 from testbed.cli.console import say
-from testbed.delivery.folder import reserved_folder
 from testbed.errors import InputError
 from testbed.library.scenarios import located
+from testbed.outputs.folder import reserved_folder
 from testbed.scenario.reader import read_scenario
 
 DATA, ANSWER = "data", "answer"

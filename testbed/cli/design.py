@@ -9,12 +9,12 @@ from rich.table import Table
 
 from testbed.cli.console import command_line, design_progress, print_as_json, say, show
 from testbed.cli.tables import design_lines
-from testbed.delivery.folder import reserved_folder
 from testbed.errors import InputError
 from testbed.experiment.planning import starts_of
 from testbed.library.runs import design
 from testbed.library.scenarios import overrides_of, read_scenario, require_flyable
 from testbed.maneuver.design import Design
+from testbed.outputs.folder import reserved_folder
 
 
 def design_scenario(source: str, changes: Sequence[str], out: Path | None, seed: int | None) -> None:

@@ -23,9 +23,6 @@ from testbed.cli.console import (
 )
 from testbed.cli.diagnose_tables import candidates_table, detectable_table, inertia_table, places_table
 from testbed.cli.failures import COMPLETED, INTERRUPTED
-from testbed.delivery.diagnosis_folder import NEXT, WRITTEN
-from testbed.delivery.diagnosis_parts import PARTS, KeptParts, kept_parts
-from testbed.delivery.folder import OutputFolder, reserved_folder
 from testbed.diagnosis.findings import Addition, addition_of, first_screening, masked
 from testbed.diagnosis.keeping import keeping
 from testbed.diagnosis.location import Place, located
@@ -36,16 +33,20 @@ from testbed.errors import InputError
 from testbed.library.diagnoses import DiagnosisResult, concluded, origin_of, prepared_records
 from testbed.library.records import Records, read_records
 from testbed.library.scenarios import overrides_of, read_scenario
-from testbed.report.diagnosis_misfit import (
+from testbed.next_experiment.proposal import Proposal
+from testbed.outputs.diagnosis_folder import NEXT, WRITTEN
+from testbed.outputs.diagnosis_parts import PARTS, KeptParts, kept_parts
+from testbed.outputs.folder import OutputFolder, reserved_folder
+from testbed.report.diagnosis.misfit import (
     MEANING,
     gimbals_words,
     limit_words,
     misfit_change_words,
     misfit_words,
 )
-from testbed.report.diagnosis_next import distance_words, flight_words, pair_words
-from testbed.report.diagnosis_ranking import on_the_noise
-from testbed.report.diagnosis_verdict import (
+from testbed.report.diagnosis.next import distance_words, flight_words, pair_words
+from testbed.report.diagnosis.ranking import on_the_noise
+from testbed.report.diagnosis.verdict import (
     addition_words,
     agreement_words,
     diagnosis_verdict,
@@ -56,7 +57,6 @@ from testbed.report.diagnosis_verdict import (
 )
 from testbed.report.wording import chance_words, listed
 from testbed.scenario.body import BodyScenario
-from testbed.separation.proposal import Proposal
 
 _PAIRS_SHOWN = 3
 

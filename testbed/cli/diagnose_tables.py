@@ -18,8 +18,8 @@ from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.contract import Quantity
 from testbed.effects.registry import EFFECTS
-from testbed.report.diagnosis_inertia import estimate_words, inertia_estimates
-from testbed.report.diagnosis_ranking import RANKING, ranking_rows
+from testbed.report.diagnosis.inertia import estimate_words, inertia_estimates
+from testbed.report.diagnosis.ranking import RANKING, ranking_rows
 from testbed.report.wording import chance_words, decimals_for, figures, milli
 
 _ALIKE_SHOWN = 3

@@ -9,12 +9,12 @@ from testbed.arrays import Theta
 from testbed.cli.console import command_line, print_as_json, say, show
 from testbed.cli.notices import print_notices, print_verdict
 from testbed.cli.tables import estimate_table
-from testbed.delivery.folder import reserved_folder
 from testbed.dynamics.inertia import theta_of
 from testbed.identification.estimating import Identification
 from testbed.library.estimates import estimate
 from testbed.library.records import read_records
 from testbed.library.scenarios import overrides_of, read_scenario, require_flyable
+from testbed.outputs.folder import reserved_folder
 from testbed.report.measured import identification_notices, identification_verdict
 
 

@@ -11,14 +11,14 @@ from testbed.cli.console import command_line, design_progress, print_as_json, sa
 from testbed.cli.failures import COMPLETED, INTERRUPTED
 from testbed.cli.notices import print_verdict
 from testbed.cli.tables import statistics_table
-from testbed.delivery.campaign_folder import kept_maneuver, start_campaign
-from testbed.delivery.folder import reserved_folder
 from testbed.errors import InputError
 from testbed.experiment.planning import starts_of
 from testbed.library.campaigns import Campaign, executor_of, flown_into, origin_of
 from testbed.library.runs import design
 from testbed.library.scenarios import overrides_of, read_scenario, require_flyable
 from testbed.maneuver.maneuver import Maneuver
+from testbed.outputs.campaign_folder import kept_maneuver, start_campaign
+from testbed.outputs.folder import reserved_folder
 from testbed.report.verdict import campaign_verdict
 from testbed.scenario.scenario import Scenario
 

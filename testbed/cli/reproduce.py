@@ -16,11 +16,11 @@ from testbed.campaign.manifest import deciding_versions
 from testbed.cli.console import command_line, entry, say, show, warn
 from testbed.cli.failures import COMPLETED, INTERRUPTED
 from testbed.cli.parts_progress import parts_progress
-from testbed.delivery.folder import OutputFolder, reserved_folder
-from testbed.delivery.provenance import provenance_of_several
-from testbed.delivery.reproduction_folder import write_reproduction
 from testbed.errors import InputError
 from testbed.files import TextFile
+from testbed.outputs.folder import OutputFolder, reserved_folder
+from testbed.outputs.provenance import provenance_of_several
+from testbed.outputs.reproduction_folder import write_reproduction
 from testbed.reproduction.claims import Claim
 from testbed.reproduction.finished_parts import finished_parts, require_reproduction
 from testbed.reproduction.judgement import claims_of

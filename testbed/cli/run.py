@@ -12,11 +12,11 @@ from testbed.cli.console import command_line, design_progress, print_as_json, sa
 from testbed.cli.failures import COMPLETED, DIVERGED
 from testbed.cli.notices import print_notices, print_verdict
 from testbed.cli.tables import design_lines, flight_lines, result_table
-from testbed.delivery.folder import reserved_folder
 from testbed.experiment.experiment import Experiment
 from testbed.experiment.planning import starts_of
 from testbed.library.runs import fly
 from testbed.library.scenarios import overrides_of, read_scenario, require_flyable
+from testbed.outputs.folder import reserved_folder
 from testbed.report.run import run_notices, run_verdict
 
 

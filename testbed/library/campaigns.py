@@ -17,13 +17,13 @@ from testbed.campaign.plan import CampaignPlan
 from testbed.campaign.result import failures_of
 from testbed.campaign.run import SILENT, Progress, run_campaign
 from testbed.campaign.statistics import CampaignStatistics, EstimatorStatistics, statistics_of
-from testbed.delivery.campaign_folder import campaign_result, finish_campaign, kept_maneuver, start_campaign
-from testbed.delivery.folder import reserved_folder
-from testbed.delivery.provenance import Provenance, provenance
 from testbed.errors import InputError
 from testbed.library.notebook import Shown
 from testbed.library.runs import Maneuver, design
 from testbed.library.scenarios import require_flyable
+from testbed.outputs.campaign_folder import campaign_result, finish_campaign, kept_maneuver, start_campaign
+from testbed.outputs.folder import reserved_folder
+from testbed.outputs.provenance import Provenance, provenance
 from testbed.report.campaign import campaign_page
 from testbed.report.frame.blocks import Page
 from testbed.report.verdict import campaign_verdict

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from testbed.arrays import Theta
-from testbed.delivery.comparison_folder import write_comparison
-from testbed.delivery.folder import reserved_folder
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.errors import InputError
 from testbed.files import read_text, readable
 from testbed.library.notebook import Shown
+from testbed.outputs.comparison_folder import write_comparison
+from testbed.outputs.folder import reserved_folder
 from testbed.report.comparison import ComparedFigures, comparison_page
 from testbed.report.frame.blocks import Page
 

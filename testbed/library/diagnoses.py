@@ -11,9 +11,6 @@ from typing import TYPE_CHECKING, Any
 from testbed.arrays import Matrix3
 from testbed.assembly.extension import write_extended
 from testbed.assembly.platform import Body, nominal_body
-from testbed.delivery.diagnosis_folder import extensions_of, write_diagnosis
-from testbed.delivery.folder import reserved_folder
-from testbed.delivery.provenance import Provenance, provenance
 from testbed.diagnosis.findings import Addition, additions, noise_notices
 from testbed.diagnosis.keeping import Store, keeping
 from testbed.diagnosis.location import Place, located
@@ -30,13 +27,16 @@ from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.library.notebook import Shown
 from testbed.library.records import Records, stamps_of
 from testbed.library.scenarios import naming
-from testbed.report.diagnosis import diagnosis_page
-from testbed.report.diagnosis_next import no_gimbals_words
-from testbed.report.diagnosis_verdict import diagnosis_verdict, disagreement_words
+from testbed.next_experiment.proposal import Proposal, proposal_of
+from testbed.outputs.diagnosis_folder import extensions_of, write_diagnosis
+from testbed.outputs.folder import reserved_folder
+from testbed.outputs.provenance import Provenance, provenance
+from testbed.report.diagnosis.next import no_gimbals_words
+from testbed.report.diagnosis.page import diagnosis_page
+from testbed.report.diagnosis.verdict import diagnosis_verdict, disagreement_words
 from testbed.report.frame.blocks import Page
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.scenario import Scenario
-from testbed.separation.proposal import Proposal, proposal_of
 
 if TYPE_CHECKING:
     import pandas as pd

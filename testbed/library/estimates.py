@@ -11,9 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from testbed.assembly.platform import PlatformModel, nominal_platform
-from testbed.delivery.estimate_folder import write_estimates
-from testbed.delivery.folder import reserved_folder
-from testbed.delivery.provenance import Provenance, provenance
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.estimation.combine import CombinedEstimate
 from testbed.experiment.experiment import Estimation
@@ -22,6 +19,9 @@ from testbed.identification.result import identification_result
 from testbed.library.notebook import Shown, parameter_frame
 from testbed.library.records import Records, stamps_of
 from testbed.library.scenarios import naming, require_flyable
+from testbed.outputs.estimate_folder import write_estimates
+from testbed.outputs.folder import reserved_folder
+from testbed.outputs.provenance import Provenance, provenance
 from testbed.report.frame.blocks import Page
 from testbed.report.measured import estimates_page, identification_verdict
 from testbed.scenario.body import BodyScenario

@@ -10,10 +10,6 @@ from typing import TYPE_CHECKING, Any
 from testbed.arrays import Theta
 from testbed.assembly.dispersion import dispersed
 from testbed.assembly.platform import nominal_platform
-from testbed.delivery.design_folder import maneuver_table, write_design
-from testbed.delivery.folder import reserved_folder
-from testbed.delivery.provenance import Provenance, provenance
-from testbed.delivery.run_folder import write_run
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.errors import InputError
 from testbed.estimation.estimate import Estimate
@@ -24,6 +20,10 @@ from testbed.experiment.result import result_of
 from testbed.library.notebook import Shown, parameter_frame
 from testbed.library.scenarios import naming, require_flyable
 from testbed.maneuver.design import Start
+from testbed.outputs.design_folder import maneuver_table, write_design
+from testbed.outputs.folder import reserved_folder
+from testbed.outputs.provenance import Provenance, provenance
+from testbed.outputs.run_folder import write_run
 from testbed.recording.viewer import open_viewer
 from testbed.records.record import Record
 from testbed.report.frame.blocks import Page

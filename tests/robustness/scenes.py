@@ -112,7 +112,7 @@ def _kills() -> Iterator[Scene]:
 
 _KILLED_WHILE_WRITING = """
 import os, signal
-import testbed.delivery.folder as folder
+import testbed.outputs.folder as folder
 def killed(*_, **__):
     os.kill(os.getpid(), signal.SIGKILL)
 folder.deferred_interrupts = killed

@@ -8,15 +8,15 @@ import shutil
 import numpy as np
 import pytest
 
-import testbed.delivery.diagnosis_parts
 import testbed.diagnosis.fitting
 import testbed.diagnosis.screening
 import testbed.library.diagnoses
+import testbed.outputs.diagnosis_parts
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
-from testbed.delivery.diagnosis_parts import PARTS
 from testbed.diagnosis.keeping import array_made, array_told, hash_of
 from testbed.effects.gyro_latency import GyroLatency
+from testbed.outputs.diagnosis_parts import PARTS
 from testbed.records.writing import write_record
 from tests.diagnosed_records import SCENARIO, records
 
@@ -134,7 +134,7 @@ def test_other_data_are_refused_with_what_differs(data, interrupted, tmp_path, c
 
 
 def test_another_version_is_refused(data, interrupted, monkeypatch, capsys):
-    monkeypatch.setattr(testbed.delivery.diagnosis_parts, "EFFECTS", {"gyro_latency": None})
+    monkeypatch.setattr(testbed.outputs.diagnosis_parts, "EFFECTS", {"gyro_latency": None})
     assert diagnose(data, interrupted, "--resume") == 2
     assert "effects" in capsys.readouterr().err
 

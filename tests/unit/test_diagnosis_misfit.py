@@ -16,7 +16,7 @@ from testbed.diagnosis.search import gap_of
 from testbed.diagnosis.state import Gap
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.gyro_latency import GyroLatency
-from testbed.report.diagnosis_misfit import gimbals_words, misfit_change_words, misfit_words, shows_in_gyro
+from testbed.report.diagnosis.misfit import gimbals_words, misfit_change_words, misfit_words, shows_in_gyro
 from tests.diagnosed_records import nominal, records
 
 SETS = 24

@@ -14,7 +14,7 @@ from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.workflow import diagnosed
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
-from testbed.report.diagnosis_ranking import ranking_rows
+from testbed.report.diagnosis.ranking import ranking_rows
 from tests.diagnosed_records import nominal, records
 
 FEW = {name: EFFECTS[name] for name in ("gyro_latency", "gyro_bandwidth", "viscous_drag", "rotor_speed", "body_torque")}

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.delivery.diagnosis_recording import diagnosis_content
 from testbed.diagnosis.run_residuals import RunResiduals
+from testbed.outputs.diagnosis_recording import diagnosis_content
 
 
 def test_every_curve_of_a_panel_has_its_own_colour():

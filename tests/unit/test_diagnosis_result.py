@@ -18,10 +18,10 @@ from testbed.diagnosis.run_residuals import residuals_of
 from testbed.diagnosis.workflow import diagnosed
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
-from testbed.report.diagnosis import write_diagnosis_page
-from testbed.report.diagnosis_ranking import on_the_noise, ranking_rows
-from testbed.report.diagnosis_residuals import mean_spectrum, residuals_section
-from testbed.report.diagnosis_verdict import diagnosis_verdict, share_words
+from testbed.report.diagnosis.page import write_diagnosis_page
+from testbed.report.diagnosis.ranking import on_the_noise, ranking_rows
+from testbed.report.diagnosis.residuals import mean_spectrum, residuals_section
+from testbed.report.diagnosis.verdict import diagnosis_verdict, share_words
 from testbed.report.frame.blocks import Figure
 from tests.diagnosed_records import NOISE, nominal, records
 from tests.unlisted_torques import Humming, Pulsing

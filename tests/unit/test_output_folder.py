@@ -8,15 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from testbed.delivery.folder import SCRATCH, reserved_folder
 from testbed.errors import InputError, OutputError
+from testbed.outputs.folder import SCRATCH, reserved_folder
 
 ROOT = Path(__file__).resolve().parents[2]
 
 HOLD = """
 import sys, time
 from pathlib import Path
-from testbed.delivery.folder import reserved_folder
+from testbed.outputs.folder import reserved_folder
 with reserved_folder(Path(sys.argv[1]) if sys.argv[1] else None, "run") as folder:
     print(folder.path, flush=True)
     sys.stdin.read()
@@ -124,7 +124,7 @@ def test_a_folder_that_cannot_be_made_is_refused_before_any_work(here, name):
 
 
 def test_a_full_disk_is_found_before_any_work(here, monkeypatch):
-    monkeypatch.setattr("testbed.delivery.folder.LEAST_SPACE", 2**60)
+    monkeypatch.setattr("testbed.outputs.folder.LEAST_SPACE", 2**60)
     with pytest.raises(OutputError, match="out: cannot be written"), reserved_folder(Path("out"), "run"):
         pytest.fail("no work may begin")
     assert names(here) == []

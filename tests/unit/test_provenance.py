@@ -11,7 +11,7 @@ import pytest
 
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
-from testbed.delivery.provenance import provenance
+from testbed.outputs.provenance import provenance
 from testbed.scenario.reader import scenario_file, scenario_of
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -14,9 +14,9 @@ from rerun.chunk import RrdReader
 
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
-from testbed.delivery.provenance import provenance_of_several
-from testbed.delivery.reproduction_folder import write_reproduction
 from testbed.errors import InputError
+from testbed.outputs.provenance import provenance_of_several
+from testbed.outputs.reproduction_folder import write_reproduction
 from testbed.report.reproduction.table1 import table1_section
 from testbed.reproduction.alignment_claims import alignment_claims
 from testbed.reproduction.box_plot import boxes_of

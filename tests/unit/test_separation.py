@@ -22,19 +22,19 @@ from testbed.estimation.telemetry import Telemetry
 from testbed.experiment.flying import fly_maneuver
 from testbed.experiment.planning import plan_maneuver
 from testbed.maneuver.gimbal_maneuver import body_rate_of
+from testbed.next_experiment.distance import contrast
+from testbed.next_experiment.drawing import BIAS_ANGLE, RELEASE_SPIN, drawn_flights
+from testbed.next_experiment.forecast import blank_runs, forecast, forecast_columns
+from testbed.next_experiment.judge import judge_of
+from testbed.next_experiment.limits import limit_shares, room_of
+from testbed.next_experiment.proposal import Proposal, Separation
+from testbed.next_experiment.result import next_of
+from testbed.next_experiment.rivals import Contest, Pair, Rival
+from testbed.next_experiment.scenario import write_next
+from testbed.next_experiment.search import chosen_flight
 from testbed.prediction.integration import Values
-from testbed.report.diagnosis_next import distance_words, flight_words, next_section, pair_words
+from testbed.report.diagnosis.next import distance_words, flight_words, next_section, pair_words
 from testbed.scenario.reader import read_scenario
-from testbed.separation.distance import contrast
-from testbed.separation.drawing import BIAS_ANGLE, RELEASE_SPIN, drawn_flights
-from testbed.separation.forecast import blank_runs, forecast, forecast_columns
-from testbed.separation.judge import judge_of
-from testbed.separation.limits import limit_shares, room_of
-from testbed.separation.proposal import Proposal, Separation
-from testbed.separation.result import next_of
-from testbed.separation.rivals import Contest, Pair, Rival
-from testbed.separation.scenario import write_next
-from testbed.separation.search import chosen_flight
 from tests.diagnosed_records import NOISE, nominal, records
 
 

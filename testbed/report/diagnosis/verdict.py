@@ -9,7 +9,7 @@ from testbed.diagnosis.findings import Addition
 from testbed.diagnosis.run_agreement import Agreement
 from testbed.diagnosis.state import Diagnosis, Gap
 from testbed.effects.contract import NamedEffect, Quantity
-from testbed.report.diagnosis_misfit import gimbals_words, misfit_change_words, misfit_words, shows_in_gyro
+from testbed.report.diagnosis.misfit import gimbals_words, misfit_change_words, misfit_words, shows_in_gyro
 from testbed.report.frame.blocks import Notice
 from testbed.report.wording import BAND, chance_words, figures, listed
 

@@ -19,7 +19,7 @@ from testbed.diagnosis.fitting import fitted, fitted_initial_rates
 from testbed.diagnosis.model import Fit, Placed, evaluated
 from testbed.diagnosis.signatures import required_shift
 from testbed.diagnosis.state import Diagnosis, Step
-from testbed.separation.distance import Contrast, contrast
+from testbed.next_experiment.distance import Contrast, contrast
 
 MOST_RIVALS = 5
 _QUANTILE = 1.645

@@ -12,10 +12,10 @@ import numpy as np
 from scipy.optimize import linprog
 
 from testbed.arrays import Array
-from testbed.separation.drawing import control_points
-from testbed.separation.flight import NextFlight
-from testbed.separation.judge import Choice, Judge
-from testbed.separation.limits import limit_shares
+from testbed.next_experiment.drawing import control_points
+from testbed.next_experiment.flight import NextFlight
+from testbed.next_experiment.judge import Choice, Judge
+from testbed.next_experiment.limits import limit_shares
 
 _ROUNDS = 4
 _RADIUS = (0.3, 0.02)

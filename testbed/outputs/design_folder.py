@@ -8,11 +8,11 @@ import numpy as np
 import pyarrow as pa
 from pyarrow import csv
 
-from testbed.delivery.provenance import Provenance
 from testbed.experiment.result import SCHEMA, design_of, starts_of_design
 from testbed.files import TextFile, write_json
 from testbed.maneuver.design import Design
 from testbed.maneuver.maneuver import Maneuver
+from testbed.outputs.provenance import Provenance
 from testbed.scenario.scenario import Scenario
 from testbed.signals import SIGNALS
 

@@ -14,8 +14,8 @@ from testbed.diagnosis.findings import Addition, additions
 from testbed.diagnosis.location import Place
 from testbed.diagnosis.misfit import Misfit
 from testbed.diagnosis.state import Diagnosis, Gap
-from testbed.report.diagnosis_misfit import MEANING
-from testbed.report.diagnosis_verdict import effect_name
+from testbed.report.diagnosis.misfit import MEANING
+from testbed.report.diagnosis.verdict import effect_name
 from testbed.report.frame.blocks import Block, Cell, Column, Figure, Paragraph, Section, Table
 from testbed.report.frame.style import color, layout
 from testbed.report.wording import BAND, figures, listed

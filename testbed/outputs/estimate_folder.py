@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from testbed.assembly.platform import PlatformModel
-from testbed.delivery.provenance import Provenance
 from testbed.dynamics.inertia import theta_of
 from testbed.files import TextFile, write_json
 from testbed.identification.estimating import Identification
 from testbed.identification.result import identification_result
+from testbed.outputs.provenance import Provenance
 from testbed.report.measured import write_estimates_report
 from testbed.scenario.scenario import Scenario
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from testbed.assembly.platform import shown_model
-from testbed.delivery.provenance import Provenance
-from testbed.delivery.recording import recording_content
 from testbed.experiment.experiment import Experiment
 from testbed.experiment.result import result_of
 from testbed.files import TextFile, write_json
+from testbed.outputs.provenance import Provenance
+from testbed.outputs.recording import recording_content
 from testbed.plant.fingerprint import model_sha256
 from testbed.plant.scene import scene_of
 from testbed.recording.writer import write_recording

@@ -9,11 +9,11 @@ import numpy as np
 
 from testbed.arrays import Array, Flags
 from testbed.diagnosis.data import Runs
-from testbed.separation.distance import Contrast, contrast
-from testbed.separation.flight import NextFlight
-from testbed.separation.forecast import blank_runs, forecast, forecast_columns
-from testbed.separation.limits import Room
-from testbed.separation.rivals import Contest, present_contrast
+from testbed.next_experiment.distance import Contrast, contrast
+from testbed.next_experiment.flight import NextFlight
+from testbed.next_experiment.forecast import blank_runs, forecast, forecast_columns
+from testbed.next_experiment.limits import Room
+from testbed.next_experiment.rivals import Contest, present_contrast
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

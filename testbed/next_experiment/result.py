@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from testbed.separation.proposal import Proposal
+from testbed.next_experiment.proposal import Proposal
 
 
 def next_of(proposal: Proposal | None, scenario: str | None) -> dict[str, Any]:

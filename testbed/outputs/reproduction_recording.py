@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from testbed.delivery.reproduction_tables import tables_text
+from testbed.outputs.reproduction_tables import tables_text
 from testbed.plant.scene import scene_of
 from testbed.recording.palette import AXIS_COLORS, Color, pale
 from testbed.recording.reproduction_content import (

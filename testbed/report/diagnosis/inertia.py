@@ -13,8 +13,8 @@ from testbed.diagnosis.latent import LatentTorque
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.state import UNEXPLAINED, Diagnosis
 from testbed.dynamics.inertia import PARAMETER_NAMES
-from testbed.report.diagnosis_residuals import MOST_RUNS
-from testbed.report.diagnosis_verdict import shape_words, share_words
+from testbed.report.diagnosis.residuals import MOST_RUNS
+from testbed.report.diagnosis.verdict import shape_words, share_words
 from testbed.report.frame.blocks import Cell, Column, Figure, Paragraph, Section, Table
 from testbed.report.frame.chart import line_chart
 from testbed.report.frame.series import component_lines

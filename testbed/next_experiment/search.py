@@ -11,9 +11,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from testbed.separation.drawing import drawn_flights
-from testbed.separation.judge import Choice, Judge
-from testbed.separation.refinement import refined
+from testbed.next_experiment.drawing import drawn_flights
+from testbed.next_experiment.judge import Choice, Judge
+from testbed.next_experiment.refinement import refined
 
 VISIBLE = 1.0
 """Sigma: models that no drawn flight brings farther apart by more are said to be inseparable."""

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 from testbed.diagnosis.findings import INERTIA
 from testbed.diagnosis.state import Diagnosis
+from testbed.next_experiment.proposal import Proposal, Separation
 from testbed.report.frame.blocks import Cell, Column, Paragraph, Section, Table
 from testbed.report.wording import figures, listed
-from testbed.separation.proposal import Proposal, Separation
 
 _TIMES = ("not at all", "once", "twice", "three times", "four times", "five times")
 

@@ -12,7 +12,7 @@ from testbed.diagnosis.findings import quantities_of
 from testbed.diagnosis.run_agreement import Agreement
 from testbed.diagnosis.state import Diagnosis
 from testbed.effects.contract import Quantity
-from testbed.report.diagnosis_verdict import agreement_words, effect_name
+from testbed.report.diagnosis.verdict import agreement_words, effect_name
 from testbed.report.frame.blocks import Figure, Paragraph, Section
 from testbed.report.frame.style import color, layout
 from testbed.report.wording import BAND

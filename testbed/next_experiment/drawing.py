@@ -10,8 +10,8 @@ from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Array, Units
 from testbed.cmg.cluster import Cluster, momentum_jacobian
-from testbed.separation.flight import NextFlight
-from testbed.separation.limits import CONTROL_POINTS, Room, limit_shares
+from testbed.next_experiment.flight import NextFlight
+from testbed.next_experiment.limits import CONTROL_POINTS, Room, limit_shares
 
 RELEASE_SPIN = 0.3
 """rad/s. It doubles several distances by itself, and makes a gyro's scale visible."""

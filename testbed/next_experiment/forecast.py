@@ -12,12 +12,12 @@ from testbed.cmg.cluster import Cluster, cluster_momentum
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit
 from testbed.estimation.telemetry import Telemetry
+from testbed.next_experiment.flight import NextFlight
 from testbed.prediction.grid import grid_of
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import Values
 from testbed.prediction.motor_torques import has_torques
 from testbed.prediction.prediction import predicted_channels, predicted_with_derivatives
-from testbed.separation.flight import NextFlight
 
 _STEP = 1.0 / 32.0
 """s; half as fine as a diagnosis integrates: distances move by less than 1 %."""

@@ -16,12 +16,12 @@ from testbed.campaign.manifest import MANIFEST, read_manifest
 from testbed.campaign.plan import CampaignPlan
 from testbed.campaign.result import montecarlo_of
 from testbed.campaign.statistics import CampaignStatistics
-from testbed.delivery.design_folder import maneuver_section
-from testbed.delivery.provenance import Provenance
 from testbed.errors import InputError
 from testbed.experiment.planning import Plan, plan_maneuver, starts_of
 from testbed.files import TextFile, read_bytes, whole_file, write_json
 from testbed.maneuver.maneuver import Maneuver
+from testbed.outputs.design_folder import maneuver_section
+from testbed.outputs.provenance import Provenance
 from testbed.report.campaign import write_campaign_report
 from testbed.scenario.reader import LARGEST_SCENARIO, read_maneuver
 from testbed.scenario.scenario import Scenario

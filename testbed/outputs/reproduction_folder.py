@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from testbed.delivery.provenance import Provenance
-from testbed.delivery.reproduction_recording import reproduction_content
 from testbed.files import write_json
+from testbed.outputs.provenance import Provenance
+from testbed.outputs.reproduction_recording import reproduction_content
 from testbed.recording.reproduction import write_reproduction_recording
 from testbed.report.reproduction.page import write_reproduction_page
 from testbed.reproduction.claims import Claim

@@ -10,10 +10,10 @@ import tomli_w
 from testbed.arrays import Array
 from testbed.assembly.extension import SCENARIO, Keys
 from testbed.files import whole_file
+from testbed.next_experiment.flight import NextFlight
 from testbed.scenario.body import scenario_keys
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.scenario import Scenario
-from testbed.separation.flight import NextFlight
 
 _DIGITS = 9
 """1e-9 rad and rad/s."""

@@ -10,12 +10,12 @@ import numpy as np
 from testbed.arrays import Array, Flags
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.state import Diagnosis
+from testbed.next_experiment.flight import NextFlight
+from testbed.next_experiment.judge import Choice, Judge, judge_of
+from testbed.next_experiment.limits import room_of
+from testbed.next_experiment.rivals import contest_of
+from testbed.next_experiment.search import chosen_flight
 from testbed.scenario.scenario import Scenario
-from testbed.separation.flight import NextFlight
-from testbed.separation.judge import Choice, Judge, judge_of
-from testbed.separation.limits import room_of
-from testbed.separation.rivals import contest_of
-from testbed.separation.search import chosen_flight
 
 MOST_FLIGHTS = 5
 

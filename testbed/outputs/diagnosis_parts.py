@@ -15,13 +15,13 @@ from pathlib import Path
 from typing import Any
 
 from testbed.campaign.manifest import require_same
-from testbed.delivery.folder import OutputFolder
-from testbed.delivery.provenance import Provenance
 from testbed.diagnosis.keeping import Content
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.errors import InputError, OutputError
 from testbed.files import read_bytes, whole_file
 from testbed.interrupts import deferred_interrupts
+from testbed.outputs.folder import OutputFolder
+from testbed.outputs.provenance import Provenance
 
 PARTS = "parts.jsonl"
 _LARGEST = 1_000_000_000

@@ -10,18 +10,18 @@ from testbed.diagnosis.location import Place
 from testbed.diagnosis.run_agreement import Agreement
 from testbed.diagnosis.run_residuals import RunResiduals
 from testbed.diagnosis.state import Diagnosis
-from testbed.report.diagnosis_agreement import agreement_section
-from testbed.report.diagnosis_gaps import gaps_section, where_section
-from testbed.report.diagnosis_inertia import inertia_section, left_section
-from testbed.report.diagnosis_next import next_section
-from testbed.report.diagnosis_ranking import ranking_section
-from testbed.report.diagnosis_residuals import residuals_section
-from testbed.report.diagnosis_verdict import diagnosis_verdict
-from testbed.report.diagnosis_visibility import visibility_section
+from testbed.next_experiment.proposal import Proposal
+from testbed.report.diagnosis.agreement import agreement_section
+from testbed.report.diagnosis.gaps import gaps_section, where_section
+from testbed.report.diagnosis.inertia import inertia_section, left_section
+from testbed.report.diagnosis.next import next_section
+from testbed.report.diagnosis.ranking import ranking_section
+from testbed.report.diagnosis.residuals import residuals_section
+from testbed.report.diagnosis.verdict import diagnosis_verdict
+from testbed.report.diagnosis.visibility import visibility_section
 from testbed.report.frame.blocks import Notice, Page
 from testbed.report.frame.page import write_page
 from testbed.report.sections.provenance import provenance_section
-from testbed.separation.proposal import Proposal
 
 
 def write_diagnosis_page(

@@ -8,8 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from testbed.assembly.extension import PLATFORM, SCENARIO, extended, write_extended
-from testbed.delivery.diagnosis_recording import diagnosis_content
-from testbed.delivery.provenance import Provenance
 from testbed.diagnosis.location import Place
 from testbed.diagnosis.result import result_of
 from testbed.diagnosis.run_agreement import Agreement
@@ -19,14 +17,16 @@ from testbed.dynamics.inertia import inertia_of
 from testbed.effects.contract import Extension
 from testbed.errors import InputError
 from testbed.files import TextFile, write_json
+from testbed.next_experiment.proposal import Proposal
+from testbed.next_experiment.result import next_of
+from testbed.next_experiment.scenario import write_next
+from testbed.outputs.diagnosis_recording import diagnosis_content
+from testbed.outputs.provenance import Provenance
 from testbed.recording.diagnosis import write_diagnosis_recording
-from testbed.report.diagnosis import write_diagnosis_page
-from testbed.report.diagnosis_next import purpose_words
+from testbed.report.diagnosis.next import purpose_words
+from testbed.report.diagnosis.page import write_diagnosis_page
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.scenario import Scenario
-from testbed.separation.proposal import Proposal
-from testbed.separation.result import next_of
-from testbed.separation.scenario import write_next
 
 EXTENDED = "extended"
 NEXT = "next"
