@@ -23,10 +23,10 @@ from scipy.stats import chi2, ncx2
 
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.data import joined
-from testbed.diagnosis.fitting import fitted
-from testbed.diagnosis.hypotheses import hypotheses
+from testbed.diagnosis.model import fitted
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.screening import screened
+from testbed.diagnosis.search import screened
+from testbed.diagnosis.signatures import hypotheses
 from testbed.diagnosis.state import UNEXPLAINED
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS

@@ -21,8 +21,7 @@ from testbed.arrays import Array, Theta
 from testbed.assembly.estimation import telemetry_of
 from testbed.assembly.platform import nominal_body
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.fitting import fitted
-from testbed.diagnosis.model import Fit, Placed
+from testbed.diagnosis.model import Fit, Placed, fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.effects.registry import EFFECTS

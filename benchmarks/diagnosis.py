@@ -18,11 +18,10 @@ import numpy as np
 
 from benchmarks.blind_diagnosis import diagnosis_of
 from testbed.assembly.platform import nominal_platform
-from testbed.diagnosis.fitting import fitted
-from testbed.diagnosis.hypotheses import hypotheses
-from testbed.diagnosis.model import Placed
+from testbed.diagnosis.model import Placed, fitted
 from testbed.diagnosis.reading import DataSet, data_set_of
-from testbed.diagnosis.screening import screened
+from testbed.diagnosis.search import screened
+from testbed.diagnosis.signatures import hypotheses
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.records.reading import read_data_set

@@ -17,9 +17,9 @@ from math import sqrt
 from pathlib import Path
 
 from testbed.assembly.platform import nominal_platform
+from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.state import Diagnosis
-from testbed.diagnosis.workflow import diagnosed
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.next_experiment.proposal import Proposal, proposal_of

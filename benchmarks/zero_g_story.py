@@ -26,9 +26,9 @@ from testbed.assembly.platform import nominal_platform, true_platform
 from testbed.campaign.flights import fly_seeds
 from testbed.campaign.plan import run_seed
 from testbed.diagnosis.findings import stds_of
+from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.workflow import diagnosed
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.experiment.planning import plan_maneuver

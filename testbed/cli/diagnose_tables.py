@@ -13,7 +13,7 @@ from rich.text import Text
 from testbed.diagnosis.candidates import Screening
 from testbed.diagnosis.findings import Detectable, detectable_sizes, inertia_change, pairs_alike, stds_of
 from testbed.diagnosis.location import Place
-from testbed.diagnosis.scatter import Scatter
+from testbed.diagnosis.noise import Scatter
 from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.contract import Quantity

@@ -1,14 +1,77 @@
-"""Hypotheses refitted and compared: which is the best, whether it is there, and what is not told from it."""
+"""Hypotheses refitted and compared: chance, evidence as probability, the choice, and what is not told from it."""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from math import log, sqrt
+from math import exp, inf, isinf, log, sqrt
+from types import MappingProxyType
+
+import numpy as np
+from scipy.special import logsumexp
+from scipy.stats import chi2, f
 
 from testbed.arrays import Series
-from testbed.diagnosis.chance import likelier_than_nothing
 from testbed.diagnosis.model import AtPlace, Fit, Placed
 from testbed.diagnosis.signatures import FAMILY_WISE_ERROR, Signature
+
+NOTHING = 5.0
+"""How much likelier it is beforehand that nothing is missing than that an effect of the library is."""
+
+
+def log_chance(squares: float, freedom: float, noise_freedom: float) -> float:
+    """Return the logarithm of the probability of a sum of squared whitened numbers as large, if they are noise alone.
+
+    Args:
+        squares: the sum.
+        freedom: its degrees of freedom.
+        noise_freedom: those of the noise's variance; infinite where it is stated.
+    """
+    if isinf(noise_freedom):
+        return float(chi2.logsf(squares, freedom))
+    return float(f.logsf(squares / freedom, freedom, noise_freedom))
+
+
+def chance(squares: float, freedom: float, noise_freedom: float) -> float:
+    """Return the probability itself; arguments as in `log_chance`."""
+    return exp(log_chance(squares, freedom, noise_freedom))
+
+
+def scale_evidence(square: float, freedom: int) -> float:
+    """Return twice the logarithm of a likelihood ratio, of effects as large as they turn out against none.
+
+    Of a residual whose square along the effect's d directions is S, amplitudes of the variance g noise units make
+    S g/(1+g) - d log(1+g), greatest at g = S/d - 1 (a g-prior, its scale by empirical Bayes). It tends to BIC for what
+    is plain, and does not exclude what is too small to be seen.
+
+    Args:
+        square: S.
+        freedom: d.
+    """
+    return square - freedom - freedom * log(square / freedom) if square > freedom > 0 else 0.0
+
+
+def mean_over_places(found: float, elsewhere: Sequence[float], places: int) -> float:
+    """Return the evidence of an effect that was sought at many places, each as likely beforehand: of their mean odds.
+
+    Args:
+        found: twice the logarithm of the odds at the most telling place.
+        elsewhere: at other places.
+        places: number of all, those included; the rest counts as nothing.
+    """
+    odds = 0.5 * np.array([found, *elsewhere])
+    unseen = log(places - len(odds)) if places > len(odds) else -inf
+    return 2.0 * float(logsumexp([*odds, unseen]) - log(places))
+
+
+def likelier_than_nothing(odds: Iterable[float]) -> bool:
+    """Return whether it is likelier that one of several effects is there than that nothing is missing.
+
+    Args:
+        odds: twice the logarithm of how much likelier each makes the data, beforehand as likely as nothing.
+    """
+    return float(logsumexp(0.5 * np.array(list(odds)))) > log(NOTHING)
+
 
 MOST_REFITS = 8
 """Hypotheses that are looked at closely."""
@@ -129,3 +192,51 @@ def _differ_by_chance(worse: Series) -> bool:
         worse: by how much χ² is larger in every run, shape (R,).
     """
     return len(worse) >= _MANY_RUNS and float(worse.sum()) < _APART * float(worse.std()) * sqrt(len(worse))
+
+
+NONE, UNKNOWN = "none", "unknown"
+BETWEEN = "|"
+"""Stands between the members of a class that the data do not tell apart."""
+
+
+def probabilities_of(
+    screening: Screening | None, unlisted: float = -inf, others: Mapping[str, float] = MappingProxyType({})
+) -> Mapping[str, float]:
+    """Return how probable it is that nothing is missing, of hypotheses with the most evidence, and of something else.
+
+    Args:
+        screening: of the hypotheses against a model.
+        unlisted: evidence of a torque that no effect makes, against the same model.
+        others: evidence of further hypotheses against the same model, by name.
+    """
+    if screening is None:
+        return {}
+    evidence = {candidate.key: candidate.evidence for candidate in screening.candidates} | dict(others)
+    most = sorted(evidence, key=lambda key: -evidence[key])[:MOST_REFITS]
+    odds = {key: evidence[key] - 2.0 * log(screening.tested) for key in most}
+    return normalized(odds, unlisted, 1.0 - len(most) / (screening.tested + len(others)))
+
+
+def normalized(odds: Mapping[str, float], unlisted: float = -inf, unseen: float = 0.0) -> Mapping[str, float]:
+    """Return how probable hypotheses are, that nothing is missing, and that something else is.
+
+    Proportional to exp(odds/2). Every hypothesis is as likely beforehand as any other, and all together a fifth as
+    likely as nothing (so the probabilities of simulated sets come out right). What was not worth a closer look may be
+    there and too small to be seen; it counts to what is unknown, as a torque does that no effect makes.
+
+    Args:
+        odds: twice the logarithm of how much likelier each is than nothing, by name.
+        unlisted: evidence of a torque that no effect makes.
+        unseen: share of the hypotheses of which nothing is known.
+    """
+    most = max(0.0, unlisted, *odds.values())
+    weight = {key: exp(0.5 * (value - most)) for key, value in odds.items()}
+    weight |= {NONE: NOTHING * exp(-0.5 * most), UNKNOWN: exp(0.5 * (unlisted - most)) + unseen * exp(-0.5 * most)}
+    total = sum(weight.values())
+    return {key: value / total for key, value in weight.items()}
+
+
+def by_class(probabilities: Mapping[str, float], members: Collection[str]) -> Mapping[str, float]:
+    """Return probabilities with those of the effect that was found, and of what is not told from it, as one class."""
+    others = {key: value for key, value in probabilities.items() if key not in members}
+    return {BETWEEN.join(members): sum(probabilities.get(key, 0.0) for key in members)} | others

@@ -1,4 +1,4 @@
-"""Measured runs as the diagnosis takes them: fit and held-out, each with the standard deviation of its gyro."""
+"""Measured runs side by side, as the diagnosis compares them with a prediction: both in units of the noise."""
 
 from __future__ import annotations
 
@@ -6,11 +6,115 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import least_squares
 
-from testbed.arrays import Array
-from testbed.diagnosis.inner_noise import answer_channel, torque_channel
+from testbed.arrays import Array, Units
+from testbed.effects.fast_changes import FEWEST, fast_power
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import Grid, grid_of
+from testbed.prediction.motor_torques import has_torques, measured_torques
+from testbed.prediction.servo import answer, ticks_of
+from testbed.prediction.servo_answers import by_stretches, by_units, constants, has_commands, measured_answers, shown
+from testbed.prediction.smoothed import direction_of
+
+_LEAST = 1e-3
+"""Share of a channel's own scatter that its noise has at least: the model of a gimbal is no better than that."""
+_NUDGES = np.repeat([1e-5, 1e-3, 1e-3], 6)
+"""Lag, s, viscous friction, 1/s, and dry friction, rad/s², over the inertia, by which derivatives are taken."""
+_USUAL = np.repeat([0.01, 1.0, 10.0], 6)
+"""Sizes of the same; the search begins with a tenth. From a lag that is guessed too long, a servo swings, and no step
+finds back: steps are bounded."""
+_TRIALS = 20
+_CLOSE = 1e-2
+"""Share of the squares that a further step has to gain."""
+_MODEL = 2.5e-4
+"""rad. By which an answer may be missed for other reasons than noise: commands between samples and the plan are not
+known, and what is missed by that stays for several samples. Without it, lags and dry frictions of eight detectable
+sizes miss the truth by 4 to 6 standard deviations where encoders are as good as 1e-4 rad."""
+_ENOUGH = 2
+"""Numbers for each unknown of the servos without which nobody can tell whether they are followed."""
+_FOLLOWING = 2.0
+"""Of the noise: what gimbals may miss the answer of their servo by, with any lag and friction of each. A servo of
+another kind misses more, and would be taken for a slow one."""
+
+
+def torque_channel(grid: Grid) -> tuple[list[Array], Units] | None:
+    """Return the measured motor torques of every run, each of shape (K, 6), N·m, and their noise; None without."""
+    if not has_torques(grid):
+        return None
+    torques = measured_torques(grid)
+    return torques, _noise(torques)
+
+
+def answer_channel(grid: Grid) -> tuple[list[Array], Array] | None:
+    """Return what is compared of every run's gimbal angles, each of shape (K, 3), rad, and its noise, shape (3,).
+
+    None where commands are not sent, or the gimbals do not answer them as their servo would.
+    """
+    if not has_commands(grid):
+        return None
+    answers = measured_answers(grid)
+    if not any(len(each) for each in answers):
+        return None
+    left = _left(grid, answers)
+    by_unit = [
+        part for run, each in zip(grid.runs, left, strict=True) for part in by_stretches(run, by_units(run, each))
+    ]
+    noise = np.sqrt(2.0 * np.mean(_noise(by_unit) ** 2))  # six columns hold the noise of three directions
+    unknowns = len(_NUDGES) + sum(constants(run).shape[1] for run in grid.runs)
+    squares = np.concatenate(left).ravel() ** 2
+    if len(squares) < _ENOUGH * unknowns:
+        return None
+    missed = np.sqrt(squares.sum() / (len(squares) - unknowns))
+    return (answers, np.full(3, np.hypot(max(missed, noise), _MODEL))) if missed < _FOLLOWING * noise else None
+
+
+def _left(grid: Grid, answers: Sequence[Array]) -> list[Array]:
+    """Return what every run's gimbals miss of the answer of servos with a lag and friction each, shape (K, 3), rad."""
+
+    def left(unknowns: Array) -> Array:
+        return np.concatenate([part[0].ravel() for part in _missed(grid, answers, unknowns[None])])
+
+    def slopes(unknowns: Array) -> Array:
+        parts = _missed(grid, answers, np.vstack([unknowns, unknowns + np.diag(_NUDGES)]))
+        changes = np.concatenate([(part[1:] - part[:1]).reshape(len(_NUDGES), -1) for part in parts], axis=1)
+        return np.asarray(changes.T / _NUDGES)
+
+    found = least_squares(
+        left,
+        0.1 * _USUAL,
+        slopes,
+        bounds=(0.0, np.inf),
+        x_scale=_USUAL,
+        ftol=_CLOSE,
+        max_nfev=_TRIALS,
+    )
+    edges = np.cumsum([each.size for each in answers])[:-1]
+    return [part.reshape(-1, 3) for part in np.split(found.fun, edges)]
+
+
+def _missed(grid: Grid, answers: Sequence[Array], unknowns: Array) -> list[Array]:
+    """Return measured less predicted answers of servos with lag, viscous and dry friction, each of shape (P, K, 3)."""
+    lag, viscous, dry = np.split(unknowns, 3, axis=1)
+    parts = []
+    for run, measured in zip(grid.runs, answers, strict=True):
+        rate = ticks_of(run).gimbal_rate
+        against = viscous[:, None] * rate + dry[:, None] * direction_of(rate)
+        parts.append(measured - shown(run, answer(run, lag, against)))
+    return parts
+
+
+def _noise(channel: Sequence[Array]) -> Units:
+    """Return the standard deviation of every column's noise, shape (W,), of all runs together.
+
+    Args:
+        channel: of every run, shape (K, W).
+    """
+    least = _LEAST * np.concatenate(channel).std(axis=0) + np.finfo(float).tiny
+    long = [each for each in channel if len(each) >= FEWEST]
+    if not long:
+        return np.asarray(np.concatenate(channel).std(axis=0) + least)
+    return np.asarray(np.maximum(np.sqrt(np.mean(np.concatenate([fast_power(each) for each in long]), axis=0)), least))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

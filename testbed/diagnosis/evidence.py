@@ -13,12 +13,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.diagnosis.chance import chance
+from testbed.diagnosis.candidates import chance
 from testbed.diagnosis.data import Runs, chosen, joined
-from testbed.diagnosis.fitting import damped, fitted_initial_rates, pushing_out
 from testbed.diagnosis.keeping import part
-from testbed.diagnosis.model import Fit, evaluated, moved, recurring
-from testbed.diagnosis.projection import orthonormal, projected_out
+from testbed.diagnosis.model import (
+    Fit,
+    damped,
+    evaluated,
+    fitted_initial_rates,
+    moved,
+    orthonormal,
+    projected_out,
+    pushing_out,
+    recurring,
+)
 from testbed.errors import InputError
 
 _UNKNOWN = 1e-9

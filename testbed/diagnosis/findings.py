@@ -1,23 +1,27 @@
-"""What follows from a diagnosis: sizes that would have been seen, look-alikes, parameters, inertia, residuals."""
+"""What a diagnosis found, as reports and files need it: additions, detectable sizes, agreement and residuals of runs.
+
+Whether an effect has one size in all runs: what is missing acts alike in each; what stands in for it does not. The
+final model is linearised, and the effect's parameters are freed in every run; all else stays shared, and is estimated
+jointly. Of R runs and K parameters, χ² then falls by a χ² of K (R - 1) degrees of freedom if they agree; where the model
+leaves more than noise, it counts in units of what it leaves.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, groupby
 
 import numpy as np
 from scipy.stats import chi2
 
-from testbed.arrays import Array, Theta
-from testbed.diagnosis.candidates import Screening
+from testbed.arrays import Array, Flags, Indices, Series, Theta, Vectors3
+from testbed.diagnosis.candidates import Screening, chance, probabilities_of
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.fitting import nominal_fit
-from testbed.diagnosis.hypotheses import masking
 from testbed.diagnosis.misfit import Misfit, misfit_of
-from testbed.diagnosis.model import Fit, Placed
-from testbed.diagnosis.probabilities import probabilities_of
-from testbed.diagnosis.scatter import Scatter
-from testbed.diagnosis.signatures import Signature, distinguishability, smallest_detectable
+from testbed.diagnosis.model import Fit, Placed, fitted_initial_rates, nominal_fit, orthonormal, projected_out
+from testbed.diagnosis.noise import Scatter, added_variance
+from testbed.diagnosis.signatures import Signature, distinguishability, masking, smallest_detectable
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.effects.contract import NamedEffect, Quantity
 from testbed.errors import InputError
@@ -244,3 +248,205 @@ def _nominal_gap(runs: Runs, theta: Theta) -> tuple[float, Misfit | None]:
         return np.inf, None
     only_initial = replace(fit, jacobian=fit.jacobian[:, 6:])  # the inertia is not fitted here
     return fit.root_mean_square, misfit_of(runs, only_initial)
+
+
+DISAGREES = 0.01
+"""Chance below which runs are said to disagree."""
+_SEEN, _SHARE_SEEN = 10.0, 0.7
+"""Times the typical size, to which a parameter is held loosely in every run; one that is left with such a share of that
+says nothing of it."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Agreement:
+    """The size of an effect in every run by itself.
+
+    Attributes:
+        placed: the effect, which acts in every run.
+        runs: names, the fitted ones first.
+        heldout: which were held out, shape (R,).
+        values: of the parameters in each run, shape (R, K).
+        std: their standard errors, shape (R, K); infinite where a run does not show them.
+        p_value: of sizes that differ as much, if there is but one.
+    """
+
+    placed: Placed
+    runs: tuple[str, ...]
+    heldout: Flags
+    values: Array
+    std: Array
+    p_value: float
+
+    @property
+    def disagrees(self) -> bool:
+        """Whether the sizes differ by more than chance."""
+        return self.p_value < DISAGREES
+
+    def quantities(self, run: int) -> tuple[Quantity, ...]:
+        """Return the effect as one run shows it."""
+        return self.placed.effect.quantities(self.values[run], self.std[run])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Seen:
+    """What one record says of (θ, effects), its initial rates projected out: normal matrix (C, C) and slope (C,)."""
+
+    normal: Array
+    slope: Array
+
+
+def agreements(diagnosis: Diagnosis) -> tuple[Agreement, ...]:
+    """Return how the runs agree on every effect that acts in all of them; nothing where there is but one run."""
+    model, heldout = diagnosis.model, diagnosis.heldout
+    fitted = _by_record(diagnosis.runs, model)
+    others = {} if heldout is None else _by_record(heldout, fitted_initial_rates(heldout, model))
+    if not all(each.effect.recurs for each in model.placed) or len(fitted) + len(others) < 2:
+        return ()
+    names, seen = (*fitted, *others), (*fitted.values(), *others.values())
+    held_out = np.arange(len(names)) >= len(fitted)
+    return tuple(_agreement(diagnosis, step.placed, names, held_out, seen) for step in diagnosis.steps)
+
+
+def _by_record(runs: Runs, fit: Fit) -> dict[str, _Seen]:
+    """Return what every record says; windows of one record together."""
+    seen: dict[str, _Seen] = {}
+    common = 6 + len(fit.effect_values)
+    for name, rows in zip(runs.windowed or runs.names, _rows_of(runs), strict=True):
+        jacobian = fit.jacobian[rows]
+        own = orthonormal(jacobian[:, common:][:, np.any(jacobian[:, common:] != 0.0, axis=0)])
+        columns = projected_out(jacobian[:, :common], own)
+        normal, slope = columns.T @ columns, columns.T @ fit.residual[rows]
+        before = seen.get(name)
+        seen[name] = _Seen(
+            normal=normal if before is None else before.normal + normal,
+            slope=slope if before is None else before.slope + slope,
+        )
+    return seen
+
+
+def _rows_of(runs: Runs) -> Iterator[Indices]:
+    """Yield which of the whitened numbers belong to each run, its gimbals' channels with its gyro's."""
+    run_of_block = np.arange(len(runs.measured) + len(runs.inner)) % len(runs.measured)
+    sizes = [block.size for block in (*runs.measured, *runs.inner)]
+    run_of_row = np.repeat(run_of_block, sizes)
+    for run in range(len(runs.measured)):
+        yield np.flatnonzero(run_of_row == run)
+
+
+def _agreement(
+    diagnosis: Diagnosis, placed: Placed, names: Sequence[str], heldout: Flags, seen: Sequence[_Seen]
+) -> Agreement:
+    model = diagnosis.model
+    own = np.arange(6 + len(model.effect_values))[6:][model.own(placed)]
+    typical = np.abs([parameter.typical for parameter in placed.effect.parameters])
+    change, std, apart = _freed(seen, own, _SEEN * typical)
+    _, _, together = _freed(seen, own[:0], typical[:0])
+    freedom, spread = placed.size * (len(names) - 1), max(1.0, model.chi_square / model.freedom)
+    return Agreement(
+        placed=placed,
+        runs=tuple(names),
+        heldout=heldout,
+        values=model.effect_values[model.own(placed)] + change,
+        std=np.where(std > _SHARE_SEEN * _SEEN * typical, np.inf, std),
+        p_value=chance(max(apart - together, 0.0) / spread, freedom, diagnosis.runs.noise_freedom),
+    )
+
+
+def _freed(seen: Sequence[_Seen], own: Indices, loose: Array) -> tuple[Array, Array, float]:
+    """Return the changes of freed parameters in every run and their standard errors, (R, K), and by how much χ² falls.
+
+    Args:
+        seen: what every record says.
+        own: which of the parameters are freed, shape (K,).
+        loose: standard deviations to which they are held, shape (K,).
+    """
+    count, freed = len(seen[0].slope), len(own)
+    shared = np.setdiff1d(np.arange(count), own)
+    order, size = np.concatenate([shared, own]), len(shared) + freed * len(seen)
+    normal, slope = np.zeros((size, size)), np.zeros(size)
+    for run, each in enumerate(seen):
+        places = np.concatenate([np.arange(len(shared)), len(shared) + freed * run + np.arange(freed)])
+        normal[np.ix_(places, places)] += each.normal[np.ix_(order, order)]
+        slope[places] += each.slope[order]
+    held = np.arange(len(shared), size)
+    normal[held, held] += np.tile(loose**-2.0, len(seen))
+    scale = np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
+    inverse = np.linalg.pinv(normal / np.outer(scale, scale), rcond=1e-13, hermitian=True) / np.outer(scale, scale)
+    step, std = inverse @ slope, np.sqrt(np.diag(inverse))
+    shape = (len(seen), freed)
+    return step[held].reshape(shape), std[held].reshape(shape), float(slope @ step)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RunResiduals:
+    """A run against the model without and with the effects.
+
+    Attributes:
+        name: of the run.
+        held_out: whether it was not fitted.
+        time: of the gyro's samples, shape (N,), s.
+        measured: ω, shape (N, 3), rad/s.
+        nominal: what the nominal model predicts of it, inertia and initial rates re-estimated, rad/s.
+        extended: what the model with all effects predicts, rad/s.
+        before: (measured - nominal) / σ, with the noise that is stated.
+        after: (measured - extended) / σ, with the noise as the model has it.
+    """
+
+    name: str
+    held_out: bool
+    time: Series
+    measured: Vectors3
+    nominal: Vectors3
+    extended: Vectors3
+    before: Array
+    after: Array
+
+
+def residuals_of(diagnosis: Diagnosis) -> tuple[RunResiduals, ...]:
+    """Return every run, put together from its windows, against both models, held-out ones last."""
+    shown = list(_residuals(diagnosis, diagnosis.runs, (diagnosis.baseline, diagnosis.model), held_out=False))
+    heldout = diagnosis.heldout
+    if heldout is not None:
+        before = fitted_initial_rates(_as_stated(diagnosis, heldout), diagnosis.baseline)
+        after = fitted_initial_rates(heldout, diagnosis.model)
+        shown += _residuals(diagnosis, heldout, (before, after), held_out=True)
+    if not diagnosis.runs.windowed:
+        return tuple(shown)
+    return tuple(_together(list(windows)) for _, windows in groupby(shown, lambda run: run.name))
+
+
+def _together(windows: Sequence[RunResiduals]) -> RunResiduals:
+    def joined(series: Callable[[RunResiduals], Array]) -> Array:
+        return np.concatenate([series(window) for window in windows])
+
+    return replace(
+        windows[0],
+        time=joined(lambda window: window.time),
+        measured=joined(lambda window: window.measured),
+        nominal=joined(lambda window: window.nominal),
+        extended=joined(lambda window: window.extended),
+        before=joined(lambda window: window.before),
+        after=joined(lambda window: window.after),
+    )
+
+
+def _as_stated(diagnosis: Diagnosis, runs: Runs) -> Runs:
+    """Return runs with the noise that is stated: what was found to be more of it, and what is told, taken back."""
+    return replace(runs.with_sigma(np.sqrt(runs.sigma**2 - added_variance(diagnosis.scatter))), told=())
+
+
+def _residuals(diagnosis: Diagnosis, runs: Runs, fits: tuple[Fit, Fit], *, held_out: bool) -> Iterator[RunResiduals]:
+    before, after = (runs.by_run(fit.residual) for fit in fits)
+    stated = _as_stated(diagnosis, runs).sigma
+    names = runs.windowed or runs.names
+    for index, (name, run) in enumerate(zip(names, runs.grid.runs, strict=True)):
+        yield RunResiduals(
+            name=name,
+            held_out=held_out,
+            time=run.gyro_time,
+            measured=run.body_rate,
+            nominal=run.body_rate - stated[index] * before[index],
+            extended=run.body_rate - runs.sigma[index] * after[index],
+            before=before[index],
+            after=after[index],
+        )

@@ -1,21 +1,230 @@
-"""The gate in front of every answer from measured records: are they in SI, of this platform, and on one clock?"""
+"""The gate before any model is fitted: can these records be this platform's, in these units?
+
+What a library of effects explains is per cents of the motion. A factor of 57, an inertia twice as large, or clocks that
+differ from run to run are mistakes and no effects, and each would be given the name of one.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import TypeAlias, final
 
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.linalg import eigh
+from scipy.stats import chi2
+from typing_extensions import override
+
+from testbed.arrays import Array, Series, Theta
 from testbed.assembly.platform import Body
 from testbed.diagnosis.data import Runs, runs_of
-from testbed.diagnosis.fitting import fitted
-from testbed.diagnosis.model import Fit
-from testbed.diagnosis.parts import Part, parts_of
-from testbed.diagnosis.plausibility import require_motion, require_si, require_this_platform
-from testbed.dynamics.inertia import theta_of
+from testbed.diagnosis.model import Fit, fitted, nominal_fit, orthonormal
+from testbed.diagnosis.windows import Part, parts_of
+from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.errors import InputError
+from testbed.prediction.hooks import Hooks
+from testbed.prediction.prediction import predicted_with_derivatives
 from testbed.records.record import Record
 from testbed.scenario.body import BodyScenario
+
+MISSED = 0.5
+"""Share of the body rate's variance that a prediction has to leave before it is taken for a mistake."""
+_LOUD = 10.0
+"""Times the noise's power that a motion needs for its share to count: a platform at rest is not a mistake."""
+_EXPLAINED = 0.2
+"""Share that it may leave at most in the right unit."""
+_MISTAKES = {
+    "deg/s": (np.pi / 180, "multiply it by 0.01745329252"),
+    "rpm": (np.pi / 30, "multiply it by 0.1047197551"),
+    "mrad/s": (1e-3, "multiply it by 0.001"),
+    "rad/s of the other sign": (-1.0, "turn the signs of the gyro, or those of the actuators"),
+}
+"""What the gyro is in, by what brings it to rad/s, and the remedy."""
+_LARGEST_RATIO = 2.0
+"""Of the inertia that the records show to the nominal one, and of the nominal one to it."""
+_CERTAIN = 5.0
+"""Standard deviations."""
+_CHANCE = 1e-6
+_HOPELESS = 5.0
+"""Gap that no effect of the library may leave; 16 times the smallest detectable size of one leaves 3.4 before it."""
+_HARDLY = 0.3
+"""Share of the gap that it has to leave as well."""
+
+
+def require_si(runs: Runs, theta: Theta) -> None:
+    """Refuse records that should not even be fitted.
+
+    Args:
+        runs: to be fitted.
+        theta: of the nominal model, kg·m².
+
+    Raises:
+        InputError: a gyro in another unit.
+    """
+    if runs.driven_by_momentum:
+        _require_unit(runs, theta)
+
+
+def require_this_platform(runs: Runs, baseline: Fit, theta: Theta) -> None:
+    """Refuse records that the nominal model cannot be meant for.
+
+    Args:
+        runs: that were fitted.
+        baseline: the nominal model fitted to them.
+        theta: of the nominal model, kg·m².
+
+    Raises:
+        InputError: another inertia by far, a motion that the actuators do not make, or clocks that differ between runs.
+    """
+    if not runs.driven_by_momentum:
+        return  # torques are integrated: what a prediction misses grows without bounds, and says nothing of a mistake
+    _require_inertia(baseline, theta)
+    shift = _ClockShifts(runs, baseline)
+    shift.require_one_clock()
+    if (missed := _missed(runs, shift.common_residual)).min() > MISSED:
+        raise InputError(
+            f"the actuators' telemetry leaves {missed.min():.0%} of the body rate or more unexplained in every run: "
+            "check that the scenario is of this platform, and the order and signs of its units and axes"
+        )
+
+
+def require_explicable(runs: Runs, before: float, after: float) -> None:
+    """Refuse to name effects that together explain hardly any of a gap that no effect of this platform makes.
+
+    Args:
+        runs: that were fitted.
+        before: gap of the baseline.
+        after: with all effects that were found.
+
+    Raises:
+        InputError: the gap that is left is by far too large.
+    """
+    if runs.driven_by_momentum and after > max(_HOPELESS, _HARDLY * before):
+        raise InputError(
+            f"the gap is {before:.3g} times the noise, and {after:.3g} with the effects that explain the most of it: "
+            "these records are not of the scenario's platform; check its geometry, and the order and signs of units "
+            "and axes"
+        )
+
+
+def require_motion(runs: Runs) -> None:
+    """Refuse platforms at rest.
+
+    Raises:
+        InputError: no run turns by more than noise.
+    """
+    powers = [
+        rates.var(axis=0).sum() / (sigma**2).sum() for rates, sigma in zip(runs.measured, runs.sigma, strict=True)
+    ]
+    if max(powers) < _LOUD:
+        raise InputError(
+            f"the body rate of no run stands out of the gyro's noise (its power is {max(powers):.2g} times that of the "
+            "noise): nothing can be told from platforms at rest; fly a maneuver"
+        )
+
+
+def _missed(runs: Runs, residual: Array) -> Array:
+    """Return of each run the share of the body rate's variance that a whitened residual leaves, shape (R,)."""
+    parts = [part * sigma for part, sigma in zip(runs.by_run(residual), runs.sigma, strict=True)]
+    powers = [((rates - rates.mean(axis=0)) ** 2).sum() for rates in runs.measured]
+    noise = [_LOUD * rates.size * (sigma**2).mean() for rates, sigma in zip(runs.measured, runs.sigma, strict=True)]
+    return np.array([(part**2).sum() / max(pair) for part, *pair in zip(parts, powers, noise, strict=True)])
+
+
+def _require_unit(runs: Runs, theta: Theta) -> None:
+    """Compare with what the nominal model predicts: refitted, the inertia would take up any factor of the gyro."""
+    as_given = _nominally_missed(runs, theta)
+    wrong = as_given > MISSED
+    if not wrong.any():
+        return
+    for unit, (factor, remedy) in _MISTAKES.items():
+        mended = wrong & (_nominally_missed(_times(runs, factor), theta) < _EXPLAINED)
+        if mended.any():
+            names = ", ".join(name for name, yes in zip(runs.names, mended, strict=True) if yes)
+            raise InputError(
+                f"{names}: the gyro reads {1.0 / factor:.3g} times what the actuators predict, as if it were in "
+                f"{unit}: {remedy}"
+            )
+
+
+def _nominally_missed(runs: Runs, theta: Theta) -> Array:
+    try:
+        return _missed(runs, nominal_fit(runs, theta).residual)
+    except InputError:  # the motion runs away
+        return np.full(len(runs.names), np.inf)
+
+
+def _times(runs: Runs, factor: float) -> Runs:
+    """Return the runs with another unit of the gyro."""
+    scaled = tuple(replace(run, body_rate=factor * run.body_rate) for run in runs.grid.runs)
+    return replace(runs, grid=replace(runs.grid, runs=scaled), sigma=abs(factor) * runs.sigma)
+
+
+def _require_inertia(baseline: Fit, theta: Theta) -> None:
+    """Refuse an inertia that is another by a factor, beyond its uncertainty."""
+    if orthonormal(baseline.jacobian).shape[1] < baseline.jacobian.shape[1]:
+        return  # a motion that leaves a direction of the inertia open says nothing of it
+    covariance = baseline.covariance[:6, :6]
+    ratios, directions = eigh(inertia_of(baseline.theta), inertia_of(theta))
+    for ratio, direction in zip(ratios, directions.T, strict=True):
+        slope = theta_of(np.outer(direction, direction)) * np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
+        doubt = _CERTAIN * float(np.sqrt(max(slope @ covariance @ slope, 0.0)))
+        if ratio - doubt > _LARGEST_RATIO or ratio + doubt < 1.0 / _LARGEST_RATIO:
+            raise InputError(
+                f"the records show {ratio:.3g} times the scenario's inertia about one axis: they are of another "
+                "platform, or gyro or actuators are in other units; check the scenario's inertia and rotor momentum"
+            )
+
+
+@final
+class _Shifted(Hooks):
+    """The gyro's clock is late by its own amount in every run; to first order, which is enough to find it."""
+
+    @override
+    def gyro_reading(self, reading: Array, value: Array, time: Series, run: int) -> Array:
+        slope = CubicSpline(time, reading.real, axis=1)(time, 1)
+        return np.asarray(reading - value[:, run, None, None] * slope)
+
+
+@final
+class _ClockShifts:
+    """A shift of the gyro's clock in every run, fitted beside inertia and initial rates to first order."""
+
+    def __init__(self, runs: Runs, baseline: Fit) -> None:
+        self._runs = runs
+        number = len(runs.names)
+        values = replace(baseline.values, effects=(np.zeros((1, number)),))
+        _, derivatives = predicted_with_derivatives(runs.grid, [_Shifted()], values, range(6, 6 + number))
+        pairs = zip(derivatives, runs.sigma, strict=True)
+        own = np.concatenate([(columns / sigma[:, None]).reshape(-1, number) for columns, sigma in pairs])
+        gyro = replace(baseline, residual=baseline.residual[: len(own)], jacobian=baseline.jacobian[: len(own)])
+        self._shift, self._own_residual = _explained(gyro, own)
+        _, self.common_residual = _explained(gyro, own.sum(axis=1, keepdims=True))
+
+    def require_one_clock(self) -> None:
+        """Refuse clocks that differ between runs by more than half a sample, where that explains most of the gap."""
+        own, common = (float(each @ each) for each in (self._own_residual, self.common_residual))
+        gained, excess = common - own, common - len(self.common_residual)
+        periods = [float(np.median(np.diff(run.gyro_time))) for run in self._runs.grid.runs]
+        apart = np.ptp(self._shift) > 0.5 * max(periods)
+        if apart and gained > 0.5 * excess and chi2.sf(gained, max(len(self._shift) - 1, 1)) < _CHANCE:
+            late = zip(self._runs.names, self._shift, strict=True)
+            told = ", ".join(f"{name} {1e3 * seconds:+.0f} ms" for name, seconds in late)
+            raise InputError(
+                f"the gyro is late against the actuators by another time in every run ({told}): bring the channels of "
+                "each run to one clock"
+            )
+
+
+def _explained(baseline: Fit, columns: Array) -> tuple[Array, Array]:
+    """Return what fits the baseline's residual best, beside all that it can do by itself, and what that leaves."""
+    together = np.hstack([baseline.jacobian, columns])
+    scale = np.maximum(np.linalg.norm(together, axis=0), np.finfo(float).tiny)
+    answer = np.linalg.lstsq(together / scale, baseline.residual, rcond=1e-10)[0]
+    shift = (answer / scale)[-columns.shape[1] :]
+    return np.asarray(shift), np.asarray(baseline.residual - (together / scale) @ answer)
+
 
 Usable: TypeAlias = list[tuple[Record, tuple[Part, ...]]]
 """Records with the parts of them that can be predicted."""

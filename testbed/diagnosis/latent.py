@@ -1,30 +1,40 @@
-"""Is there a torque that no named effect explains? A latent random-walk torque on each axis, and how likely it is.
+"""The torque that a model leaves: of any shape, and of shapes that no effect makes.
 
-The residual r of the present model, with all that the model can absorb projected out, is N(0, 1) if nothing is missing,
-and N(0, 1 + q G Gᵀ) if a torque whose increments have the variance q acts on the platform. The likelihood ratio of the
-two tests for the unknown, and gives it a place among the hypotheses.
+Of any shape: a latent random-walk torque on each axis. The residual r of the present model, with all that the model can
+absorb projected out, is N(0, 1) if nothing is missing, and N(0, 1 + q G Gᵀ) if a torque whose increments have the
+variance q acts on the platform. The likelihood ratio of the two tests for the unknown, and gives it a place among the
+hypotheses.
+
+Of a known shape: a few functions of time, body axes, on the knots of a piecewise linear torque; its amplitudes are
+free. Each is tested on what a model leaves in all runs, fitted and held out. Shapes of one kind differ by a frequency or
+a phase. What is found is described, and not named.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
-from itertools import pairwise
-from typing import final
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from itertools import combinations_with_replacement, groupby, pairwise
+from math import exp, log
+from typing import Literal, TypeAlias, final
 
 import numpy as np
 from scipy.linalg import block_diag
 from scipy.optimize import minimize_scalar
+from scipy.special import logsumexp
 from scipy.stats import chi2
 from typing_extensions import override
 
 from testbed.arrays import Array
+from testbed.diagnosis.candidates import log_chance, scale_evidence
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import on_enough_runs
 from testbed.diagnosis.keeping import Content, array_made, array_told, part
-from testbed.diagnosis.model import Fit
-from testbed.diagnosis.projection import orthonormal, projected_out
+from testbed.diagnosis.model import Fit, orthonormal, projected_out
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
+from testbed.prediction.integration import node_rates
 from testbed.prediction.prediction import common_size, predicted_with_derivatives
 
 KNOTS_PER_SECOND = 8.0
@@ -178,3 +188,182 @@ def _likeliest(power: Array, slope: Array) -> float:
     )
     variance = scale * float(np.exp(found.x))
     return variance if _log_likelihood(variance, power, slope) > 0.0 else 0.0
+
+
+_KNOTS_PER_SECOND = 12.0
+"""Hat functions: a sine of 4 Hz keeps nine tenths of its amplitude between three of them."""
+_FASTEST = 4.0
+"""Hz; and a quarter of the gyro's rate at most."""
+_RESOLVED = 0.25
+"""Of a period over the longest run: the distance of frequencies that are tried."""
+_MOST_PULSES = 1.5
+"""Hz. Faster ones are a constant torque to a gyro at 16 Hz, and would take its name away by chance."""
+_PULSE_PHASES = 12
+_AT_ONCE = 64
+"""Shapes whose responses are worked out together."""
+
+Kind: TypeAlias = Literal["growing", "product of rates", "oscillation", "oscillation of every run's own", "pulses"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class TorqueShape:
+    """What a torque of a certain shape would explain.
+
+    Attributes:
+        kind: of the shape.
+        words: the shape, for the reader.
+        evidence: twice the logarithm of by how much it makes the data more likely (`scale_evidence`).
+        p_value: of as much by chance, times the number of shapes of its kind, and of kinds.
+        frequency_hz: of one that oscillates, or comes in pulses; None for others.
+    """
+
+    kind: Kind
+    words: str
+    evidence: float
+    p_value: float
+    frequency_hz: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Tried:
+    kind: Kind
+    words: str
+    torques: Array
+    """At the knots of every run, shape (R, T, F): a function stands for three torques, one on each axis."""
+    frequency_hz: float | None = None
+
+
+def torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
+    """Return all shapes that were tried, the one with the most evidence first.
+
+    Args:
+        runs: all of them; of their channels the gyro's samples count. An even choice of them where they are very many.
+        fit: of the present model to them; what it can absorb is projected out.
+    """
+    return part(
+        "torque shapes",
+        (runs, [each.key for each in fit.placed], fit.values, fit.residual),
+        work=lambda: _torque_shapes(runs, fit),
+        told=lambda shapes: {"shapes": [asdict(each) for each in shapes]},
+        made=lambda content: tuple(TorqueShape(**each) for each in content["shapes"]),
+    )
+
+
+def _torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
+    runs, fit = on_enough_runs(runs, fit)
+    time = runs.grid.node_time - runs.grid.node_time[:, :1]
+    knots = max(_FEWEST_KNOTS, int(np.ceil(_KNOTS_PER_SECOND * time.max())))
+    at = np.linspace(np.zeros(len(time)), time[:, -1], knots, axis=1)
+    nuisance = orthonormal(fit.jacobian[: runs.samples])
+    # Of the residual only what torques can do counts: as many numbers as there are torques.
+    directions, free = np.linalg.qr(projected_out(torque_response(runs, fit, knots), nuisance))
+    response = np.ascontiguousarray(np.moveaxis(free.reshape(len(free), -1, 3), -1, 0))
+    residual = directions.T @ fit.residual[: runs.samples]
+    tried = [*_slow(at, _rates(runs, fit, at)), *_oscillations(runs, at), *_pulses(at)]
+    alike = Counter(each.kind for each in tried)
+    found = [
+        _tested(each, columns, residual, len(alike) * alike[each.kind], runs.noise_freedom)
+        for each, columns in zip(tried, _responses(tried, response), strict=True)
+    ]
+    return tuple(sorted(found, key=lambda shape: -shape.evidence))
+
+
+def evidence_of_any(shapes: Sequence[TorqueShape], tested: int) -> float:
+    """Return twice the logarithm of how much likelier a torque of one of the shapes is than nothing.
+
+    Each kind is as likely beforehand as an effect of the library, and each shape of it as any other.
+
+    Args:
+        shapes: all that were tried.
+        tested: number of hypotheses of the library.
+    """
+    by_kind = groupby(sorted(shapes, key=lambda shape: shape.kind), key=lambda shape: shape.kind)
+    averages = [_log_mean_exp([0.5 * shape.evidence for shape in group]) for _, group in by_kind]
+    return 2.0 * float(logsumexp(averages)) - 2.0 * log(tested)
+
+
+def _log_mean_exp(values: Sequence[float]) -> float:
+    return float(logsumexp(values)) - log(len(values))
+
+
+def _slow(time: Array, rates: Array) -> Iterator[_Tried]:
+    yield _Tried(kind="growing", words="grows in proportion to the time since the start", torques=time[..., None])
+    products = [rates[..., i] * rates[..., j] for i, j in combinations_with_replacement(range(3), 2)]
+    yield _Tried(kind="product of rates", words="follows products of body rates", torques=np.stack(products, axis=-1))
+
+
+def _oscillations(runs: Runs, time: Array) -> Iterator[_Tried]:
+    """Yield sines whose phase, from the start of a run, is the same in all runs, and sines with phases of their own."""
+    longest = float(time.max())
+    rate = max((len(run.gyro_time) - 1) / float(np.ptp(run.gyro_time)) for run in runs.grid.runs)
+    for frequency in np.arange(1.0 / longest, min(_FASTEST, 0.25 * rate), _RESOLVED / longest):
+        waves = np.exp(2j * np.pi * frequency * time)
+        together = np.stack([waves.real, waves.imag], axis=-1)
+        words = f"oscillates at {frequency:.2f} Hz"
+        yield _Tried(kind="oscillation", words=words, torques=together, frequency_hz=float(frequency))
+        own = np.einsum("rtf,rq->rtqf", together, np.eye(len(time))).reshape(*time.shape, -1)
+        yield _Tried(
+            kind="oscillation of every run's own",
+            words=f"{words}, in no step between runs",
+            torques=own,
+            frequency_hz=float(frequency),
+        )
+
+
+def _pulses(time: Array) -> Iterator[_Tried]:
+    """Yield equal blows at equal intervals, two at least in the longest run, at the same instants of all runs."""
+    longest = float(time.max())
+    for frequency in np.arange(2.0 / longest, _MOST_PULSES, _RESOLVED / longest):
+        for phase in np.arange(_PULSE_PHASES) / _PULSE_PHASES:
+            blows = np.arange(phase, longest * frequency) / frequency
+            words = f"comes in a pulse every {1.0 / frequency:.2f} s"
+            torques = np.stack([_hats(at, blows) for at in time])[..., None]
+            yield _Tried(kind="pulses", words=words, torques=torques, frequency_hz=float(frequency))
+
+
+def _hats(knots: Array, instants: Array) -> Array:
+    """Return the weights at evenly spaced knots of impulses at instants; those behind the last knot are left out."""
+    place = instants[instants < knots[-1]] / (knots[1] - knots[0])
+    size = len(knots)
+    before = np.minimum(place.astype(int), size - 2)
+    share = place - before
+    return np.asarray(np.bincount(before, 1.0 - share, size) + np.bincount(before + 1, share, size), dtype=np.float64)
+
+
+def _rates(runs: Runs, fit: Fit, time: Array) -> Array:
+    """Return the predicted body rate at the knots, shape (R, T, 3), rad/s."""
+    nodes = node_rates(runs.grid, [each.hooks for each in fit.placed], fit.values)[:, 0]
+    from_start = runs.grid.node_time - runs.grid.node_time[:, :1]
+    return np.stack(
+        [
+            np.stack([np.interp(at, own, axis) for axis in rate.T], axis=-1)
+            for at, own, rate in zip(time, from_start, nodes, strict=True)
+        ]
+    )
+
+
+def _responses(tried: Sequence[_Tried], response: Array) -> Iterator[Array]:
+    """Yield what the torques of each shape do, shape (K, 3 F), many at once: the response, (3, K, R T), is large."""
+    for first in range(0, len(tried), _AT_ONCE):
+        torques = [each.torques.reshape(-1, each.torques.shape[-1]) for each in tried[first : first + _AT_ONCE]]
+        together = response @ np.concatenate(torques, axis=1)
+        ends = np.cumsum([each.shape[1] for each in torques])
+        yield from (np.concatenate(own, axis=-1) for own in np.split(together, ends[:-1], axis=-1))
+
+
+def _tested(tried: _Tried, columns: Array, residual: Array, shapes: int, noise_freedom: float) -> TorqueShape:
+    basis = orthonormal(columns)
+    freedom, square = basis.shape[1], float(((basis.T @ residual) ** 2).sum())
+    by_chance = exp(min(0.0, log(shapes) + log_chance(square, freedom, noise_freedom))) if freedom else 1.0
+    return TorqueShape(
+        kind=tried.kind,
+        words=tried.words,
+        evidence=scale_evidence(square, freedom),
+        p_value=by_chance,
+        frequency_hz=tried.frequency_hz,
+    )
+
+
+def surest(shapes: Sequence[TorqueShape]) -> TorqueShape | None:
+    """Return the shape that chance makes least likely; None of none."""
+    return min(shapes, key=lambda shape: shape.p_value, default=None)

@@ -20,11 +20,10 @@ import numpy as np
 from scipy.stats import chi2
 
 from testbed.arrays import Array, Series
-from testbed.diagnosis.chance import chance
+from testbed.diagnosis.candidates import chance
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import Prior
-from testbed.diagnosis.model import Fit
-from testbed.diagnosis.projection import orthonormal
+from testbed.diagnosis.model import Fit, orthonormal
 
 BANDWIDTH = 2.0
 """Hz. Functions of any shape up to here take up at least 92 % of every effect of the library that the gyro shows; twice

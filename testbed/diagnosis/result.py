@@ -11,6 +11,7 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.findings import (
     INERTIA,
     Addition,
+    Agreement,
     Detectable,
     InertiaChange,
     additions,
@@ -24,8 +25,7 @@ from testbed.diagnosis.findings import (
 from testbed.diagnosis.location import Place
 from testbed.diagnosis.misfit import BANDWIDTH, Misfit, explained
 from testbed.diagnosis.model import Fit, Placed
-from testbed.diagnosis.run_agreement import Agreement
-from testbed.diagnosis.scatter import Scatter
+from testbed.diagnosis.noise import Scatter
 from testbed.diagnosis.state import Diagnosis, Gap
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.contract import Quantity

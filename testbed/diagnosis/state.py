@@ -8,16 +8,13 @@ from math import inf
 from typing import Literal
 
 from testbed.arrays import Theta
-from testbed.diagnosis.candidates import Candidate, Screening
+from testbed.diagnosis.candidates import Candidate, Screening, by_class, probabilities_of
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.hypotheses import Untestable
-from testbed.diagnosis.latent import LatentTorque
+from testbed.diagnosis.latent import LatentTorque, TorqueShape, surest
 from testbed.diagnosis.misfit import Misfit
 from testbed.diagnosis.model import AtPlace, Fit, Placed
-from testbed.diagnosis.noise import NoiseLevel
-from testbed.diagnosis.probabilities import by_class, probabilities_of
-from testbed.diagnosis.scatter import Scatter
-from testbed.diagnosis.torque_shapes import TorqueShape, surest
+from testbed.diagnosis.noise import NoiseLevel, Scatter
+from testbed.diagnosis.signatures import Untestable
 
 UNEXPLAINED = 0.01
 """Below this probability of a χ² as large, or of a latent torque, the model is not the whole truth."""

@@ -10,7 +10,7 @@ import numpy as np
 from testbed.assembly.contact import cut_at_contact
 from testbed.assembly.platform import PlatformModel
 from testbed.diagnosis.gate import gated, grouped
-from testbed.diagnosis.parts import STAND_ALONE, outliers_notice
+from testbed.diagnosis.windows import STAND_ALONE, outliers_notice
 from testbed.errors import InputError
 from testbed.experiment.combining import combine_estimations
 from testbed.experiment.experiment import CombinedEstimation, Estimation

@@ -15,8 +15,7 @@ import numpy as np
 
 from testbed.diagnosis.candidates import CLOSE, Candidate
 from testbed.diagnosis.findings import INERTIA, detectable_sizes, first_screening, inertia_change
-from testbed.diagnosis.fitting import fitted, fitted_initial_rates
-from testbed.diagnosis.model import Fit, Placed, evaluated
+from testbed.diagnosis.model import Fit, Placed, evaluated, fitted, fitted_initial_rates
 from testbed.diagnosis.signatures import required_shift
 from testbed.diagnosis.state import Diagnosis, Step
 from testbed.next_experiment.distance import Contrast, contrast

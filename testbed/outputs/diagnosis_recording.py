@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.diagnosis.run_residuals import RunResiduals
+from testbed.diagnosis.findings import RunResiduals
 from testbed.recording.diagnosis import DiagnosisContent
 from testbed.recording.palette import ESTIMATOR_COLORS, LIMIT_COLOR, TRUTH_COLOR, Color
 from testbed.recording.reproduction_content import ShownPanel, ShownTab

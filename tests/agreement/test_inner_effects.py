@@ -13,11 +13,9 @@ from benchmarks.synthetic_telemetry import TRUE_THETA, exact_telemetry, noisy, n
 from testbed.assembly.estimation import telemetry_of
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.data import Runs, runs_of
-from testbed.diagnosis.fitting import fitted, fitted_initial_rates
-from testbed.diagnosis.model import Placed
-from testbed.diagnosis.noise import noise_level
-from testbed.diagnosis.scatter import believing, scattering
-from testbed.diagnosis.screening import screened
+from testbed.diagnosis.model import Placed, fitted, fitted_initial_rates
+from testbed.diagnosis.noise import believing, noise_level, scattering
+from testbed.diagnosis.search import screened
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import grid_of

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from testbed.diagnosis.fitting import fitted
-from testbed.diagnosis.model import Placed
+from testbed.diagnosis.findings import agreements
+from testbed.diagnosis.model import Placed, fitted
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.run_agreement import agreements
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from tests.diagnosed_records import nominal, records

@@ -13,7 +13,7 @@ import pytest
 import testbed.library.diagnoses
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
-from testbed.diagnosis.workflow import diagnosed
+from testbed.diagnosis.method import diagnosed
 from testbed.effects.gyro_latency import GyroLatency
 from testbed.records.record import Record, RunDetails
 from testbed.records.writing import write_record

@@ -8,8 +8,8 @@ import shutil
 import numpy as np
 import pytest
 
-import testbed.diagnosis.fitting
-import testbed.diagnosis.screening
+import testbed.diagnosis.model
+import testbed.diagnosis.search
 import testbed.library.diagnoses
 import testbed.outputs.diagnosis_parts
 from testbed.cli.app import app
@@ -57,8 +57,8 @@ def steps():
     """Counts the steps of all searches for parameters."""
     taken = []
     with pytest.MonkeyPatch.context() as patch:
-        step = testbed.diagnosis.fitting._step
-        patch.setattr(testbed.diagnosis.fitting, "_step", lambda *given: taken.append(0) or step(*given))
+        step = testbed.diagnosis.model._step
+        patch.setattr(testbed.diagnosis.model, "_step", lambda *given: taken.append(0) or step(*given))
         yield taken
 
 
@@ -75,7 +75,7 @@ def interrupted_once(data, tmp_path_factory):
     """The folder of one that was interrupted in the middle of a screening."""
     out, calls = tmp_path_factory.mktemp("interrupted") / "out", []
     with pytest.MonkeyPatch.context() as patch:
-        refitted = testbed.diagnosis.screening._refitted
+        refitted = testbed.diagnosis.search._refitted
 
         def until_ctrl_c(*given):
             calls.append(0)
@@ -83,7 +83,7 @@ def interrupted_once(data, tmp_path_factory):
                 raise KeyboardInterrupt
             return refitted(*given)
 
-        patch.setattr(testbed.diagnosis.screening, "_refitted", until_ctrl_c)
+        patch.setattr(testbed.diagnosis.search, "_refitted", until_ctrl_c)
         assert diagnose(data, out) == 130
     return out
 

@@ -8,8 +8,8 @@ from rich.console import Console
 import testbed.cli.console
 from testbed.cli.console import entry
 from testbed.cli.diagnose_tables import detectable_table
+from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.workflow import diagnosed
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from tests.diagnosed_records import nominal, records

@@ -7,9 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from testbed.diagnosis.candidates import Candidate, Screening
-from testbed.diagnosis.chance import NOTHING
-from testbed.diagnosis.probabilities import NONE, probabilities_of
+from testbed.diagnosis.candidates import NONE, NOTHING, Candidate, Screening, probabilities_of
 
 RUNS = 40
 

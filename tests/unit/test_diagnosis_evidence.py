@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from testbed.diagnosis.evidence import goodness, log_evidence, on_all_runs
-from testbed.diagnosis.fitting import fitted
-from testbed.diagnosis.model import Placed
+from testbed.diagnosis.latent import TorqueShape, evidence_of_any, torque_shapes
+from testbed.diagnosis.model import Placed, fitted
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.torque_shapes import TorqueShape, evidence_of_any, torque_shapes
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from tests.diagnosed_records import nominal, records

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from testbed.diagnosis.chance import chance
+from testbed.diagnosis.candidates import chance
 from testbed.diagnosis.reading import data_set_of
 from testbed.effects.contact import Contact, begin_of_runs
 from testbed.effects.registry import EFFECTS

@@ -7,11 +7,11 @@ from dataclasses import replace
 import pytest
 
 from testbed.diagnosis.findings import masked
-from testbed.diagnosis.hypotheses import without
+from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.model import Placed
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.result import unmasked_needs
-from testbed.diagnosis.workflow import diagnosed
+from testbed.diagnosis.signatures import without
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.contract import CLUSTER
 from testbed.effects.registry import EFFECTS

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.location import located
+from testbed.diagnosis.model import fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.gyro_latency import GyroLatency

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from testbed.assembly.platform import nominal_platform
-from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.misfit import Misfit, explained
-from testbed.diagnosis.model import Placed
+from testbed.diagnosis.model import Placed, fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.search import gap_of
 from testbed.diagnosis.state import Gap

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from testbed.diagnosis.chance import mean_over_places, scale_evidence
-from testbed.diagnosis.probabilities import NONE, UNKNOWN, by_class, probabilities_of
+from testbed.diagnosis.candidates import NONE, UNKNOWN, by_class, mean_over_places, probabilities_of, scale_evidence
+from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.workflow import diagnosed
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.report.diagnosis.ranking import ranking_rows

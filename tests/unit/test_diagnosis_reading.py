@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from testbed.diagnosis.plausibility import require_explicable
+from testbed.diagnosis.gate import require_explicable
 from testbed.diagnosis.reading import data_set_of
 from testbed.effects.gyro_latency import GyroLatency
 from testbed.errors import InputError

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.diagnosis.run_residuals import RunResiduals
+from testbed.diagnosis.findings import RunResiduals
 from testbed.outputs.diagnosis_recording import diagnosis_content
 
 

@@ -8,14 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from testbed.diagnosis.chance import NOTHING
-from testbed.diagnosis.findings import detectable_sizes
+from testbed.diagnosis.candidates import NONE, NOTHING, UNKNOWN
+from testbed.diagnosis.findings import detectable_sizes, residuals_of
 from testbed.diagnosis.location import located
-from testbed.diagnosis.probabilities import NONE, UNKNOWN
+from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.result import result_of
-from testbed.diagnosis.run_residuals import residuals_of
-from testbed.diagnosis.workflow import diagnosed
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, READING_EFFECTS
 from testbed.report.diagnosis.page import write_diagnosis_page

@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from testbed.diagnosis.hypotheses import hypotheses
+from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.screening import odds_together, refitted, with_candidate
-from testbed.diagnosis.search import Search, with_effect
-from testbed.diagnosis.workflow import diagnosed
+from testbed.diagnosis.search import Search, odds_together, refitted, with_candidate, with_effect
+from testbed.diagnosis.signatures import hypotheses
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from tests.diagnosed_records import nominal, records

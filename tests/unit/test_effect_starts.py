@@ -11,8 +11,7 @@ import pytest
 from benchmarks.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times
 from testbed.arrays import Array
 from testbed.diagnosis.data import Runs, runs_of
-from testbed.diagnosis.fitting import fitted
-from testbed.diagnosis.model import Fit, Placed
+from testbed.diagnosis.model import Fit, Placed, fitted
 from testbed.diagnosis.signatures import Signature, signatures
 from testbed.effects.contact import PAUSE
 from testbed.effects.registry import EFFECTS

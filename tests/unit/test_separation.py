@@ -11,9 +11,7 @@ import pytest
 from testbed.assembly.platform import true_platform
 from testbed.cmg.cluster import platform_momentum
 from testbed.diagnosis.data import runs_of
-from testbed.diagnosis.fitting import fitted
-from testbed.diagnosis.gyro_errors import corrected
-from testbed.diagnosis.model import Placed, evaluated
+from testbed.diagnosis.model import Placed, corrected, evaluated, fitted
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.contact import Contact
 from testbed.effects.gyro_scale import GyroScale

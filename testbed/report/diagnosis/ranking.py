@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from testbed.diagnosis.candidates import Candidate, Screening
-from testbed.diagnosis.probabilities import probabilities_of
-from testbed.diagnosis.scatter import Scatter
+from testbed.diagnosis.candidates import Candidate, Screening, probabilities_of
+from testbed.diagnosis.noise import Scatter
 from testbed.diagnosis.state import Diagnosis
 from testbed.report.frame.blocks import Block, Cell, Column, Paragraph, Section, Table
 from testbed.report.wording import figures

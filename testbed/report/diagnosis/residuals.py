@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from testbed.arrays import Array, Series
-from testbed.diagnosis.run_residuals import RunResiduals
+from testbed.diagnosis.findings import RunResiduals
 from testbed.report.frame.blocks import Block, Figure, Paragraph, Section
 from testbed.report.frame.chart import Level, line_chart
 from testbed.report.frame.series import component_lines

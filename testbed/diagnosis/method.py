@@ -12,15 +12,12 @@ from scipy.special import logsumexp
 from testbed.arrays import Theta
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import goodness, on_all_runs
-from testbed.diagnosis.fitting import fitted, fitted_initial_rates, refit
-from testbed.diagnosis.hypotheses import hypotheses
-from testbed.diagnosis.latent import latent_torque
-from testbed.diagnosis.noise import noise_level
-from testbed.diagnosis.scatter import believing, scattering
-from testbed.diagnosis.screening import odds_together
-from testbed.diagnosis.search import MOST_EFFECTS, Search, gap_of, with_effect, with_model
+from testbed.diagnosis.latent import evidence_of_any, latent_torque, torque_shapes
+from testbed.diagnosis.model import fitted, fitted_initial_rates, refit
+from testbed.diagnosis.noise import believing, noise_level, scattering
+from testbed.diagnosis.search import MOST_EFFECTS, Search, gap_of, odds_together, with_effect, with_model
+from testbed.diagnosis.signatures import hypotheses
 from testbed.diagnosis.state import Diagnosis
-from testbed.diagnosis.torque_shapes import evidence_of_any, torque_shapes
 from testbed.effects.contract import Effect
 from testbed.effects.reading_effect import ReadingEffect
 
