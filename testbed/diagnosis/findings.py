@@ -2,8 +2,8 @@
 
 Whether an effect has one size in all runs: what is missing acts alike in each; what stands in for it does not. The
 final model is linearised, and the effect's parameters are freed in every run; all else stays shared, and is estimated
-jointly. Of R runs and K parameters, χ² then falls by a χ² of K (R - 1) degrees of freedom if they agree; where the model
-leaves more than noise, it counts in units of what it leaves.
+jointly. Of R runs and K parameters, χ² then falls by a χ² of K (R - 1) degrees of freedom if they agree; where the
+model leaves more than noise, it counts in units of what it leaves.
 """
 
 from __future__ import annotations

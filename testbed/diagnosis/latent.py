@@ -6,8 +6,8 @@ variance q acts on the platform. The likelihood ratio of the two tests for the u
 hypotheses.
 
 Of a known shape: a few functions of time, body axes, on the knots of a piecewise linear torque; its amplitudes are
-free. Each is tested on what a model leaves in all runs, fitted and held out. Shapes of one kind differ by a frequency or
-a phase. What is found is described, and not named.
+free. Each is tested on what a model leaves in all runs, fitted and held out. Shapes of one kind differ by a frequency
+or a phase. What is found is described, and not named.
 """
 
 from __future__ import annotations

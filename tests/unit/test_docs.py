@@ -29,7 +29,7 @@ def test_the_readme_lists_every_scenario_with_its_question():
 
 def test_the_readme_lists_every_command():
     named = set(re.findall(r"\| `testbed (\w+)", README))
-    assert named == {command.callback.__name__ for command in app.registered_commands}
+    assert named == {command.name or command.callback.__name__ for command in app.registered_commands}
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)

@@ -38,14 +38,14 @@ def during_the_flight(monkeypatch):
     """Give a function that has something done between the reading of the scenario and the writing of the folder."""
     from testbed.cli import run as command
 
-    flown = command.conduct
+    flown = command.fly
 
     def do(action) -> None:
-        def conduct(*arguments, **keywords):
+        def fly(*arguments, **keywords):
             action()
             return flown(*arguments, **keywords)
 
-        monkeypatch.setattr(command, "conduct", conduct)
+        monkeypatch.setattr(command, "fly", fly)
 
     return do
 
