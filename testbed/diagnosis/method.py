@@ -1,15 +1,20 @@
-"""The diagnosis: is there a gap, what explains it, add it, and again until nothing is left or the rest is unknown."""
+"""The method: from measured runs to what the model is missing.
+
+`diagnosed` is the whole of it, in the order of docs/diagnosis.md. Formulas and sources stand at the functions that are
+called here. Before it comes the gate (`reading.data_set_of`), after it the report (`findings`, `result`).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
 from scipy.special import logsumexp
 
 from testbed.arrays import Theta
+from testbed.diagnosis.candidates import Candidate, Screening
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import goodness, on_all_runs
 from testbed.diagnosis.latent import evidence_of_any, latent_torque, torque_shapes
@@ -39,73 +44,100 @@ def diagnosed(
         heldout: to verify on, never fitted but for their initial rates.
         effects: by id.
         nominal_theta: to start from, kg·m².
-        progress: told what is being done.
+        progress: called with what is being tested.
         reading_effects: those on the scatter of the gyro's samples, by id.
-        alone: whether all runs are of one record, which gets no name.
+        alone: whether all runs are of one record, which gets no name, as no other could verify it.
 
     Raises:
         InputError: the nominal motion leaves the finite numbers.
     """
-    progress("baseline")
-    first = fitted(runs, [], nominal_theta, [])
-    noise = noise_level(runs, first)
     testable, untestable = hypotheses(runs, effects)
-    gap = gap_of(runs, first, heldout)
-    state = Diagnosis(
-        runs=runs,
-        heldout=heldout,
-        nominal_theta=nominal_theta,
-        baseline=first,
-        model=first,
-        gap_before=gap,
-        gap=gap,
-        noise=noise,
-        untestable=tuple(untestable),
-        alone=alone,
-    )
-    stated = state
-
-    def scattered(now: Diagnosis, *, white: bool = False) -> Diagnosis:
-        asked = {} if alone else reading_effects
-        return _with_scatter(now, stated, asked, len(testable), white=white)
-
-    state = scattered(state)
+    progress("baseline")
+    first = baseline(runs, heldout, nominal_theta)
+    first = replace(first, untestable=tuple(untestable), alone=alone)
+    noise = _NoiseStep(stated=first, effects={} if alone else reading_effects, others=len(testable))
+    state = noise.explained(first)
     yield state
     search = Search(testable=tuple(testable), progress=progress)
     while len(state.steps) < MOST_EFFECTS:
         screening = search.screened(state)
+        accepted = None if alone else accept(screening)
         state = replace(state, remaining=screening)
-        if screening.chosen is None or alone:
+        if accepted is None:
             break
-        state = search.reconsidered(with_effect(replace(state, remaining=None), screening.chosen, screening))
-        state = scattered(state)
+        state = noise.explained(add(search, state, accepted, screening))
         yield state
     if not state.unnamed:
         progress("what is left")
-        state = _left_over(state)
-        noisier = scattered(state, white=True)
-        if noisier.scatter:
-            noisier = _looked_over(noisier)
-        state = state if noisier.structure_left else noisier
+        state = check_residual(state, noise)
     yield replace(state, complete=True)
 
 
-def _left_over(state: Diagnosis) -> Diagnosis:
-    """Look at what is left, and take back effects that explain less than a torque does that no effect makes."""
+def baseline(runs: Runs, heldout: Runs | None, nominal_theta: Theta) -> Diagnosis:
+    """Fit the nominal model: θ = J (6) and each run's initial rate by output error, ω integrated from the telemetry.
+
+    J and the initial rates stay free in every later model, so that no effect is credited with what they can do. The
+    misfit beyond noise of this model is what has to be explained.
+    """
+    model = fitted(runs, [], nominal_theta, [])
+    gap = gap_of(runs, model, heldout)
+    return Diagnosis(
+        runs=runs,
+        heldout=heldout,
+        nominal_theta=nominal_theta,
+        baseline=model,
+        model=model,
+        gap_before=gap,
+        gap=gap,
+        noise=noise_level(runs, model),
+    )
+
+
+def accept(screening: Screening) -> Candidate | None:
+    """Return the effect to add, of all that were linearised and of the eight that were refitted (`search.screened`).
+
+    The rule is `Screening.chosen`: significant at the family-wise error, and posterior odds of its class above the
+    prior odds that nothing is missing; of the class, the one that fits all runs best.
+    """
+    return screening.chosen
+
+
+def add(search: Search, state: Diagnosis, accepted: Candidate, screening: Screening) -> Diagnosis:
+    """Add an effect to the model; every earlier one has to stand again beside it, or gives way to a better one."""
+    return search.reconsidered(with_effect(replace(state, remaining=None), accepted, screening))
+
+
+def check_residual(state: Diagnosis, noise: _NoiseStep) -> Diagnosis:
+    """Test what the final model leaves: for torques that no effect makes, and for its size.
+
+    Where nothing but noise is left, the whole residual shows its size, twice as surely as its fastest changes do.
+    """
+    state = _retracted(state)
+    noisier = noise.explained(state, white=True)
+    if noisier.scatter:
+        noisier = _residual_tested(noisier)
+    return state if noisier.structure_left else noisier
+
+
+def _retracted(state: Diagnosis) -> Diagnosis:
+    """Test the residual; retract all effects if a torque that no effect makes is likelier than all of them together.
+
+    Such a torque stands against the whole class of names that are indistinguishable from the first one.
+    """
     screening = state.steps[0].screening if state.steps else state.remaining
     assert screening is not None
-    bare = _looked_over(with_model(state, state.baseline) if state.steps else state)
+    bare = _residual_tested(with_model(state, state.baseline) if state.steps else state)
     bare = replace(bare, steps=(), remaining=screening, unlisted=evidence_of_any(bare.shapes, screening.tested))
     if not state.steps:
         return bare
-    state = replace(state, unlisted=bare.unlisted, explained=_odds(state, bare))
-    if state.unlisted > _odds_of_class(state):
+    state = replace(state, unlisted=bare.unlisted, explained=_log_odds_of_all(state, bare))
+    if state.unlisted > _log_odds_of_class(state):
         return replace(bare, taken_back=tuple(step.placed for step in state.steps))
-    return replace(_looked_over(state), latent_before=bare.latent)
+    return replace(_residual_tested(state), latent_before=bare.latent)
 
 
-def _looked_over(state: Diagnosis) -> Diagnosis:
-    """Ask what the final model leaves: of torques, and whether it is as large as noise makes it."""
+def _residual_tested(state: Diagnosis) -> Diagnosis:
+    """Test the residual of all runs for a torque of any shape, for torques of known shapes, and for its size."""
     everything, fit = on_all_runs(state.runs, state.heldout, state.model)
     return replace(
         state,
@@ -115,38 +147,50 @@ def _looked_over(state: Diagnosis) -> Diagnosis:
     )
 
 
-def _odds(state: Diagnosis, bare: Diagnosis) -> float:
-    """Return the odds of all effects in the model together against the nominal one."""
+def _log_odds_of_all(state: Diagnosis, bare: Diagnosis) -> float:
+    """Return twice the logarithm of the odds of all effects in the model together against the nominal one."""
     effects, tested = [step.candidate for step in state.steps], state.steps[0].screening.tested
     return odds_together((bare.heldout, bare.model), (state.heldout, state.model), tested, effects)
 
 
-def _odds_of_class(state: Diagnosis) -> float:
-    """Return the odds of all effects together, whichever of those it is that the first one is not told from."""
+def _log_odds_of_class(state: Diagnosis) -> float:
+    """Return the same, summed over all hypotheses that these data do not tell apart from the first effect."""
     first = state.steps[0]
     further = [each.evidence - first.candidate.evidence for each in first.screening.close]
     return state.explained + 2.0 * float(logsumexp(0.5 * np.array(further)))
 
 
-def _with_scatter(
-    state: Diagnosis, stated: Diagnosis, effects: Mapping[str, ReadingEffect], others: int, *, white: bool
-) -> Diagnosis:
-    """Tell the scatter anew from what the present model leaves: what looked like noise may have got a name."""
-    runs, heldout, model = state.runs, state.heldout, state.model
-    if state.scatter:
-        runs = _with_noise_of(stated.runs, runs)
-        if heldout is not None and stated.heldout is not None:
-            heldout = _with_noise_of(stated.heldout, heldout)
-        model = refit(runs, model)
-    said = scattering(runs, model, effects, others, white=white)
-    found = said.found
-    if found:
-        heldout = None if heldout is None else believing(heldout, fitted_initial_rates(heldout, model), found)
-        runs = believing(runs, model, found)
-        model = refit(runs, model)
-    asked = state.asked if state.steps else said.told
-    gap = gap_of(runs, model, heldout)
-    return replace(state, runs=runs, heldout=heldout, model=model, gap=gap, asked=asked, scatter=found)
+@dataclass(frozen=True, kw_only=True)
+class _NoiseStep:
+    """The noise, explained anew with every model, as what looked like noise may have got a name.
+
+    Attributes:
+        stated: the baseline, whose runs have the noise that is stated.
+        effects: on the scatter of the gyro's samples, by id.
+        others: number of hypotheses on the motion, which share the prior with them.
+    """
+
+    stated: Diagnosis
+    effects: Mapping[str, ReadingEffect]
+    others: int
+
+    def explained(self, state: Diagnosis, *, white: bool = False) -> Diagnosis:
+        """Return the diagnosis with the noise that its residual shows: all of it if white, else its fastest part."""
+        runs, heldout, model = state.runs, state.heldout, state.model
+        if state.scatter:
+            runs = _with_noise_of(self.stated.runs, runs)
+            if heldout is not None and self.stated.heldout is not None:
+                heldout = _with_noise_of(self.stated.heldout, heldout)
+            model = refit(runs, model)
+        scatter = scattering(runs, model, self.effects, self.others, white=white)
+        found = scatter.found
+        if found:
+            heldout = None if heldout is None else believing(heldout, fitted_initial_rates(heldout, model), found)
+            runs = believing(runs, model, found)
+            model = refit(runs, model)
+        asked = state.asked if state.steps else scatter.told
+        gap = gap_of(runs, model, heldout)
+        return replace(state, runs=runs, heldout=heldout, model=model, gap=gap, asked=asked, scatter=found)
 
 
 def _with_noise_of(stated: Runs, runs: Runs) -> Runs:
