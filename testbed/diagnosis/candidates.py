@@ -140,25 +140,6 @@ class Screening:
     tested: int
     candidates: tuple[Candidate, ...]
 
-    @property
-    def chosen(self) -> Candidate | None:
-        """The candidate to add: None unless the best is there by more than chance, and its class likelier than nothing.
-
-        Beside another effect even odds are enough: from a wrong first one, steps back start at a doubtful second.
-
-        Of those that are not told from it and are there as well, the one that fits best: evidence does not decide among
-        them, and none is a special case of another, that could only fit worse.
-        """
-        if not self.candidates or not self._is_there(self.candidates[0]):
-            return None
-        first = len(self.candidates[0].fit.placed) == 1
-        if first and not likelier_than_nothing(self.odds(each) for each in self.close):
-            return None
-        return max(filter(self._is_there, self.close), key=lambda candidate: candidate.fits)
-
-    def _is_there(self, candidate: Candidate) -> bool:
-        return candidate.significant and self.odds(candidate) > 0.0
-
     def odds(self, candidate: Candidate) -> float:
         """Return twice the logarithm of how much likelier a candidate is than nothing: each is as likely beforehand."""
         return candidate.evidence - 2.0 * log(self.tested)
@@ -167,6 +148,29 @@ class Screening:
     def close(self) -> tuple[Candidate, ...]:
         """Candidates that are not told apart from the best one."""
         return tuple(candidate for candidate in self.candidates if _is_close(candidate, self.candidates[0]))
+
+
+def accepted(screening: Screening) -> Candidate | None:
+    """Return the effect to add to the model, if there is one.
+
+    1. The hypothesis with the most evidence is there: its p-value is below the family-wise error, and its posterior
+       odds are above even ones.
+    2. Where it is the first effect, its class is likelier than that nothing is missing, prior odds included. Beside
+       another effect even odds are enough: from a wrong first one, steps back start at a doubtful second.
+    3. Of its class, and of those that are there as well, the one that fits all runs best is added: evidence does not
+       decide among them, and none is a special case of another, that could only fit worse.
+    """
+    if not screening.candidates or not _is_there(screening, screening.candidates[0]):
+        return None
+    is_first = len(screening.candidates[0].fit.placed) == 1
+    if is_first and not likelier_than_nothing(screening.odds(each) for each in screening.close):
+        return None
+    there = [candidate for candidate in screening.close if _is_there(screening, candidate)]
+    return max(there, key=lambda candidate: candidate.fits)
+
+
+def _is_there(screening: Screening, candidate: Candidate) -> bool:
+    return candidate.significant and screening.odds(candidate) > 0.0
 
 
 def _is_close(candidate: Candidate, best: Candidate) -> bool:

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from testbed.arrays import Theta
-from testbed.diagnosis.candidates import Candidate, Screening
+from testbed.diagnosis.candidates import Candidate, Screening, accepted
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import goodness, on_all_runs
 from testbed.diagnosis.latent import evidence_of_any, latent_torque, torque_shapes
@@ -60,12 +60,12 @@ def diagnosed(
     yield state
     search = Search(testable=tuple(testable), progress=progress)
     while len(state.steps) < MOST_EFFECTS:
-        screening = search.screened(state)
-        accepted = None if alone else accept(screening)
+        screening = search.screened(state)  # all are linearised, the most promising ones refitted and compared
+        chosen = None if alone else accepted(screening)
         state = replace(state, remaining=screening)
-        if accepted is None:
+        if chosen is None:
             break
-        state = noise.explained(add(search, state, accepted, screening))
+        state = noise.explained(add(search, state, chosen, screening))
         yield state
     if not state.unnamed:
         progress("what is left")
@@ -93,18 +93,9 @@ def baseline(runs: Runs, heldout: Runs | None, nominal_theta: Theta) -> Diagnosi
     )
 
 
-def accept(screening: Screening) -> Candidate | None:
-    """Return the effect to add, of all that were linearised and of the eight that were refitted (`search.screened`).
-
-    The rule is `Screening.chosen`: significant at the family-wise error, and posterior odds of its class above the
-    prior odds that nothing is missing; of the class, the one that fits all runs best.
-    """
-    return screening.chosen
-
-
-def add(search: Search, state: Diagnosis, accepted: Candidate, screening: Screening) -> Diagnosis:
+def add(search: Search, state: Diagnosis, chosen: Candidate, screening: Screening) -> Diagnosis:
     """Add an effect to the model; every earlier one has to stand again beside it, or gives way to a better one."""
-    return search.reconsidered(with_effect(replace(state, remaining=None), accepted, screening))
+    return search.reconsidered(with_effect(replace(state, remaining=None), chosen, screening))
 
 
 def check_residual(state: Diagnosis, noise: _NoiseStep) -> Diagnosis:

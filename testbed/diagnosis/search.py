@@ -9,7 +9,15 @@ from math import exp, inf, log
 import numpy as np
 
 from testbed.arrays import Array, Vectors3
-from testbed.diagnosis.candidates import MOST_REFITS, Candidate, Screening, log_chance, mean_over_places, scale_evidence
+from testbed.diagnosis.candidates import (
+    MOST_REFITS,
+    Candidate,
+    Screening,
+    accepted,
+    log_chance,
+    mean_over_places,
+    scale_evidence,
+)
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import Prior, log_evidence
 from testbed.diagnosis.misfit import heldout_misfit_of, misfit_of
@@ -231,7 +239,7 @@ class Search:
             kept = [other.placed for other in (*state.steps[:index], *state.steps[index + 1 :])]
             less = with_model(state, _less(state, kept))
             screening = with_candidate(less.runs, less.heldout, less.model, self.screened(less), step.placed)
-            chosen = screening.chosen
+            chosen = accepted(screening)
             if chosen is None:
                 return self._rebuilt(state, kept)
             if chosen.placed.key != step.placed.key:

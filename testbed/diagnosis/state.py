@@ -8,7 +8,7 @@ from math import inf
 from typing import Literal
 
 from testbed.arrays import Theta
-from testbed.diagnosis.candidates import Candidate, Screening, by_class, probabilities_of
+from testbed.diagnosis.candidates import Candidate, Screening, accepted, by_class, probabilities_of
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.latent import LatentTorque, TorqueShape, surest
 from testbed.diagnosis.misfit import Misfit
@@ -132,7 +132,7 @@ class Diagnosis:
     @property
     def unnamed(self) -> tuple[Candidate, ...]:
         """The effect that is there by more than chance and was not added, or taken back, and its look-alikes."""
-        return () if self.remaining is None or self.remaining.chosen is None else self.remaining.close
+        return () if self.remaining is None or accepted(self.remaining) is None else self.remaining.close
 
     @property
     def shape_left(self) -> TorqueShape | None:

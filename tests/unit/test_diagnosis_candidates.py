@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from testbed.diagnosis.candidates import NONE, NOTHING, Candidate, Screening, probabilities_of
+from testbed.diagnosis.candidates import NONE, NOTHING, Candidate, Screening, accepted, probabilities_of
 
 RUNS = 40
 
@@ -57,10 +57,10 @@ def test_of_a_class_the_one_that_fits_best_is_added_if_it_is_there():
     sought_often = replace(candidate(96.0, left), gain=120.0, looks=8.0)
     farther = replace(candidate(80.0, left + 1.0), gain=200.0)
     among = Screening(signatures=(), tested=2, candidates=(best, fitting, sought_often, farther))
-    assert among.chosen is fitting
+    assert accepted(among) is fitting
     insignificant = replace(fitting, p_value=0.5)
-    assert replace(among, candidates=(best, insignificant, sought_often, farther)).chosen is best
-    assert replace(among, candidates=(replace(best, p_value=0.5), fitting)).chosen is None
+    assert accepted(replace(among, candidates=(best, insignificant, sought_often, farther))) is best
+    assert accepted(replace(among, candidates=(replace(best, p_value=0.5), fitting))) is None
 
 
 def test_what_is_less_likely_than_that_nothing_is_missing_is_not_added():
@@ -71,9 +71,9 @@ def test_what_is_less_likely_than_that_nothing_is_missing_is_not_added():
     alone = Screening(signatures=(), tested=tested, candidates=(one,))
     assert one.significant
     assert alone.odds(one) > 0.0
-    assert alone.chosen is None
-    assert replace(alone, candidates=(candidate(even + 0.1, left),)).chosen is not None
-    assert replace(alone, candidates=(one, twin)).chosen is not None
+    assert accepted(alone) is None
+    assert accepted(replace(alone, candidates=(candidate(even + 0.1, left),))) is not None
+    assert accepted(replace(alone, candidates=(one, twin))) is not None
     assert probabilities_of(alone)[NONE] > probabilities_of(alone)[one.key]
     beside = replace(one, fit=SimpleNamespace(**vars(one.fit) | {"placed": ("another", "its own")}))
-    assert replace(alone, candidates=(beside,)).chosen is beside
+    assert accepted(replace(alone, candidates=(beside,))) is beside

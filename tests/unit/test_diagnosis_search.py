@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from testbed.diagnosis.candidates import accepted
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.search import Search, odds_together, refitted, with_candidate, with_effect
@@ -77,9 +78,9 @@ def test_an_effect_in_the_model_is_asked_of_however_little_it_promised(start, se
     screening = search.screened(start)
     (own,) = [each for each in screening.candidates if each.placed.key == TRUE]
     others = replace(screening, candidates=tuple(each for each in screening.candidates if each is not own))
-    assert others.chosen is None or others.chosen.placed.key != TRUE
+    assert accepted(others) is None or accepted(others).placed.key != TRUE
     again = with_candidate(start.runs, start.heldout, start.model, others, state.steps[0].placed)
-    assert again.chosen.placed.key == TRUE
+    assert accepted(again).placed.key == TRUE
     assert with_candidate(start.runs, start.heldout, start.model, screening, own.placed) is screening
     masked = replace(others, signatures=tuple(each for each in others.signatures if each.placed.key != TRUE))
     assert with_candidate(start.runs, start.heldout, start.model, masked, own.placed) is masked

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from testbed.diagnosis.candidates import Candidate, Screening, probabilities_of
+from testbed.diagnosis.candidates import Candidate, Screening, accepted, probabilities_of
 from testbed.diagnosis.noise import Scatter
 from testbed.diagnosis.state import Diagnosis
 from testbed.report.frame.blocks import Block, Cell, Column, Paragraph, Section, Table
@@ -48,7 +48,7 @@ def ranking_rows(screening: Screening, noise: Sequence[Scatter] = ()) -> Iterato
         noise: effects on the gyro's noise, which take the places of others that have less evidence.
     """
     probability = probabilities_of(screening, others={each.key: each.evidence for each in noise})
-    members = [candidate.key for candidate in screening.close] if screening.chosen is not None else []
+    members = [candidate.key for candidate in screening.close] if accepted(screening) is not None else []
     both: list[Candidate | Scatter] = [*screening.candidates, *noise]
     ranked = sorted((each for each in both if each.key in probability), key=lambda each: -each.evidence)
     first = next((each.key for each in ranked if each.key in members), None)
