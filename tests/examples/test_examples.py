@@ -1,0 +1,44 @@
+"""Every example runs as a newcomer would run it, and draws something."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+
+import matplotlib.image
+import pytest
+
+from tests.processes import ROOT
+
+PROGRAMS = sorted((ROOT / "examples").glob("*.py"))
+LONGEST = 40
+
+
+@pytest.mark.parametrize("program", PROGRAMS, ids=lambda path: path.stem)
+def test_an_example_runs_and_draws(program, tmp_path):
+    ran = subprocess.run(
+        [sys.executable, program, "results"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stderr
+    assert ran.stdout
+    picture = matplotlib.image.imread(tmp_path / "results" / f"{program.stem}.png")
+    assert min(picture.shape[:2]) >= 400
+    assert picture[..., :3].std() > 0.05
+
+
+@pytest.mark.parametrize("program", PROGRAMS, ids=lambda path: path.stem)
+def test_an_example_is_short(program):
+    assert len(program.read_text(encoding="utf-8").splitlines()) <= LONGEST
+
+
+def test_the_list_of_examples_is_complete():
+    page = (ROOT / "examples" / "README.md").read_text(encoding="utf-8")
+    listed = set(re.findall(r"\]\(([a-z_./]+)\)", page))
+    assert {path.name for path in PROGRAMS} | {"own_effect"} == listed
