@@ -10,17 +10,23 @@ import sys
 import matplotlib.image
 import pytest
 
+from tests.printed import require_printed
 from tests.processes import ROOT
 
 PROGRAMS = sorted((ROOT / "examples").glob("*.py"))
 LONGEST = 40
 
 
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("examples")
+
+
 @pytest.mark.parametrize("program", PROGRAMS, ids=lambda path: path.stem)
-def test_an_example_runs_and_draws(program, tmp_path):
+def test_an_example_runs_and_draws(program, folder):
     ran = subprocess.run(
         [sys.executable, program, "results"],
-        cwd=tmp_path,
+        cwd=folder,
         env={**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"},
         capture_output=True,
         text=True,
@@ -28,9 +34,17 @@ def test_an_example_runs_and_draws(program, tmp_path):
     )
     assert ran.returncode == 0, ran.stderr
     assert ran.stdout
-    picture = matplotlib.image.imread(tmp_path / "results" / f"{program.stem}.png")
+    picture = matplotlib.image.imread(folder / "results" / f"{program.stem}.png")
     assert min(picture.shape[:2]) >= 400
     assert picture[..., :3].std() > 0.05
+
+
+def test_the_guide_estimates_from_the_files_of_an_example(folder, monkeypatch):
+    """Numbers to a tenth of the standard deviations, kg m²."""
+    if not (folder / "results" / "flight_2.csv").is_file():
+        pytest.skip("the example that writes them was not run")
+    monkeypatch.chdir(folder / "results")
+    require_printed((ROOT / "docs" / "how-to" / "own-data.md").read_text(encoding="utf-8"), tolerance=3e-6)
 
 
 @pytest.mark.parametrize("program", PROGRAMS, ids=lambda path: path.stem)

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import io
 import re
 import tomllib
-from contextlib import redirect_stdout
 from pathlib import Path
 
 import pytest
 
 from testbed.cli.app import app
 from testbed.records.schema import signals_table
+from tests.printed import require_printed
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -46,19 +45,8 @@ def test_the_readme_is_short():
 
 
 def test_the_readmes_python_prints_what_stands_below_it():
-    """Words as they are; numbers to a tenth of the standard deviations, as machines differ in their last digits."""
-    code, printed = re.search(r"```python\n(.*?)```\n.*?```\n(.*?)```", README, re.DOTALL).groups()
-    output = io.StringIO()
-    with redirect_stdout(output):
-        exec(compile(code, "README.md", "exec"), {})
-    shown, made = printed.split(), output.getvalue().split()
-    assert [word for word in shown if not _is_number(word)] == [word for word in made if not _is_number(word)]
-    numbers = [[float(word) for word in words if _is_number(word)] for words in (shown, made)]
-    assert numbers[0] == pytest.approx(numbers[1], abs=3e-3)
-
-
-def _is_number(word):
-    return re.fullmatch(r"-?\d+(\.\d+)?", word) is not None
+    """Numbers to a tenth of the standard deviations, in 1e-3 kg m²."""
+    require_printed(README, tolerance=3e-3)
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)

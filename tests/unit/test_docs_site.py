@@ -42,6 +42,7 @@ def test_the_reference_has_every_name_of_the_library(site):
     page = (site / "reference" / "api.html").read_text(encoding="utf-8")
     missing = [name for name in tb.__all__ if name != "__version__" and f'id="testbed.{name}"' not in page]
     assert not missing
+    assert "Example</p>" not in page, "an example would be shown as a remark, its lines run together"
 
 
 def test_files_of_the_repository_are_on_it(site):
