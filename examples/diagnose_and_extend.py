@@ -35,5 +35,6 @@ for place, key, colour in ((-0.2, "before", "#D55E00"), (0.2, "after", "#0072B2"
     sizes = [diagnosis.result["misfit"][prefix + key]["sigma"] for prefix in ("", "heldout_")]
     misfit.bar([place, 1 + place], sizes, 0.4, color=colour, label=f"{key} the addition")
 misfit.set(ylabel="misfit beyond noise, σ", xticks=[0, 1], xticklabels=["fitted run", "held-out run"])
+misfit.margins(y=0.3)  # the legend stands above the bars
 misfit.legend()
 figure.savefig(FOLDER / "diagnose_and_extend.png", dpi=120)

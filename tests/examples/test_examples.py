@@ -54,5 +54,5 @@ def test_an_example_is_short(program):
 
 def test_the_list_of_examples_is_complete():
     page = (ROOT / "examples" / "README.md").read_text(encoding="utf-8")
-    listed = set(re.findall(r"\]\(([a-z_./]+)\)", page))
+    listed = {link.rstrip("/") for link in re.findall(r"\| \[[^\]]+\]\(([^)]+)\)", page)}
     assert {path.name for path in PROGRAMS} | {"own_effect"} == listed
