@@ -19,7 +19,7 @@ from typing import Any
 from testbed.errors import InputError
 
 _MEGABYTE = 1e6
-_DEEPEST = 50
+DEEPEST = 50
 """Tables and lists within each other; a scenario has four."""
 
 
@@ -126,7 +126,7 @@ def _require_shallow(tree: dict[str, Any]) -> None:
         RecursionError: it is deeper than any file a person writes.
     """
     level: list[Any] = [tree]
-    for _ in range(_DEEPEST):
+    for _ in range(DEEPEST):
         nested = (node.values() if isinstance(node, dict) else node for node in level)
         level = [node for nodes in nested for node in nodes if isinstance(node, (dict, list))]
         if not level:

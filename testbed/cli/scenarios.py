@@ -39,8 +39,6 @@ def new_scenario(name: str, source: str) -> None:
         InputError: the file exists, the name cannot be a scenario's, or the source names files beside itself.
     """
     path = Path(f"{name.removesuffix('.toml')}.toml")
-    if path.exists():
-        raise InputError(f"{path}: exists; choose another name")
     file = scenario_file(located(source))
     scenario = body_scenario_of(file)
     beside = scenario.platform.model or getattr(getattr(scenario, "maneuver", None), "file", None)
@@ -51,6 +49,8 @@ def new_scenario(name: str, source: str) -> None:
         with path.open("x", encoding="utf-8") as new:
             new.write(text)
         body_scenario_of(scenario_file(path))
+    except FileExistsError:
+        raise InputError(f"{path}: exists; choose another name") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror}); choose another name or folder") from error
     except InputError:

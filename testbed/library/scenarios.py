@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 import tomli_w
 
 from testbed.errors import InfeasibleDesignError, InputError, UnphysicalPlatformError
-from testbed.files import TextFile, parsed_toml
+from testbed.files import DEEPEST, TextFile, parsed_toml, readable
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.reader import body_scenario_of, scenario_file
 from testbed.scenario.scenario import Scenario
@@ -48,14 +47,21 @@ def located(source: str | Path) -> Path:
     Raises:
         InputError: there is neither.
     """
-    path = Path(source)
-    if path.suffix == ".toml" or path.exists():
-        return path
-    names = shipped_scenarios()
-    if str(source) in names:
+    path, names = Path(source), shipped_scenarios()
+    if str(source) in names and not path.is_file():
         return shipped_scenario(str(source))
+    if path.suffix == ".toml" or _is_there(path):
+        return path
     shipped = ", ".join(names)
     raise InputError(f"{source}: there is no such file, nor a shipped scenario of that name; these are {shipped}")
+
+
+def _is_there(path: Path) -> bool:
+    """Tell whether there is a file; of a name that no file can have, reading it says why."""
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return True
 
 
 def overridden(file: TextFile, overrides: Mapping[str, object]) -> TextFile:
@@ -84,13 +90,15 @@ def override_of(assignment: str) -> tuple[str, object]:
     Raises:
         InputError: there is no key, or no `=`.
     """
-    key, equals, value = assignment.partition("=")
+    key, equals, value = readable(assignment).partition("=")
     if not equals or not key.strip():
         raise InputError(f"--set {assignment}: give KEY=VALUE, such as gyro.noise_rad_s=0.01")
+    text = f"value = {value}"
     try:
-        return key.strip(), tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
+        tree = parsed_toml(TextFile(path=Path("--set"), content=text.encode("utf-8"), text=text))
+    except InputError:
         return key.strip(), value.strip()
+    return key.strip(), tree["value"] if len(tree) == 1 else value.strip()
 
 
 def overrides_of(assignments: Sequence[str]) -> dict[str, object]:
@@ -126,6 +134,8 @@ def require_flyable(scenario: BodyScenario) -> Scenario:
 
 def _set(tree: dict[str, Any], key: str, value: object, path: Path) -> None:
     *tables, last = key.split(".")
+    if len(tables) >= DEEPEST:
+        raise InputError(f"{path}: {key[:40]}...: no key of a scenario has {len(tables) + 1} parts")
     for table in tables:
         tree = tree.setdefault(table, {})
         if not isinstance(tree, dict):

@@ -20,6 +20,8 @@ _ENGINES = [
 ]
 _CONTEXT = multiprocessing.get_context("forkserver")
 _CONTEXT.set_forkserver_preload(_ENGINES)
+_UNKNOWN = 255
+"""Exit code that multiprocessing gives where its fork server did not hear of the process's end: once in 2,000 cases."""
 _MOST = 8e9
 """Bytes of data of a process, beyond which the system refuses it more: no case may take the machine down."""
 
@@ -49,7 +51,8 @@ def run(arguments: Sequence[str], folder: Path, streams: Path, seconds: float) -
     """Run a command in a folder; kill it when its time is up."""
     before = _names(folder)
     streams.mkdir(exist_ok=True)
-    (streams / "megabytes").unlink(missing_ok=True)
+    for name in ("megabytes", "code"):
+        (streams / name).unlink(missing_ok=True)
     process = _CONTEXT.Process(target=_command, args=(tuple(arguments), folder, streams))
     began = time.monotonic()
     process.start()
@@ -60,6 +63,8 @@ def run(arguments: Sequence[str], folder: Path, streams: Path, seconds: float) -
         process.join()
     taken = time.monotonic() - began
     process.close()
+    if code == _UNKNOWN and (kept := streams / "code").exists():
+        code = int(kept.read_text())
     output, complaints = ((streams / name).read_text(errors="replace") for name in ("output", "complaints"))
     measured = streams / "megabytes"
     return Ended(
@@ -88,6 +93,9 @@ def _command(arguments: tuple[str, ...], folder: Path, streams: Path) -> None:
 
     try:
         main()
+    except SystemExit as end:
+        (streams / "code").write_text(str(end.code or 0))
+        raise
     finally:
         used = (resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
         (streams / "megabytes").write_text(str(max(used) / 1024))
