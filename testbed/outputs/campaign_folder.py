@@ -66,7 +66,7 @@ def kept_maneuver(folder: Path, scenario: Scenario) -> Maneuver:
 def _is_begun(folder: Path, scenario: Scenario) -> bool:
     """Tell whether a campaign of a scenario was interrupted in a folder before its first run."""
     kept = folder / _SCENARIO
-    if (folder / MANIFEST).exists() or not kept.is_file():
+    if (folder / MANIFEST).exists() or (folder / "runs").exists() or not kept.is_file():
         return False
     return read_bytes(kept, "a scenario file", LARGEST_SCENARIO) == scenario.file.content
 

@@ -172,7 +172,7 @@ def _races() -> Iterator[Scene]:
             "def vanishing(*arguments, **options):\n"
             "    shutil.rmtree('out')\n"
             "    return fly(*arguments, **options)\n"
-            "command.conduct = vanishing\n"
+            "command.fly = vanishing\n"
         )
         environment = {"TMPDIR": str(folder)}
         with started("run", BASIC, "--out", "out", cwd=folder, before=vanishing, environment=environment) as process:
