@@ -213,7 +213,7 @@ def _print_rest(diagnosis: Diagnosis) -> None:
         entry("Untestable", f"{effect_name(placed.effect, placed.component)}: needs {unmasked_needs(by)}")
     if diagnosis.latent is not None:
         say()
-        entry("Left over", f"a torque that no effect names: {chance_words(diagnosis.latent.p_value)}")
+        entry("Residual", f"an unmodelled torque: {chance_words(diagnosis.latent.p_value)}")
         entry("", shape_words(diagnosis).strip() or "no torque of a known shape either")
         if share := share_words(diagnosis):
             entry("", share)

@@ -120,7 +120,7 @@ def require_motion(runs: Runs) -> None:
     if max(powers) < _LOUD:
         raise InputError(
             f"the body rate of no run stands out of the gyro's noise (its power is {max(powers):.2g} times that of the "
-            "noise): nothing can be told from platforms at rest; fly a maneuver"
+            "noise): a platform at rest identifies nothing; fly a maneuver"
         )
 
 
@@ -210,10 +210,10 @@ class _ClockShifts:
         apart = np.ptp(self._shift) > 0.5 * max(periods)
         if apart and gained > 0.5 * excess and chi2.sf(gained, max(len(self._shift) - 1, 1)) < _CHANCE:
             late = zip(self._runs.names, self._shift, strict=True)
-            told = ", ".join(f"{name} {1e3 * seconds:+.0f} ms" for name, seconds in late)
+            shifts = ", ".join(f"{name} {1e3 * seconds:+.0f} ms" for name, seconds in late)
             raise InputError(
-                f"the gyro is late against the actuators by another time in every run ({told}): bring the channels of "
-                "each run to one clock"
+                f"the gyro is late against the actuators by a different time in every run ({shifts}): bring the "
+                "channels of each run to one clock"
             )
 
 

@@ -68,7 +68,7 @@ def diagnosed(
         state = noise.explained(add(search, state, chosen, screening))
         yield state
     if not state.unnamed:
-        progress("what is left")
+        progress("residual")
         state = check_residual(state, noise)
     yield replace(state, complete=True)
 
@@ -99,9 +99,9 @@ def add(search: Search, state: Diagnosis, chosen: Candidate, screening: Screenin
 
 
 def check_residual(state: Diagnosis, noise: _NoiseStep) -> Diagnosis:
-    """Test what the final model leaves: for torques that no effect makes, and for its size.
+    """Test the residual of the final model for unmodelled torques, and its χ².
 
-    Where nothing but noise is left, the whole residual shows its size, twice as surely as its fastest changes do.
+    If the residual is noise alone, all of it estimates the noise level, twice as precisely as its fourth differences.
     """
     state = _retracted(state)
     noisier = noise.explained(state, white=True)
@@ -111,19 +111,19 @@ def check_residual(state: Diagnosis, noise: _NoiseStep) -> Diagnosis:
 
 
 def _retracted(state: Diagnosis) -> Diagnosis:
-    """Test the residual; retract all effects if a torque that no effect makes is likelier than all of them together.
+    """Test the residual; retract all effects if an unmodelled torque has higher posterior odds than all of them.
 
     Such a torque stands against the whole class of names that are indistinguishable from the first one.
     """
     screening = state.steps[0].screening if state.steps else state.remaining
     assert screening is not None
     bare = _residual_tested(with_model(state, state.baseline) if state.steps else state)
-    bare = replace(bare, steps=(), remaining=screening, unlisted=evidence_of_any(bare.shapes, screening.tested))
+    bare = replace(bare, steps=(), remaining=screening, unmodelled=evidence_of_any(bare.shapes, screening.tested))
     if not state.steps:
         return bare
-    state = replace(state, unlisted=bare.unlisted, explained=_log_odds_of_all(state, bare))
-    if state.unlisted > _log_odds_of_class(state):
-        return replace(bare, taken_back=tuple(step.placed for step in state.steps))
+    state = replace(state, unmodelled=bare.unmodelled, explained=_log_odds_of_all(state, bare))
+    if state.unmodelled > _log_odds_of_class(state):
+        return replace(bare, retracted=tuple(step.placed for step in state.steps))
     return replace(_residual_tested(state), latent_before=bare.latent)
 
 
@@ -145,7 +145,7 @@ def _log_odds_of_all(state: Diagnosis, bare: Diagnosis) -> float:
 
 
 def _log_odds_of_class(state: Diagnosis) -> float:
-    """Return the same, summed over all hypotheses that these data do not tell apart from the first effect."""
+    """Return the same, summed over the equivalence class of the first effect."""
     first = state.steps[0]
     further = [each.evidence - first.candidate.evidence for each in first.screening.close]
     return state.explained + 2.0 * float(logsumexp(0.5 * np.array(further)))
@@ -179,10 +179,12 @@ class _NoiseStep:
             heldout = None if heldout is None else believing(heldout, fitted_initial_rates(heldout, model), found)
             runs = believing(runs, model, found)
             model = refit(runs, model)
-        asked = state.asked if state.steps else scatter.told
+        candidates = state.noise_candidates if state.steps else scatter.tested
         gap = gap_of(runs, model, heldout)
-        return replace(state, runs=runs, heldout=heldout, model=model, gap=gap, asked=asked, scatter=found)
+        return replace(
+            state, runs=runs, heldout=heldout, model=model, gap=gap, noise_candidates=candidates, scatter=found
+        )
 
 
 def _with_noise_of(stated: Runs, runs: Runs) -> Runs:
-    return replace(runs, sigma=stated.sigma, noise_freedom=stated.noise_freedom, told=stated.told)
+    return replace(runs, sigma=stated.sigma, noise_freedom=stated.noise_freedom, estimated_noise=stated.estimated_noise)

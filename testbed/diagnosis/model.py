@@ -13,7 +13,7 @@ import numpy as np
 
 from testbed.arrays import Array, Flags, Theta
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.keeping import Content, array_made, array_told, part
+from testbed.diagnosis.keeping import Content, array_from_content, array_to_content, part
 from testbed.effects.contract import Effect
 from testbed.errors import InputError
 from testbed.prediction.hooks import Hooks
@@ -308,17 +308,17 @@ def _search(runs: Runs, placed: tuple[Placed, ...], values: Values, *, only_init
         "search",
         (runs, [each.key for each in placed], values, only_initial),
         work=lambda: _searched(runs, placed, values, only_initial=only_initial),
-        told=lambda fit: _told(fit.values),
-        made=lambda content: evaluated(runs, placed, _made(content)),
+        to_content=lambda fit: _to_content(fit.values),
+        from_content=lambda content: evaluated(runs, placed, _from_content(content)),
     )
 
 
-def _told(values: Values) -> Content:
-    return {"values": [array_told(each) for each in (values.theta, values.initial_rate, *values.effects)]}
+def _to_content(values: Values) -> Content:
+    return {"values": [array_to_content(each) for each in (values.theta, values.initial_rate, *values.effects)]}
 
 
-def _made(content: Content) -> Values:
-    theta, initial_rate, *effects = map(array_made, content["values"])
+def _from_content(content: Content) -> Values:
+    theta, initial_rate, *effects = map(array_from_content, content["values"])
     return Values(theta=theta, initial_rate=initial_rate, effects=tuple(effects))
 
 
@@ -392,7 +392,7 @@ def all_corrected(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, Run
         heldout: not fitted; None where there are none.
         fit: of the model to the former.
     """
-    told = corrected(runs, fit)
-    if heldout is None or told is runs:
-        return told, heldout
-    return told, corrected(heldout, fitted_initial_rates(heldout, fit))
+    corrected_runs = corrected(runs, fit)
+    if heldout is None or corrected_runs is runs:
+        return corrected_runs, heldout
+    return corrected_runs, corrected(heldout, fitted_initial_rates(heldout, fit))

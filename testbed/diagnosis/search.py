@@ -37,9 +37,9 @@ _LOST = 30.0
 def odds_together(
     without: tuple[Runs | None, Fit], within: tuple[Runs | None, Fit], tested: int, effects: Sequence[Candidate]
 ) -> float:
-    """Return twice the logarithm of how much likelier several effects together are than nothing.
+    """Return twice the logarithm of the posterior odds of several effects together against none.
 
-    What each took off when it was added does not add up to that: it was compared with what was in the model then.
+    It is not the sum of their log odds when they were added: each was compared with the model of that step.
 
     Args:
         without: the model without them, and the held-out runs as it knows them; None where there are none.
@@ -67,7 +67,7 @@ def screened(
         heldout: to verify on; None where there are none.
         fit: the present model.
         hypotheses: effects that are not in it.
-        progress: told what is being refitted.
+        progress: called with what is being refitted.
     """
     every = list(signatures(runs, fit, hypotheses))
     best = most_telling(every)
@@ -114,7 +114,7 @@ def refitted(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, p
 def with_candidate(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, placed: Placed) -> Screening:
     """Return a screening with one hypothesis among those that were refitted; arguments as in `refitted`.
 
-    The same where it was not asked of, beside what masks it.
+    The same screening if an effect in the model confounds the hypothesis, so that it was not tested.
     """
     if all(each.placed.key != placed.key for each in screening.signatures):
         return screening
@@ -129,9 +129,9 @@ def _candidate(
     runs: Runs, heldout: Runs | None, fit: Fit, signature: Signature, tested: int, without: float
 ) -> Candidate:
     placed, model = signature.placed, _refitted(runs, fit, signature)
-    told, heldout = all_corrected(runs, heldout, model)
-    if told is not runs:  # what the gyro is off by, it is off in the gimbals' channels as well
-        model = refit(told, model)
+    own_runs, heldout = all_corrected(runs, heldout, model)
+    if own_runs is not runs:  # what the gyro is off by, it is off in the gimbals' channels as well
+        model = refit(own_runs, model)
     gain = max(fit.chi_square - model.chi_square, 0.0)
     carried = _held_out_evidence(heldout, model) - without if placed.effect.recurs else 0.0
     here = scale_evidence(gain, signature.rank) + carried
@@ -157,7 +157,7 @@ def _places(runs: Runs, placed: Placed) -> int:
 
 
 def _anywhere(runs: Runs, signature: Signature, here: float) -> float:
-    """Return the evidence of a hypothesis wherever it was sought.
+    """Return the evidence of a hypothesis, averaged over the start values of its scan.
 
     Args:
         runs: that are fitted.
@@ -206,7 +206,7 @@ class Search:
 
     Attributes:
         testable: all of them.
-        progress: told what is being done.
+        progress: called with what is being done.
         known: screenings so far, by the effects in the model; steps back come to the same model again.
     """
 
@@ -218,14 +218,14 @@ class Search:
         """Compare all hypotheses with the present model."""
         key = tuple(placed.key for placed in state.model.placed)
         runs, screening = self.known.get(key, (None, None))
-        if runs is None or screening is None or not _is_told_alike(runs, state.runs):
+        if runs is None or screening is None or not _has_equal_noise(runs, state.runs):
             others = without(self.testable, state.model.placed)
             screening = screened(state.runs, state.heldout, state.model, others, self.progress)
             self.known[key] = (state.runs, screening)
         return screening
 
     def reconsidered(self, state: Diagnosis) -> Diagnosis:
-        """Ask of the earlier effects, with the newest in the model, whether they still stand, until nothing changes."""
+        """Test every earlier effect again, with the newest in the model, until nothing changes."""
         for _ in range(MOST_EFFECTS):
             changed = self._once_reconsidered(state)
             if changed is state:
@@ -264,14 +264,14 @@ def _less(state: Diagnosis, kept: Sequence[Placed]) -> Fit:
     return fitted(state.runs, kept, state.model.theta, [values[each.key][0] for each in kept])
 
 
-def _is_told_alike(one: Runs, other: Runs) -> bool:
-    """Return whether two sets of the same runs are told the same noise and, but for rounding, the same gyro errors."""
-    if not np.array_equal(one.sigma, other.sigma) or len(one.told) != len(other.told):
+def _has_equal_noise(one: Runs, other: Runs) -> bool:
+    """Return whether two sets of the same runs have equal noise and, but for rounding, equal gyro errors."""
+    if not np.array_equal(one.sigma, other.sigma) or len(one.estimated_noise) != len(other.estimated_noise):
         return False
     both = list(zip(one.grid.runs, other.grid.runs, strict=True))
     errors = all(_is_nearly(run.gyro_error, twin.gyro_error, run.gyro_noise) for run, twin in both)
-    told = zip(one.told, other.told, one.grid.runs, strict=False)  # of every run, or of none
-    return errors and all(_is_nearly(mine, theirs, run.gyro_noise) for mine, theirs, run in told)
+    estimated = zip(one.estimated_noise, other.estimated_noise, one.grid.runs, strict=False)  # of every run, or of none
+    return errors and all(_is_nearly(mine, theirs, run.gyro_noise) for mine, theirs, run in estimated)
 
 
 def _is_nearly(one: Vectors3 | None, other: Vectors3 | None, noise: float) -> bool:
@@ -301,7 +301,7 @@ def with_model(state: Diagnosis, model: Fit) -> Diagnosis:
 
 
 def gap_of(runs: Runs, fit: Fit, heldout: Runs | None) -> Gap:
-    """Return what a model leaves.
+    """Return the gap of a model.
 
     Args:
         runs: that it was fitted to.

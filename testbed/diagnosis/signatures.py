@@ -229,7 +229,7 @@ def without(candidates: Iterable[Placed], chosen: Iterable[Placed]) -> list[Plac
 
 
 def masking(candidate: Placed, present: Iterable[Placed]) -> Placed | None:
-    """Return the effect in the model beside which a hypothesis cannot be told; None where there is none."""
+    """Return the effect in the model that confounds a hypothesis; None where there is none."""
     return next((each for each in present if _masks(each, candidate)), None)
 
 

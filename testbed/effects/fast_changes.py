@@ -1,6 +1,6 @@
-"""The gyro's own noise, told from the residual's fastest changes, which no motion of the platform makes.
+"""The gyro's own noise, estimated from the residual's fastest changes, which no motion of the platform makes.
 
-Where the residual holds nothing else, all of it tells the noise, twice as surely.
+Where the residual holds nothing else, all of it estimates the noise, twice as precisely.
 """
 
 from __future__ import annotations

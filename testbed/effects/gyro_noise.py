@@ -19,7 +19,7 @@ from testbed.scenario.scenario import Scenario
 class GyroNoise(ReadingEffect):
     """White noise of the standard deviation σ_e beyond what is stated: σ² → σ² + σ_e², on one axis or all.
 
-    Told from fourth differences, which no motion of the platform makes, and at the end from the whole residual:
+    Estimated from fourth differences, which no motion of the platform makes, and at the end from the whole residual:
     with the ratio ρ of the variance to the stated one and ν degrees of freedom, ν ρ is χ²(ν) where the stated noise is
     right.
     """

@@ -33,7 +33,7 @@ def effects_table() -> str:
 
 
 def _rows(effects: list[NamedEffect]) -> Iterator[str]:
-    yield "| id | component | parameters, typical size | needs | what it is | look-alikes |"
+    yield "| id | component | parameters, typical size | needs | what it is | confounded with |"
     yield "|---|---|---|---|---|---|"
     for effect in effects:
         cells = (
@@ -41,7 +41,7 @@ def _rows(effects: list[NamedEffect]) -> Iterator[str]:
             _components(effect.components),
             "; ".join(_parameters(effect.parameters)),
             ", ".join(need.replace("_", " ") for need in effect.needs),
-            effect.told(effect.components[0]),
+            effect.described(effect.components[0]),
             ", ".join(f"`{other}`" for other in effect.look_alikes),
         )
         yield f"| {' | '.join(cells)} |"

@@ -24,7 +24,7 @@ class Readings:
         runs: their telemetry.
         inertia: J of the model, shape (3, 3), kg·m².
         parameters: number of those that were fitted to the readings.
-        white: whether the residual is known to hold nothing but noise; else its fastest changes alone tell that.
+        white: whether the residual is known to be noise alone; else only its fastest changes estimate the noise.
     """
 
     measured: Sequence[Array]
@@ -47,9 +47,9 @@ class Finding:
         freedom: numbers that this took from the readings.
         p_value: of what was seen, if the effect is not there; one test.
         variance: that it adds to each axis' readings, shape (3,), rad²/s².
-        explained: what of every run's residual is told by it sample by sample, shape (N, 3), rad/s; None for scatter
-            that is not.
-        noise_freedom: degrees of freedom with which the noise is known that it makes.
+        explained: the part of every run's residual that it estimates sample by sample, shape (N, 3), rad/s; None if it
+            only adds variance.
+        noise_freedom: degrees of freedom with which its noise is known.
     """
 
     values: Array

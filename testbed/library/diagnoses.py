@@ -99,7 +99,7 @@ class DiagnosisResult(Shown):
         state: all that the diagnosis found.
         places: where the residual of the nominal model is more than noise.
         agreements: of the runs on what was added.
-        next_flight: what to fly next; None where nothing has to be told apart, or where it was not asked for.
+        next_flight: what to fly next; None where nothing is ambiguous, or where it was not asked for.
         why_no_flight: why there is no next flight although explanations remain that these data do not tell apart.
     """
 
@@ -117,7 +117,7 @@ class DiagnosisResult(Shown):
 
     @property
     def steps(self) -> tuple[Addition, ...]:
-        """The effects that were added to the model, in their order, with parameters, probability and look-alikes."""
+        """The effects that were added to the model, in order, with parameters, probability and equivalence class."""
         return additions(self.state)
 
     @property
@@ -334,7 +334,7 @@ def _first_and_last(stages: Iterator[Diagnosis]) -> tuple[Diagnosis, Diagnosis]:
 def _next_flight(
     scenario: BodyScenario, state: Diagnosis, progress: Progress
 ) -> tuple[Proposal | None, tuple[str, ...]]:
-    """Return what to fly next, and what there is to say where look-alikes remain without it; Ctrl-C leaves it out."""
+    """Return what to fly next, and a notice where effects remain indistinguishable without it; Ctrl-C leaves it out."""
     if not state.complete:
         return None, ()
     if not isinstance(scenario, Scenario) or not state.runs.driven_by_momentum:

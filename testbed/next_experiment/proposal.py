@@ -1,4 +1,4 @@
-"""What a diagnosis proposes to fly next, and how far that brings look-alikes apart."""
+"""What a diagnosis proposes to fly next, and how well that distinguishes the competing models."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ MOST_FLIGHTS = 5
 
 @dataclass(frozen=True, kw_only=True)
 class Separation:
-    """Two models that the present data do not tell apart; of both ways round, the one that is harder to tell.
+    """Two models that the present data cannot distinguish; of both directions, the one with the smaller distance.
 
     Attributes:
         keys: effect and component that each has and the other has not, or `inertia`.
         now: their distance in the present data, sigma.
         after: with the proposed flight flown once and added, sigma.
-        wanted: at which they are told apart in 95 of 100 cases, sigma.
+        wanted: at which they are distinguished in 95 of 100 cases, sigma.
         separable: whether any flight of this cluster brings them apart.
     """
 
@@ -47,7 +47,7 @@ class Proposal:
         flight: None where none would tell.
         times: how often it has to be flown to reach what is wanted of every separable pair, at most `MOST_FLIGHTS`.
         enough: whether that reaches it.
-        separations: of every pair of look-alikes, the closest first.
+        separations: of every pair of indistinguishable models, the closest first.
     """
 
     flight: NextFlight | None
@@ -59,12 +59,12 @@ class Proposal:
 def proposal_of(
     diagnosis: Diagnosis, scenario: Scenario, progress: Callable[[str], None] = lambda _: None
 ) -> Proposal | None:
-    """Return what to fly next; None where nothing has to be told apart.
+    """Return what to fly next; None where nothing is ambiguous.
 
     Args:
         diagnosis: complete, of records of gimbals or of what they add up to.
         scenario: the nominal one; its duration and its limits hold for the next flight.
-        progress: told what is being done.
+        progress: called with what is being done.
     """
     contest = contest_of(diagnosis)
     if contest is None:

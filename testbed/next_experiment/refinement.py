@@ -51,7 +51,7 @@ def refined(judge: Judge, choice: Choice, progress: Callable[[str], None]) -> Ch
     Args:
         judge: of flights.
         choice: to start from, within the limits.
-        progress: told what is being done.
+        progress: called with what is being done.
     """
     radius = _RADIUS[0]
     for number in range(1, _ROUNDS + 1):

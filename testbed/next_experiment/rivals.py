@@ -1,4 +1,4 @@
-"""The models that a diagnosis could not choose among, and which of them have to be told apart.
+"""The models that a diagnosis could not choose among, and which of them have to be distinguished.
 
 Two kinds: effects whose refits explain the data alike, each of which could be the truth; and effects that these data
 cannot show because a changed inertia imitates them, each against the model without it.
@@ -57,7 +57,7 @@ class Pair:
     Attributes:
         truth: index of the rival.
         imitator: likewise.
-        wanted: distance in sigma, present data and new ones together, at which they are told apart in 95 of 100 cases.
+        wanted: distance in sigma, present and new data together, that distinguishes them in 95 of 100 cases.
     """
 
     truth: int
@@ -67,7 +67,7 @@ class Pair:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Contest:
-    """Rivals, and the pairs of them that have to be told apart."""
+    """Competing models, and the pairs of them that have to be distinguished."""
 
     rivals: tuple[Rival, ...]
     pairs: tuple[Pair, ...]
@@ -78,7 +78,7 @@ class Contest:
 
 
 def contest_of(diagnosis: Diagnosis) -> Contest | None:
-    """Return what has to be told apart; None where the diagnosis leaves nothing to tell."""
+    """Return the models that have to be distinguished; None where the diagnosis is unambiguous."""
     for index, step in enumerate(diagnosis.steps):
         if step.look_alikes:
             return _among_effects(diagnosis, index)
@@ -95,7 +95,7 @@ def present_contrast(truth: Rival, imitator: Rival) -> Contrast:
 
 
 def _among_effects(diagnosis: Diagnosis, index: int) -> Contest | None:
-    """Return the effects of a step that the data do not tell apart, each with all other effects of the model."""
+    """Return the effects of a step that the data cannot distinguish, each with all other effects of the model."""
     step = diagnosis.steps[index]
     others = [each for position, each in enumerate(diagnosis.steps) if position != index]
     taken = {each.placed.key for each in others}

@@ -26,9 +26,9 @@ def chosen_flight(judge: Judge, progress: Callable[[str], None] = lambda _: None
 
     Args:
         judge: of flights.
-        progress: told what is being done.
+        progress: called with what is being done.
     """
-    progress("flights that tell look-alikes apart")
+    progress("flights that distinguish the effects")
     flights = drawn_flights(judge.room)
     if not flights:
         return None

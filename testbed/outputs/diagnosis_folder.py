@@ -55,7 +55,7 @@ def write_diagnosis(
         places: where the gap is.
         agreements: of the runs on what was added.
         notices: what a reader has to know of the records.
-        proposal: what to fly next; None where nothing has to be told apart.
+        proposal: what to fly next; None where nothing is ambiguous.
 
     Returns:
         What more there is to know once all is written.

@@ -198,4 +198,4 @@ def test_an_effect_says_what_it_is(effect: NamedEffect):
         assert parameter.lower <= parameter.absent <= parameter.upper
         assert parameter.lower <= parameter.typical <= parameter.upper
     for component in effect.components:
-        assert not re.search(r"\b(\w+) \1\b", effect.told(component))
+        assert not re.search(r"\b(\w+) \1\b", effect.described(component))

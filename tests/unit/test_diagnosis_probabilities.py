@@ -60,7 +60,7 @@ def test_odds_of_what_is_sought_at_many_places_are_their_mean():
 
 def test_probabilities_sum_to_one_with_and_without_classes(late):
     screening = late.steps[0].screening
-    apart = probabilities_of(screening, unlisted=3.0)
+    apart = probabilities_of(screening, unmodelled=3.0)
     assert sum(apart.values()) == pytest.approx(1.0)
     together = by_class(apart, class_of(late))
     assert sum(together.values()) == pytest.approx(1.0)

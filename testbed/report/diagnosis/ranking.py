@@ -13,8 +13,8 @@ from testbed.report.wording import figures
 _MEANING = (
     "Gain is the fall of χ² of the fitted runs; of effects on the noise, what the samples' scatter gains. The "
     "evidence counts what the held-out runs say as well, and takes off what parameters cost. What lies within 6 "
-    "of the best is not told from it, and where every model leaves more than noise, what differs by no more than "
-    "from run to run: such a class has one probability, and the one of it that fits all runs best is added. p is "
+    "of the best is indistinguishable from it; where every residual exceeds the noise, so is what differs by no more "
+    "than from run to run: such a class has one probability, and the one of it that fits all runs best is added. p is "
     "family-wise, over all effects that were tested."
 )
 
@@ -37,11 +37,11 @@ RANKING = ("component", "probability", "gain", "evidence", "p")
 
 def on_the_noise(diagnosis: Diagnosis) -> tuple[Scatter, ...]:
     """Return the effects on the gyro's noise to rank with the others, where nothing was found."""
-    return () if diagnosis.added else diagnosis.asked
+    return () if diagnosis.added else diagnosis.noise_candidates
 
 
 def ranking_rows(screening: Screening, noise: Sequence[Scatter] = ()) -> Iterator[tuple[str, ...]]:
-    """Yield an effect and what stands under `RANKING`; a class that is not told apart has one probability.
+    """Yield an effect and what stands under `RANKING`; an equivalence class has one probability.
 
     Args:
         screening: whose candidates are ranked.
