@@ -1,4 +1,4 @@
-"""Is what an estimate leaves of the gyro's samples noise: as large as it is stated, and without memory?"""
+"""Is the residual of an estimate noise: as large as it is stated, and white?"""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ def true_parameters(scenario: Scenario, nominal: PlatformModel, truth: PlatformM
 
 
 def null_space_lines(observability: Observability) -> Iterator[str]:
-    """Return what a record leaves open, a line each, the common scale with the convention that holds it first."""
+    """Return the directions that a record does not identify, a line each, the common scale and its convention first."""
     common = observability.common_scale
     yield f"{common.name}: ±{common.std:.0%} at best, by the gimbals' own inertia alone; {CONVENTION}"
     for each in observability.others:

@@ -25,7 +25,7 @@ _NUDGE = 1e-4
 _WORTH = 1.05
 """Gain of the smallest margin below which another round is not worth its time."""
 _KEPT = 0.99
-"""Share of the limits that a linearised step may take: what it leaves is for the curvature."""
+"""Share of the limits that a linearised step may take: the rest is a margin for the curvature."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

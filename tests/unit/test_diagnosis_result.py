@@ -155,7 +155,7 @@ def test_a_torque_without_a_name_is_unexplained_and_drawn(humming, tmp_path):
     places = located(humming.runs, humming.baseline)
     write_diagnosis_page(page, humming, places, residuals_of(humming), (), None, {"scenario": "diagnose"}, answer)
     text = page.read_text(encoding="utf-8")
-    assert "run1: torque left, body axes" in text
+    assert "run1: unmodelled torque, body axes" in text
     assert "A torque is left that no effect of the library explains" in text
 
 
