@@ -138,7 +138,7 @@ def bound(order: Order, seed: int) -> Bound:
     runs = joined(data.runs, data.heldout)
     fit = fitted(runs, [], theta_of(nominal.inertia), [])
     screening = screened(runs, None, fit, hypotheses(runs, EFFECTS)[0])
-    best = max(screening.candidates, key=lambda candidate: candidate.gain)
+    best = max(screening.candidates, key=lambda candidate: candidate.chi_square_reduction)
     left = best.fit.chi_square
     return Bound(
         case=case_name(order),

@@ -21,7 +21,7 @@ from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import theta_of
-from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.next_experiment.proposal import Proposal, proposal_of
 from testbed.next_experiment.scenario import write_next
 from testbed.records.reading import read_data_set
@@ -122,9 +122,7 @@ def _diagnosed(data: Path, effects: Sequence[str]) -> Diagnosis:
     nominal = nominal_platform(scenario)
     records = data_set_of(read_data_set(data), scenario, nominal)
     known = {name: EFFECTS[name] for name in effects}
-    *_, last = diagnosed(
-        records.runs, records.heldout, known, theta_of(nominal.inertia), reading_effects=READING_EFFECTS
-    )
+    *_, last = diagnosed(records.runs, records.heldout, known, theta_of(nominal.inertia), noise_effects=NOISE_EFFECTS)
     return last
 
 

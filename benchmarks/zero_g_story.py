@@ -30,7 +30,7 @@ from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import theta_of
-from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.experiment.planning import plan_maneuver
 from testbed.maneuver.maneuver import Maneuver
 from testbed.records.record import Record
@@ -97,7 +97,7 @@ def outcome_of(scenario: Scenario, maneuver: Maneuver, situation: Situation, cam
     flown = _changed(scenario, situation.changes)
     flights = list(islice(usable_flights(flown, maneuver, run_seed(SEED, campaign)), FLIGHTS))
     data = data_set_of(flights, scenario, nominal)
-    *_, last = diagnosed(data.runs, data.heldout, EFFECTS, theta_of(nominal.inertia), reading_effects=READING_EFFECTS)
+    *_, last = diagnosed(data.runs, data.heldout, EFFECTS, theta_of(nominal.inertia), noise_effects=NOISE_EFFECTS)
     return Outcome(
         hidden=situation.words,
         key=situation.key,

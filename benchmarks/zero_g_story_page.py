@@ -29,8 +29,8 @@ each with its own noise and releases.
 _HOW = """
 *Right first* is the hidden effect in its component, at the head of the list; *in the set*, it or an indistinguishable
 one that the diagnosis lists with it. *J holds*: share of the 95 % intervals of the six inertia parameters that hold
-the truth, with the rms error in estimated standard deviations. *Left out* is the fit of J and initial rates alone; *named*
-is the fit with all that the diagnosis added. Gaps are medians, in σ of the noise.
+the truth, with the rms error in estimated standard deviations. *Left out* is the fit of J and initial rates alone;
+*named* is the fit with all that the diagnosis added. Gaps are medians, in σ of the noise.
 
 ![Errors of J in claimed standard deviations, without and with what was named]({picture})
 

@@ -12,14 +12,14 @@ from scipy.special import logsumexp
 from scipy.stats import chi2, f
 
 from testbed.arrays import Series
-from testbed.diagnosis.model import AtPlace, Fit, Placed
+from testbed.diagnosis.model import AtComponent, Fit, Hypothesis
 from testbed.diagnosis.signatures import FAMILY_WISE_ERROR, Signature
 
-NOTHING = 5.0
+NULL_PRIOR_ODDS = 5.0
 """Prior odds of no missing effect against all effects of the library together."""
 
 
-def log_chance(squares: float, freedom: float, noise_freedom: float) -> float:
+def log_p_value(squares: float, freedom: float, noise_freedom: float) -> float:
     """Return the logarithm of the probability of a sum of squared whitened numbers as large, if they are noise alone.
 
     Args:
@@ -32,9 +32,9 @@ def log_chance(squares: float, freedom: float, noise_freedom: float) -> float:
     return float(f.logsf(squares / freedom, freedom, noise_freedom))
 
 
-def chance(squares: float, freedom: float, noise_freedom: float) -> float:
-    """Return the probability itself; arguments as in `log_chance`."""
-    return exp(log_chance(squares, freedom, noise_freedom))
+def p_value(squares: float, freedom: float, noise_freedom: float) -> float:
+    """Return the probability itself; arguments as in `log_p_value`."""
+    return exp(log_p_value(squares, freedom, noise_freedom))
 
 
 def scale_evidence(square: float, freedom: int) -> float:
@@ -70,7 +70,7 @@ def favoured_over_none(odds: Iterable[float]) -> bool:
     Args:
         odds: twice the logarithm of each one's posterior odds against none, at even prior odds.
     """
-    return float(logsumexp(0.5 * np.array(list(odds)))) > log(NOTHING)
+    return float(logsumexp(0.5 * np.array(list(odds)))) > log(NULL_PRIOR_ODDS)
 
 
 MOST_REFITS = 8
@@ -86,18 +86,18 @@ CLOSE = 6.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Candidate(AtPlace):
+class Candidate(AtComponent):
     """A hypothesis refitted together with all else in the model.
 
     Attributes:
         placed: effect and component.
         fit: the model with it.
-        gain: χ² of the present model less that of this one.
+        chi_square_reduction: χ² of the present model less that of this one.
         rank: directions that the data show of the effect.
-        looks: logarithm of the factor by which a scan over start values lowers its odds (`mean_over_places`).
-        carried: by how much the model predicts the held-out runs better, twice the logarithm of the density's ratio.
+        trials_penalty: logarithm of the factor by which a scan over start values lowers its odds (`mean_over_places`).
+        heldout_log_likelihood_gain: twice the increase of the held-out runs' log-likelihood.
         evidence: twice the logarithm of the Bayes factor of all runs (`scale_evidence`, the prior on its size by
-            empirical Bayes), less twice the looks.
+            empirical Bayes), less twice the trials penalty.
         by_run: χ² of the model's gyro residual in every run, shape (R,).
         p_value: of the gain, times the number of hypotheses and of each one's places (Bonferroni), over the held-out
             runs' ratio of densities: that is a p-value too, as the mean of the ratio is 1 without the effect. Not below
@@ -105,12 +105,12 @@ class Candidate(AtPlace):
             the model's place to explain others.
     """
 
-    placed: Placed
+    placed: Hypothesis
     fit: Fit
-    gain: float
+    chi_square_reduction: float
     rank: int
-    looks: float
-    carried: float
+    trials_penalty: float
+    heldout_log_likelihood_gain: float
     evidence: float
     by_run: Series
     p_value: float
@@ -118,7 +118,7 @@ class Candidate(AtPlace):
     @property
     def fits(self) -> float:
         """By how much it fits all runs better than the present model, whatever its parameters cost."""
-        return self.gain + self.carried - 2.0 * self.looks
+        return self.chi_square_reduction + self.heldout_log_likelihood_gain - 2.0 * self.trials_penalty
 
     @property
     def significant(self) -> bool:
@@ -180,7 +180,12 @@ def _is_close(candidate: Candidate, best: Candidate) -> bool:
     with many runs in units of their scatter from run to run.
     """
     spread = max(1.0, best.fit.chi_square / best.fit.freedom)
-    worse_fit = best.gain + best.carried - candidate.gain - candidate.carried
+    worse_fit = (
+        best.chi_square_reduction
+        + best.heldout_log_likelihood_gain
+        - candidate.chi_square_reduction
+        - candidate.heldout_log_likelihood_gain
+    )
     one_more = candidate.placed.size == best.placed.size + 1
     if best.evidence - candidate.evidence < CLOSE * spread or (one_more and worse_fit < CLOSE * spread):
         return True
@@ -235,7 +240,10 @@ def normalized(odds: Mapping[str, float], unmodelled: float = -inf, unseen: floa
     """
     most = max(0.0, unmodelled, *odds.values())
     weight = {key: exp(0.5 * (value - most)) for key, value in odds.items()}
-    weight |= {NONE: NOTHING * exp(-0.5 * most), UNKNOWN: exp(0.5 * (unmodelled - most)) + unseen * exp(-0.5 * most)}
+    weight |= {
+        NONE: NULL_PRIOR_ODDS * exp(-0.5 * most),
+        UNKNOWN: exp(0.5 * (unmodelled - most)) + unseen * exp(-0.5 * most),
+    }
     total = sum(weight.values())
     return {key: value / total for key, value in weight.items()}
 

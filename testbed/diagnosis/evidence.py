@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.diagnosis.candidates import chance
+from testbed.diagnosis.candidates import p_value
 from testbed.diagnosis.data import Runs, chosen, joined
 from testbed.diagnosis.keeping import part
 from testbed.diagnosis.model import (
@@ -79,7 +79,7 @@ def goodness(fit: Fit, noise_freedom: float) -> float:
     """
     basis = orthonormal(fit.jacobian)
     left = projected_out(fit.residual, basis)
-    return chance(float(left @ left), len(left) - basis.shape[1], noise_freedom)
+    return p_value(float(left @ left), len(left) - basis.shape[1], noise_freedom)
 
 
 def on_all_runs(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, Fit]:

@@ -16,11 +16,11 @@ import numpy as np
 from scipy.stats import chi2
 
 from testbed.arrays import Array, Flags, Indices, Series, Theta, Vectors3
-from testbed.diagnosis.candidates import Screening, chance, probabilities_of
+from testbed.diagnosis.candidates import Screening, p_value, probabilities_of
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.misfit import Misfit, misfit_of
-from testbed.diagnosis.model import Fit, Placed, fitted_initial_rates, nominal_fit, orthonormal, projected_out
-from testbed.diagnosis.noise import Scatter, added_variance
+from testbed.diagnosis.model import Fit, Hypothesis, fitted_initial_rates, nominal_fit, orthonormal, projected_out
+from testbed.diagnosis.noise import NoiseHypothesis, added_variance
 from testbed.diagnosis.signatures import Signature, distinguishability, masking, smallest_detectable
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.effects.contract import NamedEffect, Quantity
@@ -45,7 +45,7 @@ class Detectable:
         typical: at their typical size.
     """
 
-    placed: Placed
+    placed: Hypothesis
     multiple: float
     smallest: tuple[Quantity, ...]
     typical: tuple[Quantity, ...]
@@ -75,7 +75,7 @@ class Addition:
     component: str
     quantities: tuple[Quantity, ...]
     probability: float
-    look_alikes: tuple[Placed | Scatter, ...]
+    look_alikes: tuple[Hypothesis | NoiseHypothesis, ...]
     before: Gap
     after: Gap
     fit: Fit
@@ -133,7 +133,7 @@ def _detectable(signature: Signature, tested: int) -> Detectable:
     )
 
 
-def masked(diagnosis: Diagnosis) -> tuple[tuple[Placed, Placed], ...]:
+def masked(diagnosis: Diagnosis) -> tuple[tuple[Hypothesis, Hypothesis], ...]:
     """Return the hypotheses that were not tested, each with the effect in the final model that confounds it."""
     screening, present = first_screening(diagnosis), diagnosis.model.placed
     candidates = [] if screening is None else [each.placed for each in screening.signatures]
@@ -149,7 +149,7 @@ def distances(signatures: tuple[Signature, ...]) -> Array:
     return apart
 
 
-def pairs_alike(diagnosis: Diagnosis) -> tuple[tuple[Placed, Placed, float], ...]:
+def pairs_alike(diagnosis: Diagnosis) -> tuple[tuple[Hypothesis, Hypothesis, float], ...]:
     """Return the effects that these data hardly distinguish, the closest first, with their distance."""
     shown = tuple(each for each in shown_signatures(first_screening(diagnosis)) if each.rank)
     apart = distances(shown)
@@ -161,7 +161,7 @@ def pairs_alike(diagnosis: Diagnosis) -> tuple[tuple[Placed, Placed, float], ...
     return tuple(sorted(pairs, key=lambda pair: pair[2]))
 
 
-def quantities_of(fit: Fit, placed: Placed) -> tuple[Quantity, ...]:
+def quantities_of(fit: Fit, placed: Hypothesis) -> tuple[Quantity, ...]:
     """Return an effect's parameters with their standard errors, as a model has them."""
     own = fit.own(placed)
     return placed.effect.quantities(fit.effect_values[own], stds_of(fit)[6:][own])
@@ -181,9 +181,9 @@ def additions(diagnosis: Diagnosis) -> tuple[Addition, ...]:
     return tuple(addition_of(diagnosis, each) for each in diagnosis.added)
 
 
-def addition_of(diagnosis: Diagnosis, added: Step | Scatter) -> Addition:
+def addition_of(diagnosis: Diagnosis, added: Step | NoiseHypothesis) -> Addition:
     """Return one of the effects that were added."""
-    if isinstance(added, Scatter):
+    if isinstance(added, NoiseHypothesis):
         before = diagnosis.steps[-1].after if diagnosis.steps else diagnosis.gap_before
         after = diagnosis.gap
         quantities = added.effect.quantities(added.finding.values, added.finding.std)
@@ -270,7 +270,7 @@ class Agreement:
         p_value: of sizes that differ as much, if there is but one.
     """
 
-    placed: Placed
+    placed: Hypothesis
     runs: tuple[str, ...]
     heldout: Flags
     values: Array
@@ -334,7 +334,7 @@ def _rows_of(runs: Runs) -> Iterator[Indices]:
 
 
 def _agreement(
-    diagnosis: Diagnosis, placed: Placed, names: Sequence[str], heldout: Flags, seen: Sequence[_Seen]
+    diagnosis: Diagnosis, placed: Hypothesis, names: Sequence[str], heldout: Flags, seen: Sequence[_Seen]
 ) -> Agreement:
     model = diagnosis.model
     own = np.arange(6 + len(model.effect_values))[6:][model.own(placed)]
@@ -348,7 +348,7 @@ def _agreement(
         heldout=heldout,
         values=model.effect_values[model.own(placed)] + change,
         std=np.where(std > _SHARE_SEEN * _SEEN * typical, np.inf, std),
-        p_value=chance(max(apart - together, 0.0) / spread, freedom, diagnosis.runs.noise_freedom),
+        p_value=p_value(max(apart - together, 0.0) / spread, freedom, diagnosis.runs.noise_freedom),
     )
 
 

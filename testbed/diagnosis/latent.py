@@ -27,7 +27,7 @@ from scipy.stats import chi2
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.diagnosis.candidates import log_chance, scale_evidence
+from testbed.diagnosis.candidates import log_p_value, scale_evidence
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import on_enough_runs
 from testbed.diagnosis.keeping import Content, array_from_content, array_to_content, part
@@ -354,7 +354,7 @@ def _responses(tried: Sequence[_Tried], response: Array) -> Iterator[Array]:
 def _tested(tried: _Tried, columns: Array, residual: Array, shapes: int, noise_freedom: float) -> TorqueShape:
     basis = orthonormal(columns)
     freedom, square = basis.shape[1], float(((basis.T @ residual) ** 2).sum())
-    by_chance = exp(min(0.0, log(shapes) + log_chance(square, freedom, noise_freedom))) if freedom else 1.0
+    by_chance = exp(min(0.0, log(shapes) + log_p_value(square, freedom, noise_freedom))) if freedom else 1.0
     return TorqueShape(
         kind=tried.kind,
         words=tried.words,

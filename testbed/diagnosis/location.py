@@ -77,7 +77,7 @@ _CHANCE = 0.01
 
 
 @dataclass(frozen=True, kw_only=True)
-class Place:
+class ResidualSegment:
     """A stretch of one axis of one run in which the residual is large.
 
     Attributes:
@@ -107,7 +107,7 @@ class Dependence:
 
     Attributes:
         signal: its name.
-        enters_as: see `Place`.
+        enters_as: see `ResidualSegment`.
         correlation: between -1 and 1.
     """
 
@@ -116,7 +116,7 @@ class Dependence:
     correlation: float
 
 
-def located(runs: Runs, fit: Fit) -> tuple[Place, ...]:
+def located(runs: Runs, fit: Fit) -> tuple[ResidualSegment, ...]:
     """Return the places of a fit's residual, the largest share first; none where there is only noise.
 
     Args:
@@ -196,7 +196,7 @@ def _inner_dependence(runs: Runs, times: Sequence[Series], values: Sequence[Arra
     return Dependence(signal=names[best], enters_as="reading", correlation=float(correlation[best]))
 
 
-def _places(residual: _Residual, total: float) -> Iterator[Place]:
+def _places(residual: _Residual, total: float) -> Iterator[ResidualSegment]:
     for column, signal in enumerate(residual.signals):
         stretches = [_loudest(values[:, column]) for values in residual.values]
         if not any(stretches):
@@ -204,7 +204,7 @@ def _places(residual: _Residual, total: float) -> Iterator[Place]:
         found = residual.dependence(column)
         for run, time, values, stretch in zip(residual.runs, residual.time, residual.values, stretches, strict=True):
             if stretch is not None:
-                yield Place(
+                yield ResidualSegment(
                     signal=signal,
                     run=run,
                     from_s=float(time[stretch][0]),

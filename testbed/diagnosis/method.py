@@ -19,12 +19,12 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import goodness, on_all_runs
 from testbed.diagnosis.latent import evidence_of_any, latent_torque, torque_shapes
 from testbed.diagnosis.model import fitted, fitted_initial_rates, refit
-from testbed.diagnosis.noise import believing, noise_level, scattering
+from testbed.diagnosis.noise import noise_level, noise_tests, with_noise_model
 from testbed.diagnosis.search import MOST_EFFECTS, Search, gap_of, odds_together, with_effect, with_model
 from testbed.diagnosis.signatures import hypotheses
 from testbed.diagnosis.state import Diagnosis
 from testbed.effects.contract import Effect
-from testbed.effects.reading_effect import ReadingEffect
+from testbed.effects.noise_effect import NoiseEffect
 
 
 def diagnosed(
@@ -33,7 +33,7 @@ def diagnosed(
     effects: Mapping[str, Effect],
     nominal_theta: Theta,
     progress: Callable[[str], None] = lambda _: None,
-    reading_effects: Mapping[str, ReadingEffect] = MappingProxyType({}),
+    noise_effects: Mapping[str, NoiseEffect] = MappingProxyType({}),
     *,
     alone: bool = False,
 ) -> Iterator[Diagnosis]:
@@ -45,7 +45,7 @@ def diagnosed(
         effects: by id.
         nominal_theta: to start from, kg·m².
         progress: called with what is being tested.
-        reading_effects: those on the scatter of the gyro's samples, by id.
+        noise_effects: those on the scatter of the gyro's samples, by id.
         alone: whether all runs are of one record, which gets no name, as no other could verify it.
 
     Raises:
@@ -55,7 +55,7 @@ def diagnosed(
     progress("baseline")
     first = baseline(runs, heldout, nominal_theta)
     first = replace(first, untestable=tuple(untestable), alone=alone)
-    noise = _NoiseStep(stated=first, effects={} if alone else reading_effects, others=len(testable))
+    noise = _NoiseStep(stated=first, effects={} if alone else noise_effects, others=len(testable))
     state = noise.explained(first)
     yield state
     search = Search(testable=tuple(testable), progress=progress)
@@ -162,7 +162,7 @@ class _NoiseStep:
     """
 
     stated: Diagnosis
-    effects: Mapping[str, ReadingEffect]
+    effects: Mapping[str, NoiseEffect]
     others: int
 
     def explained(self, state: Diagnosis, *, white: bool = False) -> Diagnosis:
@@ -173,11 +173,13 @@ class _NoiseStep:
             if heldout is not None and self.stated.heldout is not None:
                 heldout = _with_noise_of(self.stated.heldout, heldout)
             model = refit(runs, model)
-        scatter = scattering(runs, model, self.effects, self.others, white=white)
+        scatter = noise_tests(runs, model, self.effects, self.others, white=white)
         found = scatter.found
         if found:
-            heldout = None if heldout is None else believing(heldout, fitted_initial_rates(heldout, model), found)
-            runs = believing(runs, model, found)
+            heldout = (
+                None if heldout is None else with_noise_model(heldout, fitted_initial_rates(heldout, model), found)
+            )
+            runs = with_noise_model(runs, model, found)
             model = refit(runs, model)
         candidates = state.noise_candidates if state.steps else scatter.tested
         gap = gap_of(runs, model, heldout)

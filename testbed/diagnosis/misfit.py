@@ -20,7 +20,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from testbed.arrays import Array, Series
-from testbed.diagnosis.candidates import chance
+from testbed.diagnosis.candidates import p_value
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import Prior
 from testbed.diagnosis.model import Fit, orthonormal
@@ -68,7 +68,7 @@ class Misfit:
         if not self.variance:
             return 1.0
         scale, freedom = self._scaled
-        return chance(self.chi_square / scale, freedom, self.noise_freedom)
+        return p_value(self.chi_square / scale, freedom, self.noise_freedom)
 
     @property
     def beyond_noise(self) -> bool:

@@ -47,7 +47,7 @@ def projected_out(values: Array, basis: Array) -> Array:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Placed:
+class Hypothesis:
     """An effect at a component: one hypothesis.
 
     Attributes:
@@ -81,11 +81,11 @@ class Placed:
 
 class _WithPlaced(Protocol):
     @property
-    def placed(self) -> Placed: ...
+    def placed(self) -> Hypothesis: ...
 
 
-class AtPlace:
-    """What is said of one hypothesis, under the names of effects on the noise (`Scatter`)."""
+class AtComponent:
+    """What is said of one hypothesis, under the names of effects on the noise (`NoiseHypothesis`)."""
 
     @property
     def effect(self: _WithPlaced) -> Effect:
@@ -115,7 +115,7 @@ class Fit:
         at_bound: which effect parameters lie at a bound, shape (C - 6,).
     """
 
-    placed: tuple[Placed, ...]
+    placed: tuple[Hypothesis, ...]
     values: Values
     residual: Array
     jacobian: Array
@@ -146,7 +146,7 @@ class Fit:
         """Parameters of all effects, one after the other, shape (C - 6,)."""
         return np.concatenate([np.zeros(0), *(value[0] for value in self.values.effects)])
 
-    def own(self, placed: Placed) -> slice:
+    def own(self, placed: Hypothesis) -> slice:
         """Return where the parameters of an effect in the model stand in `effect_values`."""
         keys = [each.key for each in self.placed]
         first = sum(each.size for each in self.placed[: keys.index(placed.key)])
@@ -180,7 +180,7 @@ def recurring(fit: Fit) -> Fit:
     )
 
 
-def evaluated(runs: Runs, placed: tuple[Placed, ...], values: Values) -> Fit:
+def evaluated(runs: Runs, placed: tuple[Hypothesis, ...], values: Values) -> Fit:
     """Return residual and Jacobian at given parameters."""
     hooks = [each.hooks for each in placed]
     samples, derivatives = predicted_with_derivatives(runs.grid, hooks, values, predict=predicted_channels)
@@ -229,14 +229,14 @@ def moved(fit: Fit, step: Array) -> Values:
     )
 
 
-def bounds_of(placed: Sequence[Placed]) -> tuple[Array, Array]:
+def bounds_of(placed: Sequence[Hypothesis]) -> tuple[Array, Array]:
     """Return the least and greatest values of all effects' parameters, each of shape (C - 6,)."""
     lower = [each.bounds[0] for each in placed]
     upper = [each.bounds[1] for each in placed]
     return np.concatenate([np.zeros(0), *lower]), np.concatenate([np.zeros(0), *upper])
 
 
-def _at_bound(placed: Sequence[Placed], values: Values) -> Flags:
+def _at_bound(placed: Sequence[Hypothesis], values: Values) -> Flags:
     lower, upper = bounds_of(placed)
     effects = np.concatenate([np.zeros(0), *(value[0] for value in values.effects)])
     return np.asarray((effects <= lower) | (effects >= upper))
@@ -252,7 +252,7 @@ _FACTOR = 10.0
 """By which damping falls after a step that gains, and rises after one that does not; after the next, by its square."""
 
 
-def fitted(runs: Runs, placed: Sequence[Placed], theta: Theta, starts: Sequence[Array]) -> Fit:
+def fitted(runs: Runs, placed: Sequence[Hypothesis], theta: Theta, starts: Sequence[Array]) -> Fit:
     """Fit inertia, initial rates and effects by maximum likelihood.
 
     Args:
@@ -303,7 +303,7 @@ def _from_first_samples(runs: Runs, theta: Array, effects: Sequence[Array]) -> V
     return Values(theta=theta, initial_rate=first, effects=tuple(effects))
 
 
-def _search(runs: Runs, placed: tuple[Placed, ...], values: Values, *, only_initial: bool = False) -> Fit:
+def _search(runs: Runs, placed: tuple[Hypothesis, ...], values: Values, *, only_initial: bool = False) -> Fit:
     return part(
         "search",
         (runs, [each.key for each in placed], values, only_initial),
@@ -322,7 +322,7 @@ def _from_content(content: Content) -> Values:
     return Values(theta=theta, initial_rate=initial_rate, effects=tuple(effects))
 
 
-def _searched(runs: Runs, placed: tuple[Placed, ...], values: Values, *, only_initial: bool) -> Fit:
+def _searched(runs: Runs, placed: tuple[Hypothesis, ...], values: Values, *, only_initial: bool) -> Fit:
     """Levenberg-Marquardt with the effects' bounds kept by projection."""
     fit, damping, rise = evaluated(runs, placed, values), _DAMPING[0], _FACTOR
     common = common_size(values.effects)

@@ -22,7 +22,7 @@ from testbed.diagnosis.signatures import FAMILY_WISE_ERROR
 from testbed.dynamics.inertia import inertia_of
 from testbed.effects.fast_changes import variance_ratio
 from testbed.effects.gyro_saturation import flat_tops
-from testbed.effects.reading_effect import Finding, ReadingEffect, Readings
+from testbed.effects.noise_effect import Finding, NoiseEffect, Readings
 from testbed.estimation.outliers import outliers
 from testbed.estimation.telemetry import Telemetry
 from testbed.estimation.telemetry_noise import predicted_rate_variance
@@ -91,14 +91,14 @@ def without_spikes(runs: Runs, fit: Fit) -> tuple[tuple[Telemetry, ...], tuple[i
     """
     residuals = readings_of(runs, fit).residual
     clipped = flat_tops(runs.grid.runs)
-    wild = [
+    outlying = [
         np.any(outliers(residual, sigma) & ~at_limit, axis=1)
         for residual, sigma, at_limit in zip(residuals, runs.sigma, clipped, strict=True)
     ]
-    if np.concatenate(wild).mean() > _MOST:
-        wild = [np.zeros_like(each) for each in wild]
-    cleaned = tuple(_without_samples(run, gone) for run, gone in zip(runs.grid.runs, wild, strict=True))
-    return cleaned, tuple(int(gone.sum()) for gone in wild)
+    if np.concatenate(outlying).mean() > _MOST:
+        outlying = [np.zeros_like(each) for each in outlying]
+    cleaned = tuple(_without_samples(run, gone) for run, gone in zip(runs.grid.runs, outlying, strict=True))
+    return cleaned, tuple(int(gone.sum()) for gone in outlying)
 
 
 def _without_samples(run: Telemetry, gone: Flags) -> Telemetry:
@@ -143,7 +143,7 @@ def with_telemetry_noise(runs: Runs, theta: Theta) -> Runs:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Scatter:
+class NoiseHypothesis:
     """A hypothesis on the gyro's noise, with its test on the samples.
 
     Attributes:
@@ -155,11 +155,11 @@ class Scatter:
         probability: that it, or one of these, is there, among all effects on the scatter and none.
     """
 
-    effect: ReadingEffect
+    effect: NoiseEffect
     component: str
     finding: Finding
     tested: int
-    look_alikes: tuple[Scatter, ...] = ()
+    look_alikes: tuple[NoiseHypothesis, ...] = ()
     probability: float = 0.0
 
     @property
@@ -168,14 +168,14 @@ class Scatter:
         return _key(self.effect, self.component)
 
     @property
-    def gain(self) -> float:
+    def chi_square_reduction(self) -> float:
         """Twice the logarithm of the likelihood ratio with and without it."""
-        return self.finding.gain
+        return self.finding.chi_square_reduction
 
     @property
     def evidence(self) -> float:
         """Twice the logarithm of the effect's Bayes factor (`scale_evidence`)."""
-        return scale_evidence(self.gain, self.finding.freedom)
+        return scale_evidence(self.chi_square_reduction, self.finding.freedom)
 
     @property
     def odds(self) -> float:
@@ -194,7 +194,7 @@ class Scatter:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Scattering:
+class NoiseTests:
     """Tests of all hypotheses on the gyro's noise.
 
     Attributes:
@@ -202,13 +202,13 @@ class Scattering:
         found: the significant ones, the clearest first, each tested with those before it in the model.
     """
 
-    tested: tuple[Scatter, ...] = ()
-    found: tuple[Scatter, ...] = ()
+    tested: tuple[NoiseHypothesis, ...] = ()
+    found: tuple[NoiseHypothesis, ...] = ()
 
 
-def scattering(
-    runs: Runs, fit: Fit, effects: Mapping[str, ReadingEffect], others: int, *, white: bool = False
-) -> Scattering:
+def noise_tests(
+    runs: Runs, fit: Fit, effects: Mapping[str, NoiseEffect], others: int, *, white: bool = False
+) -> NoiseTests:
     """Test the noise effects on the samples, and return which of them are present.
 
     Args:
@@ -222,7 +222,7 @@ def scattering(
     readings = replace(readings_of(runs, fit), white=white)
     tested = others + len(hypotheses)
     candidates = first = _tested(readings, hypotheses, tested)
-    found: list[Scatter] = []
+    found: list[NoiseHypothesis] = []
     while present := [each for each in candidates if each.present]:
         best = _with_look_alikes(present[0], candidates)
         if not favoured_over_none(each.odds for each in (best, *best.look_alikes)):
@@ -231,10 +231,10 @@ def scattering(
         taken = {each.key for each in found}
         hypotheses = [each for each in hypotheses if _key(*each) not in taken]
         candidates = _tested(_without_explained(readings, found), hypotheses, tested)
-    return Scattering(tested=first, found=tuple(found))
+    return NoiseTests(tested=first, found=tuple(found))
 
 
-def believing(runs: Runs, fit: Fit, found: Sequence[Scatter]) -> Runs:
+def with_noise_model(runs: Runs, fit: Fit, found: Sequence[NoiseHypothesis]) -> Runs:
     """Return runs with the noise effects applied: less the noise estimated sample by sample, σ widened by the rest.
 
     Args:
@@ -247,7 +247,7 @@ def believing(runs: Runs, fit: Fit, found: Sequence[Scatter]) -> Runs:
     return replace(wider, noise_freedom=freedom, estimated_noise=_estimated_noise(readings_of(runs, fit), found))
 
 
-def _estimated_noise(readings: Readings, found: Sequence[Scatter]) -> tuple[Array, ...]:
+def _estimated_noise(readings: Readings, found: Sequence[NoiseHypothesis]) -> tuple[Array, ...]:
     """Return the noise that the effects estimate sample by sample, shape (N, 3) of every run; empty if none does."""
     lines = [each for each in found if each.finding.explained is not None]
     left = readings
@@ -258,35 +258,37 @@ def _estimated_noise(readings: Readings, found: Sequence[Scatter]) -> tuple[Arra
     return tuple(before - after for before, after in pairs) if lines else ()
 
 
-def added_variance(found: Iterable[Scatter]) -> Vector3:
+def added_variance(found: Iterable[NoiseHypothesis]) -> Vector3:
     """Return the variance that effects add to each axis, without the noise estimated sample by sample."""
     noisier = (each.finding.variance for each in found if each.finding.explained is None)
     return np.asarray(sum(noisier, np.zeros(3)))
 
 
-def _widened(sigma: Array, found: Iterable[Scatter]) -> Array:
+def _widened(sigma: Array, found: Iterable[NoiseHypothesis]) -> Array:
     return np.asarray(np.sqrt(sigma**2 + added_variance(found)))
 
 
-def _tested(readings: Readings, hypotheses: Sequence[tuple[ReadingEffect, str]], tested: int) -> tuple[Scatter, ...]:
+def _tested(
+    readings: Readings, hypotheses: Sequence[tuple[NoiseEffect, str]], tested: int
+) -> tuple[NoiseHypothesis, ...]:
     """Test hypotheses on readings, and return them, the one with the most evidence first."""
     findings = [(effect, component, effect.found(component, readings)) for effect, component in hypotheses]
     candidates = [
-        Scatter(effect=effect, component=component, finding=finding, tested=tested)
+        NoiseHypothesis(effect=effect, component=component, finding=finding, tested=tested)
         for effect, component, finding in findings
         if finding is not None
     ]
     return tuple(sorted(candidates, key=lambda each: -each.evidence))
 
 
-def _with_look_alikes(best: Scatter, candidates: Sequence[Scatter]) -> Scatter:
+def _with_look_alikes(best: NoiseHypothesis, candidates: Sequence[NoiseHypothesis]) -> NoiseHypothesis:
     """Return a hypothesis with its equivalence class, and the probability of that class."""
     alike = tuple(each for each in candidates if each is not best and best.evidence - each.evidence < CLOSE)
     probability = normalized({each.key: each.odds for each in candidates})
     return replace(best, look_alikes=alike, probability=sum(probability[each.key] for each in (best, *alike)))
 
 
-def _without_explained(readings: Readings, found: Sequence[Scatter]) -> Readings:
+def _without_explained(readings: Readings, found: Sequence[NoiseHypothesis]) -> Readings:
     """Return readings less the noise estimated sample by sample, σ widened by the other noise effects."""
     for each in found:
         readings = _less(readings, each.finding)
@@ -300,5 +302,5 @@ def _less(readings: Readings, finding: Finding) -> Readings:
     return replace(readings, residual=residual)
 
 
-def _key(effect: ReadingEffect, component: str) -> str:
+def _key(effect: NoiseEffect, component: str) -> str:
     return f"{effect.id}:{component}"

@@ -22,10 +22,10 @@ from testbed.diagnosis.findings import (
     pairs_alike,
     stds_of,
 )
-from testbed.diagnosis.location import Place
+from testbed.diagnosis.location import ResidualSegment
 from testbed.diagnosis.misfit import BANDWIDTH, Misfit, explained
-from testbed.diagnosis.model import Fit, Placed
-from testbed.diagnosis.noise import Scatter
+from testbed.diagnosis.model import Fit, Hypothesis
+from testbed.diagnosis.noise import NoiseHypothesis
 from testbed.diagnosis.state import Diagnosis, Gap
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.contract import Quantity
@@ -36,7 +36,10 @@ Content = dict[str, Any]
 
 
 def result_of(
-    diagnosis: Diagnosis, places: Sequence[Place], notices: Sequence[str], agreements: Sequence[Agreement] = ()
+    diagnosis: Diagnosis,
+    places: Sequence[ResidualSegment],
+    notices: Sequence[str],
+    agreements: Sequence[Agreement] = (),
 ) -> Content:
     """Return what diagnosis.json says; numbers in SI, None where there is none.
 
@@ -93,7 +96,7 @@ def untestable(diagnosis: Diagnosis) -> Iterator[Content]:
         yield _named(placed) | {"needs": unmasked_needs(by)}
 
 
-def unmasked_needs(by: Placed) -> str:
+def unmasked_needs(by: Hypothesis) -> str:
     """Return what it would take to test for an effect that another one confounds."""
     return f"{by.component} without {by.effect.id}, which shows there what it would"
 
@@ -171,7 +174,7 @@ def _detectable(size: Detectable) -> Content:
     }
 
 
-def _named(placed: Placed | Scatter | Addition) -> Content:
+def _named(placed: Hypothesis | NoiseHypothesis | Addition) -> Content:
     return {"effect": placed.effect.id, "component": placed.component}
 
 

@@ -14,14 +14,14 @@ from testbed.diagnosis.candidates import (
     Candidate,
     Screening,
     accepted,
-    log_chance,
+    log_p_value,
     mean_over_places,
     scale_evidence,
 )
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import Prior, log_evidence
 from testbed.diagnosis.misfit import heldout_misfit_of, misfit_of
-from testbed.diagnosis.model import Fit, Placed, all_corrected, fitted, fitted_initial_rates, refit
+from testbed.diagnosis.model import Fit, Hypothesis, all_corrected, fitted, fitted_initial_rates, refit
 from testbed.diagnosis.signatures import FAMILY_WISE_ERROR, Signature, signatures, without
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.errors import InputError
@@ -49,15 +49,15 @@ def odds_together(
     """
     (before_heldout, before), (after_heldout, after) = without, within
     gain, rank = before.chi_square - after.chi_square, sum(each.rank for each in effects)
-    carried = _held_out_evidence(after_heldout, after) - log_evidence(before_heldout, before)
-    return scale_evidence(gain, rank) + carried - 2.0 * sum(log(tested) + each.looks for each in effects)
+    heldout_gain = _held_out_evidence(after_heldout, after) - log_evidence(before_heldout, before)
+    return scale_evidence(gain, rank) + heldout_gain - 2.0 * sum(log(tested) + each.trials_penalty for each in effects)
 
 
 def screened(
     runs: Runs,
     heldout: Runs | None,
     fit: Fit,
-    hypotheses: Sequence[Placed],
+    hypotheses: Sequence[Hypothesis],
     progress: Callable[[str], None] = lambda _: None,
 ) -> Screening:
     """Test every hypothesis, and refit those that explain the most.
@@ -102,7 +102,7 @@ def _best_of(starts: Sequence[Signature]) -> Signature:
     return replace(best, elsewhere=tuple(each.score for each in starts if each is not best))
 
 
-def refitted(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, placed: Placed) -> Candidate:
+def refitted(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, placed: Hypothesis) -> Candidate:
     """Return one hypothesis of a screening, refitted whether it was promising or not; arguments as in `screened`."""
     for candidate in screening.candidates:
         if candidate.placed.key == placed.key:
@@ -111,7 +111,7 @@ def refitted(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, p
     return _candidate(runs, heldout, fit, signature, screening.tested, log_evidence(heldout, fit))
 
 
-def with_candidate(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, placed: Placed) -> Screening:
+def with_candidate(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, placed: Hypothesis) -> Screening:
     """Return a screening with one hypothesis among those that were refitted; arguments as in `refitted`.
 
     The same screening if an effect in the model confounds the hypothesis, so that it was not tested.
@@ -133,26 +133,26 @@ def _candidate(
     if own_runs is not runs:  # what the gyro is off by, it is off in the gimbals' channels as well
         model = refit(own_runs, model)
     gain = max(fit.chi_square - model.chi_square, 0.0)
-    carried = _held_out_evidence(heldout, model) - without if placed.effect.recurs else 0.0
-    here = scale_evidence(gain, signature.rank) + carried
+    heldout_gain = _held_out_evidence(heldout, model) - without if placed.effect.recurs else 0.0
+    here = scale_evidence(gain, signature.rank) + heldout_gain
     evidence = _anywhere(runs, signature, here)
-    alone = log_chance(gain, max(signature.rank, 1), runs.noise_freedom)
-    corrected = alone + log(tested * _places(runs, placed)) - 0.5 * carried
+    alone = log_p_value(gain, max(signature.rank, 1), runs.noise_freedom)
+    corrected = alone + log(tested * _places(runs, placed)) - 0.5 * heldout_gain
     together = max(corrected, alone + log(FAMILY_WISE_ERROR / _SHOWN))
     return Candidate(
         placed=placed,
         fit=model,
-        gain=gain,
+        chi_square_reduction=gain,
         rank=signature.rank,
-        looks=0.5 * (here - evidence),
-        carried=carried,
+        trials_penalty=0.5 * (here - evidence),
+        heldout_log_likelihood_gain=heldout_gain,
         evidence=evidence,
         by_run=np.array([float((part**2).sum()) for part in runs.by_run(model.residual)]),
         p_value=exp(min(together, 0.0)),
     )
 
 
-def _places(runs: Runs, placed: Placed) -> int:
+def _places(runs: Runs, placed: Hypothesis) -> int:
     return placed.effect.places(placed.component, runs.grid)
 
 
@@ -210,7 +210,7 @@ class Search:
         known: screenings so far, by the effects in the model; steps back come to the same model again.
     """
 
-    testable: tuple[Placed, ...]
+    testable: tuple[Hypothesis, ...]
     progress: Callable[[str], None]
     known: dict[tuple[str, ...], tuple[Runs, Screening]] = field(default_factory=dict)
 
@@ -246,7 +246,7 @@ class Search:
                 return with_effect(self._rebuilt(state, kept), chosen, screening)
         return state
 
-    def _rebuilt(self, state: Diagnosis, placed: Sequence[Placed]) -> Diagnosis:
+    def _rebuilt(self, state: Diagnosis, placed: Sequence[Hypothesis]) -> Diagnosis:
         """Return a diagnosis with just these effects, added to the baseline one after the other."""
         model = fitted(state.runs, [], state.baseline.theta, [])
         rebuilt = with_model(replace(state, steps=()), model)
@@ -258,7 +258,7 @@ class Search:
         return rebuilt
 
 
-def _less(state: Diagnosis, kept: Sequence[Placed]) -> Fit:
+def _less(state: Diagnosis, kept: Sequence[Hypothesis]) -> Fit:
     """Return a model with but some of its effects, fitted from where it stands."""
     values = dict(zip([each.key for each in state.model.placed], state.model.values.effects, strict=True))
     return fitted(state.runs, kept, state.model.theta, [values[each.key][0] for each in kept])

@@ -12,8 +12,8 @@ from testbed.diagnosis.candidates import Candidate, Screening, accepted, by_clas
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.latent import LatentTorque, TorqueShape, surest
 from testbed.diagnosis.misfit import Misfit
-from testbed.diagnosis.model import AtPlace, Fit, Placed
-from testbed.diagnosis.noise import NoiseLevel, Scatter
+from testbed.diagnosis.model import AtComponent, Fit, Hypothesis
+from testbed.diagnosis.noise import NoiseHypothesis, NoiseLevel
 from testbed.diagnosis.signatures import Untestable
 
 UNEXPLAINED = 0.01
@@ -40,7 +40,7 @@ class Gap:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Step(AtPlace):
+class Step(AtComponent):
     """An effect that was added to the model.
 
     Attributes:
@@ -56,12 +56,12 @@ class Step(AtPlace):
     after: Gap
 
     @property
-    def placed(self) -> Placed:
+    def placed(self) -> Hypothesis:
         """Effect and component."""
         return self.candidate.placed
 
     @property
-    def look_alikes(self) -> tuple[Placed, ...]:
+    def look_alikes(self) -> tuple[Hypothesis, ...]:
         """Effects that the data cannot distinguish from it."""
         return tuple(other.placed for other in self.screening.close if other.placed.key != self.placed.key)
 
@@ -103,10 +103,10 @@ class Diagnosis:
     gap_before: Gap
     gap: Gap
     noise: NoiseLevel
-    noise_candidates: tuple[Scatter, ...] = ()
-    scatter: tuple[Scatter, ...] = ()
+    noise_candidates: tuple[NoiseHypothesis, ...] = ()
+    scatter: tuple[NoiseHypothesis, ...] = ()
     steps: tuple[Step, ...] = ()
-    retracted: tuple[Placed, ...] = ()
+    retracted: tuple[Hypothesis, ...] = ()
     remaining: Screening | None = None
     latent: LatentTorque | None = None
     latent_before: LatentTorque | None = None
@@ -160,7 +160,7 @@ class Diagnosis:
         return "ambiguous" if self.added[0].look_alikes else "named"
 
     @property
-    def added(self) -> tuple[Step | Scatter, ...]:
+    def added(self) -> tuple[Step | NoiseHypothesis, ...]:
         """All effects in the model: on the motion and what is read of it as they were found, then those on the noise.
 
         The latter are re-estimated with every model, from its residual.

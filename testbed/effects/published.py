@@ -10,7 +10,7 @@ from itertools import groupby
 from pathlib import Path
 
 from testbed.effects.contract import NamedEffect, Parameter
-from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 
 MARK = "<!-- The rest is written by `python -m testbed.effects.published`. -->"
 """Line of docs/effects.md above which people write."""
@@ -28,7 +28,7 @@ def published(page: Path) -> str:
 
 def effects_table() -> str:
     """Return every registered effect as a Markdown table, and what would confirm each."""
-    effects: list[NamedEffect] = [*EFFECTS.values(), *READING_EFFECTS.values()]
+    effects: list[NamedEffect] = [*EFFECTS.values(), *NOISE_EFFECTS.values()]
     return "\n".join([*_rows(effects), "", *_confirmations(effects), ""])
 
 

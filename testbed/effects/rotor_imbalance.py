@@ -12,14 +12,14 @@ from typing_extensions import override
 
 from testbed.arrays import Array, Matrix3
 from testbed.effects.contract import UNITS, Extension, Parameter, unit_index
-from testbed.effects.reading_effect import Finding, ReadingEffect, Readings
+from testbed.effects.noise_effect import Finding, NoiseEffect, Readings
 from testbed.estimation.telemetry import Telemetry
 from testbed.plant.unit_additions import UnbalancedRotor
 from testbed.scenario.scenario import Scenario
 
 
 @final
-class RotorImbalance(ReadingEffect):
+class RotorImbalance(NoiseEffect):
     """J ω = ... - U Ω r × (g cos φ - t sin φ), φ = Ω t + φ₀, with a φ₀ of every run's own.
 
     Gyros sample far too slowly to follow the rotor: what shows is a line at its speed or at the alias, on the axes that
@@ -52,7 +52,7 @@ class RotorImbalance(ReadingEffect):
         return Finding(
             values=np.array([size]),
             std=np.array([np.sqrt(np.mean(errors) / freedom)]),
-            gain=gain,
+            chi_square_reduction=gain,
             freedom=freedom,
             p_value=float(chi2.sf(gain, freedom)),
             variance=np.asarray(np.mean(np.concatenate(explained) ** 2, axis=0)),

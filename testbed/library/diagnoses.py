@@ -14,14 +14,14 @@ from testbed.assembly.platform import Body, nominal_body
 from testbed.diagnosis.findings import Addition, Agreement, additions, agreements, noise_notices, residuals_of
 from testbed.diagnosis.gate import require_explicable
 from testbed.diagnosis.keeping import Store, keeping
-from testbed.diagnosis.location import Place, located
+from testbed.diagnosis.location import ResidualSegment, located
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import DataSet, data_set_of
 from testbed.diagnosis.result import result_of
 from testbed.diagnosis.state import Diagnosis, Verdict
 from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.effects.contract import Extension
-from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.library.notebook import Shown
 from testbed.library.records import Records, stamps_of
 from testbed.library.scenarios import naming
@@ -84,7 +84,7 @@ class PreparedRecords:
         """
         data = self.data
         theta = theta_of(self.nominal.inertia)
-        for state in diagnosed(data.runs, data.heldout, EFFECTS, theta, progress, READING_EFFECTS, alone=data.alone):
+        for state in diagnosed(data.runs, data.heldout, EFFECTS, theta, progress, NOISE_EFFECTS, alone=data.alone):
             if state.complete:
                 require_explicable(state.runs, state.gap_before.fit, state.gap.fit)
             yield state
@@ -105,7 +105,7 @@ class DiagnosisResult(Shown):
 
     prepared: PreparedRecords
     state: Diagnosis
-    places: tuple[Place, ...]
+    places: tuple[ResidualSegment, ...]
     agreements: tuple[Agreement, ...]
     next_flight: Proposal | None
     why_no_flight: tuple[str, ...]
@@ -288,7 +288,7 @@ def prepared_records(scenario: BodyScenario, records: Records) -> PreparedRecord
 def concluded(
     made: PreparedRecords,
     state: Diagnosis,
-    places: Sequence[Place],
+    places: Sequence[ResidualSegment],
     progress: Progress = _silent,
     *,
     propose: bool = True,

@@ -10,10 +10,10 @@ import numpy as np
 from testbed.arrays import Array, Flags
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.state import Diagnosis
+from testbed.next_experiment.competing_hypotheses import hypothesis_pairs_of
+from testbed.next_experiment.criterion import Choice, DiscriminationCriterion, criterion_of
 from testbed.next_experiment.flight import NextFlight
-from testbed.next_experiment.judge import Choice, Judge, judge_of
-from testbed.next_experiment.limits import room_of
-from testbed.next_experiment.rivals import contest_of
+from testbed.next_experiment.limits import design_limits_of
 from testbed.next_experiment.search import chosen_flight
 from testbed.scenario.scenario import Scenario
 
@@ -66,39 +66,39 @@ def proposal_of(
         scenario: the nominal one; its duration and its limits hold for the next flight.
         progress: called with what is being done.
     """
-    contest = contest_of(diagnosis)
-    if contest is None:
+    hypotheses = hypothesis_pairs_of(diagnosis)
+    if hypotheses is None:
         return None
-    judge = judge_of(contest, diagnosis.runs, room_of(scenario, nominal_platform(scenario)))
-    choice = chosen_flight(judge, progress)
+    criterion = criterion_of(hypotheses, diagnosis.runs, design_limits_of(scenario, nominal_platform(scenario)))
+    choice = chosen_flight(criterion, progress)
     if choice is None or not choice.separable.any():
-        after = judge.now if choice is None else choice.distances
-        separations = _separations(judge, after, np.zeros(len(after), dtype=bool))
+        after = criterion.now if choice is None else choice.distances
+        separations = _separations(criterion, after, np.zeros(len(after), dtype=bool))
         return Proposal(flight=None, times=0, enough=False, separations=separations)
-    times, enough = _times(judge, choice)
-    separations = _separations(judge, choice.distances, choice.separable)
+    times, enough = _times(criterion, choice)
+    separations = _separations(criterion, choice.distances, choice.separable)
     return Proposal(flight=choice.flight, times=times, enough=enough, separations=separations)
 
 
-def _times(judge: Judge, choice: Choice) -> tuple[int, bool]:
+def _times(criterion: DiscriminationCriterion, choice: Choice) -> tuple[int, bool]:
     """Return how often to fly, and whether that is enough."""
     for times in range(1, MOST_FLIGHTS + 1):
-        distances = judge.distances([choice.flight], times)[0]
-        if (distances >= judge.wanted)[choice.separable].all():
+        distances = criterion.distances([choice.flight], times)[0]
+        if (distances >= criterion.wanted)[choice.separable].all():
             return times, True
     return MOST_FLIGHTS, False
 
 
-def _separations(judge: Judge, after: Array, separable: Flags) -> tuple[Separation, ...]:
+def _separations(criterion: DiscriminationCriterion, after: Array, separable: Flags) -> tuple[Separation, ...]:
     """Return every two models once."""
     found: dict[frozenset[str], Separation] = {}
-    margins = after / judge.wanted
+    margins = after / criterion.wanted
     for index in np.argsort(margins):
-        pair = judge.contest.pairs[index]
-        keys = judge.contest.keys(pair)
+        pair = criterion.hypotheses.pairs[index]
+        keys = criterion.hypotheses.keys(pair)
         separation = Separation(
             keys=keys,
-            now=float(judge.now[index]),
+            now=float(criterion.now[index]),
             after=float(after[index]),
             wanted=pair.wanted,
             separable=bool(separable[index]),

@@ -16,7 +16,7 @@ from typing import Any
 
 from testbed.campaign.manifest import require_same
 from testbed.diagnosis.keeping import Content
-from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.errors import InputError, OutputError
 from testbed.files import read_bytes, whole_file
 from testbed.interrupts import deferred_interrupts
@@ -102,7 +102,7 @@ def _identity_of(origin: Provenance) -> dict[str, Any]:
     return {
         **origin.deciding,
         "files": {Path(stamp.path).name: stamp.sha256 for stamp in origin.inputs},
-        "effects": [*EFFECTS, *READING_EFFECTS],
+        "effects": [*EFFECTS, *NOISE_EFFECTS],
     }
 
 

@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from testbed.diagnosis.candidates import NONE, NOTHING, UNKNOWN
+from testbed.diagnosis.candidates import NONE, NULL_PRIOR_ODDS, UNKNOWN
 from testbed.diagnosis.findings import detectable_sizes, residuals_of
 from testbed.diagnosis.location import located
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.result import result_of
 from testbed.dynamics.inertia import theta_of
-from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.report.diagnosis.page import write_diagnosis_page
 from testbed.report.diagnosis.ranking import on_the_noise, ranking_rows
 from testbed.report.diagnosis.residuals import mean_spectrum, residuals_section
@@ -32,7 +32,7 @@ def last(used, inertia_factor=1.0, effects=FEW):
     scenario, platform = nominal()
     data = data_set_of(used, scenario, platform)
     theta = inertia_factor * theta_of(platform.inertia)
-    stages = diagnosed(data.runs, data.heldout, effects, theta, reading_effects=READING_EFFECTS, alone=data.alone)
+    stages = diagnosed(data.runs, data.heldout, effects, theta, noise_effects=NOISE_EFFECTS, alone=data.alone)
     (*_, final) = stages
     return final
 
@@ -91,7 +91,7 @@ def test_effects_on_the_noise_are_as_much_in_question_as_others_where_nothing_is
     assert sum(answer["probabilities"].values()) == pytest.approx(1.0)
     best = quiet.noise_candidates[0]
     odds = np.log(answer["probabilities"][best.key] / answer["probabilities"]["none"])
-    assert odds == pytest.approx(0.5 * best.evidence - np.log(NOTHING * quiet.remaining.tested))
+    assert odds == pytest.approx(0.5 * best.evidence - np.log(NULL_PRIOR_ODDS * quiet.remaining.tested))
 
 
 def test_effects_on_the_noise_are_ranked_with_the_others():

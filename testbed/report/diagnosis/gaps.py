@@ -11,7 +11,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from testbed.diagnosis.findings import Addition, additions
-from testbed.diagnosis.location import Place
+from testbed.diagnosis.location import ResidualSegment
 from testbed.diagnosis.misfit import Misfit
 from testbed.diagnosis.state import Diagnosis, Gap
 from testbed.report.diagnosis.misfit import MEANING
@@ -37,7 +37,7 @@ def gaps_section(diagnosis: Diagnosis) -> Section:
     return Section(title="Misfit and gap, step by step", blocks=tuple(blocks))
 
 
-def where_section(places: Sequence[Place]) -> Section:
+def where_section(places: Sequence[ResidualSegment]) -> Section:
     """Return where the gap was before anything was added."""
     if not places:
         text = "No stretch of any axis has a residual beyond noise once inertia and initial rates are re-estimated."

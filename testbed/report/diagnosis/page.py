@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from testbed.diagnosis.findings import Agreement, RunResiduals
-from testbed.diagnosis.location import Place
+from testbed.diagnosis.location import ResidualSegment
 from testbed.diagnosis.state import Diagnosis
 from testbed.next_experiment.proposal import Proposal
 from testbed.report.diagnosis.agreement import agreement_section
@@ -26,7 +26,7 @@ from testbed.report.sections.provenance import provenance_section
 def write_diagnosis_page(
     path: Path,
     diagnosis: Diagnosis,
-    places: Sequence[Place],
+    places: Sequence[ResidualSegment],
     residuals: Sequence[RunResiduals],
     agreements: Sequence[Agreement],
     proposal: Proposal | None,
@@ -53,7 +53,7 @@ def write_diagnosis_page(
 
 def diagnosis_page(
     diagnosis: Diagnosis,
-    places: Sequence[Place],
+    places: Sequence[ResidualSegment],
     residuals: Sequence[RunResiduals],
     agreements: Sequence[Agreement],
     proposal: Proposal | None,

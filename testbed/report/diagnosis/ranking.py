@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from testbed.diagnosis.candidates import Candidate, Screening, accepted, probabilities_of
-from testbed.diagnosis.noise import Scatter
+from testbed.diagnosis.noise import NoiseHypothesis
 from testbed.diagnosis.state import Diagnosis
 from testbed.report.frame.blocks import Block, Cell, Column, Paragraph, Section, Table
 from testbed.report.wording import figures
@@ -35,12 +35,12 @@ RANKING = ("component", "probability", "gain", "evidence", "p")
 """What stands behind each effect."""
 
 
-def on_the_noise(diagnosis: Diagnosis) -> tuple[Scatter, ...]:
+def on_the_noise(diagnosis: Diagnosis) -> tuple[NoiseHypothesis, ...]:
     """Return the effects on the gyro's noise to rank with the others, where nothing was found."""
     return () if diagnosis.added else diagnosis.noise_candidates
 
 
-def ranking_rows(screening: Screening, noise: Sequence[Scatter] = ()) -> Iterator[tuple[str, ...]]:
+def ranking_rows(screening: Screening, noise: Sequence[NoiseHypothesis] = ()) -> Iterator[tuple[str, ...]]:
     """Yield an effect and what stands under `RANKING`; an equivalence class has one probability.
 
     Args:
@@ -49,7 +49,7 @@ def ranking_rows(screening: Screening, noise: Sequence[Scatter] = ()) -> Iterato
     """
     probability = probabilities_of(screening, others={each.key: each.evidence for each in noise})
     members = [candidate.key for candidate in screening.close] if accepted(screening) is not None else []
-    both: list[Candidate | Scatter] = [*screening.candidates, *noise]
+    both: list[Candidate | NoiseHypothesis] = [*screening.candidates, *noise]
     ranked = sorted((each for each in both if each.key in probability), key=lambda each: -each.evidence)
     first = next((each.key for each in ranked if each.key in members), None)
     for each in ranked:
@@ -58,13 +58,13 @@ def ranking_rows(screening: Screening, noise: Sequence[Scatter] = ()) -> Iterato
             each.effect.id,
             each.component,
             "same class" if each.key in members and each.key != first else own,
-            f"{each.gain:.1f}",
+            f"{each.chi_square_reduction:.1f}",
             f"{each.evidence:+.1f}",
             figures(each.p_value, 1) if each.p_value > 0.0 else "< 1e-300",
         )
 
 
-def _table(added: int, screening: Screening, noise: Sequence[Scatter]) -> Table:
+def _table(added: int, screening: Screening, noise: Sequence[NoiseHypothesis]) -> Table:
     titles = (f"With {added} added" if added else "Nothing added", *RANKING)
     rows = tuple(tuple(Cell(text=text) for text in row) for row in ranking_rows(screening, noise))
     return Table(columns=tuple(Column(title=title) for title in titles), rows=rows, numeric=False)

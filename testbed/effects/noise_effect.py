@@ -43,7 +43,7 @@ class Finding:
     Attributes:
         values: of its parameters, shape (K,).
         std: their standard errors, shape (K,).
-        gain: twice the logarithm of the likelihood ratio with and without it.
+        chi_square_reduction: twice the logarithm of the likelihood ratio with and without it.
         freedom: numbers that this took from the readings.
         p_value: of what was seen, if the effect is not there; one test.
         variance: that it adds to each axis' readings, shape (3,), rad²/s².
@@ -54,7 +54,7 @@ class Finding:
 
     values: Array
     std: Array
-    gain: float
+    chi_square_reduction: float
     freedom: int
     p_value: float
     variance: Vector3
@@ -62,7 +62,7 @@ class Finding:
     noise_freedom: float = np.inf
 
 
-class ReadingEffect(NamedEffect):
+class NoiseEffect(NamedEffect):
     """An effect on how the gyro's samples scatter about what is predicted; it has no mean that could be fitted."""
 
     @abstractmethod
