@@ -113,7 +113,9 @@ def told_apart(hidden: HiddenEffect, folder: Path, seed: int = 5, effects: Seque
 def realised(diagnosis: Diagnosis, rival: str) -> float:
     """Return how far the first effect is ahead of a rival: the root of the difference of evidence; NaN if it is not."""
     compared = diagnosis.steps[0].screening.candidates if diagnosis.steps else ()
-    behind = {each.placed.key: diagnosis.steps[0].candidate.evidence - each.evidence for each in compared}
+    behind = {
+        each.placed.key: diagnosis.steps[0].candidate.log_bayes_factor - each.log_bayes_factor for each in compared
+    }
     return sqrt(max(behind[rival], 0.0)) if rival in behind else float("nan")
 
 

@@ -96,13 +96,12 @@ class Candidate(AtComponent):
         rank: directions that the data show of the effect.
         trials_penalty: logarithm of the factor by which a scan over start values lowers its odds (`mean_over_places`).
         heldout_log_likelihood_gain: twice the increase of the held-out runs' log-likelihood.
-        evidence: twice the logarithm of the Bayes factor of all runs (`scale_evidence`, the prior on its size by
+        log_bayes_factor: of all runs, on the deviance scale: 2 ln B (`scale_evidence`, the prior on its size by
             empirical Bayes), less twice the trials penalty.
         by_run: χ² of the model's gyro residual in every run, shape (R,).
-        p_value: of the gain, times the number of hypotheses and of each one's places (Bonferroni), over the held-out
-            runs' ratio of densities: that is a p-value too, as the mean of the ratio is 1 without the effect. Not below
-            the family-wise error where the gain alone says nothing: what the fitted runs do not show at all is not in
-            the model's place to explain others.
+        p_value: of the reduction of χ², times the number of hypotheses and of each one's start values (Bonferroni),
+            divided by the held-out likelihood ratio: its mean is 1 without the effect, so that the quotient is a p-value
+            too. Not below the family-wise error if the fitted runs alone do not show the effect.
     """
 
     placed: Hypothesis
@@ -111,7 +110,7 @@ class Candidate(AtComponent):
     rank: int
     trials_penalty: float
     heldout_log_likelihood_gain: float
-    evidence: float
+    log_bayes_factor: float
     by_run: Series
     p_value: float
 
@@ -142,7 +141,7 @@ class Screening:
 
     def odds(self, candidate: Candidate) -> float:
         """Return twice the logarithm of a candidate's posterior odds against none; all candidates have equal priors."""
-        return candidate.evidence - 2.0 * log(self.tested)
+        return candidate.log_bayes_factor - 2.0 * log(self.tested)
 
     @property
     def close(self) -> tuple[Candidate, ...]:
@@ -187,7 +186,7 @@ def _is_close(candidate: Candidate, best: Candidate) -> bool:
         - candidate.heldout_log_likelihood_gain
     )
     one_more = candidate.placed.size == best.placed.size + 1
-    if best.evidence - candidate.evidence < CLOSE * spread or (one_more and worse_fit < CLOSE * spread):
+    if best.log_bayes_factor - candidate.log_bayes_factor < CLOSE * spread or (one_more and worse_fit < CLOSE * spread):
         return True
     return spread > _MISFITTING and _differ_by_chance(candidate.by_run - best.by_run)
 
@@ -220,7 +219,7 @@ def probabilities_of(
     """
     if screening is None:
         return {}
-    evidence = {candidate.key: candidate.evidence for candidate in screening.candidates} | dict(others)
+    evidence = {candidate.key: candidate.log_bayes_factor for candidate in screening.candidates} | dict(others)
     most = sorted(evidence, key=lambda key: -evidence[key])[:MOST_REFITS]
     odds = {key: evidence[key] - 2.0 * log(screening.tested) for key in most}
     return normalized(odds, unmodelled, 1.0 - len(most) / (screening.tested + len(others)))

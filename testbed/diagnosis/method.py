@@ -147,7 +147,7 @@ def _log_odds_of_all(state: Diagnosis, bare: Diagnosis) -> float:
 def _log_odds_of_class(state: Diagnosis) -> float:
     """Return the same, summed over the equivalence class of the first effect."""
     first = state.steps[0]
-    further = [each.evidence - first.candidate.evidence for each in first.screening.close]
+    further = [each.log_bayes_factor - first.candidate.log_bayes_factor for each in first.screening.close]
     return state.explained + 2.0 * float(logsumexp(0.5 * np.array(further)))
 
 

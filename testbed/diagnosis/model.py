@@ -79,7 +79,7 @@ class Hypothesis:
         return f"{self.effect.id}:{self.component}"
 
 
-class _WithPlaced(Protocol):
+class _WithHypothesis(Protocol):
     @property
     def placed(self) -> Hypothesis: ...
 
@@ -88,17 +88,17 @@ class AtComponent:
     """What is said of one hypothesis, under the names of effects on the noise (`NoiseHypothesis`)."""
 
     @property
-    def effect(self: _WithPlaced) -> Effect:
+    def effect(self: _WithHypothesis) -> Effect:
         """Which effect."""
         return self.placed.effect
 
     @property
-    def component(self: _WithPlaced) -> str:
+    def component(self: _WithHypothesis) -> str:
         """Where it is."""
         return self.placed.component
 
     @property
-    def key(self: _WithPlaced) -> str:
+    def key(self: _WithHypothesis) -> str:
         """Unique name, e.g. `rotor_speed:cmg3`."""
         return self.placed.key
 

@@ -173,14 +173,14 @@ class NoiseHypothesis:
         return self.finding.chi_square_reduction
 
     @property
-    def evidence(self) -> float:
+    def log_bayes_factor(self) -> float:
         """Twice the logarithm of the effect's Bayes factor (`scale_evidence`)."""
         return scale_evidence(self.chi_square_reduction, self.finding.freedom)
 
     @property
     def odds(self) -> float:
         """Twice the logarithm of its posterior odds against none; all hypotheses have equal priors."""
-        return self.evidence - 2.0 * log(self.tested)
+        return self.log_bayes_factor - 2.0 * log(self.tested)
 
     @property
     def p_value(self) -> float:
@@ -278,12 +278,14 @@ def _tested(
         for effect, component, finding in findings
         if finding is not None
     ]
-    return tuple(sorted(candidates, key=lambda each: -each.evidence))
+    return tuple(sorted(candidates, key=lambda each: -each.log_bayes_factor))
 
 
 def _with_look_alikes(best: NoiseHypothesis, candidates: Sequence[NoiseHypothesis]) -> NoiseHypothesis:
     """Return a hypothesis with its equivalence class, and the probability of that class."""
-    alike = tuple(each for each in candidates if each is not best and best.evidence - each.evidence < CLOSE)
+    alike = tuple(
+        each for each in candidates if each is not best and best.log_bayes_factor - each.log_bayes_factor < CLOSE
+    )
     probability = normalized({each.key: each.odds for each in candidates})
     return replace(best, look_alikes=alike, probability=sum(probability[each.key] for each in (best, *alike)))
 

@@ -81,7 +81,7 @@ def screened(
     return Screening(
         signatures=tuple(best),
         tested=tested,
-        candidates=tuple(sorted(candidates, key=lambda candidate: -candidate.evidence)),
+        candidates=tuple(sorted(candidates, key=lambda candidate: -candidate.log_bayes_factor)),
     )
 
 
@@ -121,7 +121,7 @@ def with_candidate(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screen
     candidate = refitted(runs, heldout, fit, screening, placed)
     if candidate in screening.candidates:
         return screening
-    candidates = sorted((*screening.candidates, candidate), key=lambda each: -each.evidence)
+    candidates = sorted((*screening.candidates, candidate), key=lambda each: -each.log_bayes_factor)
     return replace(screening, candidates=tuple(candidates))
 
 
@@ -146,7 +146,7 @@ def _candidate(
         rank=signature.rank,
         trials_penalty=0.5 * (here - evidence),
         heldout_log_likelihood_gain=heldout_gain,
-        evidence=evidence,
+        log_bayes_factor=evidence,
         by_run=np.array([float((part**2).sum()) for part in runs.by_run(model.residual)]),
         p_value=exp(min(together, 0.0)),
     )

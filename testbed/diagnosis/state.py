@@ -177,7 +177,7 @@ class Diagnosis:
     def probabilities(self) -> Mapping[str, float]:
         """Of none, of every class that is in question, and of something unknown."""
         screening = self.steps[0].screening if self.steps else self.remaining
-        noise = {} if self.steps else {each.key: each.evidence for each in self.noise_candidates}
+        noise = {} if self.steps else {each.key: each.log_bayes_factor for each in self.noise_candidates}
         probabilities = probabilities_of(screening, self.unmodelled_beside_steps, noise)
         if not probabilities or not self.added:
             return probabilities

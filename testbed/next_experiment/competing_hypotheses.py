@@ -32,12 +32,12 @@ class CompetingHypothesis:
     Attributes:
         key: effect and component that make it differ, or `inertia`.
         fits: to the fitted runs and, its initial rates alone, to those held out where they say something of it.
-        evidence: of the step that it could be, against the model without it.
+        log_bayes_factor: of the step that it could be, against the model without it.
     """
 
     key: str
     fits: tuple[Fit, ...]
-    evidence: float = 0.0
+    log_bayes_factor: float = 0.0
 
     @property
     def model(self) -> Fit:
@@ -100,13 +100,13 @@ def _among_effects(diagnosis: Diagnosis, index: int) -> HypothesisPairs | None:
     others = [each for position, each in enumerate(diagnosis.steps) if position != index]
     taken = {each.placed.key for each in others}
     named = CompetingHypothesis(
-        key=step.placed.key, fits=_fits(diagnosis, diagnosis.model), evidence=step.candidate.evidence
+        key=step.placed.key, fits=_fits(diagnosis, diagnosis.model), log_bayes_factor=step.candidate.log_bayes_factor
     )
     imitators = [
         CompetingHypothesis(
             key=candidate.placed.key,
             fits=_fits(diagnosis, _refitted(diagnosis, others, candidate)),
-            evidence=candidate.evidence,
+            log_bayes_factor=candidate.log_bayes_factor,
         )
         for candidate in step.screening.close
         if candidate.placed.key not in taken | {step.placed.key}
@@ -140,7 +140,7 @@ def _wanted(truth: CompetingHypothesis, imitator: CompetingHypothesis) -> float:
     The present data say what they say: what is ahead so far counts as it is. New data that add g to the square of the
     distance add g to the difference of evidence, with a standard deviation of 2 √g.
     """
-    lacking = max(CLOSE - (truth.evidence - imitator.evidence), 0.0)
+    lacking = max(CLOSE - (truth.log_bayes_factor - imitator.log_bayes_factor), 0.0)
     gained = (_QUANTILE + sqrt(_QUANTILE**2 + lacking)) ** 2
     return sqrt(float(present_contrast(truth, imitator).distance[0]) ** 2 + gained)
 

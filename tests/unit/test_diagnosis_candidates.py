@@ -20,7 +20,7 @@ def candidate(evidence, by_run):
         rank=1,
         trials_penalty=0.0,
         heldout_log_likelihood_gain=0.0,
-        evidence=evidence,
+        log_bayes_factor=evidence,
         by_run=by_run,
         p_value=0.0,
     )

@@ -73,7 +73,7 @@ def test_odds_are_those_of_the_evidence(late):
     best, second = screening.candidates[:2]
     apart = probabilities_of(screening)
     odds = log(apart[best.placed.key] / apart[second.placed.key])
-    assert odds == pytest.approx(0.5 * (best.evidence - second.evidence))
+    assert odds == pytest.approx(0.5 * (best.log_bayes_factor - second.log_bayes_factor))
 
 
 def test_a_late_gyro_is_named_and_bandwidth_beside_it(late):

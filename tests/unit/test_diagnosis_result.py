@@ -91,13 +91,13 @@ def test_effects_on_the_noise_are_as_much_in_question_as_others_where_nothing_is
     assert sum(answer["probabilities"].values()) == pytest.approx(1.0)
     best = quiet.noise_candidates[0]
     odds = np.log(answer["probabilities"][best.key] / answer["probabilities"]["none"])
-    assert odds == pytest.approx(0.5 * best.evidence - np.log(NULL_PRIOR_ODDS * quiet.remaining.tested))
+    assert odds == pytest.approx(0.5 * best.log_bayes_factor - np.log(NULL_PRIOR_ODDS * quiet.remaining.tested))
 
 
 def test_effects_on_the_noise_are_ranked_with_the_others():
     quiet = last(records(3))
     rows = list(ranking_rows(quiet.remaining, on_the_noise(quiet)))
-    both = sorted([*quiet.remaining.candidates, *quiet.noise_candidates], key=lambda each: -each.evidence)
+    both = sorted([*quiet.remaining.candidates, *quiet.noise_candidates], key=lambda each: -each.log_bayes_factor)
     assert [row[:2] for row in rows] == [(each.effect.id, each.component) for each in both[:8]]
     assert {f"{row[0]}:{row[1]}" for row in rows} == set(quiet.probabilities) - {NONE, UNKNOWN}
 

@@ -47,10 +47,10 @@ def ranking_rows(screening: Screening, noise: Sequence[NoiseHypothesis] = ()) ->
         screening: whose candidates are ranked.
         noise: effects on the gyro's noise, which take the places of others that have less evidence.
     """
-    probability = probabilities_of(screening, others={each.key: each.evidence for each in noise})
+    probability = probabilities_of(screening, others={each.key: each.log_bayes_factor for each in noise})
     members = [candidate.key for candidate in screening.close] if accepted(screening) is not None else []
     both: list[Candidate | NoiseHypothesis] = [*screening.candidates, *noise]
-    ranked = sorted((each for each in both if each.key in probability), key=lambda each: -each.evidence)
+    ranked = sorted((each for each in both if each.key in probability), key=lambda each: -each.log_bayes_factor)
     first = next((each.key for each in ranked if each.key in members), None)
     for each in ranked:
         own = f"{sum(probability[key] for key in (members if each.key in members else [each.key])):.3f}"
@@ -59,7 +59,7 @@ def ranking_rows(screening: Screening, noise: Sequence[NoiseHypothesis] = ()) ->
             each.component,
             "same class" if each.key in members and each.key != first else own,
             f"{each.chi_square_reduction:.1f}",
-            f"{each.evidence:+.1f}",
+            f"{each.log_bayes_factor:+.1f}",
             figures(each.p_value, 1) if each.p_value > 0.0 else "< 1e-300",
         )
 
