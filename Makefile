@@ -39,9 +39,12 @@ format: $(STAMP)-dev
 	@$(BIN)/ruff check --fix .
 	@$(BIN)/ruff format .
 
+# make docs brings the published tables up to date and builds the site; search in it needs: python -m http.server -d build/site
 docs: $(STAMP)-dev
 	@$(BIN)/python -m testbed.scenario.published
 	@$(BIN)/python -m testbed.effects.published
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
+	@echo "build/site/index.html"
 
 clean:
 	rm -rf $(VENV) runs build

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeElapsedColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TimeElapsedColumn
 
 from testbed.campaign.run import Progress as CampaignProgress
-from testbed.cli.console import RateColumn, TimeLeftColumn, description_column, terminal
+from testbed.cli.console import Bars, RateColumn, TimeLeftColumn, description_column
 
 
 @contextmanager
@@ -26,7 +26,7 @@ def campaign_progress(runs: int) -> Iterator[CampaignProgress]:
         TimeElapsedColumn(),
         TimeLeftColumn(),
     )
-    with Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal) as progress:
+    with Bars(*columns, transient=True) as progress:
         task = None
 
         def kept(more: int) -> None:

@@ -6,6 +6,7 @@ import json
 import shlex
 import signal
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, redirect_stderr
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ from math import ceil, inf, isfinite
 from pathlib import Path
 from textwrap import fill
 from types import FrameType
+from typing import Any
 
 from rich.console import Console
 from rich.progress import (
@@ -23,6 +25,7 @@ from rich.progress import (
     Progress,
     ProgressColumn,
     Task,
+    TaskID,
     TextColumn,
     TimeElapsedColumn,
 )
@@ -110,6 +113,29 @@ def entry(label: str, text: str) -> None:
     )
 
 
+LINE_PERIOD = 10.0
+"""s between two lines on how far a work is, where standard error is no terminal; a short command prints none."""
+
+
+class Bars(Progress):
+    """Progress on standard error: bars on a terminal, else now and then a line, as a log of a batch system keeps it."""
+
+    def __init__(self, *columns: ProgressColumn, **options: Any) -> None:  # noqa: ANN401 - those of Progress
+        """Take the columns of the bars, and further options of rich's Progress."""
+        super().__init__(*columns, console=terminal, disable=not terminal.is_terminal, **options)
+        self._printed = time.monotonic()
+
+    def update(self, task_id: TaskID, **changes: Any) -> None:  # noqa: ANN401
+        """Change a task, as in Progress."""
+        super().update(task_id, **changes)
+        if terminal.is_terminal or time.monotonic() - self._printed < LINE_PERIOD:
+            return
+        self._printed = time.monotonic()
+        task = next(each for each in self.tasks if each.id == task_id)
+        done = "" if task.total is None or task.total <= 1 else f": {task.completed:.0f} of {task.total:.0f}"
+        terminal.print(f"{task.description}{done}")
+
+
 @contextmanager
 def remembered_interrupt() -> Iterator[Callable[[], bool]]:
     """Tell whether Ctrl-C was pressed: the optimiser stops at it with a warning, and keeps the exception to itself."""
@@ -137,8 +163,7 @@ def design_progress(starts: int) -> Iterator[Callable[[Start], None]]:
         starts: number of starts; 0 where nothing is designed, and nothing is shown.
     """
     columns = (description_column(), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    bars = Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal)
-    with bars as progress, remembered_interrupt() as interrupted:
+    with Bars(*columns, transient=True) as progress, remembered_interrupt() as interrupted:
         task = progress.add_task("Designing the maneuver", total=starts, visible=starts > 0)
         best = inf
 

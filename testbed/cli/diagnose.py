@@ -6,11 +6,12 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from rich.progress import Progress, SpinnerColumn, TimeElapsedColumn
+from rich.progress import SpinnerColumn, TimeElapsedColumn
 from rich.text import Text
 
 from testbed.assembly.extension import SCENARIO
 from testbed.cli.console import (
+    Bars,
     command_line,
     console,
     description_column,
@@ -18,7 +19,6 @@ from testbed.cli.console import (
     print_as_json,
     say,
     show,
-    terminal,
     warn,
 )
 from testbed.cli.diagnose_tables import candidates_table, detectable_table, inertia_table, places_table
@@ -148,13 +148,13 @@ class _Stages:
             _print_rest(diagnosis)
 
 
-def _bars() -> Progress:
+def _bars() -> Bars:
     """Return what shows on standard error what is being done, and for how long."""
     columns = (SpinnerColumn(), description_column(), TimeElapsedColumn())
-    return Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal)
+    return Bars(*columns, transient=True)
 
 
-def _shown_in(bars: Progress) -> Callable[[str], None]:
+def _shown_in(bars: Bars) -> Callable[[str], None]:
     """Return what shows in a bar what is being tested."""
     task = bars.add_task("Reading")
     return lambda what: bars.update(task, description=f"Testing {what}")

@@ -13,9 +13,8 @@ from rich.progress import (
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
-from rich.progress import Progress as Bars
 
-from testbed.cli.console import RATE_PERIOD, RateColumn, description_column, remembered_interrupt, terminal
+from testbed.cli.console import RATE_PERIOD, Bars, RateColumn, description_column, remembered_interrupt
 from testbed.reproduction.progress import Advance, Progress
 
 
@@ -31,9 +30,8 @@ def parts_progress() -> Iterator[Progress]:
         TimeRemainingColumn(),
         TextColumn("left"),
     )
-    hidden = not terminal.is_terminal
     with (
-        Bars(*columns, console=terminal, disable=hidden, speed_estimate_period=RATE_PERIOD) as bars,
+        Bars(*columns, speed_estimate_period=RATE_PERIOD) as bars,
         remembered_interrupt() as interrupted,
     ):
 

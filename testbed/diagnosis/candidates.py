@@ -100,8 +100,8 @@ class Candidate(AtComponent):
             empirical Bayes), less twice the trials penalty.
         by_run: χ² of the model's gyro residual in every run, shape (R,).
         p_value: of the reduction of χ², times the number of hypotheses and of each one's start values (Bonferroni),
-            divided by the held-out likelihood ratio: its mean is 1 without the effect, so that the quotient is a p-value
-            too. Not below the family-wise error if the fitted runs alone do not show the effect.
+            divided by the held-out likelihood ratio: its mean is 1 without the effect, so that the quotient is a
+            p-value too. Not below the family-wise error if the fitted runs alone do not show the effect.
     """
 
     placed: Hypothesis

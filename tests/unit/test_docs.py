@@ -10,26 +10,43 @@ import pytest
 
 from testbed.cli.app import app
 from testbed.records.schema import signals_table
+from tests.printed import require_printed
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-DOCUMENTS = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
+REFERENCE = ROOT / "docs" / "reference"
+DOCUMENTS = [
+    *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "examples/README.md")),
+    *sorted((ROOT / "docs").rglob("*.md")),
+]
+LONGEST_README = 150
 
 
-def test_the_readmes_signals_are_the_table_of_signals():
-    between = README.split("<!-- signals: ")[1].split("-->", 1)[1].split("<!-- end of signals -->")[0]
+def test_the_published_signals_are_the_table_of_signals():
+    page = (REFERENCE / "records.md").read_text(encoding="utf-8")
+    between = page.split("<!-- signals: ")[1].split("-->", 1)[1].split("<!-- end of signals -->")[0]
     assert between.strip() == signals_table().strip()
 
 
-def test_the_readme_lists_every_scenario_with_its_question():
+def test_every_shipped_scenario_is_listed_with_its_question():
+    page = (REFERENCE / "shipped-scenarios.md").read_text(encoding="utf-8")
     for path in (ROOT / "scenarios").glob("*.toml"):
         question = path.read_text(encoding="utf-8").splitlines()[0].removeprefix("# ")
-        assert f"| [`{path.name}`](scenarios/{path.name}) | {question} |" in README
+        assert f"| [`{path.name}`](../../scenarios/{path.name}) | {question} |" in page
 
 
-def test_the_readme_lists_every_command():
-    named = set(re.findall(r"\| `testbed (\w+)", README))
+def test_every_command_is_listed():
+    named = set(re.findall(r"\| `testbed (\w+)", (REFERENCE / "commands.md").read_text(encoding="utf-8")))
     assert named == {command.name or command.callback.__name__ for command in app.registered_commands}
+
+
+def test_the_readme_is_short():
+    assert len(README.splitlines()) <= LONGEST_README
+
+
+def test_the_readmes_python_prints_what_stands_below_it():
+    """Numbers to a tenth of the standard deviations, in 1e-3 kg m²."""
+    require_printed(README, tolerance=3e-3)
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
@@ -43,5 +60,5 @@ def test_the_constraints_pin_every_dependency_and_name_no_host():
     wanted = [*project["dependencies"], *project["optional-dependencies"]["dev"]]
     constraints = (ROOT / "constraints.txt").read_text(encoding="utf-8")
     pinned = {line.split("==")[0].lower().replace("_", "-") for line in constraints.splitlines() if "==" in line}
-    assert {re.split(r"[<>=!~ ]", name)[0].lower() for name in wanted} <= pinned
+    assert {re.split(r"[<>=!~ \[]", name)[0].lower() for name in wanted} <= pinned
     assert "http" not in constraints
