@@ -20,7 +20,7 @@ from benchmarks.blind_candidates import CANDIDATES
 from testbed.scoring.card import grouped
 from testbed.scoring.case import Case
 from testbed.scoring.formats import Named
-from testbed.scoring.judging import NONE, UNLISTED, exactly_right, label_right, named, truths
+from testbed.scoring.judging import NONE, UNMODELLED, exactly_right, label_right, named, truths
 from testbed.scoring.rows import Row, share
 
 OURS, REDUCTION, BIC, SINDY, ORACLE = "this diagnosis", "largest reduction", "best BIC", "SINDy", "oracle"
@@ -97,7 +97,10 @@ def comparisons(cases: Sequence[Case], candidates: Mapping[str, Candidates], sin
         _sizes("One effect", _of(cases, "single")),
         _sizes("Flown in MuJoCo", [case for case in _of(cases, "flown") if truths(case)]),
         [("Two effects", "one of them first", _of(cases, "pair"))],
-        ((f"Unlisted at {size:g} sigma", none, few) for size, few in grouped(_of(cases, UNLISTED), "wanted_sigma")),
+        (
+            (f"Unmodelled torque at {size:g} sigma", none, few)
+            for size, few in grouped(_of(cases, UNMODELLED), "wanted_sigma")
+        ),
     )
     return tuple(_compared(part, what, few, methods, candidates) for part, what, few in groups if few)
 

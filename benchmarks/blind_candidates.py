@@ -13,13 +13,13 @@ from testbed.diagnosis.candidates import Screening
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.noise import readings_of
-from testbed.effects.reading_effect import ReadingEffect
+from testbed.effects.noise_effect import NoiseEffect
 
 CANDIDATES = "candidates.json"
 
 
 def candidates_of(
-    runs: Runs, baseline: Fit, screening: Screening | None, reading_effects: Mapping[str, ReadingEffect]
+    runs: Runs, baseline: Fit, screening: Screening | None, noise_effects: Mapping[str, NoiseEffect]
 ) -> dict[str, Any]:
     """Return every hypothesis with the χ² that it takes off the baseline, and the parameters that it needs.
 
@@ -29,15 +29,15 @@ def candidates_of(
         runs: with the noise that is stated.
         baseline: the nominal model fitted to them.
         screening: of the hypotheses against it; None where there were none.
-        reading_effects: those on the scatter of the gyro's samples, by id.
+        noise_effects: those on the scatter of the gyro's samples, by id.
     """
-    hypotheses = [*_scatter(runs, baseline, reading_effects), *([] if screening is None else _predicted(screening))]
+    hypotheses = [*_scatter(runs, baseline, noise_effects), *([] if screening is None else _predicted(screening))]
     tested = len(hypotheses)
     return {"samples": runs.samples, "tested": tested, "hypotheses": [each for each in hypotheses if each["rank"]]}
 
 
 def _predicted(screening: Screening) -> Iterator[dict[str, Any]]:
-    refitted = {candidate.placed.key: candidate.gain for candidate in screening.candidates}
+    refitted = {candidate.placed.key: candidate.chi_square_reduction for candidate in screening.candidates}
     for signature in screening.signatures:
         placed = signature.placed
         yield {
@@ -49,7 +49,7 @@ def _predicted(screening: Screening) -> Iterator[dict[str, Any]]:
         }
 
 
-def _scatter(runs: Runs, baseline: Fit, effects: Mapping[str, ReadingEffect]) -> Iterator[dict[str, Any]]:
+def _scatter(runs: Runs, baseline: Fit, effects: Mapping[str, NoiseEffect]) -> Iterator[dict[str, Any]]:
     """Yield the effects on the scatter; numbers of one run each are paid for, lest they win by how many they are."""
     readings = readings_of(runs, baseline)
     for effect in effects.values():
@@ -59,6 +59,8 @@ def _scatter(runs: Runs, baseline: Fit, effects: Mapping[str, ReadingEffect]) ->
                 "effect": effect.id,
                 "component": component,
                 "rank": len(effect.parameters),
-                "gain": 0.0 if finding is None else finding.gain - (finding.freedom - 1) * log(runs.samples),
+                "gain": 0.0
+                if finding is None
+                else finding.chi_square_reduction - (finding.freedom - 1) * log(runs.samples),
                 "refitted": True,
             }

@@ -15,7 +15,7 @@ from typing import Any
 
 from benchmarks.blind_candidates import CANDIDATES, candidates_of
 from testbed.diagnosis.findings import first_screening
-from testbed.effects.registry import READING_EFFECTS
+from testbed.effects.registry import NOISE_EFFECTS
 from testbed.errors import InputError
 from testbed.files import whole_file
 from testbed.library.diagnoses import diagnose
@@ -42,7 +42,7 @@ def diagnosis_and_candidates(scenario_path: Path, data: Path) -> tuple[dict[str,
     """Return the diagnosis, and what its first screening compared; arguments and errors as `diagnosis_of`."""
     result = diagnose(read_scenario(scenario_path), read_records(data), propose=False)
     state, runs = result.state, result.prepared.data.runs
-    return result.result, candidates_of(runs, state.baseline, first_screening(state), READING_EFFECTS)
+    return result.result, candidates_of(runs, state.baseline, first_screening(state), NOISE_EFFECTS)
 
 
 def diagnose_case(scenario: Path, data: Path, folder: Path) -> Path:

@@ -21,13 +21,13 @@ _METHODS_TOLD = f"""
 The other methods see the same records. *{REDUCTION}* names the hypothesis that takes most off χ²; *{BIC}* the one with
 the best Bayesian information criterion, without a test; both choose among all hypotheses of the diagnosis, refitted
 where it refitted them, else linearised. *{SINDY}* is the sparse regression (STLSQ of pysindy) of the differentiated
-residual torque on the torques that each hypothesis would make, linearised. The *{ORACLE}* is told which effect it is,
-and only asks whether a likelihood-ratio test finds it at 5 % family-wise error: no test of these data has more power.
+residual torque on the torques that each hypothesis would make, linearised. The *{ORACLE}* knows which effect it is,
+and only tests whether a likelihood-ratio test finds it at 5 % family-wise error: no test of these data has more power.
 """
-_UNLISTED_TOLD = """
-Of what an unlisted effect shows, the name that explains the most leaves so much in data without noise
-(`python -m benchmarks.blind_unlisted`). The oracle is told what is left sample by sample, but for its size, and tests
-for that at 1 %; no test of these data that is wrong so rarely has more power. Shares are of what it recognises, and of
+_UNMODELLED_TORQUES = """
+The fourth column is the residual of an unmodelled torque after the best fit of one effect, in data without noise
+(`python -m benchmarks.blind_unlisted`). The oracle knows this residual sample by sample, but for its size, and tests
+for it at 1 %; no test of these data with so few false alarms has more power. Shares are of what it recognises, and of
 what the diagnosis called unexplained.
 """
 
@@ -123,8 +123,8 @@ def _comparisons(others: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     for each in others:
         rows = each["rows"]
         of = rows[OURS]["of"]
-        told = [_beside(rows[method], of) if method in rows else "" for method in methods]
-        table.append((f"{each['part']}: {each['what']}", str(of), *told))
+        cells = [_beside(rows[method], of) if method in rows else "" for method in methods]
+        table.append((f"{each['part']}: {each['what']}", str(of), *cells))
     return _table(*table)
 
 
@@ -138,32 +138,32 @@ def _unlisted(kinds: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """Yield the section on unlisted effects; nothing where it was not asked what could be known of them."""
     if not kinds:
         return
-    table = [("hidden", "of", "sigma shown", "sigma left by the best name", "oracle", "this diagnosis")]
+    table = [("hidden", "of", "sigma shown", "sigma of the residual after the best fit", "oracle", "this diagnosis")]
     for each in kinds:
         left, power, said = f"{each['left']:.1f}", f"{each['power']:.0%}", f"{each['recognised']:.0%}"
         table.append(
             (f"{each['effect']} at {each['sigma']:g}", str(each["of"]), f"{each['shown']:.1f}", left, power, said)
         )
-    yield "## What could be known of the unlisted\n"
+    yield "## What could be known of unmodelled torques\n"
     yield from _table(*table)
     for sigma, group in groupby(kinds, key=lambda each: each["sigma"]):
         own = list(group)
         power = sum(each["power"] * each["of"] for each in own) / sum(each["of"] for each in own)
         yield f"\nAt {sigma:g} sigma, the oracle recognises {power:.0%} in the mean."
-    yield _UNLISTED_TOLD
+    yield _UNMODELLED_TORQUES
 
 
 def _reliability(bins: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    table = [("probability told", "mean", "share right", "of")]
+    table = [("stated probability", "mean", "share right", "of")]
     for each in bins:
-        edges, told = f"{each['low']:.1f} to {each['high']:.1f}", f"{each['probability']:.3f}"
-        table.append((edges, told, f"{each['right']:.3f}", str(each["of"])))
+        edges, cells = f"{each['low']:.1f} to {each['high']:.1f}", f"{each['probability']:.3f}"
+        table.append((edges, cells, f"{each['right']:.3f}", str(each["of"])))
     return _table(*table)
 
 
 def _confusion(table: Mapping[str, Mapping[str, int]]) -> Iterator[str]:
-    told = {hidden: ", ".join(f"{said} {count}" for said, count in counts.items()) for hidden, counts in table.items()}
-    return _table(("hidden", "said first, times"), *told.items())
+    cells = {hidden: ", ".join(f"{said} {count}" for said, count in counts.items()) for hidden, counts in table.items()}
+    return _table(("hidden", "said first, times"), *cells.items())
 
 
 def _value(row: Mapping[str, Any]) -> str:

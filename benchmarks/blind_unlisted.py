@@ -3,7 +3,7 @@
 Every unlisted case of a blind set is flown again without any noise, and explained as well as one effect of the library
 can explain it, inertia and initial rates re-estimated. What χ² is left, in the units of the noise that the case had, is
 all by which the name could be seen to be wrong. An oracle that is told the very signature that is left, but for its
-size, tests for it at 1 %, as the diagnosis asks of what is left: its power is kept in OUT/unlisted.json, and
+size, tests for it at 1 %, as the diagnosis tests the residual: its power is kept in OUT/unlisted.json, and
 `make blind` shows it beside what the diagnosis said.
 """
 
@@ -138,7 +138,7 @@ def bound(order: Order, seed: int) -> Bound:
     runs = joined(data.runs, data.heldout)
     fit = fitted(runs, [], theta_of(nominal.inertia), [])
     screening = screened(runs, None, fit, hypotheses(runs, EFFECTS)[0])
-    best = max(screening.candidates, key=lambda candidate: candidate.gain)
+    best = max(screening.candidates, key=lambda candidate: candidate.chi_square_reduction)
     left = best.fit.chi_square
     return Bound(
         case=case_name(order),

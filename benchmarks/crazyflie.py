@@ -21,7 +21,7 @@ from testbed.arrays import Array, Theta
 from testbed.assembly.estimation import telemetry_of
 from testbed.assembly.platform import nominal_body
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.model import Fit, Placed, fitted
+from testbed.diagnosis.model import Fit, Hypothesis, fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.effects.registry import EFFECTS
@@ -139,7 +139,7 @@ def draw(fits: dict[str, Fit], piece: Piece) -> None:
 
 
 def _fit(runs: Runs, effects: Sequence[str], theta: Theta) -> Fit:
-    placed = [Placed(effect=EFFECTS[name], component="actuators") for name in effects]
+    placed = [Hypothesis(effect=EFFECTS[name], component="actuators") for name in effects]
     return fitted(runs, placed, theta, [np.array([START])] * len(placed))
 
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from benchmarks.blind_diagnosis import diagnosis_of
 from testbed.assembly.platform import nominal_platform
-from testbed.diagnosis.model import Placed, fitted
+from testbed.diagnosis.model import Hypothesis, fitted
 from testbed.diagnosis.reading import DataSet, data_set_of
 from testbed.diagnosis.search import screened
 from testbed.diagnosis.signatures import hypotheses
@@ -63,7 +63,7 @@ def seconds_of(action: Callable[[], object]) -> float:
 def screening_seconds(data: DataSet, theta: np.ndarray, share: float) -> tuple[int, int, float]:
     """Return the samples, the hypotheses, and the seconds of one screening with a share of all hypotheses."""
     testable, _ = hypotheses(data.runs, EFFECTS)
-    chosen: list[Placed] = testable[:: round(1.0 / share)]
+    chosen: list[Hypothesis] = testable[:: round(1.0 / share)]
     fit = fitted(data.runs, [], theta, [])
     return len(fit.residual), len(chosen), seconds_of(lambda: screened(data.runs, data.heldout, fit, chosen))
 

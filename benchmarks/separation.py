@@ -21,7 +21,7 @@ from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import theta_of
-from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.next_experiment.proposal import Proposal, proposal_of
 from testbed.next_experiment.scenario import write_next
 from testbed.records.reading import read_data_set
@@ -113,7 +113,9 @@ def told_apart(hidden: HiddenEffect, folder: Path, seed: int = 5, effects: Seque
 def realised(diagnosis: Diagnosis, rival: str) -> float:
     """Return how far the first effect is ahead of a rival: the root of the difference of evidence; NaN if it is not."""
     compared = diagnosis.steps[0].screening.candidates if diagnosis.steps else ()
-    behind = {each.placed.key: diagnosis.steps[0].candidate.evidence - each.evidence for each in compared}
+    behind = {
+        each.placed.key: diagnosis.steps[0].candidate.log_bayes_factor - each.log_bayes_factor for each in compared
+    }
     return sqrt(max(behind[rival], 0.0)) if rival in behind else float("nan")
 
 
@@ -122,9 +124,7 @@ def _diagnosed(data: Path, effects: Sequence[str]) -> Diagnosis:
     nominal = nominal_platform(scenario)
     records = data_set_of(read_data_set(data), scenario, nominal)
     known = {name: EFFECTS[name] for name in effects}
-    *_, last = diagnosed(
-        records.runs, records.heldout, known, theta_of(nominal.inertia), reading_effects=READING_EFFECTS
-    )
+    *_, last = diagnosed(records.runs, records.heldout, known, theta_of(nominal.inertia), noise_effects=NOISE_EFFECTS)
     return last
 
 

@@ -30,7 +30,7 @@ from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import theta_of
-from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.experiment.planning import plan_maneuver
 from testbed.maneuver.maneuver import Maneuver
 from testbed.records.record import Record
@@ -58,12 +58,12 @@ class Situation:
     """Something that the flown platform has and the CAD model does not.
 
     Attributes:
-        told: in words.
+        words: in words.
         key: effect and component; empty for nothing.
         changes: to the sections of the flown scenario.
     """
 
-    told: str
+    words: str
     key: str
     changes: dict[str, dict[str, Any]]
 
@@ -78,9 +78,9 @@ def situations(scenario: Scenario) -> tuple[Situation, ...]:
         "tachometer": {"scale_factor_error": tuple(shown)},
     }
     return (
-        Situation(told="nothing", key="", changes={}),
-        Situation(told="unit 3 has 3 % more momentum", key="rotor_speed:cmg3", changes=rotor),
-        Situation(told="the gyro is 10 ms late", key="gyro_latency:gyro", changes={"gyro": {"latency_s": LATENCY}}),
+        Situation(words="nothing", key="", changes={}),
+        Situation(words="unit 3 has 3 % more momentum", key="rotor_speed:cmg3", changes=rotor),
+        Situation(words="the gyro is 10 ms late", key="gyro_latency:gyro", changes={"gyro": {"latency_s": LATENCY}}),
     )
 
 
@@ -97,9 +97,9 @@ def outcome_of(scenario: Scenario, maneuver: Maneuver, situation: Situation, cam
     flown = _changed(scenario, situation.changes)
     flights = list(islice(usable_flights(flown, maneuver, run_seed(SEED, campaign)), FLIGHTS))
     data = data_set_of(flights, scenario, nominal)
-    *_, last = diagnosed(data.runs, data.heldout, EFFECTS, theta_of(nominal.inertia), reading_effects=READING_EFFECTS)
+    *_, last = diagnosed(data.runs, data.heldout, EFFECTS, theta_of(nominal.inertia), noise_effects=NOISE_EFFECTS)
     return Outcome(
-        hidden=situation.told,
+        hidden=situation.words,
         key=situation.key,
         campaign=campaign,
         verdict=last.verdict,

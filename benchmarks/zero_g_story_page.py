@@ -19,18 +19,18 @@ _HEAD = """# What a missing effect does to five parabolas
 
 Written by `python -m benchmarks.zero_g_story`; do not edit. {measured}.
 
-Five flights in the cabin, released with a spin and a drift, flown on the platform of the paper's Table 3 and believed
-to be its CAD model: {shortest:.1f} to {longest:.1f} s usable, 16 Hz, 0.095 deg/s. Something is hidden in the flown
-platform. `testbed diagnose` sees four of the flights, keeps the fifth for its own check, and knows of nothing that is
-hidden; J and the initial rates are estimated along, in every model. {campaigns} campaigns of each kind, each with its
-own noise and releases.
+Five flights in the cabin, released with a spin and a drift, flown on the platform of the paper's Table 3 and modelled
+as its CAD model: {shortest:.1f} to {longest:.1f} s usable, 16 Hz, 0.095 deg/s. Something is hidden in the flown
+platform. `testbed diagnose` sees four of the flights, holds out the fifth, and does not know what is
+hidden; every model estimates J and the initial rates jointly with its effects. {campaigns} campaigns of each kind,
+each with its own noise and releases.
 
 """
 _HOW = """
-*Right first* is the hidden effect in its component, at the head of the list; *in the set*, it or a look-alike that the
-diagnosis lists with it. *J holds*: share of the 95 % intervals of the six inertia parameters that hold the truth, with
-the rms error in the standard deviations that were claimed. *Left out* is the fit of J and initial rates alone; *named*
-is the fit with all that the diagnosis added. Gaps are medians, in σ of the noise.
+*Right first* is the hidden effect in its component, at the head of the list; *in the set*, it or an indistinguishable
+one that the diagnosis lists with it. *J holds*: share of the 95 % intervals of the six inertia parameters that hold
+the truth, with the rms error in estimated standard deviations. *Left out* is the fit of J and initial rates alone;
+*named* is the fit with all that the diagnosis added. Gaps are medians, in σ of the noise.
 
 ![Errors of J in claimed standard deviations, without and with what was named]({picture})
 
@@ -38,8 +38,8 @@ is the fit with all that the diagnosis added. Gaps are medians, in σ of the noi
 _LIMITS = """
 ## What to know of it
 
-- Each record states its first contact, as a crew would. The search for contacts in the record (`cut_at_contact`)
-  believes the nominal model, and a gyro that is 10 ms late makes it see contacts everywhere: two campaigns of the
+- Each record states its first contact, as operators would. The search for contacts in the record (`cut_at_contact`)
+  assumes the nominal model, and a gyro that is 10 ms late makes it see contacts everywhere: two campaigns of the
   reproduction kept no flight of 2 s.
 - In flights as short as these a late gyro and a slow one are all but the same: where the verdict is `ambiguous`, both
   are listed.
@@ -84,7 +84,7 @@ class Outcome:
 
     @property
     def in_set(self) -> bool:
-        """Whether the hidden effect, or nothing, is what is said or a look-alike of it."""
+        """Whether the hidden effect, or nothing, is what is named or in its equivalence class."""
         return self.first or self.key in self.look_alikes
 
 

@@ -69,7 +69,7 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
 
 
 def estimation_settings(scenario: Scenario, nominal: PlatformModel, maneuver: Maneuver | None) -> EstimationSettings:
-    """Return what the estimators are told beside the measurements.
+    """Return what the estimators know beside the measurements.
 
     Args:
         scenario: prefilter and instrument.

@@ -13,7 +13,7 @@ MOST_DEATHS = 3
 """Workers that a block may take down before it is given up: bad luck strikes a block once, seldom twice."""
 
 Notify: TypeAlias = Callable[[str], None]
-"""Told in a sentence of what went wrong and was mended."""
+"""Called with a sentence on each fault that was repaired."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +40,7 @@ class Executor(Protocol):
         Args:
             plan: of the campaign.
             blocks: to fly.
-            notify: told of workers that died.
+            notify: called with a sentence for each worker that died.
 
         Raises:
             InputError: the workers cannot be reached, or a block took every worker down that tried it.

@@ -45,13 +45,13 @@ class LocalExecutor:
 
 @dataclass(kw_only=True)
 class _Pool:
-    """The workers, what they have and what is left.
+    """The workers, what they have and the remaining blocks.
 
     Attributes:
         plan: of the campaign.
         threads: of each worker.
         waiting: blocks that nobody has.
-        notify: told of deaths.
+        notify: called with a sentence for each worker that died.
         workers: that have a block, by connection.
         deaths: of workers, by the index of the block that they had.
     """

@@ -24,11 +24,11 @@ FEWEST_RUNS = 2
 
 @dataclass(frozen=True, kw_only=True)
 class Progress:
-    """Who is told how a campaign goes.
+    """Callbacks that report the progress of a campaign.
 
     Attributes:
-        kept: told how many runs more are kept: first those of an earlier start, then each block.
-        notify: told of workers that died, and of files that were set aside.
+        kept: called with how many runs more are kept: first those of an earlier start, then each block.
+        notify: called with a sentence for each worker that died and each file that was set aside.
     """
 
     kept: Callable[[int], None] = lambda _runs: None
@@ -47,7 +47,7 @@ def run_campaign(plan: CampaignPlan, folder: Path | None, executor: Executor, pr
         plan: of the campaign.
         folder: keeps the parts under runs/, and campaign.json; None keeps the runs in memory.
         executor: gets the blocks flown.
-        progress: told of every block.
+        progress: called after every block.
 
     Returns:
         One row per run, in their order; columns as in `schema_of`.

@@ -74,7 +74,7 @@ class RunsFolder:
 
         Args:
             blocks: of the campaign.
-            notify: told of each file that is set aside.
+            notify: called with a sentence for each file that is set aside.
             trusted: whether parts have checksums; those of a campaign begun before there were any are read instead.
 
         Raises:

@@ -20,7 +20,7 @@ _UNITS = tuple(f"cmg{number}" for number in range(1, 7))
 
 
 def print_alignments(aligning: Aligning) -> None:
-    """Print inertia and alignments as estimated together, and what the record leaves open."""
+    """Print inertia and alignments as estimated jointly, and the directions that the record does not identify."""
     estimate = aligning.estimate
     if estimate is None:
         warn("the alignments were not estimated", aligning.failure)

@@ -25,7 +25,7 @@ from testbed.cli.diagnose_tables import candidates_table, detectable_table, iner
 from testbed.cli.failures import COMPLETED, INTERRUPTED
 from testbed.diagnosis.findings import Addition, addition_of, first_screening, masked
 from testbed.diagnosis.keeping import keeping
-from testbed.diagnosis.location import Place, located
+from testbed.diagnosis.location import ResidualSegment, located
 from testbed.diagnosis.reading import DataSet
 from testbed.diagnosis.result import unmasked_needs
 from testbed.diagnosis.state import Diagnosis, Step
@@ -131,7 +131,7 @@ class _Stages:
 
     def __init__(self) -> None:
         self.last: Diagnosis | None = None
-        self.places: tuple[Place, ...] = ()
+        self.places: tuple[ResidualSegment, ...] = ()
 
     def show(self, diagnosis: Diagnosis) -> None:
         """Print what is new."""
@@ -167,7 +167,7 @@ def _print_data(data_set: DataSet, notices: Sequence[str]) -> None:
         warn("note", notice)
 
 
-def _print_gap(diagnosis: Diagnosis, places: Sequence[Place]) -> None:
+def _print_gap(diagnosis: Diagnosis, places: Sequence[ResidualSegment]) -> None:
     entry("Misfit", f"{misfit_words(diagnosis.gap_before)}")
     entry("", "of the nominal model, its inertia and the initial rates re-estimated:")
     entry("", MEANING)
@@ -213,7 +213,7 @@ def _print_rest(diagnosis: Diagnosis) -> None:
         entry("Untestable", f"{effect_name(placed.effect, placed.component)}: needs {unmasked_needs(by)}")
     if diagnosis.latent is not None:
         say()
-        entry("Left over", f"a torque that no effect names: {chance_words(diagnosis.latent.p_value)}")
+        entry("Residual", f"an unmodelled torque: {chance_words(diagnosis.latent.p_value)}")
         entry("", shape_words(diagnosis).strip() or "no torque of a known shape either")
         if share := share_words(diagnosis):
             entry("", share)

@@ -12,8 +12,8 @@ from rich.text import Text
 
 from testbed.diagnosis.candidates import Screening
 from testbed.diagnosis.findings import Detectable, detectable_sizes, inertia_change, pairs_alike, stds_of
-from testbed.diagnosis.location import Place
-from testbed.diagnosis.noise import Scatter
+from testbed.diagnosis.location import ResidualSegment
+from testbed.diagnosis.noise import NoiseHypothesis
 from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.contract import Quantity
@@ -25,7 +25,7 @@ from testbed.report.wording import chance_words, decimals_for, figures, milli
 _ALIKE_SHOWN = 3
 
 
-def places_table(places: Sequence[Place]) -> Table:
+def places_table(places: Sequence[ResidualSegment]) -> Table:
     """Return where the gap is."""
     table = _table("Where the gap is", ("signal", "run", "from", "to", "share", "goes along with", "as"))
     for place in places:
@@ -83,7 +83,7 @@ def _look_alikes(diagnosis: Diagnosis) -> dict[str, str]:
     return {effect: ", ".join(list(others)[:_ALIKE_SHOWN]) for effect, others in alike.items()}
 
 
-def candidates_table(screening: Screening, noise: Sequence[Scatter] = ()) -> Table:
+def candidates_table(screening: Screening, noise: Sequence[NoiseHypothesis] = ()) -> Table:
     """Return the effects that were refitted, and those on the noise, the most probable first."""
     table = _table("Effects, ranked", ("effect", *RANKING))
     for row in ranking_rows(screening, noise):

@@ -1,1 +1,1 @@
-"""Where prediction and measurement disagree, which named effect explains it, and what is left with it added."""
+"""Where prediction and measurement disagree, which named effect explains it, and the remaining residual."""

@@ -1,4 +1,4 @@
-"""Hypotheses refitted and compared: chance, evidence as probability, the choice, and what is not told from it."""
+"""Hypotheses refitted and compared: p-value, posterior probability, the choice, and its equivalence class."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from scipy.special import logsumexp
 from scipy.stats import chi2, f
 
 from testbed.arrays import Series
-from testbed.diagnosis.model import AtPlace, Fit, Placed
+from testbed.diagnosis.model import AtComponent, Fit, Hypothesis
 from testbed.diagnosis.signatures import FAMILY_WISE_ERROR, Signature
 
-NOTHING = 5.0
-"""How much likelier it is beforehand that nothing is missing than that an effect of the library is."""
+NULL_PRIOR_ODDS = 5.0
+"""Prior odds of no missing effect against all effects of the library together."""
 
 
-def log_chance(squares: float, freedom: float, noise_freedom: float) -> float:
+def log_p_value(squares: float, freedom: float, noise_freedom: float) -> float:
     """Return the logarithm of the probability of a sum of squared whitened numbers as large, if they are noise alone.
 
     Args:
@@ -32,9 +32,9 @@ def log_chance(squares: float, freedom: float, noise_freedom: float) -> float:
     return float(f.logsf(squares / freedom, freedom, noise_freedom))
 
 
-def chance(squares: float, freedom: float, noise_freedom: float) -> float:
-    """Return the probability itself; arguments as in `log_chance`."""
-    return exp(log_chance(squares, freedom, noise_freedom))
+def p_value(squares: float, freedom: float, noise_freedom: float) -> float:
+    """Return the probability itself; arguments as in `log_p_value`."""
+    return exp(log_p_value(squares, freedom, noise_freedom))
 
 
 def scale_evidence(square: float, freedom: int) -> float:
@@ -52,73 +52,72 @@ def scale_evidence(square: float, freedom: int) -> float:
 
 
 def mean_over_places(found: float, elsewhere: Sequence[float], places: int) -> float:
-    """Return the evidence of an effect that was sought at many places, each as likely beforehand: of their mean odds.
+    """Return the log Bayes factor of an effect scanned over a grid of start values with equal priors: their mean odds.
 
     Args:
-        found: twice the logarithm of the odds at the most telling place.
-        elsewhere: at other places.
-        places: number of all, those included; the rest counts as nothing.
+        found: twice the logarithm of the odds at the start value with the largest odds.
+        elsewhere: at other start values.
+        places: number of start values; those without an entry have odds of zero.
     """
     odds = 0.5 * np.array([found, *elsewhere])
     unseen = log(places - len(odds)) if places > len(odds) else -inf
     return 2.0 * float(logsumexp([*odds, unseen]) - log(places))
 
 
-def likelier_than_nothing(odds: Iterable[float]) -> bool:
-    """Return whether it is likelier that one of several effects is there than that nothing is missing.
+def favoured_over_none(odds: Iterable[float]) -> bool:
+    """Return whether the posterior odds favour one of several effects over none, prior odds included.
 
     Args:
-        odds: twice the logarithm of how much likelier each makes the data, beforehand as likely as nothing.
+        odds: twice the logarithm of each one's posterior odds against none, at even prior odds.
     """
-    return float(logsumexp(0.5 * np.array(list(odds)))) > log(NOTHING)
+    return float(logsumexp(0.5 * np.array(list(odds)))) > log(NULL_PRIOR_ODDS)
 
 
 MOST_REFITS = 8
 """Hypotheses that are looked at closely."""
 _MISFITTING = 2.0
-"""Variance that the best model leaves, in that of the noise, from which on it counts as wrong itself."""
+"""Ratio of residual variance to noise variance from which even the best model counts as wrong."""
 _MANY_RUNS = 10
 """Without which their spread is not known."""
 _APART = 2.0
 """Standard deviations."""
 CLOSE = 6.0
-"""Difference of evidence within which two hypotheses are not told apart."""
+"""Difference of evidence within which two hypotheses are indistinguishable."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Candidate(AtPlace):
+class Candidate(AtComponent):
     """A hypothesis refitted together with all else in the model.
 
     Attributes:
         placed: effect and component.
         fit: the model with it.
-        gain: χ² of the present model less that of this one.
+        chi_square_reduction: χ² of the present model less that of this one.
         rank: directions that the data show of the effect.
-        looks: logarithm of by how much its odds fall, as it was sought at many places (`mean_over_places`).
-        carried: by how much the model predicts the held-out runs better, twice the logarithm of the density's ratio.
-        evidence: twice the logarithm of by how much the effect makes all runs likelier, its size as likely beforehand
-            as it turns out (`scale_evidence`), less twice the looks.
-        by_run: what the model leaves of the gyro in every run, a share of χ² each, shape (R,).
-        p_value: of the gain, times the number of hypotheses and of each one's places (Bonferroni), over the held-out
-            runs' ratio of densities: that is a p-value too, as the mean of the ratio is 1 without the effect. Not below
-            the family-wise error where the gain alone says nothing: what the fitted runs do not show at all is not in
-            the model's place to explain others.
+        trials_penalty: logarithm of the factor by which a scan over start values lowers its odds (`mean_over_places`).
+        heldout_log_likelihood_gain: twice the increase of the held-out runs' log-likelihood.
+        log_bayes_factor: of all runs, on the deviance scale: 2 ln B (`scale_evidence`, the prior on its size by
+            empirical Bayes), less twice the trials penalty.
+        by_run: χ² of the model's gyro residual in every run, shape (R,).
+        p_value: of the reduction of χ², times the number of hypotheses and of each one's start values (Bonferroni),
+            divided by the held-out likelihood ratio: its mean is 1 without the effect, so that the quotient is a
+            p-value too. Not below the family-wise error if the fitted runs alone do not show the effect.
     """
 
-    placed: Placed
+    placed: Hypothesis
     fit: Fit
-    gain: float
+    chi_square_reduction: float
     rank: int
-    looks: float
-    carried: float
-    evidence: float
+    trials_penalty: float
+    heldout_log_likelihood_gain: float
+    log_bayes_factor: float
     by_run: Series
     p_value: float
 
     @property
     def fits(self) -> float:
         """By how much it fits all runs better than the present model, whatever its parameters cost."""
-        return self.gain + self.carried - 2.0 * self.looks
+        return self.chi_square_reduction + self.heldout_log_likelihood_gain - 2.0 * self.trials_penalty
 
     @property
     def significant(self) -> bool:
@@ -131,7 +130,7 @@ class Screening:
     """All hypotheses against the present model.
 
     Attributes:
-        signatures: of each hypothesis at its most telling start.
+        signatures: of each hypothesis at its best start.
         tested: number of hypotheses, which share the family-wise error alike.
         candidates: refitted ones, the one with the most evidence first.
     """
@@ -141,12 +140,12 @@ class Screening:
     candidates: tuple[Candidate, ...]
 
     def odds(self, candidate: Candidate) -> float:
-        """Return twice the logarithm of how much likelier a candidate is than nothing: each is as likely beforehand."""
-        return candidate.evidence - 2.0 * log(self.tested)
+        """Return twice the logarithm of a candidate's posterior odds against none; all candidates have equal priors."""
+        return candidate.log_bayes_factor - 2.0 * log(self.tested)
 
     @property
     def close(self) -> tuple[Candidate, ...]:
-        """Candidates that are not told apart from the best one."""
+        """Candidates that are indistinguishable from the best one."""
         return tuple(candidate for candidate in self.candidates if _is_close(candidate, self.candidates[0]))
 
 
@@ -155,15 +154,15 @@ def accepted(screening: Screening) -> Candidate | None:
 
     1. The hypothesis with the most evidence is there: its p-value is below the family-wise error, and its posterior
        odds are above even ones.
-    2. Where it is the first effect, its class is likelier than that nothing is missing, prior odds included. Beside
-       another effect even odds are enough: from a wrong first one, steps back start at a doubtful second.
+    2. Where it is the first effect, the posterior odds of its class against none exceed even, prior odds included.
+       Beside another effect the prior odds are left out: from a wrong first one, steps back start at a doubtful second.
     3. Of its class, and of those that are there as well, the one that fits all runs best is added: evidence does not
        decide among them, and none is a special case of another, that could only fit worse.
     """
     if not screening.candidates or not _is_there(screening, screening.candidates[0]):
         return None
     is_first = len(screening.candidates[0].fit.placed) == 1
-    if is_first and not likelier_than_nothing(screening.odds(each) for each in screening.close):
+    if is_first and not favoured_over_none(screening.odds(each) for each in screening.close):
         return None
     there = [candidate for candidate in screening.close if _is_there(screening, candidate)]
     return max(there, key=lambda candidate: candidate.fits)
@@ -176,13 +175,18 @@ def _is_there(screening: Screening, candidate: Candidate) -> bool:
 def _is_close(candidate: Candidate, best: Candidate) -> bool:
     """Return whether a candidate may be meant instead: by its evidence, or by its fit with but one parameter more.
 
-    Where even the best model leaves more than noise, differences count in units of what it leaves, and in many runs
-    in units of how much they differ from run to run.
+    Where even the best model's residual exceeds the noise, differences count in units of its residual variance, and
+    with many runs in units of their scatter from run to run.
     """
     spread = max(1.0, best.fit.chi_square / best.fit.freedom)
-    worse_fit = best.gain + best.carried - candidate.gain - candidate.carried
+    worse_fit = (
+        best.chi_square_reduction
+        + best.heldout_log_likelihood_gain
+        - candidate.chi_square_reduction
+        - candidate.heldout_log_likelihood_gain
+    )
     one_more = candidate.placed.size == best.placed.size + 1
-    if best.evidence - candidate.evidence < CLOSE * spread or (one_more and worse_fit < CLOSE * spread):
+    if best.log_bayes_factor - candidate.log_bayes_factor < CLOSE * spread or (one_more and worse_fit < CLOSE * spread):
         return True
     return spread > _MISFITTING and _differ_by_chance(candidate.by_run - best.by_run)
 
@@ -200,47 +204,50 @@ def _differ_by_chance(worse: Series) -> bool:
 
 NONE, UNKNOWN = "none", "unknown"
 BETWEEN = "|"
-"""Stands between the members of a class that the data do not tell apart."""
+"""Separates the members of an equivalence class."""
 
 
 def probabilities_of(
-    screening: Screening | None, unlisted: float = -inf, others: Mapping[str, float] = MappingProxyType({})
+    screening: Screening | None, unmodelled: float = -inf, others: Mapping[str, float] = MappingProxyType({})
 ) -> Mapping[str, float]:
     """Return how probable it is that nothing is missing, of hypotheses with the most evidence, and of something else.
 
     Args:
         screening: of the hypotheses against a model.
-        unlisted: evidence of a torque that no effect makes, against the same model.
+        unmodelled: evidence of an unmodelled torque, against the same model.
         others: evidence of further hypotheses against the same model, by name.
     """
     if screening is None:
         return {}
-    evidence = {candidate.key: candidate.evidence for candidate in screening.candidates} | dict(others)
+    evidence = {candidate.key: candidate.log_bayes_factor for candidate in screening.candidates} | dict(others)
     most = sorted(evidence, key=lambda key: -evidence[key])[:MOST_REFITS]
     odds = {key: evidence[key] - 2.0 * log(screening.tested) for key in most}
-    return normalized(odds, unlisted, 1.0 - len(most) / (screening.tested + len(others)))
+    return normalized(odds, unmodelled, 1.0 - len(most) / (screening.tested + len(others)))
 
 
-def normalized(odds: Mapping[str, float], unlisted: float = -inf, unseen: float = 0.0) -> Mapping[str, float]:
+def normalized(odds: Mapping[str, float], unmodelled: float = -inf, unseen: float = 0.0) -> Mapping[str, float]:
     """Return how probable hypotheses are, that nothing is missing, and that something else is.
 
-    Proportional to exp(odds/2). Every hypothesis is as likely beforehand as any other, and all together a fifth as
-    likely as nothing (so the probabilities of simulated sets come out right). What was not worth a closer look may be
-    there and too small to be seen; it counts to what is unknown, as a torque does that no effect makes.
+    Proportional to exp(odds/2). All hypotheses have equal priors; the prior odds of none against all of them together
+    are 5 (which calibrates the probabilities on simulated sets). A hypothesis that was not refitted may be present and
+    too small to detect; its weight counts as unknown, as does that of an unmodelled torque.
 
     Args:
-        odds: twice the logarithm of how much likelier each is than nothing, by name.
-        unlisted: evidence of a torque that no effect makes.
+        odds: twice the logarithm of each one's posterior odds against none, by name.
+        unmodelled: evidence of an unmodelled torque.
         unseen: share of the hypotheses of which nothing is known.
     """
-    most = max(0.0, unlisted, *odds.values())
+    most = max(0.0, unmodelled, *odds.values())
     weight = {key: exp(0.5 * (value - most)) for key, value in odds.items()}
-    weight |= {NONE: NOTHING * exp(-0.5 * most), UNKNOWN: exp(0.5 * (unlisted - most)) + unseen * exp(-0.5 * most)}
+    weight |= {
+        NONE: NULL_PRIOR_ODDS * exp(-0.5 * most),
+        UNKNOWN: exp(0.5 * (unmodelled - most)) + unseen * exp(-0.5 * most),
+    }
     total = sum(weight.values())
     return {key: value / total for key, value in weight.items()}
 
 
 def by_class(probabilities: Mapping[str, float], members: Collection[str]) -> Mapping[str, float]:
-    """Return probabilities with those of the effect that was found, and of what is not told from it, as one class."""
+    """Return probabilities with those of the effect that was found, and of its equivalence class, as one entry."""
     others = {key: value for key, value in probabilities.items() if key not in members}
     return {BETWEEN.join(members): sum(probabilities.get(key, 0.0) for key in members)} | others

@@ -124,8 +124,8 @@ class Runs:
     Attributes:
         names: of the runs.
         windowed: names of what each is a window of, one after the other; empty where they are whole.
-        told: what of the gyro's samples of each run effects on them tell sample by sample, shape (N, 3), rad/s; empty
-            where there are none.
+        estimated_noise: the part of the gyro's noise that noise effects estimate sample by sample, of each run, shape
+            (N, 3), rad/s; empty where there are none.
         grid: their telemetry on the integration's grid.
         sigma: of the gyro, each run and axis, shape (R, 3), rad/s.
         inner: measured motor torques and answers to commands, blocks in the order in which they are predicted.
@@ -140,13 +140,17 @@ class Runs:
     inner_sigma: tuple[Array, ...] = ()
     noise_freedom: float = np.inf
     windowed: tuple[str, ...] = ()
-    told: tuple[Array, ...] = ()
+    estimated_noise: tuple[Array, ...] = ()
 
     @property
     def measured(self) -> list[Array]:
-        """The gyro's samples of each run less what is told of them, shape (N, 3), rad/s."""
+        """The gyro's samples of each run less the estimated noise, shape (N, 3), rad/s."""
         rates = [run.body_rate for run in self.grid.runs]
-        return [rate - told for rate, told in zip(rates, self.told, strict=True)] if self.told else rates
+        return (
+            [rate - noise for rate, noise in zip(rates, self.estimated_noise, strict=True)]
+            if self.estimated_noise
+            else rates
+        )
 
     @property
     def samples(self) -> int:
@@ -223,7 +227,7 @@ def joined(runs: Runs, heldout: Runs | None) -> Runs:
         telemetry=[run for each in both for run in each.grid.runs],
         sigma=np.concatenate([each.sigma for each in both]),
         noise_freedom=runs.noise_freedom,
-        told=[told for each in both for told in each.told],
+        estimated_noise=[noise for each in both for noise in each.estimated_noise],
     )
 
 
@@ -234,13 +238,19 @@ def chosen(runs: Runs, which: Sequence[int]) -> Runs:
         telemetry=[runs.grid.runs[index] for index in which],
         sigma=runs.sigma[list(which)],
         noise_freedom=runs.noise_freedom,
-        told=[runs.told[index] for index in which if runs.told],
+        estimated_noise=[runs.estimated_noise[index] for index in which if runs.estimated_noise],
     )
 
 
 def _gyro_only(
-    names: Sequence[str], telemetry: Sequence[Telemetry], sigma: Array, noise_freedom: float, told: Sequence[Array]
+    names: Sequence[str],
+    telemetry: Sequence[Telemetry],
+    sigma: Array,
+    noise_freedom: float,
+    estimated_noise: Sequence[Array],
 ) -> Runs:
     outer = [replace(run, gimbal_torque=None, gimbal_rate_command=None, gyro_error=None) for run in telemetry]
     grid = replace(grid_of(outer), follows_commands=False)
-    return Runs(names=tuple(names), grid=grid, sigma=sigma, noise_freedom=noise_freedom, told=tuple(told))
+    return Runs(
+        names=tuple(names), grid=grid, sigma=sigma, noise_freedom=noise_freedom, estimated_noise=tuple(estimated_noise)
+    )

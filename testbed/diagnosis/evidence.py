@@ -1,9 +1,9 @@
-"""What held-out runs say of a fitted model: how well it predicts them, its parameters uncertain as the fit leaves them.
+"""How well a fitted model predicts held-out runs, its parameters as uncertain as the fit has them.
 
 Of the density of the held-out samples, given the fitted ones, with parameters θ ~ N(θ̂, P) as the fit has them,
 -2 log p = min over θ of |r(θ)|² + (θ - θ̂)ᵀ P⁻¹ (θ - θ̂), + log det(P⁻¹ + Gᵀ G) - log det P⁻¹ (Laplace), with the
 whitened residual r and its slopes G; initial rates are each run's own. It rewards what carries over to other flights
-and takes back what was fitted to chance. The parameters stay those of the fit.
+and penalises what was fitted to noise. The parameters stay those of the fit.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.diagnosis.candidates import chance
+from testbed.diagnosis.candidates import p_value
 from testbed.diagnosis.data import Runs, chosen, joined
 from testbed.diagnosis.keeping import part
 from testbed.diagnosis.model import (
@@ -35,7 +35,7 @@ _ROUNDS = 6
 _CONVERGED = 0.05
 """Change of -2 log p; a standard error moves it by 1."""
 _ENOUGH_RUNS = 24
-"""Runs in which a torque of no effect is looked for: its unknowns grow with the runs, the cost with their cube."""
+"""Runs that are tested for an unmodelled torque: its unknowns grow with the runs, the cost with their cube."""
 
 
 def log_evidence(heldout: Runs | None, fit: Fit) -> float:
@@ -51,8 +51,8 @@ def log_evidence(heldout: Runs | None, fit: Fit) -> float:
         "evidence",
         (heldout, [each.key for each in fit.placed], fit.values, fit.normal, fit.residual),
         work=lambda: _log_evidence(heldout, fit),
-        told=lambda evidence: {"evidence": evidence},
-        made=lambda content: float(content["evidence"]),
+        to_content=lambda evidence: {"evidence": evidence},
+        from_content=lambda content: float(content["evidence"]),
     )
 
 
@@ -71,7 +71,7 @@ def _log_evidence(heldout: Runs, fit: Fit) -> float:
 
 
 def goodness(fit: Fit, noise_freedom: float) -> float:
-    """Return the chance of a residual as large if nothing is missing; what parameters can still do is taken off.
+    """Return the p-value of the residual's χ², with all directions of the parameters projected out.
 
     Args:
         fit: evaluated on all runs.
@@ -79,11 +79,11 @@ def goodness(fit: Fit, noise_freedom: float) -> float:
     """
     basis = orthonormal(fit.jacobian)
     left = projected_out(fit.residual, basis)
-    return chance(float(left @ left), len(left) - basis.shape[1], noise_freedom)
+    return p_value(float(left @ left), len(left) - basis.shape[1], noise_freedom)
 
 
 def on_all_runs(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, Fit]:
-    """Return all runs together, gyro only, and a fit evaluated on them: what no run is explained by is sought in all.
+    """Return all runs together, gyro only, and a fit evaluated on them: unmodelled torques are tested in all runs.
 
     Args:
         runs: that were fitted.

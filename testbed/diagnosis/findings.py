@@ -3,7 +3,7 @@
 Whether an effect has one size in all runs: what is missing acts alike in each; what stands in for it does not. The
 final model is linearised, and the effect's parameters are freed in every run; all else stays shared, and is estimated
 jointly. Of R runs and K parameters, χ² then falls by a χ² of K (R - 1) degrees of freedom if they agree; where the
-model leaves more than noise, it counts in units of what it leaves.
+residual exceeds the noise, it counts in units of the residual variance.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ import numpy as np
 from scipy.stats import chi2
 
 from testbed.arrays import Array, Flags, Indices, Series, Theta, Vectors3
-from testbed.diagnosis.candidates import Screening, chance, probabilities_of
+from testbed.diagnosis.candidates import Screening, p_value, probabilities_of
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.misfit import Misfit, misfit_of
-from testbed.diagnosis.model import Fit, Placed, fitted_initial_rates, nominal_fit, orthonormal, projected_out
-from testbed.diagnosis.noise import Scatter, added_variance
+from testbed.diagnosis.model import Fit, Hypothesis, fitted_initial_rates, nominal_fit, orthonormal, projected_out
+from testbed.diagnosis.noise import NoiseHypothesis, added_variance
 from testbed.diagnosis.signatures import Signature, distinguishability, masking, smallest_detectable
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.effects.contract import NamedEffect, Quantity
@@ -31,7 +31,7 @@ INERTIA = "inertia"
 SIGNIFICANT = 0.01
 """Chance at which the inertia is said to differ from the nominal one."""
 ALIKE = 0.2
-"""Sine of the angle between two effects below which they are called look-alikes: 2 % of one's power is its own."""
+"""Sine of the angle between two effects below which they are called confounded: 2 % of one's power is its own."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +45,7 @@ class Detectable:
         typical: at their typical size.
     """
 
-    placed: Placed
+    placed: Hypothesis
     multiple: float
     smallest: tuple[Quantity, ...]
     typical: tuple[Quantity, ...]
@@ -64,10 +64,10 @@ class Addition:
         effect: which.
         component: where.
         quantities: its parameters, as the final model has them.
-        probability: that it, or what is not told from it, is there, among all that it was compared with.
-        look_alikes: what the data do not tell from it.
+        probability: posterior, of its equivalence class among all hypotheses that it was compared with.
+        look_alikes: effects that the data cannot distinguish from it.
         before: gap without it.
-        after: gap with it; those on the gyro's noise close what the others leave together.
+        after: gap with it; those on the gyro's noise share one gap after the others.
         fit: the model that it was added to; the final one for effects on the gyro's noise.
     """
 
@@ -75,7 +75,7 @@ class Addition:
     component: str
     quantities: tuple[Quantity, ...]
     probability: float
-    look_alikes: tuple[Placed | Scatter, ...]
+    look_alikes: tuple[Hypothesis | NoiseHypothesis, ...]
     before: Gap
     after: Gap
     fit: Fit
@@ -133,8 +133,8 @@ def _detectable(signature: Signature, tested: int) -> Detectable:
     )
 
 
-def masked(diagnosis: Diagnosis) -> tuple[tuple[Placed, Placed], ...]:
-    """Return the hypotheses that were not asked of beside an effect in the final model, each with that effect."""
+def masked(diagnosis: Diagnosis) -> tuple[tuple[Hypothesis, Hypothesis], ...]:
+    """Return the hypotheses that were not tested, each with the effect in the final model that confounds it."""
     screening, present = first_screening(diagnosis), diagnosis.model.placed
     candidates = [] if screening is None else [each.placed for each in screening.signatures]
     pairs = [(each, masking(each, present)) for each in candidates]
@@ -142,15 +142,15 @@ def masked(diagnosis: Diagnosis) -> tuple[tuple[Placed, Placed], ...]:
 
 
 def distances(signatures: tuple[Signature, ...]) -> Array:
-    """Return how well every two effects can be told apart, shape (E, E): 0 for aliases, 1 for strangers."""
+    """Return how distinguishable every two effects are, shape (E, E): 0 for aliases, 1 for orthogonal signatures."""
     apart = np.zeros((len(signatures), len(signatures)))
     for one, other in combinations(range(len(signatures)), 2):
         apart[one, other] = apart[other, one] = distinguishability(signatures[one], signatures[other])
     return apart
 
 
-def pairs_alike(diagnosis: Diagnosis) -> tuple[tuple[Placed, Placed, float], ...]:
-    """Return the effects that these data hardly tell apart, the closest first, with their distance."""
+def pairs_alike(diagnosis: Diagnosis) -> tuple[tuple[Hypothesis, Hypothesis, float], ...]:
+    """Return the effects that these data hardly distinguish, the closest first, with their distance."""
     shown = tuple(each for each in shown_signatures(first_screening(diagnosis)) if each.rank)
     apart = distances(shown)
     pairs = [
@@ -161,7 +161,7 @@ def pairs_alike(diagnosis: Diagnosis) -> tuple[tuple[Placed, Placed, float], ...
     return tuple(sorted(pairs, key=lambda pair: pair[2]))
 
 
-def quantities_of(fit: Fit, placed: Placed) -> tuple[Quantity, ...]:
+def quantities_of(fit: Fit, placed: Hypothesis) -> tuple[Quantity, ...]:
     """Return an effect's parameters with their standard errors, as a model has them."""
     own = fit.own(placed)
     return placed.effect.quantities(fit.effect_values[own], stds_of(fit)[6:][own])
@@ -181,9 +181,9 @@ def additions(diagnosis: Diagnosis) -> tuple[Addition, ...]:
     return tuple(addition_of(diagnosis, each) for each in diagnosis.added)
 
 
-def addition_of(diagnosis: Diagnosis, added: Step | Scatter) -> Addition:
+def addition_of(diagnosis: Diagnosis, added: Step | NoiseHypothesis) -> Addition:
     """Return one of the effects that were added."""
-    if isinstance(added, Scatter):
+    if isinstance(added, NoiseHypothesis):
         before = diagnosis.steps[-1].after if diagnosis.steps else diagnosis.gap_before
         after = diagnosis.gap
         quantities = added.effect.quantities(added.finding.values, added.finding.std)
@@ -205,8 +205,8 @@ def addition_of(diagnosis: Diagnosis, added: Step | Scatter) -> Addition:
 
 
 def _step_probability(diagnosis: Diagnosis, step: Step) -> float:
-    unlisted = diagnosis.unlisted_beside_steps if step is diagnosis.steps[0] else -np.inf
-    probabilities = probabilities_of(step.screening, unlisted)
+    unmodelled = diagnosis.unmodelled_beside_steps if step is diagnosis.steps[0] else -np.inf
+    probabilities = probabilities_of(step.screening, unmodelled)
     members = (step.placed, *step.look_alikes)
     return sum(probabilities.get(each.key, 0.0) for each in members)
 
@@ -270,7 +270,7 @@ class Agreement:
         p_value: of sizes that differ as much, if there is but one.
     """
 
-    placed: Placed
+    placed: Hypothesis
     runs: tuple[str, ...]
     heldout: Flags
     values: Array
@@ -334,7 +334,7 @@ def _rows_of(runs: Runs) -> Iterator[Indices]:
 
 
 def _agreement(
-    diagnosis: Diagnosis, placed: Placed, names: Sequence[str], heldout: Flags, seen: Sequence[_Seen]
+    diagnosis: Diagnosis, placed: Hypothesis, names: Sequence[str], heldout: Flags, seen: Sequence[_Seen]
 ) -> Agreement:
     model = diagnosis.model
     own = np.arange(6 + len(model.effect_values))[6:][model.own(placed)]
@@ -348,7 +348,7 @@ def _agreement(
         heldout=heldout,
         values=model.effect_values[model.own(placed)] + change,
         std=np.where(std > _SHARE_SEEN * _SEEN * typical, np.inf, std),
-        p_value=chance(max(apart - together, 0.0) / spread, freedom, diagnosis.runs.noise_freedom),
+        p_value=p_value(max(apart - together, 0.0) / spread, freedom, diagnosis.runs.noise_freedom),
     )
 
 
@@ -431,8 +431,8 @@ def _together(windows: Sequence[RunResiduals]) -> RunResiduals:
 
 
 def _as_stated(diagnosis: Diagnosis, runs: Runs) -> Runs:
-    """Return runs with the noise that is stated: what was found to be more of it, and what is told, taken back."""
-    return replace(runs.with_sigma(np.sqrt(runs.sigma**2 - added_variance(diagnosis.scatter))), told=())
+    """Return runs with the stated noise: without added variance, and without noise estimated sample by sample."""
+    return replace(runs.with_sigma(np.sqrt(runs.sigma**2 - added_variance(diagnosis.scatter))), estimated_noise=())
 
 
 def _residuals(diagnosis: Diagnosis, runs: Runs, fits: tuple[Fit, Fit], *, held_out: bool) -> Iterator[RunResiduals]:

@@ -29,11 +29,11 @@ from testbed.records.record import Record
 from testbed.scenario.body import BodyScenario
 
 MISSED = 0.5
-"""Share of the body rate's variance that a prediction has to leave before it is taken for a mistake."""
+"""Share of the body rate's variance in the residual from which a prediction counts as a mistake."""
 _LOUD = 10.0
 """Times the noise's power that a motion needs for its share to count: a platform at rest is not a mistake."""
 _EXPLAINED = 0.2
-"""Share that it may leave at most in the right unit."""
+"""Largest such share in the right unit."""
 _MISTAKES = {
     "deg/s": (np.pi / 180, "multiply it by 0.01745329252"),
     "rpm": (np.pi / 30, "multiply it by 0.1047197551"),
@@ -47,9 +47,9 @@ _CERTAIN = 5.0
 """Standard deviations."""
 _CHANCE = 1e-6
 _HOPELESS = 5.0
-"""Gap that no effect of the library may leave; 16 times the smallest detectable size of one leaves 3.4 before it."""
+"""Largest gap with the effects in the model; an effect of 16 times its smallest detectable size gives 3.4 without."""
 _HARDLY = 0.3
-"""Share of the gap that it has to leave as well."""
+"""Share of the first gap that it exceeds as well."""
 
 
 def require_si(runs: Runs, theta: Theta) -> None:
@@ -84,7 +84,7 @@ def require_this_platform(runs: Runs, baseline: Fit, theta: Theta) -> None:
     shift.require_one_clock()
     if (missed := _missed(runs, shift.common_residual)).min() > MISSED:
         raise InputError(
-            f"the actuators' telemetry leaves {missed.min():.0%} of the body rate or more unexplained in every run: "
+            f"the actuators' telemetry does not explain {missed.min():.0%} or more of the body rate in every run: "
             "check that the scenario is of this platform, and the order and signs of its units and axes"
         )
 
@@ -120,12 +120,12 @@ def require_motion(runs: Runs) -> None:
     if max(powers) < _LOUD:
         raise InputError(
             f"the body rate of no run stands out of the gyro's noise (its power is {max(powers):.2g} times that of the "
-            "noise): nothing can be told from platforms at rest; fly a maneuver"
+            "noise): a platform at rest identifies nothing; fly a maneuver"
         )
 
 
 def _missed(runs: Runs, residual: Array) -> Array:
-    """Return of each run the share of the body rate's variance that a whitened residual leaves, shape (R,)."""
+    """Return the ratio of the residual's variance to the body rate's, of each run, shape (R,)."""
     parts = [part * sigma for part, sigma in zip(runs.by_run(residual), runs.sigma, strict=True)]
     powers = [((rates - rates.mean(axis=0)) ** 2).sum() for rates in runs.measured]
     noise = [_LOUD * rates.size * (sigma**2).mean() for rates, sigma in zip(runs.measured, runs.sigma, strict=True)]
@@ -210,15 +210,15 @@ class _ClockShifts:
         apart = np.ptp(self._shift) > 0.5 * max(periods)
         if apart and gained > 0.5 * excess and chi2.sf(gained, max(len(self._shift) - 1, 1)) < _CHANCE:
             late = zip(self._runs.names, self._shift, strict=True)
-            told = ", ".join(f"{name} {1e3 * seconds:+.0f} ms" for name, seconds in late)
+            shifts = ", ".join(f"{name} {1e3 * seconds:+.0f} ms" for name, seconds in late)
             raise InputError(
-                f"the gyro is late against the actuators by another time in every run ({told}): bring the channels of "
-                "each run to one clock"
+                f"the gyro is late against the actuators by a different time in every run ({shifts}): bring the "
+                "channels of each run to one clock"
             )
 
 
 def _explained(baseline: Fit, columns: Array) -> tuple[Array, Array]:
-    """Return what fits the baseline's residual best, beside all that it can do by itself, and what that leaves."""
+    """Fit columns and the baseline's parameters to its residual; return the columns' factors and the new residual."""
     together = np.hstack([baseline.jacobian, columns])
     scale = np.maximum(np.linalg.norm(together, axis=0), np.finfo(float).tiny)
     answer = np.linalg.lstsq(together / scale, baseline.residual, rcond=1e-10)[0]

@@ -1,6 +1,6 @@
 """What the expensive parts of a diagnosis came to, kept so that an interrupted one can go on.
 
-A part is a search for parameters, or a look at what is left. It is a function of its arguments alone, and its name is
+A part is a search for parameters, or a test of the residual. It is a function of its arguments alone, and its name is
 their hash: whoever asks for it again, in the same order or in another, gets what was kept. What is kept is plain JSON,
 in which numbers are exact; the rest (residuals, Jacobians) follows from it by one prediction.
 """
@@ -63,8 +63,8 @@ def part(
     deciding: Sequence[object],
     *,
     work: Callable[[], _T],
-    told: Callable[[_T], Content],
-    made: Callable[[Content], _T],
+    to_content: Callable[[_T], Content],
+    from_content: Callable[[Content], _T],
 ) -> _T:
     """Return a part, worked out or as it was kept.
 
@@ -72,8 +72,8 @@ def part(
         kind: of part.
         deciding: all that decides it: runs, arrays, numbers, texts, dataclasses and tuples of these.
         work: works it out.
-        told: returns what is kept of it.
-        made: makes the part of what was kept.
+        to_content: returns the JSON content that is kept.
+        from_content: rebuilds the part from that content.
     """
     store = _STORE.get()
     if store is None:
@@ -81,9 +81,9 @@ def part(
     name = hash_of(kind, *deciding)
     content = store.get(name)
     if content is not None:
-        return made(content)
+        return from_content(content)
     result = work()
-    store.put(name, told(result))
+    store.put(name, to_content(result))
     return result
 
 
@@ -132,11 +132,11 @@ def _hash_of_runs(runs: Runs) -> bytes:
     return digest.digest()
 
 
-def array_told(values: Array) -> Content:
+def array_to_content(values: Array) -> Content:
     """Return an array as JSON holds it, exactly: its shape, and its numbers one after the other."""
     return {"shape": list(values.shape), "numbers": values.ravel().tolist()}
 
 
-def array_made(content: Content) -> Array:
-    """Return the array of what `array_told` returned."""
+def array_from_content(content: Content) -> Array:
+    """Return the array of what `array_to_content` returned."""
     return np.array(content["numbers"], dtype=float).reshape(content["shape"])

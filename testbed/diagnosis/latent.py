@@ -1,4 +1,4 @@
-"""The torque that a model leaves: of any shape, and of shapes that no effect makes.
+"""The unmodelled torque in a model's residual: of any shape, and of known shapes that no effect of the library has.
 
 Of any shape: a latent random-walk torque on each axis. The residual r of the present model, with all that the model can
 absorb projected out, is N(0, 1) if nothing is missing, and N(0, 1 + q G Gᵀ) if a torque whose increments have the
@@ -6,7 +6,7 @@ variance q acts on the platform. The likelihood ratio of the two tests for the u
 hypotheses.
 
 Of a known shape: a few functions of time, body axes, on the knots of a piecewise linear torque; its amplitudes are
-free. Each is tested on what a model leaves in all runs, fitted and held out. Shapes of one kind differ by a frequency
+free. Each is tested on a model's residual in all runs, fitted and held out. Shapes of one kind differ by a frequency
 or a phase. What is found is described, and not named.
 """
 
@@ -27,10 +27,10 @@ from scipy.stats import chi2
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.diagnosis.candidates import log_chance, scale_evidence
+from testbed.diagnosis.candidates import log_p_value, scale_evidence
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import on_enough_runs
-from testbed.diagnosis.keeping import Content, array_made, array_told, part
+from testbed.diagnosis.keeping import Content, array_from_content, array_to_content, part
 from testbed.diagnosis.model import Fit, orthonormal, projected_out
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
@@ -44,12 +44,12 @@ _FEWEST_KNOTS = 8
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LatentTorque:
-    """What the residual says of a torque that the model lacks.
+    """An unmodelled torque, estimated from the residual.
 
     Attributes:
         likelihood_ratio: 2 (log L(q̂) - log L(0)).
         p_value: of the ratio if there is no such torque; q cannot be negative.
-        runs: names of those that were looked at.
+        runs: names of those that were used.
         knot_time: of each run, shape (R, T), s.
         torque_B: the smoothed torque, shape (R, T, 3), N·m, body axes; zero where q̂ = 0.
     """
@@ -72,18 +72,18 @@ def latent_torque(runs: Runs, fit: Fit) -> LatentTorque:
         "latent torque",
         (runs, [each.key for each in fit.placed], fit.values, fit.residual),
         work=lambda: _latent_torque(runs, fit),
-        told=_told,
-        made=_made,
+        to_content=_to_content,
+        from_content=_from_content,
     )
 
 
-def _told(latent: LatentTorque) -> Content:
-    arrays = {"knot_time": array_told(latent.knot_time), "torque_B": array_told(latent.torque_B)}
+def _to_content(latent: LatentTorque) -> Content:
+    arrays = {"knot_time": array_to_content(latent.knot_time), "torque_B": array_to_content(latent.torque_B)}
     return {field.name: getattr(latent, field.name) for field in fields(latent)} | arrays
 
 
-def _made(content: Content) -> LatentTorque:
-    arrays = {name: array_made(content[name]) for name in ("knot_time", "torque_B")}
+def _from_content(content: Content) -> LatentTorque:
+    arrays = {name: array_from_content(content[name]) for name in ("knot_time", "torque_B")}
     return LatentTorque(**content | arrays | {"runs": tuple(content["runs"])})
 
 
@@ -244,8 +244,8 @@ def torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
         "torque shapes",
         (runs, [each.key for each in fit.placed], fit.values, fit.residual),
         work=lambda: _torque_shapes(runs, fit),
-        told=lambda shapes: {"shapes": [asdict(each) for each in shapes]},
-        made=lambda content: tuple(TorqueShape(**each) for each in content["shapes"]),
+        to_content=lambda shapes: {"shapes": [asdict(each) for each in shapes]},
+        from_content=lambda content: tuple(TorqueShape(**each) for each in content["shapes"]),
     )
 
 
@@ -269,9 +269,9 @@ def _torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
 
 
 def evidence_of_any(shapes: Sequence[TorqueShape], tested: int) -> float:
-    """Return twice the logarithm of how much likelier a torque of one of the shapes is than nothing.
+    """Return twice the logarithm of the posterior odds of a torque of one of the shapes against none.
 
-    Each kind is as likely beforehand as an effect of the library, and each shape of it as any other.
+    Each kind has the prior of one effect of the library; its shapes share that prior equally.
 
     Args:
         shapes: all that were tried.
@@ -311,13 +311,13 @@ def _oscillations(runs: Runs, time: Array) -> Iterator[_Tried]:
 
 
 def _pulses(time: Array) -> Iterator[_Tried]:
-    """Yield equal blows at equal intervals, two at least in the longest run, at the same instants of all runs."""
+    """Yield equal impulses at equal intervals, two at least in the longest run, at the same instants of all runs."""
     longest = float(time.max())
     for frequency in np.arange(2.0 / longest, _MOST_PULSES, _RESOLVED / longest):
         for phase in np.arange(_PULSE_PHASES) / _PULSE_PHASES:
-            blows = np.arange(phase, longest * frequency) / frequency
+            impulses = np.arange(phase, longest * frequency) / frequency
             words = f"comes in a pulse every {1.0 / frequency:.2f} s"
-            torques = np.stack([_hats(at, blows) for at in time])[..., None]
+            torques = np.stack([_hats(at, impulses) for at in time])[..., None]
             yield _Tried(kind="pulses", words=words, torques=torques, frequency_hz=float(frequency))
 
 
@@ -354,7 +354,7 @@ def _responses(tried: Sequence[_Tried], response: Array) -> Iterator[Array]:
 def _tested(tried: _Tried, columns: Array, residual: Array, shapes: int, noise_freedom: float) -> TorqueShape:
     basis = orthonormal(columns)
     freedom, square = basis.shape[1], float(((basis.T @ residual) ** 2).sum())
-    by_chance = exp(min(0.0, log(shapes) + log_chance(square, freedom, noise_freedom))) if freedom else 1.0
+    by_chance = exp(min(0.0, log(shapes) + log_p_value(square, freedom, noise_freedom))) if freedom else 1.0
     return TorqueShape(
         kind=tried.kind,
         words=tried.words,

@@ -68,16 +68,16 @@ def _along(channel: str, derivative: str, run: Telemetry, width: int) -> Iterato
 
 
 MOST = 6
-"""Places that are told."""
+"""Segments that are reported."""
 _QUIET = 2.0
-"""Squared whitened residual that a stretch has to exceed on the average to be told: noise has 1."""
+"""Squared whitened residual that a stretch has to exceed on average to be reported: noise has 1."""
 _OF_THE_PEAK = 0.1
 """Of the largest square; what is quieter than that is the residual bending towards it."""
 _CHANCE = 0.01
 
 
 @dataclass(frozen=True, kw_only=True)
-class Place:
+class ResidualSegment:
     """A stretch of one axis of one run in which the residual is large.
 
     Attributes:
@@ -107,7 +107,7 @@ class Dependence:
 
     Attributes:
         signal: its name.
-        enters_as: see `Place`.
+        enters_as: see `ResidualSegment`.
         correlation: between -1 and 1.
     """
 
@@ -116,7 +116,7 @@ class Dependence:
     correlation: float
 
 
-def located(runs: Runs, fit: Fit) -> tuple[Place, ...]:
+def located(runs: Runs, fit: Fit) -> tuple[ResidualSegment, ...]:
     """Return the places of a fit's residual, the largest share first; none where there is only noise.
 
     Args:
@@ -130,7 +130,7 @@ def located(runs: Runs, fit: Fit) -> tuple[Place, ...]:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Residual:
-    """What a fit leaves of one channel of all runs.
+    """Residual of a fit in one channel of all runs.
 
     Attributes:
         signals: name of each column.
@@ -158,7 +158,7 @@ def _gyro(runs: Runs, fit: Fit) -> _Residual:
 
 
 def _inner(runs: Runs, fit: Fit) -> Iterator[_Residual]:
-    """Yield what a fit leaves of motor torques and of the gimbals' answers to commands, where the runs carry them."""
+    """Yield the residuals of motor torques and of the servo response, where the runs carry these channels."""
     edges = np.cumsum([runs.samples, *(block.size for block in runs.inner)])[:-1]
     parts = np.split(fit.residual, edges)[1:]
     blocks = [part.reshape(block.shape) for part, block in zip(parts, runs.inner, strict=True)]
@@ -196,7 +196,7 @@ def _inner_dependence(runs: Runs, times: Sequence[Series], values: Sequence[Arra
     return Dependence(signal=names[best], enters_as="reading", correlation=float(correlation[best]))
 
 
-def _places(residual: _Residual, total: float) -> Iterator[Place]:
+def _places(residual: _Residual, total: float) -> Iterator[ResidualSegment]:
     for column, signal in enumerate(residual.signals):
         stretches = [_loudest(values[:, column]) for values in residual.values]
         if not any(stretches):
@@ -204,7 +204,7 @@ def _places(residual: _Residual, total: float) -> Iterator[Place]:
         found = residual.dependence(column)
         for run, time, values, stretch in zip(residual.runs, residual.time, residual.values, stretches, strict=True):
             if stretch is not None:
-                yield Place(
+                yield ResidualSegment(
                     signal=signal,
                     run=run,
                     from_s=float(time[stretch][0]),

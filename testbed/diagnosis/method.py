@@ -19,12 +19,12 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import goodness, on_all_runs
 from testbed.diagnosis.latent import evidence_of_any, latent_torque, torque_shapes
 from testbed.diagnosis.model import fitted, fitted_initial_rates, refit
-from testbed.diagnosis.noise import believing, noise_level, scattering
+from testbed.diagnosis.noise import noise_level, noise_tests, with_noise_model
 from testbed.diagnosis.search import MOST_EFFECTS, Search, gap_of, odds_together, with_effect, with_model
 from testbed.diagnosis.signatures import hypotheses
 from testbed.diagnosis.state import Diagnosis
 from testbed.effects.contract import Effect
-from testbed.effects.reading_effect import ReadingEffect
+from testbed.effects.noise_effect import NoiseEffect
 
 
 def diagnosed(
@@ -33,7 +33,7 @@ def diagnosed(
     effects: Mapping[str, Effect],
     nominal_theta: Theta,
     progress: Callable[[str], None] = lambda _: None,
-    reading_effects: Mapping[str, ReadingEffect] = MappingProxyType({}),
+    noise_effects: Mapping[str, NoiseEffect] = MappingProxyType({}),
     *,
     alone: bool = False,
 ) -> Iterator[Diagnosis]:
@@ -45,7 +45,7 @@ def diagnosed(
         effects: by id.
         nominal_theta: to start from, kg·m².
         progress: called with what is being tested.
-        reading_effects: those on the scatter of the gyro's samples, by id.
+        noise_effects: those on the scatter of the gyro's samples, by id.
         alone: whether all runs are of one record, which gets no name, as no other could verify it.
 
     Raises:
@@ -55,7 +55,7 @@ def diagnosed(
     progress("baseline")
     first = baseline(runs, heldout, nominal_theta)
     first = replace(first, untestable=tuple(untestable), alone=alone)
-    noise = _NoiseStep(stated=first, effects={} if alone else reading_effects, others=len(testable))
+    noise = _NoiseStep(stated=first, effects={} if alone else noise_effects, others=len(testable))
     state = noise.explained(first)
     yield state
     search = Search(testable=tuple(testable), progress=progress)
@@ -68,7 +68,7 @@ def diagnosed(
         state = noise.explained(add(search, state, chosen, screening))
         yield state
     if not state.unnamed:
-        progress("what is left")
+        progress("residual")
         state = check_residual(state, noise)
     yield replace(state, complete=True)
 
@@ -99,9 +99,9 @@ def add(search: Search, state: Diagnosis, chosen: Candidate, screening: Screenin
 
 
 def check_residual(state: Diagnosis, noise: _NoiseStep) -> Diagnosis:
-    """Test what the final model leaves: for torques that no effect makes, and for its size.
+    """Test the residual of the final model for unmodelled torques, and its χ².
 
-    Where nothing but noise is left, the whole residual shows its size, twice as surely as its fastest changes do.
+    If the residual is noise alone, all of it estimates the noise level, twice as precisely as its fourth differences.
     """
     state = _retracted(state)
     noisier = noise.explained(state, white=True)
@@ -111,19 +111,19 @@ def check_residual(state: Diagnosis, noise: _NoiseStep) -> Diagnosis:
 
 
 def _retracted(state: Diagnosis) -> Diagnosis:
-    """Test the residual; retract all effects if a torque that no effect makes is likelier than all of them together.
+    """Test the residual; retract all effects if an unmodelled torque has higher posterior odds than all of them.
 
     Such a torque stands against the whole class of names that are indistinguishable from the first one.
     """
     screening = state.steps[0].screening if state.steps else state.remaining
     assert screening is not None
     bare = _residual_tested(with_model(state, state.baseline) if state.steps else state)
-    bare = replace(bare, steps=(), remaining=screening, unlisted=evidence_of_any(bare.shapes, screening.tested))
+    bare = replace(bare, steps=(), remaining=screening, unmodelled=evidence_of_any(bare.shapes, screening.tested))
     if not state.steps:
         return bare
-    state = replace(state, unlisted=bare.unlisted, explained=_log_odds_of_all(state, bare))
-    if state.unlisted > _log_odds_of_class(state):
-        return replace(bare, taken_back=tuple(step.placed for step in state.steps))
+    state = replace(state, unmodelled=bare.unmodelled, explained=_log_odds_of_all(state, bare))
+    if state.unmodelled > _log_odds_of_class(state):
+        return replace(bare, retracted=tuple(step.placed for step in state.steps))
     return replace(_residual_tested(state), latent_before=bare.latent)
 
 
@@ -145,9 +145,9 @@ def _log_odds_of_all(state: Diagnosis, bare: Diagnosis) -> float:
 
 
 def _log_odds_of_class(state: Diagnosis) -> float:
-    """Return the same, summed over all hypotheses that these data do not tell apart from the first effect."""
+    """Return the same, summed over the equivalence class of the first effect."""
     first = state.steps[0]
-    further = [each.evidence - first.candidate.evidence for each in first.screening.close]
+    further = [each.log_bayes_factor - first.candidate.log_bayes_factor for each in first.screening.close]
     return state.explained + 2.0 * float(logsumexp(0.5 * np.array(further)))
 
 
@@ -162,7 +162,7 @@ class _NoiseStep:
     """
 
     stated: Diagnosis
-    effects: Mapping[str, ReadingEffect]
+    effects: Mapping[str, NoiseEffect]
     others: int
 
     def explained(self, state: Diagnosis, *, white: bool = False) -> Diagnosis:
@@ -173,16 +173,20 @@ class _NoiseStep:
             if heldout is not None and self.stated.heldout is not None:
                 heldout = _with_noise_of(self.stated.heldout, heldout)
             model = refit(runs, model)
-        scatter = scattering(runs, model, self.effects, self.others, white=white)
+        scatter = noise_tests(runs, model, self.effects, self.others, white=white)
         found = scatter.found
         if found:
-            heldout = None if heldout is None else believing(heldout, fitted_initial_rates(heldout, model), found)
-            runs = believing(runs, model, found)
+            heldout = (
+                None if heldout is None else with_noise_model(heldout, fitted_initial_rates(heldout, model), found)
+            )
+            runs = with_noise_model(runs, model, found)
             model = refit(runs, model)
-        asked = state.asked if state.steps else scatter.told
+        candidates = state.noise_candidates if state.steps else scatter.tested
         gap = gap_of(runs, model, heldout)
-        return replace(state, runs=runs, heldout=heldout, model=model, gap=gap, asked=asked, scatter=found)
+        return replace(
+            state, runs=runs, heldout=heldout, model=model, gap=gap, noise_candidates=candidates, scatter=found
+        )
 
 
 def _with_noise_of(stated: Runs, runs: Runs) -> Runs:
-    return replace(runs, sigma=stated.sigma, noise_freedom=stated.noise_freedom, told=stated.told)
+    return replace(runs, sigma=stated.sigma, noise_freedom=stated.noise_freedom, estimated_noise=stated.estimated_noise)

@@ -1,12 +1,12 @@
 """The misfit that is more than noise, in standard deviations of what could be seen.
 
 A torque on the body, or an error of the gyro's readings, of any shape changes the gyro's samples by functions of time
-that are slow compared with noise. Of what a model leaves, r, such functions S, orthonormal, take up u = Sᵀ P r, where P
+that are slow compared with noise. Of a model's residual r, such functions S, orthonormal, take up u = Sᵀ P r, where P
 takes off what the model's own parameters could still do: P = I - J M⁻¹ Jᵀ with M = Jᵀ J. If nothing is missing,
 |u|² has the mean tr(Sᵀ P S) and the variance 2 tr((Sᵀ P S)²), exactly; what it has beyond the mean is the squared
 length of what is missing, and its root is the misfit.
 
-Of runs that were not fitted, the parameters are as uncertain as the fit leaves them: what the fit knows stands among
+Of runs that were not fitted, the parameters are as uncertain as the fit has them: its information stands among
 the rows of J and r, M = Jᵀ J + Λ, and the same holds (`evidence.Prior`).
 """
 
@@ -20,7 +20,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from testbed.arrays import Array, Series
-from testbed.diagnosis.candidates import chance
+from testbed.diagnosis.candidates import p_value
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import Prior
 from testbed.diagnosis.model import Fit, orthonormal
@@ -36,7 +36,7 @@ _UNDETERMINED = 1e-13
 
 @dataclass(frozen=True, kw_only=True)
 class Misfit:
-    """What functions of any shape take up of what a model leaves of the gyro's samples.
+    """What functions of any shape explain of a model's gyro residual.
 
     Attributes:
         chi_square: |u|².
@@ -68,7 +68,7 @@ class Misfit:
         if not self.variance:
             return 1.0
         scale, freedom = self._scaled
-        return chance(self.chi_square / scale, freedom, self.noise_freedom)
+        return p_value(self.chi_square / scale, freedom, self.noise_freedom)
 
     @property
     def beyond_noise(self) -> bool:
@@ -100,7 +100,7 @@ class Explained:
 
     Attributes:
         share: of the excess χ², from 0 to 1.
-        std: of it, as noise scatters what is left.
+        std: of it, from the noise of the remaining residual.
     """
 
     share: float
@@ -112,7 +112,7 @@ def explained(before: Misfit | None, after: Misfit | None) -> Explained | None:
 
     Args:
         before: what the model left without what was added; None where there is none.
-        after: what it leaves with it.
+        after: its misfit with it.
     """
     if before is None or after is None or not before.beyond_noise:
         return None
@@ -121,7 +121,7 @@ def explained(before: Misfit | None, after: Misfit | None) -> Explained | None:
 
 
 def misfit_of(runs: Runs, fit: Fit) -> Misfit:
-    """Return what a model leaves of runs that it was fitted to.
+    """Return the misfit of a model to runs that it was fitted to.
 
     Args:
         runs: that were fitted.
@@ -131,7 +131,7 @@ def misfit_of(runs: Runs, fit: Fit) -> Misfit:
 
 
 def heldout_misfit_of(heldout: Runs, seen: Fit, prior: Prior) -> Misfit:
-    """Return what a model leaves of runs that were held out.
+    """Return the misfit of a model to runs that were held out.
 
     Args:
         heldout: that were not fitted.

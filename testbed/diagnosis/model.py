@@ -13,7 +13,7 @@ import numpy as np
 
 from testbed.arrays import Array, Flags, Theta
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.keeping import Content, array_made, array_told, part
+from testbed.diagnosis.keeping import Content, array_from_content, array_to_content, part
 from testbed.effects.contract import Effect
 from testbed.errors import InputError
 from testbed.prediction.hooks import Hooks
@@ -47,7 +47,7 @@ def projected_out(values: Array, basis: Array) -> Array:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Placed:
+class Hypothesis:
     """An effect at a component: one hypothesis.
 
     Attributes:
@@ -79,26 +79,26 @@ class Placed:
         return f"{self.effect.id}:{self.component}"
 
 
-class _WithPlaced(Protocol):
+class _WithHypothesis(Protocol):
     @property
-    def placed(self) -> Placed: ...
+    def placed(self) -> Hypothesis: ...
 
 
-class AtPlace:
-    """What is said of one hypothesis, under the names of effects on the noise (`Scatter`)."""
+class AtComponent:
+    """What is said of one hypothesis, under the names of effects on the noise (`NoiseHypothesis`)."""
 
     @property
-    def effect(self: _WithPlaced) -> Effect:
+    def effect(self: _WithHypothesis) -> Effect:
         """Which effect."""
         return self.placed.effect
 
     @property
-    def component(self: _WithPlaced) -> str:
+    def component(self: _WithHypothesis) -> str:
         """Where it is."""
         return self.placed.component
 
     @property
-    def key(self: _WithPlaced) -> str:
+    def key(self: _WithHypothesis) -> str:
         """Unique name, e.g. `rotor_speed:cmg3`."""
         return self.placed.key
 
@@ -115,7 +115,7 @@ class Fit:
         at_bound: which effect parameters lie at a bound, shape (C - 6,).
     """
 
-    placed: tuple[Placed, ...]
+    placed: tuple[Hypothesis, ...]
     values: Values
     residual: Array
     jacobian: Array
@@ -146,7 +146,7 @@ class Fit:
         """Parameters of all effects, one after the other, shape (C - 6,)."""
         return np.concatenate([np.zeros(0), *(value[0] for value in self.values.effects)])
 
-    def own(self, placed: Placed) -> slice:
+    def own(self, placed: Hypothesis) -> slice:
         """Return where the parameters of an effect in the model stand in `effect_values`."""
         keys = [each.key for each in self.placed]
         first = sum(each.size for each in self.placed[: keys.index(placed.key)])
@@ -180,7 +180,7 @@ def recurring(fit: Fit) -> Fit:
     )
 
 
-def evaluated(runs: Runs, placed: tuple[Placed, ...], values: Values) -> Fit:
+def evaluated(runs: Runs, placed: tuple[Hypothesis, ...], values: Values) -> Fit:
     """Return residual and Jacobian at given parameters."""
     hooks = [each.hooks for each in placed]
     samples, derivatives = predicted_with_derivatives(runs.grid, hooks, values, predict=predicted_channels)
@@ -229,14 +229,14 @@ def moved(fit: Fit, step: Array) -> Values:
     )
 
 
-def bounds_of(placed: Sequence[Placed]) -> tuple[Array, Array]:
+def bounds_of(placed: Sequence[Hypothesis]) -> tuple[Array, Array]:
     """Return the least and greatest values of all effects' parameters, each of shape (C - 6,)."""
     lower = [each.bounds[0] for each in placed]
     upper = [each.bounds[1] for each in placed]
     return np.concatenate([np.zeros(0), *lower]), np.concatenate([np.zeros(0), *upper])
 
 
-def _at_bound(placed: Sequence[Placed], values: Values) -> Flags:
+def _at_bound(placed: Sequence[Hypothesis], values: Values) -> Flags:
     lower, upper = bounds_of(placed)
     effects = np.concatenate([np.zeros(0), *(value[0] for value in values.effects)])
     return np.asarray((effects <= lower) | (effects >= upper))
@@ -252,7 +252,7 @@ _FACTOR = 10.0
 """By which damping falls after a step that gains, and rises after one that does not; after the next, by its square."""
 
 
-def fitted(runs: Runs, placed: Sequence[Placed], theta: Theta, starts: Sequence[Array]) -> Fit:
+def fitted(runs: Runs, placed: Sequence[Hypothesis], theta: Theta, starts: Sequence[Array]) -> Fit:
     """Fit inertia, initial rates and effects by maximum likelihood.
 
     Args:
@@ -303,26 +303,26 @@ def _from_first_samples(runs: Runs, theta: Array, effects: Sequence[Array]) -> V
     return Values(theta=theta, initial_rate=first, effects=tuple(effects))
 
 
-def _search(runs: Runs, placed: tuple[Placed, ...], values: Values, *, only_initial: bool = False) -> Fit:
+def _search(runs: Runs, placed: tuple[Hypothesis, ...], values: Values, *, only_initial: bool = False) -> Fit:
     return part(
         "search",
         (runs, [each.key for each in placed], values, only_initial),
         work=lambda: _searched(runs, placed, values, only_initial=only_initial),
-        told=lambda fit: _told(fit.values),
-        made=lambda content: evaluated(runs, placed, _made(content)),
+        to_content=lambda fit: _to_content(fit.values),
+        from_content=lambda content: evaluated(runs, placed, _from_content(content)),
     )
 
 
-def _told(values: Values) -> Content:
-    return {"values": [array_told(each) for each in (values.theta, values.initial_rate, *values.effects)]}
+def _to_content(values: Values) -> Content:
+    return {"values": [array_to_content(each) for each in (values.theta, values.initial_rate, *values.effects)]}
 
 
-def _made(content: Content) -> Values:
-    theta, initial_rate, *effects = map(array_made, content["values"])
+def _from_content(content: Content) -> Values:
+    theta, initial_rate, *effects = map(array_from_content, content["values"])
     return Values(theta=theta, initial_rate=initial_rate, effects=tuple(effects))
 
 
-def _searched(runs: Runs, placed: tuple[Placed, ...], values: Values, *, only_initial: bool) -> Fit:
+def _searched(runs: Runs, placed: tuple[Hypothesis, ...], values: Values, *, only_initial: bool) -> Fit:
     """Levenberg-Marquardt with the effects' bounds kept by projection."""
     fit, damping, rise = evaluated(runs, placed, values), _DAMPING[0], _FACTOR
     common = common_size(values.effects)
@@ -392,7 +392,7 @@ def all_corrected(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, Run
         heldout: not fitted; None where there are none.
         fit: of the model to the former.
     """
-    told = corrected(runs, fit)
-    if heldout is None or told is runs:
-        return told, heldout
-    return told, corrected(heldout, fitted_initial_rates(heldout, fit))
+    corrected_runs = corrected(runs, fit)
+    if heldout is None or corrected_runs is runs:
+        return corrected_runs, heldout
+    return corrected_runs, corrected(heldout, fitted_initial_rates(heldout, fit))

@@ -15,14 +15,14 @@ import numpy as np
 from scipy.stats import chi2
 
 from testbed.arrays import Array, Flags, Theta, Vector3
-from testbed.diagnosis.candidates import CLOSE, likelier_than_nothing, normalized, scale_evidence
+from testbed.diagnosis.candidates import CLOSE, favoured_over_none, normalized, scale_evidence
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit, fitted
 from testbed.diagnosis.signatures import FAMILY_WISE_ERROR
 from testbed.dynamics.inertia import inertia_of
 from testbed.effects.fast_changes import variance_ratio
 from testbed.effects.gyro_saturation import flat_tops
-from testbed.effects.reading_effect import Finding, ReadingEffect, Readings
+from testbed.effects.noise_effect import Finding, NoiseEffect, Readings
 from testbed.estimation.outliers import outliers
 from testbed.estimation.telemetry import Telemetry
 from testbed.estimation.telemetry_noise import predicted_rate_variance
@@ -56,8 +56,8 @@ class NoiseLevel:
 def noise_level(runs: Runs, fit: Fit) -> NoiseLevel:
     """Compare the residual's fourth differences with those of white noise of the stated standard deviation."""
     readings = readings_of(runs, fit)
-    told = [variance_ratio(readings, axis) for axis in np.eye(3, dtype=bool)]
-    ratio, freedom = np.sqrt([variance for variance, _ in told]), told[0][1]
+    ratios = [variance_ratio(readings, axis) for axis in np.eye(3, dtype=bool)]
+    ratio, freedom = np.sqrt([variance for variance, _ in ratios]), ratios[0][1]
     statistic = freedom * ratio**2
     tails = np.array([2.0 * min(chi2.cdf(value, freedom), chi2.sf(value, freedom)) for value in statistic])
     return NoiseLevel(ratio=ratio, std=ratio / np.sqrt(2.0 * freedom), p_value=float(min(1.0, 3.0 * tails.min())))
@@ -77,28 +77,28 @@ def readings_of(runs: Runs, fit: Fit) -> Readings:
 
 
 _MOST = 0.05
-"""Share of wild samples, of all runs, beyond which they are what this gyro shows, and no accidents."""
+"""Share of outliers, of all runs, above which they count as this gyro's noise."""
 
 
 def without_spikes(runs: Runs, fit: Fit) -> tuple[tuple[Telemetry, ...], tuple[int, ...]]:
-    """Return the runs' telemetry less the gyro's wild samples, and how many those were, by run.
+    """Return the runs' telemetry less the gyro's outliers, and their number by run.
 
-    A clipped peak of few samples looks wild to a model without the limit, and stays.
+    A clipped peak of few samples would count as outliers to a model without the limit; it stays.
 
     Args:
         runs: measured.
-        fit: of any model to them; what it leaves is looked at.
+        fit: of any model to them; its residual is tested.
     """
     residuals = readings_of(runs, fit).residual
     clipped = flat_tops(runs.grid.runs)
-    wild = [
+    outlying = [
         np.any(outliers(residual, sigma) & ~at_limit, axis=1)
         for residual, sigma, at_limit in zip(residuals, runs.sigma, clipped, strict=True)
     ]
-    if np.concatenate(wild).mean() > _MOST:
-        wild = [np.zeros_like(each) for each in wild]
-    cleaned = tuple(_without_samples(run, gone) for run, gone in zip(runs.grid.runs, wild, strict=True))
-    return cleaned, tuple(int(gone.sum()) for gone in wild)
+    if np.concatenate(outlying).mean() > _MOST:
+        outlying = [np.zeros_like(each) for each in outlying]
+    cleaned = tuple(_without_samples(run, gone) for run, gone in zip(runs.grid.runs, outlying, strict=True))
+    return cleaned, tuple(int(gone.sum()) for gone in outlying)
 
 
 def _without_samples(run: Telemetry, gone: Flags) -> Telemetry:
@@ -106,7 +106,7 @@ def _without_samples(run: Telemetry, gone: Flags) -> Telemetry:
 
 
 def pooled_noise(runs: Runs, theta: Theta) -> tuple[float, float] | None:
-    """Return the noise that the samples of all runs tell together, rad/s, and its degrees of freedom.
+    """Return the noise estimated from the samples of all runs together, rad/s, and its degrees of freedom.
 
     None where they are too few.
 
@@ -114,14 +114,14 @@ def pooled_noise(runs: Runs, theta: Theta) -> tuple[float, float] | None:
         runs: all of them.
         theta: to start their fit from, shape (6,), kg·m².
     """
-    # Runs whose noises were told one by one are weighted alike: the fit is not the one that those noises gave.
+    # All runs get the same weight: noise levels estimated run by run must not decide this fit.
     runs = runs.with_sigma(np.sqrt(np.mean(runs.sigma**2, axis=0)))
     ratio, freedom = variance_ratio(readings_of(runs, fitted(runs, [], theta, [])), np.ones(3, dtype=bool))
     return (float(np.sqrt(ratio * np.mean(runs.sigma**2))), freedom) if freedom > 0.0 else None
 
 
 def with_pooled_noise(runs: Runs, level: tuple[float, float]) -> Runs:
-    """Return runs with the noise that the samples tell; that of the actuators' telemetry is in it.
+    """Return runs with the noise estimated from the samples; it includes that of the actuators' telemetry.
 
     Args:
         runs: any of them.
@@ -143,23 +143,23 @@ def with_telemetry_noise(runs: Runs, theta: Theta) -> Runs:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Scatter:
-    """A hypothesis on the scatter of the gyro's samples, and what these say of it.
+class NoiseHypothesis:
+    """A hypothesis on the gyro's noise, with its test on the samples.
 
     Attributes:
         effect: which.
         component: where.
         finding: its parameters, and how sure it is.
         tested: number of hypotheses, which share the family-wise error alike.
-        look_alikes: what the samples do not tell from it.
+        look_alikes: hypotheses that are indistinguishable from it.
         probability: that it, or one of these, is there, among all effects on the scatter and none.
     """
 
-    effect: ReadingEffect
+    effect: NoiseEffect
     component: str
     finding: Finding
     tested: int
-    look_alikes: tuple[Scatter, ...] = ()
+    look_alikes: tuple[NoiseHypothesis, ...] = ()
     probability: float = 0.0
 
     @property
@@ -168,19 +168,19 @@ class Scatter:
         return _key(self.effect, self.component)
 
     @property
-    def gain(self) -> float:
+    def chi_square_reduction(self) -> float:
         """Twice the logarithm of the likelihood ratio with and without it."""
-        return self.finding.gain
+        return self.finding.chi_square_reduction
 
     @property
-    def evidence(self) -> float:
-        """Twice the logarithm of by how much the effect makes the samples likelier (`scale_evidence`)."""
-        return scale_evidence(self.gain, self.finding.freedom)
+    def log_bayes_factor(self) -> float:
+        """Twice the logarithm of the effect's Bayes factor (`scale_evidence`)."""
+        return scale_evidence(self.chi_square_reduction, self.finding.freedom)
 
     @property
     def odds(self) -> float:
-        """Twice the logarithm of how much likelier it is than nothing: each hypothesis is as likely beforehand."""
-        return self.evidence - 2.0 * log(self.tested)
+        """Twice the logarithm of its posterior odds against none; all hypotheses have equal priors."""
+        return self.log_bayes_factor - 2.0 * log(self.tested)
 
     @property
     def p_value(self) -> float:
@@ -189,27 +189,27 @@ class Scatter:
 
     @property
     def present(self) -> bool:
-        """Whether it is there by more than chance, at the family-wise error, and likelier than nothing."""
+        """Whether it is significant at the family-wise error, with posterior odds above even."""
         return self.p_value < FAMILY_WISE_ERROR and self.odds > 0.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Scattering:
-    """What the samples say of all hypotheses on their scatter.
+class NoiseTests:
+    """Tests of all hypotheses on the gyro's noise.
 
     Attributes:
-        told: every hypothesis against the stated noise, the one with the most evidence first.
-        found: those that are there by more than chance, the clearest first, each told with those before it taken in.
+        tested: every hypothesis against the stated noise, the one with the most evidence first.
+        found: the significant ones, the clearest first, each tested with those before it in the model.
     """
 
-    told: tuple[Scatter, ...] = ()
-    found: tuple[Scatter, ...] = ()
+    tested: tuple[NoiseHypothesis, ...] = ()
+    found: tuple[NoiseHypothesis, ...] = ()
 
 
-def scattering(
-    runs: Runs, fit: Fit, effects: Mapping[str, ReadingEffect], others: int, *, white: bool = False
-) -> Scattering:
-    """Return what the samples say of the effects on their scatter, and which of them are there.
+def noise_tests(
+    runs: Runs, fit: Fit, effects: Mapping[str, NoiseEffect], others: int, *, white: bool = False
+) -> NoiseTests:
+    """Test the noise effects on the samples, and return which of them are present.
 
     Args:
         runs: with the noise that is stated.
@@ -221,21 +221,21 @@ def scattering(
     hypotheses = [(effect, component) for effect in effects.values() for component in effect.components]
     readings = replace(readings_of(runs, fit), white=white)
     tested = others + len(hypotheses)
-    told = first = _told(readings, hypotheses, tested)
-    found: list[Scatter] = []
-    while present := [each for each in told if each.present]:
-        best = _with_look_alikes(present[0], told)
-        if not likelier_than_nothing(each.odds for each in (best, *best.look_alikes)):
+    candidates = first = _tested(readings, hypotheses, tested)
+    found: list[NoiseHypothesis] = []
+    while present := [each for each in candidates if each.present]:
+        best = _with_look_alikes(present[0], candidates)
+        if not favoured_over_none(each.odds for each in (best, *best.look_alikes)):
             break
         found.append(best)
         taken = {each.key for each in found}
         hypotheses = [each for each in hypotheses if _key(*each) not in taken]
-        told = _told(_without_what_is_told(readings, found), hypotheses, tested)
-    return Scattering(told=first, found=tuple(found))
+        candidates = _tested(_without_explained(readings, found), hypotheses, tested)
+    return NoiseTests(tested=first, found=tuple(found))
 
 
-def believing(runs: Runs, fit: Fit, found: Sequence[Scatter]) -> Runs:
-    """Return runs that hold what was found: less what it tells sample by sample, and with the noise of the rest.
+def with_noise_model(runs: Runs, fit: Fit, found: Sequence[NoiseHypothesis]) -> Runs:
+    """Return runs with the noise effects applied: less the noise estimated sample by sample, σ widened by the rest.
 
     Args:
         runs: any of them, with the noise that is stated.
@@ -244,11 +244,11 @@ def believing(runs: Runs, fit: Fit, found: Sequence[Scatter]) -> Runs:
     """
     freedom = min([runs.noise_freedom, *(each.finding.noise_freedom for each in found)])
     wider = runs.with_sigma(_widened(runs.sigma, found))
-    return replace(wider, noise_freedom=freedom, told=_told_of(readings_of(runs, fit), found))
+    return replace(wider, noise_freedom=freedom, estimated_noise=_estimated_noise(readings_of(runs, fit), found))
 
 
-def _told_of(readings: Readings, found: Sequence[Scatter]) -> tuple[Array, ...]:
-    """Return what the effects that are there tell of these readings, shape (N, 3) of every run; empty where nothing."""
+def _estimated_noise(readings: Readings, found: Sequence[NoiseHypothesis]) -> tuple[Array, ...]:
+    """Return the noise that the effects estimate sample by sample, shape (N, 3) of every run; empty if none does."""
     lines = [each for each in found if each.finding.explained is not None]
     left = readings
     for each in lines:
@@ -258,36 +258,40 @@ def _told_of(readings: Readings, found: Sequence[Scatter]) -> tuple[Array, ...]:
     return tuple(before - after for before, after in pairs) if lines else ()
 
 
-def added_variance(found: Iterable[Scatter]) -> Vector3:
-    """Return the variance that effects add to the readings of each axis, less what they tell sample by sample."""
+def added_variance(found: Iterable[NoiseHypothesis]) -> Vector3:
+    """Return the variance that effects add to each axis, without the noise estimated sample by sample."""
     noisier = (each.finding.variance for each in found if each.finding.explained is None)
     return np.asarray(sum(noisier, np.zeros(3)))
 
 
-def _widened(sigma: Array, found: Iterable[Scatter]) -> Array:
+def _widened(sigma: Array, found: Iterable[NoiseHypothesis]) -> Array:
     return np.asarray(np.sqrt(sigma**2 + added_variance(found)))
 
 
-def _told(readings: Readings, hypotheses: Sequence[tuple[ReadingEffect, str]], tested: int) -> tuple[Scatter, ...]:
-    """Return what readings say of hypotheses, the one with the most evidence first."""
+def _tested(
+    readings: Readings, hypotheses: Sequence[tuple[NoiseEffect, str]], tested: int
+) -> tuple[NoiseHypothesis, ...]:
+    """Test hypotheses on readings, and return them, the one with the most evidence first."""
     findings = [(effect, component, effect.found(component, readings)) for effect, component in hypotheses]
-    told = [
-        Scatter(effect=effect, component=component, finding=finding, tested=tested)
+    candidates = [
+        NoiseHypothesis(effect=effect, component=component, finding=finding, tested=tested)
         for effect, component, finding in findings
         if finding is not None
     ]
-    return tuple(sorted(told, key=lambda each: -each.evidence))
+    return tuple(sorted(candidates, key=lambda each: -each.log_bayes_factor))
 
 
-def _with_look_alikes(best: Scatter, told: Sequence[Scatter]) -> Scatter:
-    """Return a hypothesis with what is not told from it, and how probable the class is."""
-    alike = tuple(each for each in told if each is not best and best.evidence - each.evidence < CLOSE)
-    probability = normalized({each.key: each.odds for each in told})
+def _with_look_alikes(best: NoiseHypothesis, candidates: Sequence[NoiseHypothesis]) -> NoiseHypothesis:
+    """Return a hypothesis with its equivalence class, and the probability of that class."""
+    alike = tuple(
+        each for each in candidates if each is not best and best.log_bayes_factor - each.log_bayes_factor < CLOSE
+    )
+    probability = normalized({each.key: each.odds for each in candidates})
     return replace(best, look_alikes=alike, probability=sum(probability[each.key] for each in (best, *alike)))
 
 
-def _without_what_is_told(readings: Readings, found: Sequence[Scatter]) -> Readings:
-    """Return readings less what was told sample by sample, and with a noise that has the rest of what was found."""
+def _without_explained(readings: Readings, found: Sequence[NoiseHypothesis]) -> Readings:
+    """Return readings less the noise estimated sample by sample, σ widened by the other noise effects."""
     for each in found:
         readings = _less(readings, each.finding)
     return replace(readings, sigma=_widened(readings.sigma, found))
@@ -296,9 +300,9 @@ def _without_what_is_told(readings: Readings, found: Sequence[Scatter]) -> Readi
 def _less(readings: Readings, finding: Finding) -> Readings:
     if finding.explained is None:
         return readings
-    residual = [left - told for left, told in zip(readings.residual, finding.explained, strict=True)]
+    residual = [left - noise for left, noise in zip(readings.residual, finding.explained, strict=True)]
     return replace(readings, residual=residual)
 
 
-def _key(effect: ReadingEffect, component: str) -> str:
+def _key(effect: NoiseEffect, component: str) -> str:
     return f"{effect.id}:{component}"

@@ -22,10 +22,10 @@ from testbed.diagnosis.findings import (
     pairs_alike,
     stds_of,
 )
-from testbed.diagnosis.location import Place
+from testbed.diagnosis.location import ResidualSegment
 from testbed.diagnosis.misfit import BANDWIDTH, Misfit, explained
-from testbed.diagnosis.model import Fit, Placed
-from testbed.diagnosis.noise import Scatter
+from testbed.diagnosis.model import Fit, Hypothesis
+from testbed.diagnosis.noise import NoiseHypothesis
 from testbed.diagnosis.state import Diagnosis, Gap
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.contract import Quantity
@@ -36,7 +36,10 @@ Content = dict[str, Any]
 
 
 def result_of(
-    diagnosis: Diagnosis, places: Sequence[Place], notices: Sequence[str], agreements: Sequence[Agreement] = ()
+    diagnosis: Diagnosis,
+    places: Sequence[ResidualSegment],
+    notices: Sequence[str],
+    agreements: Sequence[Agreement] = (),
 ) -> Content:
     """Return what diagnosis.json says; numbers in SI, None where there is none.
 
@@ -69,7 +72,7 @@ def result_of(
         "noise": {"ratio_to_stated": diagnosis.noise.ratio.tolist(), "std": diagnosis.noise.std.tolist()},
         "latent_torque": _latent(diagnosis),
         "torque_left": None if diagnosis.shape_left is None else asdict(diagnosis.shape_left),
-        "taken_back": [_named(each) for each in diagnosis.taken_back],
+        "taken_back": [_named(each) for each in diagnosis.retracted],
         "runs": {
             "fit": _names(diagnosis.runs),
             "heldout": [] if diagnosis.heldout is None else _names(diagnosis.heldout),
@@ -93,8 +96,8 @@ def untestable(diagnosis: Diagnosis) -> Iterator[Content]:
         yield _named(placed) | {"needs": unmasked_needs(by)}
 
 
-def unmasked_needs(by: Placed) -> str:
-    """Return what it would take to tell an effect that was not asked of beside another one."""
+def unmasked_needs(by: Hypothesis) -> str:
+    """Return what it would take to test for an effect that another one confounds."""
     return f"{by.component} without {by.effect.id}, which shows there what it would"
 
 
@@ -102,10 +105,10 @@ def needs_of(size: Detectable) -> str:
     """Return what it would take to see an effect that is below what the data show."""
     if not size.smallest:
         return "another motion: this one shows nothing of it, or takes it for inertia"
-    return f"a size of {told(size.smallest)}; typical is {told(size.typical)}"
+    return f"a size of {size_words(size.smallest)}; typical is {size_words(size.typical)}"
 
 
-def told(quantities: Sequence[Quantity]) -> str:
+def size_words(quantities: Sequence[Quantity]) -> str:
     """Return parameters in words, one number where all are alike."""
     distinct = dict.fromkeys(f"{each.value:.3g} {each.unit}".removesuffix(" 1") for each in quantities)
     return ", ".join(distinct)
@@ -171,7 +174,7 @@ def _detectable(size: Detectable) -> Content:
     }
 
 
-def _named(placed: Placed | Scatter | Addition) -> Content:
+def _named(placed: Hypothesis | NoiseHypothesis | Addition) -> Content:
     return {"effect": placed.effect.id, "component": placed.component}
 
 
@@ -195,13 +198,13 @@ def _gap(prefix: str, when: str, gap: Gap, *, heldout: str = "heldout_") -> Cont
 def _misfits(before: Gap, after: Gap) -> Content:
     """Return what is more than noise, of fitted and held-out runs, before and after."""
     pairs = {"": (before.misfit, after.misfit), "heldout_": (before.heldout_misfit, after.heldout_misfit)}
-    told: Content = {"bandwidth_hz": BANDWIDTH}
+    content: Content = {"bandwidth_hz": BANDWIDTH}
     for role, (one, other) in pairs.items():
         share = explained(one, other)
-        told |= {f"{role}before": _misfit(one), f"{role}after": _misfit(other)}
-        told |= {f"{role}explained": None if share is None else share.share}
-        told |= {f"{role}explained_std": None if share is None else share.std}
-    return told
+        content |= {f"{role}before": _misfit(one), f"{role}after": _misfit(other)}
+        content |= {f"{role}explained": None if share is None else share.share}
+        content |= {f"{role}explained_std": None if share is None else share.std}
+    return content
 
 
 def _misfit(misfit: Misfit | None) -> Content | None:

@@ -14,14 +14,14 @@ from testbed.diagnosis.candidates import (
     Candidate,
     Screening,
     accepted,
-    log_chance,
+    log_p_value,
     mean_over_places,
     scale_evidence,
 )
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.evidence import Prior, log_evidence
 from testbed.diagnosis.misfit import heldout_misfit_of, misfit_of
-from testbed.diagnosis.model import Fit, Placed, all_corrected, fitted, fitted_initial_rates, refit
+from testbed.diagnosis.model import Fit, Hypothesis, all_corrected, fitted, fitted_initial_rates, refit
 from testbed.diagnosis.signatures import FAMILY_WISE_ERROR, Signature, signatures, without
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.errors import InputError
@@ -37,9 +37,9 @@ _LOST = 30.0
 def odds_together(
     without: tuple[Runs | None, Fit], within: tuple[Runs | None, Fit], tested: int, effects: Sequence[Candidate]
 ) -> float:
-    """Return twice the logarithm of how much likelier several effects together are than nothing.
+    """Return twice the logarithm of the posterior odds of several effects together against none.
 
-    What each took off when it was added does not add up to that: it was compared with what was in the model then.
+    It is not the sum of their log odds when they were added: each was compared with the model of that step.
 
     Args:
         without: the model without them, and the held-out runs as it knows them; None where there are none.
@@ -49,15 +49,15 @@ def odds_together(
     """
     (before_heldout, before), (after_heldout, after) = without, within
     gain, rank = before.chi_square - after.chi_square, sum(each.rank for each in effects)
-    carried = _held_out_evidence(after_heldout, after) - log_evidence(before_heldout, before)
-    return scale_evidence(gain, rank) + carried - 2.0 * sum(log(tested) + each.looks for each in effects)
+    heldout_gain = _held_out_evidence(after_heldout, after) - log_evidence(before_heldout, before)
+    return scale_evidence(gain, rank) + heldout_gain - 2.0 * sum(log(tested) + each.trials_penalty for each in effects)
 
 
 def screened(
     runs: Runs,
     heldout: Runs | None,
     fit: Fit,
-    hypotheses: Sequence[Placed],
+    hypotheses: Sequence[Hypothesis],
     progress: Callable[[str], None] = lambda _: None,
 ) -> Screening:
     """Test every hypothesis, and refit those that explain the most.
@@ -67,7 +67,7 @@ def screened(
         heldout: to verify on; None where there are none.
         fit: the present model.
         hypotheses: effects that are not in it.
-        progress: told what is being refitted.
+        progress: called with what is being refitted.
     """
     every = list(signatures(runs, fit, hypotheses))
     best = most_telling(every)
@@ -81,7 +81,7 @@ def screened(
     return Screening(
         signatures=tuple(best),
         tested=tested,
-        candidates=tuple(sorted(candidates, key=lambda candidate: -candidate.evidence)),
+        candidates=tuple(sorted(candidates, key=lambda candidate: -candidate.log_bayes_factor)),
     )
 
 
@@ -102,7 +102,7 @@ def _best_of(starts: Sequence[Signature]) -> Signature:
     return replace(best, elsewhere=tuple(each.score for each in starts if each is not best))
 
 
-def refitted(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, placed: Placed) -> Candidate:
+def refitted(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, placed: Hypothesis) -> Candidate:
     """Return one hypothesis of a screening, refitted whether it was promising or not; arguments as in `screened`."""
     for candidate in screening.candidates:
         if candidate.placed.key == placed.key:
@@ -111,17 +111,17 @@ def refitted(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, p
     return _candidate(runs, heldout, fit, signature, screening.tested, log_evidence(heldout, fit))
 
 
-def with_candidate(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, placed: Placed) -> Screening:
+def with_candidate(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, placed: Hypothesis) -> Screening:
     """Return a screening with one hypothesis among those that were refitted; arguments as in `refitted`.
 
-    The same where it was not asked of, beside what masks it.
+    The same screening if an effect in the model confounds the hypothesis, so that it was not tested.
     """
     if all(each.placed.key != placed.key for each in screening.signatures):
         return screening
     candidate = refitted(runs, heldout, fit, screening, placed)
     if candidate in screening.candidates:
         return screening
-    candidates = sorted((*screening.candidates, candidate), key=lambda each: -each.evidence)
+    candidates = sorted((*screening.candidates, candidate), key=lambda each: -each.log_bayes_factor)
     return replace(screening, candidates=tuple(candidates))
 
 
@@ -129,35 +129,35 @@ def _candidate(
     runs: Runs, heldout: Runs | None, fit: Fit, signature: Signature, tested: int, without: float
 ) -> Candidate:
     placed, model = signature.placed, _refitted(runs, fit, signature)
-    told, heldout = all_corrected(runs, heldout, model)
-    if told is not runs:  # what the gyro is off by, it is off in the gimbals' channels as well
-        model = refit(told, model)
+    own_runs, heldout = all_corrected(runs, heldout, model)
+    if own_runs is not runs:  # what the gyro is off by, it is off in the gimbals' channels as well
+        model = refit(own_runs, model)
     gain = max(fit.chi_square - model.chi_square, 0.0)
-    carried = _held_out_evidence(heldout, model) - without if placed.effect.recurs else 0.0
-    here = scale_evidence(gain, signature.rank) + carried
+    heldout_gain = _held_out_evidence(heldout, model) - without if placed.effect.recurs else 0.0
+    here = scale_evidence(gain, signature.rank) + heldout_gain
     evidence = _anywhere(runs, signature, here)
-    alone = log_chance(gain, max(signature.rank, 1), runs.noise_freedom)
-    corrected = alone + log(tested * _places(runs, placed)) - 0.5 * carried
+    alone = log_p_value(gain, max(signature.rank, 1), runs.noise_freedom)
+    corrected = alone + log(tested * _places(runs, placed)) - 0.5 * heldout_gain
     together = max(corrected, alone + log(FAMILY_WISE_ERROR / _SHOWN))
     return Candidate(
         placed=placed,
         fit=model,
-        gain=gain,
+        chi_square_reduction=gain,
         rank=signature.rank,
-        looks=0.5 * (here - evidence),
-        carried=carried,
-        evidence=evidence,
+        trials_penalty=0.5 * (here - evidence),
+        heldout_log_likelihood_gain=heldout_gain,
+        log_bayes_factor=evidence,
         by_run=np.array([float((part**2).sum()) for part in runs.by_run(model.residual)]),
         p_value=exp(min(together, 0.0)),
     )
 
 
-def _places(runs: Runs, placed: Placed) -> int:
+def _places(runs: Runs, placed: Hypothesis) -> int:
     return placed.effect.places(placed.component, runs.grid)
 
 
 def _anywhere(runs: Runs, signature: Signature, here: float) -> float:
-    """Return the evidence of a hypothesis wherever it was sought.
+    """Return the evidence of a hypothesis, averaged over the start values of its scan.
 
     Args:
         runs: that are fitted.
@@ -206,11 +206,11 @@ class Search:
 
     Attributes:
         testable: all of them.
-        progress: told what is being done.
+        progress: called with what is being done.
         known: screenings so far, by the effects in the model; steps back come to the same model again.
     """
 
-    testable: tuple[Placed, ...]
+    testable: tuple[Hypothesis, ...]
     progress: Callable[[str], None]
     known: dict[tuple[str, ...], tuple[Runs, Screening]] = field(default_factory=dict)
 
@@ -218,14 +218,14 @@ class Search:
         """Compare all hypotheses with the present model."""
         key = tuple(placed.key for placed in state.model.placed)
         runs, screening = self.known.get(key, (None, None))
-        if runs is None or screening is None or not _is_told_alike(runs, state.runs):
+        if runs is None or screening is None or not _has_equal_noise(runs, state.runs):
             others = without(self.testable, state.model.placed)
             screening = screened(state.runs, state.heldout, state.model, others, self.progress)
             self.known[key] = (state.runs, screening)
         return screening
 
     def reconsidered(self, state: Diagnosis) -> Diagnosis:
-        """Ask of the earlier effects, with the newest in the model, whether they still stand, until nothing changes."""
+        """Test every earlier effect again, with the newest in the model, until nothing changes."""
         for _ in range(MOST_EFFECTS):
             changed = self._once_reconsidered(state)
             if changed is state:
@@ -246,7 +246,7 @@ class Search:
                 return with_effect(self._rebuilt(state, kept), chosen, screening)
         return state
 
-    def _rebuilt(self, state: Diagnosis, placed: Sequence[Placed]) -> Diagnosis:
+    def _rebuilt(self, state: Diagnosis, placed: Sequence[Hypothesis]) -> Diagnosis:
         """Return a diagnosis with just these effects, added to the baseline one after the other."""
         model = fitted(state.runs, [], state.baseline.theta, [])
         rebuilt = with_model(replace(state, steps=()), model)
@@ -258,20 +258,20 @@ class Search:
         return rebuilt
 
 
-def _less(state: Diagnosis, kept: Sequence[Placed]) -> Fit:
+def _less(state: Diagnosis, kept: Sequence[Hypothesis]) -> Fit:
     """Return a model with but some of its effects, fitted from where it stands."""
     values = dict(zip([each.key for each in state.model.placed], state.model.values.effects, strict=True))
     return fitted(state.runs, kept, state.model.theta, [values[each.key][0] for each in kept])
 
 
-def _is_told_alike(one: Runs, other: Runs) -> bool:
-    """Return whether two sets of the same runs are told the same noise and, but for rounding, the same gyro errors."""
-    if not np.array_equal(one.sigma, other.sigma) or len(one.told) != len(other.told):
+def _has_equal_noise(one: Runs, other: Runs) -> bool:
+    """Return whether two sets of the same runs have equal noise and, but for rounding, equal gyro errors."""
+    if not np.array_equal(one.sigma, other.sigma) or len(one.estimated_noise) != len(other.estimated_noise):
         return False
     both = list(zip(one.grid.runs, other.grid.runs, strict=True))
     errors = all(_is_nearly(run.gyro_error, twin.gyro_error, run.gyro_noise) for run, twin in both)
-    told = zip(one.told, other.told, one.grid.runs, strict=False)  # of every run, or of none
-    return errors and all(_is_nearly(mine, theirs, run.gyro_noise) for mine, theirs, run in told)
+    estimated = zip(one.estimated_noise, other.estimated_noise, one.grid.runs, strict=False)  # of every run, or of none
+    return errors and all(_is_nearly(mine, theirs, run.gyro_noise) for mine, theirs, run in estimated)
 
 
 def _is_nearly(one: Vectors3 | None, other: Vectors3 | None, noise: float) -> bool:
@@ -301,7 +301,7 @@ def with_model(state: Diagnosis, model: Fit) -> Diagnosis:
 
 
 def gap_of(runs: Runs, fit: Fit, heldout: Runs | None) -> Gap:
-    """Return what a model leaves.
+    """Return the gap of a model.
 
     Args:
         runs: that it was fitted to.

@@ -12,7 +12,7 @@ from scipy.stats import chi2, ncx2
 
 from testbed.arrays import Array
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.model import NEGLIGIBLE, Fit, Placed, orthonormal, projected_out
+from testbed.diagnosis.model import NEGLIGIBLE, Fit, Hypothesis, orthonormal, projected_out
 from testbed.effects.contract import CLUSTER, Channel, Effect
 from testbed.prediction.motor_torques import has_torques
 from testbed.prediction.prediction import (
@@ -42,7 +42,7 @@ class Signature:
         elsewhere: scores at the hypothesis's other starts, once those were compared.
     """
 
-    placed: Placed
+    placed: Hypothesis
     start: Array
     columns: Array
     basis: Array
@@ -56,7 +56,7 @@ class Signature:
         return int(self.basis.shape[1])
 
 
-def signatures(runs: Runs, fit: Fit, hypotheses: Sequence[Placed]) -> Iterator[Signature]:
+def signatures(runs: Runs, fit: Fit, hypotheses: Sequence[Hypothesis]) -> Iterator[Signature]:
     """Return the signature of every hypothesis at each of its starts, in order.
 
     Args:
@@ -102,7 +102,7 @@ def distinguishability(one: Signature, other: Signature) -> float:
     return sqrt(max(0.0, 1.0 - min(largest, 1.0) ** 2))
 
 
-def _linearised(runs: Runs, fit: Fit, hypotheses: Sequence[Placed]) -> Iterator[tuple[Placed, Array, Array]]:
+def _linearised(runs: Runs, fit: Fit, hypotheses: Sequence[Hypothesis]) -> Iterator[tuple[Hypothesis, Array, Array]]:
     """Return each hypothesis, a start, and its whitened columns; those that start absent are predicted together."""
     starts = [(placed, placed.effect.starts(placed.component, runs.grid)) for placed in hypotheses]
     absent = [(placed, rows[0]) for placed, rows in starts if _is_absent(placed, rows)]
@@ -117,11 +117,11 @@ def _linearised(runs: Runs, fit: Fit, hypotheses: Sequence[Placed]) -> Iterator[
                 yield placed, start, columns
 
 
-def _is_absent(placed: Placed, starts: Array) -> bool:
+def _is_absent(placed: Hypothesis, starts: Array) -> bool:
     return len(starts) == 1 and starts[0].tolist() == [each.absent for each in placed.effect.parameters]
 
 
-def _columns(runs: Runs, fit: Fit, added: Sequence[tuple[Placed, Array]]) -> Array:
+def _columns(runs: Runs, fit: Fit, added: Sequence[tuple[Hypothesis, Array]]) -> Array:
     """Return whitened ∂prediction/∂parameters of hypotheses added to the model, shape (samples, sum of K)."""
     effects = (*fit.values.effects, *(start[None] for _, start in added))
     hooks = [each.hooks for each in (*fit.placed, *(placed for placed, _ in added))]
@@ -131,7 +131,7 @@ def _columns(runs: Runs, fit: Fit, added: Sequence[tuple[Placed, Array]]) -> Arr
     return np.concatenate(runs.whitened_columns(derivatives))
 
 
-def _scanned_columns(runs: Runs, fit: Fit, placed: Placed, starts: Array) -> Array:
+def _scanned_columns(runs: Runs, fit: Fit, placed: Hypothesis, starts: Array) -> Array:
     """Return whitened ∂prediction/∂parameters of one hypothesis at each of its starts, shape (S, samples, K)."""
     hooks = [each.hooks for each in (*fit.placed, placed)]
     shown = [index for index, parameter in enumerate(placed.effect.parameters) if not parameter.scanned]
@@ -140,7 +140,7 @@ def _scanned_columns(runs: Runs, fit: Fit, placed: Placed, starts: Array) -> Arr
     return np.stack([np.concatenate(columns) for columns in at_starts])
 
 
-def _signature(placed: Placed, start: Array, columns: Array, free: Array, residual: Array) -> Signature:
+def _signature(placed: Hypothesis, start: Array, columns: Array, free: Array, residual: Array) -> Signature:
     scale = np.linalg.norm(columns, axis=0)
     typical = np.abs([parameter.typical for parameter in placed.effect.parameters])
     usable = np.where(scale * typical > _UNSEEN, scale, np.inf)
@@ -184,7 +184,7 @@ class Untestable:
     needs: str
 
 
-def hypotheses(runs: Runs, effects: Mapping[str, Effect]) -> tuple[list[Placed], list[Untestable]]:
+def hypotheses(runs: Runs, effects: Mapping[str, Effect]) -> tuple[list[Hypothesis], list[Untestable]]:
     """Return what can be tested with the channels that the runs carry, and what cannot.
 
     Args:
@@ -198,7 +198,7 @@ def hypotheses(runs: Runs, effects: Mapping[str, Effect]) -> tuple[list[Placed],
         if missing:
             not_testable.append(Untestable(effect=effect.id, needs=" and ".join(missing)))
         else:
-            testable += [Placed(effect=effect, component=component) for component in effect.components]
+            testable += [Hypothesis(effect=effect, component=component) for component in effect.components]
     return testable, not_testable
 
 
@@ -221,17 +221,17 @@ def channels_of(runs: Runs) -> set[Channel]:
     return present
 
 
-def without(candidates: Iterable[Placed], chosen: Iterable[Placed]) -> list[Placed]:
+def without(candidates: Iterable[Hypothesis], chosen: Iterable[Hypothesis]) -> list[Hypothesis]:
     """Return the hypotheses that are not in the model yet, nor masked by what is."""
     present = tuple(chosen)
     taken = {each.key for each in present}
     return [each for each in candidates if each.key not in taken and masking(each, present) is None]
 
 
-def masking(candidate: Placed, present: Iterable[Placed]) -> Placed | None:
-    """Return the effect in the model beside which a hypothesis cannot be told; None where there is none."""
+def masking(candidate: Hypothesis, present: Iterable[Hypothesis]) -> Hypothesis | None:
+    """Return the effect in the model that confounds a hypothesis; None where there is none."""
     return next((each for each in present if _masks(each, candidate)), None)
 
 
-def _masks(present: Placed, candidate: Placed) -> bool:
+def _masks(present: Hypothesis, candidate: Hypothesis) -> bool:
     return candidate.effect.id in present.effect.masks and candidate.component in (present.component, CLUSTER)

@@ -12,8 +12,8 @@ from testbed.diagnosis.candidates import Candidate, Screening, accepted, by_clas
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.latent import LatentTorque, TorqueShape, surest
 from testbed.diagnosis.misfit import Misfit
-from testbed.diagnosis.model import AtPlace, Fit, Placed
-from testbed.diagnosis.noise import NoiseLevel, Scatter
+from testbed.diagnosis.model import AtComponent, Fit, Hypothesis
+from testbed.diagnosis.noise import NoiseHypothesis, NoiseLevel
 from testbed.diagnosis.signatures import Untestable
 
 UNEXPLAINED = 0.01
@@ -24,7 +24,7 @@ Verdict = Literal["none", "named", "ambiguous", "unexplained"]
 
 @dataclass(frozen=True, kw_only=True)
 class Gap:
-    """What a model leaves: root mean square of the whitened residual, 1 is the noise floor, and misfit beyond noise.
+    """Residual of a model: root mean square after whitening, 1 is the noise floor, and misfit beyond noise.
 
     Attributes:
         fit: of the runs that are fitted.
@@ -40,7 +40,7 @@ class Gap:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Step(AtPlace):
+class Step(AtComponent):
     """An effect that was added to the model.
 
     Attributes:
@@ -56,13 +56,13 @@ class Step(AtPlace):
     after: Gap
 
     @property
-    def placed(self) -> Placed:
+    def placed(self) -> Hypothesis:
         """Effect and component."""
         return self.candidate.placed
 
     @property
-    def look_alikes(self) -> tuple[Placed, ...]:
-        """What the data do not tell from it."""
+    def look_alikes(self) -> tuple[Hypothesis, ...]:
+        """Effects that the data cannot distinguish from it."""
         return tuple(other.placed for other in self.screening.close if other.placed.key != self.placed.key)
 
 
@@ -79,17 +79,17 @@ class Diagnosis:
         gap_before: of the baseline.
         gap: of the model.
         noise: the gyro's noise against what is stated.
-        asked: every hypothesis on how the gyro's samples scatter, against the baseline.
-        scatter: effects on how the gyro's samples scatter, told anew with every model; the runs believe them.
+        noise_candidates: every hypothesis on the gyro's noise, against the baseline.
+        scatter: effects on the gyro's noise, re-estimated with every model; the runs have that noise.
         steps: effects in the order in which they were added.
-        taken_back: effects that were added, and explain less than a torque does that no effect makes.
+        retracted: effects that were added, and explain less than an unmodelled torque does.
         remaining: the hypotheses against the final model; None until they were looked at.
-        latent: torque that the final model leaves; None until it was looked at.
-        latent_before: that the nominal one leaves; None where no effect on the motion is in the final one.
-        shapes: of torques that no effect makes, against the final model, the one with the most evidence first.
-        unlisted: evidence of any such torque against the baseline.
+        latent: unmodelled torque beside the final model; None until it was estimated.
+        latent_before: beside the nominal model; None where the final one has no effect on the motion.
+        shapes: of unmodelled torques, against the final model, the one with the most evidence first.
+        unmodelled: evidence of any such torque against the baseline.
         explained: odds of all effects together against the baseline; 0 without any.
-        goodness: chance of a gyro residual of all runs as large as the final model's, if nothing is missing.
+        goodness: p-value of the χ² of the final model's gyro residual in all runs.
         untestable: effects for which a channel is missing.
         alone: whether all runs are of one record, which gets no name.
         complete: whether the diagnosis came to its end.
@@ -103,15 +103,15 @@ class Diagnosis:
     gap_before: Gap
     gap: Gap
     noise: NoiseLevel
-    asked: tuple[Scatter, ...] = ()
-    scatter: tuple[Scatter, ...] = ()
+    noise_candidates: tuple[NoiseHypothesis, ...] = ()
+    scatter: tuple[NoiseHypothesis, ...] = ()
     steps: tuple[Step, ...] = ()
-    taken_back: tuple[Placed, ...] = ()
+    retracted: tuple[Hypothesis, ...] = ()
     remaining: Screening | None = None
     latent: LatentTorque | None = None
     latent_before: LatentTorque | None = None
     shapes: tuple[TorqueShape, ...] = ()
-    unlisted: float = -inf
+    unmodelled: float = -inf
     explained: float = 0.0
     goodness: float = 1.0
     untestable: tuple[Untestable, ...] = ()
@@ -120,23 +120,23 @@ class Diagnosis:
 
     @property
     def left_over(self) -> bool:
-        """Whether the model leaves more than noise."""
+        """Whether the model's residual is more than noise."""
         return self.goodness < UNEXPLAINED or self.structure_left
 
     @property
     def structure_left(self) -> bool:
-        """Whether the model leaves what noise does not look like, however large."""
+        """Whether the model's residual has structure, however large it is."""
         walks = self.latent is not None and self.latent.p_value < UNEXPLAINED
         return walks or self.shape_left is not None or bool(self.unnamed)
 
     @property
     def unnamed(self) -> tuple[Candidate, ...]:
-        """The effect that is there by more than chance and was not added, or taken back, and its look-alikes."""
+        """The significant effect that was not added, or was retracted, and its equivalence class."""
         return () if self.remaining is None or accepted(self.remaining) is None else self.remaining.close
 
     @property
     def shape_left(self) -> TorqueShape | None:
-        """The torque of no effect that is left by more than chance; None where there is none."""
+        """The significant unmodelled torque of a known shape; None where there is none."""
         shape = surest(self.shapes)
         return shape if shape is not None and shape.p_value < UNEXPLAINED else None
 
@@ -160,25 +160,25 @@ class Diagnosis:
         return "ambiguous" if self.added[0].look_alikes else "named"
 
     @property
-    def added(self) -> tuple[Step | Scatter, ...]:
+    def added(self) -> tuple[Step | NoiseHypothesis, ...]:
         """All effects in the model: on the motion and what is read of it as they were found, then those on the noise.
 
-        These are told anew with every model, by what it leaves.
+        The latter are re-estimated with every model, from its residual.
         """
         return *self.steps, *self.scatter
 
     @property
-    def unlisted_beside_steps(self) -> float:
-        """Evidence of a torque of no effect, less what further effects explain beside the first one."""
+    def unmodelled_beside_steps(self) -> float:
+        """Evidence of an unmodelled torque, less what further effects explain beside the first one."""
         first = self.steps[0].screening.odds(self.steps[0].candidate) if self.steps else 0.0
-        return self.unlisted - (self.explained - first)
+        return self.unmodelled - (self.explained - first)
 
     @property
     def probabilities(self) -> Mapping[str, float]:
         """Of none, of every class that is in question, and of something unknown."""
         screening = self.steps[0].screening if self.steps else self.remaining
-        asked = {} if self.steps else {each.key: each.evidence for each in self.asked}
-        probabilities = probabilities_of(screening, self.unlisted_beside_steps, asked)
+        noise = {} if self.steps else {each.key: each.log_bayes_factor for each in self.noise_candidates}
+        probabilities = probabilities_of(screening, self.unmodelled_beside_steps, noise)
         if not probabilities or not self.added:
             return probabilities
         first = self.added[0]

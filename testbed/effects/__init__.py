@@ -17,6 +17,6 @@ def registered() -> Mapping[str, NamedEffect]:
         >>> tb.effects.registered()["viscous_drag"].parameters[0].unit
         'N·m·s/rad'
     """
-    from testbed.effects.registry import EFFECTS, READING_EFFECTS  # noqa: PLC0415 - the contract is imported without it
+    from testbed.effects.registry import EFFECTS, NOISE_EFFECTS  # noqa: PLC0415 - the contract is imported without it
 
-    return {**EFFECTS, **READING_EFFECTS}
+    return {**EFFECTS, **NOISE_EFFECTS}

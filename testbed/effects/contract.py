@@ -1,4 +1,4 @@
-"""What every named effect tells of itself, how it enters the prediction, and how it is built into a flying model."""
+"""Every named effect: its description, how it enters the prediction, and how it is built into a flying model."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ _PLACES |= {axis: f"the gyro's {axis} axis" for axis in AXES}
 
 
 class NamedEffect(ABC):
-    """What a row of the table of effects tells of itself, whatever way it is found.
+    """A row of the table of effects, whatever way it is found.
 
     Attributes:
         id: as in diagnosis.json.
@@ -93,9 +93,9 @@ class NamedEffect(ABC):
         parameters: in the order of the values.
         needs: channels without which it cannot be tested for.
         sentence: what it is, for the report; `{component}` stands for the place.
-        look_alikes: ids of effects that leave nearly the same trace.
-        confirm: the experiment that would tell it from them.
-        flies: whether a flying model can have it; one that cannot, its extension leaves as it is.
+        look_alikes: ids of effects that are confounded with it: their signatures are nearly the same.
+        confirm: the experiment that would distinguish it from them.
+        flies: whether a flying model can have it; the extension of one that cannot is empty.
         recurs: whether it acts in every run; what happened once says nothing of the other runs.
     """
 
@@ -109,8 +109,8 @@ class NamedEffect(ABC):
     flies: ClassVar[bool] = True
     recurs: ClassVar[bool] = True
 
-    def told(self, component: str) -> str:
-        """Return what it is, at its place, in a sentence."""
+    def described(self, component: str) -> str:
+        """Return a sentence that describes it at its component."""
         sentence = self.sentence.format(component=_PLACES.get(component, component))
         return sentence[0].upper() + sentence[1:]
 
@@ -141,8 +141,7 @@ class Effect(NamedEffect):
     """An effect on what is predicted. Adding one: a file with a class like this, its line in the registry, its test.
 
     Attributes:
-        masks: ids of effects that cannot be told in the same unit beside it: what they would show, it shows as well, by
-            details that are not predicted.
+        masks: ids of effects that it confounds in the same unit: details of it that are not predicted look like them.
     """
 
     masks: ClassVar[tuple[str, ...]] = ()

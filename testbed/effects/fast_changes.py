@@ -1,6 +1,6 @@
-"""The gyro's own noise, told from the residual's fastest changes, which no motion of the platform makes.
+"""The gyro's own noise, estimated from the residual's fastest changes, which no motion of the platform makes.
 
-Where the residual holds nothing else, all of it tells the noise, twice as surely.
+Where the residual holds nothing else, all of it estimates the noise, twice as precisely.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.arrays import Array, Flags
-from testbed.effects.reading_effect import Readings
+from testbed.effects.noise_effect import Readings
 
 _DIFFERENCES = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 """Fourth differences: a motion of 1 Hz at 16 Hz passes by a factor 0.02, white noise by √70."""

@@ -22,7 +22,7 @@ class _Slow(Hooks):
 
 @final
 class GyroBandwidth(Effect):
-    """T dω̄/dt = ω - ω̄; searched as the time constant T, zero where it is absent, and told as 1 / (2π T)."""
+    """T dω̄/dt = ω - ω̄; searched as the time constant T, zero where it is absent, and reported as 1 / (2π T)."""
 
     id = "gyro_bandwidth"
     components = ("gyro",)

@@ -11,15 +11,15 @@ from typing_extensions import override
 from testbed.arrays import Array, Flags
 from testbed.effects.contract import AXES, Extension, Parameter
 from testbed.effects.fast_changes import noise_ratio
-from testbed.effects.reading_effect import Finding, ReadingEffect, Readings
+from testbed.effects.noise_effect import Finding, NoiseEffect, Readings
 from testbed.scenario.scenario import Scenario
 
 
 @final
-class GyroNoise(ReadingEffect):
+class GyroNoise(NoiseEffect):
     """White noise of the standard deviation σ_e beyond what is stated: σ² → σ² + σ_e², on one axis or all.
 
-    Told from fourth differences, which no motion of the platform makes, and at the end from the whole residual:
+    Estimated from fourth differences, which no motion of the platform makes, and at the end from the whole residual:
     with the ratio ρ of the variance to the stated one and ν degrees of freedom, ν ρ is χ²(ν) where the stated noise is
     right.
     """
@@ -44,7 +44,7 @@ class GyroNoise(ReadingEffect):
         return Finding(
             values=np.array([noise]),
             std=np.array([spread / (2.0 * noise) if noise > 0.0 else np.sqrt(spread)]),
-            gain=freedom * (ratio - 1.0 - np.log(ratio)) if extra else 0.0,
+            chi_square_reduction=freedom * (ratio - 1.0 - np.log(ratio)) if extra else 0.0,
             freedom=1,
             p_value=float(chi2.sf(freedom * ratio, freedom)),
             variance=axes * variance * extra,

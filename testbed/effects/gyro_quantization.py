@@ -10,7 +10,7 @@ from typing_extensions import override
 
 from testbed.arrays import Array
 from testbed.effects.contract import Extension, Parameter
-from testbed.effects.reading_effect import Finding, ReadingEffect, Readings
+from testbed.effects.noise_effect import Finding, NoiseEffect, Readings
 from testbed.scenario.scenario import Scenario
 
 SMALLEST_STEP = 0.1
@@ -22,7 +22,7 @@ _FEWEST = 5
 
 
 @final
-class GyroQuantization(ReadingEffect):
+class GyroQuantization(NoiseEffect):
     """ω̄ = q round(ω / q): all readings lie on levels q apart, which adds q²/12 to the variance."""
 
     id = "gyro_quantization"
@@ -39,13 +39,13 @@ class GyroQuantization(ReadingEffect):
         if found is None:
             return None
         step, levels = found
-        log_chance = levels * np.log(2.0 * _OFF_LEVEL)
+        log_p_value = levels * np.log(2.0 * _OFF_LEVEL)
         return Finding(
             values=np.array([step]),
             std=np.array([step * _OFF_LEVEL / levels]),
-            gain=-2.0 * log_chance,
+            chi_square_reduction=-2.0 * log_p_value,
             freedom=1,
-            p_value=float(np.exp(log_chance)),
+            p_value=float(np.exp(log_p_value)),
             variance=np.full(3, step**2 / 12.0),
         )
 

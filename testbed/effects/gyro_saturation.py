@@ -32,7 +32,7 @@ class _Clipped(Hooks):
 
 @final
 class GyroSaturation(Effect):
-    """ω̄ = min(max(ω, -L), L) on each axis; searched as 1 / L, zero where it is absent, and told as L.
+    """ω̄ = min(max(ω, -L), L) on each axis; searched as 1 / L, zero where it is absent, and reported as L.
 
     A clipped reading has no noise: the prediction behind the same limit meets it exactly.
     """

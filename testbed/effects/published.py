@@ -10,7 +10,7 @@ from itertools import groupby
 from pathlib import Path
 
 from testbed.effects.contract import NamedEffect, Parameter
-from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 
 MARK = "<!-- The rest is written by `python -m testbed.effects.published`. -->"
 """Line of docs/effects.md above which people write."""
@@ -28,12 +28,12 @@ def published(page: Path) -> str:
 
 def effects_table() -> str:
     """Return every registered effect as a Markdown table, and what would confirm each."""
-    effects: list[NamedEffect] = [*EFFECTS.values(), *READING_EFFECTS.values()]
+    effects: list[NamedEffect] = [*EFFECTS.values(), *NOISE_EFFECTS.values()]
     return "\n".join([*_rows(effects), "", *_confirmations(effects), ""])
 
 
 def _rows(effects: list[NamedEffect]) -> Iterator[str]:
-    yield "| id | component | parameters, typical size | needs | what it is | look-alikes |"
+    yield "| id | component | parameters, typical size | needs | what it is | confounded with |"
     yield "|---|---|---|---|---|---|"
     for effect in effects:
         cells = (
@@ -41,7 +41,7 @@ def _rows(effects: list[NamedEffect]) -> Iterator[str]:
             _components(effect.components),
             "; ".join(_parameters(effect.parameters)),
             ", ".join(need.replace("_", " ") for need in effect.needs),
-            effect.told(effect.components[0]),
+            effect.described(effect.components[0]),
             ", ".join(f"`{other}`" for other in effect.look_alikes),
         )
         yield f"| {' | '.join(cells)} |"

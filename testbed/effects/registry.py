@@ -28,8 +28,8 @@ from testbed.effects.gyro_saturation import GyroSaturation
 from testbed.effects.gyro_scale import GyroScale
 from testbed.effects.inertia import Inertia
 from testbed.effects.inertial_torque import InertialTorque
+from testbed.effects.noise_effect import NoiseEffect
 from testbed.effects.quadratic_drag import QuadraticDrag
-from testbed.effects.reading_effect import ReadingEffect
 from testbed.effects.rotor_imbalance import RotorImbalance
 from testbed.effects.rotor_speed import RotorSpeed
 from testbed.effects.rotor_spin_down import RotorSpinDown
@@ -67,14 +67,14 @@ _PREDICTED: tuple[Effect, ...] = (
     GyroSaturation(),
 )
 
-_ON_READINGS: tuple[ReadingEffect, ...] = (GyroNoise(), GyroQuantization(), RotorImbalance())
+_ON_READINGS: tuple[NoiseEffect, ...] = (GyroNoise(), GyroQuantization(), RotorImbalance())
 
 _GROUP = "testbed.effects"
 """Entry points of other packages: each is an effect, or a class of one."""
 
 EFFECTS: dict[str, Effect] = {effect.id: effect for effect in _PREDICTED}
 """Those that change what is predicted, by id."""
-READING_EFFECTS: Mapping[str, ReadingEffect] = {effect.id: effect for effect in _ON_READINGS}
+NOISE_EFFECTS: Mapping[str, NoiseEffect] = {effect.id: effect for effect in _ON_READINGS}
 """Those that change how the gyro's samples scatter about it, by id."""
 
 
@@ -97,7 +97,7 @@ def register_effect(effect: Effect) -> Effect:
     """
     if not isinstance(effect, Effect):
         raise InputError(f"{effect!r}: is no effect; derive its class from testbed.Effect")
-    if effect.id in EFFECTS or effect.id in READING_EFFECTS:
+    if effect.id in EFFECTS or effect.id in NOISE_EFFECTS:
         raise InputError(f"{effect.id}: an effect of this id is registered already; choose another id")
     if not effect.components or not effect.parameters:
         raise InputError(f"{effect.id}: an effect has components, such as ('platform',), and parameters to estimate")

@@ -12,14 +12,14 @@ from typing_extensions import override
 
 from testbed.arrays import Array, Matrix3
 from testbed.effects.contract import UNITS, Extension, Parameter, unit_index
-from testbed.effects.reading_effect import Finding, ReadingEffect, Readings
+from testbed.effects.noise_effect import Finding, NoiseEffect, Readings
 from testbed.estimation.telemetry import Telemetry
 from testbed.plant.unit_additions import UnbalancedRotor
 from testbed.scenario.scenario import Scenario
 
 
 @final
-class RotorImbalance(ReadingEffect):
+class RotorImbalance(NoiseEffect):
     """J ω = ... - U Ω r × (g cos φ - t sin φ), φ = Ω t + φ₀, with a φ₀ of every run's own.
 
     Gyros sample far too slowly to follow the rotor: what shows is a line at its speed or at the alias, on the axes that
@@ -40,10 +40,10 @@ class RotorImbalance(ReadingEffect):
     @override
     def found(self, component: str, readings: Readings) -> Finding | None:
         unit = unit_index(component)
-        told = [_told(part, readings, unit) for part in range(len(readings.runs))]
-        if None in told:
+        lines = [_line_fit(part, readings, unit) for part in range(len(readings.runs))]
+        if None in lines:
             return None
-        fits = [each for each in told if each is not None]
+        fits = [each for each in lines if each is not None]
         gain, freedom = sum(fit[1] for fit in fits), 2 * len(fits)
         squares = np.array([fit[0] @ fit[0] for fit in fits])
         errors = np.array([np.trace(fit[2]) for fit in fits])  # noise alone has such squares
@@ -52,7 +52,7 @@ class RotorImbalance(ReadingEffect):
         return Finding(
             values=np.array([size]),
             std=np.array([np.sqrt(np.mean(errors) / freedom)]),
-            gain=gain,
+            chi_square_reduction=gain,
             freedom=freedom,
             p_value=float(chi2.sf(gain, freedom)),
             variance=np.asarray(np.mean(np.concatenate(explained) ** 2, axis=0)),
@@ -64,7 +64,7 @@ class RotorImbalance(ReadingEffect):
         return Extension(platform=(UnbalancedRotor(unit=unit_index(component), static=float(values[0])),))
 
 
-def _told(part: int, readings: Readings, unit: int) -> tuple[Array, float, Array, Array] | None:
+def _line_fit(part: int, readings: Readings, unit: int) -> tuple[Array, float, Array, Array] | None:
     """Return a run's (U cos φ₀, U sin φ₀), kg·m, the χ² that they explain, their covariance, and what they explain."""
     run, sigma = readings.runs[part], readings.sigma[part]
     if run.cluster is None or run.cluster.position_B is None or run.gimbal_angle is None:

@@ -83,9 +83,9 @@ def estimated_alignments(telemetry: Telemetry, settings: EstimationSettings) -> 
     record = gimbal_telemetry(part)
     theta = likely_theta(part, settings.nominal_theta)
     start = _Unknowns(parameters=np.concatenate([theta, np.zeros(ALIGNMENTS)]), momentum_B=mean_momentum(part, theta))
-    told = _told(part, record, start)
-    answer = _search(part, record, start, told)
-    return _estimate(start, told, answer)
+    observable = _observability(part, record, start)
+    answer = _search(part, record, start, observable)
+    return _estimate(start, observable, answer)
 
 
 def relative_parameters(theta: Theta, alignment: Alignment, working: Flags) -> Array:
@@ -129,43 +129,45 @@ def _columns(record: GimbalTelemetry, unknowns: _Unknowns, motion: Motion) -> Re
     return rate_sensitivity(drive_at(record, alignment), motion, held).reshape(-1, len(NAMES) + 3)
 
 
-def _told(telemetry: Telemetry, record: GimbalTelemetry, start: _Unknowns) -> Observability:
+def _observability(telemetry: Telemetry, record: GimbalTelemetry, start: _Unknowns) -> Observability:
     columns = without_momentum(_columns(record, start, _motion(record, start)), unknowns=len(NAMES))
     return observability(columns, telemetry.gyro_noise, start.theta, working_units(record.cluster))
 
 
-def _search(telemetry: Telemetry, record: GimbalTelemetry, start: _Unknowns, told: Observability) -> OptimizeResult:
-    """Search over coordinates in the basis of what is told, and over the initial momentum."""
+def _search(
+    telemetry: Telemetry, record: GimbalTelemetry, start: _Unknowns, observable: Observability
+) -> OptimizeResult:
+    """Search over coordinates in the basis of the observable directions, and over the initial momentum."""
 
     def motion(values: Array) -> Motion:
-        return _motion(record, _moved(start, told, values))
+        return _motion(record, _moved(start, observable, values))
 
     def sensitivity(values: Array, at: Motion) -> Regressor:
-        columns = _columns(record, _moved(start, told, values), at)
-        return np.hstack([columns[:, :-3] @ _steps(told), columns[:, -3:]])
+        columns = _columns(record, _moved(start, observable, values), at)
+        return np.hstack([columns[:, :-3] @ _steps(observable), columns[:, -3:]])
 
-    first = np.concatenate([np.zeros(told.basis.shape[1]), start.momentum_B])
+    first = np.concatenate([np.zeros(observable.basis.shape[1]), start.momentum_B])
     return most_likely(telemetry.body_rate, first, motion, sensitivity)
 
 
-def _steps(told: Observability) -> Array:
+def _steps(observable: Observability) -> Array:
     """Parameters per coordinate, shape (30, r), SI."""
-    return np.asarray(told.scale[:, None] * told.basis)
+    return np.asarray(observable.scale[:, None] * observable.basis)
 
 
-def _moved(start: _Unknowns, told: Observability, values: Array) -> _Unknowns:
-    return _Unknowns(parameters=start.parameters + _steps(told) @ values[:-3], momentum_B=values[-3:])
+def _moved(start: _Unknowns, observable: Observability, values: Array) -> _Unknowns:
+    return _Unknowns(parameters=start.parameters + _steps(observable) @ values[:-3], momentum_B=values[-3:])
 
 
-def _estimate(start: _Unknowns, told: Observability, answer: OptimizeResult) -> AlignmentEstimate:
+def _estimate(start: _Unknowns, observable: Observability, answer: OptimizeResult) -> AlignmentEstimate:
     variance = float(answer.fun @ answer.fun) / (answer.fun.size - answer.x.size)
     covariance = variance * np.linalg.inv(answer.jac.T @ answer.jac)  # eqs. (12), (13)
-    steps, end = _steps(told), _moved(start, told, answer.x)
+    steps, end = _steps(observable), _moved(start, observable, answer.x)
     return AlignmentEstimate(
         parameters=end.parameters,
         covariance=steps @ covariance[:-3, :-3] @ steps.T,
         initial_momentum_B=end.momentum_B,
-        observability=told,
+        observability=observable,
         residual_sigma=float(np.sqrt(variance)),
         iterations=answer.njev,
     )

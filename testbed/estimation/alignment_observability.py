@@ -47,12 +47,12 @@ class OpenDirection:
 
 @dataclass(frozen=True, kw_only=True)
 class Observability:
-    """What a record tells of the scaled parameters: θ in shares of the mean moment, angles in rad, momentum scales.
+    """Observability of the scaled parameters: θ in shares of the mean moment, angles in rad, momentum scales.
 
     Attributes:
         scale: of the 30 parameters, SI per scaled unit.
-        common_scale: the one direction that no record tells; the convention holds it.
-        others: what this record leaves open besides; the parameters are not moved along it.
+        common_scale: the one direction that no record identifies; the convention fixes it.
+        others: further directions that this record does not identify; the parameters are not moved along them.
         basis: orthonormal directions in which the parameters are estimated, shape (30, r).
     """
 

@@ -1,4 +1,4 @@
-"""The role that every estimator plays, what it may be told, and what it answers."""
+"""The interface of every estimator: its settings and its result."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from testbed.estimation.uncertainty import EXACT, Uncertainty
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EstimationSettings:
-    """What an estimator is told beside the measurements; compared as `Telemetry` is.
+    """What an estimator knows beside the measurements; compared as `Telemetry` is.
 
     Attributes:
         nominal_theta: the nominal model's inertia, kg·m²; simulates the instrument and sizes what is identifiable.

@@ -23,9 +23,9 @@ def gyro_noise_of(time: Series, body_rate: Vectors3) -> float | None:
     """Return the standard deviation of the white noise per sample, rad/s, root mean square over the axes.
 
     Fourth-order divided differences, scaled to the noise's variance, within stretches without gaps; the median of their
-    size bears a tenth of outliers. Either the samples are uneven, or their time stamps alone: what the motion leaves in
-    the differences only adds to the noise, so that the smaller of both answers is the better one. Noise that the gyro
-    itself has smoothed is not white, and is taken for smaller than it is.
+    size bears a tenth of outliers. Either the samples are uneven, or their time stamps alone: the part of the motion
+    in the differences only adds to the noise, so that the smaller of both estimates is the better one. Noise that the
+    gyro itself has smoothed is not white, and is underestimated.
 
     Args:
         time: shape (N,), s, strictly increasing.

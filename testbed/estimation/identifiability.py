@@ -27,7 +27,7 @@ def without_momentum(regressor: Regressor, unknowns: int = 6) -> Regressor:
 
     Args:
         regressor: shape (3N, P + M), the columns of unknown momenta last.
-        unknowns: P, the inertia's parameters where not told.
+        unknowns: P, by default the inertia's parameters.
     """
     wanted, momentum = regressor[:, :unknowns], regressor[:, unknowns:]
     return np.asarray(wanted - momentum @ np.linalg.lstsq(momentum, wanted, rcond=None)[0])
@@ -37,7 +37,7 @@ def require_identifiable(regressor: Regressor, sigma: float, inertia_size: float
     """Refuse a motion that leaves a direction of the inertia open.
 
     A direction is open where the motion does not excite it, or so little that a third of the inertia itself would lie
-    within one standard deviation: such an excitation cannot be told from none at three standard deviations.
+    within one standard deviation: such an excitation does not differ from zero at three standard deviations.
 
     Args:
         regressor: noise-free, shape (3N, 6 + M), the columns of unknown momenta last.

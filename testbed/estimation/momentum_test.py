@@ -1,4 +1,4 @@
-"""Did the platform start without momentum, as was assumed? A score test on what the estimate leaves."""
+"""Did the platform start without momentum, as was assumed? A score test on the residual of the estimate."""
 
 from __future__ import annotations
 

@@ -85,7 +85,7 @@ def residual_colour(response: NoiseResponse, instrument: Regressor) -> Array:
 
 
 def residual_maker(response: NoiseResponse, instrument: Regressor) -> Array:
-    """Return I - Ψ (ZᵀΨ)⁻¹ Zᵀ, shape (3N, 3N): what an estimate leaves of the equation's error.
+    """Return I - Ψ (ZᵀΨ)⁻¹ Zᵀ, shape (3N, 3N): from the equation's error to the residual of an estimate.
 
     Args:
         response: with the regressor.

@@ -1,4 +1,4 @@
-"""Is what an estimate leaves of the gyro's samples noise: as large as it is stated, and without memory?"""
+"""Is the residual of an estimate noise: as large as it is stated, and white?"""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _BLOCK = 1_000
 
 @dataclass(frozen=True, kw_only=True)
 class ResidualCheck:
-    """What is left of a record by an estimate.
+    """The residual of an estimate on a record.
 
     Attributes:
         size: root mean square in standard deviations of the stated noise; 1 where the model is right.

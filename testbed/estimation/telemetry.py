@@ -54,7 +54,7 @@ class Telemetry:
             `gimbal_angle` is None, and then the inertia's change with the gimbal angles is left out.
         applied_torque: torque of actuators that store no momentum, shape (K, 3), N·m, body axes.
         gimbal_torque: of the gimbal motors, shape (K, 6), N·m.
-        gimbal_rate_command: what the steering law asked of each gimbal, shape (K, 6), rad/s.
+        gimbal_rate_command: as commanded by the steering law, shape (K, 6), rad/s.
         servo: of the gimbals; None where it is not known.
         initial_momentum: whether the whole platform's momentum at the first sample is known to be zero.
         constant_torque: which constant torques on the platform are estimated jointly: fixed in the body, fixed in

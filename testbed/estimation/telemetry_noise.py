@@ -1,4 +1,4 @@
-"""The noise of the actuators' telemetry, told by its own samples, as it stands in a predicted body rate.
+"""The noise of the actuators' telemetry, estimated from its own samples, as it stands in a predicted body rate.
 
 Of J ω = L - h the whole momentum L is integrated and hardly feels single samples of h: an error δh of a sample stands
 as J⁻¹ δh in the prediction of that sample.
@@ -44,7 +44,7 @@ def momentum_covariance(run: Telemetry) -> Array:
 
 
 def _variance(channel: Array) -> Array:
-    """Return the variance of the white noise of columns, told from their fastest changes; zero of too few samples."""
+    """Return the variance of columns' white noise, estimated from their fastest changes; zero of too few samples."""
     if len(channel) <= _ORDER:
         return np.zeros(channel.shape[1])
     fast = np.lib.stride_tricks.sliding_window_view(channel, _ORDER + 1, axis=0) @ _WEIGHTS

@@ -66,11 +66,11 @@ def true_parameters(scenario: Scenario, nominal: PlatformModel, truth: PlatformM
     return relative_parameters(theta_of(truth.inertia), built, working_units(nominal.cluster))
 
 
-def null_space_lines(told: Observability) -> Iterator[str]:
-    """Return what a record leaves open, a line each, the common scale with the convention that holds it first."""
-    common = told.common_scale
+def null_space_lines(observability: Observability) -> Iterator[str]:
+    """Return the directions that a record does not identify, a line each, the common scale and its convention first."""
+    common = observability.common_scale
     yield f"{common.name}: ±{common.std:.0%} at best, by the gimbals' own inertia alone; {CONVENTION}"
-    for each in told.others:
+    for each in observability.others:
         seen = f"±{each.std:.2g} (rad, shares) at best" if np.isfinite(each.std) else "not seen at all"
         yield f"{each.name}: {seen}; the parameters are not moved along it"
 

@@ -27,7 +27,7 @@ def conduct(
     Args:
         scenario: what to do.
         seed: of all sensor noise.
-        progress: told of each start of a design as it ends.
+        progress: called with each start of a design as it ends.
         plan: the maneuver; planned first where absent.
         flown_scenario: with the truth, the start and the gyro that are flown where the controller, the designer and
             the estimators believe otherwise, as in a dispersed run; the scenario's own where absent.

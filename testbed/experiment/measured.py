@@ -72,7 +72,7 @@ def _with_tested_momentum(
     """Return the estimates with the momentum estimated jointly, where the record refuses that there was none."""
     p_value = zero_momentum_p_value(covered_part(telemetry), _best_theta(estimation))
     if p_value < MOMENTUM_REFUSED:
-        with suppress(UnidentifiableError):  # a motion that does not tell them apart: the checks say what is left
+        with suppress(UnidentifiableError):  # a motion that does not identify them: the checks report the residual
             estimation = estimated(replace(telemetry, initial_momentum="estimated"))
     return replace(estimation, zero_momentum_p_value=p_value)
 

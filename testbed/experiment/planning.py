@@ -59,7 +59,7 @@ def plan_maneuver(
     Args:
         scenario: what to fly.
         nominal: the platform to design for.
-        progress: told of each start of a design as it ends.
+        progress: called with each start of a design as it ends.
         seed: of the starts; the maneuver section's own where None.
 
     Raises:

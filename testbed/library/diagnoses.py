@@ -14,14 +14,14 @@ from testbed.assembly.platform import Body, nominal_body
 from testbed.diagnosis.findings import Addition, Agreement, additions, agreements, noise_notices, residuals_of
 from testbed.diagnosis.gate import require_explicable
 from testbed.diagnosis.keeping import Store, keeping
-from testbed.diagnosis.location import Place, located
+from testbed.diagnosis.location import ResidualSegment, located
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import DataSet, data_set_of
 from testbed.diagnosis.result import result_of
 from testbed.diagnosis.state import Diagnosis, Verdict
 from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.effects.contract import Extension
-from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.library.notebook import Shown
 from testbed.library.records import Records, stamps_of
 from testbed.library.scenarios import naming
@@ -84,7 +84,7 @@ class PreparedRecords:
         """
         data = self.data
         theta = theta_of(self.nominal.inertia)
-        for state in diagnosed(data.runs, data.heldout, EFFECTS, theta, progress, READING_EFFECTS, alone=data.alone):
+        for state in diagnosed(data.runs, data.heldout, EFFECTS, theta, progress, NOISE_EFFECTS, alone=data.alone):
             if state.complete:
                 require_explicable(state.runs, state.gap_before.fit, state.gap.fit)
             yield state
@@ -99,13 +99,13 @@ class DiagnosisResult(Shown):
         state: all that the diagnosis found.
         places: where the residual of the nominal model is more than noise.
         agreements: of the runs on what was added.
-        next_flight: what to fly next; None where nothing has to be told apart, or where it was not asked for.
+        next_flight: what to fly next; None where nothing is ambiguous, or where it was not asked for.
         why_no_flight: why there is no next flight although explanations remain that these data do not tell apart.
     """
 
     prepared: PreparedRecords
     state: Diagnosis
-    places: tuple[Place, ...]
+    places: tuple[ResidualSegment, ...]
     agreements: tuple[Agreement, ...]
     next_flight: Proposal | None
     why_no_flight: tuple[str, ...]
@@ -117,7 +117,7 @@ class DiagnosisResult(Shown):
 
     @property
     def steps(self) -> tuple[Addition, ...]:
-        """The effects that were added to the model, in their order, with parameters, probability and look-alikes."""
+        """The effects that were added to the model, in order, with parameters, probability and equivalence class."""
         return additions(self.state)
 
     @property
@@ -288,7 +288,7 @@ def prepared_records(scenario: BodyScenario, records: Records) -> PreparedRecord
 def concluded(
     made: PreparedRecords,
     state: Diagnosis,
-    places: Sequence[Place],
+    places: Sequence[ResidualSegment],
     progress: Progress = _silent,
     *,
     propose: bool = True,
@@ -334,7 +334,7 @@ def _first_and_last(stages: Iterator[Diagnosis]) -> tuple[Diagnosis, Diagnosis]:
 def _next_flight(
     scenario: BodyScenario, state: Diagnosis, progress: Progress
 ) -> tuple[Proposal | None, tuple[str, ...]]:
-    """Return what to fly next, and what there is to say where look-alikes remain without it; Ctrl-C leaves it out."""
+    """Return what to fly next, and a notice where effects remain indistinguishable without it; Ctrl-C leaves it out."""
     if not state.complete:
         return None, ()
     if not isinstance(scenario, Scenario) or not state.runs.driven_by_momentum:

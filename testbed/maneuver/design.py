@@ -1,4 +1,4 @@
-"""What is asked of a maneuver design, and what it answers."""
+"""The request for a maneuver design, and its result."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ class Search:
     Attributes:
         starts: number of random starts.
         seed: of all of them; start i is the same whatever the number of starts.
-        progress: told of each start as it ends.
+        progress: called with each start as it ends.
     """
 
     starts: int

@@ -1,1 +1,1 @@
-"""Where a diagnosis ends with look-alikes: the next flight, which tells them apart."""
+"""Where a diagnosis ends with indistinguishable effects: the next flight, which distinguishes them."""

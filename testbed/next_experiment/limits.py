@@ -25,7 +25,7 @@ _DIRECTIONS = sphere_directions(100)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Room:
+class DesignLimits:
     """What a flight may take.
 
     Attributes:
@@ -41,12 +41,12 @@ class Room:
     duration: float
 
 
-def room_of(scenario: Scenario, nominal: PlatformModel) -> Room:
+def design_limits_of(scenario: Scenario, nominal: PlatformModel) -> DesignLimits:
     """Return the shares of the limits that the scenario's own gimbal design may use, or the designer's usual ones."""
     own, duration = scenario.maneuver, _duration(scenario)
     section = own if isinstance(own, GimbalDesign) else _usual(duration)
     limits = gimbal_limits(scenario, section)
-    return Room(limits=limits, cluster=nominal.cluster, inertia=nominal.inertia, duration=duration)
+    return DesignLimits(limits=limits, cluster=nominal.cluster, inertia=nominal.inertia, duration=duration)
 
 
 def _duration(scenario: Scenario) -> float:
@@ -57,26 +57,26 @@ def _duration(scenario: Scenario) -> float:
     return read_profile(own.file).duration if isinstance(own, CsvManeuver) else own.duration_s
 
 
-def limit_shares(room: Room, body_rate: Array, points: Array) -> Array:
+def limit_shares(design_limits: DesignLimits, body_rate: Array, points: Array) -> Array:
     """Return shares of limits, each at most 1 where a path keeps them, shape (F, K).
 
     Gimbal rate and acceleration by the convex hull; envelope, momentum, torque and singularity measure at instants;
     body rate and gimbal torque by bounds that hold whatever way the total momentum turns.
 
     Args:
-        room: the limits.
+        design_limits: the limits.
         body_rate: at release, shape (F, 3), rad/s.
         points: control points of the gimbal angles, shape (F, n, 6), rad.
     """
-    limits, cluster, count = room.limits, room.cluster, points.shape[1]
-    rate, acceleration = (derivative_points_matrix(room.duration, count, order) @ points for order in (1, 2))
-    time = np.linspace(0.0, room.duration, _CHECKS + 1)
-    angle, turning = (basis_matrix(room.duration, count, time, order) @ points for order in (0, 1))
+    limits, cluster, count = design_limits.limits, design_limits.cluster, points.shape[1]
+    rate, acceleration = (derivative_points_matrix(design_limits.duration, count, order) @ points for order in (1, 2))
+    time = np.linspace(0.0, design_limits.duration, _CHECKS + 1)
+    angle, turning = (basis_matrix(design_limits.duration, count, time, order) @ points for order in (0, 1))
     momentum = cluster_momentum(cluster, angle, turning)
     jacobian = momentum_jacobian(cluster, angle)
     torque = np.matvec(jacobian, turning)
     dexterity = singularity_measure(jacobian, cluster.rotor_momentum)
-    fastest, motor = _bounds(room, body_rate, momentum, np.abs(acceleration).max(axis=(1, 2)))
+    fastest, motor = _bounds(design_limits, body_rate, momentum, np.abs(acceleration).max(axis=(1, 2)))
     shares = (
         np.abs(rate) / limits.gimbal_rate,
         np.abs(acceleration) / limits.gimbal_acceleration,
@@ -90,15 +90,15 @@ def limit_shares(room: Room, body_rate: Array, points: Array) -> Array:
     return np.concatenate([share.reshape(len(points), -1) for share in shares], axis=1)
 
 
-def _bounds(room: Room, body_rate: Array, momentum: Array, acceleration: Array) -> tuple[Array, Array]:
+def _bounds(design_limits: DesignLimits, body_rate: Array, momentum: Array, acceleration: Array) -> tuple[Array, Array]:
     """Return the fastest body rate, rad/s, and the largest gimbal torque, N·m, that there can be, shapes (F,).
 
     ω = J⁻¹ (L - h), and L keeps its length.
     """
-    total = np.linalg.norm(body_rate @ room.inertia + momentum[:, 0], axis=-1)
+    total = np.linalg.norm(body_rate @ design_limits.inertia + momentum[:, 0], axis=-1)
     held = np.linalg.norm(momentum, axis=-1).max(axis=1)
-    fastest = (total + held) / np.linalg.eigvalsh(room.inertia)[0]
-    cluster = room.cluster
+    fastest = (total + held) / np.linalg.eigvalsh(design_limits.inertia)[0]
+    cluster = design_limits.cluster
     motor = cluster.gimbal_axis_inertia.max() * acceleration + np.abs(cluster.rotor_momentum).max() * fastest
     return fastest, motor
 

@@ -1,4 +1,4 @@
-"""What a diagnosis proposes to fly next, and how far that brings look-alikes apart."""
+"""What a diagnosis proposes to fly next, and how well that distinguishes the competing models."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import numpy as np
 from testbed.arrays import Array, Flags
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.state import Diagnosis
+from testbed.next_experiment.competing_hypotheses import hypothesis_pairs_of
+from testbed.next_experiment.criterion import Choice, DiscriminationCriterion, criterion_of
 from testbed.next_experiment.flight import NextFlight
-from testbed.next_experiment.judge import Choice, Judge, judge_of
-from testbed.next_experiment.limits import room_of
-from testbed.next_experiment.rivals import contest_of
+from testbed.next_experiment.limits import design_limits_of
 from testbed.next_experiment.search import chosen_flight
 from testbed.scenario.scenario import Scenario
 
@@ -22,13 +22,13 @@ MOST_FLIGHTS = 5
 
 @dataclass(frozen=True, kw_only=True)
 class Separation:
-    """Two models that the present data do not tell apart; of both ways round, the one that is harder to tell.
+    """Two models that the present data cannot distinguish; of both directions, the one with the smaller distance.
 
     Attributes:
         keys: effect and component that each has and the other has not, or `inertia`.
         now: their distance in the present data, sigma.
         after: with the proposed flight flown once and added, sigma.
-        wanted: at which they are told apart in 95 of 100 cases, sigma.
+        wanted: at which they are distinguished in 95 of 100 cases, sigma.
         separable: whether any flight of this cluster brings them apart.
     """
 
@@ -47,7 +47,7 @@ class Proposal:
         flight: None where none would tell.
         times: how often it has to be flown to reach what is wanted of every separable pair, at most `MOST_FLIGHTS`.
         enough: whether that reaches it.
-        separations: of every pair of look-alikes, the closest first.
+        separations: of every pair of indistinguishable models, the closest first.
     """
 
     flight: NextFlight | None
@@ -59,46 +59,46 @@ class Proposal:
 def proposal_of(
     diagnosis: Diagnosis, scenario: Scenario, progress: Callable[[str], None] = lambda _: None
 ) -> Proposal | None:
-    """Return what to fly next; None where nothing has to be told apart.
+    """Return what to fly next; None where nothing is ambiguous.
 
     Args:
         diagnosis: complete, of records of gimbals or of what they add up to.
         scenario: the nominal one; its duration and its limits hold for the next flight.
-        progress: told what is being done.
+        progress: called with what is being done.
     """
-    contest = contest_of(diagnosis)
-    if contest is None:
+    hypotheses = hypothesis_pairs_of(diagnosis)
+    if hypotheses is None:
         return None
-    judge = judge_of(contest, diagnosis.runs, room_of(scenario, nominal_platform(scenario)))
-    choice = chosen_flight(judge, progress)
+    criterion = criterion_of(hypotheses, diagnosis.runs, design_limits_of(scenario, nominal_platform(scenario)))
+    choice = chosen_flight(criterion, progress)
     if choice is None or not choice.separable.any():
-        after = judge.now if choice is None else choice.distances
-        separations = _separations(judge, after, np.zeros(len(after), dtype=bool))
+        after = criterion.now if choice is None else choice.distances
+        separations = _separations(criterion, after, np.zeros(len(after), dtype=bool))
         return Proposal(flight=None, times=0, enough=False, separations=separations)
-    times, enough = _times(judge, choice)
-    separations = _separations(judge, choice.distances, choice.separable)
+    times, enough = _times(criterion, choice)
+    separations = _separations(criterion, choice.distances, choice.separable)
     return Proposal(flight=choice.flight, times=times, enough=enough, separations=separations)
 
 
-def _times(judge: Judge, choice: Choice) -> tuple[int, bool]:
+def _times(criterion: DiscriminationCriterion, choice: Choice) -> tuple[int, bool]:
     """Return how often to fly, and whether that is enough."""
     for times in range(1, MOST_FLIGHTS + 1):
-        distances = judge.distances([choice.flight], times)[0]
-        if (distances >= judge.wanted)[choice.separable].all():
+        distances = criterion.distances([choice.flight], times)[0]
+        if (distances >= criterion.wanted)[choice.separable].all():
             return times, True
     return MOST_FLIGHTS, False
 
 
-def _separations(judge: Judge, after: Array, separable: Flags) -> tuple[Separation, ...]:
+def _separations(criterion: DiscriminationCriterion, after: Array, separable: Flags) -> tuple[Separation, ...]:
     """Return every two models once."""
     found: dict[frozenset[str], Separation] = {}
-    margins = after / judge.wanted
+    margins = after / criterion.wanted
     for index in np.argsort(margins):
-        pair = judge.contest.pairs[index]
-        keys = judge.contest.keys(pair)
+        pair = criterion.hypotheses.pairs[index]
+        keys = criterion.hypotheses.keys(pair)
         separation = Separation(
             keys=keys,
-            now=float(judge.now[index]),
+            now=float(criterion.now[index]),
             after=float(after[index]),
             wanted=pair.wanted,
             separable=bool(separable[index]),

@@ -12,10 +12,10 @@ import numpy as np
 from scipy.optimize import linprog
 
 from testbed.arrays import Array
-from testbed.next_experiment.drawing import control_points
+from testbed.next_experiment.criterion import Choice, DiscriminationCriterion
 from testbed.next_experiment.flight import NextFlight
-from testbed.next_experiment.judge import Choice, Judge
 from testbed.next_experiment.limits import limit_shares
+from testbed.next_experiment.sampling import control_points
 
 _ROUNDS = 4
 _RADIUS = (0.3, 0.02)
@@ -25,7 +25,7 @@ _NUDGE = 1e-4
 _WORTH = 1.05
 """Gain of the smallest margin below which another round is not worth its time."""
 _KEPT = 0.99
-"""Share of the limits that a linearised step may take: what it leaves is for the curvature."""
+"""Share of the limits that a linearised step may take: the rest is a margin for the curvature."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,47 +45,47 @@ class _Linearised:
     share_slopes: Array
 
 
-def refined(judge: Judge, choice: Choice, progress: Callable[[str], None]) -> Choice:
+def refined(criterion: DiscriminationCriterion, choice: Choice, progress: Callable[[str], None]) -> Choice:
     """Return a flight at least as good, of the same release, within the limits.
 
     Args:
-        judge: of flights.
+        criterion: of flights.
         choice: to start from, within the limits.
-        progress: told what is being done.
+        progress: called with what is being done.
     """
     radius = _RADIUS[0]
     for number in range(1, _ROUNDS + 1):
         progress(f"better paths, {number} of {_ROUNDS}")
-        model = _linearised(judge, choice)
-        better = _stepped(judge, choice, model, radius)
+        model = _linearised(criterion, choice)
+        better = _stepped(criterion, choice, model, radius)
         while better is None and radius > _RADIUS[1]:
             radius /= 2.0
-            better = _stepped(judge, choice, model, radius)
+            better = _stepped(criterion, choice, model, radius)
         if better is None:
             break
-        gain = _smallest(judge, better) / _smallest(judge, choice)
+        gain = _smallest(criterion, better) / _smallest(criterion, choice)
         choice = better
-        if gain < _WORTH or _smallest(judge, choice) >= 1.0:
+        if gain < _WORTH or _smallest(criterion, choice) >= 1.0:
             break
     return choice
 
 
-def _linearised(judge: Judge, choice: Choice) -> _Linearised:
+def _linearised(criterion: DiscriminationCriterion, choice: Choice) -> _Linearised:
     steps = _NUDGE * np.eye(_moves(choice.flight).size)
     moved = [_moved(choice.flight, step) for step in steps]
-    margins = _margins(judge, choice.distances, choice)
-    shares = _shares(judge, [choice.flight, *moved])
+    margins = _margins(criterion, choice.distances, choice)
+    shares = _shares(criterion, [choice.flight, *moved])
     return _Linearised(
         margins=margins,
-        margin_slopes=(_margins(judge, judge.distances(moved), choice) - margins).T / _NUDGE,
+        margin_slopes=(_margins(criterion, criterion.distances(moved), choice) - margins).T / _NUDGE,
         shares=shares[0],
         share_slopes=(shares[1:] - shares[0]).T / _NUDGE,
     )
 
 
-def _stepped(judge: Judge, choice: Choice, model: _Linearised, radius: float) -> Choice | None:
+def _stepped(criterion: DiscriminationCriterion, choice: Choice, model: _Linearised, radius: float) -> Choice | None:
     """Return the flight after the best linear step within a radius; None where it is no better or breaks a limit."""
-    working = np.tile(judge.room.cluster.rotor_momentum != 0.0, len(_moves(choice.flight)))
+    working = np.tile(criterion.design_limits.cluster.rotor_momentum != 0.0, len(_moves(choice.flight)))
     solved = linprog(
         np.append(np.zeros(len(working)), -1.0),  # the last unknown is the smallest margin
         A_ub=np.block(
@@ -100,24 +100,24 @@ def _stepped(judge: Judge, choice: Choice, model: _Linearised, radius: float) ->
     if solved.x is None:
         return None
     flight = _moved(choice.flight, solved.x[:-1])
-    if _shares(judge, [flight]).max() > 1.0:
+    if _shares(criterion, [flight]).max() > 1.0:
         return None
-    trial = replace(choice, flight=flight, distances=judge.distances([flight])[0])
-    return trial if _smallest(judge, trial) > _smallest(judge, choice) else None
+    trial = replace(choice, flight=flight, distances=criterion.distances([flight])[0])
+    return trial if _smallest(criterion, trial) > _smallest(criterion, choice) else None
 
 
-def _smallest(judge: Judge, choice: Choice) -> float:
-    return float(_margins(judge, choice.distances, choice).min())
+def _smallest(criterion: DiscriminationCriterion, choice: Choice) -> float:
+    return float(_margins(criterion, choice.distances, choice).min())
 
 
-def _margins(judge: Judge, distances: Array, choice: Choice) -> Array:
+def _margins(criterion: DiscriminationCriterion, distances: Array, choice: Choice) -> Array:
     """Return the distances of separable pairs in shares of what is wanted, shape (..., Q)."""
-    return np.asarray((distances / judge.wanted)[..., choice.separable])
+    return np.asarray((distances / criterion.wanted)[..., choice.separable])
 
 
-def _shares(judge: Judge, flights: Sequence[NextFlight]) -> Array:
+def _shares(criterion: DiscriminationCriterion, flights: Sequence[NextFlight]) -> Array:
     points = np.stack([flight.control_points for flight in flights])
-    return limit_shares(judge.room, np.stack([flight.body_rate for flight in flights]), points)
+    return limit_shares(criterion.design_limits, np.stack([flight.body_rate for flight in flights]), points)
 
 
 def _moves(flight: NextFlight) -> Array:

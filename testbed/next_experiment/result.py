@@ -8,7 +8,7 @@ from testbed.next_experiment.proposal import Proposal
 
 
 def next_of(proposal: Proposal | None, scenario: str | None) -> dict[str, Any]:
-    """Return the entry `next`; empty where nothing has to be told apart.
+    """Return the entry `next`; empty where nothing is ambiguous.
 
     Args:
         proposal: what to fly.

@@ -39,7 +39,7 @@ def write_next(scenario: Scenario, flight: NextFlight, purpose: str, folder: Pat
     if scenario.platform.model is not None:
         keys["platform"]["model"] = Path(shutil.copy(scenario.platform.model, folder)).name
     with whole_file(folder / SCENARIO) as part:
-        part.write_text("# Which of the look-alikes is it?\n" + tomli_w.dumps(keys), encoding="utf-8")
+        part.write_text("# Which of the indistinguishable effects is it?\n" + tomli_w.dumps(keys), encoding="utf-8")
     read_scenario(folder / SCENARIO)
     return folder / SCENARIO
 

@@ -11,30 +11,32 @@ from collections.abc import Callable
 
 import numpy as np
 
-from testbed.next_experiment.drawing import drawn_flights
-from testbed.next_experiment.judge import Choice, Judge
+from testbed.next_experiment.criterion import Choice, DiscriminationCriterion
 from testbed.next_experiment.refinement import refined
+from testbed.next_experiment.sampling import sampled_flights
 
 VISIBLE = 1.0
 """Sigma: models that no drawn flight brings farther apart by more are said to be inseparable."""
 
 
-def chosen_flight(judge: Judge, progress: Callable[[str], None] = lambda _: None) -> Choice | None:
+def chosen_flight(
+    criterion: DiscriminationCriterion, progress: Callable[[str], None] = lambda _: None
+) -> Choice | None:
     """Return the flight that tells all pairs apart that can be; None where no flight keeps the limits.
 
     A drawn one that suffices is taken as it is: its release does the work. Else the best one's path is refined.
 
     Args:
-        judge: of flights.
-        progress: told what is being done.
+        criterion: of flights.
+        progress: called with what is being done.
     """
-    progress("flights that tell look-alikes apart")
-    flights = drawn_flights(judge.room)
+    progress("flights that distinguish the effects")
+    flights = sampled_flights(criterion.design_limits)
     if not flights:
         return None
-    distances = judge.distances(flights)
-    separable = np.sqrt(np.maximum(distances**2 - judge.now**2, 0.0)).max(axis=0) > VISIBLE
-    margins = (distances / judge.wanted)[:, separable].min(axis=1, initial=np.inf)
+    distances = criterion.distances(flights)
+    separable = np.sqrt(np.maximum(distances**2 - criterion.now**2, 0.0)).max(axis=0) > VISIBLE
+    margins = (distances / criterion.wanted)[:, separable].min(axis=1, initial=np.inf)
     best = int(margins.argmax())
     choice = Choice(flight=flights[best], distances=distances[best], separable=separable)
-    return choice if margins[best] >= 1.0 else refined(judge, choice, progress)
+    return choice if margins[best] >= 1.0 else refined(criterion, choice, progress)

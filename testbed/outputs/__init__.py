@@ -1,1 +1,1 @@
-"""What a command leaves behind: run folders, written beside their place and renamed into it when complete."""
+"""The output of a command: run folders, written beside their place and renamed into it when complete."""

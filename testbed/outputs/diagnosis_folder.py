@@ -9,7 +9,7 @@ from typing import Any
 
 from testbed.assembly.extension import PLATFORM, SCENARIO, extended, write_extended
 from testbed.diagnosis.findings import Agreement, residuals_of
-from testbed.diagnosis.location import Place
+from testbed.diagnosis.location import ResidualSegment
 from testbed.diagnosis.result import result_of
 from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import inertia_of
@@ -39,7 +39,7 @@ def write_diagnosis(
     origin: Provenance,
     scenario: BodyScenario,
     diagnosis: Diagnosis,
-    places: Sequence[Place],
+    places: Sequence[ResidualSegment],
     agreements: Sequence[Agreement],
     notices: Sequence[str],
     proposal: Proposal | None,
@@ -55,7 +55,7 @@ def write_diagnosis(
         places: where the gap is.
         agreements: of the runs on what was added.
         notices: what a reader has to know of the records.
-        proposal: what to fly next; None where nothing has to be told apart.
+        proposal: what to fly next; None where nothing is ambiguous.
 
     Returns:
         What more there is to know once all is written.

@@ -16,7 +16,7 @@ from typing import Any
 
 from testbed.campaign.manifest import require_same
 from testbed.diagnosis.keeping import Content
-from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.errors import InputError, OutputError
 from testbed.files import read_bytes, whole_file
 from testbed.interrupts import deferred_interrupts
@@ -102,7 +102,7 @@ def _identity_of(origin: Provenance) -> dict[str, Any]:
     return {
         **origin.deciding,
         "files": {Path(stamp.path).name: stamp.sha256 for stamp in origin.inputs},
-        "effects": [*EFFECTS, *READING_EFFECTS],
+        "effects": [*EFFECTS, *NOISE_EFFECTS],
     }
 
 
@@ -128,8 +128,8 @@ def _read(path: Path, identity: Mapping[str, Any]) -> KeptParts:
     damaged = sum(map(bool, lines)) - len(kept) - 1
     if damaged:
         with whole_file(path) as part:
-            told = [_line(_IDENTITY, begun), *(_line(name, content) for name, content in kept.items())]
-            part.write_text("".join(told), encoding="utf-8")
+            entries = [_line(_IDENTITY, begun), *(_line(name, content) for name, content in kept.items())]
+            part.write_text("".join(entries), encoding="utf-8")
     return KeptParts(path=path, identity=identity, parts=kept, damaged=damaged)
 
 
@@ -140,9 +140,9 @@ def _line(name: str, content: Content) -> str:
 def _checked(line: bytes) -> tuple[str, Content]:
     """Return name and content of a line; an empty name where it is damaged."""
     with suppress(ValueError, KeyError, TypeError, RecursionError):
-        told = json.loads(line)
-        if told[_SHA256] == _sha256(told[_NAME], told[_CONTENT]):
-            return told[_NAME], told[_CONTENT]
+        entry = json.loads(line)
+        if entry[_SHA256] == _sha256(entry[_NAME], entry[_CONTENT]):
+            return entry[_NAME], entry[_CONTENT]
     return "", {}
 
 

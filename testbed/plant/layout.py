@@ -1,4 +1,4 @@
-"""Where the platform's quantities stand in MuJoCo's state vectors, and a state told in words."""
+"""Where the platform's quantities stand in MuJoCo's state vectors, and a state in words."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ class Grid:
         cluster_momentum_B: h as the platform reports it where gimbal angles are not sent, shape (R, 1, T, 3), N·m·s.
         applied_torque_B: shape (R, 1, L + T, 3), N·m; also at the L half steps before the first sample that telemetry
             covers in every run, because actuators that are slow still respond to them.
-        follows_commands: whether the gimbals do what is asked of them but for a lag, so that rates can be predicted.
+        follows_commands: whether the gimbals follow their commands but for a lag, so that rates can be predicted.
     """
 
     runs: tuple[Telemetry, ...]

@@ -173,7 +173,7 @@ def _known(grid: Grid, hooks: Sequence[Hooks], values: Values, *, one_motion: bo
     pairs = list(zip(hooks, values.effects, strict=True))
     gimbals = effective_gimbals(grid, hooks, values.effects)
     if gimbals is not None and grid.cluster is not None:
-        momentum_B, held = _held(gimbals, grid.cluster) if gimbals is not grid.gimbals else _held_as_told(grid)
+        momentum_B, held = _held(gimbals, grid.cluster) if gimbals is not grid.gimbals else _held_as_recorded(grid)
         inertia.append(held)
     for hook, value in pairs:
         asked_B = hook.actuator_response(asked_B, value, grid)
@@ -203,7 +203,7 @@ def _held(gimbals: Gimbals, cluster: Cluster) -> tuple[Array, Array]:
 
 
 @lru_cache(maxsize=GRIDS)
-def _held_as_told(grid: Grid) -> tuple[Array, Array]:
+def _held_as_recorded(grid: Grid) -> tuple[Array, Array]:
     """Return what the units hold by telemetry: no parameter changes it."""
     assert grid.gimbals is not None
     assert grid.cluster is not None

@@ -62,8 +62,8 @@ def motor_torques(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], 
 def torque_age(runs: tuple[Telemetry, ...]) -> float:
     """Return by how much motor torques are older than their samples, s: half of the period through which they are held.
 
-    A motor holds its demand through a control period and gives, at its end, what the middle needed, less what its
-    tachometer loop takes back: τ(t) - τ'·a - k_v d̈·a. The age a is the one that fits the measured torques, with all
+    A motor holds its demand through a control period and gives, at its end, what the middle needed, less the damping
+    of its tachometer loop: τ(t) - τ'·a - k_v d̈·a. The age a is the one that fits the measured torques, with all
     units and runs together, beside any friction of each; zero where the servo is not known.
     """
     known = [run for run in runs if run.servo is not None]

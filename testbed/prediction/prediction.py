@@ -43,10 +43,10 @@ def predicted(grid: Grid, hooks: Sequence[Hooks], values: Values) -> list[Array]
 
 
 def without_gyro_errors(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Grid:
-    """Return the runs with the gyro's errors told: those that the effects in a model make in it.
+    """Return the runs with the gyro errors that the effects in a model predict.
 
-    The gimbals' channels are predicted with the body rate that the gyro shows. Where it is late or off, and this is
-    not told, that looks like friction.
+    The gimbals' channels are predicted with the body rate that the gyro shows. A late or biased gyro that
+    is not modelled looks like friction.
 
     Args:
         grid: the runs.

@@ -36,7 +36,7 @@ _REMEMBERED = 64
 
 
 def has_commands(grid: Grid) -> bool:
-    """Return whether the runs carry the rates that were asked of the gimbals, and their servo is known."""
+    """Return whether the runs carry the commanded gimbal rates, and the servo is known."""
     return grid.gimbals is not None and all(
         run.gimbal_rate_command is not None and run.servo is not None for run in grid.runs
     )
@@ -103,7 +103,7 @@ def constants(run: Telemetry) -> Array:
 
 
 def _unloaded_changes(run: Telemetry, angle: Array) -> Array:
-    """Return what a high-pass leaves of angles in the directions without load, stretch by stretch, (..., K, 3)."""
+    """Return the high-passed angles in the directions without load, stretch by stretch, (..., K, 3)."""
     free = unloaded(run)
     beside = np.matvec(free, np.matvec(np.swapaxes(free, -1, -2), angle))
     forgotten = np.exp(-float(np.median(np.diff(run.actuator_time))) / _COMPARED)

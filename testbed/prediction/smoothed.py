@@ -14,7 +14,7 @@ _KNOTS_PER_SECOND = 16.0
 """Enough for 8 Hz; an encoder's noise of 1e-3 rad at 100 Hz leaves 0.5 rad/s² in the second derivative."""
 _REMEMBERED = 64
 _REVERSAL = 0.02
-"""rad/s, in which a direction changes: the noise of a rate that is told from an encoder."""
+"""rad/s, in which a direction changes: the noise of a rate that is estimated from an encoder."""
 _DEGREE = 3
 
 

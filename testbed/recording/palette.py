@@ -17,7 +17,7 @@ UNIT_COLORS: tuple[Color, ...] = (
     (213, 110, 60),
     (204, 121, 190),
 )
-"""CMG units 1 to 6; told apart by colour-blind eyes too."""
+"""CMG units 1 to 6; distinguishable by colour-blind readers."""
 
 SINGLE_COLORS: tuple[Color, ...] = ((140, 150, 172),)
 LIMIT_COLOR: Color = (190, 70, 90)

@@ -25,7 +25,7 @@ ARROW_LENGTH = 0.16
 def entity_paths(scene: Sequence[SceneBody]) -> dict[str, str]:
     """Return the entity of each body: `cmg3_rotor` on `cmg3_gimbal` on the bus is platform/cmg3/gimbal/rotor.
 
-    What is fixed in N and is not the bus, such as a cabin, stands beside the platform under its own name.
+    What is fixed in N and is not the bus, such as a cabin, is logged outside the platform under its own name.
     """
     paths: dict[str, str] = {}
     for body in scene:

@@ -103,7 +103,7 @@ def alignments(
     Args:
         runs: platforms.
         seed: of what is built and of all sensor noise.
-        progress: told of the flights.
+        progress: called with the flights.
         workers: processes.
         parts: that are finished.
     """

@@ -254,7 +254,11 @@ def whiteness_claim(whiteness: Whiteness) -> Claim:
 
 
 def _white(whiteness: Whiteness, row: int) -> str:
-    return "not white" if whiteness.white_chi_square[row] > whiteness.largest_chi_square else "not told from white here"
+    return (
+        "not white"
+        if whiteness.white_chi_square[row] > whiteness.largest_chi_square
+        else "indistinguishable from white here"
+    )
 
 
 def _worst(values: Theta) -> str:

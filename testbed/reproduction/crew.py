@@ -42,7 +42,7 @@ def done_by_crew(jobs: Sequence[Job], workers: int, progress: Progress, parts: P
     Args:
         jobs: begun in this order; long ones first keep all workers busy to the end.
         workers: processes.
-        progress: told of every part, and of its jobs as they end.
+        progress: called with every part, and of its jobs as they end.
         parts: that are finished; each job's result is added as it ends.
 
     Raises:

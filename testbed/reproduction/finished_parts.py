@@ -104,7 +104,7 @@ def finished_parts(out: Path, identity: Mapping[str, Any], notify: Notify) -> It
     Args:
         out: the reproduction's folder, which this process holds.
         identity: what decides the results, as JSON.
-        notify: told of what is damaged or foreign; it is set aside and made again.
+        notify: called with a sentence for each part that is damaged or foreign; it is set aside and made again.
 
     Raises:
         InputError: the folder holds another reproduction, or cannot be read or written.

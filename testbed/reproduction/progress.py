@@ -6,10 +6,10 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 Advance: TypeAlias = Callable[[int], None]
-"""Told how many more items of a part are done."""
+"""Called with the number of further items of a part that are done."""
 
 Progress: TypeAlias = Callable[[str, int], Advance]
-"""Begins a part, told what a person calls it and of how many items it consists: runs, flights, designs."""
+"""Begins a part; called with its title and its number of items: runs, flights, designs."""
 
 
 def silent(_part: str, _items: int) -> Advance:

@@ -135,7 +135,7 @@ def reproduce(extent: Extent, progress: Progress = silent, parts: Parts = NOWHER
 
     Args:
         extent: how much to fly.
-        progress: told of every part.
+        progress: called with every part.
         parts: that are finished.
 
     Raises:

@@ -47,7 +47,7 @@ def claims_over_seeds(
     Args:
         first: the reproduction with the first seed.
         count: of seeds, the first included; with one there is nothing to compare.
-        progress: told of every part.
+        progress: called with every part.
         parts: that are finished.
 
     Raises:

@@ -137,7 +137,7 @@ def table1(progress: Progress = silent, *, quick: bool = False) -> Table1:
     """Design all maneuvers of Table 1 on the shipped platform.
 
     Args:
-        progress: told of each design as it ends.
+        progress: called with each design as it ends.
         quick: one start each.
 
     Source: paper section 5.1, Table 1.

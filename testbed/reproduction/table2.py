@@ -123,7 +123,7 @@ def table2(
         runs: of each maneuver; a fifth of them, and at least 20, again with the drift.
         seed: of the campaigns; the same for each, so that maneuvers meet the same noise.
         executor: where the runs are flown.
-        progress: told of each campaign and its runs.
+        progress: called with each campaign and its runs.
         parts: that are finished.
     """
     return tuple(_maneuver(name, runs, seed, executor, progress, parts) for name in SCENARIOS)
@@ -138,8 +138,8 @@ def _maneuver(
 
     def flown(gyro: str, flown_scenario: Scenario, count: int) -> pa.Table:
         plan = CampaignPlan(scenario=flown_scenario, maneuver=maneuver, seed=seed, runs=count)
-        told = CampaignProgress(kept=progress(f"Table 2, {name}, {gyro} gyro", count))
-        return run_campaign(plan, parts.campaign(f"{name}-{gyro}-seed{seed}"), executor, told)
+        campaign_progress = CampaignProgress(kept=progress(f"Table 2, {name}, {gyro} gyro", count))
+        return run_campaign(plan, parts.campaign(f"{name}-{gyro}-seed{seed}"), executor, campaign_progress)
 
     table = flown("steady", scenario, runs)
     drift = flown("drifting", _with_drift(scenario), again)

@@ -2,7 +2,7 @@
 
 The prefilter makes gyro noise e into M e: white noise less its low frequencies, as s F(s) has it. The fit takes out
 more of them, those of the motion. So no γ leaves a white residual; a long one leaves the equation's error nearly white.
-The residual is tested against white noise, against what the fit leaves of a white error, and against what prefilter
+The residual is tested against white noise, against the residual of a fit to a white error, and against what prefilter
 and fit make of a white gyro. Autocorrelations are quadratic forms of Gaussian noise; their covariances are exact.
 """
 
@@ -47,7 +47,7 @@ class Whiteness:
         predicted: what the prefilter and the fit make of white gyro noise, shape (G, LAGS).
         white_band: within which 95 % of these means would lie if the residual were white.
         white_chi_square: of the measured against a white residual, LAGS degrees of freedom, shape (G,).
-        fit_chi_square: against what the fit leaves of a white error, likewise.
+        fit_chi_square: against the residual of a fit to a white error, likewise.
         predicted_chi_square: against the predicted, likewise.
         flights: how many.
     """

@@ -39,7 +39,7 @@ def estimates_of(scenario: Scenario, maneuver: Maneuver, flights: Sequence[CutFl
     """Estimate from every flight of a campaign, and average, eq. (33).
 
     Args:
-        scenario: what the estimators are told.
+        scenario: the nominal one, which the estimators know.
         maneuver: what the flights tried to fly.
         flights: of one campaign, at least one of which gives an estimate.
     """

@@ -108,8 +108,8 @@ def _land(campaign: FlownCampaign, flight: DispersedFlight, nominal: PlatformMod
     if flight.flown is None or flight.message:
         return
     flown = flight.flown.record
-    told = replace(flown.details, usable_to=None)  # the simulation's own cut is not ours to know
-    record, contact = cut_at_contact(replace(telemetry_only(flown), details=told), flight.scenario, nominal)
+    details = replace(flown.details, usable_to=None)  # the simulation's own cut is not ours to know
+    record, contact = cut_at_contact(replace(telemetry_only(flown), details=details), flight.scenario, nominal)
     onset = _onset(flown)
     cut = cut_of(sampled(record, "body_rate")[0], contact, onset)
     campaign.cuts.append(cut)

@@ -19,10 +19,10 @@ _MOST_STARTS = 10_000
 """Of 0.3 s at the least: an hour."""
 _KILOBYTE, _GIGABYTE = 1e3, 1e9
 MOST_DESIGN_MEMORY = 2.0 * _GIGABYTE
-"""Bytes that the optimiser may take: what is left of a laptop's 4 GB when all else has its share."""
+"""Bytes that the optimiser may take: a laptop's 4 GB less everything else."""
 _SEVERAL = Field(min_length=_MIN_CONTROL_POINTS, max_length=_MOST_CONTROL_POINTS)
 MIN_SAMPLES = 10
-"""Six parameters and an initial state cannot be told from fewer."""
+"""Six parameters and an initial state are not identifiable from fewer."""
 
 
 class _Design(Section):

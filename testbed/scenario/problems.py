@@ -96,8 +96,8 @@ def _text(detail: ErrorDetails, place: Place, tree: Mapping[str, Any]) -> str:
             least, given = detail["ctx"]["min_length"], detail["ctx"]["actual_length"]
             wrong = f"should have at least {least} {'entry' if least == 1 else 'entries'}, not {given}"
         case _:
-            told = _WORDS.get(detail["type"], detail["msg"].removeprefix("Input "))
-            wrong = f"{told}, not {_shown(detail['input'])}"
+            expected = _WORDS.get(detail["type"], detail["msg"].removeprefix("Input "))
+            wrong = f"{expected}, not {_shown(detail['input'])}"
     return f"{wrong}; give: {meaning(place, tree)}"
 
 

@@ -30,7 +30,7 @@ class Gyro(Section):
     noise_rad_s: RateNoise
     """Standard deviation of the white noise of a sample, each axis."""
     extra_noise_rad_s: Three[RateNoise] = (0.0, 0.0, 0.0)
-    """White noise of each axis beyond noise_rad_s, independent of it; only the flown gyro has it, nobody is told."""
+    """White noise of each axis beyond noise_rad_s, independent of it; the estimators do not know of it."""
     bias_rad_s: BodyRates = (0.0, 0.0, 0.0)
     """Constant bias, gyro axes."""
     drift_rad_s2: Three[Drift] = (0.0, 0.0, 0.0)

@@ -37,7 +37,7 @@ class Bin:
 
 def bins(cases: Sequence[Case]) -> tuple[Bin, ...]:
     """Return the reliability diagram: ten bins of equal width, those that are empty left out."""
-    probability, right = _told(cases)
+    probability, right = _stated(cases)
     index = _bin_of(probability)
     return tuple(
         Bin(
@@ -53,7 +53,7 @@ def bins(cases: Sequence[Case]) -> tuple[Bin, ...]:
 
 def calibration_error(part: str, what: str, cases: Sequence[Case], wanted: str) -> Row:
     """Return the expected calibration error: mean over all cases of their bin's |share right - mean probability|."""
-    probability, right = _told(cases)
+    probability, right = _stated(cases)
     row = Row(part=part, what=what, value=None, low=None, high=None, of=len(probability), wanted=wanted)
     if len(probability) < 2:  # nothing to resample
         return row
@@ -73,10 +73,10 @@ def calibration_error(part: str, what: str, cases: Sequence[Case], wanted: str) 
     )
 
 
-def _told(cases: Sequence[Case]) -> tuple[Array, Array]:
-    """Return the probability of what was said first, and whether it was right, each of shape (cases that told one,)."""
-    told = [(probability, said_right(case)) for case in cases if (probability := said(case)[1]) is not None]
-    return np.array([each[0] for each in told], dtype=float), np.array([each[1] for each in told], dtype=float)
+def _stated(cases: Sequence[Case]) -> tuple[Array, Array]:
+    """Return the probability of what was said first, and whether it was right, each of shape (cases that have one,)."""
+    stated = [(probability, said_right(case)) for case in cases if (probability := said(case)[1]) is not None]
+    return np.array([each[0] for each in stated], dtype=float), np.array([each[1] for each in stated], dtype=float)
 
 
 def _error(probability: Array, right: Array) -> float:

@@ -14,7 +14,7 @@ from testbed.scoring.calibration import Bin, bins, calibration_error
 from testbed.scoring.case import Case
 from testbed.scoring.judging import (
     NONE,
-    UNLISTED,
+    UNMODELLED,
     all_right,
     effect_right,
     exactly_right,
@@ -91,7 +91,7 @@ def _single(cases: Sequence[Case]) -> Iterator[Row]:
         part = f"One effect at {times:g} times"
         first = {2.0: "≥ 95 %", 4.0: "≥ 99 %"}.get(times, "")
         yield share(part, "effect class and component first", map(said_right, group), first)
-        yield share(part, "the very effect first, no look-alike", map(exactly_right, group))
+        yield share(part, "the very effect first, no alias", map(exactly_right, group))
         yield share(part, "effect first, at any component", map(effect_right, group))
         yield share(part, "the set holds the truth", map(set_holds_truth, group), "≥ 95 %" if times == 1.0 else "")
         size = {1.0: "≤ 3", 2.0: "≤ 1.5"}.get(times, "")
@@ -115,8 +115,8 @@ def _others(cases: Sequence[Case]) -> Iterator[Row]:
     pairs = _of(cases, "pair")
     yield share("Two effects", "exactly the pair", map(all_right, pairs), "≥ 80 %")
     yield share("Two effects", "one of them first", map(said_right, pairs))
-    for sigma, group in grouped(_of(cases, UNLISTED), "wanted_sigma"):
-        part = f"Unlisted at {sigma:g} sigma"
+    for sigma, group in grouped(_of(cases, UNMODELLED), "wanted_sigma"):
+        part = f"Unmodelled torque at {sigma:g} sigma"
         wanted = {8.0: "≥ 85 %", 16.0: "≥ 97 %"}.get(sigma, "")
         yield share(part, "unexplained is said", map(recognised_as_unknown, group), wanted)
         yield share(part, "no name is given", (case.diagnosis is not None and not named(case) for case in group))
@@ -151,8 +151,8 @@ def _surely_seen(cases: Sequence[Case]) -> list[Case]:
     ]
 
 
-def _all(cases: Sequence[Case], told: Callable[[Case], Any]) -> Iterator[bool]:
-    return chain.from_iterable(told(case) for case in cases)
+def _all(cases: Sequence[Case], flags: Callable[[Case], Any]) -> Iterator[bool]:
+    return chain.from_iterable(flags(case) for case in cases)
 
 
 def _of(cases: Sequence[Case], stratum: str) -> list[Case]:

@@ -62,7 +62,7 @@ class Step(Hidden):
 
     @property
     def alike(self) -> tuple[Named, ...]:
-        """Itself and what is not told from it."""
+        """Itself and its equivalence class."""
         return (self, *self.indistinguishable_from)
 
 

@@ -12,12 +12,12 @@ from testbed.scoring.case import Case
 from testbed.scoring.formats import DiagnosisFile, Hidden, Number, Step, place_key
 
 NONE, UNKNOWN, MISSING = "none", "unknown", "missing"
-UNLISTED = "unlisted"
+UNMODELLED = "unlisted"
 """Stratum of effects that no library lists."""
 INERTIA = "inertia"
 """Re-estimated in every model: a step, never a verdict."""
 CLOSE = exp(-3.0)
-"""Ratio of probabilities above which two are not told apart: a difference of 6 in the information criterion."""
+"""Ratio of probabilities above which two are indistinguishable: a difference of 6 in the information criterion."""
 INERTIA_ALIASES = frozenset(
     {"inertia:platform", "gyro_scale:x", "gyro_scale:y", "gyro_scale:z", "gyro_misalignment:gyro_cross_axis"}
 )
@@ -29,7 +29,7 @@ AT_REST = 0.05
 
 def truths(case: Case) -> tuple[Hidden, ...]:
     """Return the hidden effects that have a name."""
-    listed = () if case.answer.stratum == UNLISTED else case.answer.effects
+    listed = () if case.answer.stratum == UNMODELLED else case.answer.effects
     return tuple(hidden for hidden in listed if hidden.effect != INERTIA)
 
 
@@ -51,20 +51,20 @@ def said(case: Case) -> tuple[str, float | None]:
 
 
 def said_right(case: Case) -> bool:
-    """Return whether what was said first is right: the effect that is there is the one named, or told as its alike."""
+    """Return whether what was said first is right: the hidden effect is the one named, or in its equivalence class."""
     first = named(case)[:1]
     labels = [each.key for step in first for each in step.alike] or [said(case)[0]]
     return any(label_right(case, label) for label in labels) or _alias_reported(case)
 
 
 def exactly_right(case: Case) -> bool:
-    """Return whether what was said first is the very effect that is there; a look-alike is a miss."""
+    """Return whether what was said first is the very effect that is hidden; another member of its class is a miss."""
     return label_right(case, said(case)[0]) or _alias_reported(case)
 
 
 def label_right(case: Case, label: str) -> bool:
-    """Return whether a key, none or unknown is right; nothing is known of look-alikes here."""
-    if case.answer.stratum == UNLISTED:
+    """Return whether a key, none or unknown is right; equivalence classes are not known here."""
+    if case.answer.stratum == UNMODELLED:
         return label == UNKNOWN
     if not truths(case):
         return label == NONE
@@ -78,12 +78,12 @@ def effect_right(case: Case) -> bool:
 
 
 def all_right(case: Case) -> bool:
-    """Return whether just those effects were named that are there, each itself or by a look-alike that tells of it."""
+    """Return whether just those effects were named that are there, each itself or by its equivalence class."""
     keys, steps = [hidden.key for hidden in truths(case)], named(case)
     if case.diagnosis is None or len(steps) != len(keys):
         return False
-    told = [{each.key for each in step.alike} for step in steps]
-    return any(all(key in those for key, those in zip(order, told, strict=True)) for order in permutations(keys))
+    classes = [{each.key for each in step.alike} for step in steps]
+    return any(all(key in those for key, those in zip(order, classes, strict=True)) for order in permutations(keys))
 
 
 def recognised_as_unknown(case: Case) -> bool:
@@ -92,7 +92,7 @@ def recognised_as_unknown(case: Case) -> bool:
 
 
 def reported_set(diagnosis: DiagnosisFile) -> frozenset[str]:
-    """Return the first named effect, what is not told from it, and what is nearly as probable."""
+    """Return the first named effect, its equivalence class, and what is nearly as probable."""
     first = next((step for step in diagnosis.steps if step.effect != INERTIA), None)
     probable = {
         key: probability
@@ -137,13 +137,13 @@ def parameters_covered(case: Case, width: float) -> Iterator[bool]:
 
 
 def _axis_sign(true: Mapping[str, Number], found: Mapping[str, Number]) -> float:
-    """Return -1 where an axis is told the other way round: of a hinge, both ways are the same axis."""
+    """Return -1 where an axis is reported with the opposite sign: both signs are the same axis of a hinge."""
     pairs = ((true[name].value, found[name].value) for name in _AXIS if name in true and name in found)
     return -1.0 if sum(one * other for one, other in pairs if one is not None and other is not None) < 0.0 else 1.0
 
 
 def inertia_covered(case: Case, width: float, *, with_effects: bool) -> tuple[bool, ...]:
-    """Return for every inertia parameter whether its interval holds the true one; none where it is not told.
+    """Return for every inertia parameter whether its interval holds the true one; none where it is not reported.
 
     Args:
         case: to judge.
@@ -151,9 +151,10 @@ def inertia_covered(case: Case, width: float, *, with_effects: bool) -> tuple[bo
         with_effects: of the model with the effects, or of the one without any.
     """
     theta, std = _theta(case.diagnosis, with_effects=with_effects)
-    told = zip(theta, std, case.answer.true_theta_kg_m2, strict=False)
+    estimates = zip(theta, std, case.answer.true_theta_kg_m2, strict=False)
     return tuple(
-        value is not None and error is not None and abs(value - true) <= width * error for value, error, true in told
+        value is not None and error is not None and abs(value - true) <= width * error
+        for value, error, true in estimates
     )
 
 
@@ -162,16 +163,16 @@ def _theta(
 ) -> tuple[tuple[float | None, ...], tuple[float | None, ...]]:
     if diagnosis is None:
         return (), ()
-    told = diagnosis.inertia.after if with_effects else diagnosis.inertia.before
-    if told is not None:
-        return told.theta_kg_m2, told.std_kg_m2
+    reported = diagnosis.inertia.after if with_effects else diagnosis.inertia.before
+    if reported is not None:
+        return reported.theta_kg_m2, reported.std_kg_m2
     if with_effects and diagnosis.steps:
         return diagnosis.steps[-1].j_theta_kg_m2, diagnosis.steps[-1].j_std_kg_m2
     return (), ()
 
 
 def _alias_reported(case: Case) -> bool:
-    """Return whether the effect cannot be told from the inertia, and a step of that class says that it may be it."""
+    """Return whether the effect is an alias of the inertia, and a step of that class lists it."""
     exact = {hidden.kind for hidden in truths(case)} & INERTIA_ALIASES
     if not exact or case.diagnosis is None or not _at_rest(case):
         return False

@@ -70,7 +70,7 @@ def quantile(part: str, what: str, values: Iterable[float], at: float, wanted: s
     value = float(np.quantile(every, at))
     ends = quantile_test(every, q=value, p=at).confidence_interval(CONFIDENCE)
     return Row(
-        part=part, what=what, value=value, low=_told(ends.low), high=_told(ends.high), of=len(every), wanted=wanted
+        part=part, what=what, value=value, low=_finite(ends.low), high=_finite(ends.high), of=len(every), wanted=wanted
     )
 
 
@@ -86,5 +86,5 @@ def mean(part: str, what: str, values: Iterable[float], wanted: str = "") -> Row
     return Row(part=part, what=what, value=float(every.mean()), low=low, high=high, of=len(every), wanted=wanted)
 
 
-def _told(value: float) -> float | None:
+def _finite(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from tests.concealing.files import told_name
 from tests.concealing.library import LISTED
 
-KNOWN = {**EFFECTS, **READING_EFFECTS}
+KNOWN = {**EFFECTS, **NOISE_EFFECTS}
 ONLY_HIDDEN = {
     "contact": {"time_since_release_s", "run"},
     "slosh": {"loose_mass_kg", "place_x_m", "place_y_m", "place_z_m"},

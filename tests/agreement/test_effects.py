@@ -13,8 +13,8 @@ from benchmarks.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_
 from testbed.arrays import Array
 from testbed.assembly.extension import extended
 from testbed.effects.contract import Effect, Extension, NamedEffect
-from testbed.effects.reading_effect import Readings
-from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.effects.noise_effect import Readings
+from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.estimation.telemetry import Telemetry
 from testbed.experiment.conduct import conduct
 from testbed.prediction.grid import grid_of
@@ -35,7 +35,7 @@ SHARES = {"rotor_spin_down": 0.02, "gimbal_backlash": 0.02, "gimbal_coulomb_fric
 A servo that hunts in the play moves the gimbal between samples: true angles at 160 Hz leave 1.1 % themselves.
 A gimbal that sticks puts the fitted age of its torques wrong. What a rotor's tremor does to gimbals is left out."""
 PREDICTED = [pytest.param(effect, id=effect.id) for effect in EFFECTS.values()]
-EVERY = [pytest.param(effect, id=effect.id) for effect in (*EFFECTS.values(), *READING_EFFECTS.values())]
+EVERY = [pytest.param(effect, id=effect.id) for effect in (*EFFECTS.values(), *NOISE_EFFECTS.values())]
 INNER = [each for each in PREDICTED if {"gimbal_torque", "gimbal_rate_command"} & set(each.values[0].needs)]
 """Effects inside the units: with measured gimbal angles they leave the body's motion explained (trap 20)."""
 ON_GYRO = [each for each in PREDICTED if each not in INNER]
@@ -129,7 +129,7 @@ def test_what_happens_inside_the_units_shows_there_and_leaves_the_motion_explain
 
 
 def test_an_unbalanced_rotor_draws_the_line_that_is_sought(tmp_path):
-    effect = READING_EFFECTS["rotor_imbalance"]
+    effect = NOISE_EFFECTS["rotor_imbalance"]
     component, size = place(effect), typical(effect)
     flight = flown([effect.extension(component, size, scenario())], tmp_path)
     missed = flight.missed_from_any_start()
@@ -166,7 +166,7 @@ def test_only_what_happened_once_is_not_flown():
 
 def test_effects_of_no_size_change_nothing(tmp_path):
     extensions, present = [], scenario()
-    for effect in (*EFFECTS.values(), *READING_EFFECTS.values()):
+    for effect in (*EFFECTS.values(), *NOISE_EFFECTS.values()):
         absent = np.array([parameter.absent for parameter in effect.parameters])
         extensions.append(effect.extension(place(effect), absent, present))
         present = extended(present, extensions[-1])
@@ -198,4 +198,4 @@ def test_an_effect_says_what_it_is(effect: NamedEffect):
         assert parameter.lower <= parameter.absent <= parameter.upper
         assert parameter.lower <= parameter.typical <= parameter.upper
     for component in effect.components:
-        assert not re.search(r"\b(\w+) \1\b", effect.told(component))
+        assert not re.search(r"\b(\w+) \1\b", effect.described(component))

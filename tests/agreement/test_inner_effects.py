@@ -13,10 +13,10 @@ from benchmarks.synthetic_telemetry import TRUE_THETA, exact_telemetry, noisy, n
 from testbed.assembly.estimation import telemetry_of
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.data import Runs, runs_of
-from testbed.diagnosis.model import Placed, fitted, fitted_initial_rates
-from testbed.diagnosis.noise import believing, noise_level, scattering
+from testbed.diagnosis.model import Hypothesis, fitted, fitted_initial_rates
+from testbed.diagnosis.noise import noise_level, noise_tests, with_noise_model
 from testbed.diagnosis.search import screened
-from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import grid_of
 from testbed.prediction.integration import Values, node_rates
@@ -63,7 +63,7 @@ def runs_with(**channels) -> Runs:
 
 
 def found(runs: Runs, effect: str, component: str):
-    placed = Placed(effect=EFFECTS[effect], component=component)
+    placed = Hypothesis(effect=EFFECTS[effect], component=component)
     absent = np.array([parameter.absent for parameter in placed.effect.parameters])
     fit = fitted(runs, [placed], TRUE_THETA, [absent])
     return fit.effect_values[0], np.sqrt(np.diag(fit.covariance)[6])
@@ -91,9 +91,9 @@ def test_a_gyro_that_is_wrong_is_credited_with_what_it_mends_in_the_motor_torque
     """They are predicted with the body rate that it shows: what it is off by looks like friction."""
     runs = runs_with(body_rate=plain().body_rate * [1.0, 1.0, 1.25])
     fit, places = fitted(runs, [], TRUE_THETA, []), [("gyro_scale", "z"), ("gimbal_viscous_friction", "cmg1")]
-    placed = [Placed(effect=EFFECTS[effect], component=component) for effect, component in places]
+    placed = [Hypothesis(effect=EFFECTS[effect], component=component) for effect, component in places]
     body_alone = fit.chi_square - fitted(runs, placed[:1], fit.theta, [np.zeros(1)]).chi_square
-    gains = {each.key: each.gain for each in screened(runs, None, fit, placed).candidates}
+    gains = {each.key: each.chi_square_reduction for each in screened(runs, None, fit, placed).candidates}
     assert gains["gyro_scale:z"] > body_alone + 100.0
     assert gains["gyro_scale:z"] > gains["gimbal_viscous_friction:cmg1"]
 
@@ -244,7 +244,7 @@ def test_play_shows_in_the_motion_of_the_body():
 def test_a_trembling_rotor_is_told_from_the_others_and_from_noise():
     static = 4e-6
     runs = runs_of(["a", "b", "c"], answered("rotor_imbalance", "cmg4", static=static, dynamic=1e-8, phase=1.0))
-    scatter = scattering(runs, fitted(runs, [], TRUE_THETA, []), READING_EFFECTS, others=100).found
+    scatter = noise_tests(runs, fitted(runs, [], TRUE_THETA, []), NOISE_EFFECTS, others=100).found
     assert [each.key for each in scatter] == ["rotor_imbalance:cmg4"]
     assert abs(scatter[0].finding.values[0] - static) < SIGMAS * scatter[0].finding.std[0]
     assert scatter[0].finding.std[0] < 0.1 * static
@@ -256,10 +256,10 @@ def test_a_line_that_is_told_is_taken_out_of_every_run_with_its_own_phase():
     fit_runs, heldout = runs_of(["a", "b"], runs[:2]), runs_of(["c"], runs[2:])
     fit = fitted(fit_runs, [], TRUE_THETA, [])
     seen = fitted_initial_rates(heldout, fit)
-    found = scattering(fit_runs, fit, READING_EFFECTS, others=100).found
+    found = noise_tests(fit_runs, fit, NOISE_EFFECTS, others=100).found
     assert [each.key for each in found] == ["rotor_imbalance:cmg4"]
     for each, of in ((fit_runs, fit), (heldout, seen)):
-        told = believing(each, of, found)
+        told = with_noise_model(each, of, found)
         assert np.sqrt(np.mean(of.residual[: each.samples] ** 2)) > 2.0
         left = told.by_run(told.whitened(_predicted(each, of)))
         assert [float(np.mean(part**2)) for part in left] == pytest.approx([1.0] * len(left), abs=0.45)
@@ -283,7 +283,7 @@ def test_noise_beyond_what_is_stated_is_told(ratio):
     ]  # fmt: skip
     runs = runs_of(list("abcde"), [run, *others])
     fit = fitted(runs, [], TRUE_THETA, [])
-    scatter = scattering(runs, fit, READING_EFFECTS, others=60).found
+    scatter = noise_tests(runs, fit, NOISE_EFFECTS, others=60).found
     assert [each.key for each in scatter] == ([] if ratio == 1.0 else ["gyro_noise:gyro"])
     assert noise_level(runs, fit).understated == (ratio > 1.0)
 
@@ -291,6 +291,6 @@ def test_noise_beyond_what_is_stated_is_told(ratio):
 def test_steps_of_the_gyro_are_told_exactly():
     step = 0.004
     runs = runs_with(body_rate=step * np.round(plain().body_rate / step), gimbal_torque=None)
-    scatter = scattering(runs, fitted(runs, [], TRUE_THETA, []), READING_EFFECTS, others=60).found
+    scatter = noise_tests(runs, fitted(runs, [], TRUE_THETA, []), NOISE_EFFECTS, others=60).found
     assert scatter[0].key == "gyro_quantization:gyro"
     np.testing.assert_allclose(scatter[0].finding.values, step, rtol=1e-9)

@@ -14,7 +14,7 @@ import testbed.library.diagnoses
 import testbed.outputs.diagnosis_parts
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
-from testbed.diagnosis.keeping import array_made, array_told, hash_of
+from testbed.diagnosis.keeping import array_from_content, array_to_content, hash_of
 from testbed.effects.gyro_latency import GyroLatency
 from testbed.outputs.diagnosis_parts import PARTS
 from testbed.records.writing import write_record
@@ -164,7 +164,7 @@ def test_in_an_empty_folder_it_begins(data, whole, tmp_path):
 
 def test_numbers_are_kept_to_the_last_bit():
     values = np.array([[0.1, -0.0, 5e-324], [np.inf, 1e308, np.pi]])
-    again = array_made(json.loads(json.dumps(array_told(values))))
+    again = array_from_content(json.loads(json.dumps(array_to_content(values))))
     assert again.tobytes() == values.tobytes()
     assert hash_of(values) == hash_of(again)
     assert hash_of(values) != hash_of(values + 0.0)  # minus zero becomes zero: another bit

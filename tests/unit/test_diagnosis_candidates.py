@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from testbed.diagnosis.candidates import NONE, NOTHING, Candidate, Screening, accepted, probabilities_of
+from testbed.diagnosis.candidates import NONE, NULL_PRIOR_ODDS, Candidate, Screening, accepted, probabilities_of
 
 RUNS = 40
 
@@ -16,11 +16,11 @@ def candidate(evidence, by_run):
     return Candidate(
         placed=SimpleNamespace(key=f"{evidence}", size=1),
         fit=SimpleNamespace(chi_square=float(np.sum(by_run)), freedom=3 * RUNS, placed=("its own",)),
-        gain=evidence,
+        chi_square_reduction=evidence,
         rank=1,
-        looks=0.0,
-        carried=0.0,
-        evidence=evidence,
+        trials_penalty=0.0,
+        heldout_log_likelihood_gain=0.0,
+        log_bayes_factor=evidence,
         by_run=by_run,
         p_value=0.0,
     )
@@ -52,10 +52,10 @@ def test_few_runs_do_not_tell_their_scatter():
 
 def test_of_a_class_the_one_that_fits_best_is_added_if_it_is_there():
     left = np.full(RUNS, 3.0)
-    best = replace(candidate(100.0, left), gain=104.0)
-    fitting = replace(candidate(97.0, left), gain=109.0)
-    sought_often = replace(candidate(96.0, left), gain=120.0, looks=8.0)
-    farther = replace(candidate(80.0, left + 1.0), gain=200.0)
+    best = replace(candidate(100.0, left), chi_square_reduction=104.0)
+    fitting = replace(candidate(97.0, left), chi_square_reduction=109.0)
+    sought_often = replace(candidate(96.0, left), chi_square_reduction=120.0, trials_penalty=8.0)
+    farther = replace(candidate(80.0, left + 1.0), chi_square_reduction=200.0)
     among = Screening(signatures=(), tested=2, candidates=(best, fitting, sought_often, farther))
     assert accepted(among) is fitting
     insignificant = replace(fitting, p_value=0.5)
@@ -66,7 +66,7 @@ def test_of_a_class_the_one_that_fits_best_is_added_if_it_is_there():
 def test_what_is_less_likely_than_that_nothing_is_missing_is_not_added():
     """Nothing is likelier beforehand than all effects together; those that are not told apart count together."""
     left, tested = np.full(RUNS, 3.0), 50
-    even = 2.0 * np.log(NOTHING * tested)
+    even = 2.0 * np.log(NULL_PRIOR_ODDS * tested)
     one, twin = candidate(even - 0.5, left), candidate(even - 0.7, left)
     alone = Screening(signatures=(), tested=tested, candidates=(one,))
     assert one.significant

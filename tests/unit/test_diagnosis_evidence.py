@@ -7,15 +7,15 @@ import pytest
 
 from testbed.diagnosis.evidence import goodness, log_evidence, on_all_runs
 from testbed.diagnosis.latent import TorqueShape, evidence_of_any, torque_shapes
-from testbed.diagnosis.model import Placed, fitted
+from testbed.diagnosis.model import Hypothesis, fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from tests.diagnosed_records import nominal, records
 from tests.unlisted_torques import Growing, Humming, Pulsing
 
-DRAG = Placed(effect=EFFECTS["viscous_drag"], component="platform")
-LATENCY = Placed(effect=EFFECTS["gyro_latency"], component="gyro")
+DRAG = Hypothesis(effect=EFFECTS["viscous_drag"], component="platform")
+LATENCY = Hypothesis(effect=EFFECTS["gyro_latency"], component="gyro")
 
 
 def baseline(used, placed=()):

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from testbed.diagnosis.candidates import chance
+from testbed.diagnosis.candidates import p_value
 from testbed.diagnosis.reading import data_set_of
 from testbed.effects.contact import Contact, begin_of_runs
 from testbed.effects.registry import EFFECTS
@@ -103,8 +103,8 @@ def test_the_encoders_noise_is_added_to_the_gyros(good):
 
 
 def test_an_estimated_noise_makes_a_large_sum_of_squares_less_surprising():
-    assert chance(150.0, 100, np.inf) == pytest.approx(0.00090, rel=0.05)
-    assert chance(150.0, 100, 50.0) > 10.0 * chance(150.0, 100, np.inf)
+    assert p_value(150.0, 100, np.inf) == pytest.approx(0.00090, rel=0.05)
+    assert p_value(150.0, 100, 50.0) > 10.0 * p_value(150.0, 100, np.inf)
 
 
 def test_a_run_that_was_touched_is_fitted_wherever_it_stands():

@@ -8,7 +8,7 @@ import pytest
 
 from testbed.diagnosis.findings import masked
 from testbed.diagnosis.method import diagnosed
-from testbed.diagnosis.model import Placed
+from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.result import unmasked_needs
 from testbed.diagnosis.signatures import without
@@ -18,12 +18,12 @@ from testbed.effects.registry import EFFECTS
 from tests.diagnosed_records import nominal, records
 
 
-def placed(effect: str, component: str) -> Placed:
-    return Placed(effect=EFFECTS[effect], component=component)
+def placed(effect: str, component: str) -> Hypothesis:
+    return Hypothesis(effect=EFFECTS[effect], component=component)
 
 
-def left_beside(*chosen: Placed) -> set[str]:
-    every = [Placed(effect=effect, component=each) for effect in EFFECTS.values() for each in effect.components]
+def left_beside(*chosen: Hypothesis) -> set[str]:
+    every = [Hypothesis(effect=effect, component=each) for effect in EFFECTS.values() for each in effect.components]
     return {each.key for each in every} - {each.key for each in without(every, chosen)}
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.misfit import Misfit, explained
-from testbed.diagnosis.model import Placed, fitted
+from testbed.diagnosis.model import Hypothesis, fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.search import gap_of
 from testbed.diagnosis.state import Gap
@@ -20,7 +20,7 @@ from tests.diagnosed_records import nominal, records
 
 SETS = 24
 DELAY = 0.01
-LATE = Placed(effect=GyroLatency(), component="gyro")
+LATE = Hypothesis(effect=GyroLatency(), component="gyro")
 
 
 def data_of(**options):

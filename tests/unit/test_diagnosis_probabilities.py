@@ -60,7 +60,7 @@ def test_odds_of_what_is_sought_at_many_places_are_their_mean():
 
 def test_probabilities_sum_to_one_with_and_without_classes(late):
     screening = late.steps[0].screening
-    apart = probabilities_of(screening, unlisted=3.0)
+    apart = probabilities_of(screening, unmodelled=3.0)
     assert sum(apart.values()) == pytest.approx(1.0)
     together = by_class(apart, class_of(late))
     assert sum(together.values()) == pytest.approx(1.0)
@@ -73,7 +73,7 @@ def test_odds_are_those_of_the_evidence(late):
     best, second = screening.candidates[:2]
     apart = probabilities_of(screening)
     odds = log(apart[best.placed.key] / apart[second.placed.key])
-    assert odds == pytest.approx(0.5 * (best.evidence - second.evidence))
+    assert odds == pytest.approx(0.5 * (best.log_bayes_factor - second.log_bayes_factor))
 
 
 def test_a_late_gyro_is_named_and_bandwidth_beside_it(late):

@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from testbed.diagnosis.candidates import NONE, NOTHING, UNKNOWN
+from testbed.diagnosis.candidates import NONE, NULL_PRIOR_ODDS, UNKNOWN
 from testbed.diagnosis.findings import detectable_sizes, residuals_of
 from testbed.diagnosis.location import located
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.result import result_of
 from testbed.dynamics.inertia import theta_of
-from testbed.effects.registry import EFFECTS, READING_EFFECTS
+from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.report.diagnosis.page import write_diagnosis_page
 from testbed.report.diagnosis.ranking import on_the_noise, ranking_rows
 from testbed.report.diagnosis.residuals import mean_spectrum, residuals_section
@@ -32,7 +32,7 @@ def last(used, inertia_factor=1.0, effects=FEW):
     scenario, platform = nominal()
     data = data_set_of(used, scenario, platform)
     theta = inertia_factor * theta_of(platform.inertia)
-    stages = diagnosed(data.runs, data.heldout, effects, theta, reading_effects=READING_EFFECTS, alone=data.alone)
+    stages = diagnosed(data.runs, data.heldout, effects, theta, noise_effects=NOISE_EFFECTS, alone=data.alone)
     (*_, final) = stages
     return final
 
@@ -54,7 +54,7 @@ def test_a_single_run_has_no_held_out_gap_and_json_says_null():
     json.dumps(answer, allow_nan=False)
 
 
-def test_a_single_run_gets_no_name_and_what_explains_it_is_told():
+def test_a_single_run_gets_no_name_and_what_explains_it_is_reported():
     late = EFFECTS["gyro_latency"]
     diagnosis = last(records(1, hooks=[late.hooks("gyro")], values=[np.array([12e-3])]))
     answer = content(diagnosis)
@@ -64,13 +64,13 @@ def test_a_single_run_gets_no_name_and_what_explains_it_is_told():
     assert "What explains it best: gyro_latency (gyro). A single run gets no name" in diagnosis_verdict(diagnosis).text
 
 
-def test_a_name_that_is_less_likely_than_a_torque_of_no_effect_is_taken_back():
+def test_a_name_with_lower_odds_than_an_unmodelled_torque_is_retracted():
     pulses = last(records(3, hooks=[Pulsing()], values=[np.array([3e-4])]), effects=STEADY)
     assert pulses.verdict == "unexplained"
-    assert [each.key for each in pulses.taken_back] == ["body_torque:platform"]
+    assert [each.key for each in pulses.retracted] == ["body_torque:platform"]
     assert not pulses.added
     assert "comes in a pulse every" in diagnosis_verdict(pulses).text
-    assert "body_torque (platform) is less likely than a torque of no effect" in diagnosis_verdict(pulses).text
+    assert "body_torque (platform) has lower posterior odds than an unmodelled torque" in diagnosis_verdict(pulses).text
     torque = np.array([1e-4, 2e-4, -1e-4])
     steady = last(records(3, hooks=[STEADY["body_torque"].hooks("platform")], values=[torque]), effects=STEADY)
     assert [step.placed.key for step in steady.steps] == ["body_torque:platform"]
@@ -87,17 +87,17 @@ def test_effects_on_the_noise_are_as_much_in_question_as_others_where_nothing_is
     quiet = last(records(3))
     assert not quiet.added
     answer = content(quiet)
-    assert quiet.asked[0].key in answer["probabilities"]
+    assert quiet.noise_candidates[0].key in answer["probabilities"]
     assert sum(answer["probabilities"].values()) == pytest.approx(1.0)
-    best = quiet.asked[0]
+    best = quiet.noise_candidates[0]
     odds = np.log(answer["probabilities"][best.key] / answer["probabilities"]["none"])
-    assert odds == pytest.approx(0.5 * best.evidence - np.log(NOTHING * quiet.remaining.tested))
+    assert odds == pytest.approx(0.5 * best.log_bayes_factor - np.log(NULL_PRIOR_ODDS * quiet.remaining.tested))
 
 
 def test_effects_on_the_noise_are_ranked_with_the_others():
     quiet = last(records(3))
     rows = list(ranking_rows(quiet.remaining, on_the_noise(quiet)))
-    both = sorted([*quiet.remaining.candidates, *quiet.asked], key=lambda each: -each.evidence)
+    both = sorted([*quiet.remaining.candidates, *quiet.noise_candidates], key=lambda each: -each.log_bayes_factor)
     assert [row[:2] for row in rows] == [(each.effect.id, each.component) for each in both[:8]]
     assert {f"{row[0]}:{row[1]}" for row in rows} == set(quiet.probabilities) - {NONE, UNKNOWN}
 
@@ -116,14 +116,14 @@ def test_noise_stands_behind_what_is_missing_and_is_known_only_as_well_as_the_sa
     assert found.runs.noise_freedom == found.scatter[0].finding.noise_freedom < found.runs.samples
 
 
-def test_an_effect_on_the_noise_that_is_not_told_from_another_is_ambiguous():
+def test_an_effect_on_the_noise_that_is_indistinguishable_from_another_is_ambiguous():
     noisy = replace(last(records(3)), scatter=())
-    one, other, *_ = noisy.asked
+    one, other, *_ = noisy.noise_candidates
     ambiguous = replace(noisy, scatter=(replace(one, look_alikes=(other,)),))
     answer = content(ambiguous)
     assert answer["verdict"] == "ambiguous"
     assert answer["steps"][0]["indistinguishable_from"] == [{"effect": other.effect.id, "component": other.component}]
-    assert "do not tell" in diagnosis_verdict(ambiguous).text
+    assert "cannot distinguish" in diagnosis_verdict(ambiguous).text
 
 
 def test_another_inertia_stands_as_a_step_and_names_nothing():
@@ -155,11 +155,11 @@ def test_a_torque_without_a_name_is_unexplained_and_drawn(humming, tmp_path):
     places = located(humming.runs, humming.baseline)
     write_diagnosis_page(page, humming, places, residuals_of(humming), (), None, {"scenario": "diagnose"}, answer)
     text = page.read_text(encoding="utf-8")
-    assert "run1: torque left, body axes" in text
+    assert "run1: unmodelled torque, body axes" in text
     assert "A torque is left that no effect of the library explains" in text
 
 
-def test_the_share_of_a_torque_that_the_names_explain_is_told():
+def test_the_share_of_a_torque_that_the_names_explain_is_reported():
     dragged = last(records(3, hooks=[FEW["viscous_drag"].hooks("platform")], values=[np.full(3, 4e-3)]))
     assert [step.key for step in dragged.steps] == ["viscous_drag:platform"]
     assert 0.95 < dragged.torque_explained <= 1.0

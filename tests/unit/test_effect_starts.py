@@ -11,7 +11,7 @@ import pytest
 from benchmarks.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times
 from testbed.arrays import Array
 from testbed.diagnosis.data import Runs, runs_of
-from testbed.diagnosis.model import Fit, Placed, fitted
+from testbed.diagnosis.model import Fit, Hypothesis, fitted
 from testbed.diagnosis.signatures import Signature, signatures
 from testbed.effects.contact import PAUSE
 from testbed.effects.registry import EFFECTS
@@ -48,7 +48,7 @@ def hidden(effect: str, sizes: Array) -> tuple[Runs, Fit]:
 
 def searched(runs: Runs, base: Fit, effect: str) -> tuple[Signature, Fit]:
     """The start that explains the most, and the fit that it leads to."""
-    placed = Placed(effect=EFFECTS[effect], component="platform")
+    placed = Hypothesis(effect=EFFECTS[effect], component="platform")
     best = max(signatures(runs, base, [placed]), key=lambda each: each.score)
     lower, upper = placed.bounds
     return best, fitted(runs, [placed], base.theta, [np.clip(best.start + best.step, lower, upper)])

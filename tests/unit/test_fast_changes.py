@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.effects.fast_changes import noise_ratio, variance_ratio
-from testbed.effects.reading_effect import Readings
+from testbed.effects.noise_effect import Readings
 
 ALL = np.ones(3, dtype=bool)
 SAMPLES, PARAMETERS = 400, 9

@@ -11,7 +11,7 @@ import pytest
 from testbed.assembly.platform import true_platform
 from testbed.cmg.cluster import platform_momentum
 from testbed.diagnosis.data import runs_of
-from testbed.diagnosis.model import Placed, corrected, evaluated, fitted
+from testbed.diagnosis.model import Hypothesis, corrected, evaluated, fitted
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.contact import Contact
 from testbed.effects.gyro_scale import GyroScale
@@ -20,14 +20,14 @@ from testbed.estimation.telemetry import Telemetry
 from testbed.experiment.flying import fly_maneuver
 from testbed.experiment.planning import plan_maneuver
 from testbed.maneuver.gimbal_maneuver import body_rate_of
+from testbed.next_experiment.competing_hypotheses import CompetingHypothesis, HypothesisPairs, Pair
+from testbed.next_experiment.criterion import criterion_of
 from testbed.next_experiment.distance import contrast
-from testbed.next_experiment.drawing import BIAS_ANGLE, RELEASE_SPIN, drawn_flights
 from testbed.next_experiment.forecast import blank_runs, forecast, forecast_columns
-from testbed.next_experiment.judge import judge_of
-from testbed.next_experiment.limits import limit_shares, room_of
+from testbed.next_experiment.limits import design_limits_of, limit_shares
 from testbed.next_experiment.proposal import Proposal, Separation
 from testbed.next_experiment.result import next_of
-from testbed.next_experiment.rivals import Contest, Pair, Rival
+from testbed.next_experiment.sampling import BIAS_ANGLE, RELEASE_SPIN, sampled_flights
 from testbed.next_experiment.scenario import write_next
 from testbed.next_experiment.search import chosen_flight
 from testbed.prediction.integration import Values
@@ -37,13 +37,13 @@ from tests.diagnosed_records import NOISE, nominal, records
 
 
 @pytest.fixture(scope="module")
-def room():
-    return room_of(*nominal())
+def design_limits():
+    return design_limits_of(*nominal())
 
 
 @pytest.fixture(scope="module")
-def flights(room):
-    return drawn_flights(room)
+def flights(design_limits):
+    return sampled_flights(design_limits)
 
 
 @pytest.fixture(scope="module")
@@ -73,18 +73,18 @@ def baseline(runs):
 
 
 @pytest.fixture(scope="module")
-def scale_judge(runs, room, flights):
+def scale_judge(runs, design_limits, flights):
     """Two flights from rest, of a gyro whose x axis reads 2 % too much, and the model that takes it for inertia."""
-    rest = blank_runs(flights[:2], runs, room.cluster)
-    scale, theta = Placed(effect=GyroScale(), component="x"), theta_of(room.inertia)[None]
+    rest = blank_runs(flights[:2], runs, design_limits.cluster)
+    scale, theta = Hypothesis(effect=GyroScale(), component="x"), theta_of(design_limits.inertia)[None]
     without = Values(theta=theta, initial_rate=np.zeros((2, 1, 3)), effects=())
     scaled = replace(without, effects=(np.array([[0.02]]),))
-    rivals = (
-        Rival(key="inertia", fits=(evaluated(rest, (), without),)),
-        Rival(key="gyro_scale:x", fits=(evaluated(rest, (scale,), scaled),)),
+    models = (
+        CompetingHypothesis(key="inertia", fits=(evaluated(rest, (), without),)),
+        CompetingHypothesis(key="gyro_scale:x", fits=(evaluated(rest, (scale,), scaled),)),
     )
-    contest = Contest(rivals=rivals, pairs=(Pair(truth=1, imitator=0, wanted=30.0),))
-    return judge_of(contest, rest, room)
+    hypotheses = HypothesisPairs(models=models, pairs=(Pair(truth=1, imitator=0, wanted=30.0),))
+    return criterion_of(hypotheses, rest, design_limits)
 
 
 def test_the_distance_is_what_least_squares_leaves_of_all_flights_together():
@@ -106,71 +106,79 @@ def test_a_parameter_that_no_flight_shows_does_not_matter():
     assert contrast(difference, blind, 3).distance == pytest.approx(contrast(difference, columns, 2).distance)
 
 
-def test_drawn_flights_keep_the_limits_and_begin_with_spins_and_momentum(room, flights):
+def test_drawn_flights_keep_the_limits_and_begin_with_spins_and_momentum(design_limits, flights):
     shares = limit_shares(
-        room, np.stack([each.body_rate for each in flights]), np.stack([each.control_points for each in flights])
+        design_limits,
+        np.stack([each.body_rate for each in flights]),
+        np.stack([each.control_points for each in flights]),
     )
     assert shares.max() <= 1.0
     assert shares.max() > 0.8  # as large as they may be
     spins = {tuple(each.body_rate) for each in flights}
     assert {(RELEASE_SPIN, 0.0, 0.0), (0.0, RELEASE_SPIN, 0.0), (0.0, 0.0, 0.0)} <= spins
     held = [
-        platform_momentum(room.cluster, room.inertia, each.body_rate, each.initial_gimbal_angle, np.zeros(6))
+        platform_momentum(
+            design_limits.cluster, design_limits.inertia, each.body_rate, each.initial_gimbal_angle, np.zeros(6)
+        )
         for each in flights
     ]
     assert max(np.abs(each.initial_gimbal_angle).max() for each in flights) == pytest.approx(BIAS_ANGLE)
     assert np.linalg.norm(held, axis=1).max() > 0.005  # N·m·s
 
 
-def test_a_path_that_is_too_fast_breaks_a_limit(room, flights):
+def test_a_path_that_is_too_fast_breaks_a_limit(design_limits, flights):
     flight = flights[0]
-    fast = limit_shares(room, flight.body_rate[None], 3.0 * flight.control_points[None])
+    fast = limit_shares(design_limits, flight.body_rate[None], 3.0 * flight.control_points[None])
     assert fast.max() > 1.0
 
 
-def test_a_failed_unit_does_not_move(room):
-    momentum = room.cluster.rotor_momentum * (np.arange(6) != 2)
-    weaker = replace(room, cluster=replace(room.cluster, rotor_momentum=momentum))
-    assert all(not each.control_points[:, 2].any() for each in drawn_flights(weaker))
+def test_a_failed_unit_does_not_move(design_limits):
+    momentum = design_limits.cluster.rotor_momentum * (np.arange(6) != 2)
+    weaker = replace(design_limits, cluster=replace(design_limits.cluster, rotor_momentum=momentum))
+    assert all(not each.control_points[:, 2].any() for each in sampled_flights(weaker))
 
 
-def test_a_forecast_is_the_motion_that_conserves_momentum(room, runs, baseline, flights):
+def test_a_forecast_is_the_motion_that_conserves_momentum(design_limits, runs, baseline, flights):
     chosen = [flights[0], flights[20], flights[-1]]
-    nominal_fit = replace(baseline, values=replace(baseline.values, theta=theta_of(room.inertia)[None]))
-    blank = blank_runs(chosen, runs, room.cluster)
+    nominal_fit = replace(baseline, values=replace(baseline.values, theta=theta_of(design_limits.inertia)[None]))
+    blank = blank_runs(chosen, runs, design_limits.cluster)
     told = forecast(nominal_fit, chosen, blank).reshape(3, -1, 3)
     time = blank.grid.runs[0].gyro_time
     for flight, reading in zip(chosen, told, strict=True):
         total = platform_momentum(
-            room.cluster, room.inertia, flight.body_rate, flight.initial_gimbal_angle, np.zeros(6)
+            design_limits.cluster, design_limits.inertia, flight.body_rate, flight.initial_gimbal_angle, np.zeros(6)
         )
         exact = body_rate_of(
-            flight.gimbal_angle, time, inertia=room.inertia, cluster=room.cluster, total_momentum_B=total
+            flight.gimbal_angle,
+            time,
+            inertia=design_limits.inertia,
+            cluster=design_limits.cluster,
+            total_momentum_B=total,
         )
         # Angles are splined through 16 Hz samples, as a diagnosis has them: 2e-3 rad/s of 0.5 where they accelerate.
         assert np.abs(NOISE * reading - exact).max() < 2e-3
 
 
-def test_what_the_gyro_got_wrong_so_far_is_no_part_of_a_flight_to_come(runs, baseline, flights, room):
-    late = Placed(effect=EFFECTS["gyro_latency"], component="gyro")
+def test_what_the_gyro_got_wrong_so_far_is_no_part_of_a_flight_to_come(runs, baseline, flights, design_limits):
+    late = Hypothesis(effect=EFFECTS["gyro_latency"], component="gyro")
     rng = np.random.default_rng(1)
     torques = [replace(run, gimbal_torque=rng.normal(0.0, 1e-3, run.gimbal_angle.shape)) for run in runs.grid.runs]
     with_torques = runs_of(runs.names, torques)
     told = corrected(with_torques, fitted(with_torques, [late], baseline.theta, [np.array([0.01])]))
     assert told.grid.runs[0].gyro_error is not None
-    blank = blank_runs(flights[:2], told, room.cluster)
-    usual = blank_runs(flights[:2], with_torques, room.cluster)
+    blank = blank_runs(flights[:2], told, design_limits.cluster)
+    usual = blank_runs(flights[:2], with_torques, design_limits.cluster)
     np.testing.assert_array_equal(forecast(baseline, flights[:2], blank), forecast(baseline, flights[:2], usual))
 
 
-def test_what_happened_once_does_not_come_again(runs, baseline, flights, room):
+def test_what_happened_once_does_not_come_again(runs, baseline, flights, design_limits):
     values = np.array([[1.0, 1e-3, 1e-3, 1e-3]])
     touched = replace(
         baseline,
-        placed=(Placed(effect=Contact(), component="platform"),),
+        placed=(Hypothesis(effect=Contact(), component="platform"),),
         values=replace(baseline.values, effects=(values,)),
     )
-    blank = blank_runs(flights[:2], runs, room.cluster)
+    blank = blank_runs(flights[:2], runs, design_limits.cluster)
     assert np.array_equal(forecast(touched, flights[:2], blank), forecast(baseline, flights[:2], blank))
     assert not forecast_columns(touched, flights[:2], blank)[:, :, 6:10].any()
 
@@ -188,7 +196,7 @@ def test_refining_raises_the_smallest_margin_within_the_limits(scale_judge, flig
     choice = chosen_flight(scale_judge)
     assert choice.separable.all()
     assert choice.distances[0] > 1.05 * scale_judge.distances(flights).max()
-    shares = limit_shares(scale_judge.room, choice.flight.body_rate[None], choice.flight.control_points[None])
+    shares = limit_shares(scale_judge.design_limits, choice.flight.body_rate[None], choice.flight.control_points[None])
     assert shares.max() <= 1.0
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from testbed.diagnosis.findings import Addition, additions
-from testbed.diagnosis.location import Place
+from testbed.diagnosis.location import ResidualSegment
 from testbed.diagnosis.misfit import Misfit
 from testbed.diagnosis.state import Diagnosis, Gap
 from testbed.report.diagnosis.misfit import MEANING
@@ -37,10 +37,10 @@ def gaps_section(diagnosis: Diagnosis) -> Section:
     return Section(title="Misfit and gap, step by step", blocks=tuple(blocks))
 
 
-def where_section(places: Sequence[Place]) -> Section:
+def where_section(places: Sequence[ResidualSegment]) -> Section:
     """Return where the gap was before anything was added."""
     if not places:
-        text = "No stretch of any axis leaves more than noise once inertia and initial rates are re-estimated."
+        text = "No stretch of any axis has a residual beyond noise once inertia and initial rates are re-estimated."
         return Section(title="Where the gap is", blocks=(Paragraph(text=text),))
     titles = ("Signal", "run", "from, s", "to, s", "share of the residual", "goes along with", "as", "correlation")
     rows = tuple(
@@ -120,16 +120,16 @@ def _sigma(misfit: Misfit | None) -> float:
 
 
 def _rungs(diagnosis: Diagnosis) -> Iterator[_Rung]:
-    """Yield the gap after each change; where the noise was told anew before a step or at the end, in that noise."""
+    """Yield the gap after each change; where the noise was re-estimated before a step or at the end, in that noise."""
     last = diagnosis.gap_before
     yield "nominal, inertia re-estimated", last
     for (before, after), together in groupby(additions(diagnosis), key=lambda each: (each.before, each.after)):
         if not isclose(before.fit, last.fit, rel_tol=_SAME):
-            yield "noise told anew", before
+            yield "noise re-estimated", before
         yield "+ " + listed(effect_name(each.effect, each.component) for each in together), after
         last = after
     if not isclose(diagnosis.gap.fit, last.fit, rel_tol=_SAME):
-        yield "noise told anew", diagnosis.gap
+        yield "noise re-estimated", diagnosis.gap
 
 
 def _sentences(diagnosis: Diagnosis) -> Paragraph:
@@ -140,7 +140,7 @@ def _sentences(diagnosis: Diagnosis) -> Paragraph:
         for each in diagnosis.added
         if each.look_alikes
     ]
-    return Paragraph(text=" ".join([*(each.effect.told(each.component) for each in diagnosis.added), *alike]))
+    return Paragraph(text=" ".join([*(each.effect.described(each.component) for each in diagnosis.added), *alike]))
 
 
 def _rows(diagnosis: Diagnosis) -> Iterator[tuple[Cell, ...]]:

@@ -1,4 +1,4 @@
-"""The inertia with and without the effects, and the torque that is left."""
+"""The inertia with and without the effects, and the unmodelled torque."""
 
 from __future__ import annotations
 
@@ -81,25 +81,25 @@ def _table(diagnosis: Diagnosis) -> Table:
 
 
 def left_section(diagnosis: Diagnosis) -> Iterator[Section]:
-    """Yield what is left when all effects are in the model, once it was looked at."""
+    """Yield the residual of the model with all effects, once it was tested."""
     latent = diagnosis.latent
     if latent is None:
         return
     shape, share = shape_words(diagnosis).strip(), share_words(diagnosis)
     if latent.p_value >= UNEXPLAINED:
-        nothing = f"No torque is left that stands out of the noise: p = {figures(latent.p_value, 2)}."
-        yield Section(title="What is left", blocks=(Paragraph(text=f"{shape or nothing} {share}".strip()),))
+        nothing = f"No unmodelled torque stands out of the noise: p = {figures(latent.p_value, 2)}."
+        yield Section(title="Residual", blocks=(Paragraph(text=f"{shape or nothing} {share}".strip()),))
         return
     text = (
-        "A torque is left that no effect of the library explains: a likelihood ratio of "
+        "An unmodelled torque acts that no effect of the library explains: a likelihood ratio of "
         f"{figures(latent.likelihood_ratio)}, by chance with {chance_words(latent.p_value)}. {shape} {share} Below, "
-        "the likeliest."
+        "its maximum a posteriori estimate."
     )
     shown = latent.runs[:MOST_RUNS]
     figures_of = tuple(_latent_figure(latent, index, name) for index, name in enumerate(shown))
-    yield Section(title="What is left", blocks=(Paragraph(text=text), *figures_of))
+    yield Section(title="Residual", blocks=(Paragraph(text=text), *figures_of))
 
 
 def _latent_figure(latent: LatentTorque, run: int, name: str) -> Figure:
     lines = component_lines(AXES, latent.knot_time[run], latent.torque_B[run])
-    return Figure(title=f"{name}: torque left, body axes", chart=line_chart(lines, y_title="torque, N·m"))
+    return Figure(title=f"{name}: unmodelled torque, body axes", chart=line_chart(lines, y_title="torque, N·m"))

@@ -16,15 +16,15 @@ _FITTED, _HELD_OUT = "on the fitted runs", "on those held out"
 
 
 def misfit_words(gap: Gap) -> str:
-    """Return the misfit that a model leaves."""
+    """Return the misfit of a model."""
     return _by_role(_left(gap.misfit), _left(gap.heldout_misfit))
 
 
 def limit_words(gap: Gap) -> str:
     """Return what noise alone would make."""
     roles = [(gap.misfit, _FITTED), (gap.heldout_misfit, _HELD_OUT)]
-    told = [f"{_figures(misfit.noise_limit)} σ {where}" for misfit, where in roles if misfit is not None]
-    return f"in 99 of 100 data sets noise alone makes less than {' and '.join(told)}"
+    limits = [f"{_figures(misfit.noise_limit)} σ {where}" for misfit, where in roles if misfit is not None]
+    return f"in 99 of 100 data sets noise alone makes less than {' and '.join(limits)}"
 
 
 def misfit_change_words(before: Gap, after: Gap) -> str:
@@ -60,8 +60,10 @@ def _change(before: Misfit | None, after: Misfit | None) -> str:
     if before is None or after is None:
         return ""
     share = explained(before, after)
-    told = "no more than noise" if share is None else f"{100.0 * share.share:.0f} ± {100.0 * share.std:.0f} % explained"
-    return f"{_figures(before.sigma)} -> {_figures(after.sigma)} σ ({told})"
+    change = (
+        "no more than noise" if share is None else f"{100.0 * share.share:.0f} ± {100.0 * share.std:.0f} % explained"
+    )
+    return f"{_figures(before.sigma)} -> {_figures(after.sigma)} σ ({change})"
 
 
 def _figures(sigma: float) -> str:

@@ -1,4 +1,4 @@
-"""What to fly next where look-alikes remain, in sentences and as a section of the page."""
+"""What to fly next where effects remain indistinguishable, in sentences and as a section of the page."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _TIMES = ("not at all", "once", "twice", "three times", "four times", "five time
 
 
 def pair_words(separation: Separation) -> str:
-    """Return the names of two look-alikes."""
+    """Return the names of two indistinguishable models."""
     if INERTIA in separation.keys:
         (effect,) = (_name(key) for key in separation.keys if key != INERTIA)
         return f"{effect} of its typical size and another inertia"
@@ -22,7 +22,7 @@ def pair_words(separation: Separation) -> str:
 
 
 def distance_words(separation: Separation) -> str:
-    """Return how far two look-alikes are apart, and how far a flight brings them."""
+    """Return the distance of two models now, and after a flight."""
     now, after = figures(separation.now, 2), figures(separation.after, 2)
     if not separation.separable:
         return f"{now} sigma apart, and no flight of this cluster brings them beyond {after}: they stay one class"
@@ -47,20 +47,20 @@ def purpose_words(proposal: Proposal) -> str:
 
 
 def no_gimbals_words(diagnosis: Diagnosis) -> Iterator[str]:
-    """Yield why look-alikes remain without a next flight where there are no gimbals to steer, and what would tell."""
+    """Yield why there is no next flight where there are no gimbals to steer, and which experiment would help."""
     experiments = dict.fromkeys(each.effect.confirm for each in diagnosis.added if each.look_alikes)
     if experiments:
         yield (
             "no next flight: what is designed is a path of gimbals, and these records have none, only applied torque. "
-            f"What would tell the look-alikes apart: {' '.join(experiments)}"
+            f"To distinguish the effects: {' '.join(experiments)}"
         )
 
 
 def next_section(proposal: Proposal | None) -> Iterator[Section]:
-    """Yield the section, where look-alikes remain."""
+    """Yield the section, where effects remain indistinguishable."""
     if proposal is None:
         return
-    columns = ("Look-alikes", "now", "after one flight", "wanted")
+    columns = ("Indistinguishable", "now", "after one flight", "wanted")
     rows = tuple(
         (
             Cell(text=pair_words(each)),

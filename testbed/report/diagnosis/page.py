@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from testbed.diagnosis.findings import Agreement, RunResiduals
-from testbed.diagnosis.location import Place
+from testbed.diagnosis.location import ResidualSegment
 from testbed.diagnosis.state import Diagnosis
 from testbed.next_experiment.proposal import Proposal
 from testbed.report.diagnosis.agreement import agreement_section
@@ -26,7 +26,7 @@ from testbed.report.sections.provenance import provenance_section
 def write_diagnosis_page(
     path: Path,
     diagnosis: Diagnosis,
-    places: Sequence[Place],
+    places: Sequence[ResidualSegment],
     residuals: Sequence[RunResiduals],
     agreements: Sequence[Agreement],
     proposal: Proposal | None,
@@ -41,7 +41,7 @@ def write_diagnosis_page(
         places: where the gap is.
         residuals: of every run.
         agreements: of the runs on what was added.
-        proposal: what to fly next; None where nothing has to be told apart.
+        proposal: what to fly next; None where nothing is ambiguous.
         provenance: what made it.
         result: what diagnosis.json holds.
 
@@ -53,7 +53,7 @@ def write_diagnosis_page(
 
 def diagnosis_page(
     diagnosis: Diagnosis,
-    places: Sequence[Place],
+    places: Sequence[ResidualSegment],
     residuals: Sequence[RunResiduals],
     agreements: Sequence[Agreement],
     proposal: Proposal | None,
@@ -63,7 +63,7 @@ def diagnosis_page(
     """Return the page; arguments as above."""
     return Page(
         title=f"Diagnosis against the scenario {provenance['scenario']}",
-        subtitle="Where simulation and measured data disagree, which named effect explains it, and what is left.",
+        subtitle="Where simulation and data disagree, which named effect explains it, and the remaining residual.",
         verdict=diagnosis_verdict(diagnosis),
         notices=tuple(Notice(tone="warn", text=text) for text in result["notices"]),
         sections=(

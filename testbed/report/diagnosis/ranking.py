@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from testbed.diagnosis.candidates import Candidate, Screening, accepted, probabilities_of
-from testbed.diagnosis.noise import Scatter
+from testbed.diagnosis.noise import NoiseHypothesis
 from testbed.diagnosis.state import Diagnosis
 from testbed.report.frame.blocks import Block, Cell, Column, Paragraph, Section, Table
 from testbed.report.wording import figures
@@ -13,8 +13,8 @@ from testbed.report.wording import figures
 _MEANING = (
     "Gain is the fall of χ² of the fitted runs; of effects on the noise, what the samples' scatter gains. The "
     "evidence counts what the held-out runs say as well, and takes off what parameters cost. What lies within 6 "
-    "of the best is not told from it, and where every model leaves more than noise, what differs by no more than "
-    "from run to run: such a class has one probability, and the one of it that fits all runs best is added. p is "
+    "of the best is indistinguishable from it; where every residual exceeds the noise, so is what differs by no more "
+    "than from run to run: such a class has one probability, and the one of it that fits all runs best is added. p is "
     "family-wise, over all effects that were tested."
 )
 
@@ -35,22 +35,22 @@ RANKING = ("component", "probability", "gain", "evidence", "p")
 """What stands behind each effect."""
 
 
-def on_the_noise(diagnosis: Diagnosis) -> tuple[Scatter, ...]:
+def on_the_noise(diagnosis: Diagnosis) -> tuple[NoiseHypothesis, ...]:
     """Return the effects on the gyro's noise to rank with the others, where nothing was found."""
-    return () if diagnosis.added else diagnosis.asked
+    return () if diagnosis.added else diagnosis.noise_candidates
 
 
-def ranking_rows(screening: Screening, noise: Sequence[Scatter] = ()) -> Iterator[tuple[str, ...]]:
-    """Yield an effect and what stands under `RANKING`; a class that is not told apart has one probability.
+def ranking_rows(screening: Screening, noise: Sequence[NoiseHypothesis] = ()) -> Iterator[tuple[str, ...]]:
+    """Yield an effect and what stands under `RANKING`; an equivalence class has one probability.
 
     Args:
         screening: whose candidates are ranked.
         noise: effects on the gyro's noise, which take the places of others that have less evidence.
     """
-    probability = probabilities_of(screening, others={each.key: each.evidence for each in noise})
+    probability = probabilities_of(screening, others={each.key: each.log_bayes_factor for each in noise})
     members = [candidate.key for candidate in screening.close] if accepted(screening) is not None else []
-    both: list[Candidate | Scatter] = [*screening.candidates, *noise]
-    ranked = sorted((each for each in both if each.key in probability), key=lambda each: -each.evidence)
+    both: list[Candidate | NoiseHypothesis] = [*screening.candidates, *noise]
+    ranked = sorted((each for each in both if each.key in probability), key=lambda each: -each.log_bayes_factor)
     first = next((each.key for each in ranked if each.key in members), None)
     for each in ranked:
         own = f"{sum(probability[key] for key in (members if each.key in members else [each.key])):.3f}"
@@ -58,13 +58,13 @@ def ranking_rows(screening: Screening, noise: Sequence[Scatter] = ()) -> Iterato
             each.effect.id,
             each.component,
             "same class" if each.key in members and each.key != first else own,
-            f"{each.gain:.1f}",
-            f"{each.evidence:+.1f}",
+            f"{each.chi_square_reduction:.1f}",
+            f"{each.log_bayes_factor:+.1f}",
             figures(each.p_value, 1) if each.p_value > 0.0 else "< 1e-300",
         )
 
 
-def _table(added: int, screening: Screening, noise: Sequence[Scatter]) -> Table:
+def _table(added: int, screening: Screening, noise: Sequence[NoiseHypothesis]) -> Table:
     titles = (f"With {added} added" if added else "Nothing added", *RANKING)
     rows = tuple(tuple(Cell(text=text) for text in row) for row in ranking_rows(screening, noise))
     return Table(columns=tuple(Column(title=title) for title in titles), rows=rows, numeric=False)

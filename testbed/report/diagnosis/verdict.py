@@ -1,4 +1,4 @@
-"""What a diagnosis says, in sentences."""
+"""The verdict of a diagnosis in sentences."""
 
 from __future__ import annotations
 
@@ -23,16 +23,14 @@ def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
     if diagnosis.verdict is None:
         return Notice(tone="warn", text=f"Interrupted: incomplete, without a verdict. {_so_far(names)}")
     if diagnosis.verdict == "none":
-        text = (
-            "Nothing is missing that these data show: the nominal model, its inertia re-estimated, leaves a misfit of "
-        )
-        text += f"{misfit_words(diagnosis.gap)}, and a gap of {gap_words(diagnosis.gap)}; noise alone leaves 1."
+        text = "Nothing is missing that these data show: the nominal model, its inertia re-estimated, has a misfit of "
+        text += f"{misfit_words(diagnosis.gap)}, and a gap of {gap_words(diagnosis.gap)}; noise alone gives 1."
         return Notice(tone="good", text=f"{text}{_far_words(diagnosis.gap)}")
     if diagnosis.verdict == "named":
         return Notice(tone="good", text=f"Missing in the nominal model: {listed(names)}. {gap}")
     if diagnosis.verdict == "ambiguous":
         others = [effect_name(other.effect, other.component) for other in diagnosis.added[0].look_alikes]
-        alike = f"These data do not tell {names[0]} from {listed(others)}."
+        alike = f"These data cannot distinguish {names[0]} from {listed(others)}."
         further = f" Also missing: {listed(names[1:])}." if names[1:] else ""
         return Notice(tone="warn", text=f"Something is missing in the nominal model. {alike}{further} {gap}")
     if diagnosis.alone and diagnosis.unnamed:
@@ -40,7 +38,7 @@ def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
     found = f"Named in part: {listed(names)}. " if names else ""
     noise = "the noise as the samples show it" if diagnosis.scatter else "noise alone"
     misfit, gap = misfit_words(diagnosis.gap), gap_words(diagnosis.gap)
-    left = f"What is left no effect of the library explains: a misfit of {misfit}, a gap of {gap}; {noise} is 1."
+    left = f"No effect of the library explains the residual: a misfit of {misfit}, a gap of {gap}; {noise} is 1."
     return Notice(tone="bad", text=f"{found}{left}{shape_words(diagnosis)}")
 
 
@@ -48,20 +46,20 @@ def _alone_words(diagnosis: Diagnosis) -> str:
     """Say what a single run shows, which gets no name."""
     alike = listed(effect_name(each.placed.effect, each.placed.component) for each in diagnosis.unnamed)
     missing = (
-        f"Something is missing in the nominal model, which leaves a misfit of {misfit_words(diagnosis.gap)}, and a gap "
-        f"of {gap_words(diagnosis.gap)}; noise alone leaves 1."
+        f"Something is missing in the nominal model, which has a misfit of {misfit_words(diagnosis.gap)}, and a gap "
+        f"of {gap_words(diagnosis.gap)}; noise alone gives 1."
     )
     return f"{missing} What explains it best: {alike}. A single run gets no name, as no other could verify it."
 
 
 def shape_words(diagnosis: Diagnosis) -> str:
-    """Return what is known of a torque that no effect makes: its shape, and what it was nearly taken for."""
+    """Return the shape of an unmodelled torque, and the effects that were retracted."""
     shape, text = diagnosis.shape_left, ""
     if shape is not None:
-        text = f" What is left is like a torque that {shape.words} ({chance_words(shape.p_value)})."
-    if diagnosis.taken_back:
-        names = listed([effect_name(each.effect, each.component) for each in diagnosis.taken_back])
-        text += f" {names} is less likely than a torque of no effect, and is not named."
+        text = f" The residual fits a torque that {shape.words} ({chance_words(shape.p_value)})."
+    if diagnosis.retracted:
+        names = listed([effect_name(each.effect, each.component) for each in diagnosis.retracted])
+        text += f" {names} has lower posterior odds than an unmodelled torque, and is retracted."
     return text
 
 
@@ -82,8 +80,8 @@ def _fall(before: Gap, after: Gap) -> str:
     else:
         first = f"The gyro alone shows no more than noise. {gimbals}."
     held_out = f", {before.heldout:.3f} -> {after.heldout:.3f} on those held out"
-    told = held_out if isfinite(after.heldout) else ""
-    return f"{first} The gap: {before.fit:.3f} -> {after.fit:.3f} on the fitted runs{told}; noise alone is 1."
+    held = held_out if isfinite(after.heldout) else ""
+    return f"{first} The gap: {before.fit:.3f} -> {after.fit:.3f} on the fitted runs{held}; noise alone is 1."
 
 
 def _far_words(gap: Gap) -> str:
@@ -130,10 +128,10 @@ def disagreement_words(diagnosis: Diagnosis, agreements: Iterable[Agreement]) ->
 
 
 def addition_words(addition: Addition) -> Iterator[str]:
-    """Yield what was added, in lines: the sentence, its parameters, its look-alikes, the experiment to tell them."""
-    yield addition.effect.told(addition.component)
+    """Yield lines on an effect: description, parameters, its equivalence class, the experiment that resolves it."""
+    yield addition.effect.described(addition.component)
     yield from (quantity_words(quantity) for quantity in addition.quantities)
     if addition.look_alikes:
         others = listed(effect_name(other.effect, other.component) for other in addition.look_alikes)
-        yield f"not told from: {others}"
-        yield f"what would tell: {addition.effect.confirm}"
+        yield f"indistinguishable from: {others}"
+        yield f"to distinguish: {addition.effect.confirm}"

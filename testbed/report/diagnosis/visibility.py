@@ -1,4 +1,4 @@
-"""What the data can tell: the smallest detectable size of every effect, and which of them look alike."""
+"""What the data can show: the smallest detectable size of every effect, and which of them are confounded."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from testbed.diagnosis.findings import (
     masked,
     shown_signatures,
 )
-from testbed.diagnosis.result import needs_of, told, unmasked_needs
+from testbed.diagnosis.result import needs_of, size_words, unmasked_needs
 from testbed.diagnosis.signatures import Signature
 from testbed.diagnosis.state import Diagnosis
 from testbed.report.frame.blocks import Block, Cell, Column, Figure, Section, Table
@@ -31,7 +31,7 @@ def visibility_section(diagnosis: Diagnosis) -> Iterator[Section]:
     sizes = detectable_sizes(diagnosis)
     seen = tuple(each for each in shown_signatures(first_screening(diagnosis)) if each.rank)
     blocks: list[Block] = [_heat_map(seen)] if seen else []
-    yield Section(title="What these data can tell", blocks=(*blocks, _sizes_table(sizes)))
+    yield Section(title="What these data can show", blocks=(*blocks, _sizes_table(sizes)))
     rows = tuple(_untestable(diagnosis, sizes))
     if rows:
         columns = (Column(title="Effect"), Column(title="component"), Column(title="would take"))
@@ -51,10 +51,10 @@ def _heat_map(seen: Sequence[Signature]) -> Figure:
     chart.update_xaxes(tickangle=-60, tickfont={"size": 10}, dtick=1, showgrid=False)
     note = (
         "Sine of the angle between what two effects can do to these data, inertia and initial rates projected out: 0 "
-        "for aliases, 1 for strangers. Of an effect with several components the closest pair; on the diagonal its own "
-        "components among each other."
+        "for aliases, 1 for orthogonal signatures. Of an effect with several components the closest pair; on the "
+        "diagonal its own components among each other."
     )
-    return Figure(title="How well effects can be told apart", chart=chart, note=note, wide=True, tall=True)
+    return Figure(title="How distinguishable the effects are", chart=chart, note=note, wide=True, tall=True)
 
 
 def by_effect(seen: Sequence[Signature]) -> tuple[list[str], Array]:
@@ -79,8 +79,8 @@ def _sizes_table(sizes: Sequence[Detectable]) -> Table:
         (
             Cell(text=size.placed.effect.id),
             Cell(text=size.placed.component),
-            Cell(text=told(size.typical)),
-            Cell(text=told(size.smallest) or "none"),
+            Cell(text=size_words(size.typical)),
+            Cell(text=size_words(size.smallest) or "none"),
             Cell(
                 text=figures(size.multiple, 2) if np.isfinite(size.multiple) else "",
                 tone="plain" if size.seen_when_typical else "warn",

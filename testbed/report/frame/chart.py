@@ -1,7 +1,7 @@
 """Charts in the page's style.
 
 All charts are drawn in the browser by plotly.js, which stands in the page once. A control engineer zooms into a time
-series, reads values off it and switches lines off; a drawing in SVG made beforehand can do none of this, and could not
+series, reads values off it and switches lines off; a static SVG can do none of this, and could not
 follow the reader's light or dark colours either. The few charts that nobody zooms share the library, its fonts and its
 colours rather than bring a second one. Colours are names of the style sheet's custom properties, which the page's
 script looks up when it draws.

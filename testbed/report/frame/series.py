@@ -1,4 +1,4 @@
-"""Lines of a time chart, as plain arrays: which colour, which style, and no more samples than can be told apart."""
+"""Lines of a time chart, as plain arrays: which colour, which style, and no more samples than a screen resolves."""
 
 from __future__ import annotations
 

@@ -90,7 +90,7 @@ def _whiteness_figure(whiteness: Whiteness) -> Figure:
 def _whiteness_table(whiteness: Whiteness) -> Table:
     suppositions = (
         ("white", whiteness.white_chi_square),
-        ("what the fit leaves of a white error", whiteness.fit_chi_square),
+        ("the residual of a fit to a white error", whiteness.fit_chi_square),
         ("what prefilter and fit make of a white gyro", whiteness.predicted_chi_square),
     )
     return Table(

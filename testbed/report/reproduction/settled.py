@@ -90,8 +90,8 @@ def _colour(whiteness: Whiteness) -> tuple[str, str]:
         "How white the residual becomes",
         "Not entirely: the prefilter passes gyro noise less its low frequencies, and the fit takes out those of the "
         f"motion. Chi-square of {whiteness.autocorrelation.shape[1]} lags over {whiteness.flights} flights: "
-        f"{whiteness.white_chi_square[row]:.0f} from a white residual, {whiteness.fit_chi_square[row]:.0f} from what "
-        f"the fit leaves of a white error, {whiteness.predicted_chi_square[row]:.1f} from what prefilter and fit make "
-        "of a white gyro. So at the paper's γ the error is nearly white, which is what matters, and most of the "
+        f"{whiteness.white_chi_square[row]:.0f} from a white residual, {whiteness.fit_chi_square[row]:.0f} from the "
+        f"residual of a fit to a white error, {whiteness.predicted_chi_square[row]:.1f} from what prefilter and fit "
+        "make of a white gyro. So at the paper's γ the error is nearly white, which is what matters, and most of the "
         "residual's correlation is the fit's.",
     )

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 from testbed.arrays import Array, Units
 from testbed.cmg.cluster import Cluster, momentum_jacobian
 from testbed.next_experiment.flight import NextFlight
-from testbed.next_experiment.limits import CONTROL_POINTS, Room, limit_shares
+from testbed.next_experiment.limits import CONTROL_POINTS, DesignLimits, limit_shares
 
 RELEASE_SPIN = 0.3
 """rad/s. It doubles several distances by itself, and makes a gyro's scale visible."""
@@ -26,14 +26,15 @@ _FARTHEST = 1.5
 _SMALLER = 0.85
 
 
-def drawn_flights(room: Room) -> list[NextFlight]:
+def sampled_flights(design_limits: DesignLimits) -> list[NextFlight]:
     """Return flights within the limits: every release with every path.
 
     Args:
-        room: the limits.
+        design_limits: the limits.
     """
     flights = (
-        _largest(room, *release, path) for release, path in product(_releases(room.cluster), _paths(room.cluster))
+        _largest(design_limits, *release, path)
+        for release, path in product(_releases(design_limits.cluster), _paths(design_limits.cluster))
     )
     return [flight for flight in flights if flight is not None]
 
@@ -79,12 +80,12 @@ def _path(angles: Array) -> Array:
     return np.asarray(spline(np.linspace(0.0, 1.0, CONTROL_POINTS - 1)[1:-1]))
 
 
-def _largest(room: Room, body_rate: Array, first: Units, path: Array) -> NextFlight | None:
+def _largest(design_limits: DesignLimits, body_rate: Array, first: Units, path: Array) -> NextFlight | None:
     """Return a path as large as the limits let it be; None where not even the release keeps them."""
     sizes = _SMALLER ** np.arange(25)
-    moves = sizes[:, None, None] * path * (room.cluster.rotor_momentum != 0.0)
+    moves = sizes[:, None, None] * path * (design_limits.cluster.rotor_momentum != 0.0)
     points = control_points(first, moves)
-    kept = limit_shares(room, np.tile(body_rate, (len(sizes), 1)), points).max(axis=1) <= 1.0
+    kept = limit_shares(design_limits, np.tile(body_rate, (len(sizes), 1)), points).max(axis=1) <= 1.0
     if not kept.any():
         return None
-    return NextFlight(body_rate=body_rate, control_points=points[kept.argmax()], duration=room.duration)
+    return NextFlight(body_rate=body_rate, control_points=points[kept.argmax()], duration=design_limits.duration)

@@ -9,33 +9,33 @@ import numpy as np
 
 from testbed.arrays import Array, Flags
 from testbed.diagnosis.data import Runs
+from testbed.next_experiment.competing_hypotheses import HypothesisPairs, present_contrast
 from testbed.next_experiment.distance import Contrast, contrast
 from testbed.next_experiment.flight import NextFlight
 from testbed.next_experiment.forecast import blank_runs, forecast, forecast_columns
-from testbed.next_experiment.limits import Room
-from testbed.next_experiment.rivals import Contest, present_contrast
+from testbed.next_experiment.limits import DesignLimits
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Judge:
-    """Tells how far flights bring pairs apart.
+class DiscriminationCriterion:
+    """How well flights distinguish the models of every pair.
 
     Attributes:
-        contest: rivals and pairs.
+        hypotheses: competing models and their pairs.
         runs: the present ones.
-        room: cluster and limits.
-        present: what the present data say of every pair.
+        design_limits: cluster and limits.
+        present: contrast of every pair in the present data.
     """
 
-    contest: Contest
+    hypotheses: HypothesisPairs
     runs: Runs
-    room: Room
+    design_limits: DesignLimits
     present: tuple[Contrast, ...]
 
     @property
     def wanted(self) -> Array:
         """Of every pair, shape (Q,), sigma."""
-        return np.array([pair.wanted for pair in self.contest.pairs])
+        return np.array([pair.wanted for pair in self.hypotheses.pairs])
 
     @property
     def now(self) -> Array:
@@ -49,16 +49,16 @@ class Judge:
             flights: of one duration.
             times: that each is flown.
         """
-        blank, rivals = blank_runs(flights, self.runs, self.room.cluster), self.contest.rivals
-        samples = [forecast(rival.model, flights, blank) for rival in rivals]
+        blank, models = blank_runs(flights, self.runs, self.design_limits.cluster), self.hypotheses.models
+        samples = [forecast(each.model, flights, blank) for each in models]
         columns = {
-            index: forecast_columns(rivals[index].model, flights, blank)
-            for index in {pair.imitator for pair in self.contest.pairs}
+            index: forecast_columns(models[index].model, flights, blank)
+            for index in {pair.imitator for pair in self.hypotheses.pairs}
         }
         apart = []
-        for pair, present in zip(self.contest.pairs, self.present, strict=True):
+        for pair, present in zip(self.hypotheses.pairs, self.present, strict=True):
             difference = samples[pair.truth] - samples[pair.imitator]
-            shown = contrast(difference, columns[pair.imitator], rivals[pair.imitator].common)
+            shown = contrast(difference, columns[pair.imitator], models[pair.imitator].common)
             apart.append(present.with_(shown, times).distance)
         return np.stack(apart, axis=1)
 
@@ -78,8 +78,8 @@ class Choice:
     separable: Flags
 
 
-def judge_of(contest: Contest, runs: Runs, room: Room) -> Judge:
-    """Return the judge of a contest's flights."""
-    rivals = contest.rivals
-    present = tuple(present_contrast(rivals[pair.truth], rivals[pair.imitator]) for pair in contest.pairs)
-    return Judge(contest=contest, runs=runs, room=room, present=present)
+def criterion_of(hypotheses: HypothesisPairs, runs: Runs, design_limits: DesignLimits) -> DiscriminationCriterion:
+    """Return the criterion for flights."""
+    models = hypotheses.models
+    present = tuple(present_contrast(models[pair.truth], models[pair.imitator]) for pair in hypotheses.pairs)
+    return DiscriminationCriterion(hypotheses=hypotheses, runs=runs, design_limits=design_limits, present=present)

@@ -24,7 +24,7 @@ class Readings:
         runs: their telemetry.
         inertia: J of the model, shape (3, 3), kg·m².
         parameters: number of those that were fitted to the readings.
-        white: whether the residual is known to hold nothing but noise; else its fastest changes alone tell that.
+        white: whether the residual is known to be noise alone; else only its fastest changes estimate the noise.
     """
 
     measured: Sequence[Array]
@@ -43,18 +43,18 @@ class Finding:
     Attributes:
         values: of its parameters, shape (K,).
         std: their standard errors, shape (K,).
-        gain: twice the logarithm of the likelihood ratio with and without it.
+        chi_square_reduction: twice the logarithm of the likelihood ratio with and without it.
         freedom: numbers that this took from the readings.
         p_value: of what was seen, if the effect is not there; one test.
         variance: that it adds to each axis' readings, shape (3,), rad²/s².
-        explained: what of every run's residual is told by it sample by sample, shape (N, 3), rad/s; None for scatter
-            that is not.
-        noise_freedom: degrees of freedom with which the noise is known that it makes.
+        explained: the part of every run's residual that it estimates sample by sample, shape (N, 3), rad/s; None if it
+            only adds variance.
+        noise_freedom: degrees of freedom with which its noise is known.
     """
 
     values: Array
     std: Array
-    gain: float
+    chi_square_reduction: float
     freedom: int
     p_value: float
     variance: Vector3
@@ -62,7 +62,7 @@ class Finding:
     noise_freedom: float = np.inf
 
 
-class ReadingEffect(NamedEffect):
+class NoiseEffect(NamedEffect):
     """An effect on how the gyro's samples scatter about what is predicted; it has no mean that could be fitted."""
 
     @abstractmethod

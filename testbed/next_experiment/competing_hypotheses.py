@@ -1,4 +1,4 @@
-"""The models that a diagnosis could not choose among, and which of them have to be told apart.
+"""The models that a diagnosis could not choose among, and which of them have to be distinguished.
 
 Two kinds: effects whose refits explain the data alike, each of which could be the truth; and effects that these data
 cannot show because a changed inertia imitates them, each against the model without it.
@@ -15,29 +15,29 @@ import numpy as np
 
 from testbed.diagnosis.candidates import CLOSE, Candidate
 from testbed.diagnosis.findings import INERTIA, detectable_sizes, first_screening, inertia_change
-from testbed.diagnosis.model import Fit, Placed, evaluated, fitted, fitted_initial_rates
+from testbed.diagnosis.model import Fit, Hypothesis, evaluated, fitted, fitted_initial_rates
 from testbed.diagnosis.signatures import required_shift
 from testbed.diagnosis.state import Diagnosis, Step
 from testbed.next_experiment.distance import Contrast, contrast
 
-MOST_RIVALS = 5
+MOST_MODELS = 5
 _QUANTILE = 1.645
 """Of the normal distribution at 95 %: how surely a flight is to tell the models apart."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Rival:
+class CompetingHypothesis:
     """A model that the present data allow.
 
     Attributes:
         key: effect and component that make it differ, or `inertia`.
         fits: to the fitted runs and, its initial rates alone, to those held out where they say something of it.
-        evidence: of the step that it could be, against the model without it.
+        log_bayes_factor: of the step that it could be, against the model without it.
     """
 
     key: str
     fits: tuple[Fit, ...]
-    evidence: float = 0.0
+    log_bayes_factor: float = 0.0
 
     @property
     def model(self) -> Fit:
@@ -55,9 +55,9 @@ class Pair:
     """A model that is true, and one that imitates it.
 
     Attributes:
-        truth: index of the rival.
+        truth: index of the model.
         imitator: likewise.
-        wanted: distance in sigma, present data and new ones together, at which they are told apart in 95 of 100 cases.
+        wanted: distance in sigma, present and new data together, that distinguishes them in 95 of 100 cases.
     """
 
     truth: int
@@ -66,27 +66,27 @@ class Pair:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Contest:
-    """Rivals, and the pairs of them that have to be told apart."""
+class HypothesisPairs:
+    """Competing models, and the pairs of them that have to be distinguished."""
 
-    rivals: tuple[Rival, ...]
+    models: tuple[CompetingHypothesis, ...]
     pairs: tuple[Pair, ...]
 
     def keys(self, pair: Pair) -> tuple[str, str]:
         """Return what a pair's models are called."""
-        return self.rivals[pair.truth].key, self.rivals[pair.imitator].key
+        return self.models[pair.truth].key, self.models[pair.imitator].key
 
 
-def contest_of(diagnosis: Diagnosis) -> Contest | None:
-    """Return what has to be told apart; None where the diagnosis leaves nothing to tell."""
+def hypothesis_pairs_of(diagnosis: Diagnosis) -> HypothesisPairs | None:
+    """Return the models that have to be distinguished; None where the diagnosis is unambiguous."""
     for index, step in enumerate(diagnosis.steps):
         if step.look_alikes:
             return _among_effects(diagnosis, index)
     return _against_inertia(diagnosis)
 
 
-def present_contrast(truth: Rival, imitator: Rival) -> Contrast:
-    """Return what the present data say of the difference between two rivals, F = 1."""
+def present_contrast(truth: CompetingHypothesis, imitator: CompetingHypothesis) -> Contrast:
+    """Return what the present data say of the difference between two competing models, F = 1."""
     of_roles = [
         contrast((own.residual - other.residual)[None], own.jacobian[None], imitator.common)
         for other, own in zip(truth.fits, imitator.fits, strict=False)
@@ -94,27 +94,29 @@ def present_contrast(truth: Rival, imitator: Rival) -> Contrast:
     return of_roles[0] if len(of_roles) == 1 else of_roles[0].with_(of_roles[1])
 
 
-def _among_effects(diagnosis: Diagnosis, index: int) -> Contest | None:
-    """Return the effects of a step that the data do not tell apart, each with all other effects of the model."""
+def _among_effects(diagnosis: Diagnosis, index: int) -> HypothesisPairs | None:
+    """Return the effects of a step that the data cannot distinguish, each with all other effects of the model."""
     step = diagnosis.steps[index]
     others = [each for position, each in enumerate(diagnosis.steps) if position != index]
     taken = {each.placed.key for each in others}
-    named = Rival(key=step.placed.key, fits=_fits(diagnosis, diagnosis.model), evidence=step.candidate.evidence)
+    named = CompetingHypothesis(
+        key=step.placed.key, fits=_fits(diagnosis, diagnosis.model), log_bayes_factor=step.candidate.log_bayes_factor
+    )
     imitators = [
-        Rival(
+        CompetingHypothesis(
             key=candidate.placed.key,
             fits=_fits(diagnosis, _refitted(diagnosis, others, candidate)),
-            evidence=candidate.evidence,
+            log_bayes_factor=candidate.log_bayes_factor,
         )
         for candidate in step.screening.close
         if candidate.placed.key not in taken | {step.placed.key}
     ]
-    rivals = (named, *imitators[: MOST_RIVALS - 1])
+    models = (named, *imitators[: MOST_MODELS - 1])
     pairs = tuple(
-        Pair(truth=one, imitator=other, wanted=_wanted(rivals[one], rivals[other]))
-        for one, other in permutations(range(len(rivals)), 2)
+        Pair(truth=one, imitator=other, wanted=_wanted(models[one], models[other]))
+        for one, other in permutations(range(len(models)), 2)
     )
-    return Contest(rivals=rivals, pairs=pairs) if pairs else None
+    return HypothesisPairs(models=models, pairs=pairs) if pairs else None
 
 
 def _refitted(diagnosis: Diagnosis, others: Sequence[Step], candidate: Candidate) -> Fit:
@@ -132,18 +134,18 @@ def _fits(diagnosis: Diagnosis, model: Fit) -> tuple[Fit, ...]:
     return model, fitted_initial_rates(diagnosis.heldout, model)
 
 
-def _wanted(truth: Rival, imitator: Rival) -> float:
+def _wanted(truth: CompetingHypothesis, imitator: CompetingHypothesis) -> float:
     """Return the distance at which the imitator's evidence is farther behind than `CLOSE` in 95 of 100 cases.
 
     The present data say what they say: what is ahead so far counts as it is. New data that add g to the square of the
     distance add g to the difference of evidence, with a standard deviation of 2 √g.
     """
-    lacking = max(CLOSE - (truth.evidence - imitator.evidence), 0.0)
+    lacking = max(CLOSE - (truth.log_bayes_factor - imitator.log_bayes_factor), 0.0)
     gained = (_QUANTILE + sqrt(_QUANTILE**2 + lacking)) ** 2
     return sqrt(float(present_contrast(truth, imitator).distance[0]) ** 2 + gained)
 
 
-def _against_inertia(diagnosis: Diagnosis) -> Contest | None:
+def _against_inertia(diagnosis: Diagnosis) -> HypothesisPairs | None:
     """Return the effects that look like the inertia, which differs, and that these data would not show.
 
     Each at its typical size against the model without it, which takes it for inertia.
@@ -156,18 +158,18 @@ def _against_inertia(diagnosis: Diagnosis) -> Contest | None:
         for size in detectable_sizes(diagnosis)
         if INERTIA in size.placed.effect.look_alikes and not size.seen_when_typical
     ]
-    without = Rival(key=INERTIA, fits=_fits(diagnosis, diagnosis.model))
+    without = CompetingHypothesis(key=INERTIA, fits=_fits(diagnosis, diagnosis.model))
     shown = tuple(_typical(diagnosis, placed) for placed in hidden)
     pairs = tuple(
         Pair(truth=number, imitator=0, wanted=required_shift(placed.size, screening.tested))
         for number, placed in enumerate(hidden, start=1)
     )
-    rivals = (without, *shown)
-    hard = tuple(pair for pair in pairs if present_contrast(rivals[pair.truth], without).distance[0] < pair.wanted)
-    return Contest(rivals=rivals, pairs=hard) if hard else None
+    models = (without, *shown)
+    hard = tuple(pair for pair in pairs if present_contrast(models[pair.truth], without).distance[0] < pair.wanted)
+    return HypothesisPairs(models=models, pairs=hard) if hard else None
 
 
-def _typical(diagnosis: Diagnosis, placed: Placed) -> Rival:
+def _typical(diagnosis: Diagnosis, placed: Hypothesis) -> CompetingHypothesis:
     """Return the model with an effect of its typical size, all else as it is: what the imitator has to make up for."""
     size = np.array([[parameter.typical for parameter in placed.effect.parameters]])
     fits = []
@@ -175,4 +177,4 @@ def _typical(diagnosis: Diagnosis, placed: Placed) -> Rival:
         assert runs is not None
         values = replace(fit.values, effects=(*fit.values.effects, size))
         fits.append(evaluated(runs, (*fit.placed, placed), values))
-    return Rival(key=placed.key, fits=tuple(fits))
+    return CompetingHypothesis(key=placed.key, fits=tuple(fits))
