@@ -1,6 +1,6 @@
 """The one table of signals: names, units, frames and widths.
 
-File columns, recording paths, plot labels and the README's table all come from here.
+File columns, recording paths, plot labels and the table of docs/reference/records.md all come from here.
 """
 
 from __future__ import annotations

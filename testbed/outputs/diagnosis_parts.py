@@ -25,7 +25,7 @@ from testbed.outputs.provenance import Provenance
 
 PARTS = "parts.jsonl"
 _LARGEST = 1_000_000_000
-"""Bytes; README's example keeps 1 MB."""
+"""Bytes; the example of docs/how-to/diagnose.md keeps 1 MB."""
 _NAME, _CONTENT, _SHA256 = "name", "content", "sha256"
 _IDENTITY = "diagnosis"
 """Name of the first line."""
