@@ -6,7 +6,7 @@ from testbed.signals import SIGNALS, Signal
 
 
 def signals_table() -> str:
-    """Return the columns of a record as a Markdown table, one row per signal, as docs/reference/records.md shows them."""
+    """Return the columns of a record as a Markdown table, one row per signal, for docs/reference/records.md."""
     head = ["| column | unit | frame | meaning | sent in flight |", "|---|---|---|---|---|"]
     return "\n".join([*head, "| `time_s` | s |  | time | yes |", *map(_row, SIGNALS.values())]) + "\n"
 
