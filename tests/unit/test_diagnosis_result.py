@@ -70,7 +70,10 @@ def test_a_name_with_lower_odds_than_an_unmodelled_torque_is_retracted():
     assert [each.key for each in pulses.retracted] == ["body_torque:platform"]
     assert not pulses.added
     assert "comes in a pulse every" in diagnosis_verdict(pulses).text
-    assert "body_torque (platform) has lower posterior odds than an unmodelled torque" in diagnosis_verdict(pulses).text
+    assert (
+        "Retracted, as an unmodelled torque has higher posterior odds: body_torque (platform)"
+        in diagnosis_verdict(pulses).text
+    )
     torque = np.array([1e-4, 2e-4, -1e-4])
     steady = last(records(3, hooks=[STEADY["body_torque"].hooks("platform")], values=[torque]), effects=STEADY)
     assert [step.placed.key for step in steady.steps] == ["body_torque:platform"]
@@ -156,7 +159,7 @@ def test_a_torque_without_a_name_is_unexplained_and_drawn(humming, tmp_path):
     write_diagnosis_page(page, humming, places, residuals_of(humming), (), None, {"scenario": "diagnose"}, answer)
     text = page.read_text(encoding="utf-8")
     assert "run1: unmodelled torque, body axes" in text
-    assert "A torque is left that no effect of the library explains" in text
+    assert "An unmodelled torque stands out of the noise" in text
 
 
 def test_the_share_of_a_torque_that_the_names_explain_is_reported():

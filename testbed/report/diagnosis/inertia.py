@@ -91,7 +91,7 @@ def left_section(diagnosis: Diagnosis) -> Iterator[Section]:
         yield Section(title="Residual", blocks=(Paragraph(text=f"{shape or nothing} {share}".strip()),))
         return
     text = (
-        "An unmodelled torque acts that no effect of the library explains: a likelihood ratio of "
+        "An unmodelled torque stands out of the noise: a likelihood ratio of "
         f"{figures(latent.likelihood_ratio)}, by chance with {chance_words(latent.p_value)}. {shape} {share} Below, "
         "its maximum a posteriori estimate."
     )

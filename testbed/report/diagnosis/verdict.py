@@ -59,7 +59,7 @@ def shape_words(diagnosis: Diagnosis) -> str:
         text = f" The residual fits a torque that {shape.words} ({chance_words(shape.p_value)})."
     if diagnosis.retracted:
         names = listed([effect_name(each.effect, each.component) for each in diagnosis.retracted])
-        text += f" {names} has lower posterior odds than an unmodelled torque, and is retracted."
+        text += f" Retracted, as an unmodelled torque has higher posterior odds: {names}."
     return text
 
 
