@@ -103,7 +103,7 @@ def entry(label: str, text: str) -> None:
     width = console.width if console.is_terminal else sys.maxsize
     say(
         fill(
-            text,
+            text.replace(" %", "\N{NO-BREAK SPACE}%") if console.is_terminal else text,
             width,
             initial_indent=label.ljust(LABEL_WIDTH),
             subsequent_indent=indent,

@@ -57,12 +57,15 @@ def detectable_table(diagnosis: Diagnosis) -> Table:
 
 
 def _smallest(sizes: Sequence[Detectable]) -> str:
-    """Return the parameters that make the size, from the most to the least visible component."""
+    """Return the parameters that make the size, from the most to the least visible component; equal ones once."""
     seen = [size for size in sizes if size.smallest]
     if not seen:
-        return "none"
+        return "not by this motion"
     quantities = zip(seen[0].smallest, seen[-1].smallest, seen[0].typical, strict=True)
-    return ", ".join(_span(least, most) for least, most, typical in quantities if least.value != typical.value)
+    spans = [_span(least, most) for least, most, typical in quantities if least.value != typical.value]
+    if len(spans) > 1 and len(set(spans)) == 1:
+        return f"{spans[0]} each"
+    return ", ".join(spans)
 
 
 def _span(least: Quantity, most: Quantity) -> str:
@@ -71,6 +74,8 @@ def _span(least: Quantity, most: Quantity) -> str:
 
 
 def _times_typical(sizes: Sequence[Detectable]) -> str:
+    if not sizes[0].smallest:
+        return "-"
     return " to ".join(dict.fromkeys(figures(size.multiple, 2) for size in (sizes[0], sizes[-1])))
 
 
@@ -79,7 +84,8 @@ def _look_alikes(diagnosis: Diagnosis) -> dict[str, str]:
     alike: dict[str, dict[str, None]] = {}
     for one, other, _ in pairs_alike(diagnosis):
         for this, that in ((one, other), (other, one)):
-            alike.setdefault(this.effect.id, {})[that.effect.id] = None
+            name = "its other components" if this.effect.id == that.effect.id else that.effect.id
+            alike.setdefault(this.effect.id, {})[name] = None
     return {effect: ", ".join(list(others)[:_ALIKE_SHOWN]) for effect, others in alike.items()}
 
 

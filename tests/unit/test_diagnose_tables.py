@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from rich.console import Console
 
@@ -34,6 +36,14 @@ def test_no_name_is_broken_and_no_line_is_too_long(shown):
     assert max(map(len, shown)) <= 80
     words = {word.strip(",") for line in shown for word in line.split()}
     assert {"viscous_drag", "quadratic_drag", "gyro_misalignment"} <= words
+
+
+def test_a_size_that_all_axes_share_is_shown_once(shown):
+    (drag,) = [" ".join(line.split()) for line in shown if line.startswith("viscous_drag")]
+    assert re.search(r"\d N·m·s/rad", drag)
+    following = shown[[line.startswith("viscous_drag") for line in shown].index(True) + 1]
+    assert "N·m·s/rad" not in following
+    assert "each" in f"{drag} {following}"
 
 
 def test_what_scales_with_an_effect_is_its_size(shown):
