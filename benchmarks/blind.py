@@ -4,7 +4,7 @@
 share; --first N takes the first N of their random order, a fair sample. What is there already, made or diagnosed, is
 kept: an interrupted run goes on where it was. Remove OUT/diagnoses to diagnose anew.
 
-Three stages, one after the other: tests/concealing writes OUT/data and OUT/answers; worker processes of their own
+Three stages, one after the other: concealing writes OUT/data and OUT/answers; worker processes of their own
 diagnose OUT/data into OUT/diagnoses, told nothing of the answers, which are locked meanwhile; the diagnoses and the
 methods of `benchmarks.blind_baselines` are scored into OUT/score.json and OUT/blind.md, with --write into docs/ too.
 """
@@ -30,11 +30,11 @@ from benchmarks.blind_page import Making, content_of, page
 from benchmarks.blind_sindy import read_labels
 from benchmarks.blind_unlisted import kinds_of, read_bounds
 from benchmarks.table import DOCS, here_and_now
+from concealing.blind_set import Counts, Order, case_name, make, orders
+from concealing.files import SEAL
 from testbed.cli.score import print_card
 from testbed.scoring.card import score_card
 from testbed.scoring.case import read_cases
-from tests.concealing.blind_set import Counts, Order, case_name, make, orders
-from tests.concealing.files import SEAL
 
 SCENARIO = Path("scenarios/diagnose.toml")
 ALL = sum(asdict(Counts()).values())

@@ -21,6 +21,10 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import chi2, ncx2
 
+from concealing.blind_set import Counts, Order, case_name, case_of, orders
+from concealing.case import Case
+from concealing.files import record
+from concealing.flown import fly_case, sensors_of
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.data import joined
 from testbed.diagnosis.model import fitted
@@ -37,10 +41,6 @@ from testbed.scenario.reader import read_scenario
 from testbed.scoring.card import grouped
 from testbed.scoring.case import Case as ScoredCase
 from testbed.scoring.judging import recognised_as_unknown
-from tests.concealing.blind_set import Counts, Order, case_name, case_of, orders
-from tests.concealing.case import Case
-from tests.concealing.files import record
-from tests.concealing.flown import fly_case, sensors_of
 
 SCENARIO = Path("scenarios/diagnose.toml")
 BOUNDS = "unlisted.json"

@@ -17,6 +17,10 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.blind_diagnosis import diagnosis_of
+from concealing.case import Case, Telemetry
+from concealing.effect import GYRO, HiddenEffect
+from concealing.files import conceal
+from concealing.strata import bare_case
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.model import Hypothesis, fitted
 from testbed.diagnosis.reading import DataSet, data_set_of
@@ -26,10 +30,6 @@ from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.records.reading import read_data_set
 from testbed.scenario.reader import read_scenario
-from tests.concealing.case import Case, Telemetry
-from tests.concealing.effect import GYRO, HiddenEffect
-from tests.concealing.files import conceal
-from tests.concealing.strata import bare_case
 
 SCENARIO = Path("scenarios/diagnose.toml")
 RUNS = 5

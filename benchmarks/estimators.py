@@ -13,8 +13,8 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from benchmarks.closed_loop_telemetry import closed_loop_flights, measured_telemetry, true_telemetry
-from benchmarks.synthetic_telemetry import (
+from support.closed_loop_telemetry import closed_loop_flights, measured_telemetry, true_telemetry
+from support.synthetic_telemetry import (
     NOMINAL_THETA,
     TRUE_THETA,
     exact_telemetry,

@@ -16,6 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
+from concealing.asked import asked_case
+from concealing.files import conceal
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.misfit import Misfit, explained
 from testbed.diagnosis.model import fitted
@@ -29,8 +31,6 @@ from testbed.records.reading import read_data_set
 from testbed.scenario.reader import read_scenario
 from testbed.scoring.case import ANSWER
 from testbed.scoring.formats import AnswerFile
-from tests.concealing.asked import asked_case
-from tests.concealing.files import conceal
 
 SCENARIO = Path("scenarios/diagnose.toml")
 SEED, SEEDS, NULL_SEEDS, RUNS = 900, 4, 40, 5

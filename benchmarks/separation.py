@@ -16,6 +16,10 @@ from dataclasses import dataclass
 from math import sqrt
 from pathlib import Path
 
+from concealing.case import Case, Run, Telemetry
+from concealing.effect import HiddenEffect
+from concealing.files import conceal
+from support.next_flights import next_record
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
@@ -28,10 +32,6 @@ from testbed.records.reading import read_data_set
 from testbed.records.writing import write_record
 from testbed.report.diagnosis.next import distance_words, flight_words, pair_words
 from testbed.scenario.reader import read_scenario
-from tests.concealing.case import Case, Run, Telemetry
-from tests.concealing.effect import HiddenEffect
-from tests.concealing.files import conceal
-from tests.next_flights import next_record
 
 SCENARIO = Path(__file__).resolve().parents[1] / "scenarios" / "diagnose.toml"
 RUNS, SECONDS = 3, 3.0

@@ -18,7 +18,7 @@ from multiprocessing import get_context
 
 import numpy as np
 
-from benchmarks.synthetic_telemetry import NOMINAL_THETA, TRUE_THETA, exact_telemetry, nominal_flight, sample_times
+from support.synthetic_telemetry import NOMINAL_THETA, TRUE_THETA, exact_telemetry, nominal_flight, sample_times
 from testbed.arrays import Array, Theta
 from testbed.assembly.platform import nominal_platform, true_platform
 from testbed.campaign.plan import BLOCK_RUNS, run_seed

@@ -16,7 +16,7 @@ from testbed.outputs.folder import reserved_folder
 from testbed.scenario.reader import read_scenario
 
 DATA, ANSWER = "data", "answer"
-_ENGINE = "tests.concealing"
+_ENGINE = "concealing"
 
 
 def conceal_effects(
@@ -62,9 +62,9 @@ def _engine(module: str) -> ModuleType:
     try:
         return import_module(f"{_ENGINE}.{module}")
     except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] != "tests":
+        if (error.name or "").partition(".")[0] != _ENGINE:
             raise
         raise InputError(
             "conceal: the engine that makes blind data sets is no part of what is installed, so that no diagnosis can "
-            "learn from it; take a checkout and install it with `pip install -e .`, then tests/concealing is found"
+            "learn from it; take a checkout and install it with `pip install -e .`, then it is found"
         ) from error

@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from concealing.case import Case, Run
+from concealing.craft import PlatformNumbers, nominal_craft
+from concealing.flight import follow
+from concealing.flown import fly_case
+from concealing.guidance import planned_maneuver, software_of
+from concealing.integration import step
+from concealing.mechanics import Inputs, Mechanics
+from support.platforms import initial, plant, restless_torque
 from testbed.experiment.flying import fly_maneuver
 from testbed.plant.build import build
 from testbed.plant.properties import PlatformProperties
-from tests.concealing.case import Case, Run
-from tests.concealing.craft import PlatformNumbers, nominal_craft
-from tests.concealing.flight import follow
-from tests.concealing.flown import fly_case
-from tests.concealing.guidance import planned_maneuver, software_of
-from tests.concealing.integration import step
-from tests.concealing.mechanics import Inputs, Mechanics
-from tests.platforms import initial, plant, restless_torque
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "diagnose.toml"
 NUMBERS = PlatformNumbers(
@@ -179,7 +179,7 @@ def test_closed_loop_flies_as_in_mujoco():
 
 
 def test_physics_effects_and_sensors_use_nothing_of_the_testbed():
-    package = Path(__file__).parents[1] / "concealing"
+    package = Path(__file__).parents[2] / "concealing"
     users = {
         path.name
         for path in package.glob("*.py")

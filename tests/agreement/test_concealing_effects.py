@@ -8,18 +8,18 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
+from concealing.case import Case, Run
+from concealing.craft import nominal_craft
+from concealing.effect import HiddenEffect, scaled
+from concealing.flight import follow
+from concealing.flown import fly_case
+from concealing.library import KINDS, LISTED, with_effects
+from concealing.mechanics import Inputs
+from support.platforms import initial, plant
 from testbed.cmg.misalignment import turned_axes
 from testbed.plant.build import shipped_model, specification
 from testbed.plant.properties import PlatformProperties
 from tests.agreement.test_concealing import FINE_STEP, NUMBERS, PERIOD, RELEASED, SCENARIO, mechanics
-from tests.concealing.case import Case, Run
-from tests.concealing.craft import nominal_craft
-from tests.concealing.effect import HiddenEffect, scaled
-from tests.concealing.flight import follow
-from tests.concealing.flown import fly_case
-from tests.concealing.library import KINDS, LISTED, with_effects
-from tests.concealing.mechanics import Inputs
-from tests.platforms import initial, plant
 
 SPIN_Z = np.array([[0.0, 0.0, 0.4]])
 INERTIA_Z = 0.027

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from concealing.case import Case, Run, Telemetry
+from concealing.effect import HiddenEffect
+from concealing.files import conceal, is_sealed
+from concealing.flown import theta
+from concealing.guidance import software_of
 from testbed.experiment.measured import estimate_record
 from testbed.records.reading import read_data_set
 from tests.agreement.test_concealing import SCENARIO
-from tests.concealing.case import Case, Run, Telemetry
-from tests.concealing.effect import HiddenEffect
-from tests.concealing.files import conceal, is_sealed
-from tests.concealing.flown import theta
-from tests.concealing.guidance import software_of
 
 LATE = HiddenEffect(effect="gyro_latency", component="gyro", parameters={"delay": 0.012})
 RUNS = (Run(duration=1.0, maneuver=1), Run(duration=0.8, maneuver=2, release_error=(0.01, 0.0, -0.01)))

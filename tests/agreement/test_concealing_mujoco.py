@@ -6,17 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from concealing.case import Case, Run
+from concealing.craft import nominal_craft
+from concealing.effect import HiddenEffect
+from concealing.files import conceal, is_sealed
+from concealing.flown import fly_case
+from concealing.guidance import software_of
+from concealing.library import KINDS
+from concealing.mujoco_craft import compiled
+from concealing.mujoco_flight import fly_in_mujoco
+from concealing.strata import FLOWN_EFFECTS, random_case
 from tests.agreement.test_concealing import SCENARIO
-from tests.concealing.case import Case, Run
-from tests.concealing.craft import nominal_craft
-from tests.concealing.effect import HiddenEffect
-from tests.concealing.files import conceal, is_sealed
-from tests.concealing.flown import fly_case
-from tests.concealing.guidance import software_of
-from tests.concealing.library import KINDS
-from tests.concealing.mujoco_craft import compiled
-from tests.concealing.mujoco_flight import fly_in_mujoco
-from tests.concealing.strata import FLOWN_EFFECTS, random_case
 
 RUNS = (Run(duration=0.75, maneuver=0, planned_spin=(0.1, 0.0, -0.1)), Run(duration=0.5, maneuver=1))
 CASE = Case(scenario=SCENARIO, seed=3, runs=RUNS, theta_error=(4e-4, -3e-4, 2e-4, 1e-4, 0.0, -1e-4))

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from concealing.files import told_name
+from concealing.library import LISTED
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
-from tests.concealing.files import told_name
-from tests.concealing.library import LISTED
 
 KNOWN = {**EFFECTS, **NOISE_EFFECTS}
 ONLY_HIDDEN = {

@@ -9,16 +9,16 @@ import pytest
 from scipy.optimize import least_squares
 from scipy.stats import chi2
 
+from concealing import signature
+from concealing.blind_set import Counts, make, orders
+from concealing.case import Case, Run, Telemetry
+from concealing.effect import HiddenEffect
+from concealing.flown import fly_case
+from concealing.library import KINDS
+from concealing.signature import signal
+from concealing.sizing import detectable_norm, hypotheses, sized
+from concealing.strata import random_case
 from tests.agreement.test_concealing import SCENARIO
-from tests.concealing import signature
-from tests.concealing.blind_set import Counts, make, orders
-from tests.concealing.case import Case, Run, Telemetry
-from tests.concealing.effect import HiddenEffect
-from tests.concealing.flown import fly_case
-from tests.concealing.library import KINDS
-from tests.concealing.signature import signal
-from tests.concealing.sizing import detectable_norm, hypotheses, sized
-from tests.concealing.strata import random_case
 
 RUNS = (Run(duration=1.5, maneuver=0, planned_spin=(0.2, 0.0, -0.1)), Run(duration=2.0, maneuver=3))
 CASE = Case(scenario=SCENARIO, seed=2, runs=RUNS, theta_error=(6e-4, -3e-4, 5e-4, 1e-4, 0.0, 2e-4))

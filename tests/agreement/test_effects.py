@@ -9,7 +9,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from benchmarks.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times
+from support.flown_effects import flown, nominal, scenario
+from support.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times
 from testbed.arrays import Array
 from testbed.assembly.extension import extended
 from testbed.effects.contract import Effect, Extension, NamedEffect
@@ -20,7 +21,6 @@ from testbed.experiment.conduct import conduct
 from testbed.prediction.grid import grid_of
 from testbed.prediction.integration import Values
 from testbed.prediction.prediction import predicted, predicted_with_derivatives
-from tests.flown_effects import flown, nominal, scenario
 
 LEFT = 2e-6
 """rad/s. Gimbal angles sampled at 160 Hz leave 3e-7, an MJCF's six digits 4e-7 of 0.3 rad/s."""

@@ -9,7 +9,12 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from benchmarks.synthetic_telemetry import TRUE_THETA, exact_telemetry, noisy, nominal_flight, sample_times
+from concealing.effect import HiddenEffect
+from concealing.files import record
+from concealing.flown import fly_case
+from support.blind_cases import blind_case
+from support.diagnosed_records import SCENARIO
+from support.synthetic_telemetry import TRUE_THETA, exact_telemetry, noisy, nominal_flight, sample_times
 from testbed.assembly.estimation import telemetry_of
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.data import Runs, runs_of
@@ -25,11 +30,6 @@ from testbed.prediction.servo import answer, nominal_answer, ticks_of
 from testbed.prediction.servo_answers import followed, measured_answers, servo_answers, shown, stretches
 from testbed.prediction.smoothed import gimbal_motion
 from testbed.scenario.reader import read_scenario
-from tests.blind_cases import blind_case
-from tests.concealing.effect import HiddenEffect
-from tests.concealing.files import record
-from tests.concealing.flown import fly_case
-from tests.diagnosed_records import SCENARIO
 
 FLIGHT = nominal_flight(np.array([0.002, -0.001, 0.002]))
 TORQUE_NOISE, GYRO_NOISE = 1e-4, 0.001658

@@ -11,11 +11,11 @@ import json
 import pytest
 
 from benchmarks.blind_diagnosis import diagnosis_of
+from concealing.files import conceal
+from support.blind_cases import blind_case
+from support.diagnosed_records import SCENARIO
 from testbed.scoring.case import read_cases
 from testbed.scoring.judging import inertia_covered, named, recognised_as_unknown, said_right, set_holds_truth
-from tests.blind_cases import blind_case
-from tests.concealing.files import conceal
-from tests.diagnosed_records import SCENARIO
 
 CHANCE = 4.5
 """Standard errors within which every inertia entry lies: with 12 times 6 entries, one is outside in 1 of 2,000 sets."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from benchmarks.blind_diagnosis import diagnosis_of
-from tests.concealing.blind_set import Counts, case_name, make, orders
-from tests.diagnosed_records import SCENARIO
+from concealing.blind_set import Counts, case_name, make, orders
+from support.diagnosed_records import SCENARIO
 
 SEED, CASE = 2026, "case_0788"
 """Of `make blind`: 0.0011 rad/s that the records do not state, which had been said to be an unknown oscillation."""

@@ -10,8 +10,8 @@ import sys
 import matplotlib.image
 import pytest
 
-from tests.printed import require_printed
-from tests.processes import ROOT
+from support.printed import require_printed
+from support.processes import ROOT
 
 PROGRAMS = sorted((ROOT / "examples").glob("*.py"))
 LONGEST = 40

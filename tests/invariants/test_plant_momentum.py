@@ -6,10 +6,10 @@ import mujoco
 import numpy as np
 import pytest
 
+from support.platforms import ROTOR_MOMENTUM, initial, plant, restless_torque, shipped
 from testbed.plant.build import build
 from testbed.plant.geometry import cluster_of, total_momentum
 from testbed.plant.properties import PlatformProperties
-from tests.platforms import ROTOR_MOMENTUM, initial, plant, restless_torque, shipped
 
 CONTROL_PERIOD = 0.0125
 SCALE = 6.0 * ROTOR_MOMENTUM

@@ -7,13 +7,13 @@ import json
 import numpy as np
 import pytest
 
+from support.campaigns import plan_of, small_scenario
 from testbed.campaign.columns import parameter_columns
 from testbed.campaign.local import LocalExecutor
 from testbed.campaign.plan import Block, blocks_of
 from testbed.campaign.rows import block_rows
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
-from tests.campaigns import plan_of, small_scenario
 
 RUNS = 25
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.synthetic_telemetry import NOMINAL_THETA, exact_telemetry, noisy, nominal_flight, sample_times
+from support.synthetic_telemetry import NOMINAL_THETA, exact_telemetry, noisy, nominal_flight, sample_times
 from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.estimation.estimate import EstimationSettings
 from testbed.estimation.registry import ESTIMATORS

@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from support.maneuvers import CLUSTER, INERTIA
 from testbed.cmg.cluster import platform_momentum
 from testbed.maneuver.gimbal_maneuver import body_rate_of
 from testbed.maneuver.information import filtered_regressor, information_of, sampled_filter
 from testbed.maneuver.splines import basis_matrix, clamped_spline, derivative_points_matrix
-from tests.maneuvers import CLUSTER, INERTIA
 
 DURATION = 5.0
 TIME = np.linspace(0.0, DURATION, 301)

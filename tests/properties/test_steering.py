@@ -8,6 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from support.platforms import ROTOR_MOMENTUM, shipped
 from testbed.cmg.cluster import momentum_jacobian
 from testbed.cmg.singularity import singularity_measure
 from testbed.cmg.steering import (
@@ -20,7 +21,6 @@ from testbed.cmg.steering import (
     steer,
 )
 from testbed.plant.geometry import cluster_of
-from tests.platforms import ROTOR_MOMENTUM, shipped
 
 CLUSTER = cluster_of(shipped())
 LAWS = [MoorePenrose(), SingularityRobust(), GeneralizedSingularityRobust(), OffDiagonalSingularityRobust()]

@@ -8,8 +8,8 @@ import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from tests.campaigns import small_scenario
-from tests.processes import outcome, started
+from support.campaigns import small_scenario
+from support.processes import outcome, started
 from tests.robustness.case import COMPLETED, REFUSED, Scene, broken
 
 _RUNS = 30

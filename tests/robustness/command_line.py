@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from tests.processes import ROOT
+from support.processes import ROOT
 from tests.robustness.case import ANY, COMPLETED, REFUSED, Case, written
 from tests.robustness.scenario_files import TEXT
 

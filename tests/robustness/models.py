@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from tests.processes import ROOT
+from support.processes import ROOT
 from tests.robustness.case import ANY, REFUSED, Case
 from tests.robustness.scenario_files import TEXT
 

@@ -13,8 +13,8 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
 
+from support.diagnosed_records import SCENARIO, records
 from testbed.records.writing import write_record
-from tests.diagnosed_records import SCENARIO, records
 from tests.robustness.case import ANY, COMPLETED, REFUSED, Case
 
 Columns: TypeAlias = dict[str, np.ndarray]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.processes import ROOT
+from support.processes import ROOT
 from tests.robustness.case import ANY, COMPLETED, REFUSED, Case, written
 
 TEXT = (ROOT / "scenarios" / "basic.toml").read_text(encoding="utf-8")

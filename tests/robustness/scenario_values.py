@@ -8,7 +8,7 @@ from typing import Any
 
 import tomli_w
 
-from tests.processes import ROOT
+from support.processes import ROOT
 from tests.robustness.case import ANY, Case, written
 
 BASIC = tomllib.loads((ROOT / "scenarios" / "basic.toml").read_text(encoding="utf-8"))

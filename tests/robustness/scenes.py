@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
-from tests.campaigns import small_scenario
-from tests.processes import ROOT, WAITING, of_group, outcome, started, until
+from support.campaigns import small_scenario
+from support.processes import ROOT, WAITING, of_group, outcome, started, until
 from tests.robustness.case import COMPLETED, REFUSED, Scene, broken, written
 from tests.robustness.records import good_records
 from tests.robustness.scenario_files import TEXT

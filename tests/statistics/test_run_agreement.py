@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
+from support.diagnosed_records import nominal, records
 from testbed.diagnosis.findings import agreements
 from testbed.diagnosis.model import Hypothesis, fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
-from tests.diagnosed_records import nominal, records
 
 TORQUE = Hypothesis(effect=EFFECTS["body_torque"], component="platform")
 SIZE = np.array([6e-5, -4e-5, 3e-5])

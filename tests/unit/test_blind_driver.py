@@ -12,10 +12,10 @@ from benchmarks.blind import ALL, counts_of, locked, timed_make
 from benchmarks.blind_diagnosis import CRASHED, REFUSED, SECONDS, diagnose_case
 from benchmarks.blind_sindy import SCRIPT, write_terms
 from benchmarks.environments import BUILD
+from concealing.blind_set import Counts, Order
+from concealing.files import SEAL
+from support.diagnosed_records import SCENARIO, records
 from testbed.records.writing import write_record
-from tests.concealing.blind_set import Counts, Order
-from tests.concealing.files import SEAL
-from tests.diagnosed_records import SCENARIO, records
 
 
 @pytest.mark.parametrize("cases", [1, 12, 24, 80])

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from support.campaigns import small_scenario
+from support.processes import outcome, started, until
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
-from tests.campaigns import small_scenario
-from tests.processes import outcome, started, until
 
 BLOCK_RUNS = 4
 RUNS = 3 * BLOCK_RUNS + 2

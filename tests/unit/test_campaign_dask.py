@@ -12,6 +12,7 @@ import time
 
 import pytest
 
+from support.campaigns import ROOT, plan_of, small_scenario
 from testbed.campaign.dask_executor import DaskExecutor
 from testbed.campaign.manifest import deciding_versions
 from testbed.campaign.plan import Block, blocks_of
@@ -19,7 +20,6 @@ from testbed.campaign.rows import block_rows
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
 from testbed.errors import InputError
-from tests.campaigns import ROOT, plan_of, small_scenario
 
 ONE_THREAD = {**os.environ, "OMP_NUM_THREADS": "1", "PYTHONPATH": str(ROOT)}
 PATIENCE = 60.0

@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 
 import pytest
 
+from support.campaigns import plan_of, small_scenario
 from testbed.campaign.local import LocalExecutor
 from testbed.campaign.plan import Block, blocks_of
 from testbed.campaign.rows import block_rows
 from testbed.errors import InputError
-from tests.campaigns import plan_of, small_scenario
 
 
 @dataclass(frozen=True)

@@ -13,12 +13,12 @@ from pathlib import Path
 import pyarrow.dataset as ds
 import pytest
 
+from support.campaigns import Pretended, plan_of, small_scenario
 from testbed.campaign.columns import schema_of
 from testbed.campaign.manifest import read_manifest
 from testbed.campaign.plan import BLOCK_RUNS, blocks_of, run_seed
 from testbed.campaign.run import Progress, run_campaign
 from testbed.errors import InputError
-from tests.campaigns import Pretended, plan_of, small_scenario
 
 RUNS = 4 * BLOCK_RUNS - 10
 

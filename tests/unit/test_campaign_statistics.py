@@ -6,10 +6,10 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
+from support.campaigns import plan_of, small_scenario
 from testbed.campaign.columns import parameter_columns, schema_of
 from testbed.campaign.result import montecarlo_of
 from testbed.campaign.statistics import statistics_of
-from tests.campaigns import plan_of, small_scenario
 
 RUNS = 2000
 TRUTH = np.array([0.02, 0.021, 0.025, 1e-4, -1e-4, 1e-3])

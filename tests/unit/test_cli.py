@@ -13,10 +13,10 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
+from support.processes import outcome, started, until
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
 from testbed.records.reading import read_record
-from tests.processes import outcome, started, until
 
 ROOT = Path(__file__).resolve().parents[2]
 BASIC = (ROOT / "scenarios" / "basic.toml").read_text(encoding="utf-8")

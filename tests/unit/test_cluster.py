@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from support.platforms import ROTOR_MOMENTUM, shipped
 from testbed.cmg.cluster import cluster_momentum, inertia_change, momentum_jacobian, spin_momentum_and_jacobian
 from testbed.cmg.singularity import (
     envelope_fraction,
@@ -16,7 +17,6 @@ from testbed.cmg.singularity import (
 )
 from testbed.plant.geometry import cluster_of, composite_inertia, total_momentum
 from testbed.plant.layout import layout_of
-from tests.platforms import ROTOR_MOMENTUM, shipped
 
 MODEL = shipped()
 CLUSTER = cluster_of(MODEL)

@@ -8,13 +8,13 @@ import sys
 import numpy as np
 import pytest
 
-from benchmarks.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times
+from support.processes import ROOT
+from support.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times
 from testbed.estimation import motion, sensitivity
 from testbed.estimation.motion import drive_of, simulate
 from testbed.estimation.sensitivity import rate_sensitivity
 from testbed.rotation import kinematics
 from testbed.rotation.kinematics import integrate_attitude
-from tests.processes import ROOT
 
 MOMENTUM_B = np.array([0.003, -0.004, 0.006])
 TELEMETRY = exact_telemetry(nominal_flight(MOMENTUM_B), sample_times(100.0), sample_times(100.0))

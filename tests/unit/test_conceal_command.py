@@ -8,10 +8,10 @@ import pytest
 from typer.testing import CliRunner
 
 import testbed.cli.conceal
+from concealing.files import is_sealed
+from support.diagnosed_records import SCENARIO
 from testbed.cli.app import app
 from testbed.errors import InputError
-from tests.concealing.files import is_sealed
-from tests.diagnosed_records import SCENARIO
 
 
 def conceal(out, *options):
@@ -55,7 +55,7 @@ def test_what_cannot_be_hidden_is_refused_and_nothing_is_written(tmp_path, optio
 
 def test_without_a_checkout_it_says_what_to_do(tmp_path, monkeypatch):
     def missing(name):
-        raise ModuleNotFoundError(f"No module named {name!r}", name="tests")
+        raise ModuleNotFoundError(f"No module named {name!r}", name="concealing")
 
     monkeypatch.setattr(testbed.cli.conceal, "import_module", missing)
     with pytest.raises(InputError, match="take a checkout"):

@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from support.platforms import initial, plant, shipped
 from testbed.cmg.cluster import cluster_momentum, inertia_change, momentum_jacobian
 from testbed.cmg.steering import MoorePenrose
 from testbed.control.controller import Controller, Target, command, controller_at_rest
@@ -21,7 +22,6 @@ from testbed.plant.geometry import cluster_of, composite_inertia
 from testbed.plant.layout import layout_of
 from testbed.rotation.kinematics import integrate_attitude
 from testbed.rotation.quaternion import turned
-from tests.platforms import initial, plant, shipped
 
 MODEL = shipped()
 CLUSTER = cluster_of(MODEL)

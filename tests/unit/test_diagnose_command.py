@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import testbed.library.diagnoses
+from support.diagnosed_records import SCENARIO, records
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
 from testbed.diagnosis.method import diagnosed
@@ -18,7 +19,6 @@ from testbed.effects.gyro_latency import GyroLatency
 from testbed.records.record import Record, RunDetails
 from testbed.records.writing import write_record
 from testbed.scenario.reader import read_scenario
-from tests.diagnosed_records import SCENARIO, records
 
 DELAY = 0.02
 STEP_KEYS = {

@@ -12,13 +12,13 @@ import testbed.diagnosis.model
 import testbed.diagnosis.search
 import testbed.library.diagnoses
 import testbed.outputs.diagnosis_parts
+from support.diagnosed_records import SCENARIO, records
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
 from testbed.diagnosis.keeping import array_from_content, array_to_content, hash_of
 from testbed.effects.gyro_latency import GyroLatency
 from testbed.outputs.diagnosis_parts import PARTS
 from testbed.records.writing import write_record
-from tests.diagnosed_records import SCENARIO, records
 
 INTERRUPTED_AT = 5
 """Call of the refits: after the first effect was added, in the middle of the second screening."""

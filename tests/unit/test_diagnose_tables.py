@@ -8,13 +8,13 @@ import pytest
 from rich.console import Console
 
 import testbed.cli.console
+from support.diagnosed_records import nominal, records
 from testbed.cli.console import entry
 from testbed.cli.diagnose_tables import detectable_table
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
-from tests.diagnosed_records import nominal, records
 
 TESTED = ("viscous_drag", "quadratic_drag", "gyro_misalignment", "slosh", "actuator_lag", "gimbal_viscous_friction")
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from support.diagnosed_records import nominal, records
+from support.unlisted_torques import Growing, Humming, Pulsing
 from testbed.diagnosis.evidence import goodness, log_evidence, on_all_runs
 from testbed.diagnosis.latent import TorqueShape, evidence_of_any, torque_shapes
 from testbed.diagnosis.model import Hypothesis, fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
-from tests.diagnosed_records import nominal, records
-from tests.unlisted_torques import Growing, Humming, Pulsing
 
 DRAG = Hypothesis(effect=EFFECTS["viscous_drag"], component="platform")
 LATENCY = Hypothesis(effect=EFFECTS["gyro_latency"], component="gyro")

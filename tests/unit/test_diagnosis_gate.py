@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from support.diagnosed_records import NOISE, nominal, records
 from testbed.diagnosis.candidates import p_value
 from testbed.diagnosis.reading import data_set_of
 from testbed.effects.contact import Contact, begin_of_runs
 from testbed.effects.registry import EFFECTS
-from tests.diagnosed_records import NOISE, nominal, records
 
 
 @pytest.fixture(scope="module")

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from support.diagnosed_records import nominal, records
 from testbed.diagnosis.findings import masked
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.model import Hypothesis
@@ -15,7 +16,6 @@ from testbed.diagnosis.signatures import without
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.contract import CLUSTER
 from testbed.effects.registry import EFFECTS
-from tests.diagnosed_records import nominal, records
 
 
 def placed(effect: str, component: str) -> Hypothesis:

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from support.diagnosed_records import NOISE, nominal, records
 from testbed.diagnosis.location import located
 from testbed.diagnosis.model import fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.gyro_latency import GyroLatency
 from testbed.effects.viscous_drag import ViscousDrag
-from tests.diagnosed_records import NOISE, nominal, records
 
 
 def places(used):

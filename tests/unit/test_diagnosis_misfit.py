@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from support.diagnosed_records import nominal, records
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.misfit import Misfit, explained
 from testbed.diagnosis.model import Hypothesis, fitted
@@ -16,7 +17,6 @@ from testbed.diagnosis.state import Gap
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.gyro_latency import GyroLatency
 from testbed.report.diagnosis.misfit import gimbals_words, misfit_change_words, misfit_words, shows_in_gyro
-from tests.diagnosed_records import nominal, records
 
 SETS = 24
 DELAY = 0.01

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
+from support.diagnosed_records import nominal, records
 from testbed.diagnosis.candidates import NONE, UNKNOWN, by_class, mean_over_places, probabilities_of, scale_evidence
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.report.diagnosis.ranking import ranking_rows
-from tests.diagnosed_records import nominal, records
 
 FEW = {name: EFFECTS[name] for name in ("gyro_latency", "gyro_bandwidth", "viscous_drag", "rotor_speed", "body_torque")}
 LATE = (EFFECTS["gyro_latency"].hooks("gyro"), np.array([8e-3]))

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from support.diagnosed_records import NOISE, nominal, records
 from testbed.diagnosis.gate import require_explicable
 from testbed.diagnosis.reading import data_set_of
 from testbed.effects.gyro_latency import GyroLatency
 from testbed.errors import InputError
 from testbed.records.record import Record, RunDetails
-from tests.diagnosed_records import NOISE, nominal, records
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from support.diagnosed_records import NOISE, nominal, records
+from support.unlisted_torques import Humming, Pulsing
 from testbed.diagnosis.candidates import NONE, NULL_PRIOR_ODDS, UNKNOWN
 from testbed.diagnosis.findings import detectable_sizes, residuals_of
 from testbed.diagnosis.location import located
@@ -21,8 +23,6 @@ from testbed.report.diagnosis.ranking import on_the_noise, ranking_rows
 from testbed.report.diagnosis.residuals import mean_spectrum, residuals_section
 from testbed.report.diagnosis.verdict import diagnosis_verdict, share_words
 from testbed.report.frame.blocks import Figure
-from tests.diagnosed_records import NOISE, nominal, records
-from tests.unlisted_torques import Humming, Pulsing
 
 FEW = {name: EFFECTS[name] for name in ("gyro_latency", "viscous_drag")}
 STEADY = {"body_torque": EFFECTS["body_torque"]}

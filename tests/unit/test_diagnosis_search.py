@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from support.diagnosed_records import nominal, records
 from testbed.diagnosis.candidates import accepted
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
@@ -14,7 +15,6 @@ from testbed.diagnosis.search import Search, odds_together, refitted, with_candi
 from testbed.diagnosis.signatures import hypotheses
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
-from tests.diagnosed_records import nominal, records
 
 FEW = {name: EFFECTS[name] for name in ("viscous_drag", "rotor_speed", "body_torque")}
 TRUE = "rotor_speed:cmg2"

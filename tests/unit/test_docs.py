@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from support.printed import require_printed
 from testbed.cli.app import app
 from testbed.records.schema import signals_table
-from tests.printed import require_printed
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

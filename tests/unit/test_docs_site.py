@@ -10,7 +10,7 @@ import sys
 import pytest
 
 import testbed as tb
-from tests.processes import ROOT
+from support.processes import ROOT
 
 
 @pytest.fixture(scope="module")

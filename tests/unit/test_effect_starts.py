@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from benchmarks.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times
+from support.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times
 from testbed.arrays import Array
 from testbed.diagnosis.data import Runs, runs_of
 from testbed.diagnosis.model import Fit, Hypothesis, fitted

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from benchmarks.synthetic_telemetry import (
+from support.synthetic_telemetry import (
     NOMINAL_THETA,
     TRUE_THETA,
     Flight,

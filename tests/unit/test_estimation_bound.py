@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times
+from support.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times
 from testbed.cmg.cluster import inertia_change
 from testbed.dynamics.inertia import inertia_of, momentum_regressor
 from testbed.estimation.bound import cramer_rao_bound

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom, kstest
 
-from benchmarks.synthetic_telemetry import (
+from support.synthetic_telemetry import (
     NOMINAL_THETA,
     TRUE_THETA,
     exact_telemetry,

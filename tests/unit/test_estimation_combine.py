@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.synthetic_telemetry import (
+from support.synthetic_telemetry import (
     NOMINAL_THETA,
     TRUE_THETA,
     exact_telemetry,

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.synthetic_telemetry import NOMINAL_THETA, exact_telemetry, noisy, nominal_flight, sample_times
+from support.synthetic_telemetry import NOMINAL_THETA, exact_telemetry, noisy, nominal_flight, sample_times
 from testbed.estimation.contact import first_contact
 
 TIMES = sample_times(16.0)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.synthetic_telemetry import (
+from support.synthetic_telemetry import (
     NOMINAL_THETA,
     TRUE_THETA,
     exact_telemetry,

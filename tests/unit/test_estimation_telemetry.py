@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.synthetic_telemetry import exact_telemetry, nominal_flight, sample_times
+from support.synthetic_telemetry import exact_telemetry, nominal_flight, sample_times
 from testbed.cmg.cluster import cluster_momentum, inertia_change
 from testbed.errors import InputError
 from testbed.estimation.actuation import actuation

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from benchmarks.synthetic_telemetry import NOMINAL_THETA, TRUE_THETA, exact_telemetry, nominal_flight, sample_times
+from support.synthetic_telemetry import NOMINAL_THETA, TRUE_THETA, exact_telemetry, nominal_flight, sample_times
 from testbed.cmg.cluster import cluster_momentum, inertia_change
 from testbed.dynamics.inertia import inertia_of
 from testbed.estimation.bound import cramer_rao_bound

@@ -11,6 +11,9 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
+from support.campaigns import Pretended
+from support.processes import outcome, started, until
+from support.reproductions import reproduction, table1
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
 from testbed.errors import InputError
@@ -24,9 +27,6 @@ from testbed.reproduction.progress import silent
 from testbed.reproduction.table2 import table2
 from testbed.reproduction.zero_g_cuts import Cut
 from testbed.reproduction.zero_g_outcome import CampaignOutcome
-from tests.campaigns import Pretended
-from tests.processes import outcome, started, until
-from tests.reproductions import reproduction, table1
 
 IDENTITY = {"seed": 1, "runs": 4, "versions": {"testbed": "0"}}
 KEPT = ["first", "second", "third"]

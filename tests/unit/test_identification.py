@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from support.diagnosed_records import nominal, records
 from testbed.dynamics.inertia import theta_of
 from testbed.errors import InputError
 from testbed.identification.estimating import LONGEST_GATED, _looked_at, identify
 from testbed.report.measured import identification_doubts, identification_verdict
-from tests.diagnosed_records import nominal, records
 
 
 @pytest.fixture(scope="module")

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from support.campaigns import small_scenario
+from support.processes import ROOT, WAITING, outcome, started, until
 from testbed.cli.failures import exit_code_of
 from testbed.interrupts import Interrupted
-from tests.campaigns import small_scenario
-from tests.processes import ROOT, WAITING, outcome, started, until
 
 BASIC = ROOT / "scenarios" / "basic.toml"
 DESIGN = ROOT / "scenarios" / "gimbal_weighted.toml"

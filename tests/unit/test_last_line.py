@@ -11,12 +11,12 @@ from rich.console import Console
 from rich.table import Table
 
 import testbed.cli.check
+from support.processes import ROOT, outcome, started
 from testbed.cli.app import app
 from testbed.cli.console import say, show, warn
 from testbed.cli.failures import BUG, exit_code_of
 from testbed.cli.streams import transliterated
 from testbed.cli.table_layout import fitted
-from tests.processes import ROOT, outcome, started
 
 BASIC = ROOT / "scenarios" / "basic.toml"
 

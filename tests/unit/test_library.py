@@ -13,8 +13,8 @@ import pandas as pd
 import pytest
 
 import testbed as tb
+from support.processes import ROOT
 from testbed.dynamics.inertia import PARAMETER_NAMES
-from tests.processes import ROOT
 
 MODULES = ("campaigns", "comparisons", "diagnoses", "estimates", "records", "runs", "scenarios")
 

@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from support.maneuvers import CLUSTER, INERTIA, design_problem, gimbal_limits, without_units
 from testbed.dynamics.inertia import theta_of
 from testbed.errors import InputError
 from testbed.estimation.alignment_model import alignment_of, gimbal_telemetry, held_momentum
@@ -21,7 +22,6 @@ from testbed.maneuver.formulation import prefilter_of
 from testbed.maneuver.gimbal_design import gimbal_design
 from testbed.maneuver.gimbal_maneuver import gimbal_maneuver
 from testbed.maneuver.splines import clamped_spline
-from tests.maneuvers import CLUSTER, INERTIA, design_problem, gimbal_limits, without_units
 
 PROBLEM = design_problem(metric="momentum", parameters="alignments")
 SAMPLING = prefilter_of(PROBLEM)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from support.maneuvers import INERTIA, MOMENTUM_LIMIT, TORQUE_LIMIT, body_rate_limits, design_problem
 from testbed.errors import InfeasibleDesignError
 from testbed.maneuver.body_rate_design import body_rate_design
 from testbed.maneuver.design import Search
 from testbed.maneuver.information import maneuver_information
 from testbed.maneuver.penalty import Penalty
 from testbed.maneuver.profiles import basic_profile
-from tests.maneuvers import INERTIA, MOMENTUM_LIMIT, TORQUE_LIMIT, body_rate_limits, design_problem
 
 FINE = np.linspace(0.0, 5.0, 1601)  # the design's own grid has 161 instants
 CRITERIA = ("D", "A", "E", "condition")

@@ -6,13 +6,13 @@ import mujoco
 import numpy as np
 import pytest
 
+from support.maneuvers import CLUSTER, INERTIA, without_units
+from support.platforms import shipped
 from testbed.cmg.cluster import cluster_momentum, momentum_jacobian, platform_momentum
 from testbed.cmg.singularity import envelope_fraction, singularity_measure, sphere_directions
 from testbed.maneuver.cluster_motion import MOTION_OUTPUTS, body_rate_function, motion_function
 from testbed.maneuver.envelope import envelope_share_function
 from testbed.plant.layout import layout_of
-from tests.maneuvers import CLUSTER, INERTIA, without_units
-from tests.platforms import shipped
 
 RNG = np.random.default_rng(11)
 ANGLE, RATE, ACCELERATION = RNG.uniform(-3, 3, 6), RNG.uniform(-2, 2, 6), RNG.uniform(-30, 30, 6)

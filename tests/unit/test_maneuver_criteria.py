@@ -6,6 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from support.maneuvers import CLUSTER, INERTIA, design_problem
 from testbed.cmg.cluster import cluster_momentum, inertia_change
 from testbed.maneuver.cluster_motion import body_rate_function
 from testbed.maneuver.criteria import criterion_terms, information_matrix
@@ -13,7 +14,6 @@ from testbed.maneuver.formulation import prefilter_of
 from testbed.maneuver.information import filtered_regressor
 from testbed.maneuver.program import Constraint, Program, solver
 from testbed.maneuver.splines import basis_matrix
-from tests.maneuvers import CLUSTER, INERTIA, design_problem
 
 SAMPLING = prefilter_of(design_problem())
 BASIS, SLOPES = (basis_matrix(5.0, 10, SAMPLING.fine_time, order) for order in (0, 1))

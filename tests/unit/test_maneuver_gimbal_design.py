@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from support.maneuvers import CLUSTER, INERTIA, TORQUE_LIMIT, design_problem, gimbal_limits, without_units
 from testbed.cmg.cluster import cluster_momentum, momentum_jacobian, platform_momentum, spin_axes, transverse_axes
 from testbed.cmg.singularity import envelope_fraction, singularity_measure, sphere_directions
 from testbed.errors import InfeasibleDesignError
@@ -14,7 +15,6 @@ from testbed.maneuver.design import Search
 from testbed.maneuver.gimbal_design import _held_points, gimbal_design
 from testbed.maneuver.gimbal_limits import hull_limits
 from testbed.maneuver.gimbal_maneuver import body_rate_of
-from tests.maneuvers import CLUSTER, INERTIA, TORQUE_LIMIT, design_problem, gimbal_limits, without_units
 
 FINE = np.linspace(0.0, 5.0, 1601)  # the design's own grid has 161 instants
 BETWEEN = 1.02

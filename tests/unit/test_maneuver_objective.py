@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from support.maneuvers import CLUSTER, INERTIA, design_problem, gimbal_limits
 from testbed.dynamics.inertia import theta_of
 from testbed.estimation.bound import cramer_rao_bound
 from testbed.estimation.telemetry import Telemetry
@@ -18,7 +19,6 @@ from testbed.maneuver.gimbal_design import gimbal_design
 from testbed.maneuver.gimbal_maneuver import gimbal_maneuver
 from testbed.maneuver.objective import design_information
 from testbed.maneuver.splines import clamped_spline
-from tests.maneuvers import CLUSTER, INERTIA, design_problem, gimbal_limits
 
 NOISE = 0.025
 TARGET = 1e-3 * np.array([0.19, 0.165, 0.175, 0.115, 0.12, 0.14])

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from support.platforms import shipped
 from testbed.cmg.cluster import cluster_momentum
 from testbed.cmg.misalignment import misaligned, turning_axes
 from testbed.plant.build import build
 from testbed.plant.geometry import cluster_of, composite_inertia, total_momentum
 from testbed.plant.layout import layout_of
 from testbed.plant.properties import PlatformProperties
-from tests.platforms import shipped
 
 CLUSTER = cluster_of(shipped())
 MISALIGNMENT = np.random.default_rng(3).normal(0.0, 0.3, (6, 2))

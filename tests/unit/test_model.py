@@ -8,11 +8,11 @@ import mujoco
 import numpy as np
 import pytest
 
+from support.platforms import ROTOR_MOMENTUM, shipped
 from testbed.errors import InputError
 from testbed.plant.build import build, shipped_model
 from testbed.plant.geometry import cluster_of, composite_inertia, composite_mass
 from testbed.plant.properties import PlatformProperties
-from tests.platforms import ROTOR_MOMENTUM, shipped
 
 NOMINAL = PlatformProperties(
     inertia=np.diag([0.022, 0.022, 0.027]),

@@ -12,8 +12,8 @@ import tomllib
 import pytest
 
 import testbed as tb
+from support.processes import ROOT
 from testbed.effects.registry import EFFECTS
-from tests.processes import ROOT
 
 EXAMPLE = ROOT / "examples" / "own_effect"
 DIAGNOSED = """
@@ -23,7 +23,7 @@ from testbed.effects.registry import EFFECTS
 for name in set(EFFECTS) - {"inertia", "viscous_drag", "gyro_latency", "body_torque", "dry_friction"}:
     del EFFECTS[name]
 import testbed as tb
-from tests.diagnosed_records import records
+from support.diagnosed_records import records
 
 class Braked(tb.Hooks):
     def torque(self, value, at):

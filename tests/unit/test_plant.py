@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from support.platforms import ROTOR_MOMENTUM, OnePlatform, initial, plant, restless_torque, shipped
 from testbed.plant.build import build
 from testbed.plant.properties import PlatformProperties
-from tests.platforms import ROTOR_MOMENTUM, OnePlatform, initial, plant, restless_torque, shipped
 
 LIMIT = 0.0052
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from support.campaigns import small_scenario
 from testbed.cli import console
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
-from tests.campaigns import small_scenario
 
 
 def run(*arguments: object) -> int:

@@ -5,8 +5,8 @@ import pytest
 import rerun as rr
 from rerun.chunk import RrdReader
 
+from support.flights import THETA, content
 from testbed.recording.chart import BAND, HALF_HEIGHT, log_estimates
-from tests.flights import THETA, content
 
 SAMPLES = 3
 

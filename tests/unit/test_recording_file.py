@@ -8,11 +8,11 @@ import pytest
 import rerun as rr
 from rerun.chunk import RrdReader
 
+from support.flights import STEP_NS, STEPS_PER_SAMPLE, content, flown
 from testbed.plant.scene import scene_of
 from testbed.recording import writer
 from testbed.recording.stream import BLOCK_ROWS, durations
 from testbed.recording.writer import write_recording
-from tests.flights import STEP_NS, STEPS_PER_SAMPLE, content, flown
 
 SAMPLES = 41
 TABS = ("Flight", "Actuators", "Estimates", "Provenance")

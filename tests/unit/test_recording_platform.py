@@ -2,10 +2,10 @@ import mujoco
 import numpy as np
 import pytest
 
+from support.flights import flown
 from testbed.plant.scene import scene_of
 from testbed.recording.platform import body_pose, entity_paths
 from testbed.rotation.quaternion import matrix_of, quaternion_product, turned
-from tests.flights import flown
 
 
 @pytest.fixture(scope="module")

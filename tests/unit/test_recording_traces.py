@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from support.flights import content, flown
 from testbed.recording.traces import flight_traces
-from tests.flights import content, flown
 
 SAMPLES = 11
 

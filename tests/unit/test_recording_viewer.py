@@ -10,14 +10,14 @@ from pathlib import Path
 
 import pytest
 
+from support.flights import content, flown
+from support.processes import PATIENCE, ROOT, of_group, started, until
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
 from testbed.errors import InputError
 from testbed.plant.scene import scene_of
 from testbed.recording.viewer import check_recording, open_viewer
 from testbed.recording.writer import write_recording
-from tests.flights import content, flown
-from tests.processes import PATIENCE, ROOT, of_group, started, until
 
 SOFTWARE_DRIVER = Path("/usr/share/vulkan/icd.d/lvp_icd.x86_64.json")
 

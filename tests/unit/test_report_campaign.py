@@ -6,11 +6,11 @@ import re
 
 import pytest
 
+from support.campaigns import Pretended, plan_of, small_scenario
 from testbed.campaign.plan import blocks_of
 from testbed.campaign.run import run_campaign
 from testbed.campaign.statistics import statistics_of
 from testbed.report.campaign import write_campaign_report
-from tests.campaigns import Pretended, plan_of, small_scenario
 
 
 @pytest.fixture(scope="module")

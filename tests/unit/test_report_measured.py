@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from support.report_pages import ParsedPage
+from support.report_runs import PROVENANCE, flight
 from testbed.dynamics.inertia import theta_of
 from testbed.experiment.combining import combine_estimations
 from testbed.experiment.measured import estimate_record
 from testbed.identification.estimating import Identification
 from testbed.records.selection import telemetry_only
 from testbed.report.measured import write_estimates_report
-from tests.report_pages import ParsedPage
-from tests.report_runs import PROVENANCE, flight
 
 
 def record(name, *channels, **details):

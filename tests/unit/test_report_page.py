@@ -5,12 +5,12 @@ import re
 import numpy as np
 import pytest
 
+from support.report_pages import ParsedPage
 from testbed.errors import InputError
 from testbed.report.frame.blocks import Cell, Column, Figure, Listing, Notice, Page, Paragraph, Section, Table
 from testbed.report.frame.chart import line_chart
 from testbed.report.frame.page import render_page, write_page
 from testbed.report.frame.series import component_lines
-from tests.report_pages import ParsedPage
 
 NASTY = "</script><b>\"&'<!-- ü ω"
 

@@ -6,6 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from support.report_pages import ParsedPage
+from support.report_runs import PROVENANCE, designed, diverged_flight, flight
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.experiment.result import result_of
 from testbed.report.frame.page import render_page
@@ -13,8 +15,6 @@ from testbed.report.run import run_page, write_run_report
 from testbed.report.sections.inertias import Inertias
 from testbed.report.verdict import flight_verdict
 from testbed.report.wording import ESTIMATOR_NAMES, capitalized
-from tests.report_pages import ParsedPage
-from tests.report_runs import PROVENANCE, designed, diverged_flight, flight
 
 FLIGHT = ["maneuver", "tracking", "actuators"]
 

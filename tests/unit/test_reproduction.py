@@ -12,6 +12,8 @@ import pytest
 import rerun as rr
 from rerun.chunk import RrdReader
 
+from support.report_pages import ParsedPage
+from support.reproductions import alignments, maneuver_statistics, reproduction, table1, table3
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
 from testbed.errors import InputError
@@ -27,8 +29,6 @@ from testbed.reproduction.judgement import claims_of
 from testbed.reproduction.progress import silent
 from testbed.reproduction.table2 import PAPER_STD
 from testbed.reproduction.zero_g_claims import zero_g_claims
-from tests.report_pages import ParsedPage
-from tests.reproductions import alignments, maneuver_statistics, reproduction, table1, table3
 
 FILES = {"reproduction.html", "reproduce.json", "recording.rrd", "provenance.json"}
 

@@ -2,10 +2,10 @@ import mujoco
 import numpy as np
 import pytest
 
+from support.platforms import shipped
 from testbed.plant.build import build
 from testbed.plant.properties import PlatformProperties
 from testbed.plant.scene import HIDDEN_GROUP, scene_of
-from tests.platforms import shipped
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from support.diagnosed_records import NOISE, nominal, records
 from testbed.assembly.platform import true_platform
 from testbed.cmg.cluster import platform_momentum
 from testbed.diagnosis.data import runs_of
@@ -33,7 +34,6 @@ from testbed.next_experiment.search import chosen_flight
 from testbed.prediction.integration import Values
 from testbed.report.diagnosis.next import distance_words, flight_words, next_section, pair_words
 from testbed.scenario.reader import read_scenario
-from tests.diagnosed_records import NOISE, nominal, records
 
 
 @pytest.fixture(scope="module")

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 import tomli_w
 
+from support.campaigns import plan_of, small_scenario
+from support.processes import ROOT
 from testbed.campaign.rows import _side_by_side
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
 from testbed.maneuver.criteria import information_matrix
 from testbed.maneuver.information import filtered_regressor, sampled_filter
 from testbed.maneuver.profiles import read_profile
-from tests.campaigns import plan_of, small_scenario
-from tests.processes import ROOT
 
 
 def scenario(name: str) -> dict[str, Any]:

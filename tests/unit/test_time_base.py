@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from support.processes import ROOT
 from testbed.assembly.time_base import require_time_in_seconds
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
 from testbed.errors import InputError
 from testbed.records.record import Record, RunDetails
-from tests.processes import ROOT
 
 
 def record(period: float) -> Record:

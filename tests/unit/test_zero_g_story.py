@@ -9,11 +9,11 @@ import pytest
 
 from benchmarks.zero_g_story import outcome_of, situations
 from benchmarks.zero_g_story_page import Outcome, draw, held_share, page
+from concealing.guidance import planned_maneuver
 from testbed.reproduction.zero_g import FLIGHTS, SCENARIO
 from testbed.reproduction.zero_g_cuts import SHORTEST
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.shipped import shipped_scenario
-from tests.concealing.guidance import planned_maneuver
 
 OUTCOME = Outcome(
     hidden="a leak",

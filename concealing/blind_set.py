@@ -1,0 +1,133 @@
+"""Make a whole blind set: python -m concealing.blind_set --data DIR --answers DIR --seed N [--null 200 ...].
+
+Cases are numbered in random order, made in parallel, and left alone where they are already whole: an interrupted run
+goes on where it was. Case k depends on the seed and on k alone.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from itertools import cycle, islice, product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from concealing.case import Case
+from concealing.files import SEAL, conceal
+from concealing.library import LISTED, UNLISTED
+from concealing.strata import (
+    FLOWN_EFFECTS,
+    FLOWN_MULTIPLES,
+    MULTIPLES,
+    NEVER_HIDDEN,
+    UNLISTED_SIGMA,
+    Stratum,
+    random_case,
+)
+
+_ORDER = 1_000_000
+"""Spawn key of the order of a set; cases have smaller ones."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Counts:
+    """How many cases of each stratum."""
+
+    null: int = 200
+    single: int = 420
+    pair: int = 70
+    unlisted: int = 70
+    sigma_understated: int = 20
+    sigma_overstated: int = 20
+    flown: int = 40
+    flown_null: int = 16
+
+
+@dataclass(frozen=True, kw_only=True)
+class Order:
+    """One case to make."""
+
+    index: int
+    stratum: Stratum
+    effect: str | None
+    multiple: float | None
+
+
+def orders(counts: Counts, seed: int) -> list[Order]:
+    """Return the cases of a set in their random order; effects and sizes take turns, so that each gets its share."""
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_ORDER,)))
+    wanted = [*_wanted(counts, rng)]
+    shuffled = rng.permutation(len(wanted))
+    return [
+        Order(index=index, stratum=wanted[pick][0], effect=wanted[pick][1], multiple=wanted[pick][2])
+        for index, pick in enumerate(shuffled)
+    ]
+
+
+def case_name(order: Order) -> str:
+    """Return the name of a case's folders."""
+    return f"case_{order.index + 1:04d}"
+
+
+def make(order: Order, seed: int, scenario: Path, data: Path, answers: Path) -> Path:
+    """Make one case where it is not whole yet; return its data folder."""
+    name = case_name(order)
+    if not (data / name / SEAL).exists():
+        conceal(case_of(order, seed, scenario), data / name, answers / name)
+    return data / name
+
+
+def case_of(order: Order, seed: int, scenario: Path) -> Case:
+    """Return a case as it was ordered: a function of the set's seed and the case's number."""
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(order.index,)))
+    return random_case(rng, order.stratum, scenario, order.effect, order.multiple)
+
+
+def _wanted(counts: Counts, rng: np.random.Generator) -> Iterator[tuple[Stratum, str | None, float | None]]:
+    listed = [name for name in LISTED if name not in NEVER_HIDDEN]
+    yield from [("null", None, None)] * counts.null
+    yield from (("single", *each) for each in _turns(rng, product(listed, MULTIPLES), counts.single))
+    yield from (("pair", name, None) for name in _turns(rng, _with_cmgs(listed), counts.pair))
+    yield from (("unlisted", *each) for each in _turns(rng, product(UNLISTED, UNLISTED_SIGMA), counts.unlisted))
+    yield from [("sigma_understated", None, None)] * counts.sigma_understated
+    yield from [("sigma_overstated", None, None)] * counts.sigma_overstated
+    yield from (("flown", *each) for each in _turns(rng, product(FLOWN_EFFECTS, FLOWN_MULTIPLES), counts.flown))
+    yield from [("flown", None, None)] * counts.flown_null
+
+
+def _turns(rng: np.random.Generator, of: Iterable[Any], count: int) -> Iterator[Any]:
+    """Return so many of a few in turns, in random order: each as often as any other, but for one."""
+    few = [*of]
+    return islice(cycle([few[index] for index in rng.permutation(len(few))]), count)
+
+
+def _with_cmgs(names: list[str]) -> list[str]:
+    return [name for name in names if "cmg" in LISTED[name].actuation]
+
+
+def main() -> None:
+    """Read the command line and make the set."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--data", type=Path, required=True)
+    parser.add_argument("--answers", type=Path, required=True)
+    parser.add_argument("--seed", type=int, required=True)
+    parser.add_argument("--scenario", type=Path, default=Path("scenarios/diagnose.toml"))
+    parser.add_argument("--jobs", type=int, default=1)
+    for name in Counts.__dataclass_fields__:
+        parser.add_argument(f"--{name.replace('_', '-')}", type=int, default=getattr(Counts, name))
+    told = parser.parse_args()
+    counts = Counts(**{name: getattr(told, name) for name in Counts.__dataclass_fields__})
+    todo = orders(counts, told.seed)
+    with ProcessPoolExecutor(told.jobs) as pool:
+        made = [pool.submit(make, each, told.seed, told.scenario, told.data, told.answers) for each in todo]
+        for count, future in enumerate(made, start=1):
+            print(f"\r{future.result().name} {count} of {len(todo)}", end="", flush=True)
+    print()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,35 @@
+"""All effects by id, and a craft with some of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from concealing import (
+    actuator_effects,
+    gyro_effects,
+    inner_effects,
+    platform_effects,
+    unit_effects,
+    unlisted_effects,
+)
+from concealing.craft import Craft
+from concealing.effect import EffectKind, HiddenEffect
+
+LISTED: dict[str, EffectKind] = {
+    **platform_effects.KINDS,
+    **inner_effects.KINDS,
+    **unit_effects.KINDS,
+    **actuator_effects.KINDS,
+    **gyro_effects.KINDS,
+}
+"""The effects of the published table."""
+UNLISTED: dict[str, EffectKind] = unlisted_effects.KINDS
+"""Effects that are in no library."""
+KINDS = LISTED | UNLISTED
+
+
+def with_effects(craft: Craft, effects: Sequence[HiddenEffect]) -> Craft:
+    """Return the craft with effects in it."""
+    for hidden in effects:
+        craft = KINDS[hidden.effect].apply(craft, hidden.component, hidden.parameters)
+    return craft
