@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rich.table import Table
 
-from testbed.cli.console import print_as_json, say, show
+from testbed.cli.console import command_line, print_as_json, say, show
 from testbed.cli.tables import parameter_table
 from testbed.library.comparisons import compare
 from testbed.outputs.folder import reserved_folder
@@ -26,7 +26,7 @@ def compare_results(folders: Sequence[Path], out: Path | None) -> None:
     """
     comparison = compare(folders)
     with reserved_folder(out, "comparison") as folder:
-        folder.deliver(comparison.write)
+        folder.deliver(lambda place: comparison.write(place, command_line()))
     for estimator, figures in groupby(comparison.figures, key=lambda each: each.estimator):
         say(capitalized(estimator_name(estimator)))
         for each in figures:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from testbed.campaign.plan import CampaignPlan
 from testbed.cli.campaign_progress import campaign_progress
 from testbed.cli.console import command_line, design_progress, print_as_json, say, show, warn
 from testbed.cli.failures import COMPLETED, INTERRUPTED
@@ -13,14 +12,10 @@ from testbed.cli.notices import print_verdict
 from testbed.cli.tables import statistics_table
 from testbed.errors import InputError
 from testbed.experiment.planning import starts_of
-from testbed.library.campaigns import Campaign, executor_of, flown_into, origin_of
-from testbed.library.runs import design
+from testbed.library.campaigns import Campaign, executor_of, flown_into, origin_of, planned_in
 from testbed.library.scenarios import overrides_of, read_scenario, require_flyable
-from testbed.maneuver.maneuver import Maneuver
-from testbed.outputs.campaign_folder import kept_maneuver, start_campaign
 from testbed.outputs.folder import reserved_folder
 from testbed.report.verdict import campaign_verdict
-from testbed.scenario.scenario import Scenario
 
 _MOST_LISTED = 5
 
@@ -49,8 +44,8 @@ def run_montecarlo(
     origin = origin_of(scenario, seed, runs, command_line())
     with reserved_folder(out, f"{scenario.name}-montecarlo", resume=resume) as reserved:
         folder = reserved.path
-        maneuver = kept_maneuver(folder, scenario) if resume else _new_maneuver(folder, scenario)
-        plan = CampaignPlan(scenario=scenario, maneuver=maneuver, seed=seed, runs=runs)
+        with design_progress(0 if resume else starts_of(scenario)) as report:
+            plan = planned_in(folder, scenario, seed=seed, runs=runs, resume=resume, progress=report)
         try:
             with campaign_progress(runs) as progress:
                 campaign = flown_into(folder, plan, origin, executor, progress)
@@ -61,13 +56,6 @@ def run_montecarlo(
     _print_result(source, folder, campaign)
     print_as_json(folder / "montecarlo.json")
     return COMPLETED
-
-
-def _new_maneuver(folder: Path, scenario: Scenario) -> Maneuver:
-    with design_progress(starts_of(scenario)) as report:
-        plan = design(scenario, progress=report).plan
-    start_campaign(folder, scenario.file, plan)
-    return plan.maneuver
 
 
 def _print_result(source: str, folder: Path, campaign: Campaign) -> None:

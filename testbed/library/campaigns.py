@@ -19,7 +19,7 @@ from testbed.campaign.run import SILENT, Progress, run_campaign
 from testbed.campaign.statistics import CampaignStatistics, EstimatorStatistics, statistics_of
 from testbed.errors import InputError
 from testbed.library.notebook import Shown
-from testbed.library.runs import Maneuver, design
+from testbed.library.runs import DesignProgress, Maneuver, design, silent
 from testbed.library.scenarios import require_flyable
 from testbed.outputs.campaign_folder import campaign_result, finish_campaign, kept_maneuver, start_campaign
 from testbed.outputs.folder import reserved_folder
@@ -139,14 +139,41 @@ def monte_carlo(
         seconds = time.monotonic() - began
         return Campaign(plan=plan, table=table, statistics=statistics_of(table), origin=origin, seconds=seconds)
     with reserved_folder(Path(folder), "montecarlo", resume=resume) as reserved:
-        if resume:
-            kept = kept_maneuver(reserved.path, flown)
-        else:
-            planned = design(flown) if maneuver is None else maneuver
-            start_campaign(reserved.path, flown.file, planned.plan)
-            kept = planned.plan.maneuver
-        plan = CampaignPlan(scenario=flown, maneuver=kept, seed=campaign_seed, runs=runs)
+        plan = planned_in(reserved.path, flown, maneuver, seed=campaign_seed, runs=runs, resume=resume)
         return flown_into(reserved.path, plan, origin, executor, progress)
+
+
+def planned_in(
+    folder: Path,
+    scenario: Scenario,
+    maneuver: Maneuver | None = None,
+    *,
+    seed: int,
+    runs: int,
+    resume: bool = False,
+    progress: DesignProgress = silent,
+) -> CampaignPlan:
+    """Begin a campaign in a folder, or take up the one that is there: its maneuver is not designed again.
+
+    Args:
+        folder: reserved for the campaign.
+        scenario: to fly.
+        maneuver: as from `design`; designed here where None.
+        seed: from which every run's own seed is derived.
+        runs: how many.
+        resume: whether to go on with the campaign in the folder.
+        progress: called with each start of a design as it ends.
+
+    Raises:
+        InputError: the folder cannot be written, or holds no campaign to go on with.
+    """
+    if resume:
+        reference = kept_maneuver(folder, scenario)
+    else:
+        planned = design(scenario, progress=progress) if maneuver is None else maneuver
+        start_campaign(folder, scenario.file, planned.plan)
+        reference = planned.plan.maneuver
+    return CampaignPlan(scenario=scenario, maneuver=reference, seed=seed, runs=runs)
 
 
 def flown_into(
@@ -155,7 +182,7 @@ def flown_into(
     """Fly what a folder does not hold yet of a campaign, and write its statistics and its page.
 
     Args:
-        folder: reserved for the campaign, which `start_campaign` has begun.
+        folder: reserved for the campaign, which `planned_in` has begun.
         plan: of the campaign.
         origin: what makes it.
         executor: gets the blocks flown.

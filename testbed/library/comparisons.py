@@ -13,10 +13,11 @@ import numpy as np
 from testbed.arrays import Theta
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.errors import InputError
-from testbed.files import read_text, readable
+from testbed.files import FileStamp, read_text, readable
 from testbed.library.notebook import Shown
+from testbed.library.saving import Saved
 from testbed.outputs.comparison_folder import write_comparison
-from testbed.outputs.folder import reserved_folder
+from testbed.outputs.provenance import provenance_of_results
 from testbed.report.comparison import ComparedFigures, comparison_page
 from testbed.report.frame.blocks import Page
 
@@ -30,18 +31,20 @@ _FEWEST = 2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Comparison(Shown):
+class Comparison(Shown, Saved):
     """Runs or campaigns side by side.
 
     Attributes:
         kind: which of them.
         results: what the JSON file of each folder holds, by the folder's name.
         figures: of each estimator, a row for each result.
+        inputs: the JSON files, as they were read.
     """
 
     kind: Literal["run", "campaign"]
     results: Mapping[str, Mapping[str, Any]]
     figures: tuple[ComparedFigures, ...]
+    inputs: tuple[FileStamp, ...]
 
     def __str__(self) -> str:
         """Return what is compared."""
@@ -59,22 +62,11 @@ class Comparison(Shown):
         frame.index = pd.MultiIndex.from_tuples(rows, names=["estimator", "figure", "result"])
         return frame
 
-    def save(self, folder: str | Path) -> Path:
-        """Write comparison.json and report.html.
-
-        Args:
-            folder: new or empty.
-
-        Raises:
-            InputError: the folder cannot be used.
-        """
-        with reserved_folder(Path(folder), "comparison") as output:
-            output.deliver(self.write)
-        return Path(folder)
-
-    def write(self, folder: Path) -> None:
-        """Write the files of a comparison into a folder that is reserved for them."""
-        write_comparison(folder, self.kind, self.results, self.figures)
+    def write(self, folder: Path, command: str) -> tuple[str, ...]:
+        """Write the files of a comparison, as in `Saved`."""
+        origin = provenance_of_results("comparison", self.inputs, command)
+        write_comparison(folder, origin, self.kind, self.results, self.figures)
+        return ()
 
     def _page(self) -> Page:
         return comparison_page(self.kind, self.results, self.figures)
@@ -99,25 +91,26 @@ def compare(folders: Sequence[str | Path]) -> Comparison:
     if len(folders) < _FEWEST:
         raise InputError("a comparison takes two folders or more")
     found = [_read(Path(folder)) for folder in folders]
-    kinds = {kind for kind, _ in found}
+    kinds = {kind for kind, _, _ in found}
     if len(kinds) > 1:
         raise InputError("runs and campaigns cannot be compared with each other: name folders of one kind")
     kind = kinds.pop()
-    results = dict(zip(_distinct_names(folders), (content for _, content in found), strict=True))
+    results = dict(zip(_distinct_names(folders), (content for _, content, _ in found), strict=True))
     figures = tuple(_run_figures(results) if kind == "run" else _campaign_figures(results))
-    return Comparison(kind=kind, results=results, figures=figures)
+    return Comparison(kind=kind, results=results, figures=figures, inputs=tuple(stamp for _, _, stamp in found))
 
 
-def _read(folder: Path) -> tuple[Literal["run", "campaign"], Mapping[str, Any]]:
+def _read(folder: Path) -> tuple[Literal["run", "campaign"], Mapping[str, Any], FileStamp]:
     for name, kind in _RESULTS.items():
         path = folder / name
         if path.is_file():
             try:
-                content = json.loads(read_text(path, f"the result of a {kind}", _LARGEST).text)
+                file = read_text(path, f"the result of a {kind}", _LARGEST)
+                content = json.loads(file.text)
                 content["estimates"]
             except (ValueError, KeyError, TypeError, RecursionError) as error:
                 raise InputError(f"{path}: is not what testbed wrote there ({error}); make it again") from error
-            return kind, content
+            return kind, content, file.stamp
     raise InputError(f"{folder}: holds neither {' nor '.join(_RESULTS)}: name the folder of a run or of a campaign")
 
 

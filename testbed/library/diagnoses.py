@@ -24,10 +24,10 @@ from testbed.effects.contract import Extension
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.library.notebook import Shown
 from testbed.library.records import Records, stamps_of
+from testbed.library.saving import Saved
 from testbed.library.scenarios import naming
 from testbed.next_experiment.proposal import Proposal, proposal_of
 from testbed.outputs.diagnosis_folder import extensions_of, write_diagnosis
-from testbed.outputs.folder import reserved_folder
 from testbed.outputs.provenance import Provenance, provenance
 from testbed.report.diagnosis.next import no_gimbals_words
 from testbed.report.diagnosis.page import diagnosis_page
@@ -91,7 +91,7 @@ class PreparedRecords:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class DiagnosisResult(Shown):
+class DiagnosisResult(Shown, Saved):
     """What the model is missing.
 
     Attributes:
@@ -168,29 +168,8 @@ class DiagnosisResult(Shown):
         rows = sorted(self.probabilities.items(), key=lambda item: -item[1])
         return pd.DataFrame(rows, columns=["explanation", "probability"]).set_index("explanation")
 
-    def save(self, folder: str | Path) -> Path:
-        """Write diagnosis, page, recording, extended model and next flight, as `testbed diagnose` does.
-
-        Args:
-            folder: new or empty.
-
-        Raises:
-            InputError: the folder cannot be used.
-        """
-        with reserved_folder(Path(folder), "diagnosis") as output:
-            output.deliver(lambda place: self.write(place, "testbed.DiagnosisResult.save"))
-        return Path(folder)
-
     def write(self, folder: Path, command: str) -> tuple[str, ...]:
-        """Write the files of a diagnosis into a folder that is reserved for them.
-
-        Args:
-            folder: to write into.
-            command: that made the diagnosis, for its provenance.
-
-        Returns:
-            What more there is to know once all is written.
-        """
+        """Write the files of a diagnosis, as in `Saved`."""
         scenario = self.prepared.scenario
         return write_diagnosis(
             folder,

@@ -18,9 +18,9 @@ from testbed.identification.estimating import Identification, identify
 from testbed.identification.result import identification_result
 from testbed.library.notebook import Shown, parameter_frame
 from testbed.library.records import Records, stamps_of
+from testbed.library.saving import Saved
 from testbed.library.scenarios import naming, require_flyable
 from testbed.outputs.estimate_folder import write_estimates
-from testbed.outputs.folder import reserved_folder
 from testbed.outputs.provenance import Provenance, provenance
 from testbed.report.frame.blocks import Page
 from testbed.report.measured import estimates_page, identification_verdict
@@ -36,7 +36,7 @@ _DRAWS = 4000
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class InertiaEstimate(Shown):
+class InertiaEstimate(Shown, Saved):
     """The inertia from measured records.
 
     Attributes:
@@ -110,28 +110,11 @@ class InertiaEstimate(Shown):
         )
         return posterior
 
-    def save(self, folder: str | Path) -> Path:
-        """Write estimates, page and provenance, as `testbed estimate` does.
-
-        Args:
-            folder: new or empty.
-
-        Raises:
-            InputError: the folder cannot be used.
-        """
-        with reserved_folder(Path(folder), "estimate") as output:
-            output.deliver(lambda place: self.write(place, "testbed.InertiaEstimate.save"))
-        return Path(folder)
-
-    def write(self, folder: Path, command: str) -> None:
-        """Write the files of an estimate into a folder that is reserved for them.
-
-        Args:
-            folder: to write into.
-            command: that made the estimate, for its provenance.
-        """
+    def write(self, folder: Path, command: str) -> tuple[str, ...]:
+        """Write the files of an estimate, as in `Saved`."""
         scenario, origin = self.scenario, self.origin.with_command(command)
         write_estimates(folder, scenario.file, origin, scenario, self.nominal, self.identification)
+        return ()
 
     def _page(self) -> Page:
         return estimates_page(self.scenario, self.nominal, self.identification, self.origin.listed, {})

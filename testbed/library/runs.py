@@ -18,10 +18,10 @@ from testbed.experiment.experiment import Experiment
 from testbed.experiment.planning import Plan, design_seed, plan_maneuver
 from testbed.experiment.result import result_of
 from testbed.library.notebook import Shown, parameter_frame
+from testbed.library.saving import Saved
 from testbed.library.scenarios import naming, require_flyable
 from testbed.maneuver.design import Start
 from testbed.outputs.design_folder import maneuver_table, write_design
-from testbed.outputs.folder import reserved_folder
 from testbed.outputs.provenance import Provenance, provenance
 from testbed.outputs.run_folder import write_run
 from testbed.recording.viewer import open_viewer
@@ -34,15 +34,15 @@ from testbed.scenario.scenario import Scenario
 if TYPE_CHECKING:
     import pandas as pd
 
-Progress = Callable[[Start], None]
+DesignProgress = Callable[[Start], None]
 
 
-def _silent(_: Start) -> None:
+def silent(_: Start) -> None:
     """Report no start."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Maneuver(Shown):
+class Maneuver(Shown, Saved):
     """A maneuver for a scenario's platform, and how it was designed.
 
     Attributes:
@@ -71,35 +71,17 @@ class Maneuver(Shown):
         """Return the reference at 100 samples a second: `time_s` and a column for each signal, SI."""
         return maneuver_table(self.plan.maneuver).to_pandas()
 
-    def save(self, folder: str | Path) -> Path:
-        """Write a design folder, as `testbed design` does.
-
-        Args:
-            folder: new or empty.
-
-        Raises:
-            InputError: the scenario gives the maneuver, so that there is no design; or the folder cannot be used.
-        """
+    def write(self, folder: Path, command: str) -> tuple[str, ...]:
+        """Write the files of a design, as in `Saved`; there are none where the scenario gives the maneuver."""
         if self.plan.design is None:
             raise InputError(f"{self.scenario.name}: the scenario gives its maneuver; there is no design to write")
-        with reserved_folder(Path(folder), "design") as output:
-            output.deliver(lambda place: self.write(place, "testbed.Maneuver.save"))
-        return Path(folder)
-
-    def write(self, folder: Path, command: str) -> None:
-        """Write the files of a design folder into a folder that is reserved for them.
-
-        Args:
-            folder: to write into.
-            command: that made the design, for its provenance.
-        """
-        assert self.plan.design is not None
         origin = self.origin.with_command(command)
         write_design(folder, self.scenario.file, origin, self.scenario, self.plan.design)
+        return ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Run(Shown):
+class Run(Shown, Saved):
     """One flight of a scenario and what was estimated from it.
 
     Attributes:
@@ -156,27 +138,10 @@ class Run(Shown):
             columns |= {name: estimate.theta, f"{name}_std": estimate.std}
         return parameter_frame(columns, PARAMETER_NAMES)
 
-    def save(self, folder: str | Path) -> Path:
-        """Write a run folder, as `testbed run` does.
-
-        Args:
-            folder: new or empty.
-
-        Raises:
-            InputError: the folder cannot be used.
-        """
-        with reserved_folder(Path(folder), "run") as output:
-            output.deliver(lambda place: self.write(place, "testbed.Run.save"))
-        return Path(folder)
-
-    def write(self, folder: Path, command: str) -> None:
-        """Write the files of a run folder into a folder that is reserved for them.
-
-        Args:
-            folder: to write into.
-            command: that made the run, for its provenance.
-        """
+    def write(self, folder: Path, command: str) -> tuple[str, ...]:
+        """Write the files of a run, as in `Saved`."""
         write_run(folder, self.scenario.file, self.origin.with_command(command), self.experiment)
+        return ()
 
     def show(self, folder: str | Path, *, web: bool = False) -> None:
         """Write the run folder and open its recording in the rerun viewer, until that is closed.
@@ -191,7 +156,7 @@ class Run(Shown):
         return run_page(self.experiment, self.origin.listed, {})
 
 
-def design(scenario: BodyScenario, *, seed: int | None = None, progress: Progress = _silent) -> Maneuver:
+def design(scenario: BodyScenario, *, seed: int | None = None, progress: DesignProgress = silent) -> Maneuver:
     """Design the maneuver of a scenario, or take the one that it gives.
 
     Args:
@@ -221,7 +186,7 @@ def fly(
     *,
     seed: int | None = None,
     draw: bool = False,
-    progress: Progress = _silent,
+    progress: DesignProgress = silent,
 ) -> Run:
     """Fly a scenario in the closed loop and estimate the inertia from what it sent.
 

@@ -110,6 +110,17 @@ def provenance_of_several(
     )
 
 
+def provenance_of_results(name: str, results: Sequence[FileStamp], command: str) -> Provenance:
+    """Return what made something from results that were there before.
+
+    Args:
+        name: of what was made.
+        results: their files.
+        command: line that was given.
+    """
+    return Provenance(scenario=name, inputs=tuple(results), deciding=_versions(), circumstances=_circumstances(command))
+
+
 def _beside(scenario: BodyScenario) -> list[FileStamp]:
     """Return the stamps of the files that a scenario names."""
     stamps = [] if scenario.platform.model is None else [stamped(scenario.platform.model, "the platform's MJCF")]
