@@ -13,7 +13,7 @@ from testbed.assembly.platform import shown_model
 from testbed.campaign.columns import parameter_columns
 from testbed.campaign.statistics import CampaignStatistics, errors_of, statistics_of
 from testbed.dynamics.inertia import theta_of
-from testbed.estimation.alignment_observability import NAMES, UNITS
+from testbed.estimation.alignment_observability import parameter_names, parameter_units
 from testbed.estimation.combine import CombinedEstimate
 from testbed.maneuver.profiles import basic_profile
 from testbed.reproduction.alignments import Alignments, SteeringStatistics
@@ -133,14 +133,14 @@ def alignments(gain: float = 3.0) -> Alignments:
     """Alignments whose scatter null motion makes smaller by a factor."""
 
     def steering(name: str, scatter: float) -> SteeringStatistics:
-        values = np.full(len(NAMES), scatter)
+        values = np.full(len(parameter_names(6)), scatter)
         return SteeringStatistics(
             steering=name,
             failed=0,
             scatter=values,
             claimed=values,
-            mean_error=np.zeros(len(NAMES)),
-            coverage=np.full(len(NAMES), 0.95),
+            mean_error=np.zeros(len(parameter_names(6))),
+            coverage=np.full(len(parameter_names(6)), 0.95),
             saturated=0.0,
             gimbal_rate=0.9,
             rate_difference=1e-3,
@@ -148,8 +148,8 @@ def alignments(gain: float = 3.0) -> Alignments:
         )
 
     return Alignments(
-        names=NAMES,
-        units=UNITS,
+        names=parameter_names(6),
+        units=parameter_units(6),
         runs=100,
         null_motion=steering("null motion", 1e-3),
         pseudo_inverse=steering("pseudo-inverse", gain * 1e-3),

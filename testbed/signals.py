@@ -5,13 +5,22 @@ File columns, recording paths, plot labels and the table of docs/reference/recor
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Container, Iterator
+from dataclasses import dataclass, replace
 
 AXES = ("x", "y", "z")
 UNITS = ("1", "2", "3", "4", "5", "6")
+"""Names of the shipped platform's units, which documents list; a signal of another cluster is `sized`."""
+MOST_UNITS = 24
+"""Of a cluster. The largest that has flown is of six; an optimiser's time grows with the square of the number."""
 QUATERNION = ("w", "x", "y", "z")
 
 _COLUMN_SUFFIX = {"rad": "rad", "rad/s": "rad_s", "N·m": "N_m", "N·m·s": "N_m_s", "m": "m", "m/s²": "m_s2", "": ""}
+
+
+def unit_numbers(units: int) -> tuple[str, ...]:
+    """Return the names of so many units: they are numbered from 1."""
+    return tuple(str(number) for number in range(1, units + 1))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,6 +49,15 @@ class Signal:
         suffix = _COLUMN_SUFFIX[self.unit]
         middles = self.components or ("",)
         return tuple("_".join(part for part in (self.name, middle, suffix) if part) for middle in middles)
+
+    @property
+    def per_unit(self) -> bool:
+        """Whether it has a component for each unit of the cluster."""
+        return self.components == UNITS
+
+    def sized(self, units: int) -> Signal:
+        """Return the signal of a cluster of so many units; itself where it has no component for each."""
+        return replace(self, components=unit_numbers(units)) if self.components == UNITS else self
 
     @property
     def width(self) -> int:
@@ -89,3 +107,20 @@ SIGNALS: dict[str, Signal] = {
     )
 }
 """Every signal by name: telemetry first, then what only a simulation knows."""
+
+
+def present_signals(columns: Container[str]) -> Iterator[Signal]:
+    """Yield the signals of which a table has columns, in order.
+
+    One with a component for each unit has as many of them as there are columns, without a gap from the first one on.
+
+    Args:
+        columns: names of the table's columns.
+    """
+    for signal in SIGNALS.values():
+        if not signal.per_unit and any(column in columns for column in signal.columns):
+            yield signal
+        elif signal.per_unit:
+            units = sum(column in columns for column in signal.sized(MOST_UNITS).columns)
+            if units:
+                yield signal.sized(units)

@@ -20,6 +20,7 @@ from testbed.errors import InputError
 from testbed.scenario import control as schema
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.timing import too_large
+from testbed.scenario.values import per_unit
 from testbed.simulation.flight import Clock
 
 
@@ -69,11 +70,11 @@ def flight_controller(scenario: Scenario, nominal: PlatformModel) -> Controller:
 
 
 def preferred_gimbal_angle(scenario: Scenario) -> Units | None:
-    """Return constant preferred gimbal angles, shape (6,), rad; None where the maneuver prescribes them."""
+    """Return constant preferred gimbal angles, shape (M,), rad; None where the maneuver prescribes them."""
     preferred = scenario.controller.steering.preferred_gimbal_angle_rad
     if preferred == "maneuver":
         return None
-    return np.zeros(6) if preferred == "zero" else np.array(preferred, dtype=np.float64)
+    return np.array(per_unit(() if preferred == "zero" else preferred, scenario.cluster.units, 0.0))
 
 
 def steering_law(steering: schema.Steering) -> SteeringLaw:

@@ -69,8 +69,10 @@ def _rotors(scenario: Scenario, spread: Dispersion, rng: np.random.Generator) ->
     if spread.rotor_momentum_relative == 0.0:
         return {}
     stated = scenario.truth.rotor_momentum_N_m_s
-    mean = np.broadcast_to(scenario.cluster.rotor_momentum_N_m_s if stated is None else stated, 6)
-    return {"rotor_momentum_N_m_s": _plain(mean * (1.0 + spread.rotor_momentum_relative * rng.standard_normal(6)))}
+    mean = np.broadcast_to(scenario.cluster.rotor_momentum_N_m_s if stated is None else stated, scenario.cluster.units)
+    return {
+        "rotor_momentum_N_m_s": _plain(mean * (1.0 + spread.rotor_momentum_relative * rng.standard_normal(len(mean))))
+    }
 
 
 def _changed(section: BaseModel, update: dict[str, object]) -> BaseModel:

@@ -6,7 +6,7 @@ from math import inf
 
 import numpy as np
 
-from testbed.assembly.platform import PlatformModel
+from testbed.assembly.platform import PlatformModel, first_gimbal_angle
 from testbed.maneuver.design import BodyRateLimits, DesignProblem, GimbalLimits
 from testbed.scenario.maneuver import BodyRateDesign, GimbalDesign
 from testbed.scenario.scenario import Scenario
@@ -25,7 +25,7 @@ def design_problem(scenario: Scenario, section: BodyRateDesign | GimbalDesign, n
         inertia=nominal.inertia,
         cluster=nominal.cluster,
         initial_body_rate=np.array(scenario.initial.body_rate_rad_s),
-        initial_gimbal_angle=np.array(scenario.initial.gimbal_angle_rad),
+        initial_gimbal_angle=first_gimbal_angle(scenario),
         metric=section.metric,
         target_std=None if target is None else np.array(target),
         parameters=section.parameters if isinstance(section, GimbalDesign) else "inertia",

@@ -17,6 +17,7 @@ from testbed.plant.plant import Model, Plant
 from testbed.plant.properties import InitialState, PlatformProperties
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.scenario import Scenario
+from testbed.scenario.values import per_unit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,9 +116,11 @@ def nominal_properties(scenario: Scenario) -> PlatformProperties:
         inertia=None if platform.inertia_kg_m2 is None else np.array(platform.inertia_kg_m2),
         mass=platform.mass_kg,
         edge=platform.edge_m,
+        units=cluster.units,
+        array=cluster.array,
         skew=None if cluster.skew_deg is None else math.radians(cluster.skew_deg),
         mounting_radius=cluster.mounting_radius_m,
-        rotor_momentum=_spinning(np.full(6, cluster.rotor_momentum_N_m_s), scenario),
+        rotor_momentum=_spinning(np.full(cluster.units, cluster.rotor_momentum_N_m_s), scenario),
         rotor_momentum_limit=cluster.rotor_momentum_limit_N_m_s,
         rotor_spin_inertia=cluster.rotor_spin_inertia_kg_m2,
         rotor_transverse_inertia=cluster.rotor_transverse_inertia_kg_m2,
@@ -139,9 +142,9 @@ def true_properties(scenario: Scenario) -> PlatformProperties:
     if truth.mass_kg is not None:
         nominal = replace(nominal, mass=truth.mass_kg)
     if truth.rotor_momentum_N_m_s is not None:
-        momentum = np.broadcast_to(np.array(truth.rotor_momentum_N_m_s, dtype=np.float64), 6)
+        momentum = np.broadcast_to(np.array(truth.rotor_momentum_N_m_s, dtype=np.float64), scenario.cluster.units)
         nominal = replace(nominal, rotor_momentum=_spinning(momentum.copy(), scenario))
-    if truth.gimbal_axis_misalignment_rad is not None:
+    if truth.gimbal_axis_misalignment_rad:
         nominal = replace(nominal, misalignment=np.array(truth.gimbal_axis_misalignment_rad))
     return nominal
 
@@ -154,14 +157,20 @@ def initial_state(scenario: Scenario) -> InitialState:
         attitude=np.array(start.attitude_quat_NB),
         position=np.array(start.position_m),
         velocity=np.array(start.velocity_m_s),
-        gimbal_angle=np.array(start.gimbal_angle_rad),
+        gimbal_angle=first_gimbal_angle(scenario),
     )
+
+
+def first_gimbal_angle(scenario: Scenario) -> Units:
+    """Return the gimbal angles at the start of the flight, shape (M,), rad."""
+    return np.array(per_unit(scenario.initial.gimbal_angle_rad, scenario.cluster.units, 0.0))
 
 
 def initial_momentum(scenario: Scenario, platform: PlatformModel) -> Vector3:
     """Return the whole momentum that a platform has in the scenario's initial state, N·m·s, body axes."""
     start = initial_state(scenario)
-    return platform_momentum(platform.cluster, platform.inertia, start.body_rate, start.gimbal_angle, np.zeros(6))
+    at_rest = np.zeros_like(start.gimbal_angle)
+    return platform_momentum(platform.cluster, platform.inertia, start.body_rate, start.gimbal_angle, at_rest)
 
 
 def _starting_momentum(scenario: Scenario) -> Units:

@@ -6,15 +6,13 @@ from math import inf
 
 import numpy as np
 
-from testbed.arrays import UnitSeries
 from testbed.dynamics.inertia import cross_matrix, inertia_of
 from testbed.scenario.scenario import Scenario
+from testbed.scenario.values import per_unit
 from testbed.sensors.gyro import GyroParameters, gyro_errors
 from testbed.sensors.gyro_response import gyro_on_clock
 from testbed.sensors.units import UnitSensor, unit_errors
 from testbed.simulation.flight import Clock, Sensors
-
-_UNITS = 6
 
 
 def gyro_parameters(scenario: Scenario) -> GyroParameters:
@@ -54,14 +52,17 @@ def flight_sensors(scenario: Scenario, clock: Clock, seed: int) -> Sensors:
     parameters = gyro_parameters(scenario)
     gyro = gyro_on_clock(parameters, scenario.simulation.control_rate_hz)
     sensors = _unit_sensors(scenario)
-    errors = [_errors(sensor, clock, child) for sensor, child in zip(sensors, unit_seeds, strict=True)]
+    units = scenario.cluster.units
+    errors = [
+        unit_errors(sensor, clock.ticks + 1, units, child) for sensor, child in zip(sensors, unit_seeds, strict=True)
+    ]
     encoder, tachometer, torque_sensor = sensors
     return Sensors(
         gyro=gyro,
         gyro_errors=gyro_errors(parameters, clock.ticks // gyro.ticks_per_sample + 1, gyro_seed),
         encoder=encoder,
         encoder_errors=errors[0],
-        encoder_dead_zone=np.array(scenario.encoder.dead_zone_rad),
+        encoder_dead_zone=np.array(per_unit(scenario.encoder.dead_zone_rad, units, 0.0)),
         tachometer=tachometer,
         tachometer_errors=errors[1],
         torque_sensor=torque_sensor,
@@ -70,17 +71,16 @@ def flight_sensors(scenario: Scenario, clock: Clock, seed: int) -> Sensors:
 
 
 def _unit_sensors(scenario: Scenario) -> tuple[UnitSensor, UnitSensor, UnitSensor]:
-    encoder, tachometer = scenario.encoder, scenario.tachometer
+    encoder, tachometer, units = scenario.encoder, scenario.tachometer, scenario.cluster.units
     return (
         UnitSensor(
             white_noise=encoder.noise_rad,
-            zero_offset=np.array(encoder.zero_rad),
+            zero_offset=np.array(per_unit(encoder.zero_rad, units, 0.0)),
             quantization=encoder.quantization_rad,
         ),
-        UnitSensor(white_noise=tachometer.noise_rad_s, scale_factor_error=np.array(tachometer.scale_factor_error)),
+        UnitSensor(
+            white_noise=tachometer.noise_rad_s,
+            scale_factor_error=np.array(per_unit(tachometer.scale_factor_error, units, 0.0)),
+        ),
         UnitSensor(white_noise=scenario.torque_sensor.noise_N_m),
     )
-
-
-def _errors(sensor: UnitSensor, clock: Clock, seed: np.random.SeedSequence) -> UnitSeries:
-    return unit_errors(sensor, clock.ticks + 1, _UNITS, seed)

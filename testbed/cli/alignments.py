@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import count
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
@@ -13,10 +14,10 @@ from testbed.cli.console import say, show, warn
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.estimation.alignment import AlignmentEstimate
 from testbed.estimation.alignment_model import KINDS
+from testbed.estimation.alignment_observability import unit_count
 from testbed.experiment.aligning import Aligning, null_space_lines
 
 _MILLI = 1e3
-_UNITS = tuple(f"cmg{number}" for number in range(1, 7))
 
 
 def print_alignments(aligning: Aligning) -> None:
@@ -28,16 +29,17 @@ def print_alignments(aligning: Aligning) -> None:
     inertia = _rows(aligning, estimate, "", slice(6), "{:z.4f}")
     show(_table("Inertia with alignments, 1e-3 kg m²", PARAMETER_NAMES, [inertia]))
     say()
-    kinds = [_rows(aligning, estimate, kind, slice(6 * first, 6 * first + 6), "{:z.1f}") for first, kind in _KINDS]
-    show(_table("Alignments in mrad and, of momentum scales, 1e-3", _UNITS, kinds))
+    units = unit_count(len(estimate.parameters))
+    kinds = [
+        _rows(aligning, estimate, kind, slice(first, first + units), "{:z.1f}")
+        for first, kind in zip(count(len(PARAMETER_NAMES), units), KINDS, strict=False)
+    ]
+    names = [f"cmg{number}" for number in range(1, units + 1)]
+    show(_table("Alignments in mrad and, of momentum scales, 1e-3", names, kinds))
     say()
     for line in null_space_lines(estimate.observability):
         say(f"Open       {line}")
     say()
-
-
-_KINDS = tuple(enumerate(KINDS, start=1))
-"""Each kind with its place among the parameters, in sixes; the inertia comes first."""
 
 
 def _table(title: str, columns: Sequence[str], groups: Iterable[Iterator[list[str]]]) -> Table:

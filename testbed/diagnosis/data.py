@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from testbed.arrays import Array, Units
 from testbed.effects.fast_changes import FEWEST, fast_power
 from testbed.estimation.telemetry import Telemetry
-from testbed.prediction.grid import Grid, grid_of
+from testbed.prediction.grid import Grid, grid_of, unit_count
 from testbed.prediction.motor_torques import has_torques, measured_torques
 from testbed.prediction.servo import answer, ticks_of
 from testbed.prediction.servo_answers import by_stretches, by_units, constants, has_commands, measured_answers, shown
@@ -19,9 +19,9 @@ from testbed.prediction.smoothed import direction_of
 
 _LEAST = 1e-3
 """Share of a channel's own scatter that its noise has at least: the model of a gimbal is no better than that."""
-_NUDGES = np.repeat([1e-5, 1e-3, 1e-3], 6)
+_NUDGES = np.array([1e-5, 1e-3, 1e-3])
 """Lag, s, viscous friction, 1/s, and dry friction, rad/s², over the inertia, by which derivatives are taken."""
-_USUAL = np.repeat([0.01, 1.0, 10.0], 6)
+_USUAL = np.array([0.01, 1.0, 10.0])
 """Sizes of the same; the search begins with a tenth. From a lag that is guessed too long, a servo swings, and no step
 finds back: steps are bounded."""
 _TRIALS = 20
@@ -39,7 +39,7 @@ another kind misses more, and would be taken for a slow one."""
 
 
 def torque_channel(grid: Grid) -> tuple[list[Array], Units] | None:
-    """Return the measured motor torques of every run, each of shape (K, 6), N·m, and their noise; None without."""
+    """Return the measured motor torques of every run, each of shape (K, M), N·m, and their noise; None without."""
     if not has_torques(grid):
         return None
     torques = measured_torques(grid)
@@ -47,7 +47,7 @@ def torque_channel(grid: Grid) -> tuple[list[Array], Units] | None:
 
 
 def answer_channel(grid: Grid) -> tuple[list[Array], Array] | None:
-    """Return what is compared of every run's gimbal angles, each of shape (K, 3), rad, and its noise, shape (3,).
+    """Return what is compared of every run's gimbal angles, each of shape (K, M - 3), rad, and its noise for each.
 
     None where commands are not sent, or the gimbals do not answer them as their servo would.
     """
@@ -60,41 +60,43 @@ def answer_channel(grid: Grid) -> tuple[list[Array], Array] | None:
     by_unit = [
         part for run, each in zip(grid.runs, left, strict=True) for part in by_stretches(run, by_units(run, each))
     ]
-    noise = np.sqrt(2.0 * np.mean(_noise(by_unit) ** 2))  # six columns hold the noise of three directions
-    unknowns = len(_NUDGES) + sum(constants(run).shape[1] for run in grid.runs)
+    units, directions = unit_count(grid), answers[0].shape[1]
+    noise = np.sqrt(units / directions * np.mean(_noise(by_unit) ** 2))  # M columns hold the noise of M - 3 directions
+    unknowns = len(_NUDGES) * units + sum(constants(run).shape[1] for run in grid.runs)
     squares = np.concatenate(left).ravel() ** 2
     if len(squares) < _ENOUGH * unknowns:
         return None
     missed = np.sqrt(squares.sum() / (len(squares) - unknowns))
-    return (answers, np.full(3, np.hypot(max(missed, noise), _MODEL))) if missed < _FOLLOWING * noise else None
+    return (answers, np.full(directions, np.hypot(max(missed, noise), _MODEL))) if missed < _FOLLOWING * noise else None
 
 
 def _left(grid: Grid, answers: Sequence[Array]) -> list[Array]:
-    """Return what every run's gimbals miss of the answer of servos with a lag and friction each, shape (K, 3), rad."""
+    """Return what every run's gimbals miss of the answer of servos with a lag and friction each, (K, M - 3), rad."""
+    nudges, usual = (np.repeat(each, unit_count(grid)) for each in (_NUDGES, _USUAL))
 
     def left(unknowns: Array) -> Array:
         return np.concatenate([part[0].ravel() for part in _missed(grid, answers, unknowns[None])])
 
     def slopes(unknowns: Array) -> Array:
-        parts = _missed(grid, answers, np.vstack([unknowns, unknowns + np.diag(_NUDGES)]))
-        changes = np.concatenate([(part[1:] - part[:1]).reshape(len(_NUDGES), -1) for part in parts], axis=1)
-        return np.asarray(changes.T / _NUDGES)
+        parts = _missed(grid, answers, np.vstack([unknowns, unknowns + np.diag(nudges)]))
+        changes = np.concatenate([(part[1:] - part[:1]).reshape(len(nudges), -1) for part in parts], axis=1)
+        return np.asarray(changes.T / nudges)
 
     found = least_squares(
         left,
-        0.1 * _USUAL,
+        0.1 * usual,
         slopes,
         bounds=(0.0, np.inf),
-        x_scale=_USUAL,
+        x_scale=usual,
         ftol=_CLOSE,
         max_nfev=_TRIALS,
     )
     edges = np.cumsum([each.size for each in answers])[:-1]
-    return [part.reshape(-1, 3) for part in np.split(found.fun, edges)]
+    return [part.reshape(each.shape) for part, each in zip(np.split(found.fun, edges), answers, strict=True)]
 
 
 def _missed(grid: Grid, answers: Sequence[Array], unknowns: Array) -> list[Array]:
-    """Return measured less predicted answers of servos with lag, viscous and dry friction, each of shape (P, K, 3)."""
+    """Return measured less predicted answers of servos with lag, viscous and dry friction, each (P, K, M - 3), rad."""
     lag, viscous, dry = np.split(unknowns, 3, axis=1)
     parts = []
     for run, measured in zip(grid.runs, answers, strict=True):
@@ -129,7 +131,7 @@ class Runs:
         grid: their telemetry on the integration's grid.
         sigma: of the gyro, each run and axis, shape (R, 3), rad/s.
         inner: measured motor torques and answers to commands, blocks in the order in which they are predicted.
-        inner_sigma: of each block, shape (6,) or (3,), in the block's unit.
+        inner_sigma: of each block, shape (M,) or (M - 3,), in the block's unit.
         noise_freedom: degrees of freedom with which sigma is known; infinite where it is stated.
     """
 
@@ -171,7 +173,7 @@ class Runs:
         """Return (measured - predicted) / sigma of all blocks, one after the other; the gyro's `samples` come first.
 
         Args:
-            predicted: blocks of all channels, each of shape (N, 3) or (N, 6).
+            predicted: blocks of all channels, each of shape (N, 3), (N, M) or (N, M - 3).
         """
         measured = (*self.measured, *self.inner)
         pairs = zip(measured, predicted, self._sigmas, strict=True)
@@ -190,7 +192,7 @@ class Runs:
         """Return derivatives of all blocks in units of sigma, each of shape (numbers in the block, C).
 
         Args:
-            derivatives: of each block, shape (N, 3, C) or (N, 6, C).
+            derivatives: of each block, shape (N, 3, C), (N, M, C) or (N, M - 3, C).
         """
         pairs = zip(derivatives, self._sigmas, strict=True)
         return [(block / sigma[:, None]).reshape(-1, block.shape[-1]) for block, sigma in pairs]

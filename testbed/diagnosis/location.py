@@ -16,10 +16,10 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit, orthonormal, projected_out
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.compared import compared
-from testbed.prediction.grid import telemetry_spline
+from testbed.prediction.grid import telemetry_spline, unit_count
 from testbed.prediction.motor_torques import has_torques
 from testbed.prediction.servo_answers import by_units, followed
-from testbed.signals import AXES, UNITS
+from testbed.signals import AXES, SIGNALS, unit_numbers
 
 Path = Literal["reading", "torque"]
 
@@ -53,18 +53,18 @@ def _signals(run: Telemetry) -> Iterator[tuple[str, Series]]:
             yield f"body_rate_{AXES[first]}*body_rate_{AXES[second]}", rate[:, first] * rate[:, second]
         yield f"body_rate_{AXES[first]}*abs(body_rate_{AXES[first]})", rate[:, first] * np.abs(rate[:, first])
     if run.gimbal_angle is not None:
-        yield from _along("gimbal_angle", "gimbal_rate", run, 6)
+        yield from _along("gimbal_angle", "gimbal_rate", run)
     elif run.cluster_momentum is not None:
-        yield from _along("cluster_momentum", "cluster_momentum_rate", run, 3)
+        yield from _along("cluster_momentum", "cluster_momentum_rate", run)
     if run.applied_torque is not None:
-        yield from _along("applied_torque", "applied_torque_rate", run, 3)
+        yield from _along("applied_torque", "applied_torque_rate", run)
 
 
-def _along(channel: str, derivative: str, run: Telemetry, width: int) -> Iterator[tuple[str, Series]]:
-    spline = telemetry_spline(run, channel)
+def _along(channel: str, derivative: str, run: Telemetry) -> Iterator[tuple[str, Series]]:
+    spline, per_unit = telemetry_spline(run, channel), SIGNALS[channel].per_unit
     for order, name in enumerate((channel, derivative)):
         for index, values in enumerate(spline(run.gyro_time, order).T):
-            yield f"{name}_{AXES[index] if width == len(AXES) else index + 1}", values
+            yield f"{name}_{index + 1 if per_unit else AXES[index]}", values
 
 
 MOST = 6
@@ -170,7 +170,7 @@ def _inner(runs: Runs, fit: Fit) -> Iterator[_Residual]:
         kept = followed if name == "gimbal_angle" else compared
         times = [run.actuator_time[kept(run)] for run in runs.grid.runs]
         yield _Residual(
-            signals=tuple(f"{name}_{unit}" for unit in UNITS),
+            signals=tuple(f"{name}_{unit}" for unit in unit_numbers(unit_count(runs.grid))),
             runs=runs.names,
             time=times,
             values=values,

@@ -13,7 +13,8 @@ from scipy.stats import chi2, ncx2
 from testbed.arrays import Array
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import NEGLIGIBLE, Fit, Hypothesis, orthonormal, projected_out
-from testbed.effects.contract import CLUSTER, Channel, Effect
+from testbed.effects.contract import CLUSTER, Channel, Effect, components_in
+from testbed.prediction.grid import unit_count
 from testbed.prediction.motor_torques import has_torques
 from testbed.prediction.prediction import (
     common_size,
@@ -198,7 +199,8 @@ def hypotheses(runs: Runs, effects: Mapping[str, Effect]) -> tuple[list[Hypothes
         if missing:
             not_testable.append(Untestable(effect=effect.id, needs=" and ".join(missing)))
         else:
-            testable += [Hypothesis(effect=effect, component=component) for component in effect.components]
+            components = components_in(effect, unit_count(runs.grid))
+            testable += [Hypothesis(effect=effect, component=component) for component in components]
     return testable, not_testable
 
 

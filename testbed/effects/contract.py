@@ -14,14 +14,15 @@ from testbed.plant.additions import Addition
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
 from testbed.scenario.scenario import Scenario
+from testbed.signals import MOST_UNITS
 
 Channel: TypeAlias = Literal[
     "gimbal_angle", "gimbal_rate_command", "gimbal_torque", "rotor_speed", "applied_torque", "attitude", "any_actuator"
 ]
 """What a record has to carry beside the body rate for an effect to be tested for."""
 
-UNITS = tuple(f"cmg{number}" for number in range(1, 7))
-"""Components of effects that sit in one CMG unit."""
+UNITS = tuple(f"cmg{number}" for number in range(1, MOST_UNITS + 1))
+"""Components of effects that sit in one CMG unit; of a platform with fewer, `components_in` has those that it has."""
 AXES = ("x", "y", "z")
 """Components of effects that sit on one gyro axis."""
 
@@ -184,11 +185,18 @@ def unit_index(component: str) -> int:
     return UNITS.index(component)
 
 
-def only_unit(component: str, value: Array) -> Array:
-    """Return values for all six units of which only the component's is not zero, shape (..., 6).
+def components_in(effect: NamedEffect, units: int) -> tuple[str, ...]:
+    """Return where an effect can sit on a platform with so many CMG units."""
+    absent = UNITS[units:]
+    return tuple(component for component in effect.components if component not in absent)
+
+
+def only_unit(component: str, value: Array, units: int) -> Array:
+    """Return values for all M units of which only the component's is not zero, shape (..., M).
 
     Args:
         component: e.g. `cmg3`.
         value: shape (...,).
+        units: M.
     """
-    return np.asarray(value[..., None] * (np.arange(6) == unit_index(component)))
+    return np.asarray(value[..., None] * (np.arange(units) == unit_index(component)))

@@ -16,6 +16,7 @@ from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import Gimbals, Grid
 from testbed.prediction.hooks import Hooks
 from testbed.scenario.scenario import Scenario
+from testbed.scenario.values import per_unit
 
 _SPECK = 5e-4
 """rad. No gyro shows so small a play, and no encoder's noise of 1e-4 rad takes the axis along behind it."""
@@ -33,7 +34,7 @@ class _Loose(Hooks):
         angle, rate = (
             np.stack([spline(time, order) for spline, time in zip(splines, grid.time, strict=True)]) for order in (0, 1)
         )
-        only = np.arange(6) == self._unit
+        only = np.arange(gimbals.angle.shape[-1]) == self._unit
         return replace(
             gimbals,
             angle=gimbals.angle + only * angle[..., None],
@@ -91,5 +92,6 @@ class GimbalBacklash(Effect):
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
-        dead_zone = np.array(scenario.encoder.dead_zone_rad) + only_unit(component, values[:1])[0]
+        units, present = scenario.cluster.units, scenario.encoder.dead_zone_rad
+        dead_zone = np.array(per_unit(present, units, 0.0)) + only_unit(component, values[:1], units)[0]
         return Extension(scenario={"encoder": {"dead_zone_rad": dead_zone.tolist()}})

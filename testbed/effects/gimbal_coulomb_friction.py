@@ -21,7 +21,8 @@ class _Rubbing(Hooks):
 
     @override
     def motor_torque(self, torque: Array, value: Array, gimbal_rate: Array) -> Array:
-        return np.asarray(torque + only_unit(self._component, value[:, 0])[:, None] * direction_of(gimbal_rate))
+        against = only_unit(self._component, value[:, 0], torque.shape[-1])[:, None]
+        return np.asarray(torque + against * direction_of(gimbal_rate))
 
 
 @final

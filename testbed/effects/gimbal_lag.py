@@ -18,8 +18,10 @@ class _Behind(Hooks):
         self._component = component
 
     @override
-    def servo_lag(self, value: Array) -> Array:
-        return value.repeat(6, axis=1) if self._component == CLUSTER else only_unit(self._component, value[:, 0])
+    def servo_lag(self, value: Array, units: int) -> Array:
+        if self._component == CLUSTER:
+            return value.repeat(units, axis=1)
+        return only_unit(self._component, value[:, 0], units)
 
 
 @final
@@ -40,5 +42,5 @@ class GimbalLag(Effect):
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
-        units = range(len(UNITS)) if component == CLUSTER else (unit_index(component),)
+        units = range(scenario.cluster.units) if component == CLUSTER else (unit_index(component),)
         return Extension(platform=[GimbalMotorLag(unit=unit, time_constant=float(values[0])) for unit in units])

@@ -15,6 +15,7 @@ from testbed.effects.contract import UNITS, Effect, Extension, Parameter, only_u
 from testbed.prediction.grid import Gimbals, Grid
 from testbed.prediction.hooks import Hooks
 from testbed.scenario.scenario import Scenario
+from testbed.scenario.values import per_unit
 
 
 class _Tilted(Hooks):
@@ -23,7 +24,7 @@ class _Tilted(Hooks):
 
     @override
     def gimbals(self, gimbals: Gimbals, value: Array, grid: Grid, cluster: Cluster) -> Gimbals:
-        turns = np.moveaxis(only_unit(self._component, value), 1, 2)
+        turns = np.moveaxis(only_unit(self._component, value, len(cluster.rotor_momentum)), 1, 2)
         axes = np.broadcast_arrays(gimbals.gimbal_axis_B, gimbals.spin_axis_B, turns[..., :1])[:2]
         turned = [turned_axes(*each) for each in zip(*axes, turns, strict=True)]
         return replace(
@@ -54,7 +55,7 @@ class GimbalMisalignment(Effect):
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
-        present = scenario.truth.gimbal_axis_misalignment_rad
-        turns = np.zeros((6, 2)) if present is None else np.array(present)
-        turns = turns + only_unit(component, values).T
+        units = scenario.cluster.units
+        turns = np.array(per_unit(scenario.truth.gimbal_axis_misalignment_rad, units, (0.0, 0.0)))
+        turns = turns + only_unit(component, values, units).T
         return Extension(scenario={"truth": {"gimbal_axis_misalignment_rad": turns.tolist()}})

@@ -20,7 +20,8 @@ class _Braked(Hooks):
 
     @override
     def motor_torque(self, torque: Array, value: Array, gimbal_rate: Array) -> Array:
-        return np.asarray(torque + only_unit(self._component, value[:, 0])[:, None] * gimbal_rate)
+        against = only_unit(self._component, value[:, 0], torque.shape[-1])[:, None]
+        return np.asarray(torque + against * gimbal_rate)
 
 
 @final

@@ -14,6 +14,7 @@ from testbed.effects.contract import UNITS, Effect, Extension, Parameter, only_u
 from testbed.prediction.grid import Gimbals, Grid
 from testbed.prediction.hooks import Hooks
 from testbed.scenario.scenario import Scenario
+from testbed.scenario.values import per_unit
 
 
 class _Shifted(Hooks):
@@ -22,7 +23,8 @@ class _Shifted(Hooks):
 
     @override
     def gimbals(self, gimbals: Gimbals, value: Array, grid: Grid, cluster: Cluster) -> Gimbals:
-        return replace(gimbals, angle=gimbals.angle - only_unit(self._component, value[:, 0])[:, None])
+        zero = only_unit(self._component, value[:, 0], gimbals.angle.shape[-1])
+        return replace(gimbals, angle=gimbals.angle - zero[:, None])
 
 
 @final
@@ -43,5 +45,6 @@ class GimbalZero(Effect):
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
-        zero = np.array(scenario.encoder.zero_rad) + only_unit(component, values[:1])[0]
+        units = scenario.cluster.units
+        zero = np.array(per_unit(scenario.encoder.zero_rad, units, 0.0)) + only_unit(component, values[:1], units)[0]
         return Extension(scenario={"encoder": {"zero_rad": zero.tolist()}})

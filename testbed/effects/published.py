@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from itertools import groupby
 from pathlib import Path
 
-from testbed.effects.contract import NamedEffect, Parameter
+from testbed.effects.contract import UNITS, NamedEffect, Parameter
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 
 MARK = "<!-- The rest is written by `python -m testbed.effects.published`. -->"
@@ -48,7 +48,8 @@ def _rows(effects: list[NamedEffect]) -> Iterator[str]:
 
 
 def _components(components: tuple[str, ...]) -> str:
-    return f"{components[0]} to {components[-1]}" if len(components) == 6 else ", ".join(components)
+    others = [component for component in components if component not in UNITS]
+    return ", ".join([*others, *([f"{UNITS[0]}, {UNITS[1]}, ..."] if len(others) < len(components) else [])])
 
 
 def _parameters(parameters: tuple[Parameter, ...]) -> Iterator[str]:

@@ -14,6 +14,7 @@ from testbed.effects.contract import UNITS, Effect, Extension, Parameter, only_u
 from testbed.prediction.grid import Gimbals, Grid
 from testbed.prediction.hooks import Hooks
 from testbed.scenario.scenario import Scenario
+from testbed.scenario.values import per_unit
 
 
 class _Scaled(Hooks):
@@ -22,7 +23,7 @@ class _Scaled(Hooks):
 
     @override
     def gimbals(self, gimbals: Gimbals, value: Array, grid: Grid, cluster: Cluster) -> Gimbals:
-        scale = 1.0 + only_unit(self._component, value[:, 0])
+        scale = 1.0 + only_unit(self._component, value[:, 0], gimbals.angle.shape[-1])
         return replace(gimbals, rotor_momentum=gimbals.rotor_momentum * scale[:, None])
 
 
@@ -44,10 +45,11 @@ class RotorSpeed(Effect):
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
-        scale = 1.0 + only_unit(component, values[0])
+        units = scenario.cluster.units
+        scale = 1.0 + only_unit(component, values[0], units)
         stated = scenario.truth.rotor_momentum_N_m_s
-        momentum = np.broadcast_to(scenario.cluster.rotor_momentum_N_m_s if stated is None else stated, 6)
-        shown = 1.0 + np.array(scenario.tachometer.scale_factor_error)
+        momentum = np.broadcast_to(scenario.cluster.rotor_momentum_N_m_s if stated is None else stated, units)
+        shown = 1.0 + np.array(per_unit(scenario.tachometer.scale_factor_error, units, 0.0))
         return Extension(
             scenario={
                 "truth": {"rotor_momentum_N_m_s": (momentum * scale).tolist()},

@@ -24,7 +24,7 @@ class _Slowing(Hooks):
     @override
     def gimbals(self, gimbals: Gimbals, value: Array, grid: Grid, cluster: Cluster) -> Gimbals:
         elapsed = (grid.time - grid.time[:, :1])[:, None, :, None]
-        decay = np.exp(-only_unit(self._component, value[:, 0])[:, None] * elapsed)
+        decay = np.exp(-only_unit(self._component, value[:, 0], gimbals.angle.shape[-1])[:, None] * elapsed)
         return replace(gimbals, rotor_momentum=gimbals.rotor_momentum * decay)
 
 

@@ -15,7 +15,7 @@ from scipy.optimize import OptimizeResult
 from testbed.arrays import Array, Flags, Regressor, Theta, Vector3
 from testbed.errors import InputError
 from testbed.estimation.alignment_model import (
-    ALIGNMENTS,
+    KINDS,
     Alignment,
     GimbalTelemetry,
     alignment_of,
@@ -24,7 +24,7 @@ from testbed.estimation.alignment_model import (
     held_momentum,
     working_units,
 )
-from testbed.estimation.alignment_observability import NAMES, Observability, observability
+from testbed.estimation.alignment_observability import Observability, observability
 from testbed.estimation.estimate import EstimationSettings
 from testbed.estimation.identifiability import without_momentum
 from testbed.estimation.likelihood import most_likely, require_physical
@@ -40,9 +40,9 @@ class AlignmentEstimate:
     """Inertia and alignments from one record, relative to a mean momentum scale of zero.
 
     Attributes:
-        parameters: in the order of `NAMES`, shape (30,), kg·m², rad, and shares; where not determined, the value that
-            moves the least.
-        covariance: of what is determined of them, shape (30, 30), of the rank of the observability's basis.
+        parameters: in the order of `parameter_names`, shape (P,), kg·m², rad, and shares; where not determined, the
+            value that moves the least.
+        covariance: of what is determined of them, shape (P, P), of the rank of the observability's basis.
         initial_momentum_B: of the whole platform at the first sample, N·m·s, body axes.
         observability: what the record determines, and what not.
         residual_sigma: rad/s, the unknowns' degrees of freedom taken off.
@@ -58,7 +58,7 @@ class AlignmentEstimate:
 
     @property
     def std(self) -> Array:
-        """Standard deviations, shape (30,); NaN where the record does not determine the parameter."""
+        """Standard deviations, shape (P,); NaN where the record does not determine the parameter."""
         return np.where(self.observability.determined, np.sqrt(np.diag(self.covariance)), np.nan)
 
 
@@ -82,21 +82,22 @@ def estimated_alignments(telemetry: Telemetry, settings: EstimationSettings) -> 
     part = identifiable_part(telemetry, settings)
     record = gimbal_telemetry(part)
     theta = likely_theta(part, settings.nominal_theta)
-    start = _Unknowns(parameters=np.concatenate([theta, np.zeros(ALIGNMENTS)]), momentum_B=mean_momentum(part, theta))
+    aligned = np.zeros(len(KINDS) * len(record.cluster.rotor_momentum))
+    start = _Unknowns(parameters=np.concatenate([theta, aligned]), momentum_B=mean_momentum(part, theta))
     observable = _observability(part, record, start)
     answer = _search(part, record, start, observable)
     return _estimate(start, observable, answer)
 
 
 def relative_parameters(theta: Theta, alignment: Alignment, working: Flags) -> Array:
-    """Return parameters in the order of `NAMES`, shape (30,), relative to a mean momentum scale of zero.
+    """Return parameters in the order of `parameter_names`, shape (P,), relative to a mean momentum scale of zero.
 
     (1 + k) and J are divided by the mean of 1 + k: what no motion tells apart becomes the same numbers.
 
     Args:
         theta: kg·m².
         alignment: with scales of any mean.
-        working: which units' rotors carry momentum, shape (6,).
+        working: which units' rotors carry momentum, shape (M,).
     """
     mean = float(np.mean(1.0 + alignment.momentum_scale[working]))
     scale = np.where(working, (1.0 + alignment.momentum_scale) / mean - 1.0, 0.0)
@@ -123,14 +124,14 @@ def _motion(record: GimbalTelemetry, unknowns: _Unknowns) -> Motion:
 
 
 def _columns(record: GimbalTelemetry, unknowns: _Unknowns, motion: Motion) -> Regressor:
-    """∂ω/∂(θ, alignments, L₀), shape (3N, 33)."""
+    """∂ω/∂(θ, alignments, L₀), shape (3N, P + 3)."""
     alignment = unknowns.alignment
     held = held_momentum(record, alignment, motion)
-    return rate_sensitivity(drive_at(record, alignment), motion, held).reshape(-1, len(NAMES) + 3)
+    return rate_sensitivity(drive_at(record, alignment), motion, held).reshape(-1, len(unknowns.parameters) + 3)
 
 
 def _observability(telemetry: Telemetry, record: GimbalTelemetry, start: _Unknowns) -> Observability:
-    columns = without_momentum(_columns(record, start, _motion(record, start)), unknowns=len(NAMES))
+    columns = without_momentum(_columns(record, start, _motion(record, start)), unknowns=len(start.parameters))
     return observability(columns, telemetry.gyro_noise, start.theta, working_units(record.cluster))
 
 
@@ -151,7 +152,7 @@ def _search(
 
 
 def _steps(observable: Observability) -> Array:
-    """Parameters per coordinate, shape (30, r), SI."""
+    """Parameters per coordinate, shape (P, r), SI."""
     return np.asarray(observable.scale[:, None] * observable.basis)
 
 

@@ -18,8 +18,6 @@ from testbed.estimation.telemetry import Telemetry
 
 KINDS = ("axis about s", "axis about t", "encoder zero", "momentum scale")
 """What is aligned of each unit, in the order of the parameters."""
-ALIGNMENTS = 24
-"""Four kinds of six units, all units of a kind together."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,9 +25,9 @@ class Alignment:
     """How the units differ from what is believed of them.
 
     Attributes:
-        misalignment: turns of the gimbal axis about s0 and t, shape (6, 2), rad, as in `testbed.cmg.misalignment`.
-        encoder_zero: what the encoders read at gimbal angle zero, shape (6,), rad.
-        momentum_scale: k, shape (6,): a rotor carries (1 + k) times Js·Ω of its tachometer.
+        misalignment: turns of the gimbal axis about s0 and t, shape (M, 2), rad, as in `testbed.cmg.misalignment`.
+        encoder_zero: what the encoders read at gimbal angle zero, shape (M,), rad.
+        momentum_scale: k, shape (M,): a rotor carries (1 + k) times Js·Ω of its tachometer.
     """
 
     misalignment: Array
@@ -38,7 +36,7 @@ class Alignment:
 
     @property
     def parameters(self) -> Array:
-        """All of them in the order of `KINDS`, shape (24,)."""
+        """All of them in the order of `KINDS`, all units of a kind together, shape (4 M,)."""
         return np.concatenate([*self.misalignment.T, self.encoder_zero, self.momentum_scale])
 
 
@@ -60,8 +58,8 @@ class GimbalTelemetry:
 
 
 def alignment_of(parameters: Array) -> Alignment:
-    """Return the alignment of parameters in the order of `KINDS`, shape (24,)."""
-    about_spin, about_transverse, zero, scale = parameters.reshape(4, 6)
+    """Return the alignment of parameters in the order of `KINDS`, shape (4 M,)."""
+    about_spin, about_transverse, zero, scale = parameters.reshape(len(KINDS), -1)
     return Alignment(
         misalignment=np.stack([about_spin, about_transverse], axis=1), encoder_zero=zero, momentum_scale=scale
     )

@@ -10,7 +10,7 @@ from scipy.linalg import null_space
 
 from testbed.arrays import Array, Flags, Regressor, Theta
 from testbed.dynamics.inertia import PARAMETER_NAMES
-from testbed.estimation.alignment_model import ALIGNMENTS, KINDS
+from testbed.estimation.alignment_model import KINDS
 from testbed.estimation.identifiability import inertia_size, named_direction, sparse_basis
 
 KNOWN_ANYWAY = 0.1
@@ -20,13 +20,23 @@ NO_PART = 0.02
 """A parameter with a smaller component in an open direction has no part in it."""
 _MINOR_TERM = 0.3
 """Terms of a direction that are smaller than this share of the largest are counted, not named."""
-ALIGNMENT_NAMES = tuple(f"{kind} of cmg{unit}" for kind in KINDS for unit in range(1, 7))
-NAMES = (*PARAMETER_NAMES, *ALIGNMENT_NAMES)
-"""Of all 30 parameters, in order."""
-UNITS = (*["kg·m²"] * 6, *["rad"] * 18, *["1"] * 6)
 COMMON_SCALE = "a common scale of J and all rotor momenta"
 CONVENTION = "the mean momentum scale is taken to be 0, so that J and each unit's scale are relative to it"
-_BEFORE_SCALES = len(NAMES) - 6
+
+
+def parameter_names(units: int) -> tuple[str, ...]:
+    """Return the names of the inertia's and of so many units' alignments, in order; P = 6 + 4 M of them."""
+    return (*PARAMETER_NAMES, *(f"{kind} of cmg{unit}" for kind in KINDS for unit in range(1, units + 1)))
+
+
+def parameter_units(units: int) -> tuple[str, ...]:
+    """Return the physical unit of each of these parameters."""
+    return (*["kg·m²"] * 6, *["rad"] * 3 * units, *["1"] * units)
+
+
+def unit_count(parameters: int) -> int:
+    """Return how many units so many parameters are of."""
+    return (parameters - len(PARAMETER_NAMES)) // len(KINDS)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,7 +44,7 @@ class OpenDirection:
     """A combination of parameters that a record does not determine.
 
     Attributes:
-        direction: unit vector in the scaled parameters, shape (30,).
+        direction: unit vector in the scaled parameters, shape (P,).
         name: in words.
         std: standard deviation along it if nothing else were unknown, in shares and rad; infinite where the record
             shows nothing of it.
@@ -50,10 +60,10 @@ class Observability:
     """Observability of the scaled parameters: θ in shares of the mean moment, angles in rad, momentum scales.
 
     Attributes:
-        scale: of the 30 parameters, SI per scaled unit.
+        scale: of the P parameters, SI per scaled unit.
         common_scale: the one direction that no record identifies; the convention fixes it.
         others: further directions that this record does not identify; the parameters are not moved along them.
-        basis: orthonormal directions in which the parameters are estimated, shape (30, r).
+        basis: orthonormal directions in which the parameters are estimated, shape (P, r).
     """
 
     scale: Array
@@ -63,8 +73,8 @@ class Observability:
 
     @property
     def determined(self) -> Flags:
-        """Which parameters the record determines, given the convention, shape (30,)."""
-        parts = np.array([np.abs(each.direction) for each in self.others]).reshape(-1, len(NAMES))
+        """Which parameters the record determines, given the convention, shape (P,)."""
+        parts = np.array([np.abs(each.direction) for each in self.others]).reshape(-1, len(self.scale))
         return np.asarray(parts.max(axis=0, initial=0.0) < NO_PART)
 
 
@@ -72,12 +82,12 @@ def observability(columns: Regressor, gyro_noise: float, theta: Theta, working: 
     """Return what the sensitivities of a record's rates say of each direction.
 
     Args:
-        columns: ∂ω/∂(θ, alignments), the unknown momentum's share taken out, shape (3N, 30), SI.
+        columns: ∂ω/∂(θ, alignments), the unknown momentum's share taken out, shape (3N, P), SI.
         gyro_noise: σ, rad/s.
         theta: where they were taken, kg·m².
-        working: which units' rotors carry momentum, shape (6,).
+        working: which units' rotors carry momentum, shape (M,).
     """
-    scale = np.concatenate([np.full(6, inertia_size(theta)), np.ones(ALIGNMENTS)])
+    scale = np.concatenate([np.full(6, inertia_size(theta)), np.ones(len(KINDS) * len(working))])
     scaled = columns * scale
     _, strength, directions = np.linalg.svd(scaled, full_matrices=False)
     common = _common_scale(theta / scale[:6], working)
@@ -97,13 +107,13 @@ def observability(columns: Regressor, gyro_noise: float, theta: Theta, working: 
 
 def _common_scale(theta: Theta, working: Flags) -> Array:
     """Return the direction in which θ and all rotor momenta grow alike (trap 18), a unit vector."""
-    direction = np.concatenate([theta, np.zeros(_BEFORE_SCALES - 6), working])
+    direction = np.concatenate([theta, np.zeros((len(KINDS) - 1) * len(working)), working])
     return np.asarray(direction / np.linalg.norm(direction))
 
 
 def _mean_scale(working: Flags) -> Array:
-    """Return the weights of the parameters in the mean momentum scale, shape (30,)."""
-    return np.concatenate([np.zeros(_BEFORE_SCALES), working / working.sum()])
+    """Return the weights of the parameters in the mean momentum scale, shape (P,)."""
+    return np.concatenate([np.zeros(len(PARAMETER_NAMES) + (len(KINDS) - 1) * len(working)), working / working.sum()])
 
 
 def _beside(directions: Array, common: Array) -> Array:
@@ -116,6 +126,6 @@ def _beside(directions: Array, common: Array) -> Array:
 def _named(direction: Array) -> str:
     """Return a combination of parameters as text; one of many parameters by its larger terms."""
     share = np.abs(direction) / np.abs(direction).max()
-    text = named_direction(np.where(share >= _MINOR_TERM, direction, 0.0), NAMES)
+    text = named_direction(np.where(share >= _MINOR_TERM, direction, 0.0), parameter_names(unit_count(len(direction))))
     minor = int(((share >= NO_PART) & (share < _MINOR_TERM)).sum())
     return f"{text}, and less of {minor} others" if minor else text

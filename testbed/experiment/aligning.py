@@ -15,9 +15,16 @@ from testbed.dynamics.inertia import theta_of
 from testbed.errors import InputError
 from testbed.estimation.alignment import AlignmentEstimate, estimated_alignments, relative_parameters
 from testbed.estimation.alignment_model import Alignment, working_units
-from testbed.estimation.alignment_observability import CONVENTION, NAMES, UNITS, Observability
+from testbed.estimation.alignment_observability import (
+    CONVENTION,
+    Observability,
+    parameter_names,
+    parameter_units,
+    unit_count,
+)
 from testbed.records.record import Record
 from testbed.scenario.scenario import Scenario
+from testbed.scenario.values import per_unit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,7 +34,7 @@ class Aligning:
     Attributes:
         estimate: None where there is none.
         failure: why there is none; empty otherwise.
-        true_parameters: in the estimate's order and relative to the same mean momentum scale, shape (30,).
+        true_parameters: in the estimate's order and relative to the same mean momentum scale, shape (P,).
     """
 
     estimate: AlignmentEstimate | None
@@ -56,11 +63,13 @@ def align_flight(scenario: Scenario, nominal: PlatformModel, truth: PlatformMode
 
 
 def true_parameters(scenario: Scenario, nominal: PlatformModel, truth: PlatformModel) -> Array:
-    """Return inertia and alignments as built, relative to a mean momentum scale of zero, shape (30,)."""
-    read = (1.0 + np.array(scenario.tachometer.scale_factor_error)) * nominal.cluster.rotor_spin_inertia
+    """Return inertia and alignments as built, relative to a mean momentum scale of zero, shape (P,)."""
+    units = scenario.cluster.units
+    scale = 1.0 + np.array(per_unit(scenario.tachometer.scale_factor_error, units, 0.0))
+    read = scale * nominal.cluster.rotor_spin_inertia
     built = Alignment(
-        misalignment=np.array(scenario.truth.gimbal_axis_misalignment_rad or np.zeros((6, 2))),
-        encoder_zero=np.array(scenario.encoder.zero_rad),
+        misalignment=np.array(per_unit(scenario.truth.gimbal_axis_misalignment_rad, units, (0.0, 0.0))),
+        encoder_zero=np.array(per_unit(scenario.encoder.zero_rad, units, 0.0)),
         momentum_scale=truth.cluster.rotor_spin_inertia / read - 1.0,
     )
     return relative_parameters(theta_of(truth.inertia), built, working_units(nominal.cluster))
@@ -80,7 +89,15 @@ def aligning_result(aligning: Aligning) -> dict[str, Any]:
     estimate = aligning.estimate
     if estimate is None:
         return {"message": aligning.failure, "parameters": {}, "null_space": []}
-    rows = zip(NAMES, UNITS, estimate.parameters, estimate.std, aligning.true_parameters, strict=True)
+    units = unit_count(len(estimate.parameters))
+    rows = zip(
+        parameter_names(units),
+        parameter_units(units),
+        estimate.parameters,
+        estimate.std,
+        aligning.true_parameters,
+        strict=True,
+    )
     return {
         "message": None,
         "parameters": {

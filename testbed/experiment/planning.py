@@ -103,13 +103,11 @@ def _design(
 
 def _gimbal_points(scenario: Scenario, section: GimbalPoints, nominal: PlatformModel) -> Maneuver:
     """Fly given gimbal angles from the scenario's initial body rate."""
-    angle = np.array(section.gimbal_angle_rad)
+    angle, rate = np.array(section.gimbal_angle_rad), np.array(scenario.initial.body_rate_rad_s)
     return gimbal_maneuver(
         scenario.name,
         clamped_spline(section.duration_s, angle),
         inertia=nominal.inertia,
         cluster=nominal.cluster,
-        total_momentum_B=platform_momentum(
-            nominal.cluster, nominal.inertia, np.array(scenario.initial.body_rate_rad_s), angle[0], np.zeros(6)
-        ),
+        total_momentum_B=platform_momentum(nominal.cluster, nominal.inertia, rate, angle[0], np.zeros_like(angle[0])),
     )

@@ -29,7 +29,7 @@ def alignment_information(
         cluster: as believed, without misalignments.
         inertia: J, kg·m², body axes.
         sampling: the gyro's samples and the fine grid.
-        angle: d on the fine grid, shape (6, M), rad.
+        angle: d on the fine grid, shape (units, M), rad.
         body_rate: ω on the fine grid, shape (M, 3), rad/s, body axes.
 
     Source: paper eqs. (9), (12), (13); the initial momentum's share is taken out by its Schur complement.
@@ -51,7 +51,8 @@ def relative_scales(units: int) -> Array:
 
 def _columns_function(cluster: Cluster, inertia: Matrix3) -> ca.Function:
     """Return [∂ω/∂(parameters), ∂ω/∂H₀]ᵀ, shape (P + 3, 3), as a function of d, ω and Rᵀ by columns; H₀ in shares."""
-    angle, rate, to_body = ca.SX.sym("angle", 6), ca.SX.sym("rate", 3), ca.SX.sym("to_body", 9)
+    angle = ca.SX.sym("angle", len(cluster.rotor_momentum))
+    rate, to_body = ca.SX.sym("rate", 3), ca.SX.sym("to_body", 9)
     working = np.flatnonzero(cluster.rotor_momentum)
     momentum = cluster.rotor_momentum[working]
     spin, transverse, gimbal = (

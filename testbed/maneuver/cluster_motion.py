@@ -20,7 +20,7 @@ MOTION_OUTPUTS = ("body_rate", "momentum", "momentum_rate", "envelope_share", "d
 
 
 class _Frame(NamedTuple):
-    """Axes of the units as columns, each of shape (3, 6), body axes."""
+    """Axes of the units as columns, each of shape (3, M), body axes."""
 
     spin: ca.SX
     transverse: ca.SX
@@ -34,7 +34,8 @@ def body_rate_function(cluster: Cluster, inertia: Matrix3) -> ca.Function:
         cluster: the units.
         inertia: J with all gimbals at zero, kg·m², body axes.
     """
-    angle, rate, total = ca.SX.sym("angle", 6), ca.SX.sym("rate", 6), ca.SX.sym("total", 3)
+    units = len(cluster.rotor_momentum)
+    angle, rate, total = ca.SX.sym("angle", units), ca.SX.sym("rate", units), ca.SX.sym("total", 3)
     body_rate = _body_rate(cluster, inertia, _frame(cluster, angle), rate, total)
     return ca.Function("body_rate", [angle, rate, total], [body_rate])
 
@@ -49,7 +50,9 @@ def motion_function(cluster: Cluster, inertia: Matrix3) -> ca.Function:
         cluster: the units.
         inertia: J with all gimbals at zero, kg·m², body axes.
     """
-    angle, rate, acceleration = (ca.SX.sym(name, 6) for name in ("angle", "rate", "acceleration"))
+    angle, rate, acceleration = (
+        ca.SX.sym(name, len(cluster.rotor_momentum)) for name in ("angle", "rate", "acceleration")
+    )
     total = ca.SX.sym("total", 3)
     frame = _frame(cluster, angle)
     body_rate = _body_rate(cluster, inertia, frame, rate, total)
@@ -116,5 +119,5 @@ def _gimbal_torque(
 
 
 def _asymmetry(cluster: Cluster) -> Units:
-    """Js - Jt of each rotor, shape (6,), kg·m²."""
+    """Js - Jt of each rotor, shape (M,), kg·m²."""
     return cluster.rotor_spin_inertia - cluster.rotor_transverse_inertia

@@ -61,7 +61,7 @@ class DesignProblem:
     def total_momentum_B(self) -> Vector3:
         """J(d) ω + h at the start, N·m·s, body axes at that time; conserved in inertial axes."""
         angle = self.initial_gimbal_angle
-        return platform_momentum(self.cluster, self.inertia, self.initial_body_rate, angle, np.zeros(6))
+        return platform_momentum(self.cluster, self.inertia, self.initial_body_rate, angle, np.zeros_like(angle))
 
 
 @dataclass(frozen=True, kw_only=True)

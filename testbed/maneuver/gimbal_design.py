@@ -63,7 +63,7 @@ def gimbal_design(problem: DesignProblem, limits: GimbalLimits, search: Search) 
 
 def _held_points(problem: DesignProblem) -> SplinePoints:
     """Hold two points at each end, so that d starts as given and ḋ is zero at both; failed units do not move at all."""
-    working = np.eye(6)[problem.cluster.rotor_momentum != 0.0]
+    working = np.diag(problem.cluster.rotor_momentum != 0.0)[problem.cluster.rotor_momentum != 0.0].astype(float)
     free = ca.MX.sym("gimbal_angle", problem.control_points - 3, len(working))
     moved = ca.vertcat(np.zeros((2, len(working))), free, free[-1, :])
     home = np.tile(problem.initial_gimbal_angle, (problem.control_points, 1))

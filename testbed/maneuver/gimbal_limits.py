@@ -29,7 +29,7 @@ def hull_limits(problem: DesignProblem, limits: GimbalLimits, points: ca.MX) -> 
     Args:
         problem: duration.
         limits: of gimbal rate and acceleration.
-        points: of d, shape (n, 6), rad.
+        points: of d, shape (n, M), rad.
     """
     rate, acceleration = (
         ca.sparsify(ca.DM(derivative_points_matrix(problem.duration, problem.control_points, order))) @ points
@@ -51,7 +51,7 @@ def path_limits(
     Args:
         problem: platform and duration.
         limits: what to keep.
-        points: of d, shape (n, 6), rad.
+        points: of d, shape (n, M), rad.
         path_time: shape (N,), s, ends with the duration.
         total: L at these times, shape (3, N), N·m·s, body axes.
     """

@@ -23,7 +23,7 @@ def total_momentum(problem: DesignProblem, points: ca.MX, time: Series) -> ca.MX
 
     Args:
         problem: platform and start.
-        points: control points of the gimbal angles, shape (n, 6), rad.
+        points: control points of the gimbal angles, shape (n, M), rad.
         time: shape (N,), s, from 0.
     """
     start = problem.total_momentum_B
@@ -42,11 +42,11 @@ def rests_without_momentum(problem: DesignProblem) -> bool:
 
 
 def sampled(problem: DesignProblem, points: ca.MX, time: Series, derivative: int) -> ca.MX:
-    """Return the gimbal angles, or a derivative, at given times, shape (6, N).
+    """Return the gimbal angles, or a derivative, at given times, shape (M, N).
 
     Args:
         problem: duration.
-        points: control points, shape (n, 6), rad.
+        points: control points, shape (n, M), rad.
         time: shape (N,), s.
         derivative: its order.
     """
@@ -58,7 +58,8 @@ def _step_function(problem: DesignProblem) -> ca.Function:
     """One classical Runge-Kutta step of L, given angles and rates at its start, middle and end."""
     body_rate = body_rate_function(problem.cluster, problem.inertia)
     total, step = ca.SX.sym("total", 3), ca.SX.sym("step")
-    start, middle, end = (tuple(ca.SX.sym(name, 6) for name in ("angle", "rate")) for _ in range(3))
+    units = len(problem.cluster.rotor_momentum)
+    start, middle, end = (tuple(ca.SX.sym(name, units) for name in ("angle", "rate")) for _ in range(3))
 
     def slope(at: tuple[ca.SX, ...], value: ca.SX) -> ca.SX:
         return -ca.cross(body_rate(*at, value), value)

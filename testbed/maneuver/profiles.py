@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -16,9 +16,9 @@ from testbed.files import read_bytes, readable
 from testbed.maneuver.maneuver import Maneuver
 from testbed.maneuver.splines import DEGREE, clamped_spline
 from testbed.quantities import LONGEST
-from testbed.signals import SIGNALS
+from testbed.signals import MOST_UNITS, SIGNALS
 
-_BODY_RATE, _GIMBAL_ANGLE = SIGNALS["body_rate"].columns, SIGNALS["gimbal_angle"].columns
+_BODY_RATE, _GIMBAL_ANGLE = SIGNALS["body_rate"].columns, SIGNALS["gimbal_angle"].sized(MOST_UNITS).columns
 _TIME = "time_s"
 _FEWEST_ROWS = DEGREE + 1
 _LARGEST_TABLE = 20_000_000
@@ -58,7 +58,7 @@ def basic_profile(*, duration: float = 5.0, scale: float = 1.0) -> Maneuver:
 
 
 def read_profile(path: Path) -> Maneuver:
-    """Return the maneuver of a CSV table: time_s, the body rate, and optionally the six gimbal angles.
+    """Return the maneuver of a CSV table: time_s, the body rate, and optionally the gimbal angles.
 
     A cubic spline goes through the rows; its time starts at the first.
 
@@ -71,12 +71,12 @@ def read_profile(path: Path) -> Maneuver:
     columns = _columns(path)
     _refuse(path, _problems(columns))
     time = columns[_TIME] - columns[_TIME][0]
-    has_gimbals = _GIMBAL_ANGLE[0] in columns
+    gimbals = _gimbal_columns(columns)
     return Maneuver(
         name=readable(path.stem),
         duration=float(time[-1]),
         body_rate=_spline(time, columns, _BODY_RATE),
-        gimbal_angle=_spline(time, columns, _GIMBAL_ANGLE) if has_gimbals else None,
+        gimbal_angle=_spline(time, columns, gimbals) if gimbals else None,
     )
 
 
@@ -94,8 +94,13 @@ def _columns(path: Path) -> dict[str, Array]:
     return {name: table[name].to_numpy() for name in known if name in names}
 
 
+def _gimbal_columns(names: Collection[str]) -> tuple[str, ...]:
+    """Return the columns of as many gimbals as a table has angles of; without a gap from the first one on."""
+    return _GIMBAL_ANGLE[: len(set(_GIMBAL_ANGLE) & set(names))]
+
+
 def _name_problems(names: list[str]) -> Iterator[str]:
-    wanted = (_TIME, *_BODY_RATE, *(_GIMBAL_ANGLE if set(_GIMBAL_ANGLE) & set(names) else ()))
+    wanted = (_TIME, *_BODY_RATE, *_gimbal_columns(names))
     missing = [name for name in wanted if name not in names]
     if missing:
         yield f"has no column {', '.join(missing)}; its columns are {', '.join(names)}"

@@ -46,13 +46,13 @@ def control_points(first: Units, moves: Array) -> Array:
         first: angles at release, shape (6,), rad.
         moves: away from them, shape (..., n - 3, 6), rad.
     """
-    still = np.zeros((*moves.shape[:-2], 2, 6))
+    still = np.zeros((*moves.shape[:-2], 2, moves.shape[-1]))
     return np.asarray(first + np.concatenate([still, moves, moves[..., -1:, :]], axis=-2))
 
 
 def _releases(cluster: Cluster) -> Iterator[tuple[Array, Units]]:
     """Yield body rates and first gimbal angles."""
-    still, none = np.zeros(3), np.zeros(6)
+    still, none = np.zeros(3), np.zeros(len(cluster.rotor_momentum))
     yield still, none
     for axis in (*np.eye(3), *_DIAGONALS):
         yield RELEASE_SPIN * axis, none
@@ -64,18 +64,19 @@ def _releases(cluster: Cluster) -> Iterator[tuple[Array, Units]]:
 def _paths(cluster: Cluster) -> list[Array]:
     """Return paths of any gimbal motion, and as many that leave out null motion, which moves nothing but the units."""
     rng = np.random.default_rng(_SEED)
-    jacobian = momentum_jacobian(cluster, np.zeros(6))
+    units = len(cluster.rotor_momentum)
+    jacobian = momentum_jacobian(cluster, np.zeros(units))
     moving = np.linalg.pinv(jacobian) @ jacobian
-    drawn = [rng.uniform(-_FARTHEST, _FARTHEST, (turns, 6)) for turns in TURNS]
+    drawn = [rng.uniform(-_FARTHEST, _FARTHEST, (turns, units)) for turns in TURNS]
     return [_path(angles) for angles in (*drawn, *(each @ moving for each in drawn))]
 
 
 def _path(angles: Array) -> Array:
-    """Return the free control points of a path from zero through given angles, shape (CONTROL_POINTS - 3, 6), rad.
+    """Return the free control points of a path from zero through given angles, shape (CONTROL_POINTS - 3, M), rad.
 
     It leaves and arrives slowly: a jump at either end would take the whole of the acceleration limit.
     """
-    through = np.concatenate([np.zeros((1, 6)), angles])
+    through = np.concatenate([np.zeros((1, angles.shape[1])), angles])
     spline = CubicSpline(np.linspace(0.0, 1.0, len(through)), through, bc_type="clamped")
     return np.asarray(spline(np.linspace(0.0, 1.0, CONTROL_POINTS - 1)[1:-1]))
 

@@ -10,9 +10,10 @@ import mujoco
 import numpy as np
 
 from testbed.arrays import Matrix3
+from testbed.cmg.arrays import BOX_SKEW, azimuths, unit_places
 from testbed.errors import InputError, UnphysicalPlatformError
 from testbed.plant.bounds import require_bounded
-from testbed.plant.geometry import UNIT_NUMBERS, bus_inertia, composite_inertia, composite_mass
+from testbed.plant.geometry import bus_inertia, composite_inertia, composite_mass, unit_names
 from testbed.plant.misalignment import turn_units
 from testbed.plant.parts import require_parts
 from testbed.plant.properties import PlatformProperties
@@ -20,6 +21,7 @@ from testbed.plant.properties import PlatformProperties
 _PACKAGE = Path(__file__).resolve().parents[1]
 _WALL_THICKNESS = 0.05
 _TRIANGLE_SLACK = 1e-12
+_SHIPPED_UNITS = 6
 
 ROTOR_SERVO_BANDWIDTH = 300.0
 """rad/s. Stiff enough that a maneuver moves a rotor by 1.1e-5 of its speed; RK4 bears it up to a step of 9 ms."""
@@ -52,7 +54,9 @@ def build(properties: PlatformProperties, path: Path | None = None, *, visuals: 
 def specification(properties: PlatformProperties, path: Path) -> mujoco.MjSpec:
     """Return the edited, not yet compiled MjSpec; as `build`, for those who go on editing it."""
     spec = _read(path)
-    require_parts(spec, path)
+    if path == shipped_model():
+        _fit_units(spec, properties.units)
+    require_parts(spec, path, properties.units)
     _apply_solver(spec, properties)
     _apply_units(spec, properties)
     if properties.misalignment is not None:
@@ -88,23 +92,40 @@ def _apply_solver(spec: mujoco.MjSpec, properties: PlatformProperties) -> None:
         spec.option.timestep = properties.step
 
 
+def _fit_units(spec: mujoco.MjSpec, units: int) -> None:
+    """Take units off the shipped platform, or attach more, until it has as many as are wanted."""
+    for number in range(units + 1, _SHIPPED_UNITS + 1):
+        spec.delete(spec.body(f"cmg{number}_gimbal"))
+    for number in range(_SHIPPED_UNITS + 1, units + 1):
+        mount = spec.body("bus").add_frame(name=f"cmg{number}_mount")
+        spec.attach(_read(shipped_model().with_name("cmg.xml")), prefix=f"cmg{number}_", frame=mount)
+
+
 def _apply_units(spec: mujoco.MjSpec, properties: PlatformProperties) -> None:
     frames = {frame.name: frame for frame in spec.frames}
-    for index, number in enumerate(UNIT_NUMBERS):
-        unit = f"cmg{number}"
-        _apply_mount(frames[f"{unit}_mount"], index, properties)
+    for index, mount in enumerate(unit_names("mount", properties.units)):
+        unit = mount.removesuffix("_mount")
+        _apply_mount(frames[mount], index, properties)
         _apply_masses(spec.body(f"{unit}_gimbal"), spec.body(f"{unit}_rotor"), properties)
         _apply_gimbal_motor(spec, unit, properties)
         _apply_rotor_motor(spec, unit, index, properties)
 
 
 def _apply_mount(frame: mujoco.MjsFrame, index: int, properties: PlatformProperties) -> None:
-    azimuth = math.radians(60.0 * index)
+    skew = BOX_SKEW if properties.array == "box" else properties.skew
+    places = unit_places(properties.array, properties.units, 0.0 if skew is None else skew)
     if properties.mounting_radius is not None:
-        frame.pos = properties.mounting_radius * np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
-    if properties.skew is not None:
+        frame.pos = properties.mounting_radius * places.direction_B[index]
+    if skew is None:
+        return
+    if properties.array == "pyramid":
         # Turn about z until x is the spin axis, then about x until z is the gimbal axis.
-        frame.alt.euler = [60.0 * index + 90.0, math.degrees(properties.skew), 0.0]
+        frame.alt.type = mujoco.mjtOrientation.mjORIENTATION_EULER
+        frame.alt.euler = [azimuths(properties.units)[index] + 90.0, math.degrees(skew), 0.0]
+    else:
+        gimbal, spin = places.gimbal_axis_B[index], places.spin_axis_B[index]
+        frame.alt.type = mujoco.mjtOrientation.mjORIENTATION_XYAXES
+        frame.alt.xyaxes = [*spin, *np.cross(gimbal, spin)]
 
 
 def _apply_masses(gimbal: mujoco.MjsBody, rotor: mujoco.MjsBody, properties: PlatformProperties) -> None:

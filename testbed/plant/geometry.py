@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+from itertools import count
+
 import mujoco
 import numpy as np
 
 from testbed.arrays import Array, Matrix3, Vectors3
 from testbed.cmg.cluster import Cluster
 
-UNIT_NUMBERS = (1, 2, 3, 4, 5, 6)
-"""CMG units are numbered from 1, as in file columns and MJCF names."""
+
+def unit_names(kind: str, units: int) -> tuple[str, ...]:
+    """Return `cmg1_gimbal` ... for the kind `gimbal`: units are numbered from 1, as in file columns."""
+    return tuple(f"cmg{number}_{kind}" for number in range(1, units + 1))
 
 
-def unit_names(kind: str) -> tuple[str, ...]:
-    """Return `cmg1_gimbal` ... for the kind `gimbal`."""
-    return tuple(f"cmg{number}_{kind}" for number in UNIT_NUMBERS)
+def unit_count(model: mujoco.MjModel) -> int:
+    """Return how many CMG units a compiled platform has."""
+    names = {model.joint(joint).name for joint in range(model.njnt)}
+    return next(number for number in count() if f"cmg{number + 1}_gimbal" not in names)
 
 
 def composite_mass(model: mujoco.MjModel) -> float:
@@ -37,8 +42,9 @@ def cluster_of(model: mujoco.MjModel) -> Cluster:
     """Read the cluster off a compiled model: axes from its kinematics, rotor speeds from the rotor servos' targets."""
     data = _at_rest(model)
     bus_rotation = data.xmat[model.body("bus").id].reshape(3, 3)
-    gimbals = [model.body(name).id for name in unit_names("gimbal")]
-    rotors = [model.body(name).id for name in unit_names("rotor")]
+    units = unit_count(model)
+    gimbals = [model.body(name).id for name in unit_names("gimbal", units)]
+    rotors = [model.body(name).id for name in unit_names("rotor", units)]
     gimbal_axis_N = _axes(model, data, "gimbal")
     spin_axis_N = _axes(model, data, "rotor")
     spin_inertia = _inertia_along(model, data, rotors, spin_axis_N)
@@ -54,8 +60,8 @@ def cluster_of(model: mujoco.MjModel) -> Cluster:
 
 
 def rotor_speed_target(model: mujoco.MjModel) -> Array:
-    """Return the speed that each rotor servo holds, shape (6,), rad/s."""
-    gain = np.array([model.actuator(name).gainprm[:3] for name in unit_names("rotor_motor")])
+    """Return the speed that each rotor servo holds, shape (M,), rad/s."""
+    gain = np.array([model.actuator(name).gainprm[:3] for name in unit_names("rotor_motor", unit_count(model))])
     return np.asarray(gain[:, 0] / -gain[:, 2])
 
 
@@ -103,7 +109,7 @@ def _at_rest(model: mujoco.MjModel) -> mujoco.MjData:
 
 
 def _axes(model: mujoco.MjModel, data: mujoco.MjData, kind: str) -> Array:
-    return np.array([data.xaxis[model.joint(name).id] for name in unit_names(kind)])
+    return np.array([data.xaxis[model.joint(name).id] for name in unit_names(kind, unit_count(model))])
 
 
 def _inertia_along(model: mujoco.MjModel, data: mujoco.MjData, bodies: list[int], axes_N: Array) -> Array:

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.plant.geometry import unit_names
+from testbed.plant.geometry import unit_count, unit_names
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -16,12 +16,12 @@ class Layout:
     """Where the platform's quantities stand in MuJoCo's state vectors.
 
     Attributes:
-        gimbal_angle: indices into qpos, shape (6,).
-        rotor_angle: indices into qpos, shape (6,).
-        gimbal_rate: indices into qvel, shape (6,).
-        rotor_speed: indices into qvel, shape (6,).
-        gimbal_motor: indices into ctrl, shape (6,).
-        rotor_motor: indices into ctrl, shape (6,).
+        gimbal_angle: indices into qpos, shape (M,).
+        rotor_angle: indices into qpos, shape (M,).
+        gimbal_rate: indices into qvel, shape (M,).
+        rotor_speed: indices into qvel, shape (M,).
+        gimbal_motor: indices into ctrl, shape (M,).
+        rotor_motor: indices into ctrl, shape (M,).
         position: slice of qpos with the bus position in N.
         attitude: slice of qpos with quat_NB.
         velocity: slice of qvel with the bus velocity in N.
@@ -42,8 +42,9 @@ class Layout:
 
 def layout_of(model: mujoco.MjModel) -> Layout:
     """Look up by name where each quantity stands, so that further joints in an extended model do no harm."""
-    gimbals = [model.joint(name) for name in unit_names("gimbal")]
-    rotors = [model.joint(name) for name in unit_names("rotor")]
+    units = unit_count(model)
+    gimbals = [model.joint(name) for name in unit_names("gimbal", units)]
+    rotors = [model.joint(name) for name in unit_names("rotor", units)]
     bus = model.joint("bus")
     qpos, qvel = int(bus.qposadr[0]), int(bus.dofadr[0])
     return Layout(
@@ -51,8 +52,8 @@ def layout_of(model: mujoco.MjModel) -> Layout:
         rotor_angle=np.array([joint.qposadr[0] for joint in rotors]),
         gimbal_rate=np.array([joint.dofadr[0] for joint in gimbals]),
         rotor_speed=np.array([joint.dofadr[0] for joint in rotors]),
-        gimbal_motor=np.array([model.actuator(name).id for name in unit_names("gimbal_motor")]),
-        rotor_motor=np.array([model.actuator(name).id for name in unit_names("rotor_motor")]),
+        gimbal_motor=np.array([model.actuator(name).id for name in unit_names("gimbal_motor", units)]),
+        rotor_motor=np.array([model.actuator(name).id for name in unit_names("rotor_motor", units)]),
         position=slice(qpos, qpos + 3),
         attitude=slice(qpos + 3, qpos + 7),
         velocity=slice(qvel, qvel + 3),

@@ -15,9 +15,9 @@ def turn_units(spec: mujoco.MjSpec, misalignment: Array) -> None:
 
     Args:
         spec: the platform; each gimbal body stands in its mount with x along s0 and z along g.
-        misalignment: a and b, shape (6, 2), rad, as in `testbed.cmg.misalignment`.
+        misalignment: a and b, shape (M, 2), rad, as in `testbed.cmg.misalignment`.
     """
-    for name, (about_spin, about_transverse) in zip(unit_names("gimbal"), misalignment, strict=True):
+    for name, (about_spin, about_transverse) in zip(unit_names("gimbal", len(misalignment)), misalignment, strict=True):
         first = exponential(np.array([about_spin, 0.0, 0.0]))
         second = exponential(np.array([0.0, about_transverse, 0.0]))
         body = spec.body(name)

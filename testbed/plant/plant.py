@@ -11,7 +11,7 @@ import numpy as np
 from mujoco.batch import Batch
 
 from testbed.arrays import Array, Flags, Indices, Units, UnitSeries, Vectors3
-from testbed.plant.geometry import unit_names
+from testbed.plant.geometry import unit_count, unit_names
 from testbed.plant.layout import described_state, layout_of
 from testbed.plant.properties import InitialState
 
@@ -47,7 +47,7 @@ class Plant:
         Args:
             models: compiled platforms of one layout, B of them; the same object where they are alike.
             initial: pose, rates and gimbal angles of each at the start; the gimbals stand still.
-            rotor_momentum: Js·Ω at the start, shape (B, 6), N·m·s.
+            rotor_momentum: Js·Ω at the start, shape (B, M), N·m·s.
             rotor_momentum_limit: N·m·s.
             rotors: what the rotor servos do.
             threads: that step the platforms.
@@ -79,12 +79,12 @@ class Plant:
 
     @property
     def gimbal_angle(self) -> UnitSeries:
-        """True gimbal angles, shape (B, 6), rad."""
+        """True gimbal angles, shape (B, M), rad."""
         return self.qpos[:, self.layout.gimbal_angle]
 
     @property
     def gimbal_rate(self) -> UnitSeries:
-        """True gimbal rates, shape (B, 6), rad/s."""
+        """True gimbal rates, shape (B, M), rad/s."""
         return self.qvel[:, self.layout.gimbal_rate]
 
     @property
@@ -94,7 +94,7 @@ class Plant:
 
     @property
     def rotor_clamped(self) -> Flags:
-        """Which rotors are beyond their momentum limit, shape (B, 6)."""
+        """Which rotors are beyond their momentum limit, shape (B, M)."""
         speed = np.abs(self.qvel[:, self.layout.rotor_speed])
         return np.asarray(speed > self._speed_limit * (1.0 + 1e-9), dtype=np.bool_)
 
@@ -104,7 +104,7 @@ class Plant:
         A platform whose state is no longer finite, or has a rate beyond any that it can have, joins `divergence`.
 
         Args:
-            gimbal_torque_demand: shape (B, 6) or (6,), N·m, before the tachometer loop and the motor's limit.
+            gimbal_torque_demand: shape (B, M) or (M,), N·m, before the tachometer loop and the motor's limit.
             steps: integrator steps.
         """
         self._last_time[:], self._last_qpos[:], self._last_qvel[:] = self._time, self.qpos, self.qvel
@@ -149,4 +149,4 @@ class Plant:
 
 
 def _spin_inertia(model: Model) -> Units:
-    return model.body_inertia[[model.body(name).id for name in unit_names("rotor")], 0]  # type: ignore[no-any-return]
+    return model.body_inertia[[model.body(name).id for name in unit_names("rotor", unit_count(model))], 0]  # type: ignore[no-any-return]

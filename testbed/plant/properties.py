@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from testbed.arrays import Array, Matrix3, Quaternion, Units, Vector3
+from testbed.cmg.arrays import ArrayKind
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,10 +16,12 @@ class PlatformProperties:
         inertia: J of the whole platform about its centre of mass, rotors locked, gimbals at zero, kg·m², body axes.
         mass: of the whole platform, kg.
         edge: of the bus cube, m.
+        units: how many CMG units.
+        array: how they stand.
         skew: angle between body z and every gimbal axis, rad.
-        mounting_radius: distance of every unit from body z, m.
-        misalignment: turns of each unit out of its place, shape (6, 2), rad, as in `testbed.cmg.misalignment`.
-        rotor_momentum: Js·Ω of each unit when the flight starts, shape (6,), N·m·s; 0 for a failed unit.
+        mounting_radius: of a pyramid every unit's distance from body z, of rows that of the outermost ones, m.
+        misalignment: turns of each unit out of its place, shape (M, 2), rad, as in `testbed.cmg.misalignment`.
+        rotor_momentum: Js·Ω of each unit when the flight starts, shape (M,), N·m·s; 0 for a failed unit.
         rotor_momentum_limit: what a rotor's servo may carry, N·m·s.
         rotor_spin_inertia: Js, kg·m².
         rotor_transverse_inertia: Jt, kg·m².
@@ -34,6 +37,8 @@ class PlatformProperties:
     inertia: Matrix3 | None = None
     mass: float | None = None
     edge: float | None = None
+    units: int = 6
+    array: ArrayKind = "pyramid"
     skew: float | None = None
     mounting_radius: float | None = None
     misalignment: Array | None = None
@@ -59,7 +64,7 @@ class InitialState:
         attitude: quat_NB, shape (4,).
         position: of the centre of mass in N, shape (3,), m.
         velocity: of the centre of mass in N, shape (3,), m/s.
-        gimbal_angle: shape (6,), rad.
+        gimbal_angle: shape (M,), rad.
     """
 
     body_rate: Vector3

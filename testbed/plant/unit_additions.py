@@ -10,7 +10,6 @@ import mujoco
 from typing_extensions import override
 
 from testbed.plant.additions import Addition
-from testbed.plant.geometry import UNIT_NUMBERS
 
 _NO_TORQUE = 1e-12
 """N·m, a limit that MuJoCo takes for one; a scenario writes over the servo's gain, and its target stays to be read."""
@@ -33,7 +32,7 @@ class RotorDrag(Addition):
 
     @override
     def write(self, spec: mujoco.MjSpec, name: str) -> None:
-        unit = f"cmg{UNIT_NUMBERS[self.unit]}"
+        unit = f"cmg{self.unit + 1}"
         motor = spec.actuator(f"{unit}_rotor_motor")
         motor.forcelimited, motor.forcerange = True, [-_NO_TORQUE, _NO_TORQUE]
         spec.joint(f"{unit}_rotor").damping[0] += self.decay * spec.body(f"{unit}_rotor").inertia[0]
@@ -56,7 +55,7 @@ class GimbalFriction(Addition):
 
     @override
     def write(self, spec: mujoco.MjSpec, name: str) -> None:
-        joint = spec.joint(f"cmg{UNIT_NUMBERS[self.unit]}_gimbal")
+        joint = spec.joint(f"cmg{self.unit + 1}_gimbal")
         joint.damping[0] += self.viscous
         joint.frictionloss += self.dry
         joint.solref_friction = [2.0 * spec.option.timestep, 1.0]  # the quickest that MuJoCo integrates
@@ -77,7 +76,7 @@ class GimbalMotorLag(Addition):
 
     @override
     def write(self, spec: mujoco.MjSpec, name: str) -> None:
-        _slow_down(spec.actuator(f"cmg{UNIT_NUMBERS[self.unit]}_gimbal_motor"), self.time_constant)
+        _slow_down(spec.actuator(f"cmg{self.unit + 1}_gimbal_motor"), self.time_constant)
 
 
 @final
@@ -95,7 +94,7 @@ class UnbalancedRotor(Addition):
 
     @override
     def write(self, spec: mujoco.MjSpec, name: str) -> None:
-        rotor = spec.body(f"cmg{UNIT_NUMBERS[self.unit]}_rotor")
+        rotor = spec.body(f"cmg{self.unit + 1}_rotor")
         rotor.ipos[1] += self.static / rotor.mass
 
 

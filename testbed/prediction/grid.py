@@ -27,11 +27,11 @@ class Gimbals:
     """The CMG units along the grid, as telemetry and parameters have them.
 
     Attributes:
-        angle: d, shape (R, P, T, 6), rad.
-        rate: ḋ, shape (R, P, T, 6), rad/s.
-        rotor_momentum: Js·Ω, shape (R, P, T, 6), N·m·s.
-        gimbal_axis_B: g, shape (P, 6, 3), body axes.
-        spin_axis_B: s at gimbal angle zero, shape (P, 6, 3), body axes.
+        angle: d, shape (R, P, T, M), rad.
+        rate: ḋ, shape (R, P, T, M), rad/s.
+        rotor_momentum: Js·Ω, shape (R, P, T, M), N·m·s.
+        gimbal_axis_B: g, shape (P, M, 3), body axes.
+        spin_axis_B: s at gimbal angle zero, shape (P, M, 3), body axes.
     """
 
     angle: Array
@@ -99,8 +99,13 @@ def grid_of(telemetry: Sequence[Telemetry], longest_step: float = LONGEST_STEP) 
     )
 
 
+def unit_count(grid: Grid) -> int:
+    """Return M, how many units the runs have; none of a platform that does not send its gimbal angles."""
+    return 0 if grid.cluster is None else len(grid.cluster.rotor_momentum)
+
+
 def at_nodes(values: Array, run: int) -> Array:
-    """Return what stands along the grid at the nodes of one run, shape (P, M + 1, 6)."""
+    """Return what stands along the grid at the nodes of one run, shape (P, N + 1, M)."""
     return values[run if len(values) > 1 else 0, :, ::2]
 
 

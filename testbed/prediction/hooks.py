@@ -97,12 +97,12 @@ class Hooks:
         return reading
 
     def motor_torque(self, torque: Array, value: Array, gimbal_rate: Array) -> Array:  # noqa: ARG002
-        """Return what the gimbal motors give, shape (P, K, 6), N·m, instead of `torque`; rates alike, rad/s."""
+        """Return what the gimbal motors give, shape (P, K, M), N·m, instead of `torque`; rates alike, rad/s."""
         return torque
 
-    def servo_lag(self, value: Array) -> Array:  # noqa: ARG002
-        """Return the time constant by which each gimbal's motor stays behind its demand, shape (P, 6), s."""
-        return np.zeros((1, 6))
+    def servo_lag(self, value: Array, units: int) -> Array:  # noqa: ARG002
+        """Return the time constant by which each of M gimbals' motors stays behind its demand, shape (P, M), s."""
+        return np.zeros((1, units))
 
 
 def overrides(hook: Hooks, *parts: str) -> bool:

@@ -82,26 +82,27 @@ def tachometer_gain(run: Telemetry) -> Array | float:
 
 
 def _change_by_age(run: Telemetry) -> Array:
-    """Return what an age of one second would change in a run's motor torques, shape (6 K,), N·m/s."""
+    """Return what an age of one second would change in a run's motor torques, shape (M K,), N·m/s."""
     at = run.actuator_time[compared(run)]
     return np.asarray(-(_needed(run)(at, 1) + tachometer_gain(run) * gimbal_motion(run)(at, 2)).ravel())
 
 
 def _friction(run: Telemetry) -> Array:
-    """Return what viscous and dry friction of one unit each would need of the motors, shape (6 K, 12)."""
+    """Return what viscous and dry friction of one unit each would need of the motors, shape (M K, 2 M)."""
     rate = gimbal_motion(run)(run.actuator_time[compared(run)], 1)
-    each = [np.eye(6) * of[:, None] for of in (rate, direction_of(rate))]
-    return np.concatenate(each, axis=2).reshape(-1, 12)
+    units = rate.shape[1]
+    each = [np.eye(units) * of[:, None] for of in (rate, direction_of(rate))]
+    return np.concatenate(each, axis=2).reshape(-1, 2 * units)
 
 
 def _missed(run: Telemetry) -> Array:
-    """Return a run's motor torques less those that its measured motion needs, shape (6 K,), N·m."""
+    """Return a run's motor torques less those that its measured motion needs, shape (M K,), N·m."""
     keep = compared(run)
     return np.asarray((_torques(run)[keep] - _needed(run)(run.actuator_time[keep])).ravel())
 
 
 def _needed(run: Telemetry) -> CubicSpline:
-    """Return the torque that a run's gimbals need by its measured motion, (6,), N·m."""
+    """Return the torque that a run's gimbals need by its measured motion, (M,), N·m."""
     cluster, time = run.cluster, run.actuator_time
     assert cluster is not None
     motion, body = gimbal_motion(run), body_motion(run)(np.clip(time, run.gyro_time[0], run.gyro_time[-1]))
@@ -110,7 +111,7 @@ def _needed(run: Telemetry) -> CubicSpline:
 
 
 def _frictionless(grid: Grid, gimbals: Gimbals, body_rate: Array, run: int) -> Array:
-    """Return the torque that a run's gimbals need at the nodes, shape (P, M + 1, 6), N·m."""
+    """Return the torque that a run's gimbals need at the nodes, shape (P, N + 1, M), N·m."""
     cluster, time = grid.cluster, grid.node_time[run]
     assert cluster is not None
     gimbal_B = np.swapaxes(gimbals.gimbal_axis_B, -1, -2)

@@ -42,11 +42,11 @@ class Ticks(NamedTuple):
     Attributes:
         time: shape (N,), s.
         samples: which ticks were sampled, shape (K,).
-        gimbal_rate: as measured, shape (N, 6), rad/s.
-        command: ḋ_c, shape (N, 6), rad/s.
-        fed_forward: u but for the set point, shape (N, 6), rad/s².
-        load: in the middle of each period, over the inertia, shape (N, 6), rad/s².
-        load_slope: its rate of change, shape (N, 6), rad/s³.
+        gimbal_rate: as measured, shape (N, M), rad/s.
+        command: ḋ_c, shape (N, M), rad/s.
+        fed_forward: u but for the set point, shape (N, M), rad/s².
+        load: in the middle of each period, over the inertia, shape (N, M), rad/s².
+        load_slope: its rate of change, shape (N, M), rad/s³.
         first_angle: shape (6,), rad.
     """
 
@@ -72,7 +72,7 @@ def ticks_of(run: Telemetry) -> Ticks:
     time = start + period * np.arange(samples[-1] + 1)
     command = CubicSpline(run.actuator_time, run.gimbal_rate_command)(time).clip(-servo.rate_limit, servo.rate_limit)
     angle, rate = gimbal_motion(run)(time), gimbal_motion(run)(time, 1)
-    change = np.diff(command, axis=0, prepend=np.zeros((1, 6))) / period
+    change = np.diff(command, axis=0, prepend=np.zeros((1, command.shape[1]))) / period
     middle = time + 0.5 * period
     spinning, share, by_turning, by_body = _load_shares(run, middle, angle + 0.5 * period * rate, rate)
     own = cluster.rotor_spin_inertia - cluster.rotor_transverse_inertia
@@ -92,7 +92,7 @@ def ticks_of(run: Telemetry) -> Ticks:
 
 @lru_cache(maxsize=_REMEMBERED)
 def set_point(run: Telemetry) -> UnitSeries:
-    """Return the set point of every tachometer loop at a run's ticks before its limit, shape (N, 6), rad/s.
+    """Return the set point of every tachometer loop at a run's ticks before its limit, shape (N, M), rad/s.
 
     Behind a hole in the telemetry the gimbals count as where they were asked to be.
     """
@@ -111,18 +111,19 @@ def set_point(run: Telemetry) -> UnitSeries:
 
 @lru_cache(maxsize=_REMEMBERED)
 def nominal_answer(run: Telemetry) -> UnitSeries:
-    """Return the angles of a run's samples with motors as they should be, shape (K, 6), rad."""
-    units = np.arange(6)
-    return np.asarray(_answer(run, units, np.zeros(6), np.zeros((len(ticks_of(run).time), 6))).T)
+    """Return the angles of a run's samples with motors as they should be, shape (K, M), rad."""
+    units = np.arange(ticks_of(run).command.shape[1])
+    none = np.zeros((len(ticks_of(run).time), len(units)))
+    return np.asarray(_answer(run, units, none[0], none).T)
 
 
 def answer(run: Telemetry, lag: Array, friction: Array) -> Array:
-    """Return the angles of a run's samples, shape (P, K, 6), rad.
+    """Return the angles of a run's samples, shape (P, K, M), rad.
 
     Args:
         run: with commands, gimbal angles and a known servo.
-        lag: T_m, shape (P, 6), s.
-        friction: and whatever else is in the way, over the inertia, at every tick, shape (P, N, 6), rad/s².
+        lag: T_m, shape (P, M), s.
+        friction: and whatever else is in the way, over the inertia, at every tick, shape (P, N, M), rad/s².
     """
     nominal = nominal_answer(run)
     late = lag != 0.0
@@ -137,7 +138,7 @@ def answer(run: Telemetry, lag: Array, friction: Array) -> Array:
 
 
 def _load_shares(run: Telemetry, time: Series, angle: Array, rate: Array) -> tuple[Array, ...]:
-    """Return ω·s, ω·t, and how the gimbal's and the body's motion change the latter, each of shape (N, 6)."""
+    """Return ω·s, ω·t, and how the gimbal's and the body's motion change the latter, each of shape (N, M)."""
     cluster = run.cluster
     assert cluster is not None
     at = np.clip(time, run.gyro_time[0], run.gyro_time[-1])
@@ -148,7 +149,7 @@ def _load_shares(run: Telemetry, time: Series, angle: Array, rate: Array) -> tup
 
 
 def _rotor_momentum(run: Telemetry, time: Series) -> Array:
-    """Return Js·Ω as the tachometers show it, the nominal one without them, shape (N, 6) or (6,), N·m·s."""
+    """Return Js·Ω as the tachometers show it, the nominal one without them, shape (N, M) or (M,), N·m·s."""
     assert run.cluster is not None
     if run.rotor_momentum is None:
         return run.cluster.rotor_momentum

@@ -15,7 +15,7 @@ from testbed.arrays import Array
 from testbed.cmg.cluster import transverse_axes
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.compared import compared, holes
-from testbed.prediction.grid import Gimbals, Grid, at_nodes
+from testbed.prediction.grid import Gimbals, Grid, at_nodes, unit_count
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import effective_gimbals
 from testbed.prediction.servo import answer, set_point, ticks_of
@@ -32,23 +32,25 @@ _FEWEST = 6
 """Samples in a row that are worth comparing: constants alone take up as much as two."""
 _SEEN = 1e-2
 """Norm with which a constant of 1 rad has to show to be seen at all: of 1e-3 rad, a tenth of an encoder's noise."""
+_LOADED = 3
+"""Directions of gimbal angles that a body rate loads; what the units can do beyond them is compared."""
 _REMEMBERED = 64
 
 
 def has_commands(grid: Grid) -> bool:
-    """Return whether the runs carry the commanded gimbal rates, and the servo is known."""
-    return grid.gimbals is not None and all(
+    """Return whether the runs carry the commanded gimbal rates, the servo is known, and units can turn without load."""
+    return unit_count(grid) > _LOADED and all(
         run.gimbal_rate_command is not None and run.servo is not None for run in grid.runs
     )
 
 
 def measured_answers(grid: Grid) -> list[Array]:
-    """Return what is compared of the gimbal angles of every run, each of shape (K, 3), rad."""
+    """Return what is compared of the gimbal angles of every run, each of shape (K, M - 3), rad."""
     return [shown(run, np.unwrap(run.gimbal_angle, axis=0)) for run in grid.runs if run.gimbal_angle is not None]
 
 
 def servo_answers(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> list[Array]:
-    """Return what is compared of the predicted answers to the commands in every run, each of shape (P, K, 3), rad.
+    """Return what is compared of the predicted answers to the commands in every run, each of shape (P, K, M - 3), rad.
 
     Args:
         grid: the runs; they carry commands.
@@ -57,22 +59,23 @@ def servo_answers(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) 
     """
     pairs = list(zip(hooks, effects, strict=True))
     sets = max([1, *(len(value) for value in effects)])
-    lag = np.zeros((sets, 6)) + sum((hook.servo_lag(value) for hook, value in pairs), np.zeros((1, 6)))
+    units = unit_count(grid)
+    lag = np.zeros((sets, units)) + sum((hook.servo_lag(value, units) for hook, value in pairs), np.zeros((1, units)))
     gimbals, cluster = effective_gimbals(grid, hooks, effects), grid.cluster
     assert gimbals is not None
     assert cluster is not None
     answers = []
     for index, run in enumerate(grid.runs):
-        friction = np.zeros((1, 1, 6))
+        friction = np.zeros((1, 1, units))
         for hook, value in pairs:
             friction = hook.motor_torque(friction, value, ticks_of(run).gimbal_rate[None])
         against = (friction - _further_load(grid, gimbals, index)) / cluster.gimbal_axis_inertia
-        answers.append(shown(run, answer(run, lag, np.broadcast_to(against, (sets, len(ticks_of(run).time), 6)))))
+        answers.append(shown(run, answer(run, lag, np.broadcast_to(against, (sets, len(ticks_of(run).time), units)))))
     return answers
 
 
 def shown(run: Telemetry, angle: Array) -> Array:
-    """Return what is compared of gimbal angles, shape (..., K, 3), rad: in the directions that hold no load.
+    """Return what is compared of gimbal angles, shape (..., K, M - 3), rad: in the directions that hold no load.
 
     The servo is fed forward the load at a body rate that was planned and is not sent; what it misses by that lies in
     the three directions that a body rate loads. Constants count for nothing: the rates that were sent say how the angle
@@ -81,7 +84,7 @@ def shown(run: Telemetry, angle: Array) -> Array:
 
     Args:
         run: with gimbal angles.
-        angle: at its samples, shape (..., K', 6), rad.
+        angle: at its samples, shape (..., K', M), rad.
     """
     answer, constant = _unloaded_changes(run, angle), constants(run)
     flat = answer.reshape(*answer.shape[:-2], -1)
@@ -94,20 +97,21 @@ def constants(run: Telemetry) -> Array:
 
     Every stretch has constants of its own: what was asked for while nobody knew the set point stays as an angle.
     """
-    held = np.repeat(np.eye(6)[:, None], len(run.actuator_time), axis=1)
+    units = unloaded(run).shape[1]
+    held = np.repeat(np.eye(units)[:, None], len(run.actuator_time), axis=1)
     blocks = []
     for part in by_stretches(run, _unloaded_changes(run, held).transpose(1, 2, 0)):
-        basis, sizes, _ = np.linalg.svd(part.reshape(-1, 6), full_matrices=False)
+        basis, sizes, _ = np.linalg.svd(part.reshape(-1, units), full_matrices=False)
         blocks.append(basis[:, sizes > _SEEN])
     return np.asarray(block_diag(*blocks))
 
 
 def _unloaded_changes(run: Telemetry, angle: Array) -> Array:
-    """Return the high-passed angles in the directions without load, stretch by stretch, (..., K, 3)."""
+    """Return the high-passed angles in the directions without load, stretch by stretch, (..., K, M - 3)."""
     free = unloaded(run)
     beside = np.matvec(free, np.matvec(np.swapaxes(free, -1, -2), angle))
     forgotten = np.exp(-float(np.median(np.diff(run.actuator_time))) / _COMPARED)
-    parts = [beside[..., :0, :3]]
+    parts = [beside[..., :0, : free.shape[-1]]]
     for part in stretches(run):
         changes = np.diff(beside[..., part, :], axis=-2, prepend=beside[..., part, :][..., :1, :])
         passed = lfilter([1.0], [1.0, -forgotten], changes, axis=-2)
@@ -116,7 +120,7 @@ def _unloaded_changes(run: Telemetry, angle: Array) -> Array:
 
 
 def by_units(run: Telemetry, values: Array) -> Array:
-    """Return the gimbal angles to which what is compared belongs, shape (K, 6), of values of shape (K, 3), rad."""
+    """Return the gimbal angles to which what is compared belongs, shape (K, M), of values of shape (K, M - 3), rad."""
     return np.asarray(np.einsum("kui,ki->ku", unloaded(run)[followed(run)], values))
 
 
@@ -127,7 +131,7 @@ def by_stretches(run: Telemetry, values: Array) -> list[Array]:
 
 @lru_cache(maxsize=_REMEMBERED)
 def unloaded(run: Telemetry) -> Array:
-    """Return the directions in which gimbal angles show nothing of a load by a body rate, shape (K', 6, 3).
+    """Return the directions in which gimbal angles show nothing of a load by a body rate, shape (K', M, M - 3).
 
     The servo answers a load as late as ω_b / ω_n²: the directions are those of the angles then.
     """
@@ -163,9 +167,9 @@ def stretches(run: Telemetry) -> list[NDArray[np.intp]]:
 
 
 def _further_load(grid: Grid, gimbals: Gimbals, run: int) -> Array:
-    """Return the load of units as they are less that of telemetry, at a run's ticks, shape (P, N, 6), N·m."""
+    """Return the load of units as they are less that of telemetry, at a run's ticks, shape (P, N, M), N·m."""
     if gimbals is grid.gimbals or grid.gimbals is None:
-        return np.zeros((1, 1, 6))
+        return np.zeros((1, 1, unit_count(grid)))
     time = grid.node_time[run]
     body_rate = body_motion(grid.runs[run])(time)
     further = _load(gimbals, body_rate, run) - _load(grid.gimbals, body_rate, run)
@@ -174,5 +178,5 @@ def _further_load(grid: Grid, gimbals: Gimbals, run: int) -> Array:
 
 
 def _load(gimbals: Gimbals, body_rate: Array, run: int) -> Array:
-    """Return Js Ω ω·t of a run's gimbals at the nodes, shape (P, M + 1, 6), N·m."""
+    """Return Js Ω ω·t of a run's gimbals at the nodes, shape (P, N + 1, M), N·m."""
     return np.asarray(at_nodes(gimbals.rotor_momentum, run) * along_units(gimbals, body_rate, run)[1])

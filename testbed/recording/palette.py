@@ -17,7 +17,7 @@ UNIT_COLORS: tuple[Color, ...] = (
     (213, 110, 60),
     (204, 121, 190),
 )
-"""CMG units 1 to 6; distinguishable by colour-blind readers."""
+"""CMG units, in order; distinguishable by colour-blind readers."""
 
 SINGLE_COLORS: tuple[Color, ...] = ((140, 150, 172),)
 LIMIT_COLOR: Color = (190, 70, 90)
@@ -38,8 +38,13 @@ SATURATED_COLORS: tuple[Color, ...] = ((230, 159, 0), (213, 70, 60), (186, 104, 
 
 
 def colors_of(components: int) -> tuple[Color, ...]:
-    """Return the colours of a signal with 1, 3 or 6 components."""
-    return {1: SINGLE_COLORS, 3: AXIS_COLORS, 6: UNIT_COLORS}[components]
+    """Return the colours of a single number, or of the components along three axes."""
+    return {1: SINGLE_COLORS, 3: AXIS_COLORS}[components]
+
+
+def unit_colors(units: int) -> tuple[Color, ...]:
+    """Return a colour for each unit; of more than six, they come again."""
+    return tuple(UNIT_COLORS[index % len(UNIT_COLORS)] for index in range(units))
 
 
 def pale(color: Color) -> Color:

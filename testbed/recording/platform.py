@@ -9,7 +9,7 @@ import numpy as np
 import rerun as rr
 
 from testbed.arrays import Array, Quaternions, Series, Vectors3
-from testbed.recording.palette import BODY_RATE_COLOR, CLUSTER_MOMENTUM_COLOR, TOTAL_MOMENTUM_COLOR, UNIT_COLORS, Color
+from testbed.recording.palette import BODY_RATE_COLOR, CLUSTER_MOMENTUM_COLOR, TOTAL_MOMENTUM_COLOR, Color, unit_colors
 from testbed.recording.shapes import log_shapes, xyzw
 from testbed.recording.stream import send
 from testbed.rotation.quaternion import exponential, quaternion_product
@@ -62,7 +62,7 @@ def _painted(body: SceneBody) -> tuple[Shape, ...]:
     unit, _, kind = body.name.partition("_")
     if kind != "gimbal":
         return body.shapes
-    red, green, blue = (channel / 255 for channel in UNIT_COLORS[_unit_index(body)])
+    red, green, blue = (channel / 255 for channel in unit_colors(_unit_index(body) + 1)[-1])
     return tuple(
         replace(shape, color=(red, green, blue, 1.0)) if shape.name == f"{unit}_ring" else shape
         for shape in body.shapes

@@ -10,7 +10,6 @@ import rerun as rr
 from testbed.arrays import Array, Series
 from testbed.recording.palette import FREE_COLOR, SATURATED_COLORS
 from testbed.recording.stream import send
-from testbed.signals import UNITS
 
 ROOT = "saturation"
 FREE = "free"
@@ -28,15 +27,15 @@ def log_saturation(stream: rr.RecordingStream, time: Series, channels: Mapping[s
     Args:
         stream: the recording.
         time: shape (N,), s.
-        channels: of the flight, flags of shape (N, 6); without them there are no lanes.
+        channels: of the flight, flags of shape (N, M); without them there are no lanes.
     """
     flags = {state: channels[name] > 0.5 for name, state in STATES.items() if name in channels}
     if not flags:
         return
-    states = np.full((len(time), len(UNITS)), FREE, dtype=object)
+    states = np.full(next(iter(flags.values())).shape, FREE, dtype=object)
     for state, raised in flags.items():
         states[raised] = state
-    for lane, unit in zip(states.T, UNITS, strict=True):
+    for unit, lane in enumerate(states.T, start=1):
         _log_lane(stream, f"{ROOT}/cmg{unit}", time, lane)
 
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from testbed.arrays import Array, Series
 from testbed.recording.content import RecordingContent, ShownLimits, ShownResidual
-from testbed.recording.palette import LIMIT_COLOR, Color, colors_of, pale
-from testbed.signals import AXES, SIGNALS, UNITS, Signal
+from testbed.recording.palette import LIMIT_COLOR, Color, colors_of, pale, unit_colors
+from testbed.signals import AXES, SIGNALS, Signal
 
 Channels: TypeAlias = Mapping[str, Array]
 Style: TypeAlias = Literal["line", "points", "reference", "limit"]
@@ -79,8 +79,8 @@ def _shown_signals(channels: Channels) -> Iterator[tuple[str, str]]:
 
 
 def _signal_trace(plot: str, name: str, time: Series, channels: Channels) -> Trace:
-    signal, style = SIGNALS[name], _style(name)
-    colors = colors_of(signal.width)
+    signal, style = SIGNALS[name].sized(channels[name].shape[1]), _style(name)
+    colors = unit_colors(signal.width) if SIGNALS[name].per_unit else colors_of(signal.width)
     sampled = ~np.isnan(channels[name]).all(axis=1)
     return Trace(
         path=f"{plot}/{name}",
@@ -97,8 +97,8 @@ def _line_names(signal: Signal, style: Style) -> tuple[str, ...]:
     head, _, qualifier = signal.label.partition(", ")
     if style != "line":
         return (qualifier,) * signal.width
-    if signal.components == UNITS:
-        return tuple(f"cmg{unit}" for unit in UNITS)
+    if SIGNALS[signal.name].per_unit:
+        return tuple(f"cmg{unit}" for unit in signal.components)
     return signal.components or (head,)
 
 

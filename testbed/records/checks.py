@@ -15,7 +15,7 @@ import numpy as np
 from testbed.arrays import Array, Flags, Series
 from testbed.errors import InputError
 from testbed.records.foreign_units import foreign_column_problem, si_column
-from testbed.signals import SIGNALS, Signal
+from testbed.signals import SIGNALS, Signal, present_signals
 
 MINIMUM_SAMPLES = 10
 """Gyro samples that a run needs: with 3 equations each, three times as many as its 9 unknowns (6 inertia, 3 rates)."""
@@ -59,7 +59,8 @@ def column_problems(columns: Sequence[str]) -> list[str]:
         *(problem for column in columns if (problem := foreign_column_problem(column))),
         *(f"column {column} appears {count} times" for column, count in Counter(columns).items() if count > 1),
         *([] if "time_s" in present else [f"column time_s is missing; the columns are {', '.join(columns)}"]),
-        *(problem for signal in SIGNALS.values() if (problem := _half_present(signal, present))),
+        *(problem for signal in present_signals(present) if (problem := _half_present(signal, present))),
+        *_uneven(present),
         *_missing_channels(present),
     ]
 
@@ -68,7 +69,7 @@ def value_problems(time: Series, channels: Mapping[str, Array]) -> list[str]:
     """Check the numbers: the time base, then each channel."""
     problems = [*_time_problems(time), *_sampling_problems(time)]
     for name, values in channels.items():
-        for column, series in zip(SIGNALS[name].columns, values.T, strict=True):
+        for column, series in zip(SIGNALS[name].sized(values.shape[1]).columns, values.T, strict=True):
             problems += [
                 *_series_problems(column, series, needed=name == "body_rate"),
                 *(_size_problems(column, series) if name in _ACTUATION else ()),
@@ -99,6 +100,14 @@ def _half_present(signal: Signal, present: set[str]) -> str | None:
     if not missing or len(missing) == signal.width:
         return None
     return f"channel {signal.name} is incomplete: add {', '.join(missing)}, or take its other columns out"
+
+
+def _uneven(present: set[str]) -> Iterator[str]:
+    """Find channels of the units that differ in how many units they have."""
+    widths = {signal.name: signal.width for signal in present_signals(present) if signal.per_unit and signal.telemetry}
+    if len(set(widths.values())) > 1:
+        said = ", ".join(f"{name} {width}" for name, width in widths.items())
+        yield f"channels differ in the number of units: {said}; give each unit a column in every channel"
 
 
 def _missing_channels(present: set[str]) -> Iterator[str]:

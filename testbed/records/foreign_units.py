@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import pi
 
-from testbed.signals import SIGNALS
+from testbed.signals import MOST_UNITS, SIGNALS
 
 _FACTORS = {
     "rad": {"deg": pi / 180, "mrad": 1e-3},
@@ -38,7 +38,7 @@ def _foreign_columns() -> dict[str, tuple[str, float | None]]:
         "time_us": ("time_s", 1e-6),
         "time_ns": ("time_s", 1e-9),
     }
-    for signal in SIGNALS.values():
+    for signal in (each.sized(MOST_UNITS) for each in SIGNALS.values()):
         for column, component in zip(signal.columns, signal.components or ("",), strict=True):
             stem = f"{signal.name}_{component}" if component else signal.name
             factors = _FACTORS.get(signal.unit, {})

@@ -17,7 +17,7 @@ from testbed.records.checks import column_problems, refuse, value_problems
 from testbed.records.details import details_file, details_of
 from testbed.records.record import Record, RunDetails
 from testbed.records.tables import SUFFIXES, read_table
-from testbed.signals import SIGNALS
+from testbed.signals import present_signals
 
 
 def read_record(path: Path) -> Record:
@@ -113,5 +113,5 @@ def _attempt(path: Path) -> Record | InputError:
 
 def _channels(columns: dict[str, Series]) -> dict[str, Array]:
     """Return the channels of columns, each of which is let go of as soon as it is in its channel."""
-    present = [signal for signal in SIGNALS.values() if signal.columns[0] in columns]
+    present = list(present_signals(columns))
     return {signal.name: np.column_stack([columns.pop(name) for name in signal.columns]) for signal in present}

@@ -23,12 +23,14 @@ from testbed.arrays import Series
 from testbed.errors import InputError
 from testbed.files import FileStamp, open_regular, readable
 from testbed.records.checks import column_problems, refuse
-from testbed.signals import SIGNALS
+from testbed.signals import MOST_UNITS, SIGNALS
 
 SUFFIXES = (".csv", ".parquet")
 """File name endings of the tables that records are kept in."""
 
-NUMERIC_COLUMNS = ("time_s", *(column for signal in SIGNALS.values() for column in signal.columns))
+NUMERIC_COLUMNS = frozenset(
+    ("time_s", *(column for signal in SIGNALS.values() for column in signal.sized(MOST_UNITS).columns))
+)
 """Columns that have to hold numbers."""
 
 MOST_VALUES = 60_000_000

@@ -82,7 +82,8 @@ def table_of(record: Record, *, nan_is_empty: bool = False) -> pa.Table:
     columns = {"time_s": record.time}
     for name, signal in SIGNALS.items():
         if name in record.channels:
-            columns |= dict(zip(signal.columns, record.channels[name].T, strict=True))
+            values = record.channels[name].T
+            columns |= dict(zip(signal.sized(len(values)).columns, values, strict=True))
     columns |= record.extra_columns
     # Arrow takes contiguous columns only.
     return pa.table(

@@ -14,7 +14,6 @@ from testbed.report.frame.blocks import Notice
 from testbed.report.sections.inertias import Inertias
 from testbed.report.sections.limits_table import LIMIT_NAMES
 from testbed.report.wording import capitalized, estimator_name, figures, listed
-from testbed.signals import UNITS
 
 NEAR_SINGULARITY = 0.05
 """Singularity measure below which steering is poor; 1 at the best."""
@@ -78,7 +77,7 @@ def _saturation(flown: FlownRun) -> Iterator[Notice]:
     for flag, where in _FLAGS.items():
         raised = flown.record.channels[flag] > 0.5
         if raised.any():
-            units = listed(UNITS[index] for index in np.flatnonzero(raised.any(axis=0)))
+            units = listed(str(index + 1) for index in np.flatnonzero(raised.any(axis=0)))
             seconds = figures(raised.any(axis=1).sum() * flown.period)
             yield _warning(f"CMG {units}: {seconds} s {where}.")
 

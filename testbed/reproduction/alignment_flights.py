@@ -10,7 +10,6 @@ import numpy as np
 
 from testbed.arrays import Array
 from testbed.assembly.platform import PlatformModel, nominal_platform, true_platform
-from testbed.estimation.alignment_observability import NAMES
 from testbed.experiment.aligning import align_flight, null_space_lines
 from testbed.experiment.flying import FlownRun, Sortie, fly_sorties
 from testbed.maneuver.maneuver import Maneuver
@@ -65,9 +64,9 @@ def as_built(scenario: Scenario, seed: int) -> Scenario:
 
     A rotor's servo goes by its tachometer, so that a tachometer that reads too much leaves it too slow.
     """
-    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(0,)))
-    axes, zeros = AXIS_SPREAD * rng.standard_normal((6, 2)), AXIS_SPREAD * rng.standard_normal(6)
-    scales = SCALE_SPREAD * rng.standard_normal(6)
+    rng, units = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(0,))), scenario.cluster.units
+    axes, zeros = AXIS_SPREAD * rng.standard_normal((units, 2)), AXIS_SPREAD * rng.standard_normal(units)
+    scales = SCALE_SPREAD * rng.standard_normal(units)
     momenta = scenario.cluster.rotor_momentum_N_m_s / (1.0 + scales)
     truth = {"gimbal_axis_misalignment_rad": axes.tolist(), "rotor_momentum_N_m_s": tuple(momenta.tolist())}
     return scenario.model_copy(
@@ -91,7 +90,7 @@ def _flights(scenario: Scenario, maneuver: Maneuver, seeds: Sequence[int]) -> li
 
 def _flight(sortie: Sortie, nominal: PlatformModel, run: FlownRun) -> Flight:
     aligning = align_flight(sortie.scenario, nominal, sortie.truth, run.record)
-    estimate, nothing = aligning.estimate, np.full(len(NAMES), np.nan)
+    estimate, nothing = aligning.estimate, np.full(len(aligning.true_parameters), np.nan)
     return Flight(
         error=nothing if estimate is None else estimate.parameters - aligning.true_parameters,
         std=nothing if estimate is None else estimate.std,

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.stats import binom
 
 from testbed.arrays import Array
-from testbed.estimation.alignment_observability import NAMES, UNITS
+from testbed.estimation.alignment_observability import parameter_names, parameter_units
 from testbed.reproduction.alignment_flights import Flight, fly_block
 from testbed.reproduction.crew import Job, done_by_crew
 from testbed.reproduction.parts import NOWHERE, Parts, kept_maneuver
@@ -125,8 +125,8 @@ def alignments(
         *(pair for block in done_by_crew(jobs, workers, progress, parts) for pair in block), strict=True
     )
     return Alignments(
-        names=NAMES,
-        units=UNITS,
+        names=parameter_names(scenario.cluster.units),
+        units=parameter_units(scenario.cluster.units),
         runs=runs,
         null_motion=_statistics("null motion as designed", null_motion),
         pseudo_inverse=_statistics("pseudo-inverse, the same body rates", pseudo_inverse),

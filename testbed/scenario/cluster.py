@@ -7,18 +7,26 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Strict, model_validator
 
+from testbed.cmg.arrays import ArrayKind
 from testbed.quantities import Bandwidth, DampingRatio, Mass, Moment, Momentum, Radius, RateLimit, Torque
 from testbed.scenario.section import Conflict, Section, refuse
 from testbed.scenario.values import Distinct, Three
+from testbed.signals import MOST_UNITS
+
+_ROWS = ("roof", "box")
+"""Arrays of two equal rows."""
 
 
 class Cluster(Section):
-    """Six equal control moment gyros in a hexagonal pyramid about body z.
+    """Equal control moment gyros in an array about body z; by default the paper's, a hexagonal pyramid.
 
     A number marked "omitted: the model's own" keeps the value of the MJCF model.
     """
 
-    units: Literal[6] = 6
+    array: ArrayKind = "pyramid"
+    """How the units stand: gimbal axes on a cone about z; in two rows, tilted to either side (a box: by 45°); in a
+    line, all along z."""
+    units: Annotated[int, Field(ge=2, le=MOST_UNITS)] = 6
     """Number of units."""
     skew_deg: Annotated[float, Field(ge=0.1, le=90)] | None = None
     """Angle between body z and every gimbal axis; omitted: the model's own."""
@@ -48,8 +56,10 @@ class Cluster(Section):
     """Damping ratio of the gimbal servo."""
     rotors: Literal["constant_speed", "free"]
     """Whether a servo holds each rotor's speed, or the rotor turns freely."""
-    failed: Annotated[tuple[Annotated[int, Field(ge=1, le=6)], ...], Strict(False), Field(max_length=3), Distinct] = ()
-    """Numbers (1 to 6) of failed units, at most 3: rotor at rest, gimbal locked at zero."""
+    failed: Annotated[
+        tuple[Annotated[int, Field(ge=1, le=MOST_UNITS)], ...], Strict(False), Field(max_length=MOST_UNITS), Distinct
+    ] = ()
+    """Numbers, from 1, of failed units, at most half of all: rotor at rest, gimbal locked at zero."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Cluster:
@@ -63,12 +73,54 @@ class Cluster(Section):
                 text=f"{self.rotor_momentum_N_m_s} exceeds rotor_momentum_limit_N_m_s = "
                 f"{self.rotor_momentum_limit_N_m_s}; lower the one or raise the other",
             )
+        yield from self._array_conflicts()
+        yield from self._failed_conflicts()
         spin, transverse = self.rotor_spin_inertia_kg_m2, self.rotor_transverse_inertia_kg_m2
         if spin is not None and transverse is not None and spin > 2.0 * transverse:
             yield Conflict(
                 key="rotor_transverse_inertia_kg_m2",
                 text=f"{transverse} is less than half of rotor_spin_inertia_kg_m2 = {spin}; no rigid rotor has that",
             )
+
+    def _array_conflicts(self) -> Iterator[Conflict]:
+        if self.array == "line":
+            text = 'is "line", whose gimbal axes are all along z: no torque about z can be given; use another array'
+            yield Conflict(key="array", text=text)
+        if self.array in _ROWS and self.units % 2:
+            yield Conflict(
+                key="units", text=f"is {self.units}, but a {self.array} has two equal rows; use an even number"
+            )
+        if self.array in _ROWS and self.units == len(_ROWS):
+            text = f"is 2, one in each row of a {self.array}, which loses some direction of torque at any angle; use 4"
+            yield Conflict(key="units", text=text)
+        if self.array == "box" and self.skew_deg is not None:
+            text = 'has no effect on a box, whose axes are tilted by 45°; omit it, or use the array "roof"'
+            yield Conflict(key="skew_deg", text=text)
+
+    def _failed_conflicts(self) -> Iterator[Conflict]:
+        beyond = [unit for unit in self.failed if unit > self.units]
+        if beyond:
+            yield Conflict(key="failed", text=f"names unit {beyond[0]}, but there are {self.units}")
+        if len(self.failed) > self.units // 2:
+            text = f"names {len(self.failed)} of {self.units} units; at most half of them may have failed"
+            yield Conflict(key="failed", text=text)
+
+
+def stated_conflicts(cluster: Cluster, model: object) -> Iterator[Conflict]:
+    """Find an array that is not the shipped model's and does not say where its units stand.
+
+    Args:
+        cluster: the units.
+        model: the platform's own MJCF, in which they stand; None for the shipped one.
+    """
+    if model is not None or (cluster.array, cluster.units) == ("pyramid", Cluster.model_fields["units"].default):
+        return
+    for key in ("skew_deg", "mounting_radius_m"):
+        if getattr(cluster, key) is None and (key, cluster.array) != ("skew_deg", "box"):
+            text = (
+                f"is missing; the shipped model has its own for six units in a pyramid only, not for {cluster.units} "
+            )
+            yield Conflict(key=f"cluster.{key}", text=f"{text}in a {cluster.array}: add it")
 
 
 class Limits(Section):

@@ -17,7 +17,7 @@ class _Steering(Section):
     preferred_gimbal_angle_rad: Annotated[
         Annotated[Literal["maneuver", "zero"], One] | Annotated[Angles, Many], ManyOrOne
     ] = "zero"
-    """Preferred gimbal angles: those of a gimbal-space "maneuver", "zero", or a list of 6 in rad."""
+    """Preferred gimbal angles: those of a gimbal-space "maneuver", "zero", or a list with one for each unit."""
 
 
 class MoorePenrose(_Steering):

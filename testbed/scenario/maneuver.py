@@ -93,7 +93,7 @@ class BodyRateDesign(_Design):
     """The paper's design: splines for the body rate."""
 
     parametrization: Literal["body_rate"]
-    """What the splines describe: body_rate (3 axes) or gimbal (6 angles)."""
+    """What the splines describe: body_rate (3 axes) or gimbal (an angle for each unit)."""
     constraint: Literal["hard", "penalty"]
     """Limits as constraints on the control points, or as the paper's sixth-power penalty, eqs. (27)-(29)."""
     envelope_fraction: Share
@@ -117,7 +117,7 @@ class GimbalDesign(_Design):
     """Splines for the gimbal angles; the body rate follows from zero total momentum, so it can be flown."""
 
     parametrization: Literal["gimbal"]
-    """What the splines describe: body_rate (3 axes) or gimbal (6 angles)."""
+    """What the splines describe: body_rate (3 axes) or gimbal (an angle for each unit)."""
     parameters: Literal["inertia", "alignments"] = "inertia"
     """What the criterion is about: the inertia, or together with it every unit's gimbal-axis misalignment, encoder zero
     and momentum scale."""
@@ -180,7 +180,7 @@ class BodyRatePoints(_ControlPoints):
     """A body-rate spline."""
 
     parametrization: Literal["body_rate"]
-    """What the spline describes: body_rate (3 axes) or gimbal (6 angles)."""
+    """What the spline describes: body_rate (3 axes) or gimbal (an angle for each unit)."""
     body_rate_rad_s: Annotated[tuple[BodyRates, ...], Strict(False), _SEVERAL]
     """Control points of the body rate, one row of 3 each."""
 
@@ -189,9 +189,9 @@ class GimbalPoints(_ControlPoints):
     """A gimbal-angle spline; the body rate follows from zero total momentum."""
 
     parametrization: Literal["gimbal"]
-    """What the spline describes: body_rate (3 axes) or gimbal (6 angles)."""
+    """What the spline describes: body_rate (3 axes) or gimbal (an angle for each unit)."""
     gimbal_angle_rad: Annotated[tuple[Angles, ...], Strict(False), _SEVERAL]
-    """Control points of the gimbal angles, one row of 6 each."""
+    """Control points of the gimbal angles: rows with one for each unit."""
 
 
 Maneuver: TypeAlias = Annotated[

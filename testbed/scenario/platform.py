@@ -15,8 +15,8 @@ from testbed.scenario.values import (
     ManyOrOne,
     One,
     Pair,
+    PerUnit,
     Places,
-    Six,
     Three,
     UnitQuaternion,
     Velocities,
@@ -46,11 +46,13 @@ class Truth(Section):
     """True inertia of the whole platform, as platform.inertia_kg_m2."""
     mass_kg: Mass | None = None
     """True mass of the whole platform."""
-    rotor_momentum_N_m_s: Annotated[Annotated[Momentum, One] | Annotated[Six[Momentum], Many], ManyOrOne] | None = None
-    """True rotor momentum of all units, or a list of 6; servos clamp it at the limit; at rest: use cluster.failed."""
-    gimbal_axis_misalignment_rad: Six[Pair[SmallAngle]] | None = None
-    """Turns of each unit out of its place: 6 pairs, about its spin axis at gimbal angle zero, then about its transverse
-    axis; a turn about the gimbal axis is an encoder.zero_rad."""
+    rotor_momentum_N_m_s: Annotated[Annotated[Momentum, One] | Annotated[PerUnit[Momentum], Many], ManyOrOne] | None = (
+        None
+    )
+    """True rotor momentum of all units, or of each; servos clamp it at the limit; at rest: use cluster.failed."""
+    gimbal_axis_misalignment_rad: PerUnit[Pair[SmallAngle]] = ()
+    """Turns of each unit out of its place: a pair for each, about its spin axis at gimbal angle zero, then about its
+    transverse axis; a turn about the gimbal axis is an encoder.zero_rad."""
 
 
 class Initial(Section):
@@ -58,8 +60,8 @@ class Initial(Section):
 
     body_rate_rad_s: BodyRates = (0.0, 0.0, 0.0)
     """Body rate, body axes."""
-    gimbal_angle_rad: Angles = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    """Gimbal angles."""
+    gimbal_angle_rad: Angles = ()
+    """Gimbal angles, one for each unit; an empty list: all at zero."""
     attitude_quat_NB: UnitQuaternion = (1.0, 0.0, 0.0, 0.0)
     """Attitude, scalar first, from body to inertial components."""
     position_m: Places = (0.0, 0.0, 0.0)

@@ -8,12 +8,12 @@ from itertools import chain
 from pydantic import ValidationInfo, field_validator
 
 from testbed.scenario.body import BodyScenario
-from testbed.scenario.cluster import Cluster, Limits
+from testbed.scenario.cluster import Cluster, Limits, stated_conflicts
 from testbed.scenario.control import Controller
 from testbed.scenario.dispersion import Dispersion
 from testbed.scenario.maneuver import BasicManeuver, BodyRateDesign, BodyRatePoints, CsvManeuver, Maneuver
 from testbed.scenario.platform import Cabin, Initial, Truth
-from testbed.scenario.section import Conflict, refuse
+from testbed.scenario.section import Conflict, Section, refuse
 from testbed.scenario.sensors import Encoder, Tachometer, TorqueSensor
 from testbed.scenario.simulation import Simulation
 from testbed.scenario.start import (
@@ -24,6 +24,7 @@ from testbed.scenario.start import (
     room_conflicts,
 )
 from testbed.scenario.timing import clock_conflicts, sample_conflicts, size_conflicts, stiffness_conflicts
+from testbed.scenario.unit_counts import count_conflicts
 
 
 class Scenario(BodyScenario):
@@ -55,6 +56,19 @@ class Scenario(BodyScenario):
     controller: Controller
     """The rate tracker."""
 
+    @field_validator("cluster")
+    @classmethod
+    def _stated(cls, cluster: Cluster, info: ValidationInfo) -> Cluster:
+        platform = info.data.get("platform")
+        refuse(stated_conflicts(cluster, platform and platform.model), from_root=True)
+        return cluster
+
+    @field_validator("truth", "initial", "encoder", "tachometer", "maneuver", "controller")
+    @classmethod
+    def _one_for_each_unit(cls, section: Section, info: ValidationInfo) -> Section:
+        refuse(count_conflicts(str(info.field_name), section, info.data.get("cluster")), from_root=True)
+        return section
+
     @field_validator("initial")
     @classmethod
     def _locked(cls, initial: Initial, info: ValidationInfo) -> Initial:
@@ -71,7 +85,7 @@ class Scenario(BodyScenario):
     @field_validator("maneuver")
     @classmethod
     def _first_angle(cls, maneuver: Maneuver, info: ValidationInfo) -> Maneuver:
-        refuse(first_angle_conflicts(maneuver, info.data.get("initial")), from_root=True)
+        refuse(first_angle_conflicts(maneuver, info.data.get("initial"), info.data.get("cluster")), from_root=True)
         return maneuver
 
     @field_validator("simulation")
@@ -110,5 +124,5 @@ def _preference_conflicts(controller: Controller, maneuver: Maneuver | None) -> 
     steering = controller.steering
     open_gimbals = isinstance(maneuver, BodyRateDesign | BodyRatePoints | BasicManeuver | CsvManeuver)
     if steering.preferred_gimbal_angle_rad == "maneuver" and open_gimbals:
-        text = 'is "maneuver", but this maneuver leaves the gimbal angles open; use "zero" or a list of 6'
+        text = 'is "maneuver", but this maneuver leaves the gimbal angles open; use "zero" or a list'
         yield Conflict(key="controller.steering.preferred_gimbal_angle_rad", text=text)

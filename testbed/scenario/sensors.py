@@ -19,7 +19,7 @@ from testbed.quantities import (
     TorqueNoise,
 )
 from testbed.scenario.section import Conflict, Section, refuse
-from testbed.scenario.values import BodyRates, Rate, Six, Three
+from testbed.scenario.values import BodyRates, PerUnit, Rate, Three
 
 
 class Gyro(Section):
@@ -79,10 +79,11 @@ class Encoder(Section):
     """Standard deviation of the white noise of a sample."""
     quantization_rad: AngleNoise = 0.0
     """Step of the output's quantisation; 0: none."""
-    zero_rad: Six[SmallAngle] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    """Error of each encoder's zero, added to what it reads."""
-    dead_zone_rad: Six[AngleNoise] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    """Play between each encoder and its axis: the encoder is half of it ahead, the way the axis turns."""
+    zero_rad: PerUnit[SmallAngle] = ()
+    """Error of each encoder's zero, added to what it reads; an empty list: none."""
+    dead_zone_rad: PerUnit[AngleNoise] = ()
+    """Play between each encoder and its axis: the encoder is half of it ahead, the way the axis turns; an empty list:
+    none."""
 
 
 class Tachometer(Section):
@@ -90,8 +91,9 @@ class Tachometer(Section):
 
     noise_rad_s: RateNoise = 0.0
     """Standard deviation of the white noise of a sample."""
-    scale_factor_error: Six[ScaleError] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    """Relative scale factor error s of each tachometer: it reads (1 + s) times the speed; a pure number."""
+    scale_factor_error: PerUnit[ScaleError] = ()
+    """Relative scale factor error s of each tachometer: it reads (1 + s) times the speed; a pure number; an empty list:
+    none."""
 
 
 class TorqueSensor(Section):

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from testbed.arrays import Units, Vector3
+from testbed.cmg.arrays import unit_places
 from testbed.cmg.misalignment import turned_axes
 from testbed.scenario.cluster import Cluster
 from testbed.scenario.dispersion import Dispersion
@@ -15,6 +16,7 @@ from testbed.scenario.estimation import Estimation
 from testbed.scenario.maneuver import GimbalPoints, Maneuver
 from testbed.scenario.platform import Cabin, Initial, Platform, Truth
 from testbed.scenario.section import Conflict
+from testbed.scenario.values import per_unit
 
 _NO_MOMENTUM = 1e-4
 """Share of the rotors' momenta that is as good as none: it moves an estimate by less than its scatter."""
@@ -25,7 +27,7 @@ _SAME_ANGLE = 1e-6
 def locked_conflicts(initial: Initial, cluster: Cluster | None) -> Iterator[Conflict]:
     """Find failed units that start off their lock."""
     for unit in cluster.failed if cluster else ():
-        angle = initial.gimbal_angle_rad[unit - 1]
+        angle = per_unit(initial.gimbal_angle_rad, cluster.units, 0.0)[unit - 1] if cluster else 0.0
         if angle != 0.0:
             text = f"has {angle} for unit {unit}, which has failed and is locked at zero; write 0 there"
             yield Conflict(key="initial.gimbal_angle_rad", text=text)
@@ -44,13 +46,13 @@ def room_conflicts(cabin: Cabin, platform: Platform | None, initial: Initial | N
             yield Conflict(key="cabin.size_m", text=text)
 
 
-def first_angle_conflicts(maneuver: Maneuver, initial: Initial | None) -> Iterator[Conflict]:
+def first_angle_conflicts(maneuver: Maneuver, initial: Initial | None, cluster: Cluster | None) -> Iterator[Conflict]:
     """Find a gimbal-angle spline that starts elsewhere than the gimbals; a clamped spline starts at its first point."""
-    if initial is None or not isinstance(maneuver, GimbalPoints):
+    if initial is None or cluster is None or not isinstance(maneuver, GimbalPoints):
         return
-    first = maneuver.gimbal_angle_rad[0]
-    if np.abs(np.subtract(first, initial.gimbal_angle_rad)).max() > _SAME_ANGLE:
-        text = f"starts at {list(first)}, the gimbals at {list(initial.gimbal_angle_rad)}; make them equal"
+    first, start = maneuver.gimbal_angle_rad[0], per_unit(initial.gimbal_angle_rad, cluster.units, 0.0)
+    if np.abs(np.subtract(first, start)).max() > _SAME_ANGLE:
+        text = f"starts at {list(first)}, the gimbals at {list(start)}; make them equal"
         yield Conflict(key="maneuver.gimbal_angle_rad", text=f"{text}, here or in initial.gimbal_angle_rad")
 
 
@@ -87,9 +89,9 @@ def _starts_at_rest(estimation: Estimation | None) -> bool:
 
 
 def _rotor_momenta(cluster: Cluster, truth: Truth) -> Units:
-    """Rotor momenta as flown, shape (6,), N·m·s; those of failed units are zero."""
+    """Rotor momenta as flown, shape (M,), N·m·s; those of failed units are zero."""
     flown = cluster.rotor_momentum_N_m_s if truth.rotor_momentum_N_m_s is None else truth.rotor_momentum_N_m_s
-    momenta = np.array(np.broadcast_to(flown, 6), dtype=np.float64)
+    momenta = np.array(np.broadcast_to(flown, cluster.units), dtype=np.float64)
     momenta[[unit - 1 for unit in cluster.failed]] = 0.0
     return momenta
 
@@ -104,13 +106,13 @@ def _of_body(initial: Initial, platform: Platform, truth: Truth) -> Vector3:
 
 def _of_rotors(momenta: Units, initial: Initial, cluster: Cluster, truth: Truth) -> Vector3:
     """Σ Js·Ω s(d), s(d) = s0 cos d + t0 sin d, N·m·s, body axes; zero where it takes a skew of the MJCF's own."""
-    angle, azimuth = np.array(initial.gimbal_angle_rad), np.radians(60.0 * np.arange(6))
-    turned = np.array(truth.gimbal_axis_misalignment_rad or np.zeros((6, 2)))
-    if cluster.skew_deg is None and (angle.any() or turned.any()):
+    units = cluster.units
+    angle = np.array(per_unit(initial.gimbal_angle_rad, units, 0.0))
+    turned = np.array(per_unit(truth.gimbal_axis_misalignment_rad, units, (0.0, 0.0)))
+    if cluster.skew_deg is None and cluster.array != "box" and (angle.any() or turned.any()):
         return np.zeros(3)
-    skew = math.radians(cluster.skew_deg or 0.0)  # where it is omitted all angles are zero, and it has no effect
-    outward = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros(6)], axis=1)
-    gimbal = math.sin(skew) * outward + math.cos(skew) * np.array([0.0, 0.0, 1.0])
-    axes = turned_axes(gimbal, np.cross([0.0, 0.0, 1.0], outward), turned)
+    # Where the skew is omitted all angles are zero, and it has no effect.
+    places = unit_places(cluster.array, units, math.radians(cluster.skew_deg or 0.0))
+    axes = turned_axes(places.gimbal_axis_B, places.spin_axis_B, turned)
     along, across = momenta * np.cos(angle), momenta * np.sin(angle)
     return np.asarray(along @ axes.spin_axis_B + across @ axes.transverse_axis_B)

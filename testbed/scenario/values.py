@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Strict, Tag, ValidationInfo
 
 from testbed.quantities import LONGEST, Angle, BodyRate, Place, Velocity
+from testbed.signals import MOST_UNITS
 
 _Entry = TypeVar("_Entry")
 
@@ -17,6 +18,11 @@ _ROUNDING = 1e-9
 
 _LEAST_MOMENT = 1e-9
 """kg·m²; the smallest principal moment of a platform. A chip satellite of 4 g and 35 mm has 4e-7."""
+
+
+def per_unit(values: tuple[_Entry, ...], units: int, none: _Entry) -> tuple[_Entry, ...]:
+    """Return a value for each of so many units: those of a list, or none where it is empty."""
+    return values or (none,) * units
 
 
 def _entries(count: int) -> BeforeValidator:
@@ -86,7 +92,9 @@ Six: TypeAlias = Annotated[tuple[_Entry, _Entry, _Entry, _Entry, _Entry, _Entry]
 Places: TypeAlias = Three[Place]
 Velocities: TypeAlias = Three[Velocity]
 BodyRates: TypeAlias = Three[BodyRate]
-Angles: TypeAlias = Six[Angle]
+PerUnit: TypeAlias = Annotated[tuple[_Entry, ...], Strict(False), Field(max_length=MOST_UNITS)]
+"""A value for each unit of the cluster; an empty list stands for zero everywhere."""
+Angles: TypeAlias = PerUnit[Angle]
 Pair: TypeAlias = Annotated[tuple[_Entry, _Entry], Strict(False), _entries(2)]
 _Product: TypeAlias = Annotated[float, Field(ge=-1e9, le=1e9)]
 _Component: TypeAlias = Annotated[float, Field(ge=-2, le=2)]

@@ -44,17 +44,17 @@ class FlightLog:
         )
 
 
-def empty_log(rows: int, platforms: int, nq: int, nv: int) -> FlightLog:
-    """Allocate a log of the given number of rows for platforms with nq positions and nv velocities each."""
+def empty_log(rows: int, platforms: int, nq: int, nv: int, units: int) -> FlightLog:
+    """Allocate a log of so many rows for platforms with nq positions, nv velocities and so many CMG units each."""
     shape = (rows, platforms)
     return FlightLog(
         qpos=np.zeros((*shape, nq)),
         qvel=np.zeros((*shape, nv)),
         joint_torque=np.zeros((*shape, nv)),
-        encoder=np.zeros((*shape, 6)),
+        encoder=np.zeros((*shape, units)),
         gyro=np.full((*shape, 3), np.nan),
-        rate_command=np.zeros((*shape, 6)),
-        rate_saturated=np.zeros((*shape, 6), dtype=np.bool_),
-        rotor_clamped=np.zeros((*shape, 6), dtype=np.bool_),
+        rate_command=np.zeros((*shape, units)),
+        rate_saturated=np.zeros((*shape, units), dtype=np.bool_),
+        rotor_clamped=np.zeros((*shape, units), dtype=np.bool_),
         contacts=np.zeros(shape),
     )

@@ -50,7 +50,8 @@ def fly(plant: Plant, flight: Flight) -> list[Outcome]:
         One outcome per platform; what it holds depends on that platform alone, bit for bit.
     """
     platforms = len(plant.models)
-    log = empty_log(flight.clock.ticks + 1, platforms, plant.qpos.shape[1], plant.qvel.shape[1])
+    widths = (each.shape[1] for each in (plant.qpos, plant.qvel, plant.gimbal_angle))
+    log = empty_log(flight.clock.ticks + 1, platforms, *widths)
     rows = np.ones(platforms, dtype=np.intp)
     state = _initial_state(plant, flight)
     for tick in range(flight.clock.ticks):

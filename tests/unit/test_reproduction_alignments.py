@@ -7,7 +7,7 @@ import pytest
 
 from testbed.assembly.platform import nominal_platform, true_platform
 from testbed.cmg.misalignment import misaligned
-from testbed.estimation.alignment_observability import NAMES
+from testbed.estimation.alignment_observability import parameter_names
 from testbed.experiment.aligning import align_flight, aligning_result, true_parameters
 from testbed.experiment.flying import fly_maneuver
 from testbed.maneuver.gimbal_maneuver import gimbal_maneuver
@@ -37,7 +37,7 @@ def test_platforms_are_built_as_drawn_and_their_truth_is_told():
     truth = true_platform(built)
     drawn = np.array(built.truth.gimbal_axis_misalignment_rad)
     np.testing.assert_allclose(truth.cluster.spin_axis_B, misaligned(nominal.cluster, drawn).spin_axis_B, atol=1e-12)
-    told = dict(zip(NAMES, true_parameters(built, nominal, truth), strict=True))
+    told = dict(zip(parameter_names(6), true_parameters(built, nominal, truth), strict=True))
     assert told["axis about t of cmg4"] == drawn[3, 1]
     assert told["encoder zero of cmg6"] == built.encoder.zero_rad[5]
     # The servo holds what its tachometer reads, so that the rotor carries h/(1 + s) where the tachometer says h.

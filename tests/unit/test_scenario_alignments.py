@@ -8,7 +8,7 @@ import pytest
 from testbed.cli.alignments import print_alignments
 from testbed.errors import InputError
 from testbed.estimation.alignment import AlignmentEstimate
-from testbed.estimation.alignment_observability import COMMON_SCALE, NAMES, Observability, OpenDirection
+from testbed.estimation.alignment_observability import COMMON_SCALE, Observability, OpenDirection, parameter_names
 from testbed.experiment.aligning import Aligning
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.shipped import shipped_scenario
@@ -63,7 +63,7 @@ def test_open_parameters_have_no_band(capsys):
         observability=Observability(
             scale=np.ones(30),
             common_scale=OpenDirection(direction=np.ones(30), name=COMMON_SCALE, std=0.4),
-            others=(OpenDirection(direction=direction, name=NAMES[28], std=float("inf")),),
+            others=(OpenDirection(direction=direction, name=parameter_names(6)[28], std=float("inf")),),
             basis=np.eye(30),
         ),
         residual_sigma=0.001658,

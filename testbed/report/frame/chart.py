@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from testbed.arrays import Flags, Series
 from testbed.report.frame.series import Line, thinned
 from testbed.report.frame.style import color, layout
-from testbed.signals import UNITS
+from testbed.signals import MOST_UNITS, unit_numbers
 
 _TIME_AXIS = "time, s"
 _SHORTEST_TIME = 1e-4
@@ -70,7 +70,7 @@ def line_chart(
     _add_levels(chart, levels, extent)
     for span in shaded:
         chart.add_vrect(x0=span.start, x1=span.end, fillcolor=color("shade"), line_width=0, layer="below")
-    units = any(line.name in UNITS for line in drawn)
+    units = any(line.name in unit_numbers(MOST_UNITS) for line in drawn)
     chart.update_layout(legend_title_text="CMG " if units else "", showlegend=len(chart.data) > 1)
     return chart.update_xaxes(range=extent if extent[0] < extent[1] else None)  # a single sample spans nothing
 

@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from testbed.arrays import Array, Series
-from testbed.signals import AXES, SIGNALS, UNITS
+from testbed.signals import AXES, SIGNALS, unit_numbers
 
 MOST_SAMPLES = 1000
 """Samples kept of one line: two for each pixel of a chart. All of a long flight's would swell the file past 6 MB."""
@@ -57,7 +57,8 @@ def signal_lines(
         pale: whether they stay behind others.
         listed: whether the legend lists them.
     """
-    names = SIGNALS[name].components or (SIGNALS[name].label,)
+    signal = SIGNALS[name].sized(values.shape[1])
+    names = signal.components or (signal.label,)
     return component_lines(names, time, values, style=style, pale=pale, listed=listed)
 
 
@@ -99,4 +100,8 @@ def thinned(x: Series, y: Series) -> tuple[Series, Series]:
 
 
 def _colors(names: tuple[str, ...]) -> tuple[str, ...]:
-    return {1: SINGLE_COLORS, len(AXES): AXIS_COLORS, len(UNITS): UNIT_COLORS}[len(names)]
+    if names == AXES:
+        return AXIS_COLORS
+    if len(names) == 1 and names[0] not in unit_numbers(1):
+        return SINGLE_COLORS
+    return tuple(UNIT_COLORS[index % len(UNIT_COLORS)] for index in range(len(names)))

@@ -14,7 +14,7 @@ from testbed.report.frame.chart import Level, Span, line_chart, raised
 from testbed.report.frame.series import component_lines, signal_lines
 from testbed.report.sections.limits_table import limits_table
 from testbed.report.wording import capitalized
-from testbed.signals import AXES, SIGNALS, UNITS
+from testbed.signals import AXES, SIGNALS, unit_numbers
 
 
 def actuators_section(experiment: Experiment) -> Section:
@@ -52,7 +52,7 @@ def _rotor_figure(experiment: Experiment) -> Figure:
     record, shaded = experiment.flown.record, _at_limit(experiment, "rotor_momentum_clamped")
     momentum = experiment.truth.cluster.rotor_spin_inertia * record.channels["true_rotor_speed"]
     limit = Level(name="limit", values=(experiment.scenario.cluster.rotor_momentum_limit_N_m_s,))
-    lines = component_lines(UNITS, record.time, np.asarray(momentum))
+    lines = component_lines(unit_numbers(momentum.shape[1]), record.time, np.asarray(momentum))
     return Figure(
         title="Rotor momentum",
         chart=line_chart(lines, y_title="rotor momentum, N·m·s", levels=[limit], shaded=shaded),
