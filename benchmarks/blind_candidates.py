@@ -13,6 +13,7 @@ from testbed.diagnosis.candidates import Screening
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.noise import readings_of
+from testbed.effects.contract import components_in
 from testbed.effects.noise_effect import NoiseEffect
 
 CANDIDATES = "candidates.json"
@@ -53,7 +54,7 @@ def _scatter(runs: Runs, baseline: Fit, effects: Mapping[str, NoiseEffect]) -> I
     """Yield the effects on the scatter; numbers of one run each are paid for, lest they win by how many they are."""
     readings = readings_of(runs, baseline)
     for effect in effects.values():
-        for component in effect.components:
+        for component in components_in(effect, 6):
             finding = effect.found(component, readings)
             yield {
                 "effect": effect.id,

@@ -20,12 +20,14 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit, fitted
 from testbed.diagnosis.signatures import FAMILY_WISE_ERROR
 from testbed.dynamics.inertia import inertia_of
+from testbed.effects.contract import components_in
 from testbed.effects.fast_changes import variance_ratio
 from testbed.effects.gyro_saturation import flat_tops
 from testbed.effects.noise_effect import Finding, NoiseEffect, Readings
 from testbed.estimation.outliers import outliers
 from testbed.estimation.telemetry import Telemetry
 from testbed.estimation.telemetry_noise import predicted_rate_variance
+from testbed.prediction.grid import unit_count
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -218,7 +220,8 @@ def noise_tests(
         others: number of further hypotheses by which the family-wise error is divided.
         white: whether the fit is known to leave nothing but noise.
     """
-    hypotheses = [(effect, component) for effect in effects.values() for component in effect.components]
+    units = unit_count(runs.grid)
+    hypotheses = [(effect, component) for effect in effects.values() for component in components_in(effect, units)]
     readings = replace(readings_of(runs, fit), white=white)
     tested = others + len(hypotheses)
     candidates = first = _tested(readings, hypotheses, tested)

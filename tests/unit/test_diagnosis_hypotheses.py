@@ -14,7 +14,7 @@ from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.result import unmasked_needs
 from testbed.diagnosis.signatures import without
 from testbed.dynamics.inertia import theta_of
-from testbed.effects.contract import CLUSTER
+from testbed.effects.contract import CLUSTER, components_in
 from testbed.effects.registry import EFFECTS
 
 
@@ -23,7 +23,7 @@ def placed(effect: str, component: str) -> Hypothesis:
 
 
 def left_beside(*chosen: Hypothesis) -> set[str]:
-    every = [Hypothesis(effect=effect, component=each) for effect in EFFECTS.values() for each in effect.components]
+    every = [Hypothesis(effect=each, component=at) for each in EFFECTS.values() for at in components_in(each, 6)]
     return {each.key for each in every} - {each.key for each in without(every, chosen)}
 
 
@@ -41,7 +41,7 @@ def test_what_is_in_the_model_is_not_tested_again():
 def test_what_a_unit_cannot_show_beside_an_effect_is_not_tested_there(effect, masked):
     taken = left_beside(placed(effect, "cmg4"))
     expected = {f"{each}:{place}" for each in masked for place in ("cmg4", CLUSTER)}
-    known = {f"{each}:{place}" for each in masked for place in EFFECTS[each].components}
+    known = {f"{each}:{place}" for each in masked for place in components_in(EFFECTS[each], 6)}
     assert taken == (expected & known) | {f"{effect}:cmg4"}
     assert "gimbal_lag:cluster" in taken
 

@@ -51,7 +51,18 @@ REFUSED = {
         "cluster.gimbal_rate_limit_rad_s",
         "at least 1e-06",
     ),
-    "seven units": ("units", "units = 7", "cluster.units", "should be 6, not 7"),
+    "a single unit": ("units", "units = 1", "cluster.units", "should be at least 2, not 1"),
+    "seven units": ("units", "units = 7", "initial.gimbal_angle_rad", "has 6 entries instead of 7, one for each unit"),
+    "an array without torque about z": ("units", 'array = "line"', "cluster.array", "no torque about z can be given"),
+    "a roof of three": ("units", 'array = "roof"\nunits = 3', "cluster.units", "a roof has two equal rows"),
+    "a roof that loses torque": ("units", 'array = "roof"\nunits = 2', "cluster.units", "at any angle; use 4"),
+    "a box with a skew": ("units", 'array = "box"', "cluster.skew_deg", "has no effect on a box"),
+    "four units, place unknown": (
+        "mounting_radius_m",
+        'array = "roof"',
+        "cluster.mounting_radius_m",
+        "is missing; the shipped model has its own for six units in a pyramid only, not for 6 in a roof: add it",
+    ),
     "seven angles": (
         "gimbal_angle_rad",
         "gimbal_angle_rad = [0, 0, 0, 0, 0, 0, 0]",
@@ -89,13 +100,13 @@ REFUSED = {
         "initial.attitude_quat_NB",
         "has the norm 1.00499 instead of 1",
     ),
-    "no such unit": ("failed", "failed = [7]", "cluster.failed[1]", "at most 6, not 7"),
+    "no such unit": ("failed", "failed = [7]", "cluster.failed", "names unit 7, but there are 6"),
     "a unit twice": ("failed", "failed = [2, 2]", "cluster.failed", "names an entry twice"),
     "too many failed": (
         "failed",
         "failed = [1, 2, 3, 4]",
         "cluster.failed",
-        "should have at most 3 entries, not 4",
+        "names 4 of 6 units; at most half of them may have failed",
     ),
     "overspeed by design": (
         "rotor_momentum_N_m_s",
@@ -187,7 +198,7 @@ REFUSED = {
         r"\[initial\]",
         "[truth]\nrotor_momentum_N_m_s = [0, 0.0047, 0.0047, 0.0047, 0.0047, 0.0047]\n[initial]",
         "truth.rotor_momentum_N_m_s[1]",
-        "should be at least 1e-09, not 0; give: True rotor momentum of all units, or a list of 6; servos "
+        "should be at least 1e-09, not 0; give: True rotor momentum of all units, or of each; servos "
         "clamp it at the limit; at rest: use cluster.failed",
     ),
     "rotor that turns backwards": (
@@ -253,7 +264,7 @@ class TestRefused:
         lines = message_of(path).splitlines()
         assert lines[0] == f"{path}: 3 problems"
         places = [line.split(", ")[1].split(":")[0] for line in lines[1:]]
-        assert places == ["platform.mass_kg", "cluster.failed[1]", "simulation.step_s"]
+        assert places == ["platform.mass_kg", "cluster.failed", "simulation.step_s"]
 
     def test_preferring_the_gimbal_angles_of_a_maneuver_without_any(self, tmp_path):
         path, line = edited(tmp_path, "preferred", 'preferred_gimbal_angle_rad = "maneuver"', name="basic")
