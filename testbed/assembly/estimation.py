@@ -16,7 +16,7 @@ from testbed.dynamics.inertia import theta_of
 from testbed.errors import InputError
 from testbed.estimation.estimate import EstimationSettings
 from testbed.estimation.gyro_noise import gyro_noise_of, noise_freedom
-from testbed.estimation.telemetry import Servo, Telemetry
+from testbed.estimation.telemetry import GimbalTelemetry, Servo, Telemetry
 from testbed.estimation.uncertainty import USUAL, Uncertainty
 from testbed.maneuver.maneuver import Maneuver
 from testbed.records.record import Record
@@ -46,7 +46,6 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
     part = usable(record)
     gyro_time, body_rate = sampled(part, "body_rate")
     source = _actuator_channel(part)
-    units = _units(part, nominal) if source == "gimbal_angle" else None
     time, values = sampled(part, source)
     noise = _gyro_noise(part, gyro_time, body_rate)
     return Telemetry(
@@ -54,14 +53,9 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
         body_rate=body_rate,
         gyro_noise=scenario.gyro.noise_rad_s if noise is None else noise,
         actuator_time=time,
-        cluster=nominal.cluster,
-        gimbal_angle=values if source == "gimbal_angle" else None,
-        rotor_momentum=None if units is None else _rotor_momentum(part, time, units),
+        gimbals=_gimbals(part, scenario, _units(part, nominal), time, values) if source == "gimbal_angle" else None,
         cluster_momentum=values if source == "cluster_momentum" else None,
-        applied_torque=_at(part, "applied_torque", time) if "applied_torque" in part.channels else None,
-        gimbal_torque=_inner(part, "gimbal_torque", time, source),
-        gimbal_rate_command=_inner(part, "gimbal_rate_command", time, source),
-        servo=_servo(scenario, time) if isinstance(scenario, Scenario) else None,
+        applied_torque=_channel(part, "applied_torque", time),
         initial_momentum=scenario.estimation.initial_momentum,
         constant_torque=scenario.estimation.constant_torque,
         noise_freedom=np.inf if noise is None or noise == part.details.gyro_noise else noise_freedom(gyro_time),
@@ -137,15 +131,20 @@ def _units(record: Record, nominal: Body) -> Cluster:
     return nominal.cluster
 
 
-def _rotor_momentum(record: Record, time: Series, cluster: Cluster) -> UnitSeries | None:
-    if "rotor_speed" not in record.channels:
-        return None
-    return _at(record, "rotor_speed", time) * cluster.rotor_spin_inertia
-
-
-def _inner(record: Record, name: str, time: Series, source: str) -> UnitSeries | None:
-    """Return a channel of the gimbals' inner life, which says nothing without the gimbal angles; None where absent."""
-    return _at(record, name, time) if source == "gimbal_angle" and name in record.channels else None
+def _gimbals(
+    record: Record, scenario: BodyScenario, cluster: Cluster, time: Series, angle: UnitSeries
+) -> GimbalTelemetry:
+    """Return what the units sent; their commands only where the servo is known that follows them."""
+    rotor_speed = _channel(record, "rotor_speed", time)
+    gimbals = GimbalTelemetry(
+        cluster=cluster,
+        angle=angle,
+        rotor_momentum=None if rotor_speed is None else rotor_speed * cluster.rotor_spin_inertia,
+        torque=_channel(record, "gimbal_torque", time),
+        servo=_servo(scenario, time) if isinstance(scenario, Scenario) else None,
+    )
+    command = _channel(record, "gimbal_rate_command", time)
+    return gimbals if command is None else gimbals.commanded(command)
 
 
 def _servo(scenario: Scenario, time: Series) -> Servo:
@@ -163,7 +162,9 @@ def _servo(scenario: Scenario, time: Series) -> Servo:
     )
 
 
-def _at(record: Record, name: str, time: Series) -> Array:
-    """Return a channel at given times; where it was sampled then, exactly as it was."""
+def _channel(record: Record, name: str, time: Series) -> Array | None:
+    """Return a channel at given times; where it was sampled then, exactly as it was; None where it was not sent."""
+    if name not in record.channels:
+        return None
     known, values = sampled(record, name)
     return np.stack([np.interp(time, known, column) for column in values.T], axis=1)

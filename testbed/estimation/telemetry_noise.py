@@ -35,9 +35,10 @@ def predicted_rate_variance(run: Telemetry, theta: Theta) -> Vector3:
 
 def momentum_covariance(run: Telemetry) -> Array:
     """Return the covariance of a sample of the cluster's momentum by its telemetry's noise, (N·m·s)², shape (3, 3)."""
-    if run.gimbal_angle is not None and run.cluster is not None:
-        slopes = run.cluster.rotor_momentum[:, None] * transverse_axes(run.cluster, run.gimbal_angle)
-        return np.asarray(np.einsum("kui,kuj,u->ij", slopes, slopes, _variance(run.gimbal_angle)) / len(slopes))
+    if run.gimbals is not None:
+        cluster, angle = run.gimbals.cluster, run.gimbals.angle
+        slopes = cluster.rotor_momentum[:, None] * transverse_axes(cluster, angle)
+        return np.asarray(np.einsum("kui,kuj,u->ij", slopes, slopes, _variance(angle)) / len(slopes))
     if run.cluster_momentum is not None:
         return np.diag(_variance(run.cluster_momentum))
     return np.zeros((3, 3))

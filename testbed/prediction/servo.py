@@ -21,11 +21,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
 from testbed.arrays import Array, Series, UnitSeries
-from testbed.estimation.telemetry import Servo, Telemetry
+from testbed.estimation.telemetry import CommandedRun, GimbalRun, Servo
 from testbed.prediction.compared import holes
 from testbed.prediction.smooth import decay
 from testbed.prediction.smoothed import body_motion, gimbal_motion
@@ -42,12 +41,12 @@ class Ticks(NamedTuple):
     Attributes:
         time: shape (N,), s.
         samples: which ticks were sampled, shape (K,).
-        gimbal_rate: as measured, shape (N, 6), rad/s.
-        command: ḋ_c, shape (N, 6), rad/s.
-        fed_forward: u but for the set point, shape (N, 6), rad/s².
-        load: in the middle of each period, over the inertia, shape (N, 6), rad/s².
-        load_slope: its rate of change, shape (N, 6), rad/s³.
-        first_angle: shape (6,), rad.
+        gimbal_rate: as measured, shape (N, M) of M units, rad/s.
+        command: ḋ_c, shape (N, M), rad/s.
+        fed_forward: u but for the set point, shape (N, M), rad/s².
+        load: in the middle of each period, over the inertia, shape (N, M), rad/s².
+        load_slope: its rate of change, shape (N, M), rad/s³.
+        first_angle: shape (M,), rad.
     """
 
     time: Series
@@ -61,18 +60,15 @@ class Ticks(NamedTuple):
 
 
 @lru_cache(maxsize=_REMEMBERED)
-def ticks_of(run: Telemetry) -> Ticks:
-    """Return a run that has commands, gimbal angles and a known servo on its control clock."""
-    servo, cluster = run.servo, run.cluster
-    assert servo is not None
-    assert cluster is not None
-    assert run.gimbal_rate_command is not None
+def ticks_of(run: CommandedRun) -> Ticks:
+    """Return a run on its control clock."""
+    servo, cluster = run.gimbals.servo, run.gimbals.cluster
     start, period = run.actuator_time[0], servo.period
     samples = np.rint((run.actuator_time - start) / period).astype(np.intp)
     time = start + period * np.arange(samples[-1] + 1)
-    command = CubicSpline(run.actuator_time, run.gimbal_rate_command)(time).clip(-servo.rate_limit, servo.rate_limit)
+    command = run.through(run.gimbals.rate_command)(time).clip(-servo.rate_limit, servo.rate_limit)
     angle, rate = gimbal_motion(run)(time), gimbal_motion(run)(time, 1)
-    change = np.diff(command, axis=0, prepend=np.zeros((1, 6))) / period
+    change = np.diff(command, axis=0, prepend=np.zeros((1, command.shape[1]))) / period
     middle = time + 0.5 * period
     spinning, share, by_turning, by_body = _load_shares(run, middle, angle + 0.5 * period * rate, rate)
     own = cluster.rotor_spin_inertia - cluster.rotor_transverse_inertia
@@ -91,13 +87,12 @@ def ticks_of(run: Telemetry) -> Ticks:
 
 
 @lru_cache(maxsize=_REMEMBERED)
-def set_point(run: Telemetry) -> UnitSeries:
-    """Return the set point of every tachometer loop at a run's ticks before its limit, shape (N, 6), rad/s.
+def set_point(run: CommandedRun) -> UnitSeries:
+    """Return the set point of every tachometer loop at a run's ticks before its limit, shape (N, M), rad/s.
 
     Behind a hole in the telemetry the gimbals count as where they were asked to be.
     """
-    ticks, servo = ticks_of(run), run.servo
-    assert servo is not None
+    ticks, servo = ticks_of(run), run.gimbals.servo
     asked, points = _Asked(servo, ticks.first_angle), np.empty_like(ticks.command)
     last = np.searchsorted(ticks.samples, np.arange(len(ticks.time)), side="right") - 1
     within_hole = np.concatenate([holes(run), [False]])[last]
@@ -110,19 +105,19 @@ def set_point(run: Telemetry) -> UnitSeries:
 
 
 @lru_cache(maxsize=_REMEMBERED)
-def nominal_answer(run: Telemetry) -> UnitSeries:
-    """Return the angles of a run's samples with motors as they should be, shape (K, 6), rad."""
-    units = np.arange(6)
-    return np.asarray(_answer(run, units, np.zeros(6), np.zeros((len(ticks_of(run).time), 6))).T)
+def nominal_answer(run: CommandedRun) -> UnitSeries:
+    """Return the angles of a run's samples with motors as they should be, shape (K, M), rad."""
+    units = np.arange(len(ticks_of(run).first_angle))
+    return np.asarray(_answer(run, units, np.zeros(len(units)), np.zeros_like(ticks_of(run).load)).T)
 
 
-def answer(run: Telemetry, lag: Array, friction: Array) -> Array:
-    """Return the angles of a run's samples, shape (P, K, 6), rad.
+def answer(run: CommandedRun, lag: Array, friction: Array) -> Array:
+    """Return the angles of a run's samples, shape (P, K, M), rad.
 
     Args:
-        run: with commands, gimbal angles and a known servo.
-        lag: T_m, shape (P, 6), s.
-        friction: and whatever else is in the way, over the inertia, at every tick, shape (P, N, 6), rad/s².
+        run: its commands and its servo.
+        lag: T_m, shape (P, M), s.
+        friction: and whatever else is in the way, over the inertia, at every tick, shape (P, N, M), rad/s².
     """
     nominal = nominal_answer(run)
     late = lag != 0.0
@@ -136,10 +131,9 @@ def answer(run: Telemetry, lag: Array, friction: Array) -> Array:
     return np.asarray(angles)
 
 
-def _load_shares(run: Telemetry, time: Series, angle: Array, rate: Array) -> tuple[Array, ...]:
-    """Return ω·s, ω·t, and how the gimbal's and the body's motion change the latter, each of shape (N, 6)."""
-    cluster = run.cluster
-    assert cluster is not None
+def _load_shares(run: GimbalRun, time: Series, angle: Array, rate: Array) -> tuple[Array, ...]:
+    """Return ω·s, ω·t, and how the gimbal's and the body's motion change the latter, each of shape (N, M)."""
+    cluster = run.gimbals.cluster
     at = np.clip(time, run.gyro_time[0], run.gyro_time[-1])
     (spinning, turned), (_, turned_slope) = (
         rate_across(cluster.gimbal_axis_B, cluster.spin_axis_B, angle, body_motion(run)(at, order)) for order in (0, 1)
@@ -147,18 +141,17 @@ def _load_shares(run: Telemetry, time: Series, angle: Array, rate: Array) -> tup
     return spinning, turned, -rate * spinning, turned_slope
 
 
-def _rotor_momentum(run: Telemetry, time: Series) -> Array:
-    """Return Js·Ω as the tachometers show it, the nominal one without them, shape (N, 6) or (6,), N·m·s."""
-    assert run.cluster is not None
-    if run.rotor_momentum is None:
-        return run.cluster.rotor_momentum
-    return np.stack([np.interp(time, run.actuator_time, column) for column in run.rotor_momentum.T], axis=1)
+def _rotor_momentum(run: GimbalRun, time: Series) -> Array:
+    """Return Js·Ω as the tachometers show it, the nominal one without them, shape (N, M) or (M,), N·m·s."""
+    spin = run.gimbals.rotor_momentum
+    if spin is None:
+        return run.gimbals.cluster.rotor_momentum
+    return np.stack([np.interp(time, run.actuator_time, column) for column in spin.T], axis=1)
 
 
-def _answer(run: Telemetry, units: NDArray[np.intp], lag: Array, friction: Array) -> Array:
+def _answer(run: CommandedRun, units: NDArray[np.intp], lag: Array, friction: Array) -> Array:
     """Return the angles of some units at the samples, shape (W, K), rad, under lags (W,) and frictions (N, W)."""
-    ticks, servo = ticks_of(run), run.servo
-    assert servo is not None
+    ticks, servo = ticks_of(run), run.gimbals.servo
     step = _Step(servo, lag)
     angle = ticks.first_angle[units].astype(step.kind)
     rate = motor = np.zeros_like(angle)
@@ -195,10 +188,11 @@ class _Asked:
         self._angle = angle + _within(self._angle - angle, self._bound) + self._servo.period * command
 
 
-def _pushed(run: Telemetry, push: Array) -> Array:
+def _pushed(run: CommandedRun, push: Array) -> Array:
     """Return by how much pushes, (W, N), rad/s², move the angles at the samples, (W, K), rad, if motors are ideal."""
-    assert run.servo is not None
-    return np.asarray(lfilter(*_Step(run.servo, np.zeros(1)).answer_to_push, push, axis=1)[:, ticks_of(run).samples])
+    return np.asarray(
+        lfilter(*_Step(run.gimbals.servo, np.zeros(1)).answer_to_push, push, axis=1)[:, ticks_of(run).samples]
+    )
 
 
 class _Step:
