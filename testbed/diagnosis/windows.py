@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from testbed.arrays import Array, Flags, Series
 from testbed.assembly.contact import cut_at_contact
-from testbed.assembly.estimation import telemetry_of
 from testbed.assembly.platform import Body
+from testbed.assembly.telemetry import telemetry_of
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.gyro_saturation import flat_tops
 from testbed.errors import InputError

@@ -15,8 +15,8 @@ from concealing.flown import fly_case
 from support.blind_cases import blind_case
 from support.diagnosed_records import SCENARIO
 from support.synthetic_telemetry import TRUE_THETA, exact_telemetry, noisy, nominal_flight, sample_times, with_gimbals
-from testbed.assembly.estimation import telemetry_of
 from testbed.assembly.platform import nominal_platform
+from testbed.assembly.telemetry import telemetry_of
 from testbed.diagnosis.data import Runs, runs_of
 from testbed.diagnosis.model import Hypothesis, fitted, fitted_initial_rates
 from testbed.diagnosis.noise import noise_level, noise_tests, with_noise_model

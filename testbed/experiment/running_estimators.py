@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from testbed.arrays import Covariance, Theta, Vector3
-from testbed.assembly.estimation import estimation_settings, telemetry_of
+from testbed.assembly.estimators import estimation_settings
 from testbed.assembly.platform import PlatformModel
+from testbed.assembly.telemetry import telemetry_of
 from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.errors import InputError
 from testbed.estimation.bound import cramer_rao_bound
