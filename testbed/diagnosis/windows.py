@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from math import sqrt
 from typing import NamedTuple
 
@@ -23,9 +22,10 @@ from testbed.assembly.telemetry import telemetry_of
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.gyro_saturation import flat_tops
 from testbed.errors import InputError
+from testbed.estimation.gaps import between_gaps, gaps
 from testbed.estimation.gyro_noise import gyro_noise_of
 from testbed.estimation.outliers import gross_outliers
-from testbed.estimation.telemetry import BRIDGED_PERIODS, Telemetry, covered_part
+from testbed.estimation.telemetry import Telemetry, covered_part
 from testbed.records.checks import MINIMUM_SAMPLES
 from testbed.records.record import Record
 from testbed.records.selection import telemetry_only
@@ -245,14 +245,10 @@ def _require_moving_gyro(name: str, telemetry: Telemetry) -> None:
 
 def _without_gaps(telemetry: Telemetry) -> Iterator[Telemetry]:
     """Yield the stretches without a gap of their actuator samples over which no motion can be predicted."""
-    interval = np.diff(telemetry.actuator_time)
-    usual = float(np.median(interval)) if len(interval) else 0.0
-    longest = max(BRIDGED_PERIODS * usual, _BRIDGED if telemetry.applied_torque is None else _BRIDGED_TORQUE)
-    behind = np.flatnonzero(interval > longest) + 1
-    edges = [0, *behind.astype(int).tolist(), len(telemetry.actuator_time)]
-    for first, last in pairwise(edges):
+    bridged = _BRIDGED if telemetry.applied_torque is None else _BRIDGED_TORQUE
+    for rows in between_gaps(gaps(telemetry.actuator_time, shortest=bridged)):
         try:
-            stretch = covered_part(with_actuator_rows(telemetry, slice(first, last)))
+            stretch = covered_part(with_actuator_rows(telemetry, rows))
         except InputError:
             continue
         if len(stretch.gyro_time) >= MINIMUM_SAMPLES:

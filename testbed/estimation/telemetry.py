@@ -8,22 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
-from itertools import pairwise
 from typing import Any, Generic, Literal, Self, TypeAlias, TypeGuard
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 from typing_extensions import TypeVar
 
-from testbed.arrays import Array, Flags, Series, UnitSeries, Vectors3
+from testbed.arrays import Array, Series, UnitSeries, Vectors3
 from testbed.cmg.cluster import Cluster, cluster_part
 from testbed.errors import InputError
+from testbed.estimation.gaps import FEWEST_SAMPLES, covered_by, stretches
 
-BRIDGED_PERIODS = 2.5
-"""A gap of one lost sample is interpolated over; a longer one is not (0.25 s at 16 Hz already costs 2e-5 N·m·s)."""
 ConstantTorque: TypeAlias = Literal["none", "body", "inertial", "both"]
-FEWEST_SAMPLES = 4
-"""A cubic spline needs four samples, and so does every estimator."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -222,27 +218,3 @@ def covered_part(telemetry: Telemetry) -> Telemetry:
             f"{FEWEST_SAMPLES} of them follow one another without a gap: give a longer record"
         )
     return replace(telemetry, gyro_time=telemetry.gyro_time[keep], body_rate=telemetry.body_rate[keep])
-
-
-def stretches(time: Series) -> list[slice]:
-    """Return the runs of samples without a gap between them that are long enough for a spline."""
-    edges = [0, *(np.flatnonzero(_gaps(time)) + 1).tolist(), len(time)]
-    return [slice(first, last) for first, last in pairwise(edges) if last - first >= FEWEST_SAMPLES]
-
-
-def _gaps(time: Series) -> Flags:
-    """Return which intervals between samples are too long to interpolate over, shape (N-1,)."""
-    interval = np.diff(time)
-    return np.asarray(interval > BRIDGED_PERIODS * np.median(interval)) if len(interval) else np.zeros(0, dtype=bool)
-
-
-def covered_by(time: Series, samples: Series) -> Flags:
-    """Return which instants lie between two samples without a gap, or on one, shape (N,).
-
-    Args:
-        time: of the instants, shape (N,), s.
-        samples: times of another channel, s.
-    """
-    following = np.clip(np.searchsorted(samples, time), 1, len(samples) - 1)
-    inside = (time >= samples[0]) & (time <= samples[-1])
-    return np.asarray(inside & (np.isin(time, samples) | ~_gaps(samples)[following - 1]))

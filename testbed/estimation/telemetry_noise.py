@@ -6,20 +6,16 @@ as J⁻¹ δh in the prediction of that sample.
 
 from __future__ import annotations
 
-from math import comb
-
 import numpy as np
-from scipy.stats import chi2
 
 from testbed.arrays import Array, Theta, Vector3
 from testbed.cmg.cluster import transverse_axes
 from testbed.dynamics.inertia import inertia_of
+from testbed.estimation.differences import median_variance
 from testbed.estimation.telemetry import Telemetry
 
 _ORDER = 8
 """Of the differences: of a gimbal swinging by 0.3 rad at 1.5 Hz, they take 3e-5 rad for noise at 16 Hz."""
-_WEIGHTS = np.array([(-1.0) ** index * comb(_ORDER, index) for index in range(_ORDER + 1)])
-_MEDIAN = float(chi2.median(1))
 
 
 def predicted_rate_variance(run: Telemetry, theta: Theta) -> Vector3:
@@ -46,7 +42,4 @@ def momentum_covariance(run: Telemetry) -> Array:
 
 def _variance(channel: Array) -> Array:
     """Return the variance of columns' white noise, estimated from their fastest changes; zero of too few samples."""
-    if len(channel) <= _ORDER:
-        return np.zeros(channel.shape[1])
-    fast = np.lib.stride_tricks.sliding_window_view(channel, _ORDER + 1, axis=0) @ _WEIGHTS
-    return np.asarray(np.median(fast**2, axis=0) / (_MEDIAN * float(_WEIGHTS @ _WEIGHTS)))
+    return np.zeros(channel.shape[1]) if len(channel) <= _ORDER else median_variance(channel, _ORDER)

@@ -25,7 +25,7 @@ from scipy.signal import lfilter
 
 from testbed.arrays import Array, Series, UnitSeries
 from testbed.estimation.telemetry import CommandedRun, GimbalRun, Servo
-from testbed.prediction.compared import holes
+from testbed.prediction.compared import long_gaps
 from testbed.prediction.smooth import decay
 from testbed.prediction.smoothed import body_motion, gimbal_motion
 from testbed.prediction.unit_axes import rate_across
@@ -90,14 +90,14 @@ def ticks_of(run: CommandedRun) -> Ticks:
 def set_point(run: CommandedRun) -> UnitSeries:
     """Return the set point of every tachometer loop at a run's ticks before its limit, shape (N, M), rad/s.
 
-    Behind a hole in the telemetry the gimbals count as where they were asked to be.
+    Behind a long gap in the telemetry the gimbals count as where they were commanded to be.
     """
     ticks, servo = ticks_of(run), run.gimbals.servo
     asked, points = _Asked(servo, ticks.first_angle), np.empty_like(ticks.command)
     last = np.searchsorted(ticks.samples, np.arange(len(ticks.time)), side="right") - 1
-    within_hole = np.concatenate([holes(run), [False]])[last]
+    within_gap = np.concatenate([long_gaps(run), [False]])[last]
     for tick, angle in enumerate(gimbal_motion(run)(ticks.time)):
-        if within_hole[tick]:
+        if within_gap[tick]:
             asked = _Asked(servo, angle)
         points[tick] = asked.set_point(ticks.command[tick], angle)
         asked.follow(ticks.command[tick], angle)

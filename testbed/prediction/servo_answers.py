@@ -14,7 +14,7 @@ from scipy.signal import lfilter
 from testbed.arrays import Array
 from testbed.cmg.cluster import transverse_axes
 from testbed.estimation.telemetry import CommandedRun
-from testbed.prediction.compared import compared, holes
+from testbed.prediction.compared import compared, long_gaps
 from testbed.prediction.grid import Gimbals, Grid, at_nodes
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import effective_gimbals
@@ -149,7 +149,7 @@ def stretches(run: CommandedRun) -> list[NDArray[np.intp]]:
     time = ticks_of(run).time
     rates = np.hstack([set_point(run), ticks_of(run).command])
     cut = time[(np.abs(rates) > _AT_LIMIT * run.gimbals.servo.rate_limit).any(axis=1)]
-    unknown = np.sort(np.concatenate([[-np.inf], cut, run.actuator_time[1:][holes(run)]]))
+    unknown = np.sort(np.concatenate([[-np.inf], cut, run.actuator_time[1:][long_gaps(run)]]))
     last = unknown[np.searchsorted(unknown, run.actuator_time, side="right") - 1]
     kept = np.flatnonzero(compared(run) & (run.actuator_time - last > _SETTLED))
     parts = np.split(kept, np.flatnonzero(np.diff(kept) > 1) + 1)

@@ -9,7 +9,7 @@ from support.synthetic_telemetry import exact_telemetry, nominal_flight, sample_
 from testbed.cmg.cluster import cluster_momentum, inertia_change
 from testbed.errors import InputError
 from testbed.estimation.actuation import actuation
-from testbed.estimation.telemetry import covered_part, stretches
+from testbed.estimation.telemetry import covered_part
 
 FLIGHT = nominal_flight()
 TIMES = sample_times(16.0)
@@ -31,11 +31,6 @@ def test_one_lost_actuator_sample_is_interpolated_over():
     keep = np.delete(np.arange(len(TIMES)), 40)
     gappy = TELEMETRY.with_actuator_samples(TIMES[keep], lambda samples: samples[keep])
     np.testing.assert_array_equal(covered_part(gappy).gyro_time, TIMES)
-
-
-def test_stretches_without_a_gap_and_of_four_samples_at_least():
-    time = np.array([0, 1, 2, 3, 4, 10, 11, 12, 20, 21, 22, 23], dtype=float)
-    assert stretches(time) == [slice(0, 5), slice(8, 12)]
 
 
 @pytest.mark.parametrize(("gyro", "actuators"), [(3, 81), (81, 3)])
