@@ -18,8 +18,8 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from testbed.arrays import Array, Theta
-from testbed.assembly.estimation import telemetry_of
 from testbed.assembly.platform import nominal_body
+from testbed.assembly.telemetry import telemetry_of
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit, Hypothesis, fitted
 from testbed.diagnosis.reading import data_set_of

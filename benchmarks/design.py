@@ -16,7 +16,7 @@ from testbed.cmg.cluster import cluster_momentum, momentum_jacobian
 from testbed.cmg.singularity import envelope_fraction, singularity_measure, sphere_directions
 from testbed.dynamics.inertia import theta_of
 from testbed.estimation.bound import cramer_rao_bound
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import GimbalTelemetry, Telemetry
 from testbed.maneuver.body_rate_design import body_rate_design
 from testbed.maneuver.criteria import Criterion
 from testbed.maneuver.design import BodyRateLimits, Design, DesignProblem, GimbalLimits, Search
@@ -139,8 +139,7 @@ def bound_of(platform: PlatformModel, maneuver: Maneuver, *, start_known: bool) 
         body_rate=maneuver.reference(gyro_time).body_rate,
         gyro_noise=NOISE,
         actuator_time=actuator_time,
-        cluster=platform.cluster,
-        gimbal_angle=maneuver.reference(actuator_time).gimbal_angle,
+        gimbals=GimbalTelemetry(cluster=platform.cluster, angle=maneuver.reference(actuator_time).gimbal_angle),
         initial_momentum="zero" if start_known else "estimated",
     )
     return np.sqrt(np.diag(cramer_rao_bound(telemetry, theta_of(platform.inertia), np.zeros(3)))[:6])

@@ -23,8 +23,9 @@ from benchmarks.environments import UnavailableError, environment
 from benchmarks.paired import seconds
 from benchmarks.ratios import Ratio
 from testbed.arrays import Array, Theta
-from testbed.assembly.estimation import estimation_settings, telemetry_of
+from testbed.assembly.estimators import estimation_settings
 from testbed.assembly.platform import PlatformModel, nominal_platform, nominal_properties
+from testbed.assembly.telemetry import telemetry_of
 from testbed.dynamics.inertia import theta_of
 from testbed.estimation.bound import cramer_rao_bound
 from testbed.estimation.estimate import EstimationSettings

@@ -27,9 +27,9 @@ from testbed.estimation.body import is_body, nearest_body
 from testbed.estimation.estimate import EstimationSettings
 from testbed.estimation.registry import ESTIMATORS
 from testbed.estimation.uncertainty import EXACT, USUAL, Uncertainty
-from testbed.experiment.estimating import estimate_flight
 from testbed.experiment.flying import Sortie, fly_sorties
 from testbed.experiment.planning import plan_maneuver
+from testbed.experiment.running_estimators import estimate_flight
 from testbed.maneuver.maneuver import Maneuver
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.scenario import Scenario

@@ -14,8 +14,9 @@ from dataclasses import replace
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.assembly.estimation import estimation_settings, telemetry_of
+from testbed.assembly.estimators import estimation_settings
 from testbed.assembly.platform import PlatformModel, nominal_platform
+from testbed.assembly.telemetry import telemetry_of
 from testbed.campaign.plan import run_seed
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.errors import InputError

@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from support.synthetic_telemetry import Flight, sample_times
+from support.synthetic_telemetry import Flight, sample_times, with_gimbals
 from testbed.arrays import Array, Series
 from testbed.cmg.cluster import cluster_momentum, inertia_change, momentum_jacobian
 from testbed.dynamics.inertia import inertia_of
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import GimbalRun, GimbalTelemetry, Telemetry
 
 SAMPLE_RATE = 16.0
 STEPS_PER_SAMPLE = 20
@@ -67,22 +67,22 @@ def closed_loop_flights(
     )
 
 
-def measured_telemetry(flights: ClosedLoopFlights, flight: Flight, index: int, gyro_noise: float) -> Telemetry:
+def measured_telemetry(flights: ClosedLoopFlights, flight: Flight, index: int, gyro_noise: float) -> GimbalRun:
     """Return what one of the flights sent down."""
     return Telemetry(
         gyro_time=flights.time,
         body_rate=flights.measured_rate[:, index],
         gyro_noise=gyro_noise,
         actuator_time=flights.time,
-        cluster=flight.cluster,
-        gimbal_angle=flights.measured_angle[:, index],
+        gimbals=GimbalTelemetry(cluster=flight.cluster, angle=flights.measured_angle[:, index]),
     )
 
 
-def true_telemetry(flights: ClosedLoopFlights, flight: Flight, index: int, gyro_noise: float) -> Telemetry:
+def true_telemetry(flights: ClosedLoopFlights, flight: Flight, index: int, gyro_noise: float) -> GimbalRun:
     """Return what it would have sent without noise, for the bound of the motion as flown."""
     measured = measured_telemetry(flights, flight, index, gyro_noise)
-    return replace(measured, body_rate=flights.true_rate[:, index], gimbal_angle=flights.true_angle[:, index])
+    actual = with_gimbals(measured, angle=flights.true_angle[:, index])
+    return replace(actual, body_rate=flights.true_rate[:, index])
 
 
 def _body_rate(flight: Flight, angle: Array, rate: Array) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 from testbed.arrays import Array
 from testbed.assembly.platform import PlatformModel, nominal_platform
 from testbed.dynamics.inertia import theta_of
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import GimbalTelemetry, Telemetry
 from testbed.prediction.grid import grid_of
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import Values
@@ -62,8 +62,7 @@ def records(
             body_rate=np.zeros((len(time), 3)),
             gyro_noise=noise,
             actuator_time=time,
-            cluster=platform.cluster,
-            gimbal_angle=angle,
+            gimbals=GimbalTelemetry(cluster=platform.cluster, angle=angle),
         )
         for angle in angles
     ]

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.assembly.estimation import telemetry_of
 from testbed.assembly.extension import extended, write_extended
 from testbed.assembly.platform import PlatformModel, nominal_platform
+from testbed.assembly.telemetry import telemetry_of
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.contract import Extension
 from testbed.estimation.telemetry import Telemetry

@@ -7,6 +7,7 @@ tolerance: an authority for the estimators that shares no code with them but the
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -14,7 +15,7 @@ from scipy.integrate import solve_ivp
 from testbed.arrays import Series, Theta, UnitSeries, Vector3, Vectors3
 from testbed.cmg.cluster import Cluster, cluster_momentum, inertia_change
 from testbed.dynamics.inertia import inertia_of
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import GimbalRun, GimbalTelemetry, Telemetry
 
 DURATION = 5.0
 TRUE_THETA = np.array([0.022, 0.022, 0.027, 0.0, 0.0, 0.0])
@@ -126,23 +127,27 @@ def sample_times(rate_hz: float, start: float = 0.0, stop: float = DURATION) -> 
     return np.arange(np.ceil(start * rate_hz), np.floor(stop * rate_hz) + 1) / rate_hz
 
 
-def exact_telemetry(flight: Flight, gyro_time: Series, actuator_time: Series, gyro_noise: float = 0.0) -> Telemetry:
+def exact_telemetry(flight: Flight, gyro_time: Series, actuator_time: Series, gyro_noise: float = 0.0) -> GimbalRun:
     """Return telemetry without noise; `gyro_noise` is only what it says of itself."""
     return Telemetry(
         gyro_time=gyro_time,
         body_rate=flight.body_rate(gyro_time),
         gyro_noise=gyro_noise,
         actuator_time=actuator_time,
-        cluster=flight.cluster,
-        gimbal_angle=flight.gimbals.angle(actuator_time),
+        gimbals=GimbalTelemetry(cluster=flight.cluster, angle=flight.gimbals.angle(actuator_time)),
     )
 
 
-def noisy(telemetry: Telemetry, seed: int, encoder_noise: float) -> Telemetry:
+def with_gimbals(run: GimbalRun, **changes: Any) -> GimbalRun:
+    """Return a run with other channels of its gimbals, or another cluster."""
+    return replace(run, gimbals=replace(run.gimbals, **changes))
+
+
+def noisy(telemetry: GimbalRun, seed: int, encoder_noise: float) -> GimbalRun:
     """Return exact telemetry with the gyro's and the encoders' white noise on it."""
     gyro, encoders = (np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(2))
+    angle = telemetry.gimbals.angle
     return replace(
-        telemetry,
+        with_gimbals(telemetry, angle=angle + encoder_noise * encoders.standard_normal(angle.shape)),
         body_rate=telemetry.body_rate + telemetry.gyro_noise * gyro.standard_normal(telemetry.body_rate.shape),
-        gimbal_angle=telemetry.gimbal_angle + encoder_noise * encoders.standard_normal(telemetry.gimbal_angle.shape),
     )

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from testbed.assembly.estimation import telemetry_of
 from testbed.assembly.platform import Body
+from testbed.assembly.telemetry import telemetry_of
 from testbed.dynamics.inertia import theta_of
 from testbed.estimation.contact import Contact, first_contact
 from testbed.records.record import Record

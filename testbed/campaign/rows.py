@@ -10,8 +10,8 @@ from testbed.assembly.platform import PlatformModel, nominal_platform
 from testbed.campaign.flights import DispersedFlight, fly_seeds
 from testbed.campaign.plan import Block, CampaignPlan
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
-from testbed.experiment.estimating import try_estimate_flight
 from testbed.experiment.experiment import Estimation
+from testbed.experiment.running_estimators import try_estimate_flight
 from testbed.simulation.summary import FlightSummary
 
 Row: TypeAlias = dict[str, Any]

@@ -10,7 +10,7 @@ from testbed.cli.console import command_line, print_as_json, say, show
 from testbed.cli.notices import print_notices, print_verdict
 from testbed.cli.tables import estimate_table
 from testbed.dynamics.inertia import theta_of
-from testbed.identification.estimating import Identification
+from testbed.identification.identify import Identification
 from testbed.library.estimates import estimate
 from testbed.library.records import read_records
 from testbed.library.scenarios import overrides_of, read_scenario, require_flyable

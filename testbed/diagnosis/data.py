@@ -57,12 +57,11 @@ def answer_channel(grid: Grid) -> tuple[list[Array], Array] | None:
     if not any(len(each) for each in answers):
         return None
     left = _left(grid, answers)
-    by_unit = [
-        part for run, each in zip(grid.runs, left, strict=True) for part in by_stretches(run, by_units(run, each))
-    ]
+    pairs = zip(grid.commanded_runs, left, strict=True)
+    by_unit = [part for run, each in pairs for part in by_stretches(run, by_units(run, each))]
     units, directions = unit_count(grid), answers[0].shape[1]
     noise = np.sqrt(units / directions * np.mean(_noise(by_unit) ** 2))  # M columns hold the noise of M - 3 directions
-    unknowns = len(_NUDGES) * units + sum(constants(run).shape[1] for run in grid.runs)
+    unknowns = len(_NUDGES) * units + sum(constants(run).shape[1] for run in grid.commanded_runs)
     squares = np.concatenate(left).ravel() ** 2
     if len(squares) < _ENOUGH * unknowns:
         return None
@@ -99,7 +98,7 @@ def _missed(grid: Grid, answers: Sequence[Array], unknowns: Array) -> list[Array
     """Return measured less predicted answers of servos with lag, viscous and dry friction, each (P, K, M - 3), rad."""
     lag, viscous, dry = np.split(unknowns, 3, axis=1)
     parts = []
-    for run, measured in zip(grid.runs, answers, strict=True):
+    for run, measured in zip(grid.commanded_runs, answers, strict=True):
         rate = ticks_of(run).gimbal_rate
         against = viscous[:, None] * rate + dry[:, None] * direction_of(rate)
         parts.append(measured - shown(run, answer(run, lag, against)))
@@ -163,7 +162,7 @@ class Runs:
     def driven_by_momentum(self) -> bool:
         """Whether gimbals or the momentum that they hold are known: torques that are applied have to be integrated."""
         run = self.grid.runs[0]
-        return run.gimbal_angle is not None or run.cluster_momentum is not None
+        return run.gimbals is not None or run.cluster_momentum is not None
 
     def with_sigma(self, sigma: Array) -> Runs:
         """Return the same runs with another standard deviation of the gyro, shape (R, 3) or (3,), rad/s."""
@@ -251,7 +250,7 @@ def _gyro_only(
     noise_freedom: float,
     estimated_noise: Sequence[Array],
 ) -> Runs:
-    outer = [replace(run, gimbal_torque=None, gimbal_rate_command=None, gyro_error=None) for run in telemetry]
+    outer = [replace(run, gimbals=run.gimbals and run.gimbals.angles_only(), gyro_error=None) for run in telemetry]
     grid = replace(grid_of(outer), follows_commands=False)
     return Runs(
         names=tuple(names), grid=grid, sigma=sigma, noise_freedom=noise_freedom, estimated_noise=tuple(estimated_noise)

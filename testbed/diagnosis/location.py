@@ -16,10 +16,10 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit, orthonormal, projected_out
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.compared import compared
-from testbed.prediction.grid import telemetry_spline, unit_count
+from testbed.prediction.grid import unit_count
 from testbed.prediction.motor_torques import has_torques
 from testbed.prediction.servo_answers import by_units, followed
-from testbed.signals import AXES, SIGNALS, unit_numbers
+from testbed.signals import AXES, unit_numbers
 
 Path = Literal["reading", "torque"]
 
@@ -52,19 +52,23 @@ def _signals(run: Telemetry) -> Iterator[tuple[str, Series]]:
         for second in range(first, 3):
             yield f"body_rate_{AXES[first]}*body_rate_{AXES[second]}", rate[:, first] * rate[:, second]
         yield f"body_rate_{AXES[first]}*abs(body_rate_{AXES[first]})", rate[:, first] * np.abs(rate[:, first])
-    if run.gimbal_angle is not None:
-        yield from _along("gimbal_angle", "gimbal_rate", run)
+    if run.gimbals is not None:
+        units = range(1, run.gimbals.angle.shape[1] + 1)
+        yield from _along(("gimbal_angle", "gimbal_rate"), units, run, run.gimbals.angle)
     elif run.cluster_momentum is not None:
-        yield from _along("cluster_momentum", "cluster_momentum_rate", run)
+        yield from _along(("cluster_momentum", "cluster_momentum_rate"), AXES, run, run.cluster_momentum)
     if run.applied_torque is not None:
-        yield from _along("applied_torque", "applied_torque_rate", run)
+        yield from _along(("applied_torque", "applied_torque_rate"), AXES, run, run.applied_torque)
 
 
-def _along(channel: str, derivative: str, run: Telemetry) -> Iterator[tuple[str, Series]]:
-    spline, per_unit = telemetry_spline(run, channel), SIGNALS[channel].per_unit
-    for order, name in enumerate((channel, derivative)):
-        for index, values in enumerate(spline(run.gyro_time, order).T):
-            yield f"{name}_{index + 1 if per_unit else AXES[index]}", values
+def _along(
+    names: tuple[str, str], columns: Sequence[str | int], run: Telemetry, samples: Array
+) -> Iterator[tuple[str, Series]]:
+    """Yield a channel's columns and their derivatives, by name, at the gyro's samples."""
+    spline = run.through(samples)
+    for order, name in enumerate(names):
+        for column, values in zip(columns, spline(run.gyro_time, order).T, strict=True):
+            yield f"{name}_{column}", values
 
 
 MOST = 6
@@ -165,10 +169,11 @@ def _inner(runs: Runs, fit: Fit) -> Iterator[_Residual]:
     names = ["gimbal_torque"] * has_torques(runs.grid) + ["gimbal_angle"] * runs.grid.follows_commands
     for index, name in enumerate(names):
         values = blocks[index * len(runs.names) : (index + 1) * len(runs.names)]
+        times = [run.actuator_time[compared(run)] for run in runs.grid.runs]
         if name == "gimbal_angle":
-            values = [by_units(run, block) for run, block in zip(runs.grid.runs, values, strict=True)]
-        kept = followed if name == "gimbal_angle" else compared
-        times = [run.actuator_time[kept(run)] for run in runs.grid.runs]
+            commanded = runs.grid.commanded_runs
+            values = [by_units(run, block) for run, block in zip(commanded, values, strict=True)]
+            times = [run.actuator_time[followed(run)] for run in commanded]
         yield _Residual(
             signals=tuple(f"{name}_{unit}" for unit in unit_numbers(unit_count(runs.grid))),
             runs=runs.names,
@@ -181,7 +186,7 @@ def _inner(runs: Runs, fit: Fit) -> Iterator[_Residual]:
 def _inner_dependence(runs: Runs, times: Sequence[Series], values: Sequence[Array], unit: int) -> Dependence | None:
     """Return which of its unit's motions a residual goes along with."""
     names = (f"gimbal_rate_{unit + 1}", f"sign(gimbal_rate_{unit + 1})", f"gimbal_acceleration_{unit + 1}")
-    splines = [telemetry_spline(run, "gimbal_angle") for run in runs.grid.runs]
+    splines = [run.through(run.gimbals.angle) for run in runs.grid.gimbal_runs]
     rate, change = (
         np.concatenate([spline(time, order)[:, unit] for spline, time in zip(splines, times, strict=True)])
         for order in (1, 2)

@@ -208,10 +208,10 @@ def channels_of(runs: Runs) -> set[Channel]:
     """Return the channels that the runs carry."""
     run = runs.grid.runs[0]
     present: set[Channel] = set()
-    if run.gimbal_angle is not None:
+    if run.gimbals is not None:
         present.add("gimbal_angle")
-    if run.rotor_momentum is not None:
-        present.add("rotor_speed")
+        if run.gimbals.rotor_momentum is not None:
+            present.add("rotor_speed")
     if run.applied_torque is not None:
         present.add("applied_torque")
     if has_torques(runs.grid):

@@ -8,23 +8,24 @@ nothing. Over a short window it has not grown yet.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
-from itertools import pairwise
+from dataclasses import dataclass, replace
 from math import sqrt
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from testbed.arrays import Array, Series
+from testbed.arrays import Array, Flags, Series
 from testbed.assembly.contact import cut_at_contact
-from testbed.assembly.estimation import telemetry_of
 from testbed.assembly.platform import Body
+from testbed.assembly.telemetry import telemetry_of
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.gyro_saturation import flat_tops
 from testbed.errors import InputError
+from testbed.estimation.gaps import between_gaps, gaps
 from testbed.estimation.gyro_noise import gyro_noise_of
 from testbed.estimation.outliers import gross_outliers
-from testbed.estimation.telemetry import BRIDGED_PERIODS, Telemetry, covered_part
+from testbed.estimation.telemetry import Telemetry, covered_part
 from testbed.records.checks import MINIMUM_SAMPLES
 from testbed.records.record import Record
 from testbed.records.selection import telemetry_only
@@ -42,17 +43,12 @@ def averaged(telemetry: Telemetry, rate: float) -> Telemetry:
         telemetry: of one run.
         rate: Hz; samples that come more slowly are left as they are.
     """
-    gyro_time, (body_rate,), gyro_count = _means(telemetry.gyro_time, [telemetry.body_rate], rate)
-    channels = _actuator_channels(telemetry)
-    actuator_time, means, _ = _means(telemetry.actuator_time, list(channels.values()), rate)
-    changed: dict[str, Any] = dict(zip(channels, means, strict=True))
+    gyro, actuators = (_bins(time, rate) for time in (telemetry.gyro_time, telemetry.actuator_time))
     return replace(
-        telemetry,
-        gyro_time=gyro_time,
-        body_rate=body_rate,
-        gyro_noise=telemetry.gyro_noise / sqrt(gyro_count),
-        actuator_time=actuator_time,
-        **changed,
+        telemetry.with_actuator_samples(actuators.mean(telemetry.actuator_time), actuators.mean),
+        gyro_time=gyro.mean(telemetry.gyro_time),
+        body_rate=gyro.mean(telemetry.body_rate),
+        gyro_noise=telemetry.gyro_noise / sqrt(gyro.usual),
     )
 
 
@@ -99,27 +95,37 @@ def with_actuator_rows(telemetry: Telemetry, rows: slice) -> Telemetry:
         telemetry: of one run.
         rows: which samples.
     """
-    cut: dict[str, Any] = {name: values[rows] for name, values in _actuator_channels(telemetry).items()}
-    return replace(telemetry, actuator_time=telemetry.actuator_time[rows], **cut)
+    return telemetry.with_actuator_samples(telemetry.actuator_time[rows], lambda samples: samples[rows])
 
 
-def _actuator_channels(telemetry: Telemetry) -> dict[str, Array]:
-    """Return what was sampled at the actuators' times, by name."""
-    of_gyro = {"gyro_time", "body_rate", "actuator_time"}
-    values = {field.name: getattr(telemetry, field.name) for field in fields(telemetry) if field.name not in of_gyro}
-    return {name: each for name, each in values.items() if isinstance(each, np.ndarray)}
+class _Bins(NamedTuple):
+    """Samples that are averaged together: the first of each bin, which bins are full, and what a sample counts there.
+
+    Attributes:
+        first: shape (B,).
+        full: shape (B,).
+        shares: shape (F,), of the full ones.
+        usual: number of samples in a bin.
+    """
+
+    first: NDArray[np.intp]
+    full: Flags
+    shares: Array
+    usual: float
+
+    def mean(self, samples: Array) -> Array:
+        """Return the means of a channel's samples, shape (N,) or (N, C), in the full bins, shape (F,) or (F, C)."""
+        sums = np.add.reduceat(samples, self.first, axis=0)[self.full]
+        return np.asarray((sums.T * self.shares).T)
 
 
-def _means(time: Series, channels: list[Array], rate: float) -> tuple[Series, list[Array], float]:
-    """Return times, channels and the usual number of samples in a mean."""
+def _bins(time: Series, rate: float) -> _Bins:
     number = np.floor((time - time[0]) * rate).astype(np.intp)
     first = np.flatnonzero(np.diff(number, prepend=-1))
     counts = np.diff(np.append(first, len(time)))
     usual = float(np.median(counts))
     full = counts >= _FULL * usual
-    shares = 1.0 / counts[full]
-    means = [np.add.reduceat(channel, first, axis=0)[full] * shares[:, None] for channel in channels]
-    return np.add.reduceat(time, first)[full] * shares, means, usual
+    return _Bins(first, full, 1.0 / counts[full], usual)
 
 
 _BRIDGED = 0.3
@@ -239,14 +245,10 @@ def _require_moving_gyro(name: str, telemetry: Telemetry) -> None:
 
 def _without_gaps(telemetry: Telemetry) -> Iterator[Telemetry]:
     """Yield the stretches without a gap of their actuator samples over which no motion can be predicted."""
-    interval = np.diff(telemetry.actuator_time)
-    usual = float(np.median(interval)) if len(interval) else 0.0
-    longest = max(BRIDGED_PERIODS * usual, _BRIDGED if telemetry.applied_torque is None else _BRIDGED_TORQUE)
-    behind = np.flatnonzero(interval > longest) + 1
-    edges = [0, *behind.astype(int).tolist(), len(telemetry.actuator_time)]
-    for first, last in pairwise(edges):
+    bridged = _BRIDGED if telemetry.applied_torque is None else _BRIDGED_TORQUE
+    for rows in between_gaps(gaps(telemetry.actuator_time, shortest=bridged)):
         try:
-            stretch = covered_part(with_actuator_rows(telemetry, slice(first, last)))
+            stretch = covered_part(with_actuator_rows(telemetry, rows))
         except InputError:
             continue
         if len(stretch.gyro_time) >= MINIMUM_SAMPLES:

@@ -9,12 +9,13 @@ import numpy as np
 
 from testbed.arrays import Array, Flags
 from testbed.effects.noise_effect import Readings
+from testbed.estimation.differences import correlated_share, squared_differences
 
-_DIFFERENCES = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
-"""Fourth differences: a motion of 1 Hz at 16 Hz passes by a factor 0.02, white noise by √70."""
+_ORDER = 4
+"""Of the differences: a motion of 1 Hz at 16 Hz passes by a factor 0.02, white noise by √70."""
 _AGREEING = 2.0
 """Standard deviations by which two estimates of one thing may differ."""
-FEWEST = len(_DIFFERENCES)
+FEWEST = _ORDER + 1
 """Samples in a row without which there is no fourth difference."""
 
 
@@ -33,7 +34,7 @@ def variance_ratio(readings: Readings, axes: Flags) -> tuple[float, float]:
     number = sum(power.size for power in powers)
     if not number:
         return 1.0, 0.0
-    return sum(float(power.sum()) for power in powers) / number, number / _correlated_share()
+    return sum(float(power.sum()) for power in powers) / number, number / correlated_share(_ORDER)
 
 
 def noise_ratio(readings: Readings, axes: Flags) -> tuple[float, float]:
@@ -62,11 +63,4 @@ def fast_power(values: Array) -> Array:
     Args:
         values: shape (N, W), N at least `FEWEST`.
     """
-    fast = np.lib.stride_tricks.sliding_window_view(values, FEWEST, axis=0) @ _DIFFERENCES
-    return np.asarray(fast**2 / (_DIFFERENCES @ _DIFFERENCES))
-
-
-def _correlated_share() -> float:
-    """Return how many correlated differences are worth one independent number: Σ ρ² over all lags."""
-    correlation = np.convolve(_DIFFERENCES, _DIFFERENCES[::-1])
-    return float((correlation**2).sum() / correlation.max() ** 2)
+    return squared_differences(values, _ORDER)

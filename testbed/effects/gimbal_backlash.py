@@ -10,9 +10,8 @@ from scipy.interpolate import CubicSpline
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.cmg.cluster import Cluster
 from testbed.effects.contract import UNITS, Effect, Extension, Parameter, only_unit, unit_index
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import GimbalRun
 from testbed.prediction.grid import Gimbals, Grid
 from testbed.prediction.hooks import Hooks
 from testbed.scenario.scenario import Scenario
@@ -29,8 +28,8 @@ class _Loose(Hooks):
         self._unit = unit_index(component)
 
     @override
-    def gimbals(self, gimbals: Gimbals, value: Array, grid: Grid, cluster: Cluster) -> Gimbals:
-        splines = [_behind(run, self._unit, value[:, 0]) for run in grid.runs]
+    def gimbals(self, gimbals: Gimbals, value: Array, grid: Grid) -> Gimbals:
+        splines = [_behind(run, self._unit, value[:, 0]) for run in grid.gimbal_runs]
         angle, rate = (
             np.stack([spline(time, order) for spline, time in zip(splines, grid.time, strict=True)]) for order in (0, 1)
         )
@@ -42,13 +41,12 @@ class _Loose(Hooks):
         )
 
 
-def _behind(run: Telemetry, unit: int, dead_zone: Array) -> CubicSpline:
+def _behind(run: GimbalRun, unit: int, dead_zone: Array) -> CubicSpline:
     """Return by how much an axis differs from a run's encoder, rad, as the spline of its samples, for widths of (P,).
 
     The encoder's side drags the axis along behind it; within the play the axis stands still. It starts in the middle.
     """
-    assert run.gimbal_angle is not None
-    encoder = np.unwrap(run.gimbal_angle[:, unit])
+    encoder = np.unwrap(run.gimbals.angle[:, unit])
     contacts = np.array([_contacts(encoder.tolist(), 0.5 * width) for width in dead_zone.real.tolist()])
     axis = encoder[contacts[..., 0]] - 0.5 * dead_zone[:, None] * contacts[..., 1]
     return CubicSpline(run.actuator_time, axis - encoder, axis=1)

@@ -9,7 +9,6 @@ import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.cmg.cluster import Cluster
 from testbed.cmg.misalignment import turned_axes
 from testbed.effects.contract import UNITS, Effect, Extension, Parameter, only_unit
 from testbed.prediction.grid import Gimbals, Grid
@@ -23,8 +22,8 @@ class _Tilted(Hooks):
         self._component = component
 
     @override
-    def gimbals(self, gimbals: Gimbals, value: Array, grid: Grid, cluster: Cluster) -> Gimbals:
-        turns = np.moveaxis(only_unit(self._component, value, len(cluster.rotor_momentum)), 1, 2)
+    def gimbals(self, gimbals: Gimbals, value: Array, grid: Grid) -> Gimbals:
+        turns = np.moveaxis(only_unit(self._component, value, gimbals.angle.shape[-1]), 1, 2)
         axes = np.broadcast_arrays(gimbals.gimbal_axis_B, gimbals.spin_axis_B, turns[..., :1])[:2]
         turned = [turned_axes(*each) for each in zip(*axes, turns, strict=True)]
         return replace(

@@ -9,7 +9,6 @@ import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.cmg.cluster import Cluster
 from testbed.effects.contract import UNITS, Effect, Extension, Parameter, only_unit
 from testbed.prediction.grid import Gimbals, Grid
 from testbed.prediction.hooks import Hooks
@@ -22,7 +21,7 @@ class _Shifted(Hooks):
         self._component = component
 
     @override
-    def gimbals(self, gimbals: Gimbals, value: Array, grid: Grid, cluster: Cluster) -> Gimbals:
+    def gimbals(self, gimbals: Gimbals, value: Array, grid: Grid) -> Gimbals:
         zero = only_unit(self._component, value[:, 0], gimbals.angle.shape[-1])
         return replace(gimbals, angle=gimbals.angle - zero[:, None])
 

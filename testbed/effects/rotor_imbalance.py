@@ -6,14 +6,13 @@ from collections.abc import Iterator
 from typing import final
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.stats import chi2
 from typing_extensions import override
 
-from testbed.arrays import Array, Matrix3
+from testbed.arrays import Array, Matrix3, Vector3
 from testbed.effects.contract import UNITS, Extension, Parameter, unit_index
 from testbed.effects.noise_effect import Finding, NoiseEffect, Readings
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import GimbalRun, has_gimbals
 from testbed.plant.unit_additions import UnbalancedRotor
 from testbed.scenario.scenario import Scenario
 
@@ -67,9 +66,9 @@ class RotorImbalance(NoiseEffect):
 def _line_fit(part: int, readings: Readings, unit: int) -> tuple[Array, float, Array, Array] | None:
     """Return a run's (U cos φ₀, U sin φ₀), kg·m, the χ² that they explain, their covariance, and what they explain."""
     run, sigma = readings.runs[part], readings.sigma[part]
-    if run.cluster is None or run.cluster.position_B is None or run.gimbal_angle is None:
+    if not has_gimbals(run) or run.gimbals.cluster.position_B is None:
         return None
-    columns = np.stack(list(_tremor(run, unit, readings.inertia)), axis=-1)
+    columns = np.stack(list(_tremor(run, unit, run.gimbals.cluster.position_B[unit], readings.inertia)), axis=-1)
     white = (columns / sigma[:, None]).reshape(-1, 2)
     residual = (readings.residual[part] / sigma).ravel()
     covariance = np.linalg.pinv(white.T @ white, rcond=1e-6)
@@ -77,17 +76,14 @@ def _line_fit(part: int, readings: Readings, unit: int) -> tuple[Array, float, A
     return values, float(values @ (white.T @ residual)), covariance, columns @ values
 
 
-def _tremor(run: Telemetry, unit: int, inertia: Matrix3) -> Iterator[Array]:
+def _tremor(run: GimbalRun, unit: int, position_B: Vector3, inertia: Matrix3) -> Iterator[Array]:
     """Yield the body rates at the gyro's samples for an imbalance of one kg·m at φ₀ of 0 and 90 degrees, (N, 3)."""
-    cluster = run.cluster
-    assert cluster is not None
-    assert cluster.position_B is not None
-    assert run.gimbal_angle is not None
-    momentum = cluster.rotor_momentum if run.rotor_momentum is None else run.rotor_momentum.mean(axis=0)
+    cluster, spin = run.gimbals.cluster, run.gimbals.rotor_momentum
+    momentum = cluster.rotor_momentum if spin is None else spin.mean(axis=0)
     speed = float(momentum[unit] / cluster.rotor_spin_inertia[unit])
-    angle = CubicSpline(run.actuator_time, np.unwrap(run.gimbal_angle, axis=0)[:, unit])(run.gyro_time)[:, None]
+    angle = run.through(np.unwrap(run.gimbals.angle, axis=0)[:, unit])(run.gyro_time)[:, None]
     transverse_B = np.cos(angle) * cluster.transverse_axis_B[unit] - np.sin(angle) * cluster.spin_axis_B[unit]
     for lead in (0.0, 0.5 * np.pi):
         turn = (speed * run.gyro_time + lead)[:, None]
         ahead_B = np.cos(turn) * cluster.gimbal_axis_B[unit] - np.sin(turn) * transverse_B
-        yield np.asarray(-speed * np.linalg.solve(inertia, np.cross(cluster.position_B[unit], ahead_B).T).T)
+        yield np.asarray(-speed * np.linalg.solve(inertia, np.cross(position_B, ahead_B).T).T)

@@ -9,7 +9,6 @@ import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.cmg.cluster import Cluster
 from testbed.effects.contract import UNITS, Effect, Extension, Parameter, only_unit, unit_index
 from testbed.plant.unit_additions import RotorDrag
 from testbed.prediction.grid import Gimbals, Grid
@@ -22,7 +21,7 @@ class _Slowing(Hooks):
         self._component = component
 
     @override
-    def gimbals(self, gimbals: Gimbals, value: Array, grid: Grid, cluster: Cluster) -> Gimbals:
+    def gimbals(self, gimbals: Gimbals, value: Array, grid: Grid) -> Gimbals:
         elapsed = (grid.time - grid.time[:, :1])[:, None, :, None]
         decay = np.exp(-only_unit(self._component, value[:, 0], gimbals.angle.shape[-1])[:, None] * elapsed)
         return replace(gimbals, rotor_momentum=gimbals.rotor_momentum * decay)

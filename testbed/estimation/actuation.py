@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from testbed.arrays import Array, Matrices3, Series, UnitSeries, Vectors3
+from testbed.arrays import Matrices3, Series, UnitSeries, Vectors3
 from testbed.cmg.cluster import Cluster, cluster_momentum, inertia_change
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import GimbalRun, Telemetry, has_gimbals
 
 _BLOCK = 16_384
 """Instants whose units' axes are worked out at once: they take 600 bytes each, and fit into a processor's cache."""
@@ -33,12 +33,12 @@ class Actuation:
 
 
 class GimbalMotion(NamedTuple):
-    """What encoders and tachometers say at N times.
+    """What the encoders and tachometers of M units show at N times.
 
     Attributes:
-        angle: d, shape (N, 6), rad.
-        rate: ḋ, shape (N, 6), rad/s.
-        rotor_momentum: Js·Ω, shape (N, 6), N·m·s; the nominal one where there are no tachometers.
+        angle: d, shape (N, M), rad.
+        rate: ḋ, shape (N, M), rad/s.
+        rotor_momentum: Js·Ω, shape (N, M), N·m·s; the nominal one where there are no tachometers.
     """
 
     angle: UnitSeries
@@ -57,7 +57,7 @@ def actuation(telemetry: Telemetry, time: Series) -> Actuation:
         time: shape (N,), s, within the actuator telemetry.
     """
     splines = _splines(telemetry)
-    blocks = [_actuation(telemetry, splines, time[first : first + _BLOCK]) for first in range(0, len(time), _BLOCK)]
+    blocks = [_actuation(splines, time[first : first + _BLOCK]) for first in range(0, len(time), _BLOCK)]
     if len(blocks) == 1:
         return blocks[0]
     return Actuation(
@@ -67,46 +67,58 @@ def actuation(telemetry: Telemetry, time: Series) -> Actuation:
     )
 
 
-def gimbal_motion(telemetry: Telemetry, cluster: Cluster, gimbal_angle: UnitSeries, time: Series) -> GimbalMotion:
+def gimbal_motion(run: GimbalRun, time: Series) -> GimbalMotion:
     """Return the gimbals' motion at given times, from cubic splines through the samples.
 
     Args:
-        telemetry: the tachometers and the samples' times.
-        cluster: the units.
-        gimbal_angle: encoders, shape (K, 6), rad.
+        run: its encoders, tachometers and their times.
         time: shape (N,), s.
     """
-    spin = telemetry.rotor_momentum
-    return _gimbal_motion(
-        cluster, _angle_spline(telemetry, gimbal_angle), None if spin is None else _spline(telemetry, spin), time
-    )
+    return _gimbal_splines(run).at(time)
+
+
+class _GimbalSplines(NamedTuple):
+    """Through the samples of a run's gimbals; none of rotors without tachometers."""
+
+    cluster: Cluster
+    angle: CubicSpline
+    spin: CubicSpline | None
+
+    def at(self, time: Series) -> GimbalMotion:
+        nominal = np.broadcast_to(self.cluster.rotor_momentum, (len(time), len(self.cluster.rotor_momentum)))
+        return GimbalMotion(self.angle(time), self.angle(time, 1), nominal if self.spin is None else self.spin(time))
 
 
 class _Splines(NamedTuple):
     """Through the samples of what a run has; None of what it has not."""
 
-    angle: CubicSpline | None
-    spin: CubicSpline | None
+    gimbals: _GimbalSplines | None
     momentum: CubicSpline | None
     torque: CubicSpline | None
 
 
 @lru_cache(maxsize=1)  # every grid of an estimate asks for the same run's
 def _splines(telemetry: Telemetry) -> _Splines:
-    def through(samples: Array | None) -> CubicSpline | None:
-        return None if samples is None else _spline(telemetry, samples)
-
-    angle = None if telemetry.cluster is None else telemetry.gimbal_angle
+    reported, torque = telemetry.cluster_momentum, telemetry.applied_torque
+    gimbals = _gimbal_splines(telemetry) if has_gimbals(telemetry) else None
     return _Splines(
-        angle=None if angle is None else _angle_spline(telemetry, angle),
-        spin=None if angle is None else through(telemetry.rotor_momentum),
-        momentum=None if angle is not None else through(telemetry.cluster_momentum),
-        torque=through(telemetry.applied_torque),
+        gimbals=gimbals,
+        momentum=telemetry.through(reported) if gimbals is None and reported is not None else None,
+        torque=None if torque is None else telemetry.through(torque),
     )
 
 
-def _actuation(telemetry: Telemetry, splines: _Splines, time: Series) -> Actuation:
-    momentum_B, change_B = _momentum_and_change(telemetry.cluster, splines, time)
+def _gimbal_splines(run: GimbalRun) -> _GimbalSplines:
+    spin = run.gimbals.rotor_momentum
+    return _GimbalSplines(
+        cluster=run.gimbals.cluster,
+        angle=run.through(np.unwrap(run.gimbals.angle, axis=0)),  # encoders may start over after a turn
+        spin=None if spin is None else run.through(spin),
+    )
+
+
+def _actuation(splines: _Splines, time: Series) -> Actuation:
+    momentum_B, change_B = _momentum_and_change(splines, time)
     return Actuation(
         cluster_momentum_B=momentum_B,
         inertia_change_B=change_B,
@@ -114,22 +126,9 @@ def _actuation(telemetry: Telemetry, splines: _Splines, time: Series) -> Actuati
     )
 
 
-def _momentum_and_change(cluster: Cluster | None, splines: _Splines, time: Series) -> tuple[Vectors3, Matrices3]:
-    if cluster is not None and splines.angle is not None:
-        motion = _gimbal_motion(cluster, splines.angle, splines.spin, time)
+def _momentum_and_change(splines: _Splines, time: Series) -> tuple[Vectors3, Matrices3]:
+    if splines.gimbals is not None:
+        cluster, motion = splines.gimbals.cluster, splines.gimbals.at(time)
         return cluster_momentum(cluster, *motion), inertia_change(cluster, motion.angle)
     known_B = np.zeros((len(time), 3)) if splines.momentum is None else splines.momentum(time)
     return known_B, np.zeros((len(time), 3, 3))
-
-
-def _gimbal_motion(cluster: Cluster, angle: CubicSpline, spin: CubicSpline | None, time: Series) -> GimbalMotion:
-    nominal = np.broadcast_to(cluster.rotor_momentum, (len(time), len(cluster.rotor_momentum)))
-    return GimbalMotion(angle(time), angle(time, 1), nominal if spin is None else spin(time))
-
-
-def _angle_spline(telemetry: Telemetry, gimbal_angle: UnitSeries) -> CubicSpline:
-    return _spline(telemetry, np.unwrap(gimbal_angle, axis=0))  # encoders may start over after a turn
-
-
-def _spline(telemetry: Telemetry, samples: Array) -> CubicSpline:
-    return CubicSpline(telemetry.actuator_time, samples)

@@ -17,11 +17,11 @@ from testbed.errors import InputError
 from testbed.estimation.alignment_model import (
     KINDS,
     Alignment,
-    GimbalTelemetry,
+    SampledGimbals,
     alignment_of,
     drive_at,
-    gimbal_telemetry,
     held_momentum,
+    sampled_gimbals,
     working_units,
 )
 from testbed.estimation.alignment_observability import Observability, observability
@@ -80,7 +80,7 @@ def estimated_alignments(telemetry: Telemetry, settings: EstimationSettings) -> 
     if telemetry.initial_momentum == "zero":
         raise InputError('alignments need initial_momentum = "estimated": a cluster out of alignment has one at rest')
     part = identifiable_part(telemetry, settings)
-    record = gimbal_telemetry(part)
+    record = sampled_gimbals(part)
     theta = likely_theta(part, settings.nominal_theta)
     aligned = np.zeros(len(KINDS) * len(record.cluster.rotor_momentum))
     start = _Unknowns(parameters=np.concatenate([theta, aligned]), momentum_B=mean_momentum(part, theta))
@@ -118,25 +118,25 @@ class _Unknowns:
         return alignment_of(self.parameters[6:])
 
 
-def _motion(record: GimbalTelemetry, unknowns: _Unknowns) -> Motion:
+def _motion(record: SampledGimbals, unknowns: _Unknowns) -> Motion:
     require_physical(unknowns.theta)
     return simulate(drive_at(record, unknowns.alignment), unknowns.theta, unknowns.momentum_B)
 
 
-def _columns(record: GimbalTelemetry, unknowns: _Unknowns, motion: Motion) -> Regressor:
+def _columns(record: SampledGimbals, unknowns: _Unknowns, motion: Motion) -> Regressor:
     """∂ω/∂(θ, alignments, L₀), shape (3N, P + 3)."""
     alignment = unknowns.alignment
     held = held_momentum(record, alignment, motion)
     return rate_sensitivity(drive_at(record, alignment), motion, held).reshape(-1, len(unknowns.parameters) + 3)
 
 
-def _observability(telemetry: Telemetry, record: GimbalTelemetry, start: _Unknowns) -> Observability:
+def _observability(telemetry: Telemetry, record: SampledGimbals, start: _Unknowns) -> Observability:
     columns = without_momentum(_columns(record, start, _motion(record, start)), unknowns=len(start.parameters))
     return observability(columns, telemetry.gyro_noise, start.theta, working_units(record.cluster))
 
 
 def _search(
-    telemetry: Telemetry, record: GimbalTelemetry, start: _Unknowns, observable: Observability
+    telemetry: Telemetry, record: SampledGimbals, start: _Unknowns, observable: Observability
 ) -> OptimizeResult:
     """Search over coordinates in the basis of the observable directions, and over the initial momentum."""
 

@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from testbed.arrays import Array, Axes, Flags, Series, Units, UnitSeries, Vectors3
-from testbed.cmg.cluster import Cluster, cluster_momentum, cluster_part, inertia_change, spin_axes, transverse_axes
+from testbed.cmg.cluster import Cluster, cluster_momentum, inertia_change, spin_axes, transverse_axes
 from testbed.cmg.misalignment import misaligned, turning_axes
 from testbed.errors import InputError
 from testbed.estimation.actuation import Actuation, GimbalMotion, gimbal_motion
 from testbed.estimation.motion import Drive, Motion, drive_of
 from testbed.estimation.sensitivity import HeldMomentum
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import GimbalRun, Telemetry, has_gimbals
 
 KINDS = ("axis about s", "axis about t", "encoder zero", "momentum scale")
 """What is aligned of each unit, in the order of the parameters."""
@@ -41,7 +41,7 @@ class Alignment:
 
 
 @dataclass(frozen=True, kw_only=True)
-class GimbalTelemetry:
+class SampledGimbals:
     """The gimbals' motion as sent, sampled once for all evaluations.
 
     Attributes:
@@ -65,24 +65,24 @@ def alignment_of(parameters: Array) -> Alignment:
     )
 
 
-def gimbal_telemetry(telemetry: Telemetry) -> GimbalTelemetry:
+def sampled_gimbals(telemetry: Telemetry) -> SampledGimbals:
     """Sample a run's gimbals.
 
     Raises:
         InputError: the run has no encoders.
     """
-    if telemetry.cluster is None or telemetry.gimbal_angle is None:
+    if not has_gimbals(telemetry):
         raise InputError("alignments cannot be estimated without gimbal angles: send the encoders' channels")
-    believed, cluster, angle = drive_of(telemetry), telemetry.cluster, telemetry.gimbal_angle
-    return GimbalTelemetry(
-        cluster=cluster,
+    believed = drive_of(telemetry)
+    return SampledGimbals(
+        cluster=telemetry.gimbals.cluster,
         believed=believed,
-        samples=gimbal_motion(telemetry, cluster, angle, believed.time),
-        grid=gimbal_motion(telemetry, cluster, angle, believed.grid_time),
+        samples=gimbal_motion(telemetry, believed.time),
+        grid=gimbal_motion(telemetry, believed.grid_time),
     )
 
 
-def drive_at(record: GimbalTelemetry, alignment: Alignment) -> Drive:
+def drive_at(record: SampledGimbals, alignment: Alignment) -> Drive:
     """Return what the actuators did if their alignment is as given."""
     cluster = misaligned(record.cluster, alignment.misalignment)
 
@@ -98,7 +98,7 @@ def drive_at(record: GimbalTelemetry, alignment: Alignment) -> Drive:
     return replace(drive, samples=known(record.samples, drive.samples), grid=known(record.grid, drive.grid))
 
 
-def held_momentum(record: GimbalTelemetry, alignment: Alignment, motion: Motion) -> HeldMomentum:
+def held_momentum(record: SampledGimbals, alignment: Alignment, motion: Motion) -> HeldMomentum:
     """Return what the momentum that the actuators hold owes to each alignment parameter, at a motion's rates."""
     nodes = GimbalMotion(*(channel[::2] for channel in record.grid))
     return HeldMomentum(
@@ -107,7 +107,7 @@ def held_momentum(record: GimbalTelemetry, alignment: Alignment, motion: Motion)
     )
 
 
-class UnitTelemetry(NamedTuple):
+class SampledUnit(NamedTuple):
     """One unit as believed, and its gimbal's motion at the output times and at the ends of the integration's steps."""
 
     cluster: Cluster
@@ -115,28 +115,22 @@ class UnitTelemetry(NamedTuple):
     nodes: GimbalMotion
 
 
-def unit_telemetry(telemetry: Telemetry, unit: int) -> UnitTelemetry:
+def sampled_unit(run: GimbalRun, unit: int) -> SampledUnit:
     """Sample one unit's gimbal.
 
     Args:
-        telemetry: with encoders.
+        run: with encoders.
         unit: index of the unit.
     """
-    assert telemetry.cluster is not None
-    assert telemetry.gimbal_angle is not None
-    column = slice(unit, unit + 1)
-    cluster = cluster_part(telemetry.cluster, column)
-    spin = telemetry.rotor_momentum
-    own = replace(telemetry, rotor_momentum=None if spin is None else spin[:, column])
-    drive, angle = drive_of(telemetry), telemetry.gimbal_angle[:, column]
-    return UnitTelemetry(
-        cluster=cluster,
-        samples=gimbal_motion(own, cluster, angle, drive.time),
-        nodes=gimbal_motion(own, cluster, angle, drive.grid_time[::2]),
+    drive, own = drive_of(run), replace(run, gimbals=run.gimbals.unit(unit))
+    return SampledUnit(
+        cluster=own.gimbals.cluster,
+        samples=gimbal_motion(own, drive.time),
+        nodes=gimbal_motion(own, drive.grid_time[::2]),
     )
 
 
-def held_momentum_of_unit(unit: UnitTelemetry, motion: Motion) -> HeldMomentum:
+def held_momentum_of_unit(unit: SampledUnit, motion: Motion) -> HeldMomentum:
     """Return what the momentum that a unit holds owes to each of its four alignments, in the order of `KINDS`."""
     aligned = Alignment(misalignment=np.zeros((1, 2)), encoder_zero=np.zeros(1), momentum_scale=np.zeros(1))
     return HeldMomentum(

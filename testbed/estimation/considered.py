@@ -15,11 +15,11 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from testbed.arrays import Array, Theta
-from testbed.estimation.alignment_model import held_momentum_of_unit, unit_telemetry
+from testbed.estimation.alignment_model import held_momentum_of_unit, sampled_unit
 from testbed.estimation.momentum_equation import mean_momentum
 from testbed.estimation.motion import Drive, Motion, drive_of, simulate
 from testbed.estimation.sensitivity import HeldMomentum, held_sensitivity
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import Telemetry, has_gimbals
 from testbed.estimation.uncertainty import Uncertainty
 
 
@@ -60,11 +60,11 @@ def considered_errors(telemetry: Telemetry, theta: Theta, uncertainty: Uncertain
 
 def _actuator_errors(telemetry: Telemetry, drive: Drive, motion: Motion, uncertainty: Uncertainty) -> Iterator[Array]:
     """Yield ∂ω/∂p of the actuators, unit by unit: all units at once would fill the memory on a long record."""
-    if telemetry.cluster is not None and telemetry.gimbal_angle is not None:
+    if has_gimbals(telemetry):
         axis, zero, momentum = uncertainty.gimbal_misalignment, uncertainty.gimbal_zero, uncertainty.rotor_momentum
         std = np.array([axis, axis, zero, momentum])  # in the order of alignment_model.KINDS
-        for unit in range(len(telemetry.cluster.rotor_momentum)) if std.any() else ():
-            held = held_momentum_of_unit(unit_telemetry(telemetry, unit), motion)
+        for unit in range(len(telemetry.gimbals.cluster.rotor_momentum)) if std.any() else ():
+            held = held_momentum_of_unit(sampled_unit(telemetry, unit), motion)
             yield held_sensitivity(drive, motion, held) * std
     elif telemetry.cluster_momentum is not None and uncertainty.rotor_momentum:
         yield held_sensitivity(drive, motion, _momentum_scale(drive)) * uncertainty.rotor_momentum

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import median_abs_deviation
 
-from testbed.arrays import Array, Series, Vectors3
-from testbed.estimation.telemetry import stretches
+from testbed.arrays import Series, Vectors3
+from testbed.estimation.differences import divided_differences, median_std
+from testbed.estimation.gaps import stretches
 
-WINDOW = 5
-"""Samples to a difference: it takes any cubic out of the motion; of 1 rad/s at 2 rad/s, 3e-5 are left at 16 Hz."""
+ORDER = 4
+"""Of the differences: they take any cubic out of the motion; of 1 rad/s at 2 rad/s, 3e-5 are left at 16 Hz."""
 FEWEST_WINDOWS = 20
 """With fewer, the noise is not known to a quarter."""
 _EFFICIENCY = 0.19
@@ -34,8 +34,8 @@ def gyro_noise_of(time: Series, body_rate: Vectors3) -> float | None:
     Returns:
         None where the record is too short, or its samples repeat, so that they hide the noise.
     """
-    runs = [run for run in stretches(time) if run.stop - run.start >= WINDOW]
-    if sum(run.stop - run.start - WINDOW + 1 for run in runs) < FEWEST_WINDOWS:
+    runs = [run for run in stretches(time) if run.stop - run.start > ORDER]
+    if sum(run.stop - run.start - ORDER for run in runs) < FEWEST_WINDOWS:
         return None
     even = np.arange(float(len(time)))
     noise = min(_noise(clock, body_rate, runs) for clock in (time, even))
@@ -52,16 +52,5 @@ def noise_freedom(time: Series) -> float:
 
 
 def _noise(time: Series, body_rate: Vectors3, runs: list[slice]) -> float:
-    differences = np.concatenate([_noise_differences(time[run], body_rate[run]) for run in runs])
-    per_axis = median_abs_deviation(differences, axis=0, scale="normal")
-    return float(np.sqrt(np.mean(per_axis**2)))
-
-
-def _noise_differences(time: Series, body_rate: Vectors3) -> Array:
-    """Return divided differences with weights of unit length, shape (N-4, 3), rad/s."""
-    times = np.lib.stride_tricks.sliding_window_view(time, WINDOW)
-    rates = np.lib.stride_tricks.sliding_window_view(body_rate, WINDOW, axis=0)
-    apart = times[:, :, None] - times[:, None, :] + np.eye(WINDOW)
-    weights = 1.0 / apart.prod(axis=2)
-    weights /= np.linalg.norm(weights, axis=1, keepdims=True)
-    return np.asarray(np.matvec(rates, weights))
+    differences = np.concatenate([divided_differences(time[run], body_rate[run], ORDER) for run in runs])
+    return float(np.sqrt(np.mean(median_std(differences) ** 2)))

@@ -21,9 +21,10 @@ from scipy.linalg import block_diag
 from testbed.arrays import Array, Regressor, Response, Series, Vectors3
 from testbed.dynamics.inertia import momentum_regressor, rate_products, turning_regressor
 from testbed.estimation.actuation import Actuation, actuation
+from testbed.estimation.gaps import stretches
 from testbed.estimation.lag import first_order_lag
 from testbed.estimation.motion import torque_basis
-from testbed.estimation.telemetry import Telemetry, stretches
+from testbed.estimation.telemetry import Telemetry
 
 FINE_STEP = 1.0 / 256.0
 """s; products of rates are filtered on this grid. At the gyro's own 16 Hz they would leave up to 1e-5 kg·m²."""

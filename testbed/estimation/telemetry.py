@@ -1,22 +1,25 @@
-"""What an estimator is given: gyro samples, the telemetry of the actuators, and what is known of the momentum."""
+"""What an estimator is given: gyro samples, the telemetry of the actuators, and what is known of the momentum.
+
+Each kind of actuation is a type of its own. What works on gimbals takes a `GimbalTelemetry`, or a run of which
+`has_gimbals` was asked once.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from itertools import pairwise
-from typing import Literal, TypeAlias
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, Generic, Literal, Self, TypeAlias, TypeGuard
 
 import numpy as np
+from scipy.interpolate import CubicSpline
+from typing_extensions import TypeVar
 
-from testbed.arrays import Array, Flags, Series, UnitSeries, Vectors3
-from testbed.cmg.cluster import Cluster
+from testbed.arrays import Array, Series, UnitSeries, Vectors3
+from testbed.cmg.cluster import Cluster, cluster_part
 from testbed.errors import InputError
+from testbed.estimation.gaps import FEWEST_SAMPLES, covered_by, stretches
 
-BRIDGED_PERIODS = 2.5
-"""A gap of one lost sample is interpolated over; a longer one is not (0.25 s at 16 Hz already costs 2e-5 N·m·s)."""
 ConstantTorque: TypeAlias = Literal["none", "body", "inertial", "both"]
-FEWEST_SAMPLES = 4
-"""A cubic spline needs four samples, and so does every estimator."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +40,79 @@ class Servo:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Telemetry:
+class GimbalTelemetry:
+    """What M control moment gyros sent, at the actuators' times, and what is known of them.
+
+    Attributes:
+        cluster: the units.
+        angle: encoders, shape (K, M), rad.
+        rotor_momentum: tachometers times Js, shape (K, M), N·m·s; the nominal one where None.
+        torque: of the gimbal motors, shape (K, M), N·m; None where it was not sent.
+        servo: of the gimbals; None where it is not known.
+    """
+
+    cluster: Cluster
+    angle: UnitSeries
+    rotor_momentum: UnitSeries | None = None
+    torque: UnitSeries | None = None
+    servo: Servo | None = None
+
+    def commanded(self, rate_command: UnitSeries) -> GimbalTelemetry:
+        """Return the units with what their servo was commanded, shape (K, M), rad/s; as they are without a servo."""
+        if self.servo is None:
+            return self
+        return CommandedGimbals(
+            cluster=self.cluster,
+            angle=self.angle,
+            rotor_momentum=self.rotor_momentum,
+            torque=self.torque,
+            servo=self.servo,
+            rate_command=rate_command,
+        )
+
+    def angles_only(self) -> GimbalTelemetry:
+        """Return the units without the channels of their motors: neither torques nor commands."""
+        return GimbalTelemetry(
+            cluster=self.cluster, angle=self.angle, rotor_momentum=self.rotor_momentum, servo=self.servo
+        )
+
+    def unit(self, index: int) -> GimbalTelemetry:
+        """Return one unit's angle and rotor momentum, shapes (K, 1)."""
+        column = slice(index, index + 1)
+        spin = self.rotor_momentum
+        return GimbalTelemetry(
+            cluster=cluster_part(self.cluster, column),
+            angle=self.angle[:, column],
+            rotor_momentum=None if spin is None else spin[:, column],
+        )
+
+    def with_samples(self, change: Callable[[Array], Array]) -> Self:
+        """Return the units with every sampled channel changed alike."""
+        values = {each.name: getattr(self, each.name) for each in fields(self)}
+        sampled: dict[str, Any] = {
+            name: change(value) for name, value in values.items() if isinstance(value, np.ndarray)
+        }
+        return replace(self, **sampled)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CommandedGimbals(GimbalTelemetry):
+    """Units whose servo is known, and what it was commanded: their angles can be predicted.
+
+    Attributes:
+        rate_command: by the steering law, shape (K, M), rad/s.
+    """
+
+    servo: Servo = field()  # known here, and therefore without a default
+    rate_command: UnitSeries
+
+
+Gimbals_co = TypeVar("Gimbals_co", bound=GimbalTelemetry | None, default=GimbalTelemetry | None, covariant=True)
+"""Whether gimbals are known, by the type: None, a `GimbalTelemetry`, or either."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Telemetry(Generic[Gimbals_co]):
     """The measurements of one run. Channels that were not sent are None; there are no NaN inside.
 
     Two are the same only if they are one object, by which what follows from them is remembered.
@@ -47,15 +122,10 @@ class Telemetry:
         body_rate: measured ω, shape (N, 3), rad/s, body axes.
         gyro_noise: standard deviation of its white noise per sample, rad/s.
         actuator_time: shape (K,), s, strictly increasing; may differ from the gyro's in rate, start and end.
-        cluster: the CMG units; needed with `gimbal_angle`.
-        gimbal_angle: encoders, shape (K, 6), rad.
-        rotor_momentum: tachometers times Js, shape (K, 6), N·m·s; the nominal one where None.
-        cluster_momentum: h as the platform itself reports it, shape (K, 3), N·m·s, body axes; used where
-            `gimbal_angle` is None, and then the inertia's change with the gimbal angles is left out.
-        applied_torque: torque of actuators that store no momentum, shape (K, 3), N·m, body axes.
-        gimbal_torque: of the gimbal motors, shape (K, 6), N·m.
-        gimbal_rate_command: as commanded by the steering law, shape (K, 6), rad/s.
-        servo: of the gimbals; None where it is not known.
+        gimbals: what the control moment gyros sent.
+        cluster_momentum: h as the platform itself reports it, shape (K, 3), N·m·s, body axes; used where `gimbals` is
+            None, and then the inertia's change with the gimbal angles is left out.
+        applied_torque: torque of actuators that store no momentum, shape (K, 3), N·m, body axes; beside either.
         initial_momentum: whether the whole platform's momentum at the first sample is known to be zero.
         constant_torque: which constant torques on the platform are estimated jointly: fixed in the body, fixed in
             inertial axes, or both.
@@ -67,14 +137,9 @@ class Telemetry:
     body_rate: Vectors3
     gyro_noise: float
     actuator_time: Series
-    cluster: Cluster | None = None
-    gimbal_angle: UnitSeries | None = None
-    rotor_momentum: UnitSeries | None = None
+    gimbals: Gimbals_co
     cluster_momentum: Vectors3 | None = None
     applied_torque: Vectors3 | None = None
-    gimbal_torque: UnitSeries | None = None
-    gimbal_rate_command: UnitSeries | None = None
-    servo: Servo | None = None
     initial_momentum: Literal["estimated", "zero"] = "estimated"
     constant_torque: ConstantTorque = "none"
     noise_freedom: float = np.inf
@@ -100,6 +165,40 @@ class Telemetry:
         """Return the constant torques among an estimator's unknowns, shape (K,), N·m."""
         return unknowns[len(unknowns) - self.torque_unknowns :]
 
+    def through(self, samples: Array) -> CubicSpline:
+        """Return the cubic spline through samples of an actuator channel, shape (K, ...)."""
+        return CubicSpline(self.actuator_time, samples)
+
+    def with_actuator_samples(self: Telemetry, time: Series, change: Callable[[Array], Array]) -> Telemetry:
+        """Return the run with every actuator channel changed alike.
+
+        Args:
+            time: of the new samples, shape (K',), s.
+            change: of a channel's samples, shape (K, ...), to those at `time`, shape (K', ...).
+        """
+        momentum, torque = self.cluster_momentum, self.applied_torque
+        return replace(
+            self,
+            actuator_time=time,
+            gimbals=None if self.gimbals is None else self.gimbals.with_samples(change),
+            cluster_momentum=None if momentum is None else change(momentum),
+            applied_torque=None if torque is None else change(torque),
+        )
+
+
+GimbalRun: TypeAlias = Telemetry[GimbalTelemetry]
+CommandedRun: TypeAlias = Telemetry[CommandedGimbals]
+
+
+def has_gimbals(run: Telemetry) -> TypeGuard[GimbalRun]:
+    """Return whether a run's gimbal angles are known."""
+    return run.gimbals is not None
+
+
+def is_commanded(run: Telemetry) -> TypeGuard[CommandedRun]:
+    """Return whether a run carries the commanded gimbal rates, and the servo is known."""
+    return isinstance(run.gimbals, CommandedGimbals)
+
 
 def covered_part(telemetry: Telemetry) -> Telemetry:
     """Return the telemetry without the gyro samples that no actuator telemetry covers, or that stand alone.
@@ -119,27 +218,3 @@ def covered_part(telemetry: Telemetry) -> Telemetry:
             f"{FEWEST_SAMPLES} of them follow one another without a gap: give a longer record"
         )
     return replace(telemetry, gyro_time=telemetry.gyro_time[keep], body_rate=telemetry.body_rate[keep])
-
-
-def stretches(time: Series) -> list[slice]:
-    """Return the runs of samples without a gap between them that are long enough for a spline."""
-    edges = [0, *(np.flatnonzero(_gaps(time)) + 1).tolist(), len(time)]
-    return [slice(first, last) for first, last in pairwise(edges) if last - first >= FEWEST_SAMPLES]
-
-
-def _gaps(time: Series) -> Flags:
-    """Return which intervals between samples are too long to interpolate over, shape (N-1,)."""
-    interval = np.diff(time)
-    return np.asarray(interval > BRIDGED_PERIODS * np.median(interval)) if len(interval) else np.zeros(0, dtype=bool)
-
-
-def covered_by(time: Series, samples: Series) -> Flags:
-    """Return which instants lie between two samples without a gap, or on one, shape (N,).
-
-    Args:
-        time: of the instants, shape (N,), s.
-        samples: times of another channel, s.
-    """
-    following = np.clip(np.searchsorted(samples, time), 1, len(samples) - 1)
-    inside = (time >= samples[0]) & (time <= samples[-1])
-    return np.asarray(inside & (np.isin(time, samples) | ~_gaps(samples)[following - 1]))

@@ -6,20 +6,16 @@ as J⁻¹ δh in the prediction of that sample.
 
 from __future__ import annotations
 
-from math import comb
-
 import numpy as np
-from scipy.stats import chi2
 
 from testbed.arrays import Array, Theta, Vector3
 from testbed.cmg.cluster import transverse_axes
 from testbed.dynamics.inertia import inertia_of
+from testbed.estimation.differences import median_variance
 from testbed.estimation.telemetry import Telemetry
 
 _ORDER = 8
 """Of the differences: of a gimbal swinging by 0.3 rad at 1.5 Hz, they take 3e-5 rad for noise at 16 Hz."""
-_WEIGHTS = np.array([(-1.0) ** index * comb(_ORDER, index) for index in range(_ORDER + 1)])
-_MEDIAN = float(chi2.median(1))
 
 
 def predicted_rate_variance(run: Telemetry, theta: Theta) -> Vector3:
@@ -35,9 +31,10 @@ def predicted_rate_variance(run: Telemetry, theta: Theta) -> Vector3:
 
 def momentum_covariance(run: Telemetry) -> Array:
     """Return the covariance of a sample of the cluster's momentum by its telemetry's noise, (N·m·s)², shape (3, 3)."""
-    if run.gimbal_angle is not None and run.cluster is not None:
-        slopes = run.cluster.rotor_momentum[:, None] * transverse_axes(run.cluster, run.gimbal_angle)
-        return np.asarray(np.einsum("kui,kuj,u->ij", slopes, slopes, _variance(run.gimbal_angle)) / len(slopes))
+    if run.gimbals is not None:
+        cluster, angle = run.gimbals.cluster, run.gimbals.angle
+        slopes = cluster.rotor_momentum[:, None] * transverse_axes(cluster, angle)
+        return np.asarray(np.einsum("kui,kuj,u->ij", slopes, slopes, _variance(angle)) / len(slopes))
     if run.cluster_momentum is not None:
         return np.diag(_variance(run.cluster_momentum))
     return np.zeros((3, 3))
@@ -45,7 +42,4 @@ def momentum_covariance(run: Telemetry) -> Array:
 
 def _variance(channel: Array) -> Array:
     """Return the variance of columns' white noise, estimated from their fastest changes; zero of too few samples."""
-    if len(channel) <= _ORDER:
-        return np.zeros(channel.shape[1])
-    fast = np.lib.stride_tricks.sliding_window_view(channel, _ORDER + 1, axis=0) @ _WEIGHTS
-    return np.asarray(np.median(fast**2, axis=0) / (_MEDIAN * float(_WEIGHTS @ _WEIGHTS)))
+    return np.zeros(channel.shape[1]) if len(channel) <= _ORDER else median_variance(channel, _ORDER)

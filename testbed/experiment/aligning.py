@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.assembly.estimation import estimation_settings, telemetry_of
+from testbed.assembly.estimators import estimation_settings
 from testbed.assembly.platform import PlatformModel
+from testbed.assembly.telemetry import telemetry_of
 from testbed.dynamics.inertia import theta_of
 from testbed.errors import InputError
 from testbed.estimation.alignment import AlignmentEstimate, estimated_alignments, relative_parameters

@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 from testbed.assembly.platform import nominal_platform, true_platform
 from testbed.experiment.aligning import align_flight
-from testbed.experiment.estimating import try_estimate_flight
 from testbed.experiment.experiment import Experiment
 from testbed.experiment.flying import Sortie, fly_sorties
 from testbed.experiment.planning import Plan, plan_maneuver
+from testbed.experiment.running_estimators import try_estimate_flight
 from testbed.maneuver.design import Start
 from testbed.scenario.scenario import Scenario
 

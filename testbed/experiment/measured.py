@@ -9,15 +9,15 @@ from dataclasses import replace
 import numpy as np
 
 from testbed.arrays import Array, Flags
-from testbed.assembly.estimation import telemetry_of
 from testbed.assembly.platform import PlatformModel
+from testbed.assembly.telemetry import telemetry_of
 from testbed.effects.gyro_saturation import flat_tops
 from testbed.errors import UnidentifiableError
 from testbed.estimation.momentum_test import zero_momentum_p_value
 from testbed.estimation.outliers import gross_outliers, outliers
 from testbed.estimation.telemetry import Telemetry, covered_part
-from testbed.experiment.estimating import estimate_telemetry
 from testbed.experiment.experiment import Estimation
+from testbed.experiment.running_estimators import estimate_telemetry
 from testbed.records.record import Record
 from testbed.scenario.scenario import Scenario
 

@@ -7,7 +7,7 @@ from typing import Any
 from testbed.arrays import Theta
 from testbed.experiment.experiment import Estimation
 from testbed.experiment.result import SCHEMA, agreement_result, checks_result, compared_result, estimates_of
-from testbed.identification.estimating import Identification
+from testbed.identification.identify import Identification
 from testbed.scenario.scenario import Scenario
 
 

@@ -14,7 +14,7 @@ from testbed.assembly.platform import PlatformModel, nominal_platform
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.estimation.combine import CombinedEstimate
 from testbed.experiment.experiment import Estimation
-from testbed.identification.estimating import Identification, identify
+from testbed.identification.identify import Identification, identify
 from testbed.identification.result import identification_result
 from testbed.library.notebook import Shown, parameter_frame
 from testbed.library.records import Records, stamps_of

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from testbed.arrays import Array, Series
+from testbed.arrays import Array, Series, Units, UnitSeries
 from testbed.cmg.cluster import Cluster, cluster_momentum
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import CommandedGimbals, GimbalTelemetry, Telemetry
 from testbed.next_experiment.flight import NextFlight
 from testbed.prediction.grid import grid_of
 from testbed.prediction.hooks import Hooks
@@ -95,10 +95,17 @@ def _telemetry(
         body_rate=np.tile(flight.body_rate, (len(gyro_time), 1)),
         gyro_error=None,
         actuator_time=actuator_time,
-        gimbal_angle=None if known.gimbal_angle is None else angle,
-        rotor_momentum=None if known.rotor_momentum is None else np.tile(cluster.rotor_momentum, (len(angle), 1)),
+        gimbals=None if known.gimbals is None else _gimbals(known.gimbals, angle, rate, cluster.rotor_momentum),
         cluster_momentum=None if known.cluster_momentum is None else cluster_momentum(cluster, angle, rate),
         applied_torque=None if known.applied_torque is None else np.zeros((len(angle), 3)),
-        gimbal_torque=None if known.gimbal_torque is None else np.zeros_like(angle),
-        gimbal_rate_command=None if known.gimbal_rate_command is None else rate,
     )
+
+
+def _gimbals(known: GimbalTelemetry, angle: UnitSeries, rate: UnitSeries, rotor_momentum: Units) -> GimbalTelemetry:
+    likewise = replace(
+        known,
+        angle=angle,
+        rotor_momentum=None if known.rotor_momentum is None else np.tile(rotor_momentum, (len(angle), 1)),
+        torque=None if known.torque is None else np.zeros_like(angle),
+    )
+    return replace(likewise, rate_command=rate) if isinstance(likewise, CommandedGimbals) else likewise

@@ -7,7 +7,7 @@ from pathlib import Path
 from testbed.assembly.platform import PlatformModel
 from testbed.dynamics.inertia import theta_of
 from testbed.files import TextFile, write_json
-from testbed.identification.estimating import Identification
+from testbed.identification.identify import Identification
 from testbed.identification.result import identification_result
 from testbed.outputs.provenance import Provenance
 from testbed.report.measured import write_estimates_report

@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.arrays import Flags
-from testbed.estimation.telemetry import Telemetry, covered_by
+from testbed.estimation.gaps import covered_by, gaps
+from testbed.estimation.telemetry import Telemetry
 
 SETTLING = 0.2
 """s. How long a servo needs to take up its work: what the motors do until then is not compared."""
 _MISSING = 1.5
-"""Of the usual interval: longer ones are gaps."""
+"""Of the usual interval: a single lost sample is a gap here. It may be interpolated over, but the second derivative of
+an angle across it is not a gimbal's acceleration."""
 _BRIDGED = 0.08
 """s. What is sent is known between samples that are no farther apart than those of 16 Hz."""
 
@@ -22,16 +24,10 @@ def compared(run: Telemetry) -> Flags:
     acceleration is not known; nor in a gap of the gyro, over which the body's is not.
     """
     inside = (run.actuator_time >= run.gyro_time[0] + SETTLING) & covered_by(run.actuator_time, run.gyro_time)
-    gap = np.concatenate([[False], gaps(run), [False]])
+    gap = np.concatenate([[False], gaps(run.actuator_time, _MISSING), [False]])
     return np.asarray(inside & ~gap[1:] & ~gap[:-1])
 
 
-def gaps(run: Telemetry) -> Flags:
-    """Return between which actuator samples others are missing, shape (K' - 1,)."""
-    interval = np.diff(run.actuator_time)
-    return np.asarray(interval > _MISSING * np.median(interval))
-
-
-def holes(run: Telemetry) -> Flags:
-    """Return between which actuator samples nobody knows what was asked for, shape (K' - 1,): gaps that are long."""
-    return np.asarray(gaps(run) & (np.diff(run.actuator_time) > _BRIDGED))
+def long_gaps(run: Telemetry) -> Flags:
+    """Return between which actuator samples the commands are not known, shape (K' - 1,)."""
+    return gaps(run.actuator_time, _MISSING, shortest=_BRIDGED)

@@ -11,12 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
-from testbed.arrays import Array, Series, Units
+from testbed.arrays import Array, Series, Vectors3
 from testbed.cmg.cluster import Cluster
 from testbed.errors import InputError
-from testbed.estimation.telemetry import Telemetry, covered_part
+from testbed.estimation.telemetry import CommandedRun, GimbalRun, Telemetry, covered_part, has_gimbals, is_commanded
 
 LONGEST_STEP = 1.0 / 64.0
 """s. The motions of 1 rad/s and 5 Hz that such platforms make are integrated to 1e-7 rad/s with it (a test says so)."""
@@ -24,9 +23,10 @@ LONGEST_STEP = 1.0 / 64.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Gimbals:
-    """The CMG units along the grid, as telemetry and parameters have them.
+    """M CMG units along the grid, as telemetry and parameters have them.
 
     Attributes:
+        cluster: the units; their inertias, which no parameter changes.
         angle: d, shape (R, P, T, M), rad.
         rate: ḋ, shape (R, P, T, M), rad/s.
         rotor_momentum: Js·Ω, shape (R, P, T, M), N·m·s.
@@ -34,6 +34,7 @@ class Gimbals:
         spin_axis_B: s at gimbal angle zero, shape (P, M, 3), body axes.
     """
 
+    cluster: Cluster
     angle: Array
     rate: Array
     rotor_momentum: Array
@@ -49,8 +50,7 @@ class Grid:
         runs: telemetry of each, only what the actuators' telemetry covers.
         time: every half step, shape (R, T), s, T = 2M + 1; even entries are the nodes.
         step: of each run, shape (R,), s.
-        cluster: the units; None for a platform that has none or does not send its gimbal angles.
-        gimbals: as telemetry has them; None likewise.
+        gimbals: as telemetry has them; None for a platform that has none or does not send its gimbal angles.
         cluster_momentum_B: h as the platform reports it where gimbal angles are not sent, shape (R, 1, T, 3), N·m·s.
         applied_torque_B: shape (R, 1, L + T, 3), N·m; also at the L half steps before the first sample that telemetry
             covers in every run, because actuators that are slow still respond to them.
@@ -60,7 +60,6 @@ class Grid:
     runs: tuple[Telemetry, ...]
     time: Array
     step: Series
-    cluster: Cluster | None
     gimbals: Gimbals | None
     cluster_momentum_B: Array
     applied_torque_B: Array
@@ -70,6 +69,16 @@ class Grid:
     def node_time(self) -> Array:
         """Ends of the steps, shape (R, M + 1), s."""
         return self.time[:, ::2]
+
+    @property
+    def gimbal_runs(self) -> tuple[GimbalRun, ...]:
+        """The runs where they send their gimbal angles, else none."""
+        return tuple(filter(has_gimbals, self.runs))
+
+    @property
+    def commanded_runs(self) -> tuple[CommandedRun, ...]:
+        """The runs that carry the commanded gimbal rates, and whose servo is known."""
+        return tuple(filter(is_commanded, self.runs))
 
 
 def grid_of(telemetry: Sequence[Telemetry], longest_step: float = LONGEST_STEP) -> Grid:
@@ -87,36 +96,35 @@ def grid_of(telemetry: Sequence[Telemetry], longest_step: float = LONGEST_STEP) 
     spans = np.array([run.gyro_time[-1] - run.gyro_time[0] for run in runs])
     steps = max(2, math.ceil(spans.max() / min(longest_step, _resolving_step(runs))))
     time = np.stack([np.linspace(run.gyro_time[0], run.gyro_time[-1], 2 * steps + 1) for run in runs])
-    cluster = runs[0].cluster if runs[0].gimbal_angle is not None else None
     return Grid(
         runs=runs,
         time=time,
         step=spans / steps,
-        cluster=cluster,
-        gimbals=None if cluster is None else _gimbals(runs, cluster, time),
-        cluster_momentum_B=_sampled(runs, "cluster_momentum", time),
-        applied_torque_B=_sampled(runs, "applied_torque", _with_lead(runs, time)),
+        gimbals=_gimbals(list(filter(has_gimbals, runs)), time),
+        cluster_momentum_B=_sampled(runs, [_reported_momentum(run) for run in runs], time),
+        applied_torque_B=_sampled(runs, [run.applied_torque for run in runs], _with_lead(runs, time)),
     )
 
 
 def unit_count(grid: Grid) -> int:
     """Return M, how many units the runs have; none of a platform that does not send its gimbal angles."""
-    return 0 if grid.cluster is None else len(grid.cluster.rotor_momentum)
+    return 0 if grid.gimbals is None else grid.gimbals.angle.shape[-1]
 
 
 def at_nodes(values: Array, run: int) -> Array:
-    """Return what stands along the grid at the nodes of one run, shape (P, N + 1, M)."""
+    """Return what stands along the grid at the nodes of one run, shape (P, N, M) of N nodes and M units."""
     return values[run if len(values) > 1 else 0, :, ::2]
 
 
-def telemetry_spline(run: Telemetry, channel: str) -> CubicSpline:
-    """Return the cubic spline through a run's samples of an actuator channel that it has."""
-    return CubicSpline(run.actuator_time, getattr(run, channel))
-
-
 def _require_alike(runs: Sequence[Telemetry]) -> None:
-    for channel in ("gimbal_angle", "rotor_momentum", "cluster_momentum", "applied_torque"):
-        if len({getattr(run, channel) is None for run in runs}) > 1:
+    channels: dict[str, list[object]] = {
+        "gimbal_angle": [run.gimbals for run in runs],
+        "rotor_momentum": [run.gimbals and run.gimbals.rotor_momentum for run in runs],
+        "cluster_momentum": [run.cluster_momentum for run in runs],
+        "applied_torque": [run.applied_torque for run in runs],
+    }
+    for channel, of_runs in channels.items():
+        if len({each is None for each in of_runs}) > 1:
             raise InputError(f"some runs have {channel} and others do not; give runs with the same channels")
 
 
@@ -137,34 +145,35 @@ def _with_lead(runs: Sequence[Telemetry], time: Array) -> Array:
     return np.concatenate([time[:, :1] + half[:, None] * before, time], axis=1)
 
 
-def _gimbals(runs: Sequence[Telemetry], cluster: Cluster, time: Array) -> Gimbals:
-    splines = [CubicSpline(run.actuator_time, np.unwrap(_angles(run), axis=0)) for run in runs]
+def _gimbals(runs: Sequence[GimbalRun], time: Array) -> Gimbals | None:
+    if not runs:
+        return None
+    cluster = runs[0].gimbals.cluster
+    splines = [run.through(np.unwrap(run.gimbals.angle, axis=0)) for run in runs]
     pairs = list(zip(splines, time, strict=True))
     return Gimbals(
+        cluster=cluster,
         angle=np.stack([spline(at) for spline, at in pairs])[:, None],
         rate=np.stack([spline(at, 1) for spline, at in pairs])[:, None],
-        rotor_momentum=np.stack(
-            [_rotor_momentum(run, cluster.rotor_momentum, at) for run, at in zip(runs, time, strict=True)]
-        )[:, None],
+        rotor_momentum=np.stack([_rotor_momentum(run, at) for run, at in zip(runs, time, strict=True)])[:, None],
         gimbal_axis_B=cluster.gimbal_axis_B[None],
         spin_axis_B=cluster.spin_axis_B[None],
     )
 
 
-def _angles(run: Telemetry) -> Array:
-    assert run.gimbal_angle is not None
-    return run.gimbal_angle
+def _rotor_momentum(run: GimbalRun, time: Series) -> Array:
+    spin = run.gimbals.rotor_momentum
+    return np.tile(run.gimbals.cluster.rotor_momentum, (len(time), 1)) if spin is None else run.through(spin)(time)
 
 
-def _rotor_momentum(run: Telemetry, nominal: Units, time: Series) -> Array:
-    if run.rotor_momentum is None:
-        return np.tile(nominal, (len(time), 1))
-    return np.asarray(telemetry_spline(run, "rotor_momentum")(time))
+def _reported_momentum(run: Telemetry) -> Vectors3 | None:
+    return run.cluster_momentum if run.gimbals is None else None
 
 
-def _sampled(runs: Sequence[Telemetry], channel: str, time: Array) -> Array:
+def _sampled(runs: Sequence[Telemetry], channel: Sequence[Vectors3 | None], time: Array) -> Array:
     """Return a channel along the grid, shape (R, 1, T, 3); zero where the runs do not have it or it is not in use."""
-    unused = channel == "cluster_momentum" and runs[0].gimbal_angle is not None
-    if unused or getattr(runs[0], channel) is None:
-        return np.zeros((len(runs), 1, time.shape[1], 3))
-    return np.stack([telemetry_spline(run, channel)(at) for run, at in zip(runs, time, strict=True)])[:, None]
+    along = [
+        np.zeros((len(at), 3)) if samples is None else run.through(samples)(at)
+        for run, samples, at in zip(runs, channel, time, strict=True)
+    ]
+    return np.stack(along)[:, None]

@@ -5,33 +5,27 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.cmg.cluster import Cluster
 from testbed.prediction.grid import Gimbals
 
 
-def held_momentum(gimbals: Gimbals, cluster: Cluster) -> Array:
-    """Return h = Σ (Js Ω s(d) + (Jg + Jt) ḋ g), shape (R, P, T, 3), N·m·s, body axes. Source: traps of the model, 8b.
+def held_momentum(gimbals: Gimbals) -> Array:
+    """Return h = Σ (Js Ω s(d) + (Jg + Jt) ḋ g), shape (R, P, T, 3), N·m·s, body axes.
 
-    Args:
-        gimbals: the units.
-        cluster: their inertias.
+    Source: traps of the model, 8b.
     """
     along = gimbals.rotor_momentum * np.cos(gimbals.angle)
     across = gimbals.rotor_momentum * np.sin(gimbals.angle)
-    turning = cluster.gimbal_axis_inertia * gimbals.rate
+    turning = gimbals.cluster.gimbal_axis_inertia * gimbals.rate
     transverse_B = np.cross(gimbals.gimbal_axis_B, gimbals.spin_axis_B)
     return along @ gimbals.spin_axis_B + across @ transverse_B + turning @ gimbals.gimbal_axis_B
 
 
-def held_inertia(gimbals: Gimbals, cluster: Cluster) -> Array:
+def held_inertia(gimbals: Gimbals) -> Array:
     """Return J(d) - J(0) = Σ (Js - Jt)(s sᵀ - s0 s0ᵀ), shape (R, P, T, 3, 3), kg·m².
 
     With c = cos d and σ = sin d, s sᵀ - s0 s0ᵀ = σ² (t tᵀ - s0 s0ᵀ) + c σ (s0 tᵀ + t s0ᵀ).
-
-    Args:
-        gimbals: the units.
-        cluster: their inertias.
     """
+    cluster = gimbals.cluster
     weight = cluster.rotor_spin_inertia - cluster.rotor_transverse_inertia
     spin_B = gimbals.spin_axis_B
     transverse_B = np.cross(gimbals.gimbal_axis_B, spin_B)

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from testbed.arrays import Array, Series
-from testbed.cmg.cluster import Cluster
 from testbed.prediction.grid import Gimbals, Grid
 
 
@@ -48,7 +47,7 @@ class Hooks:
     needs_attitude: bool = False
     tells_gimbals: bool = True
 
-    def gimbals(self, gimbals: Gimbals, value: Array, grid: Grid, cluster: Cluster) -> Gimbals:  # noqa: ARG002
+    def gimbals(self, gimbals: Gimbals, value: Array, grid: Grid) -> Gimbals:  # noqa: ARG002
         """Return the units as they are instead of as telemetry has them."""
         return gimbals
 

@@ -17,7 +17,6 @@ from functools import lru_cache, reduce
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.cmg.cluster import Cluster
 from testbed.dynamics.inertia import symmetric_inverse
 from testbed.errors import InputError
 from testbed.estimation.motion import RUNAWAY
@@ -172,8 +171,8 @@ def _known(grid: Grid, hooks: Sequence[Hooks], values: Values, *, one_motion: bo
     inertia = [inertia_matrix(values.theta)[None, :, None]]
     pairs = list(zip(hooks, values.effects, strict=True))
     gimbals = effective_gimbals(grid, hooks, values.effects)
-    if gimbals is not None and grid.cluster is not None:
-        momentum_B, held = _held(gimbals, grid.cluster) if gimbals is not grid.gimbals else _held_as_recorded(grid)
+    if gimbals is not None:
+        momentum_B, held = _held_as_recorded(gimbals) if gimbals is grid.gimbals else _held(gimbals)
         inertia.append(held)
     for hook, value in pairs:
         asked_B = hook.actuator_response(asked_B, value, grid)
@@ -198,16 +197,14 @@ def _sum(parts: Iterable[Array]) -> Array:
     return reduce(np.add, parts)
 
 
-def _held(gimbals: Gimbals, cluster: Cluster) -> tuple[Array, Array]:
-    return held_momentum(gimbals, cluster), held_inertia(gimbals, cluster)
+def _held(gimbals: Gimbals) -> tuple[Array, Array]:
+    return held_momentum(gimbals), held_inertia(gimbals)
 
 
 @lru_cache(maxsize=GRIDS)
-def _held_as_recorded(grid: Grid) -> tuple[Array, Array]:
-    """Return what the units hold by telemetry: no parameter changes it."""
-    assert grid.gimbals is not None
-    assert grid.cluster is not None
-    return _held(grid.gimbals, grid.cluster)
+def _held_as_recorded(gimbals: Gimbals) -> tuple[Array, Array]:
+    """Return what the units of a grid hold by telemetry: no parameter changes it."""
+    return _held(gimbals)
 
 
 def effective_gimbals(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> Gimbals | None:
@@ -219,7 +216,7 @@ def effective_gimbals(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Arra
         effects: their parameters, shapes (P, K).
     """
     gimbals = grid.gimbals
-    if gimbals is not None and grid.cluster is not None:
+    if gimbals is not None:
         for hook, value in zip(hooks, effects, strict=True):
-            gimbals = hook.gimbals(gimbals, value, grid, grid.cluster)
+            gimbals = hook.gimbals(gimbals, value, grid)
     return gimbals

@@ -6,14 +6,14 @@ The gimbal's own motion is measured, so that its equation of motion is not integ
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import lru_cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Array, UnitSeries
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import GimbalRun, GimbalTelemetry
 from testbed.prediction.compared import compared
 from testbed.prediction.grid import Gimbals, Grid, at_nodes
 from testbed.prediction.hooks import Hooks
@@ -26,12 +26,12 @@ _REMEMBERED = 64
 
 def has_torques(grid: Grid) -> bool:
     """Return whether the runs carry motor torques that can be predicted."""
-    return grid.gimbals is not None and all(run.gimbal_torque is not None for run in grid.runs)
+    return len(list(_with_torques(grid.gimbal_runs))) == len(grid.runs)
 
 
 def measured_torques(grid: Grid) -> list[Array]:
-    """Return the motor torques of every run that are compared, each of shape (K, 6), N·m."""
-    return [_torques(run)[compared(run)] for run in grid.runs]
+    """Return the motor torques of every run that are compared, each of shape (K, M), N·m."""
+    return [torque[compared(run)] for run, torque in _with_torques(grid.gimbal_runs)]
 
 
 def motor_torques(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates: Array) -> list[Array]:
@@ -44,13 +44,14 @@ def motor_torques(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], 
         rates: ω at the grid's nodes, shape (R, P, M + 1, 3), rad/s.
     """
     gimbals = effective_gimbals(grid, hooks, effects)
-    assert gimbals is not None
-    age = torque_age(grid.runs)
+    if gimbals is None:
+        return []
+    age = torque_age(grid.gimbal_runs)
     torques = []
-    for index, run in enumerate(grid.runs):
-        at = run.actuator_time[compared(run)]
-        torque = CubicSpline(grid.node_time[index], _frictionless(grid, gimbals, rates[index], index), axis=1)(at - age)
-        torque = torque - age * tachometer_gain(run) * gimbal_motion(run)(at, 2)
+    for index, run in enumerate(grid.gimbal_runs):
+        at, time = run.actuator_time[compared(run)], grid.node_time[index]
+        torque = CubicSpline(time, _frictionless(run, time, gimbals, rates[index], index), axis=1)(at - age)
+        torque = torque - age * tachometer_gain(run.gimbals) * gimbal_motion(run)(at, 2)
         gimbal_rate = gimbal_motion(run)(at, 1)[None]
         for hook, value in zip(hooks, effects, strict=True):
             torque = hook.motor_torque(torque, value, gimbal_rate)
@@ -59,35 +60,35 @@ def motor_torques(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], 
 
 
 @lru_cache(maxsize=_REMEMBERED)
-def torque_age(runs: tuple[Telemetry, ...]) -> float:
+def torque_age(runs: tuple[GimbalRun, ...]) -> float:
     """Return by how much motor torques are older than their samples, s: half of the period through which they are held.
 
     A motor holds its demand through a control period and gives, at its end, what the middle needed, less the damping
     of its tachometer loop: τ(t) - τ'·a - k_v d̈·a. The age a is the one that fits the measured torques, with all
     units and runs together, beside any friction of each; zero where the servo is not known.
     """
-    known = [run for run in runs if run.servo is not None]
+    known = [(run, torque) for run, torque in _with_torques(runs) if run.gimbals.servo is not None]
     if not known:
         return 0.0
-    columns = np.concatenate([np.column_stack([_change_by_age(run), _friction(run)]) for run in known])
-    missed = np.concatenate([_missed(run) for run in known])
+    columns = np.concatenate([np.column_stack([_change_by_age(run), _friction(run)]) for run, _ in known])
+    missed = np.concatenate([_missed(run, torque) for run, torque in known])
     scale = np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
     age = float(np.linalg.lstsq(columns / scale, missed, rcond=None)[0][0] / scale[0])
-    return min(max(age, 0.0), max(run.servo.period for run in known if run.servo is not None))
+    return min(max(age, 0.0), max(run.gimbals.servo.period for run, _ in known if run.gimbals.servo is not None))
 
 
-def tachometer_gain(run: Telemetry) -> Array | float:
+def tachometer_gain(gimbals: GimbalTelemetry) -> Array | float:
     """Return k_v of the loop inside the motors, N·m·s/rad; zero where the servo is not known."""
-    return 0.0 if run.servo is None or run.cluster is None else run.servo.bandwidth * run.cluster.gimbal_axis_inertia
+    return 0.0 if gimbals.servo is None else gimbals.servo.bandwidth * gimbals.cluster.gimbal_axis_inertia
 
 
-def _change_by_age(run: Telemetry) -> Array:
+def _change_by_age(run: GimbalRun) -> Array:
     """Return what an age of one second would change in a run's motor torques, shape (M K,), N·m/s."""
     at = run.actuator_time[compared(run)]
-    return np.asarray(-(_needed(run)(at, 1) + tachometer_gain(run) * gimbal_motion(run)(at, 2)).ravel())
+    return np.asarray(-(_needed(run)(at, 1) + tachometer_gain(run.gimbals) * gimbal_motion(run)(at, 2)).ravel())
 
 
-def _friction(run: Telemetry) -> Array:
+def _friction(run: GimbalRun) -> Array:
     """Return what viscous and dry friction of one unit each would need of the motors, shape (M K, 2 M)."""
     rate = gimbal_motion(run)(run.actuator_time[compared(run)], 1)
     units = rate.shape[1]
@@ -95,30 +96,28 @@ def _friction(run: Telemetry) -> Array:
     return np.concatenate(each, axis=2).reshape(-1, 2 * units)
 
 
-def _missed(run: Telemetry) -> Array:
+def _missed(run: GimbalRun, torque: UnitSeries) -> Array:
     """Return a run's motor torques less those that its measured motion needs, shape (M K,), N·m."""
     keep = compared(run)
-    return np.asarray((_torques(run)[keep] - _needed(run)(run.actuator_time[keep])).ravel())
+    return np.asarray((torque[keep] - _needed(run)(run.actuator_time[keep])).ravel())
 
 
-def _needed(run: Telemetry) -> CubicSpline:
+def _needed(run: GimbalRun) -> CubicSpline:
     """Return the torque that a run's gimbals need by its measured motion, (M,), N·m."""
-    cluster, time = run.cluster, run.actuator_time
-    assert cluster is not None
+    cluster, time = run.gimbals.cluster, run.actuator_time
     motion, body = gimbal_motion(run), body_motion(run)(np.clip(time, run.gyro_time[0], run.gyro_time[-1]))
     _, turned = rate_across(cluster.gimbal_axis_B, cluster.spin_axis_B, motion(time), body)
-    return CubicSpline(time, cluster.gimbal_axis_inertia * motion(time, 2) - cluster.rotor_momentum * turned)
+    return run.through(cluster.gimbal_axis_inertia * motion(time, 2) - cluster.rotor_momentum * turned)
 
 
-def _frictionless(grid: Grid, gimbals: Gimbals, body_rate: Array, run: int) -> Array:
-    """Return the torque that a run's gimbals need at the nodes, shape (P, N + 1, M), N·m."""
-    cluster, time = grid.cluster, grid.node_time[run]
-    assert cluster is not None
+def _frictionless(run: GimbalRun, time: Array, gimbals: Gimbals, body_rate: Array, index: int) -> Array:
+    """Return the torque that a run's gimbals need at the nodes, shape (P, N, M), N·m."""
+    cluster = gimbals.cluster
     gimbal_B = np.swapaxes(gimbals.gimbal_axis_B, -1, -2)
-    spinning, turned = along_units(gimbals, body_rate, run)
-    acceleration = gimbal_motion(grid.runs[run])(time, 2) + _slopes(time, body_rate) @ gimbal_B
+    spinning, turned = along_units(gimbals, body_rate, index)
+    acceleration = gimbal_motion(run)(time, 2) + _slopes(time, body_rate) @ gimbal_B
     own = cluster.rotor_transverse_inertia - cluster.rotor_spin_inertia
-    load = (at_nodes(gimbals.rotor_momentum, run) - own * spinning) * turned
+    load = (at_nodes(gimbals.rotor_momentum, index) - own * spinning) * turned
     return np.asarray(cluster.gimbal_axis_inertia * acceleration - load)
 
 
@@ -126,6 +125,8 @@ def _slopes(time: Array, values: Array) -> Array:
     return np.asarray(CubicSpline(time, values, axis=-2)(time, 1))
 
 
-def _torques(run: Telemetry) -> UnitSeries:
-    assert run.gimbal_torque is not None
-    return run.gimbal_torque
+def _with_torques(runs: Iterable[GimbalRun]) -> Iterator[tuple[GimbalRun, UnitSeries]]:
+    """Yield the runs that carry motor torques, with these, shape (K, M), N·m."""
+    for run in runs:
+        if run.gimbals.torque is not None:
+            yield run, run.gimbals.torque

@@ -21,12 +21,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
 from testbed.arrays import Array, Series, UnitSeries
-from testbed.estimation.telemetry import Servo, Telemetry
-from testbed.prediction.compared import holes
+from testbed.estimation.telemetry import CommandedRun, GimbalRun, Servo
+from testbed.prediction.compared import long_gaps
 from testbed.prediction.smooth import decay
 from testbed.prediction.smoothed import body_motion, gimbal_motion
 from testbed.prediction.unit_axes import rate_across
@@ -42,12 +41,12 @@ class Ticks(NamedTuple):
     Attributes:
         time: shape (N,), s.
         samples: which ticks were sampled, shape (K,).
-        gimbal_rate: as measured, shape (N, M), rad/s.
+        gimbal_rate: as measured, shape (N, M) of M units, rad/s.
         command: ḋ_c, shape (N, M), rad/s.
         fed_forward: u but for the set point, shape (N, M), rad/s².
         load: in the middle of each period, over the inertia, shape (N, M), rad/s².
         load_slope: its rate of change, shape (N, M), rad/s³.
-        first_angle: shape (6,), rad.
+        first_angle: shape (M,), rad.
     """
 
     time: Series
@@ -61,16 +60,13 @@ class Ticks(NamedTuple):
 
 
 @lru_cache(maxsize=_REMEMBERED)
-def ticks_of(run: Telemetry) -> Ticks:
-    """Return a run that has commands, gimbal angles and a known servo on its control clock."""
-    servo, cluster = run.servo, run.cluster
-    assert servo is not None
-    assert cluster is not None
-    assert run.gimbal_rate_command is not None
+def ticks_of(run: CommandedRun) -> Ticks:
+    """Return a run on its control clock."""
+    servo, cluster = run.gimbals.servo, run.gimbals.cluster
     start, period = run.actuator_time[0], servo.period
     samples = np.rint((run.actuator_time - start) / period).astype(np.intp)
     time = start + period * np.arange(samples[-1] + 1)
-    command = CubicSpline(run.actuator_time, run.gimbal_rate_command)(time).clip(-servo.rate_limit, servo.rate_limit)
+    command = run.through(run.gimbals.rate_command)(time).clip(-servo.rate_limit, servo.rate_limit)
     angle, rate = gimbal_motion(run)(time), gimbal_motion(run)(time, 1)
     change = np.diff(command, axis=0, prepend=np.zeros((1, command.shape[1]))) / period
     middle = time + 0.5 * period
@@ -91,18 +87,17 @@ def ticks_of(run: Telemetry) -> Ticks:
 
 
 @lru_cache(maxsize=_REMEMBERED)
-def set_point(run: Telemetry) -> UnitSeries:
+def set_point(run: CommandedRun) -> UnitSeries:
     """Return the set point of every tachometer loop at a run's ticks before its limit, shape (N, M), rad/s.
 
-    Behind a hole in the telemetry the gimbals count as where they were asked to be.
+    Behind a long gap in the telemetry the gimbals count as where they were commanded to be.
     """
-    ticks, servo = ticks_of(run), run.servo
-    assert servo is not None
+    ticks, servo = ticks_of(run), run.gimbals.servo
     asked, points = _Asked(servo, ticks.first_angle), np.empty_like(ticks.command)
     last = np.searchsorted(ticks.samples, np.arange(len(ticks.time)), side="right") - 1
-    within_hole = np.concatenate([holes(run), [False]])[last]
+    within_gap = np.concatenate([long_gaps(run), [False]])[last]
     for tick, angle in enumerate(gimbal_motion(run)(ticks.time)):
-        if within_hole[tick]:
+        if within_gap[tick]:
             asked = _Asked(servo, angle)
         points[tick] = asked.set_point(ticks.command[tick], angle)
         asked.follow(ticks.command[tick], angle)
@@ -110,18 +105,17 @@ def set_point(run: Telemetry) -> UnitSeries:
 
 
 @lru_cache(maxsize=_REMEMBERED)
-def nominal_answer(run: Telemetry) -> UnitSeries:
+def nominal_answer(run: CommandedRun) -> UnitSeries:
     """Return the angles of a run's samples with motors as they should be, shape (K, M), rad."""
-    units = np.arange(ticks_of(run).command.shape[1])
-    none = np.zeros((len(ticks_of(run).time), len(units)))
-    return np.asarray(_answer(run, units, none[0], none).T)
+    units = np.arange(len(ticks_of(run).first_angle))
+    return np.asarray(_answer(run, units, np.zeros(len(units)), np.zeros_like(ticks_of(run).load)).T)
 
 
-def answer(run: Telemetry, lag: Array, friction: Array) -> Array:
+def answer(run: CommandedRun, lag: Array, friction: Array) -> Array:
     """Return the angles of a run's samples, shape (P, K, M), rad.
 
     Args:
-        run: with commands, gimbal angles and a known servo.
+        run: its commands and its servo.
         lag: T_m, shape (P, M), s.
         friction: and whatever else is in the way, over the inertia, at every tick, shape (P, N, M), rad/s².
     """
@@ -137,10 +131,9 @@ def answer(run: Telemetry, lag: Array, friction: Array) -> Array:
     return np.asarray(angles)
 
 
-def _load_shares(run: Telemetry, time: Series, angle: Array, rate: Array) -> tuple[Array, ...]:
+def _load_shares(run: GimbalRun, time: Series, angle: Array, rate: Array) -> tuple[Array, ...]:
     """Return ω·s, ω·t, and how the gimbal's and the body's motion change the latter, each of shape (N, M)."""
-    cluster = run.cluster
-    assert cluster is not None
+    cluster = run.gimbals.cluster
     at = np.clip(time, run.gyro_time[0], run.gyro_time[-1])
     (spinning, turned), (_, turned_slope) = (
         rate_across(cluster.gimbal_axis_B, cluster.spin_axis_B, angle, body_motion(run)(at, order)) for order in (0, 1)
@@ -148,18 +141,17 @@ def _load_shares(run: Telemetry, time: Series, angle: Array, rate: Array) -> tup
     return spinning, turned, -rate * spinning, turned_slope
 
 
-def _rotor_momentum(run: Telemetry, time: Series) -> Array:
+def _rotor_momentum(run: GimbalRun, time: Series) -> Array:
     """Return Js·Ω as the tachometers show it, the nominal one without them, shape (N, M) or (M,), N·m·s."""
-    assert run.cluster is not None
-    if run.rotor_momentum is None:
-        return run.cluster.rotor_momentum
-    return np.stack([np.interp(time, run.actuator_time, column) for column in run.rotor_momentum.T], axis=1)
+    spin = run.gimbals.rotor_momentum
+    if spin is None:
+        return run.gimbals.cluster.rotor_momentum
+    return np.stack([np.interp(time, run.actuator_time, column) for column in spin.T], axis=1)
 
 
-def _answer(run: Telemetry, units: NDArray[np.intp], lag: Array, friction: Array) -> Array:
+def _answer(run: CommandedRun, units: NDArray[np.intp], lag: Array, friction: Array) -> Array:
     """Return the angles of some units at the samples, shape (W, K), rad, under lags (W,) and frictions (N, W)."""
-    ticks, servo = ticks_of(run), run.servo
-    assert servo is not None
+    ticks, servo = ticks_of(run), run.gimbals.servo
     step = _Step(servo, lag)
     angle = ticks.first_angle[units].astype(step.kind)
     rate = motor = np.zeros_like(angle)
@@ -196,10 +188,11 @@ class _Asked:
         self._angle = angle + _within(self._angle - angle, self._bound) + self._servo.period * command
 
 
-def _pushed(run: Telemetry, push: Array) -> Array:
+def _pushed(run: CommandedRun, push: Array) -> Array:
     """Return by how much pushes, (W, N), rad/s², move the angles at the samples, (W, K), rad, if motors are ideal."""
-    assert run.servo is not None
-    return np.asarray(lfilter(*_Step(run.servo, np.zeros(1)).answer_to_push, push, axis=1)[:, ticks_of(run).samples])
+    return np.asarray(
+        lfilter(*_Step(run.gimbals.servo, np.zeros(1)).answer_to_push, push, axis=1)[:, ticks_of(run).samples]
+    )
 
 
 class _Step:

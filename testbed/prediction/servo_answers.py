@@ -13,8 +13,8 @@ from scipy.signal import lfilter
 
 from testbed.arrays import Array
 from testbed.cmg.cluster import transverse_axes
-from testbed.estimation.telemetry import Telemetry
-from testbed.prediction.compared import compared, holes
+from testbed.estimation.telemetry import CommandedRun
+from testbed.prediction.compared import compared, long_gaps
 from testbed.prediction.grid import Gimbals, Grid, at_nodes, unit_count
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import effective_gimbals
@@ -39,14 +39,12 @@ _REMEMBERED = 64
 
 def has_commands(grid: Grid) -> bool:
     """Return whether the runs carry the commanded gimbal rates, the servo is known, and units can turn without load."""
-    return unit_count(grid) > _LOADED and all(
-        run.gimbal_rate_command is not None and run.servo is not None for run in grid.runs
-    )
+    return unit_count(grid) > _LOADED and len(grid.commanded_runs) == len(grid.runs)
 
 
 def measured_answers(grid: Grid) -> list[Array]:
     """Return what is compared of the gimbal angles of every run, each of shape (K, M - 3), rad."""
-    return [shown(run, np.unwrap(run.gimbal_angle, axis=0)) for run in grid.runs if run.gimbal_angle is not None]
+    return [shown(run, np.unwrap(run.gimbals.angle, axis=0)) for run in grid.commanded_runs]
 
 
 def servo_answers(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> list[Array]:
@@ -59,22 +57,20 @@ def servo_answers(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) 
     """
     pairs = list(zip(hooks, effects, strict=True))
     sets = max([1, *(len(value) for value in effects)])
-    units = unit_count(grid)
-    lag = np.zeros((sets, units)) + sum((hook.servo_lag(value, units) for hook, value in pairs), np.zeros((1, units)))
-    gimbals, cluster = effective_gimbals(grid, hooks, effects), grid.cluster
-    assert gimbals is not None
-    assert cluster is not None
+    gimbals = effective_gimbals(grid, hooks, effects)
     answers = []
-    for index, run in enumerate(grid.runs):
-        friction = np.zeros((1, 1, units))
+    for index, run in enumerate(grid.commanded_runs):
+        rate = ticks_of(run).gimbal_rate
+        friction, lag = np.zeros((1, 1, rate.shape[1])), np.zeros((sets, rate.shape[1]))
         for hook, value in pairs:
-            friction = hook.motor_torque(friction, value, ticks_of(run).gimbal_rate[None])
-        against = (friction - _further_load(grid, gimbals, index)) / cluster.gimbal_axis_inertia
-        answers.append(shown(run, answer(run, lag, np.broadcast_to(against, (sets, len(ticks_of(run).time), units)))))
+            friction = hook.motor_torque(friction, value, rate[None])
+            lag = lag + hook.servo_lag(value, rate.shape[1])
+        against = (friction - _further_load(grid, gimbals, index)) / run.gimbals.cluster.gimbal_axis_inertia
+        answers.append(shown(run, answer(run, lag, np.broadcast_to(against, (sets, *rate.shape)))))
     return answers
 
 
-def shown(run: Telemetry, angle: Array) -> Array:
+def shown(run: CommandedRun, angle: Array) -> Array:
     """Return what is compared of gimbal angles, shape (..., K, M - 3), rad: in the directions that hold no load.
 
     The servo is fed forward the load at a body rate that was planned and is not sent; what it misses by that lies in
@@ -83,7 +79,7 @@ def shown(run: Telemetry, angle: Array) -> Array:
     whole run, and an encoder that is off its zero begins beside the plan.
 
     Args:
-        run: with gimbal angles.
+        run: its gimbals.
         angle: at its samples, shape (..., K', M), rad.
     """
     answer, constant = _unloaded_changes(run, angle), constants(run)
@@ -92,7 +88,7 @@ def shown(run: Telemetry, angle: Array) -> Array:
 
 
 @lru_cache(maxsize=_REMEMBERED)
-def constants(run: Telemetry) -> Array:
+def constants(run: CommandedRun) -> Array:
     """Return how constant angles show as the directions without load turn, an orthonormal basis of shape (3 K, Q).
 
     Every stretch has constants of its own: what was asked for while nobody knew the set point stays as an angle.
@@ -106,7 +102,7 @@ def constants(run: Telemetry) -> Array:
     return np.asarray(block_diag(*blocks))
 
 
-def _unloaded_changes(run: Telemetry, angle: Array) -> Array:
+def _unloaded_changes(run: CommandedRun, angle: Array) -> Array:
     """Return the high-passed angles in the directions without load, stretch by stretch, (..., K, M - 3)."""
     free = unloaded(run)
     beside = np.matvec(free, np.matvec(np.swapaxes(free, -1, -2), angle))
@@ -119,61 +115,58 @@ def _unloaded_changes(run: Telemetry, angle: Array) -> Array:
     return np.concatenate(parts, axis=-2)
 
 
-def by_units(run: Telemetry, values: Array) -> Array:
+def by_units(run: CommandedRun, values: Array) -> Array:
     """Return the gimbal angles to which what is compared belongs, shape (K, M), of values of shape (K, M - 3), rad."""
     return np.asarray(np.einsum("kui,ki->ku", unloaded(run)[followed(run)], values))
 
 
-def by_stretches(run: Telemetry, values: Array) -> list[Array]:
+def by_stretches(run: CommandedRun, values: Array) -> list[Array]:
     """Return values at the compared samples, shape (K, ...), as those that follow one another."""
     return np.split(values, np.cumsum([len(part) for part in stretches(run)])[:-1])
 
 
 @lru_cache(maxsize=_REMEMBERED)
-def unloaded(run: Telemetry) -> Array:
+def unloaded(run: CommandedRun) -> Array:
     """Return the directions in which gimbal angles show nothing of a load by a body rate, shape (K', M, M - 3).
 
     The servo answers a load as late as ω_b / ω_n²: the directions are those of the angles then.
     """
-    cluster, servo = run.cluster, run.servo
-    assert cluster is not None
-    assert servo is not None
+    cluster, servo = run.gimbals.cluster, run.gimbals.servo
     before = run.actuator_time - servo.bandwidth / servo.stiffness
     loaded = transverse_axes(cluster, gimbal_motion(run)(np.maximum(before, run.actuator_time[0])))
     return np.asarray(np.linalg.qr(loaded, mode="complete")[0][..., 3:])
 
 
-def followed(run: Telemetry) -> NDArray[np.intp]:
+def followed(run: CommandedRun) -> NDArray[np.intp]:
     """Return at which samples the answers are compared, shape (K,)."""
     return np.concatenate([np.zeros(0, dtype=np.intp), *stretches(run)])
 
 
 @lru_cache(maxsize=_REMEMBERED)
-def stretches(run: Telemetry) -> list[NDArray[np.intp]]:
+def stretches(run: CommandedRun) -> list[NDArray[np.intp]]:
     """Return at which samples the answers are compared, by those that follow one another.
 
     While a command, or a set point, is cut between samples, and in a gap, nobody knows what the servo was asked for.
     What it missed by that has settled after `_SETTLED`, but for a constant.
     """
-    assert run.servo is not None
     time = ticks_of(run).time
     rates = np.hstack([set_point(run), ticks_of(run).command])
-    cut = time[(np.abs(rates) > _AT_LIMIT * run.servo.rate_limit).any(axis=1)]
-    unknown = np.sort(np.concatenate([[-np.inf], cut, run.actuator_time[1:][holes(run)]]))
+    cut = time[(np.abs(rates) > _AT_LIMIT * run.gimbals.servo.rate_limit).any(axis=1)]
+    unknown = np.sort(np.concatenate([[-np.inf], cut, run.actuator_time[1:][long_gaps(run)]]))
     last = unknown[np.searchsorted(unknown, run.actuator_time, side="right") - 1]
     kept = np.flatnonzero(compared(run) & (run.actuator_time - last > _SETTLED))
     parts = np.split(kept, np.flatnonzero(np.diff(kept) > 1) + 1)
     return [part for part in parts if len(part) >= _FEWEST]
 
 
-def _further_load(grid: Grid, gimbals: Gimbals, run: int) -> Array:
+def _further_load(grid: Grid, gimbals: Gimbals | None, index: int) -> Array | float:
     """Return the load of units as they are less that of telemetry, at a run's ticks, shape (P, N, M), N·m."""
-    if gimbals is grid.gimbals or grid.gimbals is None:
-        return np.zeros((1, 1, unit_count(grid)))
-    time = grid.node_time[run]
-    body_rate = body_motion(grid.runs[run])(time)
-    further = _load(gimbals, body_rate, run) - _load(grid.gimbals, body_rate, run)
-    at = np.clip(ticks_of(grid.runs[run]).time, time[0], time[-1])
+    if gimbals is grid.gimbals or gimbals is None or grid.gimbals is None:
+        return 0.0
+    time, run = grid.node_time[index], grid.commanded_runs[index]
+    body_rate = body_motion(run)(time)
+    further = _load(gimbals, body_rate, index) - _load(grid.gimbals, body_rate, index)
+    at = np.clip(ticks_of(run).time, time[0], time[-1])
     return np.asarray(CubicSpline(time, further, axis=1)(at))
 
 

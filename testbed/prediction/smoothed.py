@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import BSpline, make_lsq_spline
 
 from testbed.arrays import Array, Series
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import GimbalRun, Telemetry
 
 _KNOTS_PER_SECOND = 16.0
 """Enough for 8 Hz; an encoder's noise of 1e-3 rad at 100 Hz leaves 0.5 rad/s² in the second derivative."""
@@ -19,10 +19,9 @@ _DEGREE = 3
 
 
 @lru_cache(maxsize=_REMEMBERED)
-def gimbal_motion(run: Telemetry) -> BSpline:
-    """Return the gimbal angles of a run that has them, (6,), rad."""
-    assert run.gimbal_angle is not None
-    return _smoothed(run.actuator_time, np.unwrap(run.gimbal_angle, axis=0))
+def gimbal_motion(run: GimbalRun) -> BSpline:
+    """Return the gimbal angles of a run, (M,), rad."""
+    return _smoothed(run.actuator_time, np.unwrap(run.gimbals.angle, axis=0))
 
 
 @lru_cache(maxsize=_REMEMBERED)

@@ -11,7 +11,7 @@ from testbed.assembly.platform import PlatformModel
 from testbed.dynamics.inertia import theta_of
 from testbed.experiment.checking import NeglectedTorque
 from testbed.experiment.experiment import Estimation
-from testbed.identification.estimating import Identification
+from testbed.identification.identify import Identification
 from testbed.records.record import Record
 from testbed.report.doubts import combination_doubts, estimation_doubts, neglected_words
 from testbed.report.frame.blocks import Notice, Page, Section

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.arrays import Array, Regressor, Theta
-from testbed.assembly.estimation import estimation_settings, telemetry_of
+from testbed.assembly.estimators import estimation_settings
 from testbed.assembly.platform import nominal_platform, true_platform
+from testbed.assembly.telemetry import telemetry_of
 from testbed.campaign.flights import fly_seeds
 from testbed.dynamics.inertia import theta_of
 from testbed.estimation.noise_response import NoiseResponse, finite_sample_bias, noise_response

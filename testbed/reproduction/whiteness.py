@@ -15,8 +15,9 @@ import numpy as np
 from scipy.stats import chi2
 
 from testbed.arrays import Array, Series, Vectors3
-from testbed.assembly.estimation import estimation_settings, telemetry_of
+from testbed.assembly.estimators import estimation_settings
 from testbed.assembly.platform import nominal_platform
+from testbed.assembly.telemetry import telemetry_of
 from testbed.campaign.flights import fly_seeds
 from testbed.campaign.plan import run_seed
 from testbed.estimation.estimate import EstimationSettings

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from testbed.assembly.estimation import estimation_settings
+from testbed.assembly.estimators import estimation_settings
 from testbed.assembly.platform import nominal_platform
 from testbed.errors import InputError
 from testbed.estimation.combine import CombinedEstimate, combined

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from testbed.assembly.contact import cut_at_contact
-from testbed.assembly.estimation import telemetry_of
 from testbed.assembly.platform import PlatformModel, nominal_platform
+from testbed.assembly.telemetry import telemetry_of
 from testbed.campaign.flights import DispersedFlight, fly_seeds
 from testbed.campaign.plan import run_seed
 from testbed.estimation.contact import Contact

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from support.flown_effects import flown, nominal, scenario
-from support.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times
+from support.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times, with_gimbals
 from testbed.arrays import Array
 from testbed.assembly.extension import extended
 from testbed.effects.contract import Effect, Extension, NamedEffect, components_in
@@ -101,7 +101,7 @@ def test_mujoco_and_the_prediction_show_the_same_signature(effect: Effect, tmp_p
     component, size = place(effect), typical(effect)
     flight = flown([effect.extension(component, size, scenario())], tmp_path)
     if effect.id == "rotor_spin_down":  # the flown tachometers tell of it: it is an effect where there are none
-        flight = replace(flight, telemetry=replace(flight.telemetry, rotor_momentum=None))
+        flight = replace(flight, telemetry=with_gimbals(flight.telemetry, rotor_momentum=None))
     assert flight.experiment.outcome == "completed"
     assert flight.experiment.estimation is not None
     signature, left = flight.residual([]), flight.residual([effect.hooks(component)], size)

@@ -14,9 +14,9 @@ from concealing.files import record
 from concealing.flown import fly_case
 from support.blind_cases import blind_case
 from support.diagnosed_records import SCENARIO
-from support.synthetic_telemetry import TRUE_THETA, exact_telemetry, noisy, nominal_flight, sample_times
-from testbed.assembly.estimation import telemetry_of
+from support.synthetic_telemetry import TRUE_THETA, exact_telemetry, noisy, nominal_flight, sample_times, with_gimbals
 from testbed.assembly.platform import nominal_platform
+from testbed.assembly.telemetry import telemetry_of
 from testbed.diagnosis.data import Runs, runs_of
 from testbed.diagnosis.model import Hypothesis, fitted, fitted_initial_rates
 from testbed.diagnosis.noise import noise_level, noise_tests, with_noise_model
@@ -43,23 +43,24 @@ SIGMAS = 4.0
 def exact() -> Telemetry:
     """Five seconds at 16 Hz with motor torques, without noise."""
     times = sample_times(16.0)
-    run = replace(exact_telemetry(FLIGHT, times, times, GYRO_NOISE), gimbal_torque=np.zeros((len(times), 6)))
+    run = with_gimbals(exact_telemetry(FLIGHT, times, times, GYRO_NOISE), torque=np.zeros((len(times), 6)))
     grid = grid_of([run])
     start = Values(theta=TRUE_THETA[None], initial_rate=run.body_rate[:1][None], effects=())
     compared = motor_torques(grid, [], [], node_rates(grid, [], start))[0][0]
-    return replace(run, gimbal_torque=np.vstack([np.zeros((len(times) - len(compared), 6)), compared]))
+    return with_gimbals(run, torque=np.vstack([np.zeros((len(times) - len(compared), 6)), compared]))
 
 
 @cache
 def plain() -> Telemetry:
     """The same with noise."""
     run = noisy(exact(), seed=2, encoder_noise=1e-4)
-    noise = np.random.default_rng(5).normal(scale=TORQUE_NOISE, size=run.gimbal_torque.shape)
-    return replace(run, gimbal_torque=exact().gimbal_torque + noise)
+    noise = np.random.default_rng(5).normal(scale=TORQUE_NOISE, size=run.gimbals.torque.shape)
+    return with_gimbals(run, torque=exact().gimbals.torque + noise)
 
 
-def runs_with(**channels) -> Runs:
-    return runs_of(["a"], [replace(plain(), **channels)])
+def runs_with(*, body_rate=None, **channels) -> Runs:
+    run = with_gimbals(plain(), **channels)
+    return runs_of(["a"], [run if body_rate is None else replace(run, body_rate=body_rate)])
 
 
 def found(runs: Runs, effect: str, component: str):
@@ -80,9 +81,9 @@ def test_the_noise_of_inner_channels_is_told_and_the_model_leaves_no_more():
 @pytest.mark.parametrize(("effect", "size"), [("gimbal_viscous_friction", 1e-4), ("gimbal_coulomb_friction", 2e-4)])
 def test_friction_shows_in_the_motor_torque(effect, size):
     rate = FLIGHT.gimbals.rate(plain().actuator_time)[:, 2]
-    torque = plain().gimbal_torque.copy()
+    torque = plain().gimbals.torque.copy()
     torque[:, 2] += size * (rate if "viscous" in effect else np.sign(rate))
-    value, std = found(runs_with(gimbal_torque=torque), effect, "cmg3")
+    value, std = found(runs_with(torque=torque), effect, "cmg3")
     assert abs(value - size) < SIGMAS * std
     assert std < size / 5.0
 
@@ -100,13 +101,13 @@ def test_a_gyro_that_is_wrong_is_credited_with_what_it_mends_in_the_motor_torque
 
 def test_friction_does_not_pass_for_an_age_of_the_motor_torques():
     age, dry = 3e-3, 5e-4
-    run = replace(exact(), servo=answered()[0].servo)
+    run = with_gimbals(exact(), servo=answered()[0].gimbals.servo)
     time, motion = run.actuator_time, gimbal_motion(run)
-    older = -age * (CubicSpline(time, run.gimbal_torque)(time, 1) + tachometer_gain(run) * motion(time, 2))
+    older = -age * (CubicSpline(time, run.gimbals.torque)(time, 1) + tachometer_gain(run.gimbals) * motion(time, 2))
     braked = older + dry * np.sign(motion(time, 1))
     coarse = torque_age((run,))  # accelerations between samples at 16 Hz; 0.7 ms
     for missed in (older, braked):
-        found = torque_age((replace(run, gimbal_torque=run.gimbal_torque + missed),))
+        found = torque_age((with_gimbals(run, torque=run.gimbals.torque + missed),))
         assert found == pytest.approx(coarse + age, abs=1e-3)  # reversals between samples
 
 
@@ -157,7 +158,7 @@ def test_a_late_or_braked_motor_shows_between_command_and_angle(effect, size, va
 
 def test_where_a_gimbal_began_counts_for_nothing_between_command_and_angle():
     run = grid_of(answered()).runs[0]
-    angle = np.unwrap(run.gimbal_angle, axis=0)
+    angle = np.unwrap(run.gimbals.angle, axis=0)
     beside = angle + np.array([0.01, -0.02, 0.0, 0.03, 0.0, -0.01])
     np.testing.assert_allclose(shown(run, beside), shown(run, angle), atol=2e-5)  # of those that hardly show
 
@@ -195,7 +196,7 @@ def test_ideal_motors_answer_a_push_by_a_filter_as_period_by_period():
 
 def test_behind_a_rate_at_its_limit_answers_are_compared_once_the_servo_has_settled():
     run = answered(seed=AT_LIMIT, seconds=4.0)[1]
-    at_limit = run.actuator_time[np.abs(run.gimbal_rate_command).max(axis=1) > 0.98 * run.servo.rate_limit]
+    at_limit = run.actuator_time[np.abs(run.gimbals.rate_command).max(axis=1) > 0.98 * run.gimbals.servo.rate_limit]
     asked = run.actuator_time[followed(run)]
     since = asked - at_limit[np.searchsorted(at_limit, asked) - 1]
     assert since[asked > at_limit[0]].min() > 0.4
@@ -205,8 +206,7 @@ def test_behind_a_rate_at_its_limit_answers_are_compared_once_the_servo_has_sett
 def test_behind_a_hole_in_the_telemetry_answers_are_compared_once_the_servo_has_settled():
     run = answered()[0]
     kept = (run.actuator_time < 0.8) | (run.actuator_time > 1.1)
-    channels = ("actuator_time", "gimbal_angle", "gimbal_rate_command", "rotor_momentum")
-    holed = replace(run, **{name: getattr(run, name)[kept] for name in channels})
+    holed = run.with_actuator_samples(run.actuator_time[kept], lambda samples: samples[kept])
     asked = holed.actuator_time[followed(holed)]
     assert not ((asked > 0.8) & (asked < 1.5)).any()
     assert len(stretches(holed)) == 2
@@ -224,8 +224,8 @@ def test_a_late_motor_is_told_by_its_answers_behind_a_rate_at_its_limit(lag):
 
 
 def test_gimbals_that_do_not_answer_are_not_compared():
-    asked = [run.gimbal_rate_command + 0.1 * np.sin(3.0 * run.actuator_time)[:, None] for run in answered()]
-    runs = [replace(run, gimbal_rate_command=command) for run, command in zip(answered(), asked, strict=True)]
+    asked = [run.gimbals.rate_command + 0.1 * np.sin(3.0 * run.actuator_time)[:, None] for run in answered()]
+    runs = [with_gimbals(run, rate_command=command) for run, command in zip(answered(), asked, strict=True)]
     believed = runs_of(["a", "b", "c"], runs)
     assert not believed.grid.follows_commands
     assert not believed.inner
@@ -233,9 +233,9 @@ def test_gimbals_that_do_not_answer_are_not_compared():
 
 def test_play_shows_in_the_motion_of_the_body():
     play = 0.1
-    angle = plain().gimbal_angle.copy()
+    angle = plain().gimbals.angle.copy()
     angle[:, 1] += 0.5 * play * np.tanh(FLIGHT.gimbals.rate(plain().actuator_time)[:, 1] / 0.05)
-    runs = runs_with(gimbal_angle=angle, gimbal_torque=None)
+    runs = runs_with(angle=angle, torque=None)
     value, std = found(runs, "gimbal_backlash", "cmg2")
     assert abs(value - play) < SIGMAS * std + 0.1 * play  # the jump itself is lost between samples
     assert value > 3.0 * std
@@ -290,7 +290,7 @@ def test_noise_beyond_what_is_stated_is_told(ratio):
 
 def test_steps_of_the_gyro_are_told_exactly():
     step = 0.004
-    runs = runs_with(body_rate=step * np.round(plain().body_rate / step), gimbal_torque=None)
+    runs = runs_with(body_rate=step * np.round(plain().body_rate / step), torque=None)
     scatter = noise_tests(runs, fitted(runs, [], TRUE_THETA, []), NOISE_EFFECTS, others=60).found
     assert scatter[0].key == "gyro_quantization:gyro"
     np.testing.assert_allclose(scatter[0].finding.values, step, rtol=1e-9)

@@ -7,7 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from support.synthetic_telemetry import NOMINAL_THETA, exact_telemetry, noisy, nominal_flight, sample_times
+from support.synthetic_telemetry import (
+    NOMINAL_THETA,
+    exact_telemetry,
+    noisy,
+    nominal_flight,
+    sample_times,
+    with_gimbals,
+)
 from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.estimation.estimate import EstimationSettings
 from testbed.estimation.registry import ESTIMATORS
@@ -33,13 +40,10 @@ def turned(theta, matrix):
 @few
 def test_other_body_axes_give_the_same_body(name, rotation_vector):
     matrix = matrix_of(exponential(np.array(rotation_vector)))
-    cluster = TELEMETRY.cluster
+    cluster = TELEMETRY.gimbals.cluster
+    turned_axes = {"gimbal_axis_B": cluster.gimbal_axis_B @ matrix.T, "spin_axis_B": cluster.spin_axis_B @ matrix.T}
     telemetry = replace(
-        TELEMETRY,
-        body_rate=TELEMETRY.body_rate @ matrix.T,
-        cluster=replace(
-            cluster, gimbal_axis_B=cluster.gimbal_axis_B @ matrix.T, spin_axis_B=cluster.spin_axis_B @ matrix.T
-        ),
+        with_gimbals(TELEMETRY, cluster=replace(cluster, **turned_axes)), body_rate=TELEMETRY.body_rate @ matrix.T
     )
     estimate = ESTIMATORS[name](telemetry, replace(SETTINGS, nominal_theta=turned(NOMINAL_THETA, matrix)))
     np.testing.assert_allclose(estimate.theta, turned(ESTIMATES[name].theta, matrix), atol=SEARCH_TOLERANCE)
@@ -49,8 +53,8 @@ def test_other_body_axes_give_the_same_body(name, rotation_vector):
 @given(factor=st.floats(0.1, 10.0))
 @few
 def test_momentum_and_inertia_enter_homogeneously(name, factor):
-    cluster = TELEMETRY.cluster
-    telemetry = replace(
+    cluster = TELEMETRY.gimbals.cluster
+    telemetry = with_gimbals(
         TELEMETRY,
         cluster=replace(
             cluster,

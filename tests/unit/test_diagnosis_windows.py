@@ -47,7 +47,12 @@ def driven(rate: float = 1000.0, duration: float = 1.0) -> Telemetry:
     noise = np.random.default_rng(1).normal(0.0, 0.01, (len(time), 3))
     ramp = np.outer(time, [1.0, -2.0, 0.5])
     return Telemetry(
-        gyro_time=time, body_rate=ramp + noise, gyro_noise=0.01, actuator_time=time, applied_torque=2.0 * ramp
+        gyro_time=time,
+        body_rate=ramp + noise,
+        gyro_noise=0.01,
+        actuator_time=time,
+        gimbals=None,
+        applied_torque=2.0 * ramp,
     )
 
 
@@ -123,6 +128,7 @@ def in_windows(hidden: float) -> tuple[Runs, Fit]:
         body_rate=rate + np.random.default_rng(2).normal(0.0, 0.008, rate.shape),
         gyro_noise=0.008,
         actuator_time=time,
+        gimbals=None,
         applied_torque=np.outer(asked, [1.0, 0.0, 0.0]),
     )
     windows = list(windows_of(averaged(telemetry, 100.0), 0.2))

@@ -124,7 +124,7 @@ def test_a_file_in_place_of_the_folder_is_said_to_be_one(flown, tmp_path, capsys
 
 
 def test_a_long_record_is_estimated_from_in_parts_and_combined(flown, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("testbed.identification.estimating.MOST_AT_ONCE", 60)
+    monkeypatch.setattr("testbed.identification.identify.MOST_AT_ONCE", 60)
     write(tmp_path / "data", "long", *flown)
     assert run("estimate", SCENARIO, "--data", tmp_path / "data", "--out", tmp_path / "out") == 0
     told = json.loads((tmp_path / "out" / "estimates.json").read_text(encoding="utf-8"))

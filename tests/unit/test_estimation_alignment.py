@@ -16,12 +16,13 @@ from support.synthetic_telemetry import (
     noisy,
     pyramid_cluster,
     sample_times,
+    with_gimbals,
 )
 from testbed.cmg.cluster import cluster_momentum
 from testbed.cmg.misalignment import misaligned
 from testbed.errors import InputError
 from testbed.estimation.alignment import estimated_alignments, relative_parameters
-from testbed.estimation.alignment_model import Alignment, alignment_of, drive_at, gimbal_telemetry, held_momentum
+from testbed.estimation.alignment_model import Alignment, alignment_of, drive_at, held_momentum, sampled_gimbals
 from testbed.estimation.alignment_observability import COMMON_SCALE, parameter_names
 from testbed.estimation.estimate import EstimationSettings
 from testbed.estimation.motion import simulate
@@ -69,7 +70,7 @@ def record(gimbals, rate_hz=16.0) -> Telemetry:
     momentum_B = cluster_momentum(built, gimbals.angle(np.zeros(1))[0], np.zeros(6))
     flight = Flight(theta=TRUE_THETA, cluster=built, gimbals=gimbals, initial_momentum_B=momentum_B)
     sent = exact_telemetry(flight, sample_times(16.0), sample_times(rate_hz), NOISE)
-    return replace(sent, cluster=CLUSTER, gimbal_angle=sent.gimbal_angle + BUILT.encoder_zero)
+    return with_gimbals(sent, cluster=CLUSTER, angle=sent.gimbals.angle + BUILT.encoder_zero)
 
 
 @cache
@@ -79,7 +80,7 @@ def restless_record() -> Telemetry:
 
 @pytest.mark.parametrize("parameter", range(24))
 def test_sensitivity_is_the_difference_quotient(parameter):
-    telemetry, momentum_B = gimbal_telemetry(restless_record()), np.array([0.003, -0.004, 0.006])
+    telemetry, momentum_B = sampled_gimbals(restless_record()), np.array([0.003, -0.004, 0.006])
 
     def motion(parameters):
         return simulate(drive_at(telemetry, alignment_of(parameters)), TRUE_THETA, momentum_B)
@@ -164,4 +165,4 @@ def test_what_cannot_be_estimated_is_refused():
     with pytest.raises(InputError, match='initial_momentum = "estimated"'):
         estimated_alignments(replace(restless_record(), initial_momentum="zero"), SETTINGS)
     with pytest.raises(InputError, match="without gimbal angles"):
-        gimbal_telemetry(replace(restless_record(), gimbal_angle=None))
+        sampled_gimbals(replace(restless_record(), gimbals=None))

@@ -15,6 +15,7 @@ from support.synthetic_telemetry import (
     noisy,
     nominal_flight,
     sample_times,
+    with_gimbals,
 )
 from testbed.estimation.agreement import REFUSED, runs_agreement
 from testbed.estimation.estimate import EstimationSettings
@@ -139,8 +140,8 @@ def test_intervals_hold_the_truth_with_uncertain_rotors():
     whole, noise = [], []
     for seed in range(120):
         rng = np.random.default_rng(seed)
-        momentum = exact.cluster.rotor_momentum * (1.0 + 0.01 * rng.standard_normal(6))
-        telemetry = flown(replace(exact, cluster=replace(exact.cluster, rotor_momentum=momentum)), seed)
+        momentum = exact.gimbals.cluster.rotor_momentum * (1.0 + 0.01 * rng.standard_normal(6))
+        telemetry = flown(with_gimbals(exact, cluster=replace(exact.gimbals.cluster, rotor_momentum=momentum)), seed)
         raw = {"output_error": ESTIMATORS["output_error"](telemetry, settings)}
         estimate = considered(raw, telemetry, settings)["output_error"]
         error = np.abs(estimate.theta - TRUE_THETA)

@@ -7,7 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from support.synthetic_telemetry import NOMINAL_THETA, TRUE_THETA, exact_telemetry, nominal_flight, sample_times
+from support.synthetic_telemetry import (
+    NOMINAL_THETA,
+    TRUE_THETA,
+    exact_telemetry,
+    nominal_flight,
+    sample_times,
+    with_gimbals,
+)
 from testbed.cmg.misalignment import misaligned
 from testbed.estimation.considered import considered_shifts
 from testbed.estimation.estimate import EstimationSettings
@@ -41,18 +48,18 @@ def flown(name):
 
 def believed_wrongly(telemetry):
     """Yield the telemetry with each quantity off by its standard deviation, in the order of the predicted shifts."""
-    cluster = telemetry.cluster
+    cluster = telemetry.gimbals.cluster
     for unit in range(6):
         for turn in range(2):
             turned = np.zeros((6, 2))
             turned[unit, turn] = -SIZE  # the flown unit stands that far off the one that is believed
-            yield replace(telemetry, cluster=misaligned(cluster, turned))
-        angle = telemetry.gimbal_angle.copy()
+            yield with_gimbals(telemetry, cluster=misaligned(cluster, turned))
+        angle = telemetry.gimbals.angle.copy()
         angle[:, unit] += SIZE
-        yield replace(telemetry, gimbal_angle=angle)
+        yield with_gimbals(telemetry, angle=angle)
         momentum = cluster.rotor_momentum.copy()
         momentum[unit] *= 1.0 - SIZE
-        yield replace(telemetry, cluster=replace(cluster, rotor_momentum=momentum))
+        yield with_gimbals(telemetry, cluster=replace(cluster, rotor_momentum=momentum))
     rate = telemetry.body_rate
     for axis in range(3):
         yield replace(telemetry, body_rate=rate + 0.1 * SIZE * np.eye(3)[axis])
@@ -83,7 +90,7 @@ def test_a_reported_momentum_is_uncertain_by_axis():
     gimbals = flown("from rest")
     flight = nominal_flight()
     momentum_B = TIMES[:, None] * 0.0 - flight.body_rate(TIMES) @ np.diag(TRUE_THETA[:3])
-    telemetry = replace(gimbals, gimbal_angle=None, cluster_momentum=momentum_B)
+    telemetry = replace(gimbals, gimbals=None, cluster_momentum=momentum_B)
     estimate = ESTIMATORS["output_error"](telemetry, SETTINGS)
     part = identifiable_part(telemetry, SETTINGS)
     shifts = considered_shifts(part, TRUE_THETA, Uncertainty(rotor_momentum=SIZE), {"oe": estimate.influence})["oe"]

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from testbed.assembly.estimation import telemetry_of
 from testbed.assembly.platform import nominal_platform
+from testbed.assembly.telemetry import telemetry_of
 from testbed.estimation.gyro_noise import gyro_noise_of
 from testbed.records.record import Record, RunDetails
 from testbed.scenario.reader import read_scenario

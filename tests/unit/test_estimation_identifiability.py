@@ -77,7 +77,7 @@ def test_output_error_finds_no_minimum_with_a_flipped_gyro():
 @pytest.mark.parametrize("name", ESTIMATORS)
 def test_a_spin_without_actuators_leaves_the_scale_open(name):
     spin = flown_with([0, 0, 0], 0.0001, 0, momentum_B=np.array([0.006, -0.008, 0.012]))
-    still = replace(spin, gimbal_angle=None, cluster=None)
+    still = replace(spin, gimbals=None)
     with pytest.raises(UnidentifiableError, match=r"J11 .* J22 .* J33.*initial momentum"):
         ESTIMATORS[name](still, SETTINGS)
 

@@ -63,7 +63,7 @@ def test_a_platform_turned_by_thrusters_has_the_same_start_up():
     inertia = np.diag(TRUE_THETA[:3])
     torque = np.gradient(rate, fine, axis=0, edge_order=2) @ inertia + np.cross(rate, rate @ inertia)
     at_samples = torque[np.searchsorted(fine, CUT - 1e-9)]
-    thrusters = replace(exact, gimbal_angle=None, applied_torque=at_samples)
+    thrusters = replace(exact, gimbals=None, applied_torque=at_samples)
     assert least_squares_error(thrusters) < 1e-5  # the torque is a difference quotient, sampled at 16 Hz
     assert least_squares_error(replace(thrusters, initial_momentum="zero")) > 1e-3
 

@@ -10,7 +10,7 @@ import pytest
 from support.diagnosed_records import nominal, records
 from testbed.dynamics.inertia import theta_of
 from testbed.errors import InputError
-from testbed.identification.estimating import LONGEST_GATED, _looked_at, identify
+from testbed.identification.identify import LONGEST_GATED, _looked_at, identify
 from testbed.report.measured import identification_doubts, identification_verdict
 
 

@@ -11,11 +11,11 @@ import pytest
 from support.maneuvers import CLUSTER, INERTIA, design_problem, gimbal_limits, without_units
 from testbed.dynamics.inertia import theta_of
 from testbed.errors import InputError
-from testbed.estimation.alignment_model import alignment_of, gimbal_telemetry, held_momentum
+from testbed.estimation.alignment_model import alignment_of, held_momentum, sampled_gimbals
 from testbed.estimation.identifiability import without_momentum
 from testbed.estimation.motion import simulate
 from testbed.estimation.sensitivity import rate_sensitivity
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import GimbalTelemetry, Telemetry
 from testbed.maneuver.alignment_information import alignment_information, relative_scales
 from testbed.maneuver.design import Search
 from testbed.maneuver.formulation import prefilter_of
@@ -58,10 +58,9 @@ def estimators_own(maneuver, cluster=CLUSTER):
         body_rate=maneuver.body_rate(SAMPLING.fine_time[SAMPLING.samples]),
         gyro_noise=1.0,
         actuator_time=actuator_time,
-        cluster=cluster,
-        gimbal_angle=maneuver.gimbal_angle(actuator_time),
+        gimbals=GimbalTelemetry(cluster=cluster, angle=maneuver.gimbal_angle(actuator_time)),
     )
-    record, aligned = gimbal_telemetry(telemetry), alignment_of(np.zeros(24))
+    record, aligned = sampled_gimbals(telemetry), alignment_of(np.zeros(24))
     motion = simulate(record.believed, theta_of(INERTIA), np.zeros(3))
     columns = rate_sensitivity(record.believed, motion, held_momentum(record, aligned, motion)).reshape(-1, 33)
     working = np.flatnonzero(cluster.rotor_momentum)

@@ -11,7 +11,7 @@ import pytest
 from support.maneuvers import CLUSTER, INERTIA, design_problem, gimbal_limits
 from testbed.dynamics.inertia import theta_of
 from testbed.estimation.bound import cramer_rao_bound
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import GimbalTelemetry, Telemetry
 from testbed.maneuver.criteria import criterion_terms, information_matrix
 from testbed.maneuver.design import Search
 from testbed.maneuver.formulation import prefilter_of
@@ -33,8 +33,7 @@ def bound_std(maneuver):
         body_rate=maneuver.reference(gyro_time).body_rate,
         gyro_noise=NOISE,
         actuator_time=actuator_time,
-        cluster=CLUSTER,
-        gimbal_angle=maneuver.reference(actuator_time).gimbal_angle,
+        gimbals=GimbalTelemetry(cluster=CLUSTER, angle=maneuver.reference(actuator_time).gimbal_angle),
         initial_momentum="zero",
     )
     return np.sqrt(np.diag(cramer_rao_bound(telemetry, theta_of(INERTIA), np.zeros(3))))

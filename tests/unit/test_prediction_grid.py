@@ -22,6 +22,7 @@ def driven(rate: float, before: float = 0.0) -> Telemetry:
         body_rate=np.zeros((len(gyro), 3)),
         gyro_noise=1e-3,
         actuator_time=actuators,
+        gimbals=None,
         applied_torque=torque(actuators),
     )
 

@@ -9,7 +9,7 @@ from support.report_runs import PROVENANCE, flight
 from testbed.dynamics.inertia import theta_of
 from testbed.experiment.combining import combine_estimations
 from testbed.experiment.measured import estimate_record
-from testbed.identification.estimating import Identification
+from testbed.identification.identify import Identification
 from testbed.records.selection import telemetry_only
 from testbed.report.measured import write_estimates_report
 

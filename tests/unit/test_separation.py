@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from support.diagnosed_records import NOISE, nominal, records
+from support.synthetic_telemetry import with_gimbals
 from testbed.assembly.platform import true_platform
 from testbed.cmg.cluster import platform_momentum
 from testbed.diagnosis.data import runs_of
@@ -17,7 +18,7 @@ from testbed.dynamics.inertia import theta_of
 from testbed.effects.contact import Contact
 from testbed.effects.gyro_scale import GyroScale
 from testbed.effects.registry import EFFECTS
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import GimbalTelemetry, Telemetry
 from testbed.experiment.flying import fly_maneuver
 from testbed.experiment.planning import plan_maneuver
 from testbed.maneuver.gimbal_maneuver import body_rate_of
@@ -59,8 +60,7 @@ def runs():
                 body_rate=record.channels["body_rate"],
                 gyro_noise=NOISE,
                 actuator_time=record.time,
-                cluster=platform.cluster,
-                gimbal_angle=record.channels["gimbal_angle"],
+                gimbals=GimbalTelemetry(cluster=platform.cluster, angle=record.channels["gimbal_angle"]),
             )
             for record in taken
         ],
@@ -162,7 +162,7 @@ def test_a_forecast_is_the_motion_that_conserves_momentum(design_limits, runs, b
 def test_what_the_gyro_got_wrong_so_far_is_no_part_of_a_flight_to_come(runs, baseline, flights, design_limits):
     late = Hypothesis(effect=EFFECTS["gyro_latency"], component="gyro")
     rng = np.random.default_rng(1)
-    torques = [replace(run, gimbal_torque=rng.normal(0.0, 1e-3, run.gimbal_angle.shape)) for run in runs.grid.runs]
+    torques = [with_gimbals(run, torque=rng.normal(0.0, 1e-3, run.gimbals.angle.shape)) for run in runs.grid.runs]
     with_torques = runs_of(runs.names, torques)
     told = corrected(with_torques, fitted(with_torques, [late], baseline.theta, [np.array([0.01])]))
     assert told.grid.runs[0].gyro_error is not None

@@ -8,7 +8,7 @@ import pytest
 from support.synthetic_telemetry import NOMINAL_THETA, TRUE_THETA, exact_telemetry, nominal_flight, sample_times
 from testbed.estimation.estimate import EstimationSettings
 from testbed.estimation.output_error import output_error
-from testbed.experiment.estimating import doubt_of
+from testbed.experiment.running_estimators import doubt_of
 
 TIMES = sample_times(16.0)
 ANSWER = output_error(

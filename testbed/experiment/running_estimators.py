@@ -7,14 +7,15 @@ from dataclasses import replace
 import numpy as np
 
 from testbed.arrays import Covariance, Theta, Vector3
-from testbed.assembly.estimation import estimation_settings, telemetry_of
+from testbed.assembly.estimators import estimation_settings
 from testbed.assembly.platform import PlatformModel
+from testbed.assembly.telemetry import telemetry_of
 from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.errors import InputError
 from testbed.estimation.bound import cramer_rao_bound
 from testbed.estimation.estimate import Estimate, EstimationSettings
 from testbed.estimation.registry import ESTIMATORS
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import GimbalTelemetry, Telemetry
 from testbed.experiment.checking import checks_of, considered, with_spread
 from testbed.experiment.experiment import Estimation
 from testbed.maneuver.maneuver import Maneuver
@@ -174,12 +175,12 @@ def bound_std(telemetry: Telemetry, theta: Theta, initial_momentum_B: Vector3) -
 def _true_bound_std(truth: PlatformModel, telemetry: Telemetry, record: Record) -> Theta | None:
     """The bound of the motion as it was: true gimbal angles and rotor speeds, at the telemetry's times."""
     rows = np.searchsorted(record.time, telemetry.actuator_time)
-    actual = replace(
-        telemetry,
+    gimbals = GimbalTelemetry(
         cluster=truth.cluster,
-        gimbal_angle=record.channels["true_gimbal_angle"][rows],
+        angle=record.channels["true_gimbal_angle"][rows],
         rotor_momentum=record.channels["true_rotor_speed"][rows] * truth.cluster.rotor_spin_inertia,
     )
+    actual = replace(telemetry, gimbals=gimbals)
     first = int(np.searchsorted(record.time, telemetry.gyro_time[0]))
     attitude_BN = quaternion_inverse(record.channels["true_attitude"][first])
     momentum_B = turned(attitude_BN, record.channels["true_total_momentum"][first])

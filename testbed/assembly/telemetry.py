@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import ceil
-from typing import Literal
 
 import numpy as np
 
 from testbed.arrays import Array, Series, UnitSeries, Vectors3
-from testbed.assembly.platform import Body, PlatformModel
+from testbed.assembly.platform import Body
 from testbed.assembly.time_base import require_time_in_seconds
 from testbed.cmg.cluster import Cluster
-from testbed.dynamics.inertia import theta_of
 from testbed.errors import InputError
-from testbed.estimation.estimate import EstimationSettings
 from testbed.estimation.gyro_noise import gyro_noise_of, noise_freedom
-from testbed.estimation.telemetry import Servo, Telemetry
-from testbed.estimation.uncertainty import USUAL, Uncertainty
-from testbed.maneuver.maneuver import Maneuver
+from testbed.estimation.telemetry import GimbalTelemetry, Servo, Telemetry
 from testbed.records.record import Record
 from testbed.records.selection import sampled, usable
 from testbed.scenario.body import BodyScenario
@@ -46,7 +40,6 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
     part = usable(record)
     gyro_time, body_rate = sampled(part, "body_rate")
     source = _actuator_channel(part)
-    units = _units(part, nominal) if source == "gimbal_angle" else None
     time, values = sampled(part, source)
     noise = _gyro_noise(part, gyro_time, body_rate)
     return Telemetry(
@@ -54,63 +47,13 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
         body_rate=body_rate,
         gyro_noise=scenario.gyro.noise_rad_s if noise is None else noise,
         actuator_time=time,
-        cluster=nominal.cluster,
-        gimbal_angle=values if source == "gimbal_angle" else None,
-        rotor_momentum=None if units is None else _rotor_momentum(part, time, units),
+        gimbals=_gimbals(part, scenario, _units(part, nominal), time, values) if source == "gimbal_angle" else None,
         cluster_momentum=values if source == "cluster_momentum" else None,
-        applied_torque=_at(part, "applied_torque", time) if "applied_torque" in part.channels else None,
-        gimbal_torque=_inner(part, "gimbal_torque", time, source),
-        gimbal_rate_command=_inner(part, "gimbal_rate_command", time, source),
-        servo=_servo(scenario, time) if isinstance(scenario, Scenario) else None,
+        applied_torque=_channel(part, "applied_torque", time),
         initial_momentum=scenario.estimation.initial_momentum,
         constant_torque=scenario.estimation.constant_torque,
         noise_freedom=np.inf if noise is None or noise == part.details.gyro_noise else noise_freedom(gyro_time),
     )
-
-
-def estimation_settings(scenario: Scenario, nominal: PlatformModel, maneuver: Maneuver | None) -> EstimationSettings:
-    """Return what the estimators know beside the measurements.
-
-    Args:
-        scenario: prefilter and instrument.
-        nominal: the model that simulates the instrument.
-        maneuver: the reference, on the record's clock; None for records measured elsewhere, whose instrument is then
-            simulated from the estimate so far instead of taken from a reference.
-    """
-    instrument: Literal["reference", "nominal", "iterated"] = scenario.estimation.instrument
-    if maneuver is None and instrument == "reference":
-        instrument = "iterated"
-    return EstimationSettings(
-        nominal_theta=theta_of(nominal.inertia),
-        prefilter_time=scenario.estimation.prefilter_time_constant_s,
-        instrument=instrument,
-        reference_rate=None if maneuver is None else lambda time: maneuver.reference(time).body_rate,
-        uncertainty=uncertainty_of(scenario),
-    )
-
-
-def uncertainty_of(scenario: BodyScenario) -> Uncertainty:
-    """Return what is uncertain of actuators and gyro: as stated, as in [dispersion], or else as is usual."""
-    stated = scenario.estimation.uncertainty
-    spread = scenario.dispersion if isinstance(scenario, Scenario) else None
-    usual = (
-        USUAL
-        if spread is None
-        else replace(
-            USUAL,
-            gyro_bias=max(spread.gyro_bias_rad_s),
-            gyro_scale=max(spread.gyro_scale_factor),
-        )
-    )
-    given = {
-        "rotor_momentum": stated.rotor_momentum_relative,
-        "gimbal_zero": stated.gimbal_zero_rad,
-        "gimbal_misalignment": stated.gimbal_axis_misalignment_rad,
-        "gyro_bias": stated.gyro_bias_rad_s,
-        "gyro_scale": stated.gyro_scale_factor,
-        "gyro_misalignment": stated.gyro_misalignment_rad,
-    }
-    return replace(usual, **{name: value for name, value in given.items() if value is not None})
 
 
 def _gyro_noise(record: Record, time: Series, body_rate: Vectors3) -> float | None:
@@ -137,15 +80,20 @@ def _units(record: Record, nominal: Body) -> Cluster:
     return nominal.cluster
 
 
-def _rotor_momentum(record: Record, time: Series, cluster: Cluster) -> UnitSeries | None:
-    if "rotor_speed" not in record.channels:
-        return None
-    return _at(record, "rotor_speed", time) * cluster.rotor_spin_inertia
-
-
-def _inner(record: Record, name: str, time: Series, source: str) -> UnitSeries | None:
-    """Return a channel of the gimbals' inner life, which says nothing without the gimbal angles; None where absent."""
-    return _at(record, name, time) if source == "gimbal_angle" and name in record.channels else None
+def _gimbals(
+    record: Record, scenario: BodyScenario, cluster: Cluster, time: Series, angle: UnitSeries
+) -> GimbalTelemetry:
+    """Return what the units sent; their commands only where the servo is known that follows them."""
+    rotor_speed = _channel(record, "rotor_speed", time)
+    gimbals = GimbalTelemetry(
+        cluster=cluster,
+        angle=angle,
+        rotor_momentum=None if rotor_speed is None else rotor_speed * cluster.rotor_spin_inertia,
+        torque=_channel(record, "gimbal_torque", time),
+        servo=_servo(scenario, time) if isinstance(scenario, Scenario) else None,
+    )
+    command = _channel(record, "gimbal_rate_command", time)
+    return gimbals if command is None else gimbals.commanded(command)
 
 
 def _servo(scenario: Scenario, time: Series) -> Servo:
@@ -163,7 +111,9 @@ def _servo(scenario: Scenario, time: Series) -> Servo:
     )
 
 
-def _at(record: Record, name: str, time: Series) -> Array:
-    """Return a channel at given times; where it was sampled then, exactly as it was."""
+def _channel(record: Record, name: str, time: Series) -> Array | None:
+    """Return a channel at given times; where it was sampled then, exactly as it was; None where it was not sent."""
+    if name not in record.channels:
+        return None
     known, values = sampled(record, name)
     return np.stack([np.interp(time, known, column) for column in values.T], axis=1)

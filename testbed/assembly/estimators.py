@@ -1,0 +1,59 @@
+"""What a scenario has the estimators know beside the measurements."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Literal
+
+from testbed.assembly.platform import PlatformModel
+from testbed.dynamics.inertia import theta_of
+from testbed.estimation.estimate import EstimationSettings
+from testbed.estimation.uncertainty import USUAL, Uncertainty
+from testbed.maneuver.maneuver import Maneuver
+from testbed.scenario.body import BodyScenario
+from testbed.scenario.scenario import Scenario
+
+
+def estimation_settings(scenario: Scenario, nominal: PlatformModel, maneuver: Maneuver | None) -> EstimationSettings:
+    """Return what the estimators know beside the measurements.
+
+    Args:
+        scenario: prefilter and instrument.
+        nominal: the model that simulates the instrument.
+        maneuver: the reference, on the record's clock; None for records measured elsewhere, whose instrument is then
+            simulated from the estimate so far instead of taken from a reference.
+    """
+    instrument: Literal["reference", "nominal", "iterated"] = scenario.estimation.instrument
+    if maneuver is None and instrument == "reference":
+        instrument = "iterated"
+    return EstimationSettings(
+        nominal_theta=theta_of(nominal.inertia),
+        prefilter_time=scenario.estimation.prefilter_time_constant_s,
+        instrument=instrument,
+        reference_rate=None if maneuver is None else lambda time: maneuver.reference(time).body_rate,
+        uncertainty=uncertainty_of(scenario),
+    )
+
+
+def uncertainty_of(scenario: BodyScenario) -> Uncertainty:
+    """Return what is uncertain of actuators and gyro: as stated, as in [dispersion], or else as is usual."""
+    stated = scenario.estimation.uncertainty
+    spread = scenario.dispersion if isinstance(scenario, Scenario) else None
+    usual = (
+        USUAL
+        if spread is None
+        else replace(
+            USUAL,
+            gyro_bias=max(spread.gyro_bias_rad_s),
+            gyro_scale=max(spread.gyro_scale_factor),
+        )
+    )
+    given = {
+        "rotor_momentum": stated.rotor_momentum_relative,
+        "gimbal_zero": stated.gimbal_zero_rad,
+        "gimbal_misalignment": stated.gimbal_axis_misalignment_rad,
+        "gyro_bias": stated.gyro_bias_rad_s,
+        "gyro_scale": stated.gyro_scale_factor,
+        "gyro_misalignment": stated.gyro_misalignment_rad,
+    }
+    return replace(usual, **{name: value for name, value in given.items() if value is not None})

@@ -1,0 +1,54 @@
+"""Gaps in time: which intervals between samples are too long for what is made of them, and the samples between gaps."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from testbed.arrays import Flags, Series
+
+BRIDGED_PERIODS = 2.5
+"""A gap of one lost sample is interpolated over; a longer one is not (0.25 s at 16 Hz already costs 2e-5 N·m·s)."""
+FEWEST_SAMPLES = 4
+"""A cubic spline needs four samples, and so does every estimator."""
+
+
+def gaps(time: Series, periods: float = BRIDGED_PERIODS, shortest: float = 0.0) -> Flags:
+    """Return which intervals between samples are gaps, shape (N-1,): the one rule for gaps in time.
+
+    Args:
+        time: of the samples, shape (N,), s.
+        periods: of the usual interval, the median, beyond which an interval is a gap.
+        shortest: s; no interval within it is a gap, however fast the samples come.
+    """
+    interval = np.diff(time)
+    usual = float(np.median(interval)) if len(interval) else 0.0
+    return np.asarray(interval > max(periods * usual, shortest))
+
+
+def between_gaps(gap: Flags) -> list[slice]:
+    """Return the runs of samples between gaps.
+
+    Args:
+        gap: which intervals are gaps, shape (N-1,), from `gaps`.
+    """
+    edges = [0, *(np.flatnonzero(gap) + 1).tolist(), len(gap) + 1]
+    return [slice(first, last) for first, last in pairwise(edges)]
+
+
+def stretches(time: Series) -> list[slice]:
+    """Return the runs of samples without a gap between them that are long enough for a spline."""
+    return [run for run in between_gaps(gaps(time)) if run.stop - run.start >= FEWEST_SAMPLES]
+
+
+def covered_by(time: Series, samples: Series) -> Flags:
+    """Return which instants lie between two samples without a gap, or on one, shape (N,).
+
+    Args:
+        time: of the instants, shape (N,), s.
+        samples: times of another channel, s.
+    """
+    following = np.clip(np.searchsorted(samples, time), 1, len(samples) - 1)
+    inside = (time >= samples[0]) & (time <= samples[-1])
+    return np.asarray(inside & (np.isin(time, samples) | ~gaps(samples)[following - 1]))
