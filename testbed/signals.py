@@ -53,11 +53,11 @@ class Signal:
     @property
     def per_unit(self) -> bool:
         """Whether it has a component for each unit of the cluster."""
-        return self.components == UNITS
+        return self.components[:1] == UNITS[:1]
 
     def sized(self, units: int) -> Signal:
         """Return the signal of a cluster of so many units; itself where it has no component for each."""
-        return replace(self, components=unit_numbers(units)) if self.components == UNITS else self
+        return replace(self, components=unit_numbers(units)) if self.per_unit else self
 
     @property
     def width(self) -> int:

@@ -77,6 +77,12 @@ def _units(record: Record, nominal: Body) -> Cluster:
             f"{record.details.name}: holds gimbal_angle, but the scenario has no [cluster] of control moment gyros; "
             "use the scenario of the platform that was measured"
         )
+    sent, believed = record.channels["gimbal_angle"].shape[1], len(nominal.cluster.rotor_momentum)
+    if sent != believed:
+        raise InputError(
+            f"{record.details.name}: has gimbal angles of {sent} units, but the scenario has {believed}; use the "
+            "scenario of the platform that was measured"
+        )
     return nominal.cluster
 
 
