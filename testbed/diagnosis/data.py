@@ -153,6 +153,11 @@ class Runs:
         )
 
     @property
+    def record_names(self) -> list[str]:
+        """Names of the records, each once, in their order."""
+        return list(dict.fromkeys(self.windowed or self.names))
+
+    @property
     def samples(self) -> int:
         """Numbers that the gyro gave, three a sample."""
         return sum(rates.size for rates in self.measured)

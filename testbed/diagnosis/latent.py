@@ -27,11 +27,10 @@ from scipy.stats import chi2
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.diagnosis.candidates import log_p_value, scale_evidence
-from testbed.diagnosis.data import Runs
-from testbed.diagnosis.evidence import on_enough_runs
+from testbed.diagnosis.candidates import log_p_value, p_value, scale_evidence
+from testbed.diagnosis.data import Runs, chosen, joined
 from testbed.diagnosis.keeping import Content, array_from_content, array_to_content, part
-from testbed.diagnosis.model import Fit, orthonormal, projected_out
+from testbed.diagnosis.model import Fit, evaluated, fitted_initial_rates, orthonormal, projected_out
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import node_rates
@@ -40,6 +39,49 @@ from testbed.prediction.prediction import common_size, predicted_with_derivative
 KNOTS_PER_SECOND = 8.0
 """Hat functions of the torque: enough for 4 Hz, the fastest that 16 Hz samples tell from noise."""
 _FEWEST_KNOTS = 8
+_ENOUGH_RUNS = 24
+"""Runs that are tested for an unmodelled torque: its unknowns grow with the runs, the cost with their cube."""
+
+
+def goodness(fit: Fit, noise_freedom: float) -> float:
+    """Return the p-value of the residual's χ², with all directions of the parameters projected out.
+
+    Args:
+        fit: evaluated on all runs.
+        noise_freedom: degrees of freedom with which the noise is known.
+    """
+    basis = orthonormal(fit.jacobian)
+    left = projected_out(fit.residual, basis)
+    return p_value(float(left @ left), len(left) - basis.shape[1], noise_freedom)
+
+
+def on_all_runs(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, Fit]:
+    """Return all runs together, gyro only, and a fit evaluated on them: unmodelled torques are tested in all runs.
+
+    Args:
+        runs: that were fitted.
+        heldout: that were not: of them, initial rates are fitted; None where there are none.
+        fit: to the former.
+    """
+    rates = fit.values.initial_rate
+    if heldout is not None:
+        rates = np.concatenate([rates, fitted_initial_rates(heldout, fit).values.initial_rate])
+    everything = joined(runs, heldout)
+    return everything, evaluated(everything, fit.placed, replace(fit.values, initial_rate=rates))
+
+
+def on_enough_runs(runs: Runs, fit: Fit) -> tuple[Runs, Fit]:
+    """Return an even choice of runs where there are very many, gyro only, and the fit evaluated on them.
+
+    Args:
+        runs: of one data set, as many as there are.
+        fit: of them.
+    """
+    if len(runs.names) <= _ENOUGH_RUNS:
+        return runs, fit
+    which = np.linspace(0, len(runs.names) - 1, _ENOUGH_RUNS).round().astype(int).tolist()
+    some = chosen(runs, which)
+    return some, evaluated(some, fit.placed, replace(fit.values, initial_rate=fit.values.initial_rate[which]))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

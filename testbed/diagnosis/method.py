@@ -16,8 +16,7 @@ from scipy.special import logsumexp
 from testbed.arrays import Theta
 from testbed.diagnosis.candidates import Candidate, Screening, accepted
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.evidence import goodness, on_all_runs
-from testbed.diagnosis.latent import evidence_of_any, latent_torque, torque_shapes
+from testbed.diagnosis.latent import evidence_of_any, goodness, latent_torque, on_all_runs, torque_shapes
 from testbed.diagnosis.model import fitted, fitted_initial_rates, refit
 from testbed.diagnosis.noise import noise_level, noise_tests, with_noise_model
 from testbed.diagnosis.search import MOST_EFFECTS, Search, gap_of, odds_together, with_effect, with_model

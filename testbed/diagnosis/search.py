@@ -19,8 +19,7 @@ from testbed.diagnosis.candidates import (
     scale_evidence,
 )
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.evidence import Prior, log_evidence
-from testbed.diagnosis.misfit import heldout_misfit_of, misfit_of
+from testbed.diagnosis.misfit import Prior, heldout_misfit_of, log_evidence, misfit_of
 from testbed.diagnosis.model import Fit, Hypothesis, all_corrected, fitted, fitted_initial_rates, refit
 from testbed.diagnosis.signatures import FAMILY_WISE_ERROR, Signature, signatures, without
 from testbed.diagnosis.state import Diagnosis, Gap, Step
