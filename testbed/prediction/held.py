@@ -10,7 +10,9 @@ from testbed.prediction.grid import Gimbals
 
 
 def held_momentum(gimbals: Gimbals, cluster: Cluster) -> Array:
-    """Return h = Σ (Js Ω s(d) + (Jg + Jt) ḋ g), shape (R, P, T, 3), N·m·s, body axes. Source: traps of the model, 8b.
+    """Return h = Σ (Js Ω s(d) + (Jg + Jt) ḋ g), shape (R, P, T, 3), N·m·s, body axes.
+
+    Not h0 Σ s(d), which omits the gimbals' own momentum and biases J (docs/explanation/pitfalls.md).
 
     Args:
         gimbals: the units.
