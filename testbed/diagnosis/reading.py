@@ -22,6 +22,7 @@ from testbed.assembly.platform import Body
 from testbed.diagnosis.data import Runs, runs_of
 from testbed.diagnosis.model import Fit, fitted, nominal_fit, orthonormal
 from testbed.diagnosis.noise import pooled_noise, with_pooled_noise, with_telemetry_noise, without_spikes
+from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.windows import Part, outliers_notice, parts_of
 from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.effects.contact import shows_a_jump
@@ -33,28 +34,16 @@ from testbed.prediction.prediction import predicted_with_derivatives
 from testbed.records.record import Record
 from testbed.scenario.body import BodyScenario
 
-MISSED = 0.5
-"""Share of the body rate's variance in the residual from which a prediction counts as a mistake."""
-_LOUD = 10.0
-"""Times the noise's power that a motion needs for its share to count: a platform at rest is not a mistake."""
-_EXPLAINED = 0.2
-"""Largest such share in the right unit."""
 _MISTAKES = {
     "deg/s": (np.pi / 180, "multiply it by 0.01745329252"),
     "rpm": (np.pi / 30, "multiply it by 0.1047197551"),
     "mrad/s": (1e-3, "multiply it by 0.001"),
     "rad/s of the other sign": (-1.0, "turn the signs of the gyro, or those of the actuators"),
 }
-"""What the gyro is in, by what brings it to rad/s, and the remedy."""
-_LARGEST_RATIO = 2.0
-"""Of the inertia that the records show to the nominal one, and of the nominal one to it."""
-_CERTAIN = 5.0
-"""Standard deviations."""
-_CHANCE = 1e-6
-_HOPELESS = 5.0
-"""Largest gap with the effects in the model; an effect of 16 times its smallest detectable size gives 3.4 without."""
-_HARDLY = 0.3
-"""Share of the first gap that it exceeds as well."""
+"""What the gyro is in, by what brings it to rad/s, and the remedy: exact factors of units, and a turned sign."""
+_DEPENDENT = 1e-10
+"""Share of the largest singular value below which columns of unit length count as dependent: clock shifts and inertia
+together; between rounding, 1e-16 of some 1e4 samples, and what any motion shows."""
 
 
 def require_si(runs: Runs, theta: Theta) -> None:
@@ -87,7 +76,7 @@ def require_this_platform(runs: Runs, baseline: Fit, theta: Theta) -> None:
     _require_inertia(baseline, theta)
     shift = _ClockShifts(runs, baseline)
     shift.require_one_clock()
-    if (missed := _missed(runs, shift.common_residual)).min() > MISSED:
+    if (missed := _missed(runs, shift.common_residual)).min() > SETTINGS.unexplained_rate_share:
         raise InputError(
             f"the actuators' telemetry does not explain {missed.min():.0%} or more of the body rate in every run: "
             "check that the scenario is of this platform, and the order and signs of its units and axes"
@@ -105,7 +94,7 @@ def require_explicable(runs: Runs, before: float, after: float) -> None:
     Raises:
         InputError: the gap that is left is by far too large.
     """
-    if runs.driven_by_momentum and after > max(_HOPELESS, _HARDLY * before):
+    if runs.driven_by_momentum and after > max(SETTINGS.hopeless_gap, SETTINGS.hopeless_gap_share * before):
         raise InputError(
             f"the gap is {before:.3g} times the noise, and {after:.3g} with the effects that explain the most of it: "
             "these records are not of the scenario's platform; check its geometry, and the order and signs of units "
@@ -122,7 +111,7 @@ def require_motion(runs: Runs) -> None:
     powers = [
         rates.var(axis=0).sum() / (sigma**2).sum() for rates, sigma in zip(runs.measured, runs.sigma, strict=True)
     ]
-    if max(powers) < _LOUD:
+    if max(powers) < SETTINGS.least_motion:
         raise InputError(
             f"the body rate of no run stands out of the gyro's noise (its power is {max(powers):.2g} times that of the "
             "noise): a platform at rest identifies nothing; fly a maneuver"
@@ -133,18 +122,21 @@ def _missed(runs: Runs, residual: Array) -> Array:
     """Return the ratio of the residual's variance to the body rate's, of each run, shape (R,)."""
     parts = [part * sigma for part, sigma in zip(runs.by_run(residual), runs.sigma, strict=True)]
     powers = [((rates - rates.mean(axis=0)) ** 2).sum() for rates in runs.measured]
-    noise = [_LOUD * rates.size * (sigma**2).mean() for rates, sigma in zip(runs.measured, runs.sigma, strict=True)]
+    noise = [
+        SETTINGS.least_motion * rates.size * (sigma**2).mean()
+        for rates, sigma in zip(runs.measured, runs.sigma, strict=True)
+    ]
     return np.array([(part**2).sum() / max(pair) for part, *pair in zip(parts, powers, noise, strict=True)])
 
 
 def _require_unit(runs: Runs, theta: Theta) -> None:
     """Compare with what the nominal model predicts: refitted, the inertia would take up any factor of the gyro."""
     as_given = _nominally_missed(runs, theta)
-    wrong = as_given > MISSED
+    wrong = as_given > SETTINGS.unexplained_rate_share
     if not wrong.any():
         return
     for unit, (factor, remedy) in _MISTAKES.items():
-        mended = wrong & (_nominally_missed(_times(runs, factor), theta) < _EXPLAINED)
+        mended = wrong & (_nominally_missed(_times(runs, factor), theta) < SETTINGS.unit_rate_share)
         if mended.any():
             names = ", ".join(name for name, yes in zip(runs.names, mended, strict=True) if yes)
             raise InputError(
@@ -171,11 +163,12 @@ def _require_inertia(baseline: Fit, theta: Theta) -> None:
     if orthonormal(baseline.jacobian).shape[1] < baseline.jacobian.shape[1]:
         return  # a motion that leaves a direction of the inertia open says nothing of it
     covariance = baseline.covariance[:6, :6]
+    largest = SETTINGS.largest_inertia_ratio
     ratios, directions = eigh(inertia_of(baseline.theta), inertia_of(theta))
     for ratio, direction in zip(ratios, directions.T, strict=True):
         slope = theta_of(np.outer(direction, direction)) * np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
-        doubt = _CERTAIN * float(np.sqrt(max(slope @ covariance @ slope, 0.0)))
-        if ratio - doubt > _LARGEST_RATIO or ratio + doubt < 1.0 / _LARGEST_RATIO:
+        doubt = SETTINGS.inertia_ratio_std * float(np.sqrt(max(slope @ covariance @ slope, 0.0)))
+        if ratio - doubt > largest or ratio + doubt < 1.0 / largest:
             raise InputError(
                 f"the records show {ratio:.3g} times the scenario's inertia about one axis: they are of another "
                 "platform, or gyro or actuators are in other units; check the scenario's inertia and rotor momentum"
@@ -212,8 +205,9 @@ class _ClockShifts:
         own, common = (float(each @ each) for each in (self._own_residual, self.common_residual))
         gained, excess = common - own, common - len(self.common_residual)
         periods = [float(np.median(np.diff(run.gyro_time))) for run in self._runs.grid.runs]
-        apart = np.ptp(self._shift) > 0.5 * max(periods)
-        if apart and gained > 0.5 * excess and chi2.sf(gained, max(len(self._shift) - 1, 1)) < _CHANCE:
+        apart = np.ptp(self._shift) > SETTINGS.clock_shift_periods * max(periods)
+        by_chance = chi2.sf(gained, max(len(self._shift) - 1, 1))
+        if apart and gained > SETTINGS.clock_shift_gain * excess and by_chance < SETTINGS.clock_shift_p_value:
             late = zip(self._runs.names, self._shift, strict=True)
             shifts = ", ".join(f"{name} {1e3 * seconds:+.0f} ms" for name, seconds in late)
             raise InputError(
@@ -226,7 +220,7 @@ def _explained(baseline: Fit, columns: Array) -> tuple[Array, Array]:
     """Fit columns and the baseline's parameters to its residual; return the columns' factors and the new residual."""
     together = np.hstack([baseline.jacobian, columns])
     scale = np.maximum(np.linalg.norm(together, axis=0), np.finfo(float).tiny)
-    answer = np.linalg.lstsq(together / scale, baseline.residual, rcond=1e-10)[0]
+    answer = np.linalg.lstsq(together / scale, baseline.residual, rcond=_DEPENDENT)[0]
     shift = (answer / scale)[-columns.shape[1] :]
     return np.asarray(shift), np.asarray(baseline.residual - (together / scale) @ answer)
 
@@ -372,10 +366,6 @@ def _states_noise(record: Record) -> bool:
     return bool(record.details.gyro_noise) or record.details.source == "simulated"
 
 
-EVERY = 3
-"""Of runs without a role, every third is held out."""
-
-
 def by_role(runs: Sequence[tuple[Record, Sequence[Telemetry]]]) -> tuple[list[int], list[int]]:
     """Return the indices of the runs to fit and of those to hold out.
 
@@ -399,8 +389,8 @@ def _dealt(runs: Sequence[tuple[Record, Sequence[Telemetry]]]) -> list[int]:
     What shows in a single run, a touch or a clipped reading, can only be found where it is fitted: such a run changes
     places with its neighbour.
     """
-    count = len(runs)
+    count, every = len(runs), SETTINGS.heldout_every
     special = [any(shows_a_jump(part) or is_clipped([part]) for part in parts) for _, parts in runs]
-    due = range(EVERY - 1, count, EVERY) if count >= EVERY else range(1, count)
-    groups = [range(max(last - EVERY + 1, 0), last + 1) for last in due]
+    due = range(every - 1, count, every) if count >= every else range(1, count)
+    groups = [range(max(last - every + 1, 0), last + 1) for last in due]
     return [next((index for index in reversed(group) if not special[index]), group[-1]) for group in groups]

@@ -30,6 +30,7 @@ from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.contract import Quantity
 
 SCHEMA = 1
+"""Version of the format of diagnosis.json; it rises when a key changes its meaning or goes."""
 
 Content = dict[str, Any]
 

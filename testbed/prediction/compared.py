@@ -8,9 +8,12 @@ from testbed.arrays import Flags
 from testbed.estimation.telemetry import Telemetry, covered_by
 
 SETTLING = 0.2
-"""s. How long a servo needs to take up its work: what the motors do until then is not compared."""
+"""s. How long a servo needs to take up its work: what the motors do until then is not compared. Its poles are at 25
+1/s, so that e^-5, 0.7 % of how it began, remains. With 0.1 and 0.4 s, answers
+are the same and estimates move by 0.1 and 0.3 standard errors (three sets of seed 90817)."""
 _MISSING = 1.5
-"""Of the usual interval: longer ones are gaps."""
+"""Of the usual interval: longer ones are gaps; halfway between one and two intervals, so that jitter of less than half
+an interval makes no gap and every lost sample does."""
 _BRIDGED = 0.08
 """s. What is sent is known between samples that are no farther apart than those of 16 Hz."""
 
