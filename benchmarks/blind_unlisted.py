@@ -30,8 +30,8 @@ from testbed.diagnosis.data import joined
 from testbed.diagnosis.model import fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.search import screened
+from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import hypotheses
-from testbed.diagnosis.state import UNEXPLAINED
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.files import whole_file
@@ -145,7 +145,7 @@ def bound(order: Order, seed: int) -> Bound:
         shown=sqrt(fit.chi_square),
         best=best.placed.key,
         left=sqrt(left),
-        power=float(ncx2.sf(chi2.isf(UNEXPLAINED, 1), 1, left)),
+        power=float(ncx2.sf(chi2.isf(SETTINGS.unexplained_p_value, 1), 1, left)),
     )
 
 

@@ -33,7 +33,8 @@ class Signal:
         frame: the frame of its components (N, B), or empty.
         components: what its components are called; empty for a single number.
         label: what a plot calls it.
-        telemetry: whether a flown platform can send it (the columns of records.md), or only a simulation knows it.
+        telemetry: whether a flown platform can send it (the columns of docs/reference/records.md), or only a
+            simulation knows it.
     """
 
     name: str

@@ -80,7 +80,7 @@ def torque_demand(
 
     τ = kv ḋ_s + (Jg + Jt)(d̈_c + g·ω̇_ref) - ω_ref·A_i: the tachometer loop's set point, and the feed-forward of inertia
     and of the gyroscopic load Js Ω ω·t(d). The load comes from the reference rate: from the noisy gyro it would shake
-    the gimbals (trap 2).
+    the gimbals (docs/explanation/pitfalls.md, gimbal servo).
 
     Args:
         servo: gains.

@@ -13,10 +13,8 @@ from scipy.stats import chi2, f
 
 from testbed.arrays import Series
 from testbed.diagnosis.model import AtComponent, Fit, Hypothesis
-from testbed.diagnosis.signatures import FAMILY_WISE_ERROR, Signature
-
-NULL_PRIOR_ODDS = 5.0
-"""Prior odds of no missing effect against all effects of the library together."""
+from testbed.diagnosis.settings import SETTINGS
+from testbed.diagnosis.signatures import Signature
 
 
 def log_p_value(squares: float, freedom: float, noise_freedom: float) -> float:
@@ -70,19 +68,7 @@ def favoured_over_none(odds: Iterable[float]) -> bool:
     Args:
         odds: twice the logarithm of each one's posterior odds against none, at even prior odds.
     """
-    return float(logsumexp(0.5 * np.array(list(odds)))) > log(NULL_PRIOR_ODDS)
-
-
-MOST_REFITS = 8
-"""Hypotheses that are looked at closely."""
-_MISFITTING = 2.0
-"""Ratio of residual variance to noise variance from which even the best model counts as wrong."""
-_MANY_RUNS = 10
-"""Without which their spread is not known."""
-_APART = 2.0
-"""Standard deviations."""
-CLOSE = 6.0
-"""Difference of evidence within which two hypotheses are indistinguishable."""
+    return float(logsumexp(0.5 * np.array(list(odds)))) > log(SETTINGS.null_prior_odds)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -122,7 +108,7 @@ class Candidate(AtComponent):
     @property
     def significant(self) -> bool:
         """Whether it is there, at the family-wise error."""
-        return self.p_value < FAMILY_WISE_ERROR
+        return self.p_value < SETTINGS.family_wise_error
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -186,9 +172,11 @@ def _is_close(candidate: Candidate, best: Candidate) -> bool:
         - candidate.heldout_log_likelihood_gain
     )
     one_more = candidate.placed.size == best.placed.size + 1
-    if best.log_bayes_factor - candidate.log_bayes_factor < CLOSE * spread or (one_more and worse_fit < CLOSE * spread):
+    if best.log_bayes_factor - candidate.log_bayes_factor < SETTINGS.indistinguishable * spread or (
+        one_more and worse_fit < SETTINGS.indistinguishable * spread
+    ):
         return True
-    return spread > _MISFITTING and _differ_by_chance(candidate.by_run - best.by_run)
+    return spread > SETTINGS.misfitting and _differ_by_chance(candidate.by_run - best.by_run)
 
 
 def _differ_by_chance(worse: Series) -> bool:
@@ -199,7 +187,9 @@ def _differ_by_chance(worse: Series) -> bool:
     Args:
         worse: by how much χ² is larger in every run, shape (R,).
     """
-    return len(worse) >= _MANY_RUNS and float(worse.sum()) < _APART * float(worse.std()) * sqrt(len(worse))
+    if len(worse) < SETTINGS.fewest_runs_that_scatter:
+        return False
+    return float(worse.sum()) < SETTINGS.apart_by_scatter * float(worse.std()) * sqrt(len(worse))
 
 
 NONE, UNKNOWN = "none", "unknown"
@@ -220,7 +210,7 @@ def probabilities_of(
     if screening is None:
         return {}
     evidence = {candidate.key: candidate.log_bayes_factor for candidate in screening.candidates} | dict(others)
-    most = sorted(evidence, key=lambda key: -evidence[key])[:MOST_REFITS]
+    most = sorted(evidence, key=lambda key: -evidence[key])[: SETTINGS.most_refits]
     odds = {key: evidence[key] - 2.0 * log(screening.tested) for key in most}
     return normalized(odds, unmodelled, 1.0 - len(most) / (screening.tested + len(others)))
 
@@ -229,7 +219,7 @@ def normalized(odds: Mapping[str, float], unmodelled: float = -inf, unseen: floa
     """Return how probable hypotheses are, that nothing is missing, and that something else is.
 
     Proportional to exp(odds/2). All hypotheses have equal priors; the prior odds of none against all of them together
-    are 5 (which calibrates the probabilities on simulated sets). A hypothesis that was not refitted may be present and
+    are those of the settings. A hypothesis that was not refitted may be present and
     too small to detect; its weight counts as unknown, as does that of an unmodelled torque.
 
     Args:
@@ -240,7 +230,7 @@ def normalized(odds: Mapping[str, float], unmodelled: float = -inf, unseen: floa
     most = max(0.0, unmodelled, *odds.values())
     weight = {key: exp(0.5 * (value - most)) for key, value in odds.items()}
     weight |= {
-        NONE: NULL_PRIOR_ODDS * exp(-0.5 * most),
+        NONE: SETTINGS.null_prior_odds * exp(-0.5 * most),
         UNKNOWN: exp(0.5 * (unmodelled - most)) + unseen * exp(-0.5 * most),
     }
     total = sum(weight.values())

@@ -21,6 +21,7 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.misfit import Misfit, misfit_of
 from testbed.diagnosis.model import Fit, Hypothesis, fitted_initial_rates, nominal_fit, orthonormal, projected_out
 from testbed.diagnosis.noise import NoiseHypothesis, added_variance
+from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import Signature, distinguishability, masking, smallest_detectable
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.effects.contract import NamedEffect, Quantity
@@ -28,10 +29,9 @@ from testbed.errors import InputError
 
 INERTIA = "inertia"
 """The effect that is always in the model."""
-SIGNIFICANT = 0.01
-"""Chance at which the inertia is said to differ from the nominal one."""
-ALIKE = 0.2
-"""Sine of the angle between two effects below which they are called confounded: 2 % of one's power is its own."""
+_UNDETERMINED = 1e-13
+"""Share of the largest eigenvalue of a normal matrix, its columns scaled alike, below which a direction is not solved
+for: above rounding, 1e-16 for each column."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +98,7 @@ class InertiaChange:
     @property
     def significant(self) -> bool:
         """Whether it differs by more than chance."""
-        return self.p_value < SIGNIFICANT
+        return self.p_value < SETTINGS.inertia_p_value
 
 
 def first_screening(diagnosis: Diagnosis) -> Screening | None:
@@ -156,7 +156,7 @@ def pairs_alike(diagnosis: Diagnosis) -> tuple[tuple[Hypothesis, Hypothesis, flo
     pairs = [
         (shown[one].placed, shown[other].placed, float(apart[one, other]))
         for one, other in combinations(range(len(shown)), 2)
-        if apart[one, other] < ALIKE
+        if apart[one, other] < SETTINGS.confounded_sine
     ]
     return tuple(sorted(pairs, key=lambda pair: pair[2]))
 
@@ -250,13 +250,6 @@ def _nominal_gap(runs: Runs, theta: Theta) -> tuple[float, Misfit | None]:
     return fit.root_mean_square, misfit_of(runs, only_initial)
 
 
-DISAGREES = 0.01
-"""Chance below which runs are said to disagree."""
-_SEEN, _SHARE_SEEN = 10.0, 0.7
-"""Times the typical size, to which a parameter is held loosely in every run; one that is left with such a share of that
-says nothing of it."""
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Agreement:
     """The size of an effect in every run by itself.
@@ -280,7 +273,7 @@ class Agreement:
     @property
     def disagrees(self) -> bool:
         """Whether the sizes differ by more than chance."""
-        return self.p_value < DISAGREES
+        return self.p_value < SETTINGS.disagreement_p_value
 
     def quantities(self, run: int) -> tuple[Quantity, ...]:
         """Return the effect as one run shows it."""
@@ -339,7 +332,8 @@ def _agreement(
     model = diagnosis.model
     own = np.arange(6 + len(model.effect_values))[6:][model.own(placed)]
     typical = np.abs([parameter.typical for parameter in placed.effect.parameters])
-    change, std, apart = _freed(seen, own, _SEEN * typical)
+    loose = SETTINGS.run_by_run_looseness * typical
+    change, std, apart = _freed(seen, own, loose)
     _, _, together = _freed(seen, own[:0], typical[:0])
     freedom, spread = placed.size * (len(names) - 1), max(1.0, model.chi_square / model.freedom)
     return Agreement(
@@ -347,7 +341,7 @@ def _agreement(
         runs=tuple(names),
         heldout=heldout,
         values=model.effect_values[model.own(placed)] + change,
-        std=np.where(std > _SHARE_SEEN * _SEEN * typical, np.inf, std),
+        std=np.where(std > SETTINGS.run_by_run_uninformed * SETTINGS.run_by_run_looseness * typical, np.inf, std),
         p_value=p_value(max(apart - together, 0.0) / spread, freedom, diagnosis.runs.noise_freedom),
     )
 
@@ -371,7 +365,9 @@ def _freed(seen: Sequence[_Seen], own: Indices, loose: Array) -> tuple[Array, Ar
     held = np.arange(len(shared), size)
     normal[held, held] += np.tile(loose**-2.0, len(seen))
     scale = np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
-    inverse = np.linalg.pinv(normal / np.outer(scale, scale), rcond=1e-13, hermitian=True) / np.outer(scale, scale)
+    inverse = np.linalg.pinv(normal / np.outer(scale, scale), rcond=_UNDETERMINED, hermitian=True) / np.outer(
+        scale, scale
+    )
     step, std = inverse @ slope, np.sqrt(np.diag(inverse))
     shape = (len(seen), freed)
     return step[held].reshape(shape), std[held].reshape(shape), float(slope @ step)

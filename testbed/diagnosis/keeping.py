@@ -28,7 +28,8 @@ Content = dict[str, Any]
 
 _T = TypeVar("_T")
 _REMEMBERED = 32
-"""Sets of runs whose hash is remembered: a diagnosis goes back and forth between few."""
+"""Sets of runs whose hash is remembered: a diagnosis goes back and forth between few, at most two for each of the eight
+hypotheses that are refitted, and a hash takes as long as its bytes are read."""
 
 
 class Store(Protocol):

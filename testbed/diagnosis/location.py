@@ -72,12 +72,22 @@ def _along(
 
 
 MOST = 6
-"""Segments that are reported."""
+"""Segments that are reported: as many as a reader compares in a table; they decide nothing."""
 _QUIET = 2.0
 """Squared whitened residual that a stretch has to exceed on average to be reported: noise has 1."""
 _OF_THE_PEAK = 0.1
-"""Of the largest square; what is quieter than that is the residual bending towards it."""
+"""Of the largest square; what is quieter than that is the residual bending towards it, by which stretches were
+too long."""
 _CHANCE = 0.01
+"""p-value, times the number of signals (Bonferroni), below which a residual is said to go along with one. Convention;
+it is reported beside a segment and decides nothing."""
+_SHOWN = 1e-3
+"""Share of a signal's length that has to remain when all that the model can do is projected out: of less, rounding and
+the model's own errors would be compared."""
+_LONE = 6.0
+"""By how much, beyond twice the logarithm of the samples, a stretch's squares have to exceed the quiet: the largest of
+n squared normal numbers is about 2 log n. Of 3,000 axes of white noise (seed 0) 1.2 % have such a stretch at 30
+samples, 2.4 % at 500, 3.0 % at 2,000."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -235,7 +245,7 @@ def dependence(runs: Runs, fit: Fit, axis: int) -> Dependence | None:
     residual = projected_out(fit.residual[: runs.samples], nuisance)
     residual = np.where(_of_axis(len(residual), axis), residual, 0.0)
     length = np.linalg.norm(free, axis=0) * np.linalg.norm(residual)
-    seen = np.linalg.norm(free, axis=0) > 1e-3 * np.linalg.norm(columns, axis=0)
+    seen = np.linalg.norm(free, axis=0) > _SHOWN * np.linalg.norm(columns, axis=0)
     correlation = np.where(seen, free.T @ residual / np.where(seen, length, 1.0), 0.0)
     best = int(np.argmax(np.abs(correlation)))
     if not _by_more_than_chance(float(correlation[best]), len(residual) // 3, len(names)):
@@ -259,7 +269,7 @@ def _loudest(values: Series) -> slice | None:
     last = int(np.argmax(total - lowest))
     first = int(np.argmin(total[: last + 1]))
     # A lone outlier of noise is beyond it as well; a stretch has to be beyond what the longest record shows by chance.
-    return slice(first, last) if total[last] - total[first] > 2.0 * np.log(len(values)) + 6.0 else None
+    return slice(first, last) if total[last] - total[first] > 2.0 * np.log(len(values)) + _LONE else None
 
 
 def _of_axis(samples: int, axis: int) -> Flags:

@@ -16,11 +16,10 @@ from scipy.special import logsumexp
 from testbed.arrays import Theta
 from testbed.diagnosis.candidates import Candidate, Screening, accepted
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.evidence import goodness, on_all_runs
-from testbed.diagnosis.latent import evidence_of_any, latent_torque, torque_shapes
+from testbed.diagnosis.latent import evidence_of_any, goodness, latent_torque, on_all_runs, torque_shapes
 from testbed.diagnosis.model import fitted, fitted_initial_rates, refit
 from testbed.diagnosis.noise import noise_level, noise_tests, with_noise_model
-from testbed.diagnosis.search import MOST_EFFECTS, Search, gap_of, odds_together, with_effect, with_model
+from testbed.diagnosis.search import Search, gap_of, odds_together, with_effect, with_model
 from testbed.diagnosis.signatures import hypotheses
 from testbed.diagnosis.state import Diagnosis
 from testbed.effects.contract import Effect
@@ -59,7 +58,7 @@ def diagnosed(
     state = noise.explained(first)
     yield state
     search = Search(testable=tuple(testable), progress=progress)
-    while len(state.steps) < MOST_EFFECTS:
+    while search.has_room(state):
         screening = search.screened(state)  # all are linearised, the most promising ones refitted and compared
         chosen = None if alone else accepted(screening)
         state = replace(state, remaining=screening)

@@ -15,10 +15,10 @@ import numpy as np
 from scipy.stats import chi2
 
 from testbed.arrays import Array, Flags, Theta, Vector3
-from testbed.diagnosis.candidates import CLOSE, favoured_over_none, normalized, scale_evidence
+from testbed.diagnosis.candidates import favoured_over_none, normalized, scale_evidence
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit, fitted
-from testbed.diagnosis.signatures import FAMILY_WISE_ERROR
+from testbed.diagnosis.settings import SETTINGS
 from testbed.dynamics.inertia import inertia_of
 from testbed.effects.contract import components_in
 from testbed.effects.fast_changes import variance_ratio
@@ -47,12 +47,12 @@ class NoiseLevel:
     @property
     def understated(self) -> bool:
         """Whether there is more noise than stated, by more than chance."""
-        return self.p_value < 0.01 and bool(np.mean(self.ratio) > 1.0)
+        return self.p_value < SETTINGS.noise_level_p_value and bool(np.mean(self.ratio) > 1.0)
 
     @property
     def overstated(self) -> bool:
         """Whether there is less."""
-        return self.p_value < 0.01 and bool(np.mean(self.ratio) < 1.0)
+        return self.p_value < SETTINGS.noise_level_p_value and bool(np.mean(self.ratio) < 1.0)
 
 
 def noise_level(runs: Runs, fit: Fit) -> NoiseLevel:
@@ -62,7 +62,9 @@ def noise_level(runs: Runs, fit: Fit) -> NoiseLevel:
     ratio, freedom = np.sqrt([variance for variance, _ in ratios]), ratios[0][1]
     statistic = freedom * ratio**2
     tails = np.array([2.0 * min(chi2.cdf(value, freedom), chi2.sf(value, freedom)) for value in statistic])
-    return NoiseLevel(ratio=ratio, std=ratio / np.sqrt(2.0 * freedom), p_value=float(min(1.0, 3.0 * tails.min())))
+    return NoiseLevel(
+        ratio=ratio, std=ratio / np.sqrt(2.0 * freedom), p_value=float(min(1.0, len(tails) * tails.min()))
+    )
 
 
 def readings_of(runs: Runs, fit: Fit) -> Readings:
@@ -76,10 +78,6 @@ def readings_of(runs: Runs, fit: Fit) -> Readings:
         inertia=inertia_of(fit.theta),
         parameters=fit.jacobian.shape[1],
     )
-
-
-_MOST = 0.05
-"""Share of outliers, of all runs, above which they count as this gyro's noise."""
 
 
 def without_spikes(runs: Runs, fit: Fit) -> tuple[tuple[Telemetry, ...], tuple[int, ...]]:
@@ -97,7 +95,7 @@ def without_spikes(runs: Runs, fit: Fit) -> tuple[tuple[Telemetry, ...], tuple[i
         np.any(outliers(residual, sigma) & ~at_limit, axis=1)
         for residual, sigma, at_limit in zip(residuals, runs.sigma, clipped, strict=True)
     ]
-    if np.concatenate(outlying).mean() > _MOST:
+    if np.concatenate(outlying).mean() > SETTINGS.most_outliers:
         outlying = [np.zeros_like(each) for each in outlying]
     cleaned = tuple(_without_samples(run, gone) for run, gone in zip(runs.grid.runs, outlying, strict=True))
     return cleaned, tuple(int(gone.sum()) for gone in outlying)
@@ -192,7 +190,7 @@ class NoiseHypothesis:
     @property
     def present(self) -> bool:
         """Whether it is significant at the family-wise error, with posterior odds above even."""
-        return self.p_value < FAMILY_WISE_ERROR and self.odds > 0.0
+        return self.p_value < SETTINGS.family_wise_error and self.odds > 0.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -287,7 +285,9 @@ def _tested(
 def _with_look_alikes(best: NoiseHypothesis, candidates: Sequence[NoiseHypothesis]) -> NoiseHypothesis:
     """Return a hypothesis with its equivalence class, and the probability of that class."""
     alike = tuple(
-        each for each in candidates if each is not best and best.log_bayes_factor - each.log_bayes_factor < CLOSE
+        each
+        for each in candidates
+        if each is not best and best.log_bayes_factor - each.log_bayes_factor < SETTINGS.indistinguishable
     )
     probability = normalized({each.key: each.odds for each in candidates})
     return replace(best, look_alikes=alike, probability=sum(probability[each.key] for each in (best, *alike)))

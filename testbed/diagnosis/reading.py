@@ -1,22 +1,298 @@
-"""From records to the runs of a diagnosis: their roles and their noise; what cannot be used is said."""
+"""From records to the runs of a diagnosis: the gate that they pass, their roles and their noise.
+
+The gate comes before any model is fitted: can these records be this platform's, in these units? What a library of
+effects explains is per cents of the motion. A factor of 57, an inertia twice as large, or clocks that differ from run
+to run are mistakes and no effects, and each would be given the name of one.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeAlias, final
 
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.linalg import eigh
+from scipy.stats import chi2
+from typing_extensions import override
+
+from testbed.arrays import Array, Series, Theta
 from testbed.assembly.platform import Body
-from testbed.diagnosis.data import Runs
-from testbed.diagnosis.gate import Gated, Usable, gated, grouped, runs_together
+from testbed.diagnosis.data import Runs, runs_of
+from testbed.diagnosis.model import Fit, fitted, nominal_fit, orthonormal
 from testbed.diagnosis.noise import pooled_noise, with_pooled_noise, with_telemetry_noise, without_spikes
-from testbed.diagnosis.windows import outliers_notice
-from testbed.dynamics.inertia import theta_of
+from testbed.diagnosis.settings import SETTINGS
+from testbed.diagnosis.windows import Part, outliers_notice, parts_of
+from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.effects.contact import shows_a_jump
 from testbed.effects.gyro_saturation import is_clipped
 from testbed.errors import InputError
 from testbed.estimation.telemetry import Telemetry
+from testbed.prediction.hooks import Hooks
+from testbed.prediction.prediction import predicted_with_derivatives
 from testbed.records.record import Record
 from testbed.scenario.body import BodyScenario
+
+_MISTAKES = {
+    "deg/s": (np.pi / 180, "multiply it by 0.01745329252"),
+    "rpm": (np.pi / 30, "multiply it by 0.1047197551"),
+    "mrad/s": (1e-3, "multiply it by 0.001"),
+    "rad/s of the other sign": (-1.0, "turn the signs of the gyro, or those of the actuators"),
+}
+"""What the gyro is in, by what brings it to rad/s, and the remedy: exact factors of units, and a turned sign."""
+_DEPENDENT = 1e-10
+"""Share of the largest singular value below which columns of unit length count as dependent: clock shifts and inertia
+together; between rounding, 1e-16 of some 1e4 samples, and what any motion shows."""
+
+
+def require_si(runs: Runs, theta: Theta) -> None:
+    """Refuse records that should not even be fitted.
+
+    Args:
+        runs: to be fitted.
+        theta: of the nominal model, kg·m².
+
+    Raises:
+        InputError: a gyro in another unit.
+    """
+    if runs.driven_by_momentum:
+        _require_unit(runs, theta)
+
+
+def require_this_platform(runs: Runs, baseline: Fit, theta: Theta) -> None:
+    """Refuse records that the nominal model cannot be meant for.
+
+    Args:
+        runs: that were fitted.
+        baseline: the nominal model fitted to them.
+        theta: of the nominal model, kg·m².
+
+    Raises:
+        InputError: another inertia by far, a motion that the actuators do not make, or clocks that differ between runs.
+    """
+    if not runs.driven_by_momentum:
+        return  # torques are integrated: what a prediction misses grows without bounds, and says nothing of a mistake
+    _require_inertia(baseline, theta)
+    shift = _ClockShifts(runs, baseline)
+    shift.require_one_clock()
+    if (missed := _missed(runs, shift.common_residual)).min() > SETTINGS.unexplained_rate_share:
+        raise InputError(
+            f"the actuators' telemetry does not explain {missed.min():.0%} or more of the body rate in every run: "
+            "check that the scenario is of this platform, and the order and signs of its units and axes"
+        )
+
+
+def require_explicable(runs: Runs, before: float, after: float) -> None:
+    """Refuse to name effects that together explain hardly any of a gap that no effect of this platform makes.
+
+    Args:
+        runs: that were fitted.
+        before: gap of the baseline.
+        after: with all effects that were found.
+
+    Raises:
+        InputError: the gap that is left is by far too large.
+    """
+    if runs.driven_by_momentum and after > max(SETTINGS.hopeless_gap, SETTINGS.hopeless_gap_share * before):
+        raise InputError(
+            f"the gap is {before:.3g} times the noise, and {after:.3g} with the effects that explain the most of it: "
+            "these records are not of the scenario's platform; check its geometry, and the order and signs of units "
+            "and axes"
+        )
+
+
+def require_motion(runs: Runs) -> None:
+    """Refuse platforms at rest.
+
+    Raises:
+        InputError: no run turns by more than noise.
+    """
+    powers = [
+        rates.var(axis=0).sum() / (sigma**2).sum() for rates, sigma in zip(runs.measured, runs.sigma, strict=True)
+    ]
+    if max(powers) < SETTINGS.least_motion:
+        raise InputError(
+            f"the body rate of no run stands out of the gyro's noise (its power is {max(powers):.2g} times that of the "
+            "noise): a platform at rest identifies nothing; fly a maneuver"
+        )
+
+
+def _missed(runs: Runs, residual: Array) -> Array:
+    """Return the ratio of the residual's variance to the body rate's, of each run, shape (R,)."""
+    parts = [part * sigma for part, sigma in zip(runs.by_run(residual), runs.sigma, strict=True)]
+    powers = [((rates - rates.mean(axis=0)) ** 2).sum() for rates in runs.measured]
+    noise = [
+        SETTINGS.least_motion * rates.size * (sigma**2).mean()
+        for rates, sigma in zip(runs.measured, runs.sigma, strict=True)
+    ]
+    return np.array([(part**2).sum() / max(pair) for part, *pair in zip(parts, powers, noise, strict=True)])
+
+
+def _require_unit(runs: Runs, theta: Theta) -> None:
+    """Compare with what the nominal model predicts: refitted, the inertia would take up any factor of the gyro."""
+    as_given = _nominally_missed(runs, theta)
+    wrong = as_given > SETTINGS.unexplained_rate_share
+    if not wrong.any():
+        return
+    for unit, (factor, remedy) in _MISTAKES.items():
+        mended = wrong & (_nominally_missed(_times(runs, factor), theta) < SETTINGS.unit_rate_share)
+        if mended.any():
+            names = ", ".join(name for name, yes in zip(runs.names, mended, strict=True) if yes)
+            raise InputError(
+                f"{names}: the gyro reads {1.0 / factor:.3g} times what the actuators predict, as if it were in "
+                f"{unit}: {remedy}"
+            )
+
+
+def _nominally_missed(runs: Runs, theta: Theta) -> Array:
+    try:
+        return _missed(runs, nominal_fit(runs, theta).residual)
+    except InputError:  # the motion runs away
+        return np.full(len(runs.names), np.inf)
+
+
+def _times(runs: Runs, factor: float) -> Runs:
+    """Return the runs with another unit of the gyro."""
+    scaled = tuple(replace(run, body_rate=factor * run.body_rate) for run in runs.grid.runs)
+    return replace(runs, grid=replace(runs.grid, runs=scaled), sigma=abs(factor) * runs.sigma)
+
+
+def _require_inertia(baseline: Fit, theta: Theta) -> None:
+    """Refuse an inertia that is another by a factor, beyond its uncertainty."""
+    if orthonormal(baseline.jacobian).shape[1] < baseline.jacobian.shape[1]:
+        return  # a motion that leaves a direction of the inertia open says nothing of it
+    covariance = baseline.covariance[:6, :6]
+    largest = SETTINGS.largest_inertia_ratio
+    ratios, directions = eigh(inertia_of(baseline.theta), inertia_of(theta))
+    for ratio, direction in zip(ratios, directions.T, strict=True):
+        slope = theta_of(np.outer(direction, direction)) * np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
+        doubt = SETTINGS.inertia_ratio_std * float(np.sqrt(max(slope @ covariance @ slope, 0.0)))
+        if ratio - doubt > largest or ratio + doubt < 1.0 / largest:
+            raise InputError(
+                f"the records show {ratio:.3g} times the scenario's inertia about one axis: they are of another "
+                "platform, or gyro or actuators are in other units; check the scenario's inertia and rotor momentum"
+            )
+
+
+@final
+class _Shifted(Hooks):
+    """The gyro's clock is late by its own amount in every run; to first order, which is enough to find it."""
+
+    @override
+    def gyro_reading(self, reading: Array, value: Array, time: Series, run: int) -> Array:
+        slope = CubicSpline(time, reading.real, axis=1)(time, 1)
+        return np.asarray(reading - value[:, run, None, None] * slope)
+
+
+@final
+class _ClockShifts:
+    """A shift of the gyro's clock in every run, fitted beside inertia and initial rates to first order."""
+
+    def __init__(self, runs: Runs, baseline: Fit) -> None:
+        self._runs = runs
+        number = len(runs.names)
+        values = replace(baseline.values, effects=(np.zeros((1, number)),))
+        _, derivatives = predicted_with_derivatives(runs.grid, [_Shifted()], values, range(6, 6 + number))
+        pairs = zip(derivatives, runs.sigma, strict=True)
+        own = np.concatenate([(columns / sigma[:, None]).reshape(-1, number) for columns, sigma in pairs])
+        gyro = replace(baseline, residual=baseline.residual[: len(own)], jacobian=baseline.jacobian[: len(own)])
+        self._shift, self._own_residual = _explained(gyro, own)
+        _, self.common_residual = _explained(gyro, own.sum(axis=1, keepdims=True))
+
+    def require_one_clock(self) -> None:
+        """Refuse clocks that differ between runs by more than half a sample, where that explains most of the gap."""
+        own, common = (float(each @ each) for each in (self._own_residual, self.common_residual))
+        gained, excess = common - own, common - len(self.common_residual)
+        periods = [float(np.median(np.diff(run.gyro_time))) for run in self._runs.grid.runs]
+        apart = np.ptp(self._shift) > SETTINGS.clock_shift_periods * max(periods)
+        by_chance = chi2.sf(gained, max(len(self._shift) - 1, 1))
+        if apart and gained > SETTINGS.clock_shift_gain * excess and by_chance < SETTINGS.clock_shift_p_value:
+            late = zip(self._runs.names, self._shift, strict=True)
+            shifts = ", ".join(f"{name} {1e3 * seconds:+.0f} ms" for name, seconds in late)
+            raise InputError(
+                f"the gyro is late against the actuators by a different time in every run ({shifts}): bring the "
+                "channels of each run to one clock"
+            )
+
+
+def _explained(baseline: Fit, columns: Array) -> tuple[Array, Array]:
+    """Fit columns and the baseline's parameters to its residual; return the columns' factors and the new residual."""
+    together = np.hstack([baseline.jacobian, columns])
+    scale = np.maximum(np.linalg.norm(together, axis=0), np.finfo(float).tiny)
+    answer = np.linalg.lstsq(together / scale, baseline.residual, rcond=_DEPENDENT)[0]
+    shift = (answer / scale)[-columns.shape[1] :]
+    return np.asarray(shift), np.asarray(baseline.residual - (together / scale) @ answer)
+
+
+Usable: TypeAlias = list[tuple[Record, tuple[Part, ...]]]
+"""Records with the parts of them that can be predicted."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Gated:
+    """Records that have passed.
+
+    Attributes:
+        usable: these, with the parts of them that can be predicted.
+        refused: why others cannot be used.
+        notices: what a reader has to know of a record, by its name.
+        together: all parts as runs.
+        baseline: the nominal model fitted to them.
+    """
+
+    usable: Usable
+    refused: tuple[str, ...]
+    notices: tuple[tuple[str, str], ...]
+    together: Runs
+    baseline: Fit
+
+
+def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, at_rest: bool = False) -> Gated:
+    """Let records pass that can be meant for the scenario's platform.
+
+    Args:
+        records: measured.
+        scenario: the gyro's noise where neither a record states it nor its samples tell it.
+        nominal: geometry of the units, and the inertia that is believed.
+        at_rest: whether platforms that hardly turn may pass, because what follows asks by itself what the motion tells.
+
+    Raises:
+        InputError: no record can be used, the records' channels differ, or they are of another platform or in other
+            units, or hardly turn.
+    """
+    usable: Usable = []
+    refused: list[str] = []
+    notices: list[tuple[str, str]] = []
+    for record in records:
+        try:
+            usable.append((record, tuple(parts_of(record, scenario, nominal, notices))))
+        except InputError as error:
+            refused.append(str(error))
+    if not usable:
+        raise InputError("\n".join(refused))
+    theta = theta_of(nominal.inertia)
+    together = runs_together(usable, range(len(usable)))
+    if not at_rest:
+        require_motion(together)
+    require_si(together, theta)
+    baseline = fitted(together, [], theta, [])
+    require_this_platform(together, baseline, theta)
+    return Gated(usable=usable, refused=tuple(refused), notices=tuple(notices), together=together, baseline=baseline)
+
+
+def runs_together(usable: Usable, chosen: Sequence[int]) -> Runs:
+    """Return the parts of some records as runs."""
+    parts = [part for index in chosen for part in usable[index][1]]
+    runs = runs_of([part.name for part in parts], [part.telemetry for part in parts])
+    return replace(runs, windowed=tuple(part.stretch for part in parts if part.stretch is not None))
+
+
+def grouped(notices: Sequence[tuple[str, str]]) -> Iterator[str]:
+    """Yield what there is to know of records, once for all of which the same is true."""
+    for text in dict.fromkeys(text for _, text in notices):
+        names = [name for name, other in notices if other == text]
+        yield f"{', '.join(names)}{', each' if len(names) > 1 else ''}: {text}"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -90,10 +366,6 @@ def _states_noise(record: Record) -> bool:
     return bool(record.details.gyro_noise) or record.details.source == "simulated"
 
 
-EVERY = 3
-"""Of runs without a role, every third is held out."""
-
-
 def by_role(runs: Sequence[tuple[Record, Sequence[Telemetry]]]) -> tuple[list[int], list[int]]:
     """Return the indices of the runs to fit and of those to hold out.
 
@@ -117,8 +389,8 @@ def _dealt(runs: Sequence[tuple[Record, Sequence[Telemetry]]]) -> list[int]:
     What shows in a single run, a touch or a clipped reading, can only be found where it is fitted: such a run changes
     places with its neighbour.
     """
-    count = len(runs)
+    count, every = len(runs), SETTINGS.heldout_every
     special = [any(shows_a_jump(part) or is_clipped([part]) for part in parts) for _, parts in runs]
-    due = range(EVERY - 1, count, EVERY) if count >= EVERY else range(1, count)
-    groups = [range(max(last - EVERY + 1, 0), last + 1) for last in due]
+    due = range(every - 1, count, every) if count >= every else range(1, count)
+    groups = [range(max(last - every + 1, 0), last + 1) for last in due]
     return [next((index for index in reversed(group) if not special[index]), group[-1]) for group in groups]

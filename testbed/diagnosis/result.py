@@ -7,7 +7,6 @@ from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
-from testbed.diagnosis.data import Runs
 from testbed.diagnosis.findings import (
     INERTIA,
     Addition,
@@ -31,6 +30,7 @@ from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.contract import Quantity
 
 SCHEMA = 1
+"""Version of the format of diagnosis.json; it rises when a key changes its meaning or goes."""
 
 Content = dict[str, Any]
 
@@ -74,15 +74,11 @@ def result_of(
         "torque_left": None if diagnosis.shape_left is None else asdict(diagnosis.shape_left),
         "taken_back": [_named(each) for each in diagnosis.retracted],
         "runs": {
-            "fit": _names(diagnosis.runs),
-            "heldout": [] if diagnosis.heldout is None else _names(diagnosis.heldout),
+            "fit": diagnosis.runs.record_names,
+            "heldout": [] if diagnosis.heldout is None else diagnosis.heldout.record_names,
         },
         "notices": list(notices),
     }
-
-
-def _names(runs: Runs) -> list[str]:
-    return list(dict.fromkeys(runs.windowed or runs.names))
 
 
 def untestable(diagnosis: Diagnosis) -> Iterator[Content]:

@@ -14,10 +14,8 @@ from testbed.diagnosis.latent import LatentTorque, TorqueShape, surest
 from testbed.diagnosis.misfit import Misfit
 from testbed.diagnosis.model import AtComponent, Fit, Hypothesis
 from testbed.diagnosis.noise import NoiseHypothesis, NoiseLevel
+from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import Untestable
-
-UNEXPLAINED = 0.01
-"""Below this probability of a χ² as large, or of a latent torque, the model is not the whole truth."""
 
 Verdict = Literal["none", "named", "ambiguous", "unexplained"]
 
@@ -121,12 +119,12 @@ class Diagnosis:
     @property
     def left_over(self) -> bool:
         """Whether the model's residual is more than noise."""
-        return self.goodness < UNEXPLAINED or self.structure_left
+        return self.goodness < SETTINGS.unexplained_p_value or self.structure_left
 
     @property
     def structure_left(self) -> bool:
         """Whether the model's residual has structure, however large it is."""
-        walks = self.latent is not None and self.latent.p_value < UNEXPLAINED
+        walks = self.latent is not None and self.latent.p_value < SETTINGS.unexplained_p_value
         return walks or self.shape_left is not None or bool(self.unnamed)
 
     @property
@@ -138,13 +136,13 @@ class Diagnosis:
     def shape_left(self) -> TorqueShape | None:
         """The significant unmodelled torque of a known shape; None where there is none."""
         shape = surest(self.shapes)
-        return shape if shape is not None and shape.p_value < UNEXPLAINED else None
+        return shape if shape is not None and shape.p_value < SETTINGS.unexplained_p_value else None
 
     @property
     def torque_explained(self) -> float | None:
         """Share of what a torque of any shape would explain that the effects do; None where none stood out before."""
         before, after = self.latent_before, self.latent
-        if before is None or after is None or before.p_value >= UNEXPLAINED:
+        if before is None or after is None or before.p_value >= SETTINGS.unexplained_p_value:
             return None
         return max(1.0 - after.likelihood_ratio / before.likelihood_ratio, 0.0)
 

@@ -19,6 +19,7 @@ from testbed.arrays import Array, Flags, Series
 from testbed.assembly.contact import cut_at_contact
 from testbed.assembly.platform import Body
 from testbed.assembly.telemetry import telemetry_of
+from testbed.diagnosis.settings import SETTINGS
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.gyro_saturation import flat_tops
 from testbed.errors import InputError
@@ -33,7 +34,8 @@ from testbed.scenario.body import BodyScenario
 from testbed.signals import AXES
 
 _FULL = 0.5
-"""Share of the usual number of samples that an average has to be of."""
+"""Share of the usual number of samples that an average has to be of: with half, its noise is √2 times what is stated,
+and beside a gap nothing is averaged over more than half a period that was not seen."""
 
 
 def averaged(telemetry: Telemetry, rate: float) -> Telemetry:
@@ -135,8 +137,6 @@ _BRIDGED_TORQUE = 0.11
 """s. An applied torque is followed at 16 Hz, and so is it over gaps that are hardly longer. Over 0.12 s what changes
 between left a jump of 4e-5 N·m·s, which looks like a touch."""
 STAND_ALONE = "alone, far from the neighbours: left out"
-_STUCK = 0.9
-"""Share of an axis's samples at one and the same value, beyond which it shows no motion; noise repeats none."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -234,7 +234,7 @@ def outliers_notice(count: int) -> str:
 def _require_moving_gyro(name: str, telemetry: Telemetry) -> None:
     for number, (axis, rate) in enumerate(zip(AXES, telemetry.body_rate.T, strict=True), start=1):
         values, counts = np.unique(np.abs(rate), return_counts=True)
-        if counts.max() > _STUCK * len(rate):
+        if counts.max() > SETTINGS.stuck_share * len(rate):
             about = ", ".join(parameter for parameter in PARAMETER_NAMES if str(number) in parameter)
             raise InputError(
                 f"{name}: the gyro's {axis} axis reads {values[counts.argmax()]:.4g} rad/s in size "

@@ -13,7 +13,9 @@ SPECK = 1e-9
 MOST_DAMPED = 0.5
 """Damping ratio; beyond it a mode does not swing, and passes for drag."""
 _RATIO = 1.2
-"""Between frequencies that are looked at."""
+"""Between frequencies that are looked at: halfway between two, at least 60 % of the χ² of a mode damped by 0.1 remain
+(5 % with the seven frequencies before); with 1.4 a lightly damped appendage of eight detectable sizes was taken for
+slosh."""
 
 
 def size_and_direction(vector: Array) -> tuple[Array, Array]:

@@ -14,7 +14,11 @@ from testbed.estimation.differences import correlated_share, squared_differences
 _ORDER = 4
 """Of the differences: a motion of 1 Hz at 16 Hz passes by a factor 0.02, white noise by √70."""
 _AGREEING = 2.0
-"""Standard deviations by which two estimates of one thing may differ."""
+"""Standard deviations by which two estimates of one thing may differ: 95 %. On failure the less precise one counts, so
+that a false alarm costs half of the degrees of freedom and no more.
+
+Source: Hausman, "Specification tests in econometrics", Econometrica (1978).
+"""
 FEWEST = _ORDER + 1
 """Samples in a row without which there is no fourth difference."""
 

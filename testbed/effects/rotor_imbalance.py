@@ -16,6 +16,10 @@ from testbed.estimation.telemetry import GimbalRun, has_gimbals
 from testbed.plant.unit_additions import UnbalancedRotor
 from testbed.scenario.scenario import Scenario
 
+_ALIASED = 1e-6
+"""Share of the larger singular value of the normal matrix of a line's two columns below which they are one: a line at
+half the gyro's rate, whose phase does not show."""
+
 
 @final
 class RotorImbalance(NoiseEffect):
@@ -71,7 +75,7 @@ def _line_fit(part: int, readings: Readings, unit: int) -> tuple[Array, float, A
     columns = np.stack(list(_tremor(run, unit, run.gimbals.cluster.position_B[unit], readings.inertia)), axis=-1)
     white = (columns / sigma[:, None]).reshape(-1, 2)
     residual = (readings.residual[part] / sigma).ravel()
-    covariance = np.linalg.pinv(white.T @ white, rcond=1e-6)
+    covariance = np.linalg.pinv(white.T @ white, rcond=_ALIASED)
     values = covariance @ (white.T @ residual)
     return values, float(values @ (white.T @ residual)), covariance, columns @ values
 

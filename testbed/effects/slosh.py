@@ -18,6 +18,10 @@ from testbed.scenario.scenario import Scenario
 
 ARM = 0.08
 """m, from the centre of the rest to the mass. Only mass times its square shows: another arm is another mass."""
+_SCANNED = (0.3, 3.0)
+"""Hz: from the slowest that turns once in a run of 3 s to an octave beyond the 0.3 to 1.5 Hz of the blind sets."""
+_SCANNED_MASS = 0.05
+"""kg: the typical size, of which a speck of 1e-9 is started from; where the search ends does not depend on it."""
 _SCANNED_DAMPING = 0.15
 """A tank's mode is damped by 0.05 to 0.3: of 28 the refit from here lost none."""
 
@@ -87,7 +91,7 @@ class Slosh(Effect):
 
     @override
     def starts(self, component: str, grid: Grid) -> Array:
-        return scanned(grid, 0.3, 3.0, _SCANNED_DAMPING, 0.05)
+        return scanned(grid, *_SCANNED, _SCANNED_DAMPING, _SCANNED_MASS)
 
     @override
     def reach(self, start: Array) -> tuple[Array, Array]:

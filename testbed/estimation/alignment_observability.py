@@ -106,7 +106,7 @@ def observability(columns: Regressor, gyro_noise: float, theta: Theta, working: 
 
 
 def _common_scale(theta: Theta, working: Flags) -> Array:
-    """Return the direction in which θ and all rotor momenta grow alike (trap 18), a unit vector."""
+    """Return the direction in which θ and all rotor momenta grow alike, a common scale, as a unit vector."""
     direction = np.concatenate([theta, np.zeros((len(KINDS) - 1) * len(working)), working])
     return np.asarray(direction / np.linalg.norm(direction))
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from testbed.assembly.contact import cut_at_contact
 from testbed.assembly.platform import PlatformModel
-from testbed.diagnosis.gate import gated, grouped
+from testbed.diagnosis.reading import gated, grouped
 from testbed.diagnosis.windows import STAND_ALONE, outliers_notice
 from testbed.errors import InputError
 from testbed.experiment.combining import combine_estimations

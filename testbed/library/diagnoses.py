@@ -12,12 +12,12 @@ from testbed.arrays import Matrix3
 from testbed.assembly.extension import write_extended
 from testbed.assembly.platform import Body, nominal_body
 from testbed.diagnosis.findings import Addition, Agreement, additions, agreements, noise_notices, residuals_of
-from testbed.diagnosis.gate import require_explicable
 from testbed.diagnosis.keeping import Store, keeping
 from testbed.diagnosis.location import ResidualSegment, located
 from testbed.diagnosis.method import diagnosed
-from testbed.diagnosis.reading import DataSet, data_set_of
+from testbed.diagnosis.reading import DataSet, data_set_of, require_explicable
 from testbed.diagnosis.result import result_of
+from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis, Verdict
 from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.effects.contract import Extension
@@ -293,14 +293,14 @@ def concluded(
 
 
 def origin_of(scenario: BodyScenario, records: Records, command: str) -> Provenance:
-    """Return what makes a diagnosis.
+    """Return what makes a diagnosis: its files, all settings, versions.
 
     Args:
         scenario: the nominal model.
         records: measured.
         command: that was given.
     """
-    return provenance(scenario, scenario.file, command, data=stamps_of(records))
+    return provenance(scenario, scenario.file, command, data=stamps_of(records), deciding=SETTINGS.entries)
 
 
 def _first_and_last(stages: Iterator[Diagnosis]) -> tuple[Diagnosis, Diagnosis]:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Columns = Mapping[str, ArrayLike]
-"""A run: a column for each name of records.md, and `time_s`. A pandas data frame is one."""
+"""A run: a column for each name of docs/reference/records.md, and `time_s`. A pandas data frame is one."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

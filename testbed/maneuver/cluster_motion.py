@@ -28,7 +28,7 @@ class _Frame(NamedTuple):
 
 
 def body_rate_function(cluster: Cluster, inertia: Matrix3) -> ca.Function:
-    """Return ω(d, ḋ, L) = J(d)⁻¹ (L - h(d, ḋ)), exact (trap 8b).
+    """Return ω(d, ḋ, L) = J(d)⁻¹ (L - h(d, ḋ)), exact: with the gimbals' own momentum and share of J.
 
     Args:
         cluster: the units.

@@ -21,7 +21,7 @@ Criterion: TypeAlias = Literal["D", "A", "E", "condition"]
 _BLOCK = 256
 """Samples of a block of the prefilter; a minute at 4 Hz is one."""
 _SIGNAL_WEIGHT = 0.3
-"""Weight of the mean log eigenvalue beside log κ: the condition number alone is met by no motion at all (trap 11)."""
+"""Weight of the mean log eigenvalue beside log κ: the condition number alone is met by no motion at all."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,7 +111,7 @@ def _determinant(information: ca.MX) -> CriterionTerms:
 
 
 def _trace_inverse(information: ca.MX) -> CriterionTerms:
-    """Log of trace(M⁻¹) = |L⁻¹|², of the INVERSE (trap 11); the logarithm scales and does not move the optimum."""
+    """Log of trace(M⁻¹) = |L⁻¹|², of the INVERSE; the logarithm scales and does not move the optimum."""
     return _plain(ca.log(ca.sumsqr(ca.solve(_cholesky(information), ca.MX.eye(information.shape[0])))))
 
 

@@ -61,7 +61,7 @@ class Information:
 
     @property
     def regressor_condition_number(self) -> float:
-        """Condition number of Ψ_f itself, which is what the paper's Table 1 lists (trap 9)."""
+        """Condition number of Ψ_f itself, which is what the paper's Table 1 lists."""
         return float(np.sqrt(self.condition_number))
 
 

@@ -13,16 +13,19 @@ from math import sqrt
 
 import numpy as np
 
-from testbed.diagnosis.candidates import CLOSE, Candidate
+from testbed.diagnosis.candidates import Candidate
 from testbed.diagnosis.findings import INERTIA, detectable_sizes, first_screening, inertia_change
 from testbed.diagnosis.model import Fit, Hypothesis, evaluated, fitted, fitted_initial_rates
+from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import required_shift
 from testbed.diagnosis.state import Diagnosis, Step
 from testbed.next_experiment.distance import Contrast, contrast
 
 MOST_MODELS = 5
+"""Competing models of which every two are compared, the named one among them: 20 pairs, each with derivatives of every
+flight; a further model would add ten."""
 _QUANTILE = 1.645
-"""Of the normal distribution at 95 %: how surely a flight is to tell the models apart."""
+"""Of the normal distribution at 95 %: how surely a flight is to distinguish the models. Convention."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -135,12 +138,12 @@ def _fits(diagnosis: Diagnosis, model: Fit) -> tuple[Fit, ...]:
 
 
 def _wanted(truth: CompetingHypothesis, imitator: CompetingHypothesis) -> float:
-    """Return the distance at which the imitator's evidence is farther behind than `CLOSE` in 95 of 100 cases.
+    """Return the distance at which the imitator's evidence is `indistinguishable` or farther behind in 95 of 100 cases.
 
     The present data say what they say: what is ahead so far counts as it is. New data that add g to the square of the
     distance add g to the difference of evidence, with a standard deviation of 2 √g.
     """
-    lacking = max(CLOSE - (truth.log_bayes_factor - imitator.log_bayes_factor), 0.0)
+    lacking = max(SETTINGS.indistinguishable - (truth.log_bayes_factor - imitator.log_bayes_factor), 0.0)
     gained = (_QUANTILE + sqrt(_QUANTILE**2 + lacking)) ** 2
     return sqrt(float(present_contrast(truth, imitator).distance[0]) ** 2 + gained)
 

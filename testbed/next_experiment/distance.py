@@ -14,7 +14,8 @@ import numpy as np
 from testbed.arrays import Array
 
 _SCARCE = 1e-11
-"""Share of the best-known direction's information below which a direction is not known."""
+"""Share of the best-known direction's information below which a direction is not known: above the rounding of a product
+of columns, 1e-16 of some 1e4 samples; a direction as little known would take a parameter 3e5 times as large."""
 
 
 class Contrast(NamedTuple):

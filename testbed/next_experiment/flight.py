@@ -11,7 +11,7 @@ from testbed.arrays import Array, Units, Vector3
 from testbed.maneuver.splines import clamped_spline
 
 _STILL = 1e-9
-"""rad/s and rad: less is none."""
+"""rad/s and rad: less is none, as scenarios are written with nine digits."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -18,6 +18,8 @@ from testbed.next_experiment.search import chosen_flight
 from testbed.scenario.scenario import Scenario
 
 MOST_FLIGHTS = 5
+"""Of one path that are proposed: the five situations of docs/separation.md take one to five; distances grow with the
+root of their number, so that ten would reach only 1.4 times as far."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -20,10 +20,17 @@ BIAS_ANGLE = 0.4
 TURNS = (2, 4, 8, 16)
 """Random angles that a path goes through: slow paths go far, fast ones accelerate."""
 _DIAGONALS = np.array([[1.0, 1.0, 1.0], [1.0, 1.0, -1.0], [1.0, -1.0, 1.0], [-1.0, 1.0, 1.0]]) / np.sqrt(3.0)
+"""Of a cube, up to their sign: spins that have all three rates at once, which products of rates need."""
 _SEED = 1
+"""Of the random paths: the same data get the same proposal. It matters: for case 11 of 14 of seed 90817, a tether or a
+drag, the flights of seeds 1, 2 and 4 bring 3.1, 2.8 and 3.3 σ, that of seed 3 9.7 σ, so that more draws would find
+better flights."""
 _FARTHEST = 1.5
 """rad from the first angles; the limits make it less."""
 _SMALLER = 0.85
+"""Ratio of the sizes at which a path is tried, from its whole on: the largest that keeps the limits is within 15 %."""
+_SIZES = 25
+"""Of those sizes: the smallest is 2 % of the path, 0.03 rad, which shows nothing any more."""
 
 
 def sampled_flights(design_limits: DesignLimits) -> list[NextFlight]:
@@ -83,7 +90,7 @@ def _path(angles: Array) -> Array:
 
 def _largest(design_limits: DesignLimits, body_rate: Array, first: Units, path: Array) -> NextFlight | None:
     """Return a path as large as the limits let it be; None where not even the release keeps them."""
-    sizes = _SMALLER ** np.arange(25)
+    sizes = _SMALLER ** np.arange(_SIZES)
     moves = sizes[:, None, None] * path * (design_limits.cluster.rotor_momentum != 0.0)
     points = control_points(first, moves)
     kept = limit_shares(design_limits, np.tile(body_rate, (len(sizes), 1)), points).max(axis=1) <= 1.0

@@ -16,7 +16,7 @@ from testbed.scenario.reader import read_scenario
 from testbed.scenario.scenario import Scenario
 
 _DIGITS = 9
-"""1e-9 rad and rad/s."""
+"""Of numbers that are written: 1e-9 rad and rad/s, a millionth of what any sensor here resolves."""
 _NULL_MOTION = 1.0
 """1/s, where the scenario has none: without it the gimbals leave their path."""
 

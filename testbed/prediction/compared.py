@@ -9,10 +9,12 @@ from testbed.estimation.gaps import covered_by, gaps
 from testbed.estimation.telemetry import Telemetry
 
 SETTLING = 0.2
-"""s. How long a servo needs to take up its work: what the motors do until then is not compared."""
+"""s. How long a servo needs to take up its work: what the motors do until then is not compared. Its poles are at 25
+1/s, so that e^-5, 0.7 % of how it began, remains. With 0.1 and 0.4 s, answers
+are the same and estimates move by 0.1 and 0.3 standard errors (three sets of seed 90817)."""
 _MISSING = 1.5
-"""Of the usual interval: a single lost sample is a gap here. It may be interpolated over, but the second derivative of
-an angle across it is not a gimbal's acceleration."""
+"""Of the usual interval: halfway between one and two, so that jitter makes no gap and a single lost sample does. It may
+be interpolated over, but the second derivative of an angle across it is not a gimbal's acceleration."""
 _BRIDGED = 0.08
 """s. What is sent is known between samples that are no farther apart than those of 16 Hz."""
 

@@ -11,7 +11,7 @@ from testbed.prediction.grid import Gimbals
 def held_momentum(gimbals: Gimbals) -> Array:
     """Return h = Σ (Js Ω s(d) + (Jg + Jt) ḋ g), shape (R, P, T, 3), N·m·s, body axes.
 
-    Source: traps of the model, 8b.
+    Not h0 Σ s(d), which omits the gimbals' own momentum and biases J (docs/explanation/pitfalls.md).
     """
     along = gimbals.rotor_momentum * np.cos(gimbals.angle)
     across = gimbals.rotor_momentum * np.sin(gimbals.angle)

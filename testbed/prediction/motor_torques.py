@@ -22,6 +22,8 @@ from testbed.prediction.smoothed import body_motion, direction_of, gimbal_motion
 from testbed.prediction.unit_axes import along_units, rate_across
 
 _REMEMBERED = 64
+"""Runs of which what no parameter changes is kept: fitted and held-out runs of a data set, with the gyro's errors of
+some models; of more than 64 runs they are worked out again."""
 
 
 def has_torques(grid: Grid) -> bool:

@@ -25,7 +25,8 @@ Predictor: TypeAlias = Callable[[Grid, Sequence[Hooks], Values], list[Array]]
 _AT_ONCE = 400_000
 """Instants of all runs and sets that are integrated together: beyond it memory grows and time does not fall."""
 _FEWEST_SETS = 64
-"""Of which a batch is made, however long the runs are."""
+"""Of which a batch is made, however long the runs are: derivatives of a model by inertia, initial rate and effects, in
+general fewer than 64 columns, stay in one batch."""
 
 
 def predicted(grid: Grid, hooks: Sequence[Hooks], values: Values) -> list[Array]:

@@ -29,12 +29,15 @@ _AT_LIMIT = 0.98
 _SETTLED = 0.4
 """s. Until a servo that was not followed answers as if it had been, but for a constant: its poles are at 25 1/s."""
 _FEWEST = 6
-"""Samples in a row that are worth comparing: constants alone take up as much as two."""
+"""Samples in a row that are worth comparing: constants alone take up as much as two. With 12, answers are the same
+and estimates move by 0.03 standard errors (three sets of seed 90817)."""
 _SEEN = 1e-2
-"""Norm with which a constant of 1 rad has to show to be seen at all: of 1e-3 rad, a tenth of an encoder's noise."""
+"""Norm with which a constant of 1 rad has to show to be seen at all: 1e-3 rad then make 1e-5 rad, a tenth of a good
+encoder's noise. With 0.1, answers are the same and estimates move by 0.2 standard errors (three sets of seed 90817)."""
 _LOADED = 3
 """Directions of gimbal angles that a body rate loads; what the units can do beyond them is compared."""
 _REMEMBERED = 64
+"""Runs whose directions, stretches and constants are kept, as many as in `motor_torques`; a miss costs time only."""
 
 
 def has_commands(grid: Grid) -> bool:

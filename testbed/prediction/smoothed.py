@@ -13,9 +13,13 @@ from testbed.estimation.telemetry import GimbalRun, Telemetry
 _KNOTS_PER_SECOND = 16.0
 """Enough for 8 Hz; an encoder's noise of 1e-3 rad at 100 Hz leaves 0.5 rad/s² in the second derivative."""
 _REMEMBERED = 64
+"""Runs whose splines are kept, as many as in `motor_torques`; a miss costs time only."""
 _REVERSAL = 0.02
-"""rad/s, in which a direction changes: the noise of a rate that is estimated from an encoder."""
+"""rad/s, in which a direction changes: above the noise of a rate that is estimated from an encoder, 0.012 rad/s of
+1e-3 rad at 100 Hz, 0.002 of 1e-4 rad."""
 _DEGREE = 3
+"""Of the splines: cubic, the least whose second derivative, a gimbal's acceleration, has no jumps. With the fifth,
+estimates move by 0.2 standard errors and no answer changes (three sets of seed 90817)."""
 
 
 @lru_cache(maxsize=_REMEMBERED)

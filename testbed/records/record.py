@@ -14,7 +14,7 @@ from testbed.files import FileStamp
 
 @dataclass(frozen=True, kw_only=True)
 class RunDetails:
-    """What NAME.toml says of a run (records.md); None where it says nothing.
+    """What NAME.toml says of a run (docs/reference/records.md); None where it says nothing.
 
     Attributes:
         name: what a person calls the run.

@@ -44,7 +44,7 @@ class PaperRow:
         min_eigenvalue: of Ψ_fᵀΨ_f, as are the next two.
         trace_inverse: trace of the inverse.
         determinant: product of the eigenvalues.
-        regressor_condition_number: of Ψ_f itself (trap 9: it is the only reading that fits the other columns).
+        regressor_condition_number: of Ψ_f itself, not of Ψ_fᵀΨ_f: the only reading that fits the other columns.
     """
 
     min_eigenvalue: float

@@ -20,7 +20,7 @@ _ERRORS = ("gyro_errors", "encoder_errors", "tachometer_errors", "torque_errors"
 
 @dataclass(frozen=True, kw_only=True)
 class Clock:
-    """Integer clocks of a flight: every period is a whole number of integrator steps (trap 8).
+    """Integer clocks of a flight: every period is a whole number of integrator steps (docs/explanation/pitfalls.md).
 
     Attributes:
         step: of the integrator, s.

@@ -37,7 +37,7 @@ A gimbal that sticks puts the fitted age of its torques wrong. What a rotor's tr
 PREDICTED = [pytest.param(effect, id=effect.id) for effect in EFFECTS.values()]
 EVERY = [pytest.param(effect, id=effect.id) for effect in (*EFFECTS.values(), *NOISE_EFFECTS.values())]
 INNER = [each for each in PREDICTED if {"gimbal_torque", "gimbal_rate_command"} & set(each.values[0].needs)]
-"""Effects inside the units: with measured gimbal angles they leave the body's motion explained (trap 20)."""
+"""Effects inside the units: with measured gimbal angles they leave the body's motion explained."""
 ON_GYRO = [each for each in PREDICTED if each not in INNER]
 FLOWN = [each for each in ON_GYRO if each.values[0].flies]
 

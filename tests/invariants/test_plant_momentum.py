@@ -59,7 +59,7 @@ def test_free_gimbals_conserve_energy():
 
 
 def test_momentum_is_the_same_in_our_form_and_in_mujocos():
-    """J(d) ω + h(d, ḋ, Ω), turned to N, against MuJoCo's own sum over bodies (trap 8b)."""
+    """J(d) ω + h(d, ḋ, Ω), turned to N, against MuJoCo's own sum over bodies."""
     from scipy.spatial.transform import Rotation
 
     from testbed.cmg.cluster import cluster_momentum, inertia_change

@@ -115,7 +115,7 @@ def test_the_result_has_its_form_and_sense(flown):
         assert drift > 1e-3
         return
     assert drift < 1e-7
-    if result["limits"]["saturated_s"] < 1.0:  # the paper's own design asks more than this cluster can give (trap 10)
+    if result["limits"]["saturated_s"] < 1.0:  # the paper's own design asks more than this cluster can give
         assert max(result["tracking"]["rms_rad_s"]) < 0.03
     else:
         assert scenario.name == "paper_d_optimal"

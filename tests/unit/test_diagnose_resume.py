@@ -16,6 +16,7 @@ from support.diagnosed_records import SCENARIO, records
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
 from testbed.diagnosis.keeping import array_from_content, array_to_content, hash_of
+from testbed.diagnosis.settings import DiagnosisSettings
 from testbed.effects.gyro_latency import GyroLatency
 from testbed.outputs.diagnosis_parts import PARTS
 from testbed.records.writing import write_record
@@ -137,6 +138,13 @@ def test_another_version_is_refused(data, interrupted, monkeypatch, capsys):
     monkeypatch.setattr(testbed.outputs.diagnosis_parts, "EFFECTS", {"gyro_latency": None})
     assert diagnose(data, interrupted, "--resume") == 2
     assert "effects" in capsys.readouterr().err
+
+
+def test_other_settings_are_refused_by_name(data, interrupted, whole, monkeypatch, capsys):
+    assert answer(whole[0])["provenance"]["setting_null_prior_odds"] == "5.0"
+    monkeypatch.setattr(testbed.library.diagnoses, "SETTINGS", DiagnosisSettings(null_prior_odds=4.0))
+    assert diagnose(data, interrupted, "--resume") == 2
+    assert 'setting_null_prior_odds "5.0", now "4.0"' in " ".join(capsys.readouterr().err.split())
 
 
 def test_a_damaged_first_line_is_refused(data, interrupted, capsys):

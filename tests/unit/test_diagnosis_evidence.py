@@ -7,8 +7,8 @@ import pytest
 
 from support.diagnosed_records import nominal, records
 from support.unlisted_torques import Growing, Humming, Pulsing
-from testbed.diagnosis.evidence import goodness, log_evidence, on_all_runs
-from testbed.diagnosis.latent import TorqueShape, evidence_of_any, torque_shapes
+from testbed.diagnosis.latent import TorqueShape, evidence_of_any, goodness, on_all_runs, torque_shapes
+from testbed.diagnosis.misfit import log_evidence
 from testbed.diagnosis.model import Hypothesis, fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import theta_of

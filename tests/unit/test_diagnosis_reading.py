@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from support.diagnosed_records import NOISE, nominal, records
-from testbed.diagnosis.gate import require_explicable
-from testbed.diagnosis.reading import data_set_of
+from testbed.diagnosis.reading import data_set_of, require_explicable
 from testbed.effects.gyro_latency import GyroLatency
 from testbed.errors import InputError
 from testbed.records.record import Record, RunDetails

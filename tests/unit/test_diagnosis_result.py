@@ -10,12 +10,13 @@ import pytest
 
 from support.diagnosed_records import NOISE, nominal, records
 from support.unlisted_torques import Humming, Pulsing
-from testbed.diagnosis.candidates import NONE, NULL_PRIOR_ODDS, UNKNOWN
+from testbed.diagnosis.candidates import NONE, UNKNOWN
 from testbed.diagnosis.findings import detectable_sizes, residuals_of
 from testbed.diagnosis.location import located
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.result import result_of
+from testbed.diagnosis.settings import SETTINGS
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.report.diagnosis.page import write_diagnosis_page
@@ -94,7 +95,9 @@ def test_effects_on_the_noise_are_as_much_in_question_as_others_where_nothing_is
     assert sum(answer["probabilities"].values()) == pytest.approx(1.0)
     best = quiet.noise_candidates[0]
     odds = np.log(answer["probabilities"][best.key] / answer["probabilities"]["none"])
-    assert odds == pytest.approx(0.5 * best.log_bayes_factor - np.log(NULL_PRIOR_ODDS * quiet.remaining.tested))
+    assert odds == pytest.approx(
+        0.5 * best.log_bayes_factor - np.log(SETTINGS.null_prior_odds * quiet.remaining.tested)
+    )
 
 
 def test_effects_on_the_noise_are_ranked_with_the_others():

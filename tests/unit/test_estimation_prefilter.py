@@ -1,4 +1,4 @@
-"""The prefilter against closed forms; traps 12 (products on the sample grid) and 13 (records that start in motion)."""
+"""The prefilter against closed forms; products on the sample grid, and records that start in motion."""
 
 from dataclasses import replace
 

@@ -88,7 +88,7 @@ def test_eigenvalue_bounds_are_exact(criterion, expected, scale):
 
 
 def test_half_the_motion_is_worse_by_every_criterion():
-    """Trap 11: it has the same condition number."""
+    """Although it has the same condition number."""
     for criterion in ("D", "A", "E", "condition"):
         assert cost_at(criterion, 1.0) < cost_at(criterion, 0.25)
 

@@ -39,7 +39,7 @@ def test_steps_that_a_16_hz_gyro_and_an_80_hz_loop_bear(step):
 
 @pytest.mark.parametrize("step", [0.001, 0.002, 0.0013, 0.025, 0.00125001])
 def test_steps_that_they_do_not_bear(step):
-    """0.001 s is trap 8: int(1 / 16 / 0.001) would accept it and drift by half a step per sample."""
+    """int(1 / 16 / 0.001) would accept 0.001 s and drift by half a step per sample."""
     assert [conflict.key for conflict in step_conflicts(step, SHIPPED)] == ["simulation.step_s"]
 
 

@@ -11,7 +11,8 @@ from testbed.arrays import Theta
 from testbed.diagnosis.findings import inertia_change, stds_of
 from testbed.diagnosis.latent import LatentTorque
 from testbed.diagnosis.model import Fit
-from testbed.diagnosis.state import UNEXPLAINED, Diagnosis
+from testbed.diagnosis.settings import SETTINGS
+from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.report.diagnosis.residuals import MOST_RUNS
 from testbed.report.diagnosis.verdict import shape_words, share_words
@@ -86,7 +87,7 @@ def left_section(diagnosis: Diagnosis) -> Iterator[Section]:
     if latent is None:
         return
     shape, share = shape_words(diagnosis).strip(), share_words(diagnosis)
-    if latent.p_value >= UNEXPLAINED:
+    if latent.p_value >= SETTINGS.unexplained_p_value:
         nothing = f"No unmodelled torque stands out of the noise: p = {figures(latent.p_value, 2)}."
         yield Section(title="Residual", blocks=(Paragraph(text=f"{shape or nothing} {share}".strip()),))
         return
