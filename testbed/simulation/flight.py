@@ -50,18 +50,18 @@ class Sensors:
     """Sensors of a flight and the additive errors drawn for it.
 
     Of platforms side by side, errors have shape (samples, B, ...), the gyro's response (B, 3, 3), and the tachometers'
-    scale (B, 6).
+    scale (B, M).
 
     Attributes:
         gyro: on the control clock.
         gyro_errors: shape (samples, 3), rad/s.
         encoder: gimbal encoders, read at every control tick.
-        encoder_errors: shape (ticks + 1, 6), rad.
-        encoder_dead_zone: play between each encoder and its axis, shape (6,), rad.
+        encoder_errors: shape (ticks + 1, M), rad.
+        encoder_dead_zone: play between each encoder and its axis, shape (M,), rad.
         tachometer: rotor speed.
-        tachometer_errors: shape (ticks + 1, 6), rad/s.
+        tachometer_errors: shape (ticks + 1, M), rad/s.
         torque_sensor: gimbal motor torque.
-        torque_errors: shape (ticks + 1, 6), N·m.
+        torque_errors: shape (ticks + 1, M), N·m.
     """
 
     gyro: Gyro
@@ -81,7 +81,7 @@ class Targets:
 
     Attributes:
         tick_rate: ω_ref at the start of every control period and the end, shape (ticks + 1, 3), rad/s.
-        tick_gimbal_angle: preferred angles there, shape (ticks + 1, 6), rad.
+        tick_gimbal_angle: preferred angles there, shape (ticks + 1, M), rad.
         by_tick: what each control period asks for.
         has_gimbal_reference: whether the maneuver itself prescribes gimbal angles.
     """
@@ -146,7 +146,7 @@ def targets_of(
         maneuver: the reference.
         clock: of the flight.
         controller: its model turns body rates into cluster momentum.
-        preferred_gimbal_angle: constant preferred angles, shape (6,), rad; None to follow the maneuver's own.
+        preferred_gimbal_angle: constant preferred angles, shape (M,), rad; None to follow the maneuver's own.
         initial_momentum_B: whole momentum that the controller expects at the start, shape (3,), N·m·s, body axes.
     """
     at_ticks = maneuver.reference(clock.tick_times)
@@ -155,8 +155,9 @@ def targets_of(
         angle, rate, follows = at_ticks.gimbal_angle, middle.gimbal_rate, True
         momentum_B = momentum_of_gimbals(controller.cluster, angle)
     else:
-        constant = np.zeros(6) if preferred_gimbal_angle is None else preferred_gimbal_angle
-        angle, rate, follows = np.tile(constant, (clock.ticks + 1, 1)), np.zeros((clock.ticks, 6)), False
+        units = len(controller.cluster.rotor_momentum)
+        constant = np.zeros(units) if preferred_gimbal_angle is None else preferred_gimbal_angle
+        angle, rate, follows = np.tile(constant, (clock.ticks + 1, 1)), np.zeros((clock.ticks, units)), False
         inertia = controller.tracker.inertia
         momentum_B = momentum_of_rates(inertia, clock.tick_times, at_ticks.body_rate, initial_momentum_B)
     momentum_rate_B = np.diff(momentum_B, axis=0) / clock.period

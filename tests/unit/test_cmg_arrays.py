@@ -111,6 +111,28 @@ def test_records_have_a_column_for_each_unit_and_are_refused_by_another_platform
         tb.estimate(tb.read_scenario("basic"), records)
 
 
+DAMPED = {"damping": 0.01, "decay": 10.0}
+DITHERED = {**DAMPED, "dither": 0.1, "dither_rate_rad_s": 1.6}
+
+
+@pytest.mark.parametrize(
+    ("law", "tuning"),
+    [
+        ("moore_penrose", {}),
+        ("singularity_robust", DAMPED),
+        ("generalized_singularity_robust", DITHERED),
+        ("off_diagonal_singularity_robust", DITHERED),
+    ],
+)
+def test_every_steering_law_tracks_a_body_rate_with_four_units(law, tuning):
+    profile = {"kind": "basic", "duration_s": 5.0, "scale": 0.5}
+    run = tb.fly(
+        tb.read_scenario("pyramid4", {"maneuver": profile, "controller.steering": {"law": law, **tuning}}), seed=1
+    )
+    assert max(run.result["tracking"]["rms_rad_s"]) < 0.005
+    assert run.estimates["output_error"].theta == pytest.approx(run.truth, abs=2e-3)
+
+
 def test_a_record_whose_channels_differ_in_units_is_refused():
     flown = tb.frame_of(tb.fly(tb.read_scenario("basic"), seed=1).record)
     columns = {name: flown[name] for name in flown if name != "rotor_speed_6_rad_s" and not name.startswith("true_")}
