@@ -13,10 +13,10 @@ from testbed.arrays import Matrix3
 from testbed.cmg.arrays import BOX_SKEW, azimuths, unit_places
 from testbed.errors import InputError, UnphysicalPlatformError
 from testbed.plant.bounds import require_bounded
-from testbed.plant.geometry import bus_inertia, composite_inertia, composite_mass, unit_names
+from testbed.plant.geometry import bus_inertia, composite_inertia, composite_mass, first_moment, unit_names
 from testbed.plant.misalignment import turn_units
 from testbed.plant.parts import require_parts
-from testbed.plant.properties import PlatformProperties
+from testbed.plant.properties import PlatformProperties, WheelProperties
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 _WALL_THICKNESS = 0.05
@@ -61,6 +61,8 @@ def specification(properties: PlatformProperties, path: Path) -> mujoco.MjSpec:
     _apply_units(spec, properties)
     if properties.misalignment is not None:
         turn_units(spec, properties.misalignment)
+    for number, wheel in enumerate(properties.wheels, start=1):
+        _add_wheel(spec, f"wheel{number}", wheel)
     _apply_bus(spec, properties, path)
     if properties.cabin_size is not None:
         _add_cabin(spec, properties.cabin_size)
@@ -128,6 +130,18 @@ def _apply_mount(frame: mujoco.MjsFrame, index: int, properties: PlatformPropert
         frame.alt.xyaxes = [*spin, *np.cross(gimbal, spin)]
 
 
+def _add_wheel(spec: mujoco.MjSpec, name: str, wheel: WheelProperties) -> None:
+    """Mount a reaction wheel on the bus."""
+    mount = spec.body("bus").add_frame(name=f"{name}_mount", pos=wheel.position_B)
+    mount.alt.type = mujoco.mjtOrientation.mjORIENTATION_ZAXIS
+    mount.alt.zaxis = wheel.axis_B
+    spec.attach(_read(shipped_model().with_name("wheel.xml")), prefix=f"{name}_", frame=mount)
+    rotor, joint, motor = spec.body(f"{name}_rotor"), spec.joint(f"{name}_rotor"), spec.actuator(f"{name}_motor")
+    rotor.mass, rotor.inertia = wheel.mass, [wheel.transverse_inertia, wheel.transverse_inertia, wheel.spin_inertia]
+    joint.damping[0] = wheel.viscous_friction
+    motor.forcelimited, motor.forcerange = True, [-wheel.torque_limit, wheel.torque_limit]
+
+
 def _apply_masses(gimbal: mujoco.MjsBody, rotor: mujoco.MjsBody, properties: PlatformProperties) -> None:
     if properties.gimbal_mass is not None:
         gimbal.mass = properties.gimbal_mass
@@ -170,7 +184,10 @@ def _apply_bus(spec: mujoco.MjSpec, properties: PlatformProperties, path: Path) 
     if properties.mass is not None:
         bus.mass = bus.mass + properties.mass - composite_mass(compiled)
     if bus.mass <= 0.0:
-        raise UnphysicalPlatformError("mass_kg", f" = {properties.mass}: the six units alone weigh as much; raise it")
+        raise UnphysicalPlatformError("mass_kg", f" = {properties.mass}: the units alone weigh as much; raise it")
+    if properties.wheels:
+        bus.ipos = -first_moment(compiled) / bus.mass  # the whole platform's centre of mass stays at the bus's origin
+        compiled = _compile(spec, path)
     if properties.inertia is not None:
         _set_inertia(bus, bus_inertia(compiled, total))
     if properties.edge is not None:

@@ -7,7 +7,7 @@ from itertools import count
 import mujoco
 import numpy as np
 
-from testbed.arrays import Array, Matrix3, Vectors3
+from testbed.arrays import Array, Matrix3, Vector3, Vectors3
 from testbed.cmg.cluster import Cluster
 
 
@@ -16,10 +16,25 @@ def unit_names(kind: str, units: int) -> tuple[str, ...]:
     return tuple(f"cmg{number}_{kind}" for number in range(1, units + 1))
 
 
+def wheel_names(kind: str, wheels: int) -> tuple[str, ...]:
+    """Return `wheel1_rotor` ... for the kind `rotor`."""
+    return tuple(f"wheel{number}_{kind}" for number in range(1, wheels + 1))
+
+
+def wheel_count(model: mujoco.MjModel) -> int:
+    """Return how many reaction wheels a compiled platform has."""
+    return _numbered(model, "wheel{}_rotor")
+
+
 def unit_count(model: mujoco.MjModel) -> int:
     """Return how many CMG units a compiled platform has."""
+    return _numbered(model, "cmg{}_gimbal")
+
+
+def _numbered(model: mujoco.MjModel, name: str) -> int:
+    """Return how many joints of a name there are, numbered from 1."""
     names = {model.joint(joint).name for joint in range(model.njnt)}
-    return next(number for number in count() if f"cmg{number + 1}_gimbal" not in names)
+    return next(number for number in count() if name.format(number + 1) not in names)
 
 
 def composite_mass(model: mujoco.MjModel) -> float:
@@ -33,9 +48,20 @@ def composite_inertia(model: mujoco.MjModel) -> Matrix3:
 
 
 def bus_inertia(model: mujoco.MjModel, total: Matrix3) -> Matrix3:
-    """Return the inertia that the bus body needs so that the composite is `total`, kg·m², body axes."""
+    """Return the inertia that the bus body needs so that the composite is `total`, kg·m², about its own centre of mass.
+
+    Its mass is in place already.
+    """
+    offset, mass = model.body_ipos[model.body("bus").id], model.body_mass[model.body("bus").id]
+    remaining = np.asarray(total - _inertia_of_bodies(model, _on_the_bus(model)))
+    return remaining - mass * (offset @ offset * np.eye(3) - np.outer(offset, offset)) if offset.any() else remaining
+
+
+def first_moment(model: mujoco.MjModel) -> Vector3:
+    """Return Σ m r of all that is mounted on the bus, r from the bus's origin, shape (3,), kg·m, body axes."""
+    data, bodies = _at_rest(model), _on_the_bus(model)
     bus = model.body("bus").id
-    return np.asarray(total - _inertia_of_bodies(model, [body for body in _platform_bodies(model) if body != bus]))
+    return np.asarray(model.body_mass[bodies] @ (data.xipos[bodies] - data.xpos[bus]) @ data.xmat[bus].reshape(3, 3))
 
 
 def cluster_of(model: mujoco.MjModel) -> Cluster:
@@ -89,6 +115,11 @@ def _platform_bodies(model: mujoco.MjModel) -> list[int]:
     return [body for body in range(model.nbody) if model.body_rootid[body] == root]
 
 
+def _on_the_bus(model: mujoco.MjModel) -> list[int]:
+    bus = model.body("bus").id
+    return [body for body in _platform_bodies(model) if body != bus]
+
+
 def _inertia_of_bodies(model: mujoco.MjModel, bodies: list[int]) -> Matrix3:
     data = _at_rest(model)
     center = data.subtree_com[model.body("bus").id]
@@ -109,7 +140,7 @@ def _at_rest(model: mujoco.MjModel) -> mujoco.MjData:
 
 
 def _axes(model: mujoco.MjModel, data: mujoco.MjData, kind: str) -> Array:
-    return np.array([data.xaxis[model.joint(name).id] for name in unit_names(kind, unit_count(model))])
+    return np.array([data.xaxis[model.joint(name).id] for name in unit_names(kind, unit_count(model))]).reshape(-1, 3)
 
 
 def _inertia_along(model: mujoco.MjModel, data: mujoco.MjData, bodies: list[int], axes_N: Array) -> Array:

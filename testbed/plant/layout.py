@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.plant.geometry import unit_count, unit_names
+from testbed.plant.geometry import unit_count, unit_names, wheel_count, wheel_names
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,6 +23,9 @@ class Layout:
         rotor_speed: indices into qvel, shape (M,).
         gimbal_motor: indices into ctrl, shape (M,).
         rotor_motor: indices into ctrl, shape (M,).
+        wheel_angle: indices into qpos, shape (W,), of reaction wheels.
+        wheel_speed: indices into qvel, shape (W,).
+        wheel_motor: indices into ctrl, shape (W,).
         position: slice of qpos with the bus position in N.
         attitude: slice of qpos with quat_NB.
         velocity: slice of qvel with the bus velocity in N.
@@ -34,6 +38,9 @@ class Layout:
     rotor_speed: Array
     gimbal_motor: Array
     rotor_motor: Array
+    wheel_angle: Array
+    wheel_speed: Array
+    wheel_motor: Array
     position: slice
     attitude: slice
     velocity: slice
@@ -45,20 +52,28 @@ def layout_of(model: mujoco.MjModel) -> Layout:
     units = unit_count(model)
     gimbals = [model.joint(name) for name in unit_names("gimbal", units)]
     rotors = [model.joint(name) for name in unit_names("rotor", units)]
+    wheels = [model.joint(name) for name in wheel_names("rotor", wheel_count(model))]
     bus = model.joint("bus")
     qpos, qvel = int(bus.qposadr[0]), int(bus.dofadr[0])
     return Layout(
-        gimbal_angle=np.array([joint.qposadr[0] for joint in gimbals]),
-        rotor_angle=np.array([joint.qposadr[0] for joint in rotors]),
-        gimbal_rate=np.array([joint.dofadr[0] for joint in gimbals]),
-        rotor_speed=np.array([joint.dofadr[0] for joint in rotors]),
-        gimbal_motor=np.array([model.actuator(name).id for name in unit_names("gimbal_motor", units)]),
-        rotor_motor=np.array([model.actuator(name).id for name in unit_names("rotor_motor", units)]),
+        gimbal_angle=_indices(joint.qposadr[0] for joint in gimbals),
+        rotor_angle=_indices(joint.qposadr[0] for joint in rotors),
+        gimbal_rate=_indices(joint.dofadr[0] for joint in gimbals),
+        rotor_speed=_indices(joint.dofadr[0] for joint in rotors),
+        gimbal_motor=_indices(model.actuator(name).id for name in unit_names("gimbal_motor", units)),
+        rotor_motor=_indices(model.actuator(name).id for name in unit_names("rotor_motor", units)),
+        wheel_angle=_indices(joint.qposadr[0] for joint in wheels),
+        wheel_speed=_indices(joint.dofadr[0] for joint in wheels),
+        wheel_motor=_indices(model.actuator(name).id for name in wheel_names("motor", len(wheels))),
         position=slice(qpos, qpos + 3),
         attitude=slice(qpos + 3, qpos + 7),
         velocity=slice(qvel, qvel + 3),
         body_rate=slice(qvel + 3, qvel + 6),
     )
+
+
+def _indices(found: Iterable[int]) -> Array:
+    return np.array(list(found), dtype=np.intp)
 
 
 def described_state(layout: Layout, qpos: Array, qvel: Array) -> str:
@@ -76,8 +91,10 @@ def described_state(layout: Layout, qpos: Array, qvel: Array) -> str:
         "body rate": (qvel[layout.body_rate], "rad/s"),
         "gimbal rates": (qvel[layout.gimbal_rate], "rad/s"),
         "rotor speeds": (qvel[layout.rotor_speed], "rad/s"),
+        "wheel speeds": (qvel[layout.wheel_speed], "rad/s"),
     }
     return ", ".join(
         f"{name} [{', '.join(f'{value:.4g}' for value in values)}] {unit}".rstrip()
         for name, (values, unit) in quantities.items()
+        if len(values)
     )

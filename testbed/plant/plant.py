@@ -11,7 +11,7 @@ import numpy as np
 from mujoco.batch import Batch
 
 from testbed.arrays import Array, Flags, Indices, Units, UnitSeries, Vectors3
-from testbed.plant.geometry import unit_count, unit_names
+from testbed.plant.geometry import unit_count, unit_names, wheel_count, wheel_names
 from testbed.plant.layout import described_state, layout_of
 from testbed.plant.properties import InitialState
 
@@ -40,6 +40,7 @@ class Plant:
         rotor_momentum: UnitSeries,
         rotor_momentum_limit: float = math.inf,
         rotors: RotorMode = "constant_speed",
+        wheel_momentum: UnitSeries | None = None,
         threads: int = 1,
     ) -> None:
         """Put platforms into their initial states.
@@ -50,6 +51,7 @@ class Plant:
             rotor_momentum: Js·Ω at the start, shape (B, M), N·m·s.
             rotor_momentum_limit: N·m·s.
             rotors: what the rotor servos do.
+            wheel_momentum: Jw·Ω of the reaction wheels at the start, shape (B, W), N·m·s; at rest where None.
             threads: that step the platforms.
         """
         self.models = tuple(models)
@@ -68,10 +70,14 @@ class Plant:
         self.contacts: Array = self._batch.bind("ncon")
         """Live view of the number of contacts with the cabin in the last step, shape (B,)."""
         self._control, self._time = self._batch.bind("ctrl"), self._batch.bind("time")
-        self._spin_inertia = np.stack([_spin_inertia(model) for model in self.models])
+        self._spin_inertia = np.stack([spin_inertia(model) for model in self.models])
+        self.wheel_inertia: UnitSeries = np.stack([wheel_inertia(model) for model in self.models])
+        """Jw of the reaction wheels, shape (B, W), kg·m²."""
         self._speed_limit = rotor_momentum_limit / self._spin_inertia
         self._always_engaged = rotors == "constant_speed"
         self._place(initial, rotor_momentum)
+        if wheel_momentum is not None:
+            self.qvel[:, self.layout.wheel_speed] = wheel_momentum / self.wheel_inertia
         self._engage_rotor_servos()
         self.flying: Flags = np.ones(len(self.models), dtype=np.bool_)
         """Which platforms have not diverged, shape (B,)."""
@@ -98,17 +104,28 @@ class Plant:
         speed = np.abs(self.qvel[:, self.layout.rotor_speed])
         return np.asarray(speed > self._speed_limit * (1.0 + 1e-9), dtype=np.bool_)
 
-    def advance(self, gimbal_torque_demand: UnitSeries, steps: int) -> None:
-        """Hold the gimbal motors' torque demands for a number of integrator steps.
+    @property
+    def wheel_speed(self) -> UnitSeries:
+        """True speeds of the reaction wheels relative to the body, shape (B, W), rad/s."""
+        return self.qvel[:, self.layout.wheel_speed]
+
+    def advance(
+        self, gimbal_torque_demand: UnitSeries, steps: int, wheel_torque_demand: UnitSeries | None = None
+    ) -> None:
+        """Hold the motors' torque demands for a number of integrator steps.
 
         A platform whose state is no longer finite, or has a rate beyond any that it can have, joins `divergence`.
 
         Args:
             gimbal_torque_demand: shape (B, M) or (M,), N·m, before the tachometer loop and the motor's limit.
             steps: integrator steps.
+            wheel_torque_demand: of the reaction wheels, shape (B, W) or (W,), N·m, before the motor's limit; held from
+                before where None.
         """
         self._last_time[:], self._last_qpos[:], self._last_qvel[:] = self._time, self.qpos, self.qvel
         self._control[:, self.layout.gimbal_motor] = gimbal_torque_demand
+        if wheel_torque_demand is not None:
+            self._control[:, self.layout.wheel_motor] = wheel_torque_demand
         if not self._always_engaged:
             self._engage_rotor_servos()
         self._batch.step(np.flatnonzero(self.flying), nstep=steps)
@@ -148,5 +165,15 @@ class Plant:
         )
 
 
-def _spin_inertia(model: Model) -> Units:
-    return model.body_inertia[[model.body(name).id for name in unit_names("rotor", unit_count(model))], 0]  # type: ignore[no-any-return]
+def spin_inertia(model: Model) -> Units:
+    """Return Js of the CMG units' rotors, shape (M,), kg·m²."""
+    return _about(model, unit_names("rotor", unit_count(model)), 0)
+
+
+def wheel_inertia(model: Model) -> Units:
+    """Return Jw of the reaction wheels, shape (W,), kg·m²."""
+    return _about(model, wheel_names("rotor", wheel_count(model)), 2)
+
+
+def _about(model: Model, bodies: tuple[str, ...], axis: int) -> Units:
+    return np.array([model.body_inertia[model.body(name).id, axis] for name in bodies])

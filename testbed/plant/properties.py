@@ -9,6 +9,31 @@ from testbed.cmg.arrays import ArrayKind
 
 
 @dataclass(frozen=True, kw_only=True)
+class WheelProperties:
+    """A reaction wheel on the bus.
+
+    Attributes:
+        axis_B: a, shape (3,), unit vector, body axes.
+        position_B: of its centre of mass from the bus's origin, shape (3,), m, body axes.
+        mass: of the rotor, kg; the housing belongs to the bus.
+        spin_inertia: Jw about the axis, kg·m².
+        transverse_inertia: about any axis normal to it, kg·m².
+        torque_limit: of the motor, N·m.
+        viscous_friction: of its bearing, N·m·s/rad.
+        momentum: Jw Ω when the flight starts, N·m·s, Ω relative to the body.
+    """
+
+    axis_B: Vector3
+    position_B: Vector3
+    mass: float
+    spin_inertia: float
+    transverse_inertia: float
+    torque_limit: float
+    viscous_friction: float = 0.0
+    momentum: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
 class PlatformProperties:
     """A platform's numbers; a field that is None keeps the MJCF's own.
 
@@ -32,6 +57,7 @@ class PlatformProperties:
         gimbal_servo_bandwidth: of the tachometer loop inside each gimbal motor, rad/s.
         step: of the integrator, s.
         cabin_size: inner edges of a room with walls, m; None for no room, and no contacts.
+        wheels: reaction wheels beside the CMG units.
     """
 
     inertia: Matrix3 | None = None
@@ -53,6 +79,7 @@ class PlatformProperties:
     gimbal_servo_bandwidth: float | None = None
     step: float | None = None
     cabin_size: Vector3 | None = None
+    wheels: tuple[WheelProperties, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
