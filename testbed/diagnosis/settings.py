@@ -106,7 +106,7 @@ class DiagnosisSettings:
     """p-value below which runs are said to disagree on the size of an effect; the verdict stays.
 
     Source: convention. Of 30 data sets with one and the same torque in all runs
-    (`tests/agreement/test_run_agreement.py`, seeds 0 to 29) the p-values are uniform, so that one name in a hundred is
+    (`tests/statistics/test_run_agreement.py`, seeds 0 to 29) the p-values are uniform, so that one name in a hundred is
     said to disagree by chance.
     """
     run_by_run_looseness: float = 10.0
