@@ -1,34 +1,22 @@
-"""Colours of the recording, RGB; one meaning each, the same in every view."""
+"""Colours of the recording, RGB: those of `testbed.palette` on dark ground, and those that no page has."""
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from testbed.palette import AXIS_SHADES, ESTIMATOR_SHADES, SHADES, UNIT_SHADES, Color, component_shades
 
-Color: TypeAlias = tuple[int, int, int]
+AXIS_COLORS: tuple[Color, ...] = tuple(SHADES[name].dark_rgb for name in AXIS_SHADES)
+UNIT_COLORS: tuple[Color, ...] = tuple(SHADES[name].dark_rgb for name in UNIT_SHADES)
+ESTIMATOR_COLORS: tuple[Color, ...] = tuple(SHADES[name].dark_rgb for name in ESTIMATOR_SHADES)
+LIMIT_COLOR: Color = SHADES["limit"].dark_rgb
+MEASURED_COLOR: Color = SHADES["measured"].dark_rgb
+TRUTH_COLOR: Color = SHADES["true"].dark_rgb
+NOMINAL_COLOR: Color = SHADES["nominal"].dark_rgb
+EXTENDED_COLOR: Color = SHADES["extended"].dark_rgb
 
-AXIS_COLORS: tuple[Color, ...] = ((239, 83, 80), (102, 187, 106), (79, 145, 255))
-"""Body axes x, y, z; those of the axes drawn on the platform."""
-
-UNIT_COLORS: tuple[Color, ...] = (
-    (86, 180, 233),
-    (230, 159, 0),
-    (0, 190, 140),
-    (240, 228, 66),
-    (213, 110, 60),
-    (204, 121, 190),
-)
-"""CMG units 1 to 6; distinguishable by colour-blind readers."""
-
-SINGLE_COLORS: tuple[Color, ...] = ((140, 150, 172),)
-LIMIT_COLOR: Color = (190, 70, 90)
-
-CLUSTER_MOMENTUM_COLOR: Color = (255, 193, 7)
+CLUSTER_MOMENTUM_COLOR: Color = (205, 220, 57)
 TOTAL_MOMENTUM_COLOR: Color = (186, 104, 200)
 BODY_RATE_COLOR: Color = (77, 208, 225)
 
-ESTIMATOR_COLORS: tuple[Color, ...] = ((239, 140, 60), (86, 180, 233), (102, 187, 106), (204, 121, 190))
-TRUTH_COLOR: Color = (235, 235, 240)
-NOMINAL_COLOR: Color = (190, 70, 90)
 BOUND_COLOR: Color = (70, 78, 96)
 GRID_COLOR: Color = (120, 125, 135)
 
@@ -39,7 +27,7 @@ SATURATED_COLORS: tuple[Color, ...] = ((230, 159, 0), (213, 70, 60), (186, 104, 
 
 def colors_of(components: int) -> tuple[Color, ...]:
     """Return the colours of a signal with 1, 3 or 6 components."""
-    return {1: SINGLE_COLORS, 3: AXIS_COLORS, 6: UNIT_COLORS}[components]
+    return tuple(SHADES[name].dark_rgb for name in component_shades(components))
 
 
 def pale(color: Color) -> Color:
