@@ -9,12 +9,13 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from testbed.arrays import Array, Series
+from testbed.palette import Color
 from testbed.recording.content import RecordingContent, ShownLimits, ShownResidual
-from testbed.recording.palette import LIMIT_COLOR, Color, colors_of, pale
+from testbed.recording.palette import LIMIT_COLOR, colors_of, pale
 from testbed.signals import AXES, SIGNALS, UNITS, Signal
 
 Channels: TypeAlias = Mapping[str, Array]
-Style: TypeAlias = Literal["line", "points", "reference", "limit"]
+Style: TypeAlias = Literal["line", "wide", "points", "dots", "reference", "limit"]
 
 PLOTS: Mapping[str, tuple[tuple[str, ...], ...]] = {
     "body_rate": (("true_body_rate",), ("reference_body_rate",), ("body_rate",)),
