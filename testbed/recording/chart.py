@@ -26,7 +26,7 @@ _LABEL_DROP = 13.0
 """How far below its point a viewer writes a label, at the size that the view usually has."""
 _CENTERS = COLUMN_WIDTH * (np.arange(len(PARAMETER_NAMES), dtype=np.float64) + 0.5)
 
-BOUNDS = ((-90.0, _WIDTH + 90.0), (-HALF_HEIGHT - 70.0, HALF_HEIGHT + 60.0))
+BOUNDS = ((-90.0, _WIDTH + 20.0), (-HALF_HEIGHT - 70.0, HALF_HEIGHT + 60.0))
 """What the view shows: x from, to; y from, to, downwards."""
 
 
@@ -87,7 +87,7 @@ def _log_nominal(stream: rr.RecordingStream, offset: Series) -> None:
     marks = [[(x - half, -y), (x + half, -y)] for x, y in zip(_CENTERS, offset, strict=True) if abs(y) <= HALF_HEIGHT]
     if marks:
         _log_lines(stream, "nominal", marks, NOMINAL_COLOR, 1.5, order=15.0)
-        place = np.array([_WIDTH + 45.0]), np.array([-offset[-1] - _LABEL_DROP])
+        place = np.array([0.92 * _WIDTH]), np.array([-HALF_HEIGHT - 50.0])
         _log_labels(stream, "nominal_name", *place, ["nominal"], NOMINAL_COLOR)
 
 
