@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from testbed.arrays import Array, Quaternion, Vector3
+from testbed.palette import AXIS_SHADES, UNIT_SHADES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,3 +54,9 @@ class SceneBody:
     quaternion: Quaternion
     hinge_axis: Vector3 | None
     shapes: tuple[Shape, ...]
+
+
+def shade_of(shape: Shape) -> str | None:
+    """Return the name in the palette of a shape that has a colour in the charts too: a unit's ring, a body axis."""
+    shade = shape.name.removesuffix("_ring").replace("cmg", "unit-").replace("_", "-")
+    return shade if shade in (*AXIS_SHADES, *UNIT_SHADES) else None

@@ -46,6 +46,7 @@ from testbed.report.diagnosis.misfit import (
 )
 from testbed.report.diagnosis.next import distance_words, flight_words, pair_words
 from testbed.report.diagnosis.ranking import on_the_noise
+from testbed.report.diagnosis.sizes import confounded_words
 from testbed.report.diagnosis.verdict import (
     addition_words,
     agreement_words,
@@ -55,7 +56,7 @@ from testbed.report.diagnosis.verdict import (
     shape_words,
     share_words,
 )
-from testbed.report.wording import chance_words, listed
+from testbed.report.wording import chance_words, figures, listed
 from testbed.scenario.body import BodyScenario
 
 _PAIRS_SHOWN = 3
@@ -142,6 +143,9 @@ class _Stages:
         if first_screening(diagnosis) is not None and (before is None or first_screening(before) is None):
             say()
             show(detectable_table(diagnosis))
+            if pairs := confounded_words(diagnosis):
+                say()
+                entry("Confounded", f"by these data: {pairs}")
         for step in diagnosis.steps[len(before.steps) if before else 0 :]:
             _print_step(diagnosis, step)
         if diagnosis.complete:
@@ -241,6 +245,8 @@ def _print_next(folder: Path, proposal: Proposal | None) -> None:
     entry("Next", flight_words(proposal))
     for separation in proposal.separations[:_PAIRS_SHOWN]:
         entry("", f"{pair_words(separation)}: {distance_words(separation)}")
+    if wanted := [each.wanted for each in proposal.separations if each.separable]:
+        entry("", f"{figures(max(wanted), 2)} sigma tell any two apart in 95 of 100 cases")
     if proposal.flight is not None:
         say("           Fly it on the platform itself; what the nominal model makes of it:")
         say(f"           testbed run {folder / NEXT / SCENARIO}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import groupby
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
@@ -11,18 +10,15 @@ from rich.table import Table
 from rich.text import Text
 
 from testbed.diagnosis.candidates import Screening
-from testbed.diagnosis.findings import Detectable, detectable_sizes, inertia_change, pairs_alike, stds_of
+from testbed.diagnosis.findings import inertia_change, stds_of
 from testbed.diagnosis.location import ResidualSegment
 from testbed.diagnosis.noise import NoiseHypothesis
 from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import PARAMETER_NAMES
-from testbed.effects.contract import Quantity
-from testbed.effects.registry import EFFECTS
 from testbed.report.diagnosis.inertia import estimate_words, inertia_estimates
 from testbed.report.diagnosis.ranking import RANKING, ranking_rows
-from testbed.report.wording import chance_words, decimals_for, figures, milli
-
-_ALIKE_SHOWN = 3
+from testbed.report.diagnosis.sizes import size_lines
+from testbed.report.wording import chance_words, decimals_for, milli
 
 
 def places_table(places: Sequence[ResidualSegment]) -> Table:
@@ -43,50 +39,13 @@ def places_table(places: Sequence[ResidualSegment]) -> Table:
 
 def detectable_table(diagnosis: Diagnosis) -> Table:
     """Return what these data can show: a row for each effect, from its most to its least visible component."""
-    columns = ("effect", "smallest size seen", "times typical", "hard to tell from")
-    table = _table("What these data can tell", columns)
-    table.columns[-1].min_width = max(len(effect) for effect in EFFECTS) + 1  # a comma behind it
-    alike = _look_alikes(diagnosis)
-    for effect, group in groupby(detectable_sizes(diagnosis), key=lambda size: size.placed.effect.id):
-        sizes = sorted(group, key=lambda size: size.multiple)
-        style = "" if sizes[-1].seen_when_typical else "yellow" if sizes[0].seen_when_typical else "dim"
-        table.add_row(effect, _smallest(sizes), _times_typical(sizes), alike.get(effect, ""), style=style)
+    table = _table("What these data can tell", ("effect", "smallest size seen", "times typical"))
+    for line in size_lines(diagnosis):
+        style = "" if line.seen == line.components else "yellow" if line.seen else "dim"
+        table.add_row(line.effect, line.smallest, line.multiple, style=style)
     for each in diagnosis.untestable:
-        table.add_row(each.effect, f"needs {each.needs}", "untestable", "", style="dim")
+        table.add_row(each.effect, f"needs {each.needs}", "untestable", style="dim")
     return table
-
-
-def _smallest(sizes: Sequence[Detectable]) -> str:
-    """Return the parameters that make the size, from the most to the least visible component; equal ones once."""
-    seen = [size for size in sizes if size.smallest]
-    if not seen:
-        return "not by this motion"
-    quantities = zip(seen[0].smallest, seen[-1].smallest, seen[0].typical, strict=True)
-    spans = [_span(least, most) for least, most, typical in quantities if least.value != typical.value]
-    if len(spans) > 1 and len(set(spans)) == 1:
-        return f"{spans[0]} each"
-    return ", ".join(spans)
-
-
-def _span(least: Quantity, most: Quantity) -> str:
-    values = dict.fromkeys(figures(each.value) for each in (least, most))
-    return f"{' to '.join(values)} {least.unit}".removesuffix(" 1")
-
-
-def _times_typical(sizes: Sequence[Detectable]) -> str:
-    if not sizes[0].smallest:
-        return "-"
-    return " to ".join(dict.fromkeys(figures(size.multiple, 2) for size in (sizes[0], sizes[-1])))
-
-
-def _look_alikes(diagnosis: Diagnosis) -> dict[str, str]:
-    """Return the ids of the effects that each one is hard to tell from, by its own id."""
-    alike: dict[str, dict[str, None]] = {}
-    for one, other, _ in pairs_alike(diagnosis):
-        for this, that in ((one, other), (other, one)):
-            name = "its other components" if this.effect.id == that.effect.id else that.effect.id
-            alike.setdefault(this.effect.id, {})[name] = None
-    return {effect: ", ".join(list(others)[:_ALIKE_SHOWN]) for effect, others in alike.items()}
 
 
 def candidates_table(screening: Screening, noise: Sequence[NoiseHypothesis] = ()) -> Table:
@@ -101,7 +60,7 @@ def inertia_table(diagnosis: Diagnosis) -> Table:
     """Return the inertia: nominal, re-estimated without the effects, and with them where there are any."""
     differs = inertia_change(diagnosis)
     said = "differs from nominal" if differs.significant else "agrees with nominal"
-    table = _table(f"Inertia in 1e-3 kg m², ± one standard deviation; {said}, {chance_words(differs.p_value)}", ("",))
+    table = _table(f"Inertia in 1e-3 kg m², ± one standard deviation,\n{said}, {chance_words(differs.p_value)}", ("",))
     fits = inertia_estimates(diagnosis)
     decimals = decimals_for(np.concatenate([stds_of(fit)[:6] for _, fit in fits]))
     for title in ("nominal", *(label for label, _ in fits)):

@@ -200,6 +200,24 @@ class Runs:
         edges = np.cumsum([rates.size for rates in self.measured])[:-1]
         return [part.reshape(-1, 3, *part.shape[1:]) for part in np.split(residual[: self.samples], edges)]
 
+    def gimbals_by_run(self, residual: Array) -> list[tuple[Array, ...]]:
+        """Return what of a whitened residual is the gimbals' in each run, their channels one after the other.
+
+        Args:
+            residual: of all blocks, shape (numbers,); of the gyro's alone there is nothing of the gimbals.
+
+        Returns:
+            Of each run the blocks of `inner` that are its own, each of shape (K, 6) or (K, 3).
+        """
+        edges = self.samples + np.cumsum([0, *(block.size for block in self.inner)])
+        parts = [
+            residual[first:last].reshape(block.shape)
+            for first, last, block in zip(edges[:-1], edges[1:], self.inner, strict=True)
+            if last <= len(residual)
+        ]
+        count = len(self.names)
+        return [tuple(parts[run::count]) for run in range(count)]
+
     def whitened_columns(self, derivatives: Sequence[Array]) -> list[Array]:
         """Return derivatives of all blocks in units of sigma, each of shape (numbers in the block, C).
 

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Any
 from testbed.arrays import Matrix3
 from testbed.assembly.extension import write_extended
 from testbed.assembly.platform import Body, nominal_body
-from testbed.diagnosis.findings import Addition, Agreement, additions, agreements, noise_notices, residuals_of
+from testbed.diagnosis.findings import Addition, Agreement, additions, agreements, noise_notices
 from testbed.diagnosis.keeping import Store, keeping
 from testbed.diagnosis.location import ResidualSegment, located
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import DataSet, data_set_of, require_explicable
 from testbed.diagnosis.result import result_of
+from testbed.diagnosis.run_residuals import residuals_of
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis, Verdict
 from testbed.dynamics.inertia import inertia_of, theta_of

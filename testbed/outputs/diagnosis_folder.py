@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from testbed.assembly.extension import PLATFORM, SCENARIO, extended, write_extended
-from testbed.diagnosis.findings import Agreement, residuals_of
+from testbed.diagnosis.findings import Agreement
 from testbed.diagnosis.location import ResidualSegment
 from testbed.diagnosis.result import result_of
+from testbed.diagnosis.run_residuals import residuals_of
 from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import inertia_of
 from testbed.effects.contract import Extension
@@ -81,7 +82,7 @@ def write_diagnosis(
         content,
     )
     write_diagnosis_recording(
-        folder / "recording.rrd", origin.recording_id, diagnosis_content(residuals, origin.listed)
+        folder / "recording.rrd", origin.recording_id, diagnosis_content(scenario, diagnosis, residuals, origin.listed)
     )
     return said
 

@@ -7,8 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from testbed.outputs.reproduction_tables import tables_text
+from testbed.palette import SHADES
 from testbed.plant.scene import scene_of
-from testbed.recording.palette import AXIS_COLORS, Color, pale
+from testbed.recording.palette import AXIS_COLORS, pale
 from testbed.recording.reproduction_content import (
     ReproductionContent,
     ShownBox,
@@ -24,15 +25,6 @@ from testbed.reproduction.figures import Curves, Panel, PaperFigure, data_figure
 from testbed.reproduction.reproduction import Reproduction
 from testbed.reproduction.table2 import ManeuverStatistics
 from testbed.signals import AXES
-
-_MANEUVER_COLORS: Mapping[str, Color] = {
-    "basic": (239, 83, 80),
-    "scaled": (240, 200, 66),
-    "paper_d_optimal": (79, 145, 255),
-    "gimbal_slow": (77, 208, 225),
-    "gimbal_weighted": (102, 187, 106),
-}
-"""The paper's red, yellow and blue, and this project's cyan and green."""
 
 
 def reproduction_content(
@@ -100,7 +92,7 @@ def _trace(path: str, curves: Curves) -> Trace:
 def _boxes(maneuver: ManeuverStatistics) -> ShownBoxes:
     return ShownBoxes(
         name=maneuver.title,
-        color=_MANEUVER_COLORS[maneuver.name],
+        color=SHADES[f"maneuver-{maneuver.name}"].dark_rgb,
         boxes=tuple(map(_box, boxes_of(maneuver.errors["iv"]))),
     )
 

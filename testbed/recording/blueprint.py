@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 import rerun.blueprint as rrb
 
+from testbed.recording.axes import LINKED, SharedTime, value_axis
 from testbed.recording.chart import BOUNDS
 from testbed.recording.stream import TIMELINE
+from testbed.recording.traces import Trace
 
 BACKGROUND = (18, 21, 28)
 TITLES = {
@@ -30,21 +32,29 @@ _EYE = (0.36, -0.13, 0.19)
 _EVENT_COLUMNS = rrb.archetypes.TextLogColumns(timeline_columns=[TIMELINE], text_log_columns=["Body"])
 
 
-def blueprint(roots: Collection[str], residual_units: dict[str, str]) -> rrb.Blueprint:
+def blueprint(traces: Sequence[Trace], others: Collection[str], residual_units: dict[str, str]) -> rrb.Blueprint:
     """Return the layout.
 
     Args:
-        roots: first parts of the paths of what the recording holds; what it does not hold gets no view.
+        traces: all that the recording holds; what it does not hold gets no view.
+        others: first parts of the paths of what it holds besides.
         residual_units: unit of each estimator's residual.
     """
-    return whole_layout((_flight(roots), _actuators(roots), _estimates(roots, residual_units), _provenance()))
+    tabs = (
+        _flight(traces),
+        _actuators(traces, others),
+        _estimates(others),
+        *_residuals(traces, residual_units),
+        _provenance(),
+    )
+    return whole_layout(tabs, traces)
 
 
-def whole_layout(tabs: Sequence[rrb.Container]) -> rrb.Blueprint:
-    """Return a layout of tabs over the flight's time, the viewer's own panels out of the way."""
+def whole_layout(tabs: Sequence[rrb.Container], traces: Sequence[Trace]) -> rrb.Blueprint:
+    """Return a layout of tabs over the time of all traces, the viewer's own panels out of the way."""
     return rrb.Blueprint(
         rrb.Tabs(*tabs, active_tab=0),
-        rrb.TimePanel(timeline=TIMELINE, play_state="paused", state="collapsed"),
+        SharedTime(TIMELINE, [trace.time for trace in traces]),
         rrb.SelectionPanel(state="hidden"),
         rrb.BlueprintPanel(state="hidden"),
         auto_views=False,
@@ -52,30 +62,35 @@ def whole_layout(tabs: Sequence[rrb.Container]) -> rrb.Blueprint:
     )
 
 
-def _flight(roots: Collection[str]) -> rrb.Horizontal:
-    plots = _plots(roots, ("body_rate", "tracking_error", "cluster_momentum", "envelope_fraction", "applied_torque"))
-    return rrb.Horizontal(scene_view(), rrb.Vertical(*plots), column_shares=(5, 4), name="Flight")
+def _flight(traces: Sequence[Trace]) -> rrb.Horizontal:
+    plots = _plots(traces, ("body_rate", "tracking_error", "cluster_momentum", "applied_torque"))
+    return rrb.Horizontal(flight_view(), rrb.Vertical(*plots), column_shares=(5, 4), name="Flight")
 
 
-def _actuators(roots: Collection[str]) -> rrb.Horizontal:
-    left = _plots(roots, ("gimbal_angle", "gimbal_rate", "gimbal_torque"))
-    right: list[rrb.View] = _plots(roots, ("rotor_speed", "cluster_torque", "singularity_measure"))
-    shares = [2] * len(right)
-    if "saturation" in roots:
-        right.append(rrb.StateTimelineView(origin="/saturation", name="Limit that each unit is at"))
-        shares.append(3)
-    return rrb.Horizontal(rrb.Vertical(*left), rrb.Vertical(*right, row_shares=shares), name="Actuators")
+def _actuators(traces: Sequence[Trace], others: Collection[str]) -> rrb.Horizontal:
+    """Return three plots in a column at most: lower ones would have no room for the numbers of their axes."""
+    left = _plots(traces, ("gimbal_angle", "gimbal_rate", "gimbal_torque"))
+    middle = _plots(traces, ("rotor_speed", "cluster_torque", "envelope_fraction"))
+    right: list[rrb.View] = _plots(traces, ("singularity_measure",))
+    if "saturation" in others:
+        right.append(rrb.StateTimelineView(origin="/saturation", name="Limit that each unit is at", time_view=LINKED))
+    columns = [rrb.Vertical(*views) for views in (left, middle, right) if views]
+    return rrb.Horizontal(*columns, name="Actuators")
 
 
-def _estimates(roots: Collection[str], residual_units: dict[str, str]) -> rrb.Horizontal:
-    residuals = [
-        plot_view(f"/residual/{name}", f"Residual, {name}: measured - predicted, B [{unit}]")
-        for name, unit in residual_units.items()
-    ]
+def _estimates(others: Collection[str]) -> rrb.Horizontal:
     table = rrb.TextDocumentView(origin="/result", name="Result")
-    chart = [_chart()] if "estimates" in roots else []
-    right = [rrb.Vertical(*residuals)] if residuals else []
-    return rrb.Horizontal(rrb.Vertical(*chart, table, row_shares=(3, 2)[-len(chart) - 1 :]), *right, name="Estimates")
+    return rrb.Horizontal(*([_chart()] if "estimates" in others else []), table, name="Estimates")
+
+
+def _residuals(traces: Sequence[Trace], units: dict[str, str]) -> Iterator[rrb.Grid]:
+    """Yield the tab of the residuals, where there are any."""
+    views = [
+        plot_view(f"/residual/{name}", f"Residual, {name}: measured - predicted, B [{unit}]", traces)
+        for name, unit in units.items()
+    ]
+    if views:
+        yield rrb.Grid(*views, grid_columns=2 if len(views) > 1 else 1, name="Residuals")
 
 
 def _provenance() -> rrb.Horizontal:
@@ -87,17 +102,32 @@ def _provenance() -> rrb.Horizontal:
     )
 
 
-def scene_view(distance: float = 1.0) -> rrb.Spatial3DView:
+def flight_view(distance: float = 1.0) -> rrb.Spatial3DView:
     """Return the view of the platform in flight.
 
     Args:
         distance: of the eye; at 1 a platform that stays in place fills the view.
     """
+    name = "Platform, N; arrows: body rate ω, cluster momentum h, total momentum H"
     eye = tuple(distance * coordinate for coordinate in _EYE)
+    return scene_view("/", name, eye, ("/platform/**", "/total_momentum/**", "/world/**"))
+
+
+def scene_view(
+    origin: str, name: str, eye: tuple[float, ...], contents: Sequence[str] = ("$origin/**",)
+) -> rrb.Spatial3DView:
+    """Return a view of platforms in three dimensions.
+
+    Args:
+        origin: path of the frame N that the view is in.
+        name: of the view.
+        eye: where the viewer looks from at the origin, m.
+        contents: paths of what is shown.
+    """
     return rrb.Spatial3DView(
-        origin="/",
-        contents=["/platform/**", "/total_momentum/**", "/world/**"],
-        name="Platform, N; arrows: body rate ω, cluster momentum h, total momentum H",
+        origin=origin,
+        contents=list(contents),
+        name=name,
         background=BACKGROUND,
         line_grid=False,
         eye_controls=rrb.EyeControls3D(position=eye, look_target=(0.0, 0.0, 0.0), eye_up=(0.0, 0.0, 1.0)),
@@ -114,15 +144,26 @@ def _chart() -> rrb.Spatial2DView:
     )
 
 
-def _plots(roots: Collection[str], names: Sequence[str]) -> list[rrb.View]:
-    return [plot_view(f"/{name}", TITLES[name]) for name in names if name in roots]
+def _plots(traces: Sequence[Trace], names: Sequence[str]) -> list[rrb.View]:
+    held = {trace.path.partition("/")[0] for trace in traces}
+    return [plot_view(f"/{name}", TITLES[name], traces) for name in names if name in held]
 
 
-def plot_view(origin: str, title: str) -> rrb.TimeSeriesView:
-    """Return a plot over time of everything below a path."""
+def plot_view(origin: str, title: str, traces: Sequence[Trace]) -> rrb.TimeSeriesView:
+    """Return a plot over time of everything below a path.
+
+    Args:
+        origin: the path.
+        title: with the unit.
+        traces: of the recording; those below the path make the vertical axis.
+    """
+    own = [trace for trace in traces if f"/{trace.path}/".startswith(f"{origin}/")]
     return rrb.TimeSeriesView(
         origin=origin,
         name=title,
-        axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
-        plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop),
+        axis_x=LINKED,
+        axis_y=value_axis(own),
+        plot_legend=rrb.PlotLegend(
+            rrb.Corner2D.RightTop, visible=len({name for trace in own for name in trace.names}) > 1
+        ),
     )

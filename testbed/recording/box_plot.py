@@ -10,7 +10,8 @@ from matplotlib.ticker import MaxNLocator
 
 from testbed.arrays import Array
 from testbed.dynamics.inertia import PARAMETER_NAMES
-from testbed.recording.palette import GRID_COLOR, TRUTH_COLOR, Color
+from testbed.palette import Color
+from testbed.recording.palette import GRID_COLOR, TRUTH_COLOR
 from testbed.recording.reproduction_content import ShownBox, ShownBoxes
 
 ROOT = "figure_3"

@@ -10,8 +10,9 @@ from matplotlib.ticker import MaxNLocator
 
 from testbed.arrays import Array, Series, Theta
 from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.palette import Color
 from testbed.recording.content import RecordingContent, ShownEstimate
-from testbed.recording.palette import BOUND_COLOR, ESTIMATOR_COLORS, GRID_COLOR, NOMINAL_COLOR, TRUTH_COLOR, Color
+from testbed.recording.palette import BOUND_COLOR, ESTIMATOR_COLORS, GRID_COLOR, NOMINAL_COLOR, TRUTH_COLOR
 
 ROOT = "estimates"
 COLUMN_WIDTH = 130.0
@@ -25,7 +26,7 @@ _LABEL_DROP = 13.0
 """How far below its point a viewer writes a label, at the size that the view usually has."""
 _CENTERS = COLUMN_WIDTH * (np.arange(len(PARAMETER_NAMES), dtype=np.float64) + 0.5)
 
-BOUNDS = ((-120.0, _WIDTH + 20.0), (-HALF_HEIGHT - 70.0, HALF_HEIGHT + 60.0))
+BOUNDS = ((-90.0, _WIDTH + 20.0), (-HALF_HEIGHT - 70.0, HALF_HEIGHT + 60.0))
 """What the view shows: x from, to; y from, to, downwards."""
 
 
@@ -58,7 +59,8 @@ def _log_axes(stream: rr.RecordingStream, scale: float, zero_name: str) -> None:
     ticks = ticks[np.abs(ticks) <= reach]
     heights = -ticks / 1e3 * scale
     _log_lines(stream, "grid", [[(0.0, y), (_WIDTH, y)] for y in heights], GRID_COLOR, 0.5, order=0.0)
-    _log_lines(stream, zero_name, [[(0.0, 0.0), (_WIDTH, 0.0)]], TRUTH_COLOR, 1.0, order=10.0)
+    zero_color = TRUTH_COLOR if zero_name == "truth" else NOMINAL_COLOR
+    _log_lines(stream, zero_name, [[(0.0, 0.0), (_WIDTH, 0.0)]], zero_color, 1.0, order=10.0)
     _log_labels(
         stream,
         "scale",
@@ -67,7 +69,7 @@ def _log_axes(stream: rr.RecordingStream, scale: float, zero_name: str) -> None:
         [f"{tick:+.2g}" for tick in ticks],
         GRID_COLOR,
     )
-    title = f"estimate - {zero_name}, 1e-3 kg·m², ±{BAND} σ; red: nominal"
+    title = f"estimate - {zero_name} in 1e-3 kg·m², bars ±{BAND} σ"
     _log_labels(stream, "title", np.array([_WIDTH / 2]), np.array([-HALF_HEIGHT - 50.0]), [title], TRUTH_COLOR)
     _log_labels(stream, "parameter", _CENTERS, np.full(6, HALF_HEIGHT + 30.0), PARAMETER_NAMES, TRUTH_COLOR)
 
@@ -84,7 +86,9 @@ def _log_nominal(stream: rr.RecordingStream, offset: Series) -> None:
     half = 0.42 * COLUMN_WIDTH
     marks = [[(x - half, -y), (x + half, -y)] for x, y in zip(_CENTERS, offset, strict=True) if abs(y) <= HALF_HEIGHT]
     if marks:
-        _log_lines(stream, "nominal", marks, NOMINAL_COLOR, 1.5, order=10.0)
+        _log_lines(stream, "nominal", marks, NOMINAL_COLOR, 1.5, order=15.0)
+        place = np.array([0.92 * _WIDTH]), np.array([-HALF_HEIGHT - 50.0])
+        _log_labels(stream, "nominal_name", *place, ["nominal"], NOMINAL_COLOR)
 
 
 def _log_estimate(

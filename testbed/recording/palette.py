@@ -1,34 +1,24 @@
-"""Colours of the recording, RGB; one meaning each, the same in every view."""
+"""Colours of the recording, RGB: those of `testbed.palette` on dark ground, and those that no page has."""
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from collections.abc import Sequence
 
-Color: TypeAlias = tuple[int, int, int]
+from testbed.palette import AXIS_SHADES, ESTIMATOR_SHADES, SHADES, UNIT_SHADES, Color, component_shades
 
-AXIS_COLORS: tuple[Color, ...] = ((239, 83, 80), (102, 187, 106), (79, 145, 255))
-"""Body axes x, y, z; those of the axes drawn on the platform."""
+AXIS_COLORS: tuple[Color, ...] = tuple(SHADES[name].dark_rgb for name in AXIS_SHADES)
+UNIT_COLORS: tuple[Color, ...] = tuple(SHADES[name].dark_rgb for name in UNIT_SHADES)
+ESTIMATOR_COLORS: tuple[Color, ...] = tuple(SHADES[name].dark_rgb for name in ESTIMATOR_SHADES)
+LIMIT_COLOR: Color = SHADES["limit"].dark_rgb
+MEASURED_COLOR: Color = SHADES["measured"].dark_rgb
+TRUTH_COLOR: Color = SHADES["true"].dark_rgb
+NOMINAL_COLOR: Color = SHADES["nominal"].dark_rgb
+EXTENDED_COLOR: Color = SHADES["extended"].dark_rgb
 
-UNIT_COLORS: tuple[Color, ...] = (
-    (86, 180, 233),
-    (230, 159, 0),
-    (0, 190, 140),
-    (240, 228, 66),
-    (213, 110, 60),
-    (204, 121, 190),
-)
-"""CMG units, in order; distinguishable by colour-blind readers."""
-
-SINGLE_COLORS: tuple[Color, ...] = ((140, 150, 172),)
-LIMIT_COLOR: Color = (190, 70, 90)
-
-CLUSTER_MOMENTUM_COLOR: Color = (255, 193, 7)
+CLUSTER_MOMENTUM_COLOR: Color = (205, 220, 57)
 TOTAL_MOMENTUM_COLOR: Color = (186, 104, 200)
 BODY_RATE_COLOR: Color = (77, 208, 225)
 
-ESTIMATOR_COLORS: tuple[Color, ...] = ((239, 140, 60), (86, 180, 233), (102, 187, 106), (204, 121, 190))
-TRUTH_COLOR: Color = (235, 235, 240)
-NOMINAL_COLOR: Color = (190, 70, 90)
 BOUND_COLOR: Color = (70, 78, 96)
 GRID_COLOR: Color = (120, 125, 135)
 
@@ -37,14 +27,9 @@ SATURATED_COLORS: tuple[Color, ...] = ((230, 159, 0), (213, 70, 60), (186, 104, 
 """No limit reached; then gimbal rate, gimbal torque, rotor momentum."""
 
 
-def colors_of(components: int) -> tuple[Color, ...]:
-    """Return the colours of a single number, or of the components along three axes."""
-    return {1: SINGLE_COLORS, 3: AXIS_COLORS}[components]
-
-
-def unit_colors(units: int) -> tuple[Color, ...]:
-    """Return a colour for each unit; of more than six, they come again."""
-    return tuple(UNIT_COLORS[index % len(UNIT_COLORS)] for index in range(units))
+def colors_of(components: Sequence[str]) -> tuple[Color, ...]:
+    """Return the colours of a signal's components, by their names."""
+    return tuple(SHADES[name].dark_rgb for name in component_shades(components))
 
 
 def pale(color: Color) -> Color:

@@ -8,18 +8,21 @@ from dataclasses import replace
 import numpy as np
 import rerun as rr
 
-from testbed.arrays import Array, Quaternions, Series, Vectors3
-from testbed.recording.palette import BODY_RATE_COLOR, CLUSTER_MOMENTUM_COLOR, TOTAL_MOMENTUM_COLOR, Color, unit_colors
+from testbed.arrays import Array, Quaternions, Series, Vector3, Vectors3
+from testbed.palette import SHADES, Color
+from testbed.recording.palette import BODY_RATE_COLOR, CLUSTER_MOMENTUM_COLOR, TOTAL_MOMENTUM_COLOR
 from testbed.recording.shapes import log_shapes, xyzw
 from testbed.recording.stream import send
-from testbed.rotation.quaternion import exponential, quaternion_product
-from testbed.scene import SceneBody, Shape
+from testbed.rotation.quaternion import exponential, quaternion_product, turned
+from testbed.scene import SceneBody, Shape, shade_of
 
 ROOT = "platform"
 """Entity of the bus; gimbals and rotors hang below it as they do in the MJCF."""
 
 ARROW_LENGTH = 0.16
 """m. The longest arrow reaches well out of the cube."""
+_BEYOND = 1.08
+"""Of the distance of what is named: how far out its name stands."""
 
 
 def entity_paths(scene: Sequence[SceneBody]) -> dict[str, str]:
@@ -40,7 +43,7 @@ def _root(body: SceneBody) -> str:
 
 
 def log_platform(
-    stream: rr.RecordingStream, scene: Sequence[SceneBody], time: Series, channels: Mapping[str, Array]
+    stream: rr.RecordingStream, scene: Sequence[SceneBody], time: Series, channels: Mapping[str, Array], under: str = ""
 ) -> None:
     """Write shapes, poses and arrows.
 
@@ -49,24 +52,51 @@ def log_platform(
         scene: bodies, parents before children.
         time: shape (N,), s.
         channels: of the flight; a joint whose angle it lacks stays at zero, a platform without attitude at rest.
+        under: what all paths begin with; of several platforms each has its own.
     """
-    paths = entity_paths(scene)
+    paths = {name: f"{under}{path}" for name, path in entity_paths(scene).items()}
     for body in scene:
         log_shapes(stream, paths[body.name], _painted(body))
+        _log_names(stream, paths[body.name], body)
         log_pose(stream, paths[body.name], body, time, channels)
     _log_arrows(stream, time, channels)
 
 
 def _painted(body: SceneBody) -> tuple[Shape, ...]:
-    """Give the ring of each gimbal the colour that its unit's lines have in the plots."""
-    unit, _, kind = body.name.partition("_")
-    if kind != "gimbal":
-        return body.shapes
-    red, green, blue = (channel / 255 for channel in unit_colors(_unit_index(body) + 1)[-1])
-    return tuple(
-        replace(shape, color=(red, green, blue, 1.0)) if shape.name == f"{unit}_ring" else shape
-        for shape in body.shapes
+    """Give each gimbal's ring and each axis the colour that its lines have in the plots."""
+    return tuple(map(_in_its_color, body.shapes))
+
+
+def _log_names(stream: rr.RecordingStream, path: str, body: SceneBody) -> None:
+    """Write the number of a unit on the rim of its ring, where the gimbal's axis leaves it, and the names of axes."""
+    named = {shade: shape for shape in reversed(body.shapes) if (shade := shade_of(shape)) is not None}
+    if not named:
+        return
+    drawn = rr.Points3D(
+        [_far_end(body, shape) for shape in named.values()],
+        radii=0.0,
+        colors=[SHADES[shade].dark_rgb for shade in named],
+        labels=[shade.partition("-")[2] for shade in named],
+        show_labels=True,
     )
+    stream.log(f"{path}/names", drawn, static=True)
+
+
+def _far_end(body: SceneBody, shape: Shape) -> Vector3:
+    """Return a point outside of a ring on its hinge's axis, or beyond the tip of a capsule, in the body's frame."""
+    if shape.kind == "mesh" and body.hinge_axis is not None:
+        vertices = shape.position + turned(shape.quaternion, shape.vertices)
+        return np.asarray(_BEYOND * float((vertices @ body.hinge_axis).max()) * body.hinge_axis)
+    tip = shape.position + turned(shape.quaternion, np.array([0.0, 0.0, float(shape.size[-1])]))
+    return np.asarray(_BEYOND * tip)
+
+
+def _in_its_color(shape: Shape) -> Shape:
+    shade = shade_of(shape)
+    if shade is None:
+        return shape
+    red, green, blue = (channel / 255 for channel in SHADES[shade].dark_rgb)
+    return replace(shape, color=(red, green, blue, 1.0))
 
 
 def _unit_index(body: SceneBody) -> int:

@@ -8,10 +8,10 @@ from typing import Any
 import rerun as rr
 import rerun.blueprint as rrb
 
-from testbed.recording.blueprint import BACKGROUND, plot_view, scene_view, whole_layout
+from testbed.recording.blueprint import BACKGROUND, flight_view, plot_view, whole_layout
 from testbed.recording.box_plot import BOUNDS, ROOT, log_box_plot
 from testbed.recording.platform import log_platform
-from testbed.recording.reproduction_content import ReproductionContent, ShownPanel, ShownTab
+from testbed.recording.reproduction_content import ReproductionContent, ShownPanel, ShownTab, traces_of
 from testbed.recording.writer import log_trace, recording_stream
 
 _CABIN_DISTANCE = 3.0
@@ -28,7 +28,7 @@ def write_reproduction_recording(path: Path, recording_id: str, content: Reprodu
     """
     with recording_stream(path, recording_id) as stream:
         for tab in (*content.before, *content.after):
-            for trace in (trace for column in tab.columns for panel in column for trace in panel.traces):
+            for trace in traces_of(tab):
                 log_trace(stream, trace)
         log_box_plot(stream, content.boxes)
         log_platform(stream, content.flight.scene, content.flight.time, content.flight.channels)
@@ -40,17 +40,17 @@ def write_reproduction_recording(path: Path, recording_id: str, content: Reprodu
 
 def _layout(content: ReproductionContent) -> rrb.Blueprint:
     tabs = (*map(_tab, content.before), _box_plot(), *map(_tab, content.after), _texts())
-    return whole_layout(tabs)
+    return whole_layout(tabs, [trace for tab in (*content.before, *content.after) for trace in traces_of(tab)])
 
 
 def _tab(tab: ShownTab) -> rrb.Horizontal:
     columns = [rrb.Vertical(*map(_panel, column)) for column in tab.columns]
-    scene = [scene_view(_CABIN_DISTANCE)] if tab.scene else []
+    scene = [flight_view(_CABIN_DISTANCE)] if tab.scene else []
     return rrb.Horizontal(*scene, *columns, name=tab.name)
 
 
 def _panel(panel: ShownPanel) -> rrb.TimeSeriesView:
-    return plot_view(f"/{panel.origin}", panel.title)
+    return plot_view(f"/{panel.origin}", panel.title, panel.traces)
 
 
 def _box_plot() -> rrb.Horizontal:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from testbed.arrays import Array, Series
-from testbed.recording.palette import Color
+from testbed.palette import Color
 from testbed.recording.traces import Trace
 from testbed.scene import SceneBody
 
@@ -39,6 +39,11 @@ class ShownTab:
     name: str
     columns: tuple[tuple[ShownPanel, ...], ...]
     scene: bool = False
+
+
+def traces_of(tab: ShownTab) -> tuple[Trace, ...]:
+    """Return all lines of a tab."""
+    return tuple(trace for column in tab.columns for panel in column for trace in panel.traces)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,12 +9,13 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from testbed.arrays import Array, Series
+from testbed.palette import Color
 from testbed.recording.content import RecordingContent, ShownLimits, ShownResidual
-from testbed.recording.palette import LIMIT_COLOR, Color, colors_of, pale, unit_colors
+from testbed.recording.palette import AXIS_COLORS, LIMIT_COLOR, colors_of, pale
 from testbed.signals import AXES, SIGNALS, Signal
 
 Channels: TypeAlias = Mapping[str, Array]
-Style: TypeAlias = Literal["line", "points", "reference", "limit"]
+Style: TypeAlias = Literal["line", "wide", "points", "dots", "reference", "limit"]
 
 PLOTS: Mapping[str, tuple[tuple[str, ...], ...]] = {
     "body_rate": (("true_body_rate",), ("reference_body_rate",), ("body_rate",)),
@@ -80,7 +81,7 @@ def _shown_signals(channels: Channels) -> Iterator[tuple[str, str]]:
 
 def _signal_trace(plot: str, name: str, time: Series, channels: Channels) -> Trace:
     signal, style = SIGNALS[name].sized(channels[name].shape[1]), _style(name)
-    colors = unit_colors(signal.width) if SIGNALS[name].per_unit else colors_of(signal.width)
+    colors = colors_of(signal.components or ("",))
     sampled = ~np.isnan(channels[name]).all(axis=1)
     return Trace(
         path=f"{plot}/{name}",
@@ -115,7 +116,7 @@ def _tracking_error(time: Series, channels: Channels) -> Iterator[Trace]:
             time=time,
             values=channels["true_body_rate"] - channels["reference_body_rate"],
             names=AXES,
-            colors=colors_of(3),
+            colors=AXIS_COLORS,
             style="line",
         )
 
@@ -127,7 +128,7 @@ def _envelope_fraction(time: Series, content: RecordingContent) -> Iterator[Trac
             time=time,
             values=content.envelope_fraction[:, None],
             names=("used",),
-            colors=colors_of(1),
+            colors=colors_of(("used",)),
             style="line",
         )
         yield _limit("envelope_fraction", time, np.array([1.0]), (LIMIT_COLOR,))
@@ -135,7 +136,7 @@ def _envelope_fraction(time: Series, content: RecordingContent) -> Iterator[Trac
 
 def _limits(time: Series, limits: ShownLimits) -> Iterator[Trace]:
     both, colors = np.array([1.0, -1.0]), (LIMIT_COLOR, LIMIT_COLOR)
-    axis_colors = tuple(map(pale, colors_of(3) * 2))
+    axis_colors = tuple(map(pale, AXIS_COLORS * 2))
     yield _limit("gimbal_rate", time, limits.gimbal_rate * both, colors)
     yield _limit("gimbal_torque", time, limits.gimbal_torque * both, colors)
     yield _limit("rotor_speed", time, np.array([limits.rotor_speed]), colors[:1])
@@ -161,6 +162,6 @@ def _residual(residual: ShownResidual) -> Trace:
         time=residual.time,
         values=residual.values,
         names=AXES,
-        colors=colors_of(3),
+        colors=AXIS_COLORS,
         style="line",
     )

@@ -22,7 +22,8 @@ from testbed.recording.traces import Style, Trace, flight_traces
 from testbed.scene import SceneBody
 
 APPLICATION_ID = "testbed"
-LINE_WIDTHS: Mapping[Style, float] = {"line": 1.6, "reference": 2.6, "limit": 1.0}
+LINE_WIDTHS: Mapping[Style, float] = {"line": 1.6, "wide": 6.0, "reference": 2.6, "limit": 1.0}
+MARKER_SIZES: Mapping[Style, float] = {"points": 2.5, "dots": 0.75}
 
 
 def write_recording(
@@ -54,7 +55,7 @@ def write_recording(
             log_estimates(stream, content)
         _log_text(stream, content)
         stream.send_property("run", rr.AnyValues(**dict[str, Any](content.properties)))
-        stream.send_blueprint(blueprint(_roots(traces, channels, content), _residual_units(content)))
+        stream.send_blueprint(blueprint(traces, _others(channels, content), _residual_units(content)))
 
 
 @contextmanager
@@ -83,8 +84,9 @@ def log_trace(stream: rr.RecordingStream, trace: Trace) -> None:
 
 
 def _styling(trace: Trace) -> rr.SeriesLines | rr.SeriesPoints:
-    if trace.style == "points":
-        return rr.SeriesPoints(names=trace.names, colors=trace.colors, markers="Circle", marker_sizes=2.5)
+    if trace.style in MARKER_SIZES:
+        size = MARKER_SIZES[trace.style]
+        return rr.SeriesPoints(names=trace.names, colors=trace.colors, markers="Circle", marker_sizes=size)
     # Extremes are kept where many samples share a pixel: the default mean would hide a vibration.
     return rr.SeriesLines(
         names=trace.names, colors=trace.colors, widths=LINE_WIDTHS[trace.style], aggregation_policy="MinMax"
@@ -105,12 +107,10 @@ def _log_events(stream: rr.RecordingStream, events: Sequence[ShownEvent]) -> Non
     )
 
 
-def _roots(traces: Sequence[Trace], channels: Mapping[str, Array], content: RecordingContent) -> set[str]:
-    """Return the first part of every path that a view of the layout may show."""
-    roots = {trace.path.partition("/")[0] for trace in traces}
-    if STATES.keys() & channels.keys():
-        roots.add("saturation")
-    return roots | ({"estimates"} if content.estimates else set())
+def _others(channels: Mapping[str, Array], content: RecordingContent) -> set[str]:
+    """Return the first part of every path that a view of the layout may show, beside those of the traces."""
+    saturation = {"saturation"} if STATES.keys() & channels.keys() else set()
+    return saturation | ({"estimates"} if content.estimates else set())
 
 
 def _residual_units(content: RecordingContent) -> dict[str, str]:

@@ -73,9 +73,10 @@ def campaign_verdict(statistics: CampaignStatistics) -> Notice:
         return Notice(tone="bad", text="No estimator gave two estimates: there is no scatter to speak of.")
     best = min(statistics.estimators, key=lambda name: _mean_square_error(statistics.estimators[name]))
     of = statistics.estimators[best]
+    shares = " to ".join(dict.fromkeys(f"{100.0 * share:.0f}" for share in (of.coverage.min(), of.coverage.max())))
     text = (
         f"Of {of.runs} runs, the 95 % intervals of {estimator_name(best)} hold the truth in "
-        f"{100.0 * of.coverage.min():.0f} to {100.0 * of.coverage.max():.0f} %; its scatter is "
+        f"{shares} %; its scatter is "
         f"{_span(of.scatter_over_bound, 3)} times the Cramér-Rao "
         f"bound, its largest bias {figures(np.abs(of.bias_in_standard_errors).max(), 2)} standard errors."
     )

@@ -17,6 +17,7 @@ from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 
 TESTED = ("viscous_drag", "quadratic_drag", "gyro_misalignment", "slosh", "actuator_lag", "gimbal_viscous_friction")
+TESTED += ("flexible_appendage", "rotor_speed")
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +55,26 @@ def test_what_scales_with_an_effect_is_its_size(shown):
 
 def test_what_cannot_be_tested_says_what_it_needs(shown):
     after = " ".join(shown).split("actuator_lag")[1].split()
-    assert after[:3] == ["needs", "untestable", "applied_torque"]  # in two lines
+    assert after[:3] == ["needs", "applied_torque", "untestable"]
+
+
+def test_every_size_has_the_name_of_its_parameter(shown):
+    """The three numbers of a flexible appendage's axis stood there without one; 0.00268 of what, for a rotor?"""
+    for effect, words in (
+        ("viscous_drag", "coefficient"),
+        ("gyro_misalignment", "yz, xz, xy"),
+        ("slosh", "mass"),
+        ("flexible_appendage", "inertia"),
+        ("rotor_speed", "relative error"),
+    ):
+        (line,) = [line for line in shown if line.startswith(effect)]
+        assert line.removeprefix(effect).strip().startswith(words)
+    (appendage,) = [line for line in shown if line.startswith("flexible_appendage")]
+    assert "," not in appendage
+
+
+def test_a_row_takes_one_line(shown):
+    assert len([line for line in shown if line.startswith(TESTED)]) == len(shown) - 3  # title, heads, rule
 
 
 def test_a_text_breaks_between_words_on_a_terminal_only(monkeypatch, capsys):

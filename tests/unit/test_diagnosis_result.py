@@ -11,11 +11,12 @@ import pytest
 from support.diagnosed_records import NOISE, nominal, records
 from support.unlisted_torques import Humming, Pulsing
 from testbed.diagnosis.candidates import NONE, UNKNOWN
-from testbed.diagnosis.findings import detectable_sizes, residuals_of
+from testbed.diagnosis.findings import detectable_sizes
 from testbed.diagnosis.location import located
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.result import result_of
+from testbed.diagnosis.run_residuals import residuals_of
 from testbed.diagnosis.settings import SETTINGS
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
@@ -198,4 +199,4 @@ def test_the_spectrum_of_white_noise_is_one_and_a_tone_stands_at_its_frequency()
 def test_residuals_are_drawn_once_where_nothing_was_added():
     quiet = last(records(2))
     figures = [block.title for block in residuals_section(residuals_of(quiet)).blocks if isinstance(block, Figure)]
-    assert figures == ["Spectrum over all runs: nominal", "run1 (fitted): nominal", "run2 (held out): nominal"]
+    assert figures == ["Spectrum over all runs: nominal"]

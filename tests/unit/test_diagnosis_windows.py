@@ -11,11 +11,11 @@ from scipy.integrate import cumulative_trapezoid
 
 from testbed.assembly.platform import nominal_body
 from testbed.diagnosis.data import Runs, runs_of
-from testbed.diagnosis.findings import residuals_of
 from testbed.diagnosis.latent import latent_torque, on_enough_runs
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.model import Fit, fitted
 from testbed.diagnosis.reading import DataSet, data_set_of
+from testbed.diagnosis.run_residuals import residuals_of
 from testbed.diagnosis.windows import averaged, windows_of
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.direction import scanned

@@ -1,11 +1,14 @@
 import mujoco
 import numpy as np
 import pytest
+import rerun as rr
+from rerun.chunk import RrdReader
 
 from support.flights import flown
 from testbed.plant.scene import scene_of
-from testbed.recording.platform import body_pose, entity_paths
+from testbed.recording.platform import body_pose, entity_paths, log_platform
 from testbed.rotation.quaternion import matrix_of, quaternion_product, turned
+from testbed.scene import shade_of
 
 
 @pytest.fixture(scope="module")
@@ -50,6 +53,24 @@ def test_the_tree_puts_every_body_where_mujoco_has_it(flight, scene):
             expected = data.body(name).xmat.reshape(3, 3)
             np.testing.assert_allclose(matrix_of(quaternion[row]), expected, rtol=0, atol=1e-12)
     assert np.ptp(flight.channels["true_rotor_angle"], axis=0).min() > 1.0  # they did turn
+
+
+def test_units_and_axes_are_named_in_three_dimensions(scene, tmp_path):
+    stream = rr.RecordingStream("testbed", recording_id="names", send_properties=False)
+    stream.save(tmp_path / "names.rrd")
+    log_platform(stream, scene, np.zeros(1), {})
+    stream.disconnect()
+    chunks = {chunk.entity_path: chunk for chunk in RrdReader(tmp_path / "names.rrd").stream().to_chunks()}
+    for path, names in (("/platform/cmg4/gimbal/names", ["4"]), ("/platform/names", ["z", "y", "x"])):
+        batch = chunks[path].to_record_batch()
+        assert sorted(batch.column("Points3D:labels")[0].as_py()) == sorted(names)
+
+
+def test_rings_and_axes_have_the_colours_of_their_curves(scene):
+    shades = {shape.name: shade_of(shape) for body in scene for shape in body.shapes}
+    assert shades["cmg3_ring"] == "unit-3"
+    assert shades["axis_y"] == "axis-y"
+    assert shades["base_plate"] is None
 
 
 def test_a_joint_without_an_angle_stays_at_zero(scene):

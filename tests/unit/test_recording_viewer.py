@@ -169,5 +169,5 @@ def test_a_real_viewer_draws_every_tab_without_a_complaint(recording, tmp_path):
     seen = subprocess.run(look, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
     assert seen.returncode == 0, seen.stdout + seen.stderr
     pictures = {picture.stem: picture.stat().st_size for picture in tmp_path.glob("*.png")}
-    assert set(pictures) == {"flight", "actuators", "estimates", "provenance"}
+    assert set(pictures) == {"flight", "actuators", "estimates", "residuals", "provenance"}
     assert min(pictures.values()) > 20_000  # an empty window compresses to less

@@ -1,9 +1,12 @@
 """The frame of the pages: one well-formed file that fetches nothing, whatever stands in it."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
+import plotly.graph_objects as go
 import pytest
+from plotly.offline import get_plotlyjs_version
 
 from support.report_pages import ParsedPage
 from testbed.errors import InputError
@@ -67,9 +70,30 @@ def test_links_lead_to_sections():
 
 
 def test_the_charting_library_stands_in_the_page_once():
-    banner = "* plotly.js v"
-    assert render_page(page(figure(), figure())).count(banner) == 1
-    assert banner not in render_page(page(table("t")))
+    banner = re.compile(r"^\* plotly\.js ", re.MULTILINE)
+    assert len(banner.findall(render_page(page(figure(), figure())))) == 1
+    assert not banner.findall(render_page(page(table("t"))))
+
+
+def test_a_page_of_flat_charts_takes_the_small_library_and_one_with_solids_the_whole():
+    """5 MB a page were 4.8 MB of library, of which maps and solids are the greater part."""
+    flat = render_page(page(figure()))
+    assert len(flat) < 1.7e6
+    assert "plotly.js (cartesian - minified)" in flat
+    assert "Licensed under the MIT license" in flat
+    solid = Figure(title="A body", chart=go.Figure(go.Mesh3d(x=[0, 1, 0], y=[0, 0, 1], z=[0, 0, 0])))
+    assert "plotly.js (cartesian" not in render_page(page(figure(), solid))
+
+
+def test_the_small_library_is_of_the_version_that_the_charts_are_made_for():
+    assert f"plotly.js (cartesian - minified) v{get_plotlyjs_version()}" in render_page(page(figure()))
+
+
+def test_a_folded_table_is_collapsed_under_its_name():
+    html = render_page(page(replace(table("t"), folded="Of every component")))
+    assert (
+        html.index("<details><summary>Of every component</summary>") < html.index("<table") < html.index("</details>")
+    )
 
 
 def test_a_page_appears_whole_or_not_at_all(tmp_path):

@@ -47,12 +47,12 @@ def _chart(agreement: Agreement, together: Quantity, own: Sequence[Quantity]) ->
     reach = BAND * together.std
     if np.isfinite(reach):
         chart.add_hrect(
-            y0=together.value - reach, y1=together.value + reach, fillcolor=color("axis-y"), opacity=0.15, line_width=0
+            y0=together.value - reach, y1=together.value + reach, fillcolor=color("fitted"), opacity=0.15, line_width=0
         )
     seen = np.isfinite([each.std for each in own])
     for name, which, stroke in (
-        ("fitted", ~agreement.heldout & seen, "axis-z"),
-        ("held out", agreement.heldout & seen, "axis-x"),
+        ("fitted", ~agreement.heldout & seen, "fitted"),
+        ("held out", agreement.heldout & seen, "held-out"),
     ):
         if which.any():
             _add(chart, name, places[which], [each for each, shown in zip(own, which, strict=True) if shown], stroke)

@@ -66,7 +66,7 @@ def where_section(places: Sequence[ResidualSegment]) -> Section:
 
 
 def _misfit_ladder(rungs: Sequence[_Rung]) -> Figure:
-    misfits = {"axis-z": [gap.misfit for _, gap in rungs], "axis-x": [gap.heldout_misfit for _, gap in rungs]}
+    misfits = {"fitted": [gap.misfit for _, gap in rungs], "held-out": [gap.heldout_misfit for _, gap in rungs]}
     chart = _ladder(rungs, "misfit beyond noise, σ", [[_sigma(each) for each in own] for own in misfits.values()])
     for stroke, name, own in zip(misfits, _ROLES, misfits.values(), strict=True):
         limits = [each.noise_limit for each in own if each is not None]
@@ -97,7 +97,7 @@ def _ladder(rungs: Sequence[_Rung], title: str, values: Sequence[Sequence[float]
     """Return a chart of a figure of every rung, of fitted and held-out runs where they have it."""
     chart = go.Figure(layout=layout("", title))
     places = list(range(len(rungs)))
-    for name, stroke, own in zip(_ROLES, ("axis-z", "axis-x"), values, strict=True):
+    for name, stroke, own in zip(_ROLES, ("fitted", "held-out"), values, strict=True):
         if np.isfinite(own).all():
             marker = {"color": color(stroke), "size": 9}
             line = {"color": color(stroke), "width": 1.5}

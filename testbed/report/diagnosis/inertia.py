@@ -14,7 +14,6 @@ from testbed.diagnosis.model import Fit
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import PARAMETER_NAMES
-from testbed.report.diagnosis.residuals import MOST_RUNS
 from testbed.report.diagnosis.verdict import shape_words, share_words
 from testbed.report.frame.blocks import Cell, Column, Figure, Paragraph, Section, Table
 from testbed.report.frame.chart import line_chart
@@ -24,6 +23,8 @@ from testbed.report.wording import BAND, INERTIA_UNIT, chance_words, decimals_fo
 from testbed.signals import AXES
 
 _PLACES = np.arange(len(PARAMETER_NAMES))
+_MOST_RUNS = 8
+"""Runs whose unmodelled torque is drawn."""
 
 
 def inertia_section(diagnosis: Diagnosis) -> Section:
@@ -37,7 +38,7 @@ def inertia_section(diagnosis: Diagnosis) -> Section:
     )
     fits = inertia_estimates(diagnosis)
     chart = go.Figure(layout=layout("", f"estimate - nominal, {INERTIA_UNIT}"))
-    for index, ((name, fit), stroke) in enumerate(zip(fits, ("axis-x", "axis-z"), strict=False)):
+    for index, ((name, fit), stroke) in enumerate(zip(fits, ("nominal", "extended"), strict=False)):
         _add(chart, name, fit, diagnosis.nominal_theta, stroke, 0.12 * (2 * index + 1 - len(fits)))
     chart.update_xaxes(tickvals=_PLACES, ticktext=PARAMETER_NAMES, showgrid=False, zeroline=False)
     chart.update_layout(hovermode="closest")
@@ -89,16 +90,16 @@ def left_section(diagnosis: Diagnosis) -> Iterator[Section]:
     shape, share = shape_words(diagnosis).strip(), share_words(diagnosis)
     if latent.p_value >= SETTINGS.unexplained_p_value:
         nothing = f"No unmodelled torque stands out of the noise: p = {figures(latent.p_value, 2)}."
-        yield Section(title="Residual", blocks=(Paragraph(text=f"{shape or nothing} {share}".strip()),))
+        yield Section(title="Unmodelled torque", blocks=(Paragraph(text=f"{shape or nothing} {share}".strip()),))
         return
     text = (
         "An unmodelled torque stands out of the noise: a likelihood ratio of "
         f"{figures(latent.likelihood_ratio)}, by chance with {chance_words(latent.p_value)}. {shape} {share} Below, "
         "its maximum a posteriori estimate."
     )
-    shown = latent.runs[:MOST_RUNS]
+    shown = latent.runs[:_MOST_RUNS]
     figures_of = tuple(_latent_figure(latent, index, name) for index, name in enumerate(shown))
-    yield Section(title="Residual", blocks=(Paragraph(text=text), *figures_of))
+    yield Section(title="Unmodelled torque", blocks=(Paragraph(text=text), *figures_of))
 
 
 def _latent_figure(latent: LatentTorque, run: int, name: str) -> Figure:

@@ -26,8 +26,7 @@ def distance_words(separation: Separation) -> str:
     now, after = figures(separation.now, 2), figures(separation.after, 2)
     if not separation.separable:
         return f"{now} sigma apart, and no flight of this cluster brings them beyond {after}: they stay one class"
-    wanted = figures(separation.wanted, 2)
-    return f"{now} sigma apart now, {after} after one flight; {wanted} tell them apart in 95 of 100 cases"
+    return f"{now} sigma apart now, {after} after one flight"
 
 
 def flight_words(proposal: Proposal) -> str:

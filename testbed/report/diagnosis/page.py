@@ -6,14 +6,16 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from testbed.diagnosis.findings import Agreement, RunResiduals
+from testbed.diagnosis.findings import Agreement
 from testbed.diagnosis.location import ResidualSegment
+from testbed.diagnosis.run_residuals import RunResiduals
 from testbed.diagnosis.state import Diagnosis
 from testbed.next_experiment.proposal import Proposal
 from testbed.report.diagnosis.agreement import agreement_section
 from testbed.report.diagnosis.gaps import gaps_section, where_section
 from testbed.report.diagnosis.inertia import inertia_section, left_section
 from testbed.report.diagnosis.next import next_section
+from testbed.report.diagnosis.prediction import prediction_section
 from testbed.report.diagnosis.ranking import ranking_section
 from testbed.report.diagnosis.residuals import residuals_section
 from testbed.report.diagnosis.verdict import diagnosis_verdict
@@ -71,6 +73,7 @@ def diagnosis_page(
             where_section(places),
             *ranking_section(diagnosis),
             *agreement_section(diagnosis, agreements),
+            prediction_section(residuals),
             residuals_section(residuals),
             inertia_section(diagnosis),
             *left_section(diagnosis),

@@ -1,4 +1,4 @@
-"""Residuals of every run without and with the effects, in time and in frequency."""
+"""The residual of all runs in frequency, without and with the effects."""
 
 from __future__ import annotations
 
@@ -7,50 +7,27 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from testbed.arrays import Array, Series
-from testbed.diagnosis.findings import RunResiduals
-from testbed.report.frame.blocks import Block, Figure, Paragraph, Section
+from testbed.diagnosis.run_residuals import RunResiduals
+from testbed.report.diagnosis.prediction import was_extended
+from testbed.report.frame.blocks import Figure, Paragraph, Section
 from testbed.report.frame.chart import Level, line_chart
 from testbed.report.frame.series import component_lines
 from testbed.signals import AXES
 
 _STAGES = ("nominal", "with the effects")
 _MOST_FREQUENCIES = 200
-MOST_RUNS = 8
-"""Runs that are drawn; the recording has them all."""
 
 
 def residuals_section(residuals: Sequence[RunResiduals]) -> Section:
-    """Return the residuals in time, run by run, and their spectra; once, where nothing was added."""
-    stages = _STAGES[: 1 + any(not np.array_equal(run.before, run.after) for run in residuals)]
-    shown = [*residuals[:MOST_RUNS]]
-    held_out = [run for run in residuals[MOST_RUNS:] if run.held_out]
-    shown = [*shown[: MOST_RUNS - 1], held_out[0]] if held_out and not any(run.held_out for run in shown) else shown
-    blocks: list[Block] = [_meaning(len(shown), len(residuals), stages), *_spectra(residuals, stages)]
-    for run in shown:
-        blocks += _in_time(run, stages)
-    return Section(title="Residuals", blocks=tuple(blocks))
+    """Return the spectra; once, where nothing was added."""
+    stages = _STAGES[: 1 + any(map(was_extended, residuals))]
+    return Section(title="Spectrum of the residual", blocks=(_meaning(stages), *_spectra(residuals, stages)))
 
 
-def _meaning(shown: int, runs: int, stages: Sequence[str]) -> Paragraph:
+def _meaning(stages: Sequence[str]) -> Paragraph:
     sides = ", left of the nominal model with its inertia re-estimated, right with all effects added"
     what = sides if len(stages) > 1 else " of the nominal model with its inertia re-estimated; nothing was added"
-    left_out = f" {shown} of {runs} runs are drawn; the recording has them all." if shown < runs else ""
-    return Paragraph(
-        text=f"(Measured - predicted) / σ on each body axis{what}. Noise alone leaves ±2 once in twenty samples, and a "
-        f"flat spectrum at 1.{left_out}"
-    )
-
-
-def _in_time(run: RunResiduals, stages: Sequence[str]) -> Iterator[Figure]:
-    reach = 1.05 * max(float(np.abs(run.before).max()), float(np.abs(run.after).max()), 2.5)
-    role = "held out" if run.held_out else "fitted"
-    for what, values in zip(stages, (run.before, run.after), strict=False):
-        chart = line_chart(
-            component_lines(AXES, run.time, values),
-            y_title="residual, σ",
-            levels=[Level(name="±2 σ", values=(2.0, -2.0))],
-        )
-        yield Figure(title=f"{run.name} ({role}): {what}", chart=chart.update_yaxes(range=[-reach, reach]))
+    return Paragraph(text=f"(Measured - predicted) / σ on each body axis{what}. Noise alone is flat at 1.")
 
 
 def _spectra(residuals: Sequence[RunResiduals], stages: Sequence[str]) -> Iterator[Figure]:

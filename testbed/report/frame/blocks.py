@@ -38,6 +38,7 @@ class Table:
         note: what a reader needs to know to read it, printed below.
         numeric: whether the cells beside the row headers are numbers, which are set flush right.
         wide: whether it takes the page's full width instead of half.
+        folded: what it is, to click at where it is collapsed at first; empty where it is in view.
     """
 
     kind: ClassVar[str] = "table"
@@ -46,6 +47,7 @@ class Table:
     note: str = ""
     numeric: bool = True
     wide: bool = True
+    folded: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)

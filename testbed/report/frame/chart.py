@@ -9,7 +9,7 @@ script looks up when it draws.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,9 +22,12 @@ from testbed.report.frame.series import Line, thinned
 from testbed.report.frame.style import color, layout
 from testbed.signals import MOST_UNITS, unit_numbers
 
-_TIME_AXIS = "time, s"
+TIME_AXIS = "time, s"
+"""Title of the axis that charts over time have."""
 _SHORTEST_TIME = 1e-4
 """s; less than a chart shows."""
+_WIDE = 4.0
+"""px; of a line that shows below another one that it agrees with."""
 _DASHES = ("dash", "dot", "dashdot")
 
 
@@ -65,9 +68,9 @@ def line_chart(
         shaded: stretches that need a look.
     """
     drawn = tuple(lines)
-    extent = _extent(drawn)
-    chart = go.Figure([_trace(line) for line in drawn], layout=layout(_TIME_AXIS, y_title))
-    _add_levels(chart, levels, extent)
+    extent = extent_of(drawn)
+    traces = (*traces_of(drawn), *level_lines(levels, drawn))
+    chart = go.Figure(traces, layout=layout(TIME_AXIS, y_title))
     for span in shaded:
         chart.add_vrect(x0=span.start, x1=span.end, fillcolor=color("shade"), line_width=0, layer="below")
     units = any(line.name in unit_numbers(MOST_UNITS) for line in drawn)
@@ -88,6 +91,11 @@ def raised(time: Series, flags: Flags, period: float) -> tuple[Span, ...]:
     return tuple(
         Span(start=float(time[a]), end=float(time[b - 1] + period)) for a, b in zip(first, behind, strict=True)
     )
+
+
+def traces_of(lines: Iterable[Line]) -> tuple[go.Scatter, ...]:
+    """Return lines as plotly draws them."""
+    return tuple(map(_trace, lines))
 
 
 def _trace(line: Line) -> go.Scatter:
@@ -116,18 +124,21 @@ def _stroke(line: Line) -> Mapping[str, Any]:
     if line.style == "points":
         return {"mode": "markers", "marker": {"color": color(line.color), "size": 4}}
     dash = "dash" if line.style == "dashed" else "solid"
-    return {"mode": "lines", "line": {"color": color(line.color), "width": 1.5, "dash": dash}}
+    width = _WIDE if line.style == "wide" else 1.5
+    return {"mode": "lines", "line": {"color": color(line.color), "width": width, "dash": dash}}
 
 
-def _extent(lines: tuple[Line, ...]) -> list[float]:
+def extent_of(lines: Sequence[Line]) -> list[float]:
+    """Return where lines begin and end on the horizontal axis."""
     ends = [line.x[[0, -1]] for line in lines]
     return [float(np.min(ends)), float(np.max(ends))]
 
 
-def _add_levels(chart: go.Figure, levels: Iterable[Level], extent: list[float]) -> None:
-    """Draw each level as a line of its own, so that it has a place in the legend and can be switched off."""
+def level_lines(levels: Iterable[Level], lines: Sequence[Line]) -> Iterator[go.Scatter]:
+    """Yield each level as a line of its own along all others: it has a place in the legend and can be switched off."""
+    extent = extent_of(lines)
     for dash, level in zip(_DASHES, levels, strict=False):
         x = [x for _ in level.values for x in (*extent, None)]
         y = [y for value in level.values for y in (value, value, None)]
         stroke = {"color": color("limit"), "width": 1.2, "dash": dash}
-        chart.add_scatter(x=x, y=y, name=level.name, mode="lines", line=stroke, hoverinfo="skip")
+        yield go.Scatter(x=x, y=y, name=level.name, legendgroup=level.name, mode="lines", line=stroke, hoverinfo="skip")

@@ -9,16 +9,13 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from testbed.arrays import Array, Series
-from testbed.signals import AXES, SIGNALS, unit_numbers
+from testbed.palette import component_shades
+from testbed.signals import SIGNALS
 
 MOST_SAMPLES = 1000
 """Samples kept of one line: two for each pixel of a chart. All of a long flight's would swell the file past 6 MB."""
 
-AXIS_COLORS = ("axis-x", "axis-y", "axis-z")
-UNIT_COLORS = ("unit-1", "unit-2", "unit-3", "unit-4", "unit-5", "unit-6")
-SINGLE_COLORS = ("ink",)
-
-Style: TypeAlias = Literal["line", "dashed", "points"]
+Style: TypeAlias = Literal["line", "wide", "dashed", "points"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +26,7 @@ class Line:
         name: in the legend.
         x: shape (N,).
         y: shape (N,); NaN where there is no sample.
-        color: custom property of the style sheet, without the dashes.
+        color: name in `testbed.palette`, or another custom property of the style sheet.
         style: how it is drawn.
         pale: whether it stays behind the others.
         listed: whether the legend lists it; lines of one name are switched on and off together.
@@ -74,7 +71,7 @@ def component_lines(
     """Return one line for each column, coloured as body axes, CMG units or a single number; arguments as above."""
     return tuple(
         Line(name=name, x=time, y=column, color=color, style=style, pale=pale, listed=listed)
-        for name, column, color in zip(names, values.T, _colors(names), strict=True)
+        for name, column, color in zip(names, values.T, component_shades(names), strict=True)
     )
 
 
@@ -97,11 +94,3 @@ def thinned(x: Series, y: Series) -> tuple[Series, Series]:
     ]
     index = np.unique([0, *kept, len(x) - 1])
     return x[index], y[index]
-
-
-def _colors(names: tuple[str, ...]) -> tuple[str, ...]:
-    if names == AXES:
-        return AXIS_COLORS
-    if len(names) == 1 and names[0] not in unit_numbers(1):
-        return SINGLE_COLORS
-    return tuple(UNIT_COLORS[index % len(UNIT_COLORS)] for index in range(len(names)))

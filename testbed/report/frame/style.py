@@ -16,15 +16,14 @@ def color(name: str) -> str:
 
 def layout(x_title: str, y_title: str) -> go.Layout:
     """Return the layout that all charts share."""
-    axis = _axis()
     return go.Layout(
         template=None,
         paper_bgcolor="rgba(0,0,0,0)",
         plot_bgcolor="rgba(0,0,0,0)",
         font={"family": _FONT, "size": 12, "color": color("ink")},
         margin={"l": 64, "r": 12, "t": 8, "b": 44},
-        xaxis={**axis, "title": {"text": x_title, "standoff": 8}, "hoverformat": ".4~f"},
-        yaxis={**axis, "title": {"text": y_title, "standoff": 8}, "hoverformat": ".4~g"},
+        xaxis={**axis_style(x_title), "hoverformat": ".4~f"},
+        yaxis={**axis_style(y_title), "hoverformat": ".4~g"},
         legend={"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom", "bgcolor": "rgba(0,0,0,0)"},
         hovermode="x unified",
         hoverlabel={"bgcolor": color("card"), "bordercolor": color("rule"), "font": {"color": color("ink")}},
@@ -33,8 +32,10 @@ def layout(x_title: str, y_title: str) -> go.Layout:
     )
 
 
-def _axis() -> dict[str, Any]:
+def axis_style(title: str) -> dict[str, Any]:
+    """Return the look of an axis with its title."""
     return {
+        "title": {"text": title, "standoff": 8},
         "gridcolor": color("grid"),
         "linecolor": color("rule"),
         "zerolinecolor": color("rule"),

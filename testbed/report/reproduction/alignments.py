@@ -40,7 +40,7 @@ def _introduction(found: Alignments) -> Paragraph:
 
 def _gain_figure(found: Alignments) -> Figure:
     chart = go.Figure(layout=layout("", "scatter without / with null motion"))
-    chart.add_bar(x=found.names, y=np.round(found.scatter_ratio, 3), marker={"color": color("axis-z")}, name="ratio")
+    chart.add_bar(x=found.names, y=np.round(found.scatter_ratio, 3), marker={"color": color("single")}, name="ratio")
     chart.add_hline(y=1.0, line={"color": color("ink"), "width": 1})
     chart.add_hline(y=found.median_ratio, line={"color": color("limit"), "width": 1.2, "dash": "dash"})
     chart.update_xaxes(showgrid=False, tickangle=-60, tickfont={"size": 10})

@@ -60,7 +60,7 @@ def _whiteness_figure(whiteness: Whiteness) -> Figure:
             mode="lines+markers",
             name=f"lag {lag}",
             opacity=1.0 if lag == 1 else 0.4,
-            line={"color": color("axis-x" if lag == 1 else "faint"), "width": 2 if lag == 1 else 1},
+            line={"color": color("estimator-2" if lag == 1 else "faint"), "width": 2 if lag == 1 else 1},
             showlegend=lag < 3,
             hoverinfo="skip" if lag > 2 else None,
         )
@@ -69,7 +69,7 @@ def _whiteness_figure(whiteness: Whiteness) -> Figure:
         y=np.round(whiteness.predicted[:, 0], 4),
         mode="lines",
         name="lag 1, predicted",
-        line={"color": color("axis-x"), "width": 1, "dash": "dash"},
+        line={"color": color("estimator-2"), "width": 1, "dash": "dash"},
     )
     chart.update_xaxes(type="log", tickvals=whiteness.time_constant, hoverformat="")
     chart.add_hrect(

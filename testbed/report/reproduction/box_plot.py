@@ -11,7 +11,6 @@ from testbed.arrays import Theta
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.report.frame.blocks import Figure
 from testbed.report.frame.style import color, layout
-from testbed.report.reproduction.palette import MANEUVER_COLORS
 from testbed.report.wording import INERTIA_UNIT
 from testbed.reproduction.table2 import ManeuverStatistics
 
@@ -40,7 +39,7 @@ def box_plot_figure(maneuvers: Sequence[ManeuverStatistics]) -> Figure:
 
 
 def _add_boxes(chart: go.Figure, maneuver: ManeuverStatistics) -> None:
-    stroke = color(MANEUVER_COLORS[maneuver.name])
+    stroke = color(f"maneuver-{maneuver.name}")
     if maneuver.paper_std is not None and maneuver.paper_mean is not None:
         _add_paper(chart, maneuver, maneuver.paper_mean - maneuver.true_theta, maneuver.paper_std, stroke)
     errors = maneuver.errors[ESTIMATOR]

@@ -14,7 +14,7 @@ from testbed.report.frame.blocks import Figure, Section
 from testbed.report.frame.style import color
 from testbed.report.reproduction.solids import triangles_of
 from testbed.rotation.quaternion import quaternion_product, turned
-from testbed.scene import SceneBody, Shape
+from testbed.scene import SceneBody, Shape, shade_of
 
 _SEE_THROUGH = 0.5
 """Opacity below which a shape is drawn so that one sees what is inside."""
@@ -29,7 +29,7 @@ def platform_section(model: Model) -> Section:
     bodies = [body for body in scene_of(model) if body.name == "bus" or body.parent]
     for body, pose in zip(bodies, _poses(bodies), strict=True):
         for shape in body.shapes:
-            chart.add_trace(_mesh(shape, pose, _unit_color(body, shape)))
+            chart.add_trace(_mesh(shape, pose))
     note = (
         "The paper's figure 4 is a photograph of SCRAT-0g. This is the MuJoCo model that flies here: a bus and six "
         "control moment gyros, gimbal rings in the units' colours. It can be turned."
@@ -51,11 +51,12 @@ def _poses(bodies: Sequence[SceneBody]) -> list[Pose]:
     return [poses[body.name] for body in bodies]
 
 
-def _mesh(shape: Shape, pose: Pose, unit_color: str | None) -> go.Mesh3d:
+def _mesh(shape: Shape, pose: Pose) -> go.Mesh3d:
     corners, faces = triangles_of(shape)
     x, y, z = np.round(pose[0] + turned(pose[1], corners), 5).T
     i, j, k = faces.astype(np.int32).T
     red, green, blue, alpha = shape.color
+    shade = shade_of(shape)
     return go.Mesh3d(
         x=x,
         y=y,
@@ -63,16 +64,11 @@ def _mesh(shape: Shape, pose: Pose, unit_color: str | None) -> go.Mesh3d:
         i=i,
         j=j,
         k=k,
-        color=unit_color or f"rgb({255 * red:.0f},{255 * green:.0f},{255 * blue:.0f})",
+        color=f"rgb({255 * red:.0f},{255 * green:.0f},{255 * blue:.0f})" if shade is None else color(shade),
         opacity=0.12 if alpha < _SEE_THROUGH else 1.0,
         flatshading=True,
         hoverinfo="skip",
     )
-
-
-def _unit_color(body: SceneBody, shape: Shape) -> str | None:
-    unit, _, kind = body.name.partition("_")
-    return color(f"unit-{unit.removeprefix('cmg')}") if kind == "gimbal" and shape.name == f"{unit}_ring" else None
 
 
 def _layout() -> go.Layout:

@@ -55,7 +55,7 @@ def _add_estimate(chart: go.Figure, name: str, estimate: AnyEstimate, origin: Th
 
 def _add_nominal(chart: go.Figure, offset: Theta) -> None:
     """Add the nominal model, hidden at first: it may lie so far off that the bands would shrink to nothing."""
-    mark = {"symbol": "line-ew", "size": 30, "line": {"color": color("limit"), "width": 2}}
+    mark = {"symbol": "line-ew", "size": 30, "line": {"color": color("nominal"), "width": 2}}
     chart.add_scatter(
         x=_PLACES,
         y=1e3 * offset,

@@ -9,9 +9,10 @@ import plotly.graph_objects as go
 
 from testbed.arrays import Series, Vectors3
 from testbed.estimation.estimate import Estimate
+from testbed.palette import AXIS_SHADES
 from testbed.report.frame.blocks import Block, Figure, Paragraph
 from testbed.report.frame.chart import Level, line_chart
-from testbed.report.frame.series import AXIS_COLORS, component_lines
+from testbed.report.frame.series import component_lines
 from testbed.report.frame.style import color, layout
 from testbed.report.wording import BAND, capitalized, estimator_name
 from testbed.signals import AXES
@@ -59,7 +60,7 @@ def _correlation_chart(residual: Vectors3) -> go.Figure:
     count = len(residual)
     lags = min(MOST_LAGS, count - 1)
     chart = go.Figure(layout=layout("lag, samples", "autocorrelation"))
-    for axis, values, stroke in zip(AXES, residual.T, AXIS_COLORS, strict=True):
+    for axis, values, stroke in zip(AXES, residual.T, AXIS_SHADES, strict=True):
         bars = {"color": color(stroke), "line": {"width": 0}}
         chart.add_bar(x=np.arange(1, lags + 1), y=autocorrelation(values, lags), name=axis, marker=bars)
     for sign in (-1, 1):

@@ -7,7 +7,7 @@ import numpy as np
 from testbed.records.record import Record
 from testbed.report.frame.blocks import Cell, Column, Figure, Section, Table
 from testbed.report.frame.chart import line_chart
-from testbed.report.frame.series import AXIS_COLORS, Line, component_lines
+from testbed.report.frame.series import Line, component_lines
 from testbed.report.wording import figures
 from testbed.signals import AXES
 from testbed.simulation.summary import FlightSummary
@@ -31,12 +31,12 @@ def _table(summary: FlightSummary) -> Table:
 
 
 def _axis_figure(record: Record, axis: int) -> Figure:
-    time, stroke = record.time, AXIS_COLORS[axis]
+    time = record.time
     measured, true, reference = (record.channels[name][:, axis] for name in _RATES)
     lines = (
-        Line(name="measured", x=time, y=measured, color=stroke, style="points", pale=True),
-        Line(name="true", x=time, y=true, color=stroke),
-        Line(name="reference", x=time, y=reference, color="ink", style="dashed"),
+        Line(name="measured", x=time, y=measured, color="measured", style="points"),
+        Line(name="true", x=time, y=true, color="true"),
+        Line(name="reference", x=time, y=reference, color="reference", style="dashed"),
     )
     return Figure(
         title=f"Body rate about {AXES[axis]}", chart=line_chart(lines, y_title="body rate, rad/s"), shares_time=True

@@ -1,0 +1,164 @@
+"""Every run against the model without and with the effects: rates, gimbals' channels, residuals in sigma."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+
+import numpy as np
+
+from testbed.arrays import Array, Series, UnitSeries, Vectors3
+from testbed.diagnosis.data import Runs
+from testbed.diagnosis.model import Fit, fitted_initial_rates
+from testbed.diagnosis.noise import added_variance
+from testbed.diagnosis.state import Diagnosis
+from testbed.estimation.telemetry import Telemetry
+from testbed.prediction.compared import compared
+from testbed.prediction.grid import unit_count
+from testbed.prediction.servo_answers import by_units, followed
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class GimbalResiduals:
+    """What the gimbals' own channels add to a run's residual, against the model without and with the effects.
+
+    Attributes:
+        name: of the channel.
+        unit: of its values.
+        time: of its samples, shape (K,), s.
+        measured: of each unit, shape (K, 6).
+        nominal: what the nominal model predicts, inertia and initial rates re-estimated, shape (K, 6).
+        extended: what the model with all effects predicts, shape (K, 6).
+    """
+
+    name: str
+    unit: str
+    time: Series
+    measured: UnitSeries
+    nominal: UnitSeries
+    extended: UnitSeries
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RunResiduals:
+    """A run against the model without and with the effects.
+
+    Attributes:
+        name: of the run.
+        held_out: whether it was not fitted.
+        time: of the gyro's samples, shape (N,), s.
+        measured: ω, shape (N, 3), rad/s.
+        nominal: what the nominal model predicts of it, inertia and initial rates re-estimated, rad/s.
+        extended: what the model with all effects predicts, rad/s.
+        before: (measured - nominal) / σ, with the noise that is stated.
+        after: (measured - extended) / σ, with the noise as the model has it.
+        gimbal_angle: at the gyro's samples, shape (N, 6), rad; None where it is not measured.
+        gimbals: the gimbals' own channels that are compared with a prediction.
+    """
+
+    name: str
+    held_out: bool
+    time: Series
+    measured: Vectors3
+    nominal: Vectors3
+    extended: Vectors3
+    before: Array
+    after: Array
+    gimbal_angle: UnitSeries | None = None
+    gimbals: tuple[GimbalResiduals, ...] = ()
+
+
+def residuals_of(diagnosis: Diagnosis) -> tuple[RunResiduals, ...]:
+    """Return every run, put together from its windows, against both models, held-out ones last."""
+    shown = list(_residuals(diagnosis, diagnosis.runs, (diagnosis.baseline, diagnosis.model), held_out=False))
+    heldout = diagnosis.heldout
+    if heldout is not None:
+        before = fitted_initial_rates(_as_stated(diagnosis, heldout), diagnosis.baseline)
+        after = fitted_initial_rates(heldout, diagnosis.model)
+        shown += _residuals(diagnosis, heldout, (before, after), held_out=True)
+    if not diagnosis.runs.windowed:
+        return tuple(shown)
+    return tuple(_together(list(windows)) for _, windows in groupby(shown, lambda run: run.name))
+
+
+def _together(windows: Sequence[RunResiduals]) -> RunResiduals:
+    def joined(series: Callable[[RunResiduals], Array]) -> Array:
+        return np.concatenate([series(window) for window in windows])
+
+    angles = [window.gimbal_angle for window in windows if window.gimbal_angle is not None]
+    return replace(
+        windows[0],
+        time=joined(lambda window: window.time),
+        measured=joined(lambda window: window.measured),
+        nominal=joined(lambda window: window.nominal),
+        extended=joined(lambda window: window.extended),
+        before=joined(lambda window: window.before),
+        after=joined(lambda window: window.after),
+        gimbal_angle=np.concatenate(angles) if angles else None,
+        gimbals=tuple(_channel_together(windows) for windows in zip(*(each.gimbals for each in windows), strict=True)),
+    )
+
+
+def _channel_together(windows: Sequence[GimbalResiduals]) -> GimbalResiduals:
+    return replace(
+        windows[0],
+        time=np.concatenate([window.time for window in windows]),
+        measured=np.concatenate([window.measured for window in windows]),
+        nominal=np.concatenate([window.nominal for window in windows]),
+        extended=np.concatenate([window.extended for window in windows]),
+    )
+
+
+def _as_stated(diagnosis: Diagnosis, runs: Runs) -> Runs:
+    """Return runs with the stated noise: without added variance, and without noise estimated sample by sample."""
+    return replace(runs.with_sigma(np.sqrt(runs.sigma**2 - added_variance(diagnosis.scatter))), estimated_noise=())
+
+
+def _residuals(diagnosis: Diagnosis, runs: Runs, fits: tuple[Fit, Fit], *, held_out: bool) -> Iterator[RunResiduals]:
+    before, after = (runs.by_run(fit.residual) for fit in fits)
+    stated = _as_stated(diagnosis, runs).sigma
+    names = runs.windowed or runs.names
+    for index, (name, run) in enumerate(zip(names, runs.grid.runs, strict=True)):
+        yield RunResiduals(
+            name=name,
+            held_out=held_out,
+            time=run.gyro_time,
+            measured=run.body_rate,
+            nominal=run.body_rate - stated[index] * before[index],
+            extended=run.body_rate - runs.sigma[index] * after[index],
+            before=before[index],
+            after=after[index],
+            gimbal_angle=_angle_at_gyro(run),
+            gimbals=tuple(_gimbals(runs, fits, index)),
+        )
+
+
+def _angle_at_gyro(run: Telemetry) -> UnitSeries | None:
+    if run.gimbals is None:
+        return None
+    angle = np.unwrap(run.gimbals.angle, axis=0)
+    return np.column_stack([np.interp(run.gyro_time, run.actuator_time, unit) for unit in angle.T])
+
+
+def _gimbals(runs: Runs, fits: tuple[Fit, Fit], index: int) -> Iterator[GimbalResiduals]:
+    """Yield motor torques and answers to commands of one run, of those that are in the residual."""
+    run, count = runs.grid.runs[index], len(runs.names)
+    parts = [runs.gimbals_by_run(fit.residual)[index] for fit in fits]
+    own = zip(runs.inner[index::count], runs.inner_sigma[index::count], *parts, strict=True)
+    for measured, sigma, before, after in own:
+        series = (measured, measured - sigma * before, measured - sigma * after)
+        torques = measured.shape[1] == unit_count(runs.grid)
+        time, shown = run.actuator_time[compared(run)], series
+        if not torques:
+            commanded = runs.grid.commanded_runs[index]
+            first, second, third = (by_units(commanded, values) for values in series)
+            time, shown = run.actuator_time[followed(commanded)], (first, second, third)
+        yield GimbalResiduals(
+            name="motor torques" if torques else "fast changes of the gimbal angles, in directions that hold no load",
+            unit="N·m" if torques else "rad",
+            time=time,
+            measured=shown[0],
+            nominal=shown[1],
+            extended=shown[2],
+        )
