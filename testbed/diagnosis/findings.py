@@ -56,7 +56,7 @@ class Detectable:
         return self.multiple <= 1.0
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Addition:
     """An effect that was added to the model, of whichever kind.
 
@@ -79,6 +79,10 @@ class Addition:
     before: Gap
     after: Gap
     fit: Fit
+
+    def __repr__(self) -> str:
+        sizes = (f"{each.name} = {each.value:.4g} ± {each.std:.2g}" for each in self.quantities)
+        return f"{self.effect.id}:{self.component} ({', '.join(sizes)}; probability {self.probability:.2f})"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

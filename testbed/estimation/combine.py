@@ -9,11 +9,12 @@ from functools import cached_property
 import numpy as np
 
 from testbed.arrays import Array, Covariance, Theta
+from testbed.dynamics.inertia import inertia_words
 from testbed.estimation.body import nearest_body
 from testbed.estimation.estimate import Estimate
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class CombinedEstimate:
     """The weighted average of several runs.
 
@@ -28,6 +29,9 @@ class CombinedEstimate:
     covariance: Covariance
     considered: Array = field(default_factory=lambda: np.zeros((6, 0)))
     spread: Covariance = field(default_factory=lambda: np.zeros((6, 6)))
+
+    def __repr__(self) -> str:
+        return f"Estimate of all records together: {inertia_words(self.theta, self.std)}"
 
     @property
     def total_covariance(self) -> Covariance:

@@ -10,6 +10,7 @@ from typing import Literal, Protocol
 import numpy as np
 
 from testbed.arrays import Array, Covariance, Matrix3, Series, Theta, Vector3, Vectors3
+from testbed.dynamics.inertia import inertia_words
 from testbed.estimation.body import nearest_body
 from testbed.estimation.telemetry import Telemetry
 from testbed.estimation.uncertainty import EXACT, Uncertainty
@@ -35,7 +36,7 @@ class EstimationSettings:
     uncertainty: Uncertainty = EXACT
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Estimate:
     """An estimate of the inertia, with its uncertainty.
 
@@ -73,6 +74,9 @@ class Estimate:
     influence: Array | None = None
     considered: Array = field(default_factory=lambda: np.zeros((6, 0)))
     spread: Covariance = field(default_factory=lambda: np.zeros((6, 6)))
+
+    def __repr__(self) -> str:
+        return f"Estimate: {inertia_words(self.theta, self.std)}"
 
     @property
     def total_covariance(self) -> Covariance:

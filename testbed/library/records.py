@@ -53,12 +53,7 @@ class Records(Shown):
         return by_name[name]
 
     def __str__(self) -> str:
-        lines = [
-            f"{record.details.name}: {len(record.time)} rows over {np.ptp(record.time):.3g} s, "
-            f"{', '.join(record.channels)}"
-            for record in self.runs
-        ]
-        return f"{len(self.runs)} run{'s' * (len(self.runs) != 1)}\n" + "\n".join(lines)
+        return "\n".join([f"{len(self.runs)} run{'s' * (len(self.runs) != 1)}", *map(repr, self.runs)])
 
     def to_pandas(self) -> pd.DataFrame:
         """Return all runs as one table with a column `run`."""

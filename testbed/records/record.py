@@ -6,10 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+import numpy as np
 from numpy.typing import NDArray
 
 from testbed.arrays import Array, Series
 from testbed.files import FileStamp
+from testbed.signals import SIGNALS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +35,7 @@ class RunDetails:
     role: Literal["fit", "heldout"] | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Record:
     """A run's time series.
 
@@ -51,3 +53,9 @@ class Record:
     details: RunDetails
     files: tuple[FileStamp, ...] = ()
     extra_columns: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        sent = [name for name in self.channels if SIGNALS[name].telemetry]
+        known = len(self.channels) - len(sent)
+        more = f", and {known} that only a simulation knows" if known else ""
+        return f"{self.details.name}: {len(self.time)} rows over {np.ptp(self.time):.3g} s, {', '.join(sent)}{more}"

@@ -38,6 +38,12 @@ class BodyScenario(Section):
     """How measured records are compared with the nominal platform."""
     _source: tuple[TextFile, dict[str, Any]] | None = PrivateAttr(default=None)
 
+    def __repr__(self) -> str:
+        return str(self)
+
+    def __str__(self) -> str:
+        return f"Scenario {self.name}: {self.description}"
+
     def __eq__(self, other: object) -> bool:
         """Return whether both say the same, whichever files they were read from."""
         return type(self) is type(other) and self.__dict__ == other.__dict__

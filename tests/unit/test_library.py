@@ -84,6 +84,9 @@ def test_a_run_and_its_numbers(runs):
     np.testing.assert_array_equal(frame["true"], run.truth)
     assert (frame["bound_std"] == run.bound).all()
     assert repr(run).startswith("Run of basic, seed 1. ")
+    assert repr(run.record).startswith("basic: 401 rows over 5 s, body_rate, gimbal_angle")
+    assert repr(run.estimates["output_error"]).startswith("Estimate: J11 = ")
+    assert repr(run.scenario).startswith("Scenario basic: ")
     assert "<iframe" in run._repr_html_()
 
 
