@@ -7,7 +7,7 @@ import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from testbed.files import FileStamp, TextFile, stamped
@@ -16,6 +16,7 @@ from testbed.scenario.maneuver import CsvManeuver
 from testbed.scenario.scenario import Scenario
 
 _PACKAGES = ("testbed", "mujoco", "numpy", "scipy", "casadi", "rerun-sdk")
+_LOG_PACKAGES = ("testbed", "numpy", "pyarrow", "pint", "pyulog", "mcap", "mcap-protobuf-support", "rosbags")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,6 +111,19 @@ def provenance_of_several(
     )
 
 
+def provenance_of_log(name: str, inputs: Sequence[FileStamp], command: str) -> Provenance:
+    """Return what made records of a log.
+
+    Args:
+        name: of the log.
+        inputs: its files, and the map.
+        command: line that was given.
+    """
+    return Provenance(
+        scenario=name, inputs=tuple(inputs), deciding=_versions(_LOG_PACKAGES), circumstances=_circumstances(command)
+    )
+
+
 def _beside(scenario: BodyScenario) -> list[FileStamp]:
     """Return the stamps of the files that a scenario names."""
     stamps = [] if scenario.platform.model is None else [stamped(scenario.platform.model, "the platform's MJCF")]
@@ -118,10 +132,17 @@ def _beside(scenario: BodyScenario) -> list[FileStamp]:
     return stamps
 
 
-def _versions() -> dict[str, str]:
-    return {f"version_{package}": version(package) for package in _PACKAGES} | {
-        "version_python": platform.python_version()
-    }
+def _versions(packages: Sequence[str] = _PACKAGES) -> dict[str, str]:
+    installed = {f"version_{package}": _version(package) for package in packages}
+    return {name: found for name, found in installed.items() if found} | {"version_python": platform.python_version()}
+
+
+def _version(package: str) -> str:
+    """Return the version of a package; empty where it is not installed, as those of an optional extra may be."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return ""
 
 
 def _circumstances(command: str) -> dict[str, str]:

@@ -1,0 +1,81 @@
+"""testbed import: a log of another program as a data set."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rich.table import Table
+
+from testbed.cli.console import command_line, entry, print_as_json, say, show, warn
+from testbed.errors import InputError
+from testbed.library.imports import ImportedRecords, guess_map, import_log
+from testbed.outputs.folder import reserved_folder
+
+_MOST_NAMED = 12
+"""Topics that are not used and are printed by name; provenance.json names all."""
+
+
+def import_records(log: Path, log_map: Path | None, out: Path | None, *, guess: bool) -> None:
+    """Import a log, print where each channel came from and what was left out; or print a proposed map.
+
+    Args:
+        log: path of the log.
+        log_map: path of MAP.toml.
+        out: new or empty folder; None for a fresh one.
+        guess: whether to propose a map instead.
+
+    Raises:
+        InputError: log, map or output folder cannot be used.
+    """
+    if guess:
+        if log_map is not None:
+            raise InputError("--guess: proposes a map; leave --map out, or --guess")
+        print(guess_map(log), end="")
+        return
+    if log_map is None:
+        raise InputError("--map: is missing; give MAP.toml, or --guess to have one proposed")
+    records = import_log(log, log_map)
+    with reserved_folder(out, f"{log.stem}-import") as folder:
+        folder.deliver(lambda place: records.write(place, command_line()))
+    _print(records)
+    say()
+    say(f"Folder     {folder.path}: testbed estimate SCENARIO --data {folder.path}, or diagnose")
+    print_as_json(folder.path / "provenance.json")
+
+
+def _print(records: ImportedRecords) -> None:
+    for stamp in records.made.inputs:
+        say(f"Read       {stamp.path}: {stamp.size:,} bytes, sha256 {stamp.sha256[:16]}...")
+    say()
+    show(_channel_table(records))
+    for name, channel in records.channels.items():
+        if channel.converted:
+            entry("", f"{name}: {'; '.join(channel.converted)}")
+    say()
+    show(_run_table(records))
+    say()
+    for each in records.dropped:
+        warn("left out", each)
+    if records.unused:
+        more = f" and {len(records.unused) - _MOST_NAMED} more" if len(records.unused) > _MOST_NAMED else ""
+        entry("Not used", ", ".join(records.unused[:_MOST_NAMED]) + more)
+
+
+def _channel_table(records: ImportedRecords) -> Table:
+    table = Table(title="Channels", title_justify="left", title_style="bold")
+    for column in ("channel", "from", "clock", "samples", "Hz"):
+        table.add_column(column, justify="right" if column in ("samples", "Hz") else "left")
+    for name, channel in records.channels.items():
+        source = ": ".join(part for part in (channel.topic, ", ".join(channel.fields)) if part)
+        rate = "" if channel.rate_hz is None else f"{channel.rate_hz:.4g}"
+        table.add_row(name, source, channel.clock, f"{channel.samples:,}", rate)
+    return table
+
+
+def _run_table(records: ImportedRecords) -> Table:
+    table = Table(title="Runs", title_justify="left", title_style="bold")
+    for column in ("run", "from s", "to s", "rows"):
+        table.add_column(column, justify="left" if column == "run" else "right")
+    for record in records:
+        table.add_row(record.details.name, f"{record.time[0]:.3f}", f"{record.time[-1]:.3f}", f"{len(record.time):,}")
+    return table
