@@ -228,7 +228,7 @@ def ros_messages(rows: int) -> Iterable[tuple[str, int, dict]]:
             yield "/wrench", time + 2000, {"header": header, "wrench": wrench}
 
 
-def write_ros_mcap(path: Path, rows: int = 400) -> Path:
+def write_ros_mcap(path: Path, rows: int = 400, chunk: int = 2**20) -> Path:
     """Write MCAP with ROS 2 messages, by mcap-ros2-support."""
     from mcap_ros2.writer import Writer
 
@@ -240,7 +240,7 @@ def write_ros_mcap(path: Path, rows: int = 400) -> Path:
         "linear_acceleration_covariance": covariance,
     }
     with path.open("wb") as file:
-        writer = Writer(file)
+        writer = Writer(file, chunk_size=chunk)
         schemas = {
             "/imu": writer.register_msgdef("sensor_msgs/msg/Imu", IMU),
             "/wrench": writer.register_msgdef("geometry_msgs/msg/WrenchStamped", WRENCH),
@@ -309,13 +309,13 @@ PROTOBUF_MAP = {
 }
 
 
-def write_protobuf_mcap(path: Path, rows: int = 400) -> Path:
+def write_protobuf_mcap(path: Path, rows: int = 400, chunk: int = 2**20) -> Path:
     """Write MCAP with protobuf messages, by mcap-protobuf-support: gyro and torque in one message at 200 Hz."""
     from mcap_protobuf.writer import Writer
 
     message = _protobuf_class()
     rates, torques = gyro(rows).tolist(), 0.01 * motion(rows, RATE, 1.0)
-    with path.open("wb") as file, Writer(file) as writer:
+    with path.open("wb") as file, Writer(file, chunk_size=chunk) as writer:
         for row, rate in enumerate(rates):
             time = EPOCH * 10**9 + 5_000_000 * row
             content = message(torque=torques[row].tolist())

@@ -9,6 +9,7 @@ from rich.table import Table
 from testbed.cli.console import command_line, entry, print_as_json, say, show, warn
 from testbed.errors import InputError
 from testbed.library.imports import ImportedRecords, guess_map, import_log
+from testbed.logs.convert import ImportedChannel
 from testbed.outputs.folder import reserved_folder
 
 _MOST_NAMED = 12
@@ -46,11 +47,8 @@ def import_records(log: Path, log_map: Path | None, out: Path | None, *, guess: 
 def _print(records: ImportedRecords) -> None:
     for stamp in records.made.inputs:
         say(f"Read       {stamp.path}: {stamp.size:,} bytes, sha256 {stamp.sha256[:16]}...")
-    say()
-    show(_channel_table(records))
     for name, channel in records.channels.items():
-        if channel.converted:
-            entry("", f"{name}: {'; '.join(channel.converted)}")
+        entry("Channel", f"{name}: {_words(channel)}")
     say()
     show(_run_table(records))
     say()
@@ -61,15 +59,12 @@ def _print(records: ImportedRecords) -> None:
         entry("Not used", ", ".join(records.unused[:_MOST_NAMED]) + more)
 
 
-def _channel_table(records: ImportedRecords) -> Table:
-    table = Table(title="Channels", title_justify="left", title_style="bold")
-    for column in ("channel", "from", "clock", "samples", "Hz"):
-        table.add_column(column, justify="right" if column in ("samples", "Hz") else "left")
-    for name, channel in records.channels.items():
-        source = ": ".join(part for part in (channel.topic, ", ".join(channel.fields)) if part)
-        rate = "" if channel.rate_hz is None else f"{channel.rate_hz:.4g}"
-        table.add_row(name, source, channel.clock, f"{channel.samples:,}", rate)
-    return table
+def _words(channel: ImportedChannel) -> str:
+    """Return where a channel came from and what was done to it."""
+    source = " of ".join(part for part in (", ".join(channel.fields), channel.topic) if part)
+    rate = "" if channel.rate_hz is None else f" at {channel.rate_hz:.4g} Hz"
+    count = f"{channel.samples:,} samples{rate}"
+    return "; ".join([source, f"clock: {channel.clock}", count, *channel.converted])
 
 
 def _run_table(records: ImportedRecords) -> Table:

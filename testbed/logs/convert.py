@@ -147,7 +147,7 @@ def _require_held(log: Log, log_map: LogMap, content: Content) -> None:
             _topic_problems(topic, survey) if topic not in survey else _field_problems(topic, fields, survey)
         )
     ]
-    lines = "\n  ".join(problems)
+    lines = "\n  ".join([*problems, *content.damage])
     raise InputError(f"{log.path}: does not hold what the map names\n  {lines}")
 
 
@@ -253,12 +253,13 @@ def _records(
     """Return a record for each span that holds enough; `dropped` takes up what is not in them."""
     stem = log_map.name or readable(log.path.stem).lstrip(".") or "run"
     digits = len(str(len(spans)))
-    records = []
+    records, longest = [], 0
     for number, span in enumerate(spans, start=1):
         name = stem if len(spans) == 1 else f"{stem}_{number:0{digits}}"
         parts = {channel: _part(each, span) for channel, each in samples.items()}
         count = int(np.isfinite(parts["body_rate"][1]).all(axis=1).sum())
-        if count < MINIMUM_SAMPLES and len(spans) > 1:
+        longest = max(longest, count)
+        if count < MINIMUM_SAMPLES:
             dropped.append(f"{name}: {count} samples of the body rate, at least {MINIMUM_SAMPLES} are needed: left out")
             continue
         dropped += [f"{name}: {channel} has no sample in it" for channel, (time, _) in parts.items() if not time.size]
@@ -267,7 +268,8 @@ def _records(
         records.append(Record(time=record.time, channels=record.channels, details=details, files=inputs))
     if not records:
         raise InputError(
-            f"{log.path}: no run holds {MINIMUM_SAMPLES} samples of the body rate: cut it otherwise in [runs]"
+            f"{log.path}: no run holds {MINIMUM_SAMPLES} samples of the body rate, which are needed; the longest holds "
+            f"{longest}: take another log, or cut this one otherwise in [runs]"
         )
     return tuple(records)
 

@@ -27,7 +27,7 @@ _NAMES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "cluster_momentum": ((r"(cluster|cmg|wheel).*momentum|momentum", 8), (r"(?<![a-z])h(?![a-z])", 4)),
     "applied_torque": ((r"torque|wrench", 8), (r"(?<![a-z])(tau|moments?)(?![a-z])", 7)),
     "attitude": ((r"quat(ernion)?|orientation|attitude", 8), (r"(?<![a-z])q(?![a-z])", 6)),
-    "acceleration": ((r"linear_?acc|acceler|(?<![a-z])acc(?![a-z])", 8), (r"(?<![a-z])a(?![a-z])", 4)),
+    "acceleration": ((r"linear_?acc|accel|(?<![a-z])acc(?![a-z])", 8), (r"(?<![a-z])a(?![a-z])", 4)),
 }
 """What topics and fields are called that hold a channel, with how much each name says."""
 _OTHERS = re.compile(
@@ -132,7 +132,8 @@ def _matches(
         own, above = said[channel], _said(patterns, name)
         if own < max(said.values()):
             continue  # the fields' own name is that of another channel
-        others = _OTHERS.search(f"{name} {stem}".lower()) and channel != "gimbal_rate_command"
+        measured = channel == "gimbal_rate_command" or name.partition("[")[0] in _NORMALIZED
+        others = not measured and _OTHERS.search(f"{name} {stem}".lower())
         score = max(own + 1 if own else 0, above) - (6 if others else 0)
         if score < _LEAST_SCORE and not (own and unit):
             continue
@@ -182,7 +183,7 @@ def _parts(field: str, stated: str) -> Iterator[_Part]:
     prefix = f"{head}." if head else ""
     lower = tail.lower()
     if lower in (*AXES, *QUATERNION, "p", "q", "r", "roll", "pitch", "yaw"):
-        yield _Part(stem=head, component=lower, unit=unit, field=field)
+        yield _Part(stem=head or ("pqr" if lower in "pqr" else ""), component=lower, unit=unit, field=field)
     for pattern in (r"^(.+?)_?([xyzw])$", r"^(.+?)_?(\d)$", r"^(.+?)_(roll|pitch|yaw|[pqr])$"):
         if found := re.match(pattern, tail, re.IGNORECASE):
             stem, more = _without_unit(found[1])

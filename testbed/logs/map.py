@@ -162,7 +162,7 @@ class LogMap(Section):
     """Name of the runs; omitted: the log's."""
     source: Literal["measured", "simulated"] = "measured"
     """What sent the log."""
-    gyro_noise_rad_s: Annotated[RateNoise, Field(gt=0)] | None = None
+    gyro_noise_rad_s: RateNoise | None = None
     """Standard deviation of a sample of the gyro; omitted: estimated from the samples."""
     clock: Clock = Clock()
     """The time of samples."""

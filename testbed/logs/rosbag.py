@@ -73,6 +73,8 @@ class Rosbag(Log):
 
     @contextmanager
     def _opened(self) -> Iterator[Any]:
+        if self.path.is_file() and self.path.suffix not in (".bag", ".db3"):
+            raise InputError(f"{self.path}: the name of a ROS bag ends in .bag or .db3, by which it is read: rename it")
         highlevel = library("rosbags.highlevel", "reading ROS bags")
         types = library("rosbags.typesys", "reading ROS bags")
         with parsing(self.path, "a ROS bag"):
