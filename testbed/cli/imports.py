@@ -53,7 +53,7 @@ def _print(records: ImportedRecords) -> None:
     show(_run_table(records))
     say()
     for each in records.dropped:
-        warn("left out", each)
+        warn("dropped", each)
     if records.unused:
         more = f" and {len(records.unused) - _MOST_NAMED} more" if len(records.unused) > _MOST_NAMED else ""
         entry("Not used", ", ".join(records.unused[:_MOST_NAMED]) + more)

@@ -52,7 +52,7 @@ class ImportedRecords(Records):
 
     @override
     def __str__(self) -> str:
-        return "\n".join([super().__str__(), *(f"left out: {each}" for each in self.dropped)])
+        return "\n".join([super().__str__(), *(f"dropped: {each}" for each in self.dropped)])
 
     @override
     def save(self, folder: str | Path, *, format: Literal["parquet", "mcap"] = "parquet") -> Path:

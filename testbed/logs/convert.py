@@ -21,9 +21,10 @@ from testbed.logs.streams import TABLE, Content, Log, Topic
 from testbed.records.checks import MINIMUM_SAMPLES
 from testbed.records.reading import record_of
 from testbed.records.record import Record, RunDetails
-from testbed.records.tables import MOST_VALUES
 from testbed.signals import SIGNALS
 
+MOST_CELLS = 30_000_000
+"""Rows times columns of a record, 0.24 GB: three times what is read of a log, as topics with other times add rows."""
 _MOST_NAMED = 5
 """Names that are proposed for one that the log does not hold."""
 
@@ -288,10 +289,10 @@ def _columns(path: Path, parts: Mapping[str, tuple[Series, Array]]) -> dict[str,
     held = {name: part for name, part in parts.items() if part[0].size}
     time = np.unique(np.concatenate([np.zeros(0), *(times for times, _ in held.values())]))
     names = [column for name in held for column in SIGNALS[name].columns]
-    if len(time) * (len(names) + 1) > MOST_VALUES:
+    if len(time) * (len(names) + 1) > MOST_CELLS:
         raise InputError(
             f"{path}: its topics have {len(time):,} times in all, too many for a record of {len(names)} columns "
-            f"({MOST_VALUES:,} values): cut the log into several runs in [runs]"
+            f"({MOST_CELLS:,} values): cut the log into several runs in [runs]"
         )
     columns = {"time_s": time}
     for name, (times, values) in held.items():

@@ -9,6 +9,7 @@ import pytest
 
 import testbed as tb
 from support import logs
+from testbed.logs import convert
 from testbed.logs.map import map_file, map_of
 from testbed.logs.published import published
 from testbed.logs.units import factor_to
@@ -323,11 +324,26 @@ def test_numbers_that_are_in_another_unit_than_stated_are_refused(tmp_path):
         imported(tmp_path, channels(unit="rad/s"))
 
 
+def test_a_record_that_would_fill_the_memory_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(convert, "MOST_CELLS", 300)
+    imported(tmp_path, {})
+    with pytest.raises(tb.InputError, match="its topics have 80 times in all, too many for a record of 6 columns"):
+        imported(tmp_path, channels(offset_s=0.001))
+
+
 def test_what_the_map_says_of_the_runs_stands_in_the_records(tmp_path):
     records = imported(tmp_path, {"gyro_noise_rad_s": 0.002, "source": "simulated"})
     details = records.runs[0].details
     assert (details.gyro_noise, details.source) == (0.002, "simulated")
     assert [stamp.path for stamp in records.runs[0].files] == [str(tmp_path / "a.csv"), "map.toml"]
+
+
+def test_the_guides_map_imports_a_log(tmp_path):
+    page = (DOCS / "how-to" / "import-logs.md").read_text(encoding="utf-8")
+    (tmp_path / "map.toml").write_text(page.split("```toml\n")[1].split("```")[0], encoding="utf-8")
+    records = tb.import_log(logs.write_ulog(tmp_path / "flight.ulg", 4000), tmp_path / "map.toml")
+    assert [record.details.name for record in records] == ["bench"]
+    assert list(records.channels) == ["body_rate", "applied_torque"]
 
 
 @pytest.mark.parametrize("path", published(DOCS), ids=lambda path: path.name)
