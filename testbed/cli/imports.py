@@ -40,7 +40,8 @@ def import_records(log: Path, log_map: Path | None, out: Path | None, *, guess: 
         folder.deliver(lambda place: records.write(place, command_line()))
     _print(records)
     say()
-    say(f"Folder     {folder.path}: testbed estimate SCENARIO --data {folder.path}, or diagnose")
+    say(f"Folder     {folder.path}")
+    say(f"Next       testbed estimate SCENARIO --data {folder.path}, or diagnose")
     print_as_json(folder.path / "provenance.json")
 
 

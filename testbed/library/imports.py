@@ -146,15 +146,17 @@ def guess_map(log: str | Path) -> str:
         ...     path = f"{folder}/bench.csv"
         ...     _ = open(path, "w").write("t_ms,gyro_x_dps,gyro_y_dps,gyro_z_dps\n0,1,2,3\n5,1,2,3\n")
         ...     print(tb.guess_map(path).partition("# The whole log")[0])
-        # A map of bench.csv (CSV), proposed from names and units: check every line, above all
-        # units, axes and clock. Then: testbed import LOG --map MAP.toml --out FOLDER
+        # Map of bench.csv (CSV), proposed from names and units.
+        # Check every line, above all units, axes and clock. Then:
+        # testbed import LOG --map MAP.toml --out FOLDER
         schema = 1
         <BLANKLINE>
         [clock]
         field = "t_ms"
         unit = "ms"  # unit: stated
         <BLANKLINE>
-        [channels.body_rate]  # from the name 'gyro'; unit: stated
+        # From the name 'gyro'; unit: stated.
+        [channels.body_rate]
         fields = ["gyro_x_dps", "gyro_y_dps", "gyro_z_dps"]
         unit = "deg/s"
     """

@@ -213,8 +213,9 @@ def _unit(text: str) -> str:
 
 def _head(log: Log) -> str:
     return (
-        f"# A map of {log.path.name} ({log.format}), proposed from names and units: check every line, above all\n"
-        "# units, axes and clock. Then: testbed import LOG --map MAP.toml --out FOLDER\n"
+        f"# Map of {log.path.name} ({log.format}), proposed from names and units.\n"
+        "# Check every line, above all units, axes and clock. Then:\n"
+        "# testbed import LOG --map MAP.toml --out FOLDER\n"
         "schema = 1\n"
     )
 
@@ -241,7 +242,7 @@ def _unit_of_clock(first: float) -> tuple[str, str]:
 
 def _channel(name: str, candidates: Sequence[_Candidate], survey: Mapping[str, Topic]) -> str:
     chosen, others = candidates[0], candidates[1:]
-    lines = [f"[channels.{name}]  # from {chosen.why}"]
+    lines = [f"# From {chosen.why}.", f"[channels.{name}]"]
     if chosen.topic != TABLE:
         lines.append(f"topic = {_text(chosen.topic)}")
     lines.append(f"fields = [{', '.join(map(_text, chosen.fields))}]")
@@ -254,7 +255,7 @@ def _channel(name: str, candidates: Sequence[_Candidate], survey: Mapping[str, T
     if normalized:
         values = ", ".join(["1.0"] * len(chosen.fields))
         lines.append(f"scale = [{values}]  # {normalized}: give the torque at 1, N*m")
-        lines = ["# " + line for line in lines]
+        lines = [line if line.startswith("#") else f"# {line}" for line in lines]
     lines += [
         f"# or {_text(other.topic) + ' ' if other.topic else ''}{', '.join(other.fields)}" for other in others[:3]
     ]
