@@ -28,6 +28,7 @@ PARTS = {
     "sysid": "benchmarks.sysid:ratios",
     "design": "benchmarks.design:ratios",
     "recording": "benchmarks.recording:ratios",
+    "logs": "benchmarks.logs:ratios",
 }
 LONG_PARTS = {
     "campaign_size": "benchmarks.campaign:size_ratios",

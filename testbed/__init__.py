@@ -29,6 +29,9 @@ if TYPE_CHECKING:
     from testbed.library.diagnoses import diagnose as diagnose
     from testbed.library.estimates import InertiaEstimate as InertiaEstimate
     from testbed.library.estimates import estimate as estimate
+    from testbed.library.imports import ImportedRecords as ImportedRecords
+    from testbed.library.imports import guess_map as guess_map
+    from testbed.library.imports import import_log as import_log
     from testbed.library.records import Records as Records
     from testbed.library.records import frame_of as frame_of
     from testbed.library.records import read_records as read_records
@@ -58,6 +61,9 @@ _HOMES = {
     "diagnose": "testbed.library.diagnoses",
     "InertiaEstimate": "testbed.library.estimates",
     "estimate": "testbed.library.estimates",
+    "ImportedRecords": "testbed.library.imports",
+    "guess_map": "testbed.library.imports",
+    "import_log": "testbed.library.imports",
     "Records": "testbed.library.records",
     "frame_of": "testbed.library.records",
     "read_records": "testbed.library.records",

@@ -217,6 +217,31 @@ def diagnose(
     raise typer.Exit(diagnose_records(scenario, changes or (), data, out, resume=resume))
 
 
+@app.command(name="import")
+def import_log(
+    log: Annotated[
+        Path,
+        typer.Argument(metavar="LOG", help="ULog, MCAP, ROS bag, CSV or Parquet.", show_default=False),
+    ],
+    log_map: Annotated[
+        Path | None,
+        typer.Option("--map", metavar="MAP.toml", help="Which topics and fields are which channels, and how."),
+    ] = None,
+    out: Out = None,
+    guess: Annotated[
+        bool, typer.Option("--guess", help="Print a map proposed from names and units, to be checked.")
+    ] = False,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Import a log of another program as records."""
+    from testbed.cli.console import choose_output  # noqa: PLC0415
+    from testbed.cli.imports import import_records  # noqa: PLC0415
+
+    choose_output(json=json, quiet=quiet)
+    import_records(log, log_map, out, guess=guess)
+
+
 @app.command()
 def conceal(
     scenario: ScenarioName,

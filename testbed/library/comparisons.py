@@ -17,7 +17,7 @@ from testbed.files import FileStamp, read_text, readable
 from testbed.library.notebook import Shown
 from testbed.library.saving import Saved
 from testbed.outputs.comparison_folder import write_comparison
-from testbed.outputs.provenance import provenance_of_results
+from testbed.outputs.provenance import provenance_of_files
 from testbed.report.comparison import ComparedFigures, comparison_page
 from testbed.report.frame.blocks import Page
 
@@ -64,7 +64,7 @@ class Comparison(Shown, Saved):
 
     def write(self, folder: Path, command: str) -> tuple[str, ...]:
         """Write the files of a comparison, as in `Saved`."""
-        origin = provenance_of_results("comparison", self.inputs, command)
+        origin = provenance_of_files("comparison", self.inputs, command)
         write_comparison(folder, origin, self.kind, self.results, self.figures)
         return ()
 

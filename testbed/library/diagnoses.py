@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from testbed.arrays import Matrix3
+from testbed.assembly.description import write_mjcf, write_urdf
 from testbed.assembly.extension import write_extended
 from testbed.assembly.platform import Body, nominal_body
 from testbed.diagnosis.findings import Addition, Agreement, additions, agreements, noise_notices
@@ -217,6 +218,30 @@ class ExtendedModel:
             InputError: an effect cannot be built into this model.
         """
         return write_extended(self.scenario, self.extensions, self.inertia, Path(folder))
+
+    def to_mjcf(self, path: str | Path) -> Path:
+        """Write the platform with its estimated inertia as MJCF; `save` writes it with the effects too.
+
+        Args:
+            path: of the file; one that is there is replaced.
+
+        Raises:
+            InputError: no body has this inertia, or the file cannot be written.
+        """
+        return write_mjcf(self.scenario, self.inertia, Path(path))
+
+    def to_urdf(self, path: str | Path) -> Path:
+        """Write the platform with its estimated inertia as URDF, which knows neither motors nor the effects.
+
+        A link stands for the bus, each gimbal and each rotor; mass and inertia are those of the whole platform.
+
+        Args:
+            path: of the file; one that is there is replaced.
+
+        Raises:
+            InputError: no body has this inertia, or the file cannot be written.
+        """
+        return write_urdf(self.scenario, self.inertia, Path(path))
 
 
 def diagnose(

@@ -10,8 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from testbed.arrays import Matrix3
+from testbed.assembly.description import write_mjcf, write_urdf
 from testbed.assembly.platform import PlatformModel, nominal_platform
-from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
+from testbed.dynamics.inertia import PARAMETER_NAMES, inertia_of, theta_of
+from testbed.errors import InputError
 from testbed.estimation.combine import CombinedEstimate
 from testbed.experiment.experiment import Estimation
 from testbed.identification.identify import Identification, identify
@@ -24,6 +27,7 @@ from testbed.outputs.estimate_folder import write_estimates
 from testbed.outputs.provenance import Provenance, provenance
 from testbed.report.frame.blocks import Page
 from testbed.report.measured import estimates_page, identification_verdict
+from testbed.report.verdict import leading_estimator
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.scenario import Scenario
 
@@ -109,6 +113,31 @@ class InertiaEstimate(Shown, Saved):
             dims={name: ["parameter"] for name in samples},
         )
         return posterior
+
+    def to_mjcf(self, path: str | Path, *, estimator: str | None = None) -> Path:
+        """Write the nominal platform with the estimated inertia as MJCF, which MuJoCo and a scenario read.
+
+        Args:
+            path: of the file; one that is there is replaced.
+            estimator: whose combined estimate; by default the leading one of the verdict.
+
+        Raises:
+            InputError: there is no such estimate, no body has this inertia, or the file cannot be written.
+        """
+        return write_mjcf(self.scenario, self._inertia(estimator), Path(path))
+
+    def to_urdf(self, path: str | Path, *, estimator: str | None = None) -> Path:
+        """Write the nominal platform with the estimated inertia as URDF; as `to_mjcf`, without motors.
+
+        A link stands for the bus, each gimbal and each rotor; mass and inertia are those of the whole platform.
+        """
+        return write_urdf(self.scenario, self._inertia(estimator), Path(path))
+
+    def _inertia(self, estimator: str | None) -> Matrix3:
+        name = leading_estimator(self.combined) if estimator is None else estimator
+        if name not in self.combined:
+            raise InputError(f"there is no estimate by {name}; there are {', '.join(self.combined)}")
+        return inertia_of(self.combined[name].theta)
 
     def write(self, folder: Path, command: str) -> tuple[str, ...]:
         """Write the files of an estimate, as in `Saved`."""

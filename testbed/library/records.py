@@ -13,10 +13,11 @@ from numpy.typing import ArrayLike
 from testbed.errors import InputError
 from testbed.files import FileStamp
 from testbed.library.notebook import Shown
+from testbed.logs.export import write_mcap
 from testbed.records.reading import read_data_set, record_of
 from testbed.records.record import Record, RunDetails
 from testbed.records.tables import NUMERIC_COLUMNS
-from testbed.records.writing import table_of, write_record
+from testbed.records.writing import table_of, table_path, write_record
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -61,14 +62,22 @@ class Records(Shown):
 
         return pd.concat([frame_of(record).assign(run=record.details.name) for record in self.runs], ignore_index=True)
 
-    def save(self, folder: str | Path) -> Path:
-        """Write the runs into a folder, NAME.parquet each, from which they can be read again.
+    def save(self, folder: str | Path, *, format: Literal["parquet", "mcap"] = "parquet") -> Path:  # noqa: A002
+        """Write the runs into a folder, a file each, from which they can be read again.
+
+        Args:
+            folder: made where it is missing.
+            format: NAME.parquet each; or NAME.mcap, with NAME.map.toml, with which `import_log` reads it again.
 
         Raises:
-            InputError: a name can be no file's, or the folder cannot be written.
+            InputError: a name can be no file's, the folder cannot be written, or the extra `testbed[logs]` is missing.
         """
         for record in self.runs:
-            write_record(record, Path(folder))
+            path = table_path(record, Path(folder))
+            if format == "mcap":
+                write_mcap(record, path.with_suffix(".mcap"))
+            else:
+                write_record(record, path)
         return Path(folder)
 
 

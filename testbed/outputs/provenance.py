@@ -7,7 +7,7 @@ import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from testbed.files import FileStamp, TextFile, stamped
@@ -110,15 +110,20 @@ def provenance_of_several(
     )
 
 
-def provenance_of_results(name: str, results: Sequence[FileStamp], command: str) -> Provenance:
-    """Return what made something from results that were there before.
+def provenance_of_files(
+    name: str, inputs: Sequence[FileStamp], command: str, packages: Sequence[str] = _PACKAGES
+) -> Provenance:
+    """Return what made something from files alone.
 
     Args:
         name: of what was made.
-        results: their files.
+        inputs: the files.
         command: line that was given.
+        packages: whose versions decide it.
     """
-    return Provenance(scenario=name, inputs=tuple(results), deciding=_versions(), circumstances=_circumstances(command))
+    return Provenance(
+        scenario=name, inputs=tuple(inputs), deciding=_versions(packages), circumstances=_circumstances(command)
+    )
 
 
 def _beside(scenario: BodyScenario) -> list[FileStamp]:
@@ -129,10 +134,17 @@ def _beside(scenario: BodyScenario) -> list[FileStamp]:
     return stamps
 
 
-def _versions() -> dict[str, str]:
-    return {f"version_{package}": version(package) for package in _PACKAGES} | {
-        "version_python": platform.python_version()
-    }
+def _versions(packages: Sequence[str] = _PACKAGES) -> dict[str, str]:
+    installed = {f"version_{package}": _version(package) for package in packages}
+    return {name: found for name, found in installed.items() if found} | {"version_python": platform.python_version()}
+
+
+def _version(package: str) -> str:
+    """Return the version of a package; empty where it is not installed, as those of an optional extra may be."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return ""
 
 
 def _circumstances(command: str) -> dict[str, str]:

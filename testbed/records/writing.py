@@ -34,7 +34,7 @@ def write_record(record: Record, destination: Path) -> Path:
         InputError: the run's name cannot be a file name.
         OutputError: the folder cannot be written to.
     """
-    path = _table_path(record, destination)
+    path = table_path(record, destination)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with whole_file(path) as part:
@@ -48,7 +48,8 @@ def write_record(record: Record, destination: Path) -> Path:
     return path
 
 
-def _table_path(record: Record, destination: Path) -> Path:
+def table_path(record: Record, destination: Path) -> Path:
+    """Return the file of a run: the destination itself, or the run's NAME.parquet in it; as `write_record`."""
     if destination.suffix in SUFFIXES:
         return destination
     name = record.details.name

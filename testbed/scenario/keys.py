@@ -3,49 +3,62 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any, get_args
 
 from pydantic.fields import FieldInfo
 
 from testbed.scenario.places import Place
-from testbed.scenario.scenario import Scenario
 from testbed.scenario.section import Section
 
 DISCRIMINATORS = ("kind", "parametrization", "law")
 """Keys whose value chooses between the forms of a table."""
 
 
-def keys_at(place: Place, tree: Mapping[str, Any]) -> list[str]:
+@dataclass(frozen=True, kw_only=True)
+class Parsed:
+    """A file as parsed, and what it should be.
+
+    Attributes:
+        tree: its tables.
+        form: the section that the whole of it should be.
+    """
+
+    tree: Mapping[str, Any]
+    form: type[Section]
+
+
+def keys_at(place: Place, parsed: Parsed) -> list[str]:
     """Return the keys that the table at a place may have, in the order of the schema.
 
     Args:
         place: of the table.
-        tree: the file as parsed; it tells which form of a table was chosen.
+        parsed: the file; it tells which form of a table was chosen.
     """
-    return list(dict.fromkeys(key for section in _sections_at(place, tree) for key in _fields(section)))
+    return list(dict.fromkeys(key for section in _sections_at(place, parsed) for key in _fields(section)))
 
 
-def meaning(place: Place, tree: Mapping[str, Any]) -> str:
+def meaning(place: Place, parsed: Parsed) -> str:
     """Return the description of the key at a place, without its closing full stop; empty for an unknown key.
 
     Args:
         place: of the key, or of an entry of its list.
-        tree: the file as parsed.
+        parsed: the file.
     """
     keys = [part for part in place if isinstance(part, str)]
-    found = (_fields(section).get(keys[-1]) for section in _sections_at(tuple(keys[:-1]), tree))
+    found = (_fields(section).get(keys[-1]) for section in _sections_at(tuple(keys[:-1]), parsed))
     return next((field.description or "" for field in found if field is not None), "").removesuffix(".")
 
 
-def choices_at(place: Place, tree: Mapping[str, Any]) -> list[str]:
+def choices_at(place: Place, parsed: Parsed) -> list[str]:
     """Return the values that a discriminator at a place may have."""
-    sections = _sections_at(place[:-1], tree)
+    sections = _sections_at(place[:-1], parsed)
     return list(dict.fromkeys(_literal(section, str(place[-1])) for section in sections))
 
 
-def _sections_at(place: Place, tree: Mapping[str, Any]) -> list[type[Section]]:
-    sections: list[type[Section]] = [Scenario]
-    value: object = tree
+def _sections_at(place: Place, parsed: Parsed) -> list[type[Section]]:
+    sections: list[type[Section]] = [parsed.form]
+    value: object = parsed.tree
     for part in place:
         value = value.get(part) if isinstance(value, dict) else None
         fields = (_fields(section).get(str(part)) for section in sections)

@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from testbed.scenario.keys import DISCRIMINATORS, choices_at, keys_at, meaning
+from testbed.scenario.keys import DISCRIMINATORS, Parsed, choices_at, keys_at, meaning
 from testbed.scenario.places import Place
 from testbed.scenario.section import ConflictError
 
@@ -41,36 +41,36 @@ class Problem:
         return f"{''.join(parts).removeprefix('.')}: {self.text}"
 
 
-def problems_of(error: ValidationError, tree: Mapping[str, Any]) -> list[Problem]:
+def problems_of(error: ValidationError, parsed: Parsed) -> list[Problem]:
     """Return every problem that a validation found; list entries count from 1.
 
     Args:
         error: pydantic's.
-        tree: the file as parsed, in which the places are looked up.
+        parsed: the file, in which the places are looked up.
     """
-    details = [(detail, _place(detail["loc"], tree)) for detail in error.errors()]
+    details = [(detail, _place(detail["loc"], parsed.tree)) for detail in error.errors()]
     unknown = [place for detail, place in details if detail["type"] == "extra_forbidden"]
-    mistyped = {(*place[:-1], _nearest(place, tree)) for place in unknown}
+    mistyped = {(*place[:-1], _nearest(place, parsed)) for place in unknown}
     kept = [(detail, place) for detail, place in details if detail["type"] != "missing" or place not in mistyped]
-    return [problem for detail, place in kept for problem in _problems(detail, place, tree)]
+    return [problem for detail, place in kept for problem in _problems(detail, place, parsed)]
 
 
-def _problems(detail: ErrorDetails, place: Place, tree: Mapping[str, Any]) -> Iterator[Problem]:
+def _problems(detail: ErrorDetails, place: Place, parsed: Parsed) -> Iterator[Problem]:
     cause = detail.get("ctx", {}).get("error")
     if isinstance(cause, ConflictError):
         above = () if cause.from_root else place
         for conflict in cause.conflicts:
             yield Problem(place=(*above, *conflict.key.split(".")), text=conflict.text)
     elif detail["type"].startswith("union_tag"):
-        yield _formless(detail, place, tree)
+        yield _formless(detail, place, parsed)
     else:
-        yield Problem(place=place, text=_text(detail, place, tree))
+        yield Problem(place=place, text=_text(detail, place, parsed))
 
 
-def _formless(detail: ErrorDetails, place: Place, tree: Mapping[str, Any]) -> Problem:
+def _formless(detail: ErrorDetails, place: Place, parsed: Parsed) -> Problem:
     """The key that chooses between the forms of a table is missing or mistyped, or its value names none."""
     key, tag = detail["ctx"]["discriminator"].strip("'"), detail["ctx"].get("tag")
-    choices = detail["ctx"].get("expected_tags") or str(choices_at((*place, key), tree)).strip("[]")
+    choices = detail["ctx"].get("expected_tags") or str(choices_at((*place, key), parsed)).strip("[]")
     if tag is not None:
         return Problem(place=(*place, key), text=f"is '{tag}', which is unknown; use one of {choices}")
     for typo in difflib.get_close_matches(key, detail["input"], n=1):
@@ -78,12 +78,12 @@ def _formless(detail: ErrorDetails, place: Place, tree: Mapping[str, Any]) -> Pr
     return Problem(place=(*place, key), text=f"is missing; use one of {choices}")
 
 
-def _text(detail: ErrorDetails, place: Place, tree: Mapping[str, Any]) -> str:
+def _text(detail: ErrorDetails, place: Place, parsed: Parsed) -> str:
     match detail["type"]:
         case "extra_forbidden":
-            return f"unknown key; {_suggestion(place, tree)}"
+            return f"unknown key; {_suggestion(place, parsed)}"
         case "missing":
-            return f"is missing; add it: {meaning(place, tree)}"
+            return f"is missing; add it: {meaning(place, parsed)}"
         case "value_error":
             wrong = str(detail["ctx"]["error"])
         case "greater_than_equal":
@@ -98,18 +98,18 @@ def _text(detail: ErrorDetails, place: Place, tree: Mapping[str, Any]) -> str:
         case _:
             expected = _WORDS.get(detail["type"], detail["msg"].removeprefix("Input "))
             wrong = f"{expected}, not {_shown(detail['input'])}"
-    return f"{wrong}; give: {meaning(place, tree)}"
+    return f"{wrong}; give: {meaning(place, parsed)}"
 
 
-def _suggestion(place: Place, tree: Mapping[str, Any]) -> str:
-    near = _nearest(place, tree)
+def _suggestion(place: Place, parsed: Parsed) -> str:
+    near = _nearest(place, parsed)
     if near is None:
-        return f"the keys here are {', '.join(keys_at(place[:-1], tree))}"
-    return f"did you mean {near}? It gives: {meaning((*place[:-1], near), tree)}"
+        return f"the keys here are {', '.join(keys_at(place[:-1], parsed))}"
+    return f"did you mean {near}? It gives: {meaning((*place[:-1], near), parsed)}"
 
 
-def _nearest(place: Place, tree: Mapping[str, Any]) -> str | None:
-    return next(iter(difflib.get_close_matches(str(place[-1]), keys_at(place[:-1], tree), n=1)), None)
+def _nearest(place: Place, parsed: Parsed) -> str | None:
+    return next(iter(difflib.get_close_matches(str(place[-1]), keys_at(place[:-1], parsed), n=1)), None)
 
 
 def _place(location: tuple[str | int, ...], tree: Mapping[str, Any]) -> Place:

@@ -11,10 +11,12 @@ from pydantic import TypeAdapter, ValidationError
 from testbed.errors import InputError
 from testbed.files import TextFile, parsed_toml, read_text
 from testbed.scenario.body import BodyScenario
+from testbed.scenario.keys import Parsed
 from testbed.scenario.maneuver import Maneuver
 from testbed.scenario.places import Place, key_lines, line_of
 from testbed.scenario.problems import Problem, problems_of
 from testbed.scenario.scenario import FLIGHT, Scenario
+from testbed.scenario.section import Section
 
 LARGEST_SCENARIO = 4_000_000
 """Bytes. A maneuver of 1,000 control points for six gimbals takes 0.13 MB; a larger file is no scenario."""
@@ -96,14 +98,23 @@ def _validated(file: TextFile, tree: dict[str, Any], form: type[_Form]) -> _Form
     try:
         return form.model_validate(tree, context={"folder": file.path.parent}).read_from(file)
     except ValidationError as error:
-        raise InputError(_message(file.path, file.text, problems_of(error, tree))) from None
+        # A platform that is only measured is described by some of the keys of one that is flown.
+        raise InputError(problem_listing(file, error, tree, Scenario)) from None
 
 
-def _message(path: Path, text: str, problems: list[Problem]) -> str:
-    lines = key_lines(text)
+def problem_listing(file: TextFile, error: ValidationError, tree: Mapping[str, Any], form: type[Section]) -> str:
+    """Return everything that is wrong with a file as one message, each problem with its line.
+
+    Args:
+        file: as it was read.
+        error: pydantic's.
+        tree: the file as parsed.
+        form: the section that it should be.
+    """
+    problems, lines = problems_of(error, Parsed(tree=tree, form=form)), key_lines(file.text)
     count = f"{len(problems)} problem" + "s" * (len(problems) > 1)
     ordered = sorted(problems, key=lambda problem: line_of(problem.place, lines) or 0)
-    return "\n".join([f"{path}: {count}", *(_entry(problem, lines) for problem in ordered)])
+    return "\n".join([f"{file.path}: {count}", *(_entry(problem, lines) for problem in ordered)])
 
 
 def _entry(problem: Problem, lines: Mapping[Place, int]) -> str:

@@ -32,10 +32,15 @@ class _TomlSchema(GenerateJsonSchema):
 
 def scenario_schema() -> dict[str, Any]:
     """Return the JSON Schema of a scenario: of one that can be flown, or of one without any section of a flight."""
-    schema = Scenario.model_json_schema(schema_generator=_TomlSchema)
+    schema = schema_of(Scenario)
     required = [key for key in schema["required"] if key not in FLIGHT]
     dependent = {key: sorted(FLIGHT - {key}) for key in sorted(FLIGHT)}
     return {"$schema": _TomlSchema.schema_dialect, **schema, "required": required, "dependentRequired": dependent}
+
+
+def schema_of(form: type[BaseModel]) -> dict[str, Any]:
+    """Return the JSON Schema of a file that is one section."""
+    return form.model_json_schema(schema_generator=_TomlSchema)
 
 
 def schema_text() -> str:

@@ -52,7 +52,8 @@ def _section(name: str, section: Node, definitions: Node) -> Iterator[str]:
     needed = dict.fromkeys(section.get("dependentRequired", ()), "required to fly")
     needed |= dict.fromkeys(section.get("required", ()), "required")
     yield from (_heading(name, section), "", section["description"], "")
-    yield from ("| key | value | unit | default | meaning |", "|---|---|---|---|---|")
+    if section["properties"].keys() - set(DISCRIMINATORS):
+        yield from ("| key | value | unit | default | meaning |", "|---|---|---|---|---|")
     for key, node in section["properties"].items():
         if key not in DISCRIMINATORS:  # those stand in the heading
             yield _row(key, "table" if nested[key] else _value(node), node, needed.get(key))

@@ -1,0 +1,77 @@
+"""testbed import: a log of another program as a data set."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rich.table import Table
+
+from testbed.cli.console import command_line, entry, print_as_json, say, show, warn
+from testbed.errors import InputError
+from testbed.library.imports import ImportedRecords, guess_map, import_log
+from testbed.logs.convert import ImportedChannel
+from testbed.outputs.folder import reserved_folder
+
+_MOST_NAMED = 12
+"""Topics that are not used and are printed by name; provenance.json names all."""
+
+
+def import_records(log: Path, log_map: Path | None, out: Path | None, *, guess: bool) -> None:
+    """Import a log, print where each channel came from and what was left out; or print a proposed map.
+
+    Args:
+        log: path of the log.
+        log_map: path of MAP.toml.
+        out: new or empty folder; None for a fresh one.
+        guess: whether to propose a map instead.
+
+    Raises:
+        InputError: log, map or output folder cannot be used.
+    """
+    if guess:
+        if log_map is not None:
+            raise InputError("--guess: proposes a map; leave --map out, or --guess")
+        print(guess_map(log), end="")
+        return
+    if log_map is None:
+        raise InputError("--map: is missing; give MAP.toml, or --guess to have one proposed")
+    records = import_log(log, log_map)
+    with reserved_folder(out, f"{log.stem}-import") as folder:
+        folder.deliver(lambda place: records.write(place, command_line()))
+    _print(records)
+    say()
+    say(f"Folder     {folder.path}")
+    say(f"Next       testbed estimate SCENARIO --data {folder.path}, or diagnose")
+    print_as_json(folder.path / "provenance.json")
+
+
+def _print(records: ImportedRecords) -> None:
+    for stamp in records.made.inputs:
+        say(f"Read       {stamp.path}: {stamp.size:,} bytes, sha256 {stamp.sha256[:16]}...")
+    for name, channel in records.channels.items():
+        entry("Channel", f"{name}: {_words(channel)}")
+    say()
+    show(_run_table(records))
+    say()
+    for each in records.dropped:
+        warn("dropped", each)
+    if records.unused:
+        more = f" and {len(records.unused) - _MOST_NAMED} more" if len(records.unused) > _MOST_NAMED else ""
+        entry("Not used", ", ".join(records.unused[:_MOST_NAMED]) + more)
+
+
+def _words(channel: ImportedChannel) -> str:
+    """Return where a channel came from and what was done to it."""
+    source = " of ".join(part for part in (", ".join(channel.fields), channel.topic) if part)
+    rate = "" if channel.rate_hz is None else f" at {channel.rate_hz:.4g} Hz"
+    count = f"{channel.samples:,} samples{rate}"
+    return "; ".join([source, f"clock: {channel.clock}", count, *channel.converted])
+
+
+def _run_table(records: ImportedRecords) -> Table:
+    table = Table(title="Runs", title_justify="left", title_style="bold")
+    for column in ("run", "from s", "to s", "rows"):
+        table.add_column(column, justify="left" if column == "run" else "right")
+    for record in records:
+        table.add_row(record.details.name, f"{record.time[0]:.3f}", f"{record.time[-1]:.3f}", f"{len(record.time):,}")
+    return table

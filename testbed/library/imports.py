@@ -1,0 +1,166 @@
+"""Logs of other programs, imported as records."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from typing_extensions import override
+
+from testbed.files import TextFile
+from testbed.library.records import Records
+from testbed.logs.convert import Imported as Import
+from testbed.logs.convert import ImportedChannel, imported
+from testbed.logs.guess import guessed_map
+from testbed.logs.map import map_file, map_of
+from testbed.logs.opening import opened
+from testbed.outputs.folder import reserved_folder
+from testbed.outputs.import_folder import write_import
+from testbed.outputs.provenance import provenance_of_files
+
+_PACKAGES = ("testbed", "numpy", "pyarrow", "pint", "pyulog", "mcap", "mcap-protobuf-support", "rosbags")
+"""Whose versions decide what is read of a log."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ImportedRecords(Records):
+    """Runs from a log, and how they came about.
+
+    Attributes:
+        made: records with what was converted and left out.
+        log: path of the log.
+        file: the map.
+    """
+
+    made: Import
+    log: Path
+    file: TextFile
+
+    @property
+    def channels(self) -> Mapping[str, ImportedChannel]:
+        """How each channel came about: topic, fields, clock, what was converted, samples and their rate, by name."""
+        return self.made.channels
+
+    @property
+    def dropped(self) -> tuple[str, ...]:
+        """What was left out, or could not be read, in sentences."""
+        return self.made.dropped
+
+    @property
+    def unused(self) -> tuple[str, ...]:
+        """Topics, or columns of a table, that the map does not name."""
+        return self.made.unused
+
+    @override
+    def __str__(self) -> str:
+        return "\n".join([super().__str__(), *(f"dropped: {each}" for each in self.dropped)])
+
+    @override
+    def save(self, folder: str | Path, *, format: Literal["parquet", "mcap"] = "parquet") -> Path:
+        """Write the runs and provenance.json, as `testbed import` does; with `format="mcap"` as `Records.save`.
+
+        Args:
+            folder: new or empty.
+            format: of the runs.
+
+        Raises:
+            InputError: the folder cannot be used.
+        """
+        if format == "mcap":
+            return super().save(folder, format=format)
+        with reserved_folder(Path(folder), "import") as output:
+            output.deliver(lambda place: self.write(place, "testbed.import_log"))
+        return Path(folder)
+
+    def write(self, folder: Path, command: str) -> None:
+        """Write the data set into a folder that is reserved for it.
+
+        Args:
+            folder: to write into.
+            command: that imported the log, for its provenance.
+        """
+        origin = provenance_of_files(self.log.name, self.made.inputs, command, _PACKAGES)
+        write_import(folder, self.file, origin, self.made)
+
+
+def import_log(
+    log: str | Path,
+    map: str | Path | Mapping[str, Any],  # noqa: A002 - what it is called everywhere else
+    out: str | Path | None = None,
+) -> ImportedRecords:
+    r"""Return a log of another program as records: ULog, MCAP, ROS bag, CSV or Parquet.
+
+    Each topic keeps its own times: a record has a row for every time of any topic, with NaN where a channel was not
+    sampled. Nothing is interpolated. The libraries that it needs are the extra `testbed[logs]`.
+
+    Args:
+        log: path of the file; of a ROS 2 bag, its folder.
+        map: path of MAP.toml, or its keys: topics, fields, units, axes, clock, and how the log is cut into runs.
+        out: new or empty folder for the data set, which `read_records` and the commands read; None for none.
+
+    Raises:
+        InputError: log or map cannot be read, or the map names what the log does not hold; the message gives the
+            nearest names.
+
+    Example:
+        >>> import tempfile, testbed as tb
+        >>> lines = [f"{5 * n},{n % 7},0,1,0,0,0.1" for n in range(200)]
+        >>> rates = {"fields": ["gx", "gy", "gz"], "unit": "deg/s", "axes": ["-y", "x", "z"]}
+        >>> torques = {"fields": ["mx", "my", "mz"], "unit": "mN*m"}
+        >>> keys = {
+        ...     "schema": 1,
+        ...     "clock": {"field": "t", "unit": "ms"},
+        ...     "channels": {"body_rate": rates, "applied_torque": torques},
+        ... }
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     path = f"{folder}/bench.csv"
+        ...     _ = open(path, "w").write("\n".join(["t,gx,gy,gz,mx,my,mz", *lines]))
+        ...     records = tb.import_log(path, keys)
+        >>> print(records)
+        1 run
+        bench: 200 rows over 0.995 s, body_rate, applied_torque
+        >>> records.channels["body_rate"].converted
+        ('deg/s to rad/s, times 0.0174532925', "body x, y, z from the sensor's -y, x, z")
+    """
+    file = map_file(map)
+    log_map = map_of(file)
+    source = opened(Path(log))
+    made = imported(source, log_map, (*source.stamps(), file.stamp))
+    records = ImportedRecords(made.records, made, Path(log), file)
+    if out is not None:
+        records.save(out)
+    return records
+
+
+def guess_map(log: str | Path) -> str:
+    r"""Return the text of a map for a log, proposed from names and units; each line says what it was taken from.
+
+    Args:
+        log: path of the file; of a ROS 2 bag, its folder.
+
+    Raises:
+        InputError: the log cannot be read, or nothing in it is called a gyro or a body rate.
+
+    Example:
+        >>> import tempfile, testbed as tb
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     path = f"{folder}/bench.csv"
+        ...     _ = open(path, "w").write("t_ms,gyro_x_dps,gyro_y_dps,gyro_z_dps\n0,1,2,3\n5,1,2,3\n")
+        ...     print(tb.guess_map(path).partition("# The whole log")[0])
+        # Map of bench.csv (CSV), proposed from names and units.
+        # Check every line, above all units, axes and clock. Then:
+        # testbed import LOG --map MAP.toml --out FOLDER
+        schema = 1
+        <BLANKLINE>
+        [clock]
+        field = "t_ms"
+        unit = "ms"  # unit: stated
+        <BLANKLINE>
+        # From the name 'gyro'; unit: stated.
+        [channels.body_rate]
+        fields = ["gyro_x_dps", "gyro_y_dps", "gyro_z_dps"]
+        unit = "deg/s"
+    """
+    return guessed_map(opened(Path(log)))

@@ -1,0 +1,1 @@
+"""Logs of other programs: read, mapped to records; records written as MCAP."""

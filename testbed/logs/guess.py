@@ -1,0 +1,290 @@
+"""A map proposed from the names and units of a log: a beginning, which a person checks."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from testbed.errors import InputError
+from testbed.logs.streams import TABLE, Log, Topic
+from testbed.logs.units import is_unit_of
+from testbed.signals import AXES, QUATERNION, SIGNALS, unit_numbers
+
+_NAMES: Mapping[str, tuple[tuple[str, int], ...]] = {
+    "body_rate": (
+        (r"vehicle_angular_velocity(?! *\[)", 12),
+        (r"angular_?vel(ocity)?|body_?rates?|ang_?vel", 10),
+        (r"gyro(scope)?(meter)?", 9),
+        (r"omega|(?<![a-z])(w|rates?|pqr|imu)(?![a-z])", 7),
+        (r"(?<![a-z])g(?![a-z])", 4),
+    ),
+    "gimbal_angle": ((r"gimbal.*(angle|pos|enc)|(angle|pos|enc).*gimbal", 10),),
+    "gimbal_rate_command": ((r"gimbal.*rate.*(cmd|command|set|ref)|(cmd|command|set|ref).*gimbal.*rate", 11),),
+    "gimbal_torque": ((r"gimbal.*torque|torque.*gimbal", 11),),
+    "rotor_speed": ((r"(rotor|wheel|flywheel).*(speed|rate|rpm|omega)|(speed|rpm).*(rotor|wheel)", 10),),
+    "cluster_momentum": ((r"(cluster|cmg|wheel).*momentum|momentum", 8), (r"(?<![a-z])h(?![a-z])", 4)),
+    "applied_torque": ((r"torque|wrench", 8), (r"(?<![a-z])(tau|moments?)(?![a-z])", 7)),
+    "attitude": ((r"quat(ernion)?|orientation|attitude", 8), (r"(?<![a-z])q(?![a-z])", 6)),
+    "acceleration": ((r"linear_?acc|accel|(?<![a-z])acc(?![a-z])", 8), (r"(?<![a-z])a(?![a-z])", 4)),
+}
+"""What topics and fields are called that hold a channel, with how much each name says."""
+_OTHERS = re.compile(
+    r"cov|bias|offset|var(iance)?(?![a-z])|std|(?<![a-z])(sp|ref|cmd|des)(?![a-z])|set_?point|desired|target|reference"
+    r"|(?<![a-z])(force|position|pos|linear_velocity)(?![a-z])|command|error|temp|(?<![a-z])raw(?![a-z])|delta|integral|vibration|status|deriv|groundtruth|true_"
+)
+"""Names of what belongs to a channel and is not its measurement."""
+_SUFFIXES = {
+    "rad_s": "rad/s", "rads": "rad/s", "radps": "rad/s", "mrad_s": "mrad/s", "deg_s": "deg/s", "degs": "deg/s",
+    "dps": "deg/s", "degps": "deg/s", "rpm": "rpm", "rad": "rad", "mrad": "mrad", "deg": "deg", "n_m": "N*m",
+    "nm": "N*m", "mn_m": "mN*m", "mnm": "mN*m", "n_m_s": "N*m*s", "nms": "N*m*s", "mnms": "mN*m*s", "m_s2": "m/s^2",
+    "mps2": "m/s^2", "g": "g_0", "mg": "mg_0", "s": "s", "sec": "s", "ms": "ms", "us": "us", "ns": "ns",
+}  # fmt: skip
+"""Unit that the end of a name states."""
+_BRACKETS = re.compile(r"\s*[\[(]\s*([^\])0-9][^\])]*)[\])]\s*$")
+_INDEXED = re.compile(r"^(.*?)[_.\s]?\[(\d+)\]$")
+_TIME = re.compile(r"^(t|time|timestamp|time_?stamp|stamp|epoch|clock|date_?time|utc|tow|elapsed|zeit)$")
+_FLAG = re.compile(r"armed|(?<![a-z])(flag|active|enabled?|in_?flight|free_?fall|released?)(?![a-z])")
+"""Names of a flag that may say when a run lasts."""
+_SINCE_1970 = {"s": 1e9, "ms": 1e12, "us": 1e15, "ns": 1e18}
+"""A clock since 1970 in each unit has shown more than this since 2001, and less than four times this until 2096."""
+_NORMALIZED = {"vehicle_torque_setpoint": "PX4 normalizes it to -1 ... 1"}
+"""Topics without a unit."""
+_SI = {"ULog": "PX4 logs SI", "ROS bag": "ROS messages are SI (REP 103)"}
+_LEAST_SCORE = 5
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Part:
+    """A field as one component of something.
+
+    Attributes:
+        stem: the name of all of it.
+        component: x, 1, w and so on.
+        unit: that the name states; empty where it states none.
+        field: its own name.
+    """
+
+    stem: str
+    component: str
+    unit: str
+    field: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Candidate:
+    """Fields that may be a channel.
+
+    Attributes:
+        channel: name of it.
+        topic: of the fields.
+        fields: in the order of its components.
+        unit: of the fields; empty where none is known.
+        why: what this is taken from.
+        score: how much the names say.
+    """
+
+    channel: str
+    topic: str
+    fields: tuple[str, ...]
+    unit: str
+    why: str
+    score: int
+
+
+def guessed_map(log: Log) -> str:
+    """Return the text of a map for a log, with what each line was taken from.
+
+    Raises:
+        InputError: the log cannot be read, or nothing in it has the name of a body rate; the message lists what it has.
+    """
+    survey = log.survey()
+    best: dict[str, list[_Candidate]] = {}
+    for candidate in sorted(_candidates(log, survey), key=lambda each: -each.score):
+        best.setdefault(candidate.channel, []).append(candidate)
+    if "body_rate" not in best:
+        raise InputError(f"{log.path}: nothing in it is called a gyro or a body rate; it holds\n  {_inventory(survey)}")
+    blocks = [_head(log), _clock(survey) if TABLE in survey else ""]
+    blocks += [_channel(name, best[name], survey) for name in SIGNALS if name in best]
+    return "\n".join(block for block in (*blocks, _runs(survey)) if block)
+
+
+def _candidates(log: Log, survey: Mapping[str, Topic]) -> Iterator[_Candidate]:
+    for name, topic in survey.items():
+        groups: dict[tuple[str, str], dict[str, str]] = {}
+        for field in topic.fields:
+            for part in _parts(field, topic.units.get(field, "")):
+                groups.setdefault((part.stem, part.unit), {}).setdefault(part.component, part.field)
+        for (stem, unit), fields in groups.items():
+            yield from _matches(log, name, topic, stem, unit, fields)
+
+
+def _matches(
+    log: Log, name: str, topic: Topic, stem: str, unit: str, fields: Mapping[str, str]
+) -> Iterator[_Candidate]:
+    """Yield the channels that a group of fields may be, by its names and their number."""
+    said = {channel: _said(patterns, stem) for channel, patterns in _NAMES.items()}
+    for channel, patterns in _NAMES.items():
+        ordered = _ordered(SIGNALS[channel].sized(len(fields)).components, fields)
+        if ordered is None or (unit and not is_unit_of(unit, SIGNALS[channel].unit)):
+            continue
+        own, above = said[channel], _said(patterns, name)
+        if own < max(said.values()):
+            continue  # the fields' own name is that of another channel
+        measured = channel == "gimbal_rate_command" or name.partition("[")[0] in _NORMALIZED
+        others = not measured and _OTHERS.search(f"{name} {stem}".lower())
+        score = max(own + 1 if own else 0, above) - (6 if others else 0)
+        if score < _LEAST_SCORE and not (own and unit):
+            continue
+        convention = _SI.get(log.format, "") or ("ROS messages are SI (REP 103)" if "/msg/" in topic.kind else "")
+        why = f"the name {stem or name!r}" if own or not above else f"the name of the topic, {name!r}"
+        yield _Candidate(
+            channel=channel,
+            topic=name,
+            fields=ordered,
+            unit=unit or (SIGNALS[channel].unit.replace("·", "*").replace("²", "^2") if convention else ""),
+            why=f"{why}; unit: {'stated' if unit else convention or 'NOT STATED'}",
+            score=score,
+        )
+
+
+def _said(patterns: Sequence[tuple[str, int]], name: str) -> int:
+    """Return how much a name says for a channel; 0 where it says nothing."""
+    return max((score for pattern, score in patterns if re.search(pattern, name.lower())), default=0)
+
+
+def _ordered(components: Sequence[str], fields: Mapping[str, str]) -> tuple[str, ...] | None:
+    """Return fields in the order of components; None where one is missing."""
+    count = len(components)
+    names: list[Sequence[str]] = [components]
+    if tuple(components) in (AXES, unit_numbers(count)):
+        first = 0 if "0" in fields else 1
+        names += [[str(index) for index in range(first, first + count)]] if len(fields) == count else []
+    if tuple(components) == QUATERNION:
+        names += [[str(index) for index in range(4)], [f"q{axis}" for axis in QUATERNION]]
+    if tuple(components) == AXES:
+        names += [("p", "q", "r"), ("roll", "pitch", "yaw")]
+    for each in names:
+        if all(name in fields for name in each):
+            return tuple(fields[name] for name in each)
+    return None
+
+
+def _parts(field: str, stated: str) -> Iterator[_Part]:
+    """Yield how a field's name may be read as one component of something."""
+    bare, unit = _without_unit(field)
+    unit = unit or stated
+    if indexed := _INDEXED.match(bare):
+        stem, more = _without_unit(indexed[1])
+        yield _Part(stem=stem, component=indexed[2], unit=unit or more, field=field)
+        return
+    head, _, tail = bare.replace(" ", "_").rpartition(".")
+    prefix = f"{head}." if head else ""
+    lower = tail.lower()
+    if lower in (*AXES, *QUATERNION, "p", "q", "r", "roll", "pitch", "yaw"):
+        yield _Part(stem=head or ("pqr" if lower in "pqr" else ""), component=lower, unit=unit, field=field)
+    for pattern in (r"^(.+?)_?([xyzw])$", r"^(.+?)_?(\d)$", r"^(.+?)_(roll|pitch|yaw|[pqr])$"):
+        if found := re.match(pattern, tail, re.IGNORECASE):
+            stem, more = _without_unit(found[1])
+            yield _Part(stem=prefix + stem, component=found[2].lower(), unit=unit or more, field=field)
+    for pattern in (r"^([xyzw])_(.+)$", r"^(.+?)_([xyz]|\d)_(.+)$"):
+        if found := re.match(pattern, tail, re.IGNORECASE):
+            axis, rest = (found[1], found[2]) if found.re.groups == 2 else (found[2], f"{found[1]}_{found[3]}")
+            yield _Part(stem=prefix + rest, component=axis.lower(), unit=unit, field=field)
+
+
+def _without_unit(name: str) -> tuple[str, str]:
+    """Return a name without the unit at its end, and the unit as a map has it; empty where there is none."""
+    if (bracket := _BRACKETS.search(name)) and (unit := _unit(bracket[1])):
+        return name[: bracket.start()].strip(" _"), unit
+    for suffix in sorted(_SUFFIXES, key=len, reverse=True):
+        if name.lower().endswith(f"_{suffix}") and len(name) > len(suffix) + 1:
+            return name[: -len(suffix) - 1], _SUFFIXES[suffix]
+    return name, ""
+
+
+def _unit(text: str) -> str:
+    """Return a unit as a map has it; empty where it is none."""
+    known = _SUFFIXES.get(text.strip().lower().replace("/", "_"), text.strip())
+    targets = ("rad", "rad/s", "N·m", "N·m·s", "m/s²", "s", "m")
+    return known if any(is_unit_of(known, target) for target in targets) else ""
+
+
+def _head(log: Log) -> str:
+    return (
+        f"# Map of {log.path.name} ({log.format}), proposed from names and units.\n"
+        "# Check every line, above all units, axes and clock. Then:\n"
+        "# testbed import LOG --map MAP.toml --out FOLDER\n"
+        "schema = 1\n"
+    )
+
+
+def _clock(survey: Mapping[str, Topic]) -> str:
+    topic = survey[TABLE]
+    for field, value in topic.fields.items():
+        bare, unit = _without_unit(field)
+        unit = topic.units.get(field, unit)
+        if _TIME.match(bare.lower()) and (not unit or is_unit_of(unit, "s")):
+            why = "unit: stated"
+            if not unit:
+                unit, why = _unit_of_clock(value)
+            return f"[clock]\nfield = {_text(field)}\nunit = {_text(unit)}  # {why}\n"
+    return '[clock]\nfield = "?"  # CHECK: no column is called time\nunit = "s"\n'
+
+
+def _unit_of_clock(first: float) -> tuple[str, str]:
+    for unit, least in _SINCE_1970.items():
+        if least <= first < 4 * least:
+            return unit, f"its first value, {first:.10g}, is a time since 1970 in {unit}"
+    return "s", "CHECK: the log does not state it"
+
+
+def _channel(name: str, candidates: Sequence[_Candidate], survey: Mapping[str, Topic]) -> str:
+    chosen, others = candidates[0], candidates[1:]
+    lines = [f"# From {chosen.why}.", f"[channels.{name}]"]
+    if chosen.topic != TABLE:
+        lines.append(f"topic = {_text(chosen.topic)}")
+    lines.append(f"fields = [{', '.join(map(_text, chosen.fields))}]")
+    normalized = _NORMALIZED.get(chosen.topic.partition("[")[0])
+    if SIGNALS[name].unit:
+        unit = chosen.unit or SIGNALS[name].unit.replace("·", "*").replace("²", "^2")
+        lines.append(f"unit = {_text(unit)}" + ("" if chosen.unit else "  # CHECK: the log does not state it"))
+    if clock := _time_field(survey[chosen.topic]):
+        lines.append(f"time_field = {_text(clock)}")
+    if normalized:
+        values = ", ".join(["1.0"] * len(chosen.fields))
+        lines.append(f"scale = [{values}]  # {normalized}: give the torque at 1, N*m")
+        lines = [line if line.startswith("#") else f"# {line}" for line in lines]
+    lines += [
+        f"# or {_text(other.topic) + ' ' if other.topic else ''}{', '.join(other.fields)}" for other in others[:3]
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _time_field(topic: Topic) -> str:
+    """Return the field with the time at which a message was sampled; empty where only the log's own is there."""
+    stated = [field for field, unit in topic.units.items() if unit in ("ns", "us") and field != "timestamp"]
+    return next((field for field in stated if re.search(r"stamp_sample$|stamp$", field)), "") if topic.received else ""
+
+
+def _runs(survey: Mapping[str, Topic]) -> str:
+    lines = ["# The whole log is one run. Otherwise, one of these:"]
+    flags = [(name, field) for name, topic in survey.items() for field in topic.fields if _FLAG.search(field)]
+    if flags:
+        topic, field = flags[0]
+        lines += ["# [runs]", '# kind = "flag"', *([f"# topic = {_text(topic)}"] if topic else [])]
+        lines += [f"# field = {_text(field)}", "# above = 0.5"]
+    lines += ["# [runs]", '# kind = "gaps"', "# longer_than_s = 1.0"]
+    lines += ["# [runs]", '# kind = "times"', "# spans_s = [[0.0, 10.0], [20.0, 30.0]]"]
+    return "\n".join(lines) + "\n"
+
+
+def _inventory(survey: Mapping[str, Topic]) -> str:
+    return "\n  ".join(
+        f"{name + ': ' if name else ''}{', '.join(list(topic.fields)[:20])}" for name, topic in survey.items()
+    )
+
+
+def _text(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")  # JSON leaves DEL, TOML refuses it

@@ -1,0 +1,163 @@
+"""`testbed import`: a data set that the other commands read, with how it came about; honest messages otherwise."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import tomli_w
+
+import testbed as tb
+from support import logs
+from testbed.cli.app import app
+from testbed.cli.failures import exit_code_of
+from testbed.logs.export import map_keys, write_mcap
+from testbed.records.reading import read_data_set
+
+
+def run(*arguments: object) -> int:
+    return exit_code_of(lambda: app([str(argument) for argument in arguments]))
+
+
+@pytest.fixture
+def log(tmp_path):
+    (tmp_path / "map.toml").write_text(tomli_w.dumps(logs.ULOG_MAP))
+    return logs.write_ulog(tmp_path / "bench.ulg")
+
+
+def test_a_log_becomes_a_data_set_with_its_provenance(log, tmp_path, capsys):
+    assert run("import", log, "--map", tmp_path / "map.toml", "--out", tmp_path / "data") == 0
+    printed = capsys.readouterr().out
+    assert "timestamp_sample in us" in printed
+    assert "Not used   sensor_gyro" in printed
+    (record,) = read_data_set(tmp_path / "data")
+    assert record.details.name == "bench"
+    made = json.loads((tmp_path / "data" / "provenance.json").read_text(encoding="utf-8"))
+    hashes = {stamp["path"]: stamp["sha256"] for stamp in made["inputs"]}
+    assert hashes[str(log)] == hashlib.sha256(log.read_bytes()).hexdigest()
+    assert hashes[str(tmp_path / "map.toml")] == hashlib.sha256((tmp_path / "map.toml").read_bytes()).hexdigest()
+    assert made["map"] == (tmp_path / "map.toml").read_text()
+    assert made["channels"]["body_rate"]["clock"] == "timestamp_sample in us"
+    assert made["unused"] == ["sensor_gyro"]
+    assert made["version_pyulog"]
+    assert {path.name for path in (tmp_path / "data").iterdir()} == {"bench.parquet", "provenance.json"}
+
+
+def test_json_is_the_provenance_and_quiet_is_nothing(log, tmp_path, capsys):
+    arguments = ("import", log, "--map", tmp_path / "map.toml", "--out")
+    assert run(*arguments, tmp_path / "one", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["runs"]["bench"]["rows"] == 500
+    assert run(*arguments, tmp_path / "other", "--quiet") == 0
+    assert capsys.readouterr() == ("", "")
+
+
+def test_guess_prints_a_map_that_can_be_saved(log, tmp_path, capsys):
+    assert run("import", log, "--guess") == 0
+    (tmp_path / "guessed.toml").write_text(capsys.readouterr().out)
+    assert run("import", log, "--map", tmp_path / "guessed.toml", "--out", tmp_path / "data") == 0
+
+
+def test_what_is_wrong_leaves_nothing_behind(log, tmp_path, capsys):
+    keys = json.loads(json.dumps(logs.ULOG_MAP))
+    keys["channels"]["body_rate"]["topic"] = "gyro"
+    (tmp_path / "map.toml").write_text(tomli_w.dumps(keys))
+    assert run("import", log, "--map", tmp_path / "map.toml", "--out", tmp_path / "data") == 2
+    assert "topic gyro: is not there; did you mean sensor_gyro" in capsys.readouterr().err
+    assert not (tmp_path / "data").exists()
+    assert run("import", log) == 2
+    assert "--map: is missing; give MAP.toml, or --guess" in capsys.readouterr().err
+    assert run("import", log, "--map", tmp_path / "map.toml", "--guess") == 2
+    assert "--guess: proposes a map; leave --map out" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["a.ulg", "json.mcap", "ros2.mcap", "protobuf.mcap", "ros1.bag"])
+def test_a_missing_extra_is_said_with_what_installs_it(tmp_path, monkeypatch, capsys, name):
+    from tests.unit.test_logs_reading import WRITERS
+
+    write, keys = WRITERS[name]
+    path = write(tmp_path / name)
+    (tmp_path / "map.toml").write_text(tomli_w.dumps(keys))
+    package = {"a.ulg": "pyulog", "json.mcap": "mcap", "protobuf.mcap": "mcap_protobuf"}.get(name, "rosbags")
+    for module in [module for module in sys.modules if module.partition(".")[0] == package]:
+        monkeypatch.delitem(sys.modules, module)
+    monkeypatch.setitem(sys.modules, package, None)
+    assert run("import", path, "--map", tmp_path / "map.toml") == 2
+    assert f"needs the package {package}, which is not installed: pip install" in capsys.readouterr().err
+
+
+def test_without_the_units_library_nothing_is_converted(log, tmp_path, monkeypatch, capsys):
+    from testbed.logs import units
+
+    units._registry.cache_clear()
+    monkeypatch.setitem(sys.modules, "pint", None)
+    assert run("import", log, "--map", tmp_path / "map.toml") == 2
+    assert "converting units needs the package pint" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def flights():
+    scenario = tb.read_scenario("diagnose")
+    flown = [tb.fly(scenario, seed=seed).record for seed in (1, 2)]
+    names = ("first", "second")
+    return scenario, [
+        replace(record, details=replace(record.details, name=name), extra_columns={})
+        for record, name in zip(flown, names, strict=True)
+    ]
+
+
+def test_imported_flights_are_estimated_and_diagnosed_as_the_flights(flights, tmp_path):
+    """Written as MCAP, imported, read from the folder: the same numbers; sums over them differ in their last bits."""
+    scenario, records = flights
+    for record in records:
+        name = record.details.name
+        path = write_mcap(record, tmp_path / f"{name}.mcap")
+        tb.import_log(path, map_keys(record), tmp_path / name)
+        (tmp_path / name / f"{name}.parquet").rename(tmp_path / f"{name}.parquet")
+    imported = tb.read_records(tmp_path)
+    for record in records:
+        for channel, values in record.channels.items():
+            np.testing.assert_array_equal(imported[record.details.name].channels[channel], values)
+    one, other = tb.estimate(scenario, imported), tb.estimate(scenario, tb.Records(tuple(records)))
+    for estimator, combined in other.combined.items():
+        assert np.abs((one.combined[estimator].theta - combined.theta) / combined.std).max() < 1e-9
+    assert tb.diagnose(scenario, imported, propose=False).verdict == "none"
+
+
+def test_topics_at_their_own_times_are_estimated(flights, tmp_path):
+    """Gyro and encoders that never share a row: the estimate is that of simultaneous ones, within its noise."""
+    scenario, (record, _) = flights
+    keys = map_keys(record)
+    keys["channels"] = {name: keys["channels"][name] for name in ("body_rate", "gimbal_angle")}
+    together = tb.import_log(write_mcap(record, tmp_path / "run.mcap"), keys)
+    gyro = replace(record, channels={"body_rate": record.channels["body_rate"]})
+    encoders = replace(record, time=record.time + 1e-4, channels={"gimbal_angle": record.channels["gimbal_angle"]})
+    files = [write_mcap(part, tmp_path / f"{name}.mcap") for name, part in (("gyro", gyro), ("encoders", encoders))]
+    apart = tb.import_log(_merged(files, tmp_path / "apart.mcap"), keys)
+    known = [np.isfinite(values).all(axis=1) for values in apart.runs[0].channels.values()]
+    assert not (known[0] & known[1]).any()
+    one, other = (tb.estimate(scenario, each).combined["output_error"] for each in (apart, together))
+    assert np.abs((one.theta - other.theta) / other.std).max() < 0.5
+
+
+def _merged(files, path):
+    """Write the messages of several MCAP files into one."""
+    from mcap.reader import make_reader
+    from mcap.writer import Writer
+
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        for each in files:
+            with each.open("rb") as part:
+                channels: dict[str, int] = {}
+                for schema, channel, message in make_reader(part).iter_messages():
+                    if channel.topic not in channels:
+                        identity = writer.register_schema(schema.name, schema.encoding, schema.data)
+                        channels[channel.topic] = writer.register_channel(channel.topic, "json", identity)
+                    writer.add_message(channels[channel.topic], message.log_time, message.data, message.publish_time)
+        writer.finish()
+    return path

@@ -1,0 +1,128 @@
+"""A map proposed from names and units: a beginning that imports where names say enough, and says where they do not."""
+
+from __future__ import annotations
+
+import struct
+import tomllib
+
+import numpy as np
+import pytest
+
+import testbed as tb
+from support import logs
+from tests.unit.test_logs_reading import WRITERS
+
+TORQUE = ["torque_x_mNm", "torque_y_mNm", "torque_z_mNm"]
+
+
+def guessed(path) -> dict:
+    return tomllib.loads(tb.guess_map(path))
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_what_is_proposed_imports_as_the_map_that_a_person_wrote(tmp_path, name):
+    write, keys = WRITERS[name]
+    path = write(tmp_path / name)
+    text = tb.guess_map(path)
+    tree = tomllib.loads(text)
+    if name == "json.mcap":  # whose clock of torques no name says
+        tree["channels"]["applied_torque"] |= {"time_field": "us", "time_unit": "us"}
+    proposed, written = tb.import_log(path, tree).runs[0], tb.import_log(path, keys).runs[0]
+    for channel in ("body_rate", "applied_torque"):
+        np.testing.assert_array_equal(
+            proposed.channels[channel][np.isfinite(proposed.channels[channel][:, 0])],
+            written.channels[channel][np.isfinite(written.channels[channel][:, 0])],
+        )
+
+
+@pytest.mark.parametrize(
+    ("columns", "fields", "unit", "clock"),
+    [
+        (["t_ms", "gyro_x_dps", "gyro_y_dps", "gyro_z_dps"], None, "deg/s", ("t_ms", "ms")),
+        (["time", "gx", "gy", "gz"], None, "rad/s", ("time", "s")),
+        (["Time [s]", "omega_x[deg/s]", "omega_y[deg/s]", "omega_z[deg/s]"], None, "deg/s", ("Time [s]", "s")),
+        (["timestamp", "angular_velocity.x", "angular_velocity.y", "angular_velocity.z"], None, "rad/s", None),
+        (["t", "x_gyro", "y_gyro", "z_gyro"], None, "rad/s", ("t", "s")),
+        (["t_us", "gyro_rad_s[0]", "gyro_rad_s[1]", "gyro_rad_s[2]"], None, "rad/s", ("t_us", "us")),
+        (["t", "p", "q", "r"], None, "rad/s", ("t", "s")),
+        (["t", "wx (rad/s)", "wy (rad/s)", "wz (rad/s)"], None, "rad/s", ("t", "s")),
+        (["time_s", *(f"body_rate_{axis}_rad_s" for axis in "xyz")], None, "rad/s", ("time_s", "s")),
+        (["t", "acc_x", "acc_y", "acc_z", "gyro_bias_x", "gyro_bias_y", "gyro_bias_z", "GyroX", "GyroY", "GyroZ"],
+         ["GyroX", "GyroY", "GyroZ"], "rad/s", ("t", "s")),
+    ],
+)  # fmt: skip
+def test_common_names_of_columns(tmp_path, columns, fields, unit, clock):
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join([",".join(columns), *(",".join([str(n)] * len(columns)) for n in range(20))]))
+    tree = guessed(path)
+    assert tree["channels"]["body_rate"]["fields"] == (fields or columns[1:])
+    assert tree["channels"]["body_rate"]["unit"] == unit
+    if clock is not None:
+        assert (tree["clock"]["field"], tree["clock"]["unit"]) == clock
+
+
+@pytest.mark.parametrize(
+    ("names", "channel", "unit"),
+    [
+        ([f"gimbal_{unit}_angle_deg" for unit in range(1, 7)], "gimbal_angle", "deg"),
+        ([f"gimbal_angle_{unit}_rad" for unit in range(1, 7)], "gimbal_angle", "rad"),
+        ([f"wheel_speed_{unit}_rpm" for unit in range(6)], "rotor_speed", "rpm"),
+        ([f"cmg_momentum_{axis}_Nms" for axis in "xyz"], "cluster_momentum", "N*m*s"),
+        (TORQUE, "applied_torque", "mN*m"),
+        (["q_w", "q_x", "q_y", "q_z"], "attitude", None),
+        ([f"accel_{axis} [g]" for axis in "xyz"], "acceleration", "g_0"),
+    ],
+)
+def test_other_channels(tmp_path, names, channel, unit):
+    path = tmp_path / "a.csv"
+    columns = ["t_s", "gx", "gy", "gz", *names]
+    path.write_text("\n".join([",".join(columns), *(",".join([str(n)] * len(columns)) for n in range(20))]))
+    found = guessed(path)["channels"][channel]
+    assert found["fields"] == names
+    assert found.get("unit") == unit
+
+
+@pytest.mark.parametrize(
+    ("first", "unit"), [(1_760_000_000, "s"), (1_760_000_000_000, "ms"), (1_760_000_000_000_000, "us"), (10**18, "ns")]
+)
+def test_a_clock_since_1970_says_its_unit_by_its_size(tmp_path, first, unit):
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(["timestamp,gx,gy,gz", *(f"{first + n},1,2,3" for n in range(20))]))
+    assert guessed(path)["clock"] == {"field": "timestamp", "unit": unit}
+
+
+def test_what_is_not_stated_is_marked_to_be_checked(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(["t,gx,gy,gz", *(f"{n},1,2,3" for n in range(20))]))
+    text = tb.guess_map(path)
+    assert 'unit = "s"  # CHECK: the log does not state it' in text
+    assert 'unit = "rad/s"  # CHECK: the log does not state it' in text
+
+
+def test_a_normalized_torque_is_proposed_as_a_comment(tmp_path):
+    fields = {
+        "vehicle_torque_setpoint": "uint64_t timestamp;float[3] xyz",
+        "sensor_gyro": "uint64_t timestamp;float x;float y;float z",
+    }
+    log = logs.ULogWriter(tmp_path / "a.ulg", fields)
+    for number, name in enumerate(fields):
+        log.add(number, name)
+        log.data(number, struct.pack("<Q3f", 5000, 0.1, 0.2, 0.3))
+    log.close()
+    text = tb.guess_map(tmp_path / "a.ulg")
+    assert list(tomllib.loads(text)["channels"]) == ["body_rate"]
+    assert "# scale = [1.0, 1.0, 1.0]  # PX4 normalizes it to -1 ... 1: give the torque at 1, N*m" in text
+
+
+def test_a_flag_is_proposed_for_cutting(tmp_path):
+    text = tb.guess_map(logs.write_ulog(tmp_path / "a.ulg"))
+    assert '# kind = "flag"\n# topic = "thrusters"\n# field = "armed"\n' in text
+
+
+def test_a_log_without_a_gyro_is_refused_with_what_it_holds(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("t,temperature\n1,2\n2,3\n")
+    with pytest.raises(
+        tb.InputError, match="nothing in it is called a gyro or a body rate; it holds\n  t, temperature"
+    ):
+        tb.guess_map(path)
