@@ -44,6 +44,7 @@ docs: $(STAMP)-dev
 	@$(BIN)/python -m testbed.scenario.published
 	@$(BIN)/python -m testbed.effects.published
 	@$(BIN)/python -m testbed.logs.published
+	@$(BIN)/python -m testbed.formats.published
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
 	@echo "build/site/index.html"
 

@@ -26,9 +26,13 @@ def require_printed(page: str, tolerance: float) -> None:
     output = io.StringIO()
     with redirect_stdout(output):
         exec(compile(code, "page", "exec"), {})
-    shown_words, made = shown.split(), output.getvalue().split()
-    assert [word for word in shown_words if not _NUMBER.fullmatch(word)] == [
-        word for word in made if not _NUMBER.fullmatch(word)
-    ]
-    numbers = [[float(word) for word in words if _NUMBER.fullmatch(word)] for words in (shown_words, made)]
-    assert numbers[0] == pytest.approx(numbers[1], abs=tolerance)
+    require_same(shown, output.getvalue(), tolerance)
+
+
+def require_same(shown: str, made: str, tolerance: float) -> None:
+    """Require the same words in two texts, and the same numbers to an absolute tolerance."""
+    texts = shown.split(), made.split()
+    words, words_made = ([word for word in text if not _NUMBER.fullmatch(word)] for text in texts)
+    assert words == words_made
+    numbers, numbers_made = ([float(word) for word in text if _NUMBER.fullmatch(word)] for text in texts)
+    assert numbers == pytest.approx(numbers_made, abs=tolerance)

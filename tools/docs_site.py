@@ -1,5 +1,7 @@
 """Hooks of mkdocs: files of the repository that the documentation links to become files of the site.
 
+The notebooks among the examples become pages of it, under tutorials/notebooks/.
+
 On GitHub a link such as `../scenarios/zero_g.toml` leads out of docs/ into the repository. A site holds docs/ only:
 these files are added to it under repository/, and the links lead there.
 """
@@ -14,14 +16,18 @@ from pathlib import Path
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
+from notebook_pages import page_of
 
 ROOT = Path(__file__).resolve().parents[1]
 COPIES = "repository"
+NOTEBOOKS = "tutorials/notebooks"
 LINK = re.compile(r"(?<=\]\()([^)#:\s]+)(?=[)#])")
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add every file outside docs/ that a page links to, and those that these pages link to."""
+    """Add the notebooks, every file outside docs/ that a page links to, and those that these pages link to."""
+    for notebook in sorted((ROOT / "examples").glob("*.ipynb")):
+        files.append(File.generated(config, f"{NOTEBOOKS}/{notebook.stem}.md", content=page_of(notebook)))
     waiting = [(file.src_uri, file.content_string) for file in files.documentation_pages()]
     while waiting:
         page, text = waiting.pop()
@@ -39,13 +45,20 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
     here = page.file.src_uri
 
     def led(match: re.Match[str]) -> str:
-        target = _target(here, match[1])
-        held = target.removeprefix("docs/") if target.startswith("docs/") else f"{COPIES}/{target}"
+        held = _held(_target(here, match[1]), here)
         if files.get_file_from_path(held) is None:
             return match[1]
         return posixpath.relpath(held, posixpath.dirname(here))
 
     return LINK.sub(led, _without_folders(markdown, here))
+
+
+def _held(target: str, here: str) -> str:
+    """Return where the site holds a file of the repository: a notebook as its page, which itself links to the file."""
+    as_page = f"{NOTEBOOKS}/{posixpath.basename(target)}".replace(".ipynb", ".md")
+    if target.endswith(".ipynb") and here != as_page:
+        return as_page
+    return target.removeprefix("docs/") if target.startswith("docs/") else f"{COPIES}/{target}"
 
 
 def _outside(page: str, text: str) -> Iterator[str]:

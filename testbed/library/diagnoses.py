@@ -30,7 +30,10 @@ from testbed.library.saving import Saved
 from testbed.library.scenarios import naming
 from testbed.next_experiment.proposal import Proposal, proposal_of
 from testbed.outputs.diagnosis_folder import extensions_of, write_diagnosis
+from testbed.outputs.diagnosis_recording import diagnosis_content
 from testbed.outputs.provenance import Provenance, provenance
+from testbed.recording.diagnosis import write_diagnosis_recording
+from testbed.recording.notebook import notebook_viewer
 from testbed.report.diagnosis.next import no_gimbals_words
 from testbed.report.diagnosis.page import diagnosis_page
 from testbed.report.diagnosis.verdict import diagnosis_verdict, disagreement_words
@@ -40,6 +43,8 @@ from testbed.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from testbed.recording.notebook import Viewer
 
 Progress = Callable[[str], None]
 
@@ -184,6 +189,19 @@ class DiagnosisResult(Shown, Saved):
             self.notices,
             self.next_flight,
         )
+
+    def viewer(self, *, height: int = 600) -> Viewer:
+        """Return the recording in the rerun viewer, for the last line of a notebook's cell; see `Run.viewer`.
+
+        Args:
+            height: pixels; it is as wide as the cell.
+
+        Raises:
+            InputError: rerun-notebook is not installed (`pip install 'testbed[notebook]'`).
+        """
+        origin = self.prepared.origin
+        content = diagnosis_content(self.prepared.scenario, self.state, residuals_of(self.state), origin.listed)
+        return notebook_viewer(lambda path: write_diagnosis_recording(path, origin.recording_id, content), height)
 
     def _page(self) -> Page:
         return diagnosis_page(

@@ -22,7 +22,7 @@ class Shown:
 
     def _repr_html_(self) -> str:
         page = self._page()
-        return f"<pre>{escape(str(self))}</pre>" if page is None else render_frame(page)
+        return f"<p>{escape(str(self))}</p>" if page is None else render_frame(page)
 
     def _page(self) -> Page | None:
         """Return the page of which a notebook shows the sections; None where the text says all."""

@@ -23,7 +23,8 @@ from testbed.library.scenarios import naming, require_flyable
 from testbed.maneuver.design import Start
 from testbed.outputs.design_folder import maneuver_table, write_design
 from testbed.outputs.provenance import Provenance, provenance
-from testbed.outputs.run_folder import write_run
+from testbed.outputs.run_folder import write_run, write_run_recording
+from testbed.recording.notebook import notebook_viewer
 from testbed.recording.viewer import open_viewer
 from testbed.records.record import Record
 from testbed.report.frame.blocks import Page
@@ -33,6 +34,8 @@ from testbed.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from testbed.recording.notebook import Viewer
 
 DesignProgress = Callable[[Start], None]
 
@@ -151,6 +154,20 @@ class Run(Shown, Saved):
             web: whether to serve the viewer to a browser on this machine instead.
         """
         open_viewer(self.save(folder) / "recording.rrd", web=web)
+
+    def viewer(self, *, height: int = 600) -> Viewer:
+        """Return the recording in the rerun viewer, for the last line of a notebook's cell.
+
+        The page gets the viewer from this process, on loopback. Where its browser is on another machine, set
+        `RERUN_NOTEBOOK_ASSET` before the first viewer, as rerun-notebook describes.
+
+        Args:
+            height: pixels; it is as wide as the cell.
+
+        Raises:
+            InputError: rerun-notebook is not installed (`pip install 'testbed[notebook]'`).
+        """
+        return notebook_viewer(lambda path: write_run_recording(path, self.origin, self.experiment), height)
 
     def _page(self) -> Page:
         return run_page(self.experiment, self.origin.listed, {})

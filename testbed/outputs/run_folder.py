@@ -29,7 +29,7 @@ def write_run(folder: Path, file: TextFile, origin: Provenance, experiment: Expe
     Raises:
         OSError: the folder cannot be written.
     """
-    origin = origin.with_deciding(model_sha256=model_sha256(experiment.truth.model))
+    origin = _with_model(origin, experiment)
     result = result_of(experiment) | {"provenance": origin.reproducible}
     record = experiment.flown.record
     (folder / "scenario.toml").write_bytes(file.content)
@@ -37,11 +37,27 @@ def write_run(folder: Path, file: TextFile, origin: Provenance, experiment: Expe
     write_json(folder / "result.json", result)
     write_json(folder / "provenance.json", origin.content)
     write_run_report(folder / "report.html", experiment, origin.listed | {"scenario.toml": file.text}, result)
+    write_run_recording(folder / "recording.rrd", origin, experiment)
+
+
+def write_run_recording(path: Path, origin: Provenance, experiment: Experiment) -> None:
+    """Write the recording of a run, whole or not at all.
+
+    Args:
+        path: of the .rrd file.
+        origin: what made the run; the hash of the flown model is added here.
+        experiment: the run.
+    """
+    record, origin = experiment.flown.record, _with_model(origin, experiment)
     write_recording(
-        folder / "recording.rrd",
+        path,
         recording_id=origin.recording_id,
         time=record.time,
         channels=record.channels,
         scene=scene_of(shown_model(experiment.scenario)),
         content=recording_content(experiment, origin.listed),
     )
+
+
+def _with_model(origin: Provenance, experiment: Experiment) -> Provenance:
+    return origin.with_deciding(model_sha256=model_sha256(experiment.truth.model))

@@ -10,6 +10,7 @@ import sys
 import matplotlib.image
 import pytest
 
+from support.notebooks import NOTEBOOKS
 from support.printed import require_printed
 from support.processes import ROOT
 
@@ -55,4 +56,4 @@ def test_an_example_is_short(program):
 def test_the_list_of_examples_is_complete():
     page = (ROOT / "examples" / "README.md").read_text(encoding="utf-8")
     listed = {link.rstrip("/") for link in re.findall(r"\| \[[^\]]+\]\(([^)]+)\)", page)}
-    assert {path.name for path in PROGRAMS} | {"own_effect"} == listed
+    assert {path.name for path in [*PROGRAMS, *NOTEBOOKS]} | {"own_effect"} == listed

@@ -51,6 +51,17 @@ def test_files_of_the_repository_are_on_it(site):
     assert "../repository/scenarios/zero_g.toml" in (site / "reference" / "shipped-scenarios.html").read_text("utf-8")
 
 
+@pytest.mark.parametrize("name", ["first_flight", "diagnose_and_extend"])
+def test_a_notebook_is_a_page_with_its_outputs(site, name):
+    page = (site / "tutorials" / "notebooks" / f"{name}.html").read_text(encoding="utf-8")
+    assert '<div><iframe srcdoc="' in page
+    assert f"images/notebooks/{name}.png" in page
+    assert "data:image/png;base64," in page
+    assert (site / "repository" / "examples" / f"{name}.ipynb").is_file()
+    listed = (site / "tutorials" / "python.html").read_text(encoding="utf-8")
+    assert f'href="notebooks/{name}.html"' in listed
+
+
 def test_every_page_is_in_its_contents():
     contents = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
     pages = (path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md"))

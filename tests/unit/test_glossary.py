@@ -44,6 +44,7 @@ FILE_FORMATS = {
     "'unlisted'": "a stratum in the answers of sealed blind cases",
     '"unlisted"': "the same",
     '"taken_back"': "a key of diagnosis.json",
+    "`taken_back`": "the same, in the documents",
     "`unlisted`": "the stratum, in the documents",
     "benchmarks.blind_unlisted": "the name of a command",
 }

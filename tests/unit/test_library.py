@@ -90,6 +90,19 @@ def test_a_run_and_its_numbers(runs):
     assert "<iframe" in run._repr_html_()
 
 
+def test_what_a_notebook_stores_of_an_object_is_small(runs):
+    shown = runs[0]._repr_html_()
+    assert "Residuals" in shown
+    assert "Its charts are in report.html" in shown
+    assert len(shown) < 50_000
+
+
+def test_a_viewer_without_its_package_says_what_to_install(runs, monkeypatch):
+    monkeypatch.setitem(sys.modules, "rerun_notebook", None)
+    with pytest.raises(tb.InputError, match=r"pip install 'testbed\[notebook\]'"):
+        runs[0].viewer()
+
+
 def test_a_frame_becomes_records_and_an_estimate(scenario, runs):
     frame = tb.frame_of(runs[0].record)
     assert isinstance(frame, pd.DataFrame)

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from html import unescape
 
 import numpy as np
 import plotly.graph_objects as go
@@ -12,7 +13,7 @@ from support.report_pages import ParsedPage
 from testbed.errors import InputError
 from testbed.report.frame.blocks import Cell, Column, Figure, Listing, Notice, Page, Paragraph, Section, Table
 from testbed.report.frame.chart import line_chart
-from testbed.report.frame.page import render_page, write_page
+from testbed.report.frame.page import render_frame, render_page, write_page
 from testbed.report.frame.series import component_lines
 
 NASTY = "</script><b>\"&'<!-- ü ω"
@@ -121,3 +122,21 @@ def test_a_page_that_cannot_be_written_says_so(tmp_path):
     path = tmp_path / "missing" / "report.html"
     with pytest.raises(InputError, match="cannot be written"):
         write_page(path, page())
+
+
+def test_a_frame_has_tables_and_text_but_no_charts_and_says_where_they_are():
+    parsed = ParsedPage(framed(page(figure(), table("t"), Paragraph(text="p"))))
+    assert not parsed.charts
+    assert len(parsed.tables) == 1
+    assert any("Its charts are in report.html" in text for _, text in parsed.tones)
+    assert "Its charts" not in framed(page(table("t")))
+
+
+def test_a_frame_leaves_out_sections_that_are_empty_without_charts():
+    assert "First part" not in framed(page(figure()))
+
+
+def framed(content):
+    """Return the page in a frame, as the browser unpacks it."""
+    (document,) = re.findall(r'srcdoc="([^"]*)"', render_frame(content))
+    return unescape(document)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Literal, TypeAlias
 
 import plotly.graph_objects as go
@@ -130,3 +130,16 @@ class Page:
     verdict: Notice
     notices: tuple[Notice, ...]
     sections: tuple[Section, ...]
+
+    @property
+    def has_figures(self) -> bool:
+        """Whether there is any chart."""
+        return any(isinstance(block, Figure) for section in self.sections for block in section.blocks)
+
+    @property
+    def sections_without_figures(self) -> tuple[Section, ...]:
+        """The sections without charts, and none that held nothing else."""
+        kept = [tuple(block for block in each.blocks if not isinstance(block, Figure)) for each in self.sections]
+        return tuple(
+            replace(section, blocks=blocks) for section, blocks in zip(self.sections, kept, strict=True) if blocks
+        )

@@ -12,7 +12,7 @@ from plotly.offline import get_plotlyjs
 from testbed.errors import OutputError
 from testbed.files import whole_file
 from testbed.palette import SHADES
-from testbed.report.frame.blocks import Figure, Page
+from testbed.report.frame.blocks import Figure, Page, Section
 
 _TEMPLATES = Environment(
     loader=PackageLoader(__package__, "template"),
@@ -47,18 +47,29 @@ def render_page(page: Page) -> str:
     """Return a page as HTML, style, scripts and the charting library inside."""
     blocks = (block for section in page.sections for block in section.blocks)
     kinds = {trace.type for block in blocks if isinstance(block, Figure) for trace in block.chart.data}
-    return _TEMPLATES.get_template("page.html").render(
-        page=page,
-        style=_asset("page.css", shades=SHADES),
-        script=_asset("page.js"),
-        charting=Markup(_charting(kinds)) if kinds else None,
-        chart_json=_chart_json,
-    )
+    charting = Markup(_charting(kinds)) if kinds else None
+    return _rendered(page, page.sections, "page.js", charting=charting, framed=False)
 
 
 def render_frame(page: Page) -> str:
-    """Return a page in a frame, as a notebook shows it: its style and scripts touch nothing else there."""
-    return f'<iframe srcdoc="{escape(render_page(page))}" style="width:100%; height:40rem; border:0"></iframe>'
+    """Return a page in a frame, as a notebook shows it: its style touches nothing else there.
+
+    Charts are left out: the library that draws them would add 5 MB to the notebook with every object that it shows.
+    """
+    shown = escape(_rendered(page, page.sections_without_figures, "frame.js", charting=None, framed=True))
+    return f'<iframe srcdoc="{shown}" style="width:100%; height:40rem; max-height:40rem; border:0"></iframe>'
+
+
+def _rendered(page: Page, sections: tuple[Section, ...], script: str, *, charting: Markup | None, framed: bool) -> str:
+    return _TEMPLATES.get_template("page.html").render(
+        page=page,
+        sections=sections,
+        style=_asset("page.css", shades=SHADES),
+        script=_asset(script),
+        charting=charting,
+        chart_json=_chart_json,
+        framed=framed,
+    )
 
 
 def _charting(kinds: Set[str]) -> str:

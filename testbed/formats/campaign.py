@@ -1,0 +1,71 @@
+"""montecarlo.json of a campaign."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from testbed.formats.parts import Part, Provenance, SixOrNull
+
+
+class EstimatorFigures(Part):
+    """One estimator over the completed runs; lists in the order J11, J22, J33, J23, J13, J12.
+
+    Null stands where there is no finite number, as where no run was completed.
+    """
+
+    runs: int
+    """Number of runs in which it gave an estimate."""
+    mean_kg_m2: SixOrNull
+    """Mean truth plus mean error, kg·m²."""
+    std_kg_m2: SixOrNull
+    """Scatter: standard deviation of the errors, kg·m²."""
+    claimed_std_kg_m2: SixOrNull
+    """Mean of the standard deviations that it states, kg·m²."""
+    bias_in_standard_errors: SixOrNull
+    """Mean error over its standard error, a pure number."""
+    coverage_95: SixOrNull
+    """Share of its 95 % intervals that hold the truth, 0 to 1."""
+    scatter_over_bound: SixOrNull
+    """Scatter over the Cramér-Rao bound's standard deviation, a pure number."""
+
+
+class FailedRun(Part):
+    """A run that was not completed."""
+
+    run: int
+    """Number of the run, from 0."""
+    seed: int
+    """Its seed: `testbed run SCENARIO --seed` with it flies the run again."""
+    message: str
+    """What happened."""
+
+
+class CampaignResult(Part):
+    """montecarlo.json: bias, scatter and coverage of every estimator over many flights."""
+
+    schema_version: Annotated[Literal[1], Field(alias="schema")]
+    """Version of this format."""
+    scenario: str
+    """Name of the scenario."""
+    seed: int
+    """Seed of the campaign, from which every run's is made."""
+    runs: int
+    """Number of runs, failed ones included."""
+    failed: int
+    """Number of runs that were not completed."""
+    estimates: dict[str, EstimatorFigures]
+    """By estimator: `ls`, `iv`, `iv_momentum`, `output_error`; one that gave fewer than two estimates is absent."""
+    bound_std_kg_m2: SixOrNull
+    """Standard deviation at the Cramér-Rao bound, root mean square over the runs, kg·m²."""
+    true_theta_kg_m2: SixOrNull
+    """Mean of the true θ over the runs, kg·m²."""
+    failures: list[FailedRun]
+    """Every failed run."""
+    seconds: float
+    """Time that flying and estimating took, s."""
+    simulated_s: float
+    """Flight time of all completed runs together, s."""
+    provenance: Provenance
+    """What decides the result."""
