@@ -10,6 +10,7 @@ from testbed.arrays import Array, Series, UnitSeries, Vectors3
 from testbed.assembly.platform import Body
 from testbed.assembly.time_base import require_time_in_seconds
 from testbed.cmg.cluster import Cluster
+from testbed.cmg.servo_law import stiffness_of
 from testbed.errors import InputError
 from testbed.estimation.gyro_noise import gyro_noise_of, noise_freedom
 from testbed.estimation.telemetry import GimbalTelemetry, Servo, Telemetry
@@ -105,7 +106,7 @@ def _servo(scenario: Scenario, time: Series) -> Servo:
     bandwidth = cluster.gimbal_servo_bandwidth_rad_s
     return Servo(
         bandwidth=bandwidth,
-        stiffness=(bandwidth / (2.0 * cluster.gimbal_servo_damping_ratio)) ** 2,
+        stiffness=stiffness_of(bandwidth, cluster.gimbal_servo_damping_ratio),
         rate_limit=cluster.gimbal_rate_limit_rad_s,
         period=interval / ceil(interval * scenario.simulation.control_rate_hz - _CLOCK_JITTER),
     )

@@ -5,7 +5,7 @@ Of one gimbal, over each control period from a tick on, with u the demand over t
     u = ω_b ḋ_s + Δḋ_c / T - load(ω at the period's middle, d at its start),   ḋ_s = ḋ_c + ω_n² / ω_b (d_c - d)
     T_m l̇ = u - l,   d̈ = l - ω_b ḋ + load - friction
 
-The set point ḋ_s stays within the rate limit, and d_c within a bound around d, as the controller has it.
+The set point ḋ_s stays within the rate limit, and d_c within a bound around d: the law of `cmg.servo_law`, as flown.
 
 What the servo fed forward is the load at the rate that was planned, which nobody sends; what it misses by that is
 left out of the comparison (`servo_answers.shown`).
@@ -24,6 +24,8 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from testbed.arrays import Array, Series, UnitSeries
+from testbed.cmg import servo_law
+from testbed.cmg.servo_law import next_commanded_angle, within
 from testbed.estimation.telemetry import CommandedRun, GimbalRun, Servo
 from testbed.prediction.compared import long_gaps
 from testbed.prediction.smooth import decay
@@ -93,14 +95,14 @@ def set_point(run: CommandedRun) -> UnitSeries:
     Behind a long gap in the telemetry the gimbals count as where they were commanded to be.
     """
     ticks, servo = ticks_of(run), run.gimbals.servo
-    asked, points = _Asked(servo, ticks.first_angle), np.empty_like(ticks.command)
+    commanded, points = _Commanded(servo, ticks.first_angle), np.empty_like(ticks.command)
     last = np.searchsorted(ticks.samples, np.arange(len(ticks.time)), side="right") - 1
     within_gap = np.concatenate([long_gaps(run), [False]])[last]
     for tick, angle in enumerate(gimbal_motion(run)(ticks.time)):
         if within_gap[tick]:
-            asked = _Asked(servo, angle)
-        points[tick] = asked.set_point(ticks.command[tick], angle)
-        asked.follow(ticks.command[tick], angle)
+            commanded = _Commanded(servo, angle)
+        points[tick] = commanded.set_point(ticks.command[tick], angle)
+        commanded.follow(ticks.command[tick], angle)
     return points
 
 
@@ -155,37 +157,31 @@ def _answer(run: CommandedRun, units: NDArray[np.intp], lag: Array, friction: Ar
     step = _Step(servo, lag)
     angle = ticks.first_angle[units].astype(step.kind)
     rate = motor = np.zeros_like(angle)
-    asked, command, fed_forward = _Asked(servo, angle), ticks.command[:, units], ticks.fed_forward[:, units]
+    commanded, command, fed_forward = _Commanded(servo, angle), ticks.command[:, units], ticks.fed_forward[:, units]
     load, slope = ticks.load[:, units] - friction, ticks.load_slope[:, units]
     angles = np.empty((len(command), len(units)), dtype=np.result_type(step.kind, friction))
     for tick in range(len(command)):
         angles[tick] = angle
-        set_point = asked.set_point(command[tick], angle)
-        asked.follow(command[tick], angle)
-        demand = servo.bandwidth * _within(set_point, servo.rate_limit) + fed_forward[tick]
+        set_point = commanded.set_point(command[tick], angle)
+        commanded.follow(command[tick], angle)
+        demand = servo.bandwidth * within(set_point, servo.rate_limit) + fed_forward[tick]
         angle, rate, motor = step.after(angle, rate, motor, demand, load[tick], slope[tick])
     return np.asarray(angles[ticks.samples].T)
 
 
-def _within(value: Array, bound: float) -> Array:
-    """Return values cut at ±bound; by their real parts, so that derivatives by complex step pass or stop there."""
-    return np.asarray(np.minimum(np.maximum(value, -bound), bound))
-
-
-class _Asked:
-    """The angle d_c that the controller asks for, which never runs away from a gimbal that cannot follow."""
+class _Commanded:
+    """The angle d_c that the controller commands."""
 
     def __init__(self, servo: Servo, angle: Array) -> None:
-        self._servo, self._angle = servo, angle
-        self._bound = servo.rate_limit / float(np.sqrt(servo.stiffness))
+        self._servo, self._angle, self._bound = servo, angle, servo.angle_error_bound
 
     def set_point(self, command: Array, angle: Array) -> Array:
         """Return the tachometer loop's set point before its limit, rad/s."""
-        return np.asarray(command + self._servo.stiffness / self._servo.bandwidth * (self._angle - angle))
+        return servo_law.set_point(command, self._angle - angle, self._servo.stiffness / self._servo.bandwidth)
 
     def follow(self, command: Array, angle: Array) -> None:
         """Go on to the next period."""
-        self._angle = angle + _within(self._angle - angle, self._bound) + self._servo.period * command
+        self._angle = next_commanded_angle(self._angle, angle, self._bound, command, self._servo.period)
 
 
 def _pushed(run: CommandedRun, push: Array) -> Array:
