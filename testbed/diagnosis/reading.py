@@ -11,9 +11,9 @@ from testbed.diagnosis.gate import Gated, Usable, gated, grouped, runs_together
 from testbed.diagnosis.noise import pooled_noise, with_pooled_noise, with_telemetry_noise, without_spikes
 from testbed.diagnosis.windows import outliers_notice
 from testbed.dynamics.inertia import theta_of
-from testbed.effects.contact import shows_a_jump
 from testbed.effects.gyro_saturation import is_clipped
 from testbed.errors import InputError
+from testbed.estimation.contact import shows_a_jump
 from testbed.estimation.telemetry import Telemetry
 from testbed.records.record import Record
 from testbed.scenario.body import BodyScenario

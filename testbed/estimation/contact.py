@@ -1,9 +1,15 @@
-"""The first contact with a wall, found in a record: the whole momentum jumps, and no actuator explains it.
+"""Contacts found in a record: the total angular momentum jumps, and no actuator explains it.
 
-Between contacts the momentum H is conserved, so that the samples so far predict the next one by
-Γ(ω) θ - Rᵀ H = -h - (J(d) - J(0)) ω. A recursive fit starts from the nominal inertia, unsure of it, and from any
-momentum; at every sample it is asked whether H has changed by a step within the last few (a generalised likelihood
-ratio). Source: the conservation of momentum behind paper eq. (1).
+Between contacts the momentum H is conserved: Γ(ω) θ - Rᵀ H = -h - (J(d) - J(0)) ω. Source: the conservation of momentum
+behind paper eq. (1). Both searches test this one equation for a step of H, by a generalised likelihood ratio:
+
+- `first_contact` runs through the samples. A recursive fit starts from the nominal inertia, unsure of it, and from any
+  momentum; at every sample it tests whether H has changed by a step within the last few. What comes later does not
+  count: it finds the first contact of several, up to which a record can be used.
+- `likeliest_jumps` fits inertia and momentum to the whole record with one step at each of its samples in turn. It needs
+  no nominal inertia, and sees smaller steps; of several contacts it finds the largest.
+
+docs/notes/2026-11-23-one-of-each.md compares them.
 """
 
 from __future__ import annotations
@@ -14,8 +20,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import chi2
 
-from testbed.arrays import Array, Series, Theta, Vector3, Vectors3
+from testbed.arrays import Array, Flags, Series, Theta, Vector3, Vectors3
 from testbed.dynamics.inertia import inertia_of
 from testbed.estimation.actuation import actuation
 from testbed.estimation.identifiability import inertia_size
@@ -36,6 +43,10 @@ QUIETEST = 1e-4
 """rad/s; below it encoders and interpolation are louder than the gyro."""
 FASTEST = 20.0
 """rad/s; standard deviation of the body rate that H at the start is worth, beyond any."""
+_APART = 0.2
+"""s; nearer instants of a run are the same touch."""
+_CHANCE = 1e-3
+"""Of a jump anywhere in a run, below which the run shows one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -159,3 +170,51 @@ def _contact(time: Series, step: _Step, surprises: Sequence[float]) -> Contact:
     while first > 1 and surprises[first - 1] > DOUBT:
         first -= 1
     return Contact(last_free=float(time[first - 1]), first_seen=float(time[first]), rate_jump_B=step.rate_jump_B)
+
+
+def shows_a_jump(run: Telemetry) -> bool:
+    """Return whether a jump of the momentum explains more of a run than chance would at any of its samples.
+
+    Args:
+        run: its telemetry; its inertia is estimated with the jump.
+    """
+    found = likeliest_jumps(run, 1)
+    return bool(found) and bool(len(run.gyro_time) * chi2.sf(found[0][0], 3) < _CHANCE)
+
+
+def likeliest_jumps(run: Telemetry, count: int) -> list[tuple[float, float]]:
+    """Return the instants between samples at which a jump of the momentum explains the most, best first.
+
+    Γ(ω) θ - Rᵀ (H₀ + ΔH after the instant) = Y is linear in θ, H₀ and ΔH. With each instant stands twice the logarithm
+    of the likelihood ratio with and without the jump.
+
+    Args:
+        run: its telemetry.
+        count: of instants, at most.
+    """
+    equation = momentum_equation(run, run.body_rate)
+    rows = equation.regressor[..., :9].reshape(-1, 9)
+    basis = np.linalg.qr(rows / np.linalg.norm(rows, axis=0))[0]
+    response = equation.response.ravel()
+    residual = response - basis @ (basis.T @ response)
+    later = np.arange(len(run.gyro_time))
+    scores = np.array([_explained(rows[:, 6:], later >= first, basis, residual) for first in later[1:]])
+    share = np.clip(scores / max(float(residual @ residual), np.finfo(float).tiny), 0.0, 1.0 - np.finfo(float).eps)
+    return _peaks(-len(residual) * np.log1p(-share), (run.gyro_time[1:] + run.gyro_time[:-1]) / 2.0, count)
+
+
+def _explained(turned: Array, after: Flags, basis: Array, residual: Array) -> float:
+    """Return by how much a jump lowers the sum of squares."""
+    jump = turned * np.repeat(after, 3)[:, None]
+    free = jump - basis @ (basis.T @ jump)
+    step = np.linalg.lstsq(free, residual, rcond=1e-9)[0]
+    return float(residual @ (free @ step))
+
+
+def _peaks(scores: Series, instants: Series, count: int) -> list[tuple[float, float]]:
+    """Return score and instant, best first, none near a better one."""
+    kept: list[tuple[float, float]] = []
+    for index in np.argsort(scores)[::-1]:
+        if len(kept) < count and all(abs(instants[index] - instant) > _APART for _, instant in kept):
+            kept.append((float(scores[index]), float(instants[index])))
+    return kept

@@ -1,7 +1,8 @@
 """The equations of motion of many runs under many parameter sets, and one step of their integration.
 
-The state is the platform's whole momentum L in body axes, L̇ = τ - ω × L, with (J(d) - Ĵ) ω = L - h - ĥ, where the hat
-marks what does not turn with the body (a hinged or sloshing mass). No measurement is differentiated.
+The state is the platform's total angular momentum L in body axes, as in `dynamics.gyrostat`, with
+(J(d) - Ĵ) ω = L - h - ĥ, where the hat marks what does not turn with the body (a hinged or sloshing mass). No
+measurement is differentiated.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ from scipy.signal import lfilter
 
 from testbed.arrays import Array, Series, UnitSeries
 from testbed.cmg import servo_law
-from testbed.cmg.servo_law import next_commanded_angle, within
+from testbed.cmg.servo_law import within
 from testbed.estimation.telemetry import CommandedRun, GimbalRun, Servo
 from testbed.prediction.compared import long_gaps
 from testbed.prediction.smooth import decay
@@ -181,7 +181,8 @@ class _Commanded:
 
     def follow(self, command: Array, angle: Array) -> None:
         """Go on to the next period."""
-        self._angle = next_commanded_angle(self._angle, angle, self._bound, command, self._servo.period)
+        ahead = within(self._angle - angle, self._bound)  # `servo_law.next_commanded_angle` but for rounding
+        self._angle = angle + ahead + self._servo.period * command
 
 
 def _pushed(run: CommandedRun, push: Array) -> Array:

@@ -58,9 +58,8 @@ def plain() -> Telemetry:
     return with_gimbals(run, torque=exact().gimbals.torque + noise)
 
 
-def runs_with(*, body_rate=None, **channels) -> Runs:
-    run = with_gimbals(plain(), **channels)
-    return runs_of(["a"], [run if body_rate is None else replace(run, body_rate=body_rate)])
+def runs_with(*, gyro=None, **channels) -> Runs:
+    return runs_of(["a"], [replace(with_gimbals(plain(), **channels), **(gyro or {}))])
 
 
 def found(runs: Runs, effect: str, component: str):
@@ -90,7 +89,7 @@ def test_friction_shows_in_the_motor_torque(effect, size):
 
 def test_a_gyro_that_is_wrong_is_credited_with_what_it_mends_in_the_motor_torques():
     """They are predicted with the body rate that it shows: what it is off by looks like friction."""
-    runs = runs_with(body_rate=plain().body_rate * [1.0, 1.0, 1.25])
+    runs = runs_with(gyro={"body_rate": plain().body_rate * [1.0, 1.0, 1.25]})
     fit, places = fitted(runs, [], TRUE_THETA, []), [("gyro_scale", "z"), ("gimbal_viscous_friction", "cmg1")]
     placed = [Hypothesis(effect=EFFECTS[effect], component=component) for effect, component in places]
     body_alone = fit.chi_square - fitted(runs, placed[:1], fit.theta, [np.zeros(1)]).chi_square
@@ -128,7 +127,7 @@ def answered(
 def test_a_hole_in_the_gyro_says_nothing_of_the_motors():
     run = plain()
     kept = (run.gyro_time < 2.0) | (run.gyro_time > 3.0)
-    holed = runs_with(gyro_time=run.gyro_time[kept], body_rate=run.body_rate[kept])
+    holed = runs_with(gyro={"gyro_time": run.gyro_time[kept], "body_rate": run.body_rate[kept]})
     fit = fitted(holed, [], TRUE_THETA, [])
     torques = fit.residual[holed.samples :]
     assert len(torques) < 6 * 0.85 * len(run.actuator_time)
@@ -275,7 +274,7 @@ def _predicted(runs: Runs, fit) -> list[np.ndarray]:
 
 @pytest.mark.parametrize("ratio", [1.0, 1.25])
 def test_noise_beyond_what_is_stated_is_told(ratio):
-    run = replace(plain(), gimbal_torque=None, gyro_noise=GYRO_NOISE / ratio)
+    run = replace(with_gimbals(plain(), torque=None), gyro_noise=GYRO_NOISE / ratio)
     others = [
         replace(noisy(exact_telemetry(FLIGHT, *[run.gyro_time] * 2, GYRO_NOISE), seed=seed, encoder_noise=1e-4),
                 gyro_noise=run.gyro_noise)
@@ -290,7 +289,7 @@ def test_noise_beyond_what_is_stated_is_told(ratio):
 
 def test_steps_of_the_gyro_are_told_exactly():
     step = 0.004
-    runs = runs_with(body_rate=step * np.round(plain().body_rate / step), torque=None)
+    runs = runs_with(gyro={"body_rate": step * np.round(plain().body_rate / step)}, torque=None)
     scatter = noise_tests(runs, fitted(runs, [], TRUE_THETA, []), NOISE_EFFECTS, others=60).found
     assert scatter[0].key == "gyro_quantization:gyro"
     np.testing.assert_allclose(scatter[0].finding.values, step, rtol=1e-9)
