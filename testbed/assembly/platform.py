@@ -159,7 +159,7 @@ def initial_state(scenario: Scenario) -> InitialState:
 
 
 def initial_momentum(scenario: Scenario, platform: PlatformModel) -> Vector3:
-    """Return the whole momentum that a platform has in the scenario's initial state, N·m·s, body axes."""
+    """Return the total angular momentum that a platform has in the scenario's initial state, N·m·s, body axes."""
     start = initial_state(scenario)
     return platform_momentum(platform.cluster, platform.inertia, start.body_rate, start.gimbal_angle, np.zeros(6))
 

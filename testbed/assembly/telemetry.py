@@ -25,11 +25,11 @@ _ACTUATOR_CHANNELS = ("gimbal_angle", "cluster_momentum", "applied_torque")
 
 
 def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telemetry:
-    """Return what a record tells the estimators; its usable part only.
+    """Return what a record gives the estimators; its usable part only.
 
     Args:
         record: flown or measured.
-        scenario: the gyro's noise where neither the record states it nor its samples tell it, and what is known of the
+        scenario: the gyro's noise where neither the record states it nor its samples show it, and what is known of the
             initial momentum.
         nominal: geometry of the units, and their momentum where the record has no tachometers.
 
@@ -58,7 +58,7 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
 
 
 def _gyro_noise(record: Record, time: Series, body_rate: Vectors3) -> float | None:
-    """Return the noise that the record states; of a measured one that does not, what its samples tell."""
+    """Return the noise that the record states; of a measured one that does not, what its samples show."""
     stated = record.details.gyro_noise
     if stated or record.details.source == "simulated":  # no measured gyro is free of noise
         return stated

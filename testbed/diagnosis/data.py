@@ -13,8 +13,8 @@ from testbed.effects.fast_changes import FEWEST, fast_power
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import Grid, grid_of
 from testbed.prediction.motor_torques import has_torques, measured_torques
-from testbed.prediction.servo import answer, ticks_of
-from testbed.prediction.servo_answers import by_stretches, by_units, constants, has_commands, measured_answers, shown
+from testbed.prediction.servo import response, ticks_of
+from testbed.prediction.servo_response import by_stretches, by_units, constants, has_commands, measured_responses, shown
 from testbed.prediction.smoothed import direction_of
 
 _LEAST = 1e-3
@@ -46,17 +46,17 @@ def torque_channel(grid: Grid) -> tuple[list[Array], Units] | None:
     return torques, _noise(torques)
 
 
-def answer_channel(grid: Grid) -> tuple[list[Array], Array] | None:
+def response_channel(grid: Grid) -> tuple[list[Array], Array] | None:
     """Return what is compared of every run's gimbal angles, each of shape (K, 3), rad, and its noise, shape (3,).
 
-    None where commands are not sent, or the gimbals do not answer them as their servo would.
+    None where commands are not sent, or the gimbals do not follow them as their servo would.
     """
     if not has_commands(grid):
         return None
-    answers = measured_answers(grid)
-    if not any(len(each) for each in answers):
+    responses = measured_responses(grid)
+    if not any(len(each) for each in responses):
         return None
-    left = _left(grid, answers)
+    left = _left(grid, responses)
     pairs = zip(grid.commanded_runs, left, strict=True)
     by_unit = [part for run, each in pairs for part in by_stretches(run, by_units(run, each))]
     noise = np.sqrt(2.0 * np.mean(_noise(by_unit) ** 2))  # six columns hold the noise of three directions
@@ -65,17 +65,17 @@ def answer_channel(grid: Grid) -> tuple[list[Array], Array] | None:
     if len(squares) < _ENOUGH * unknowns:
         return None
     missed = np.sqrt(squares.sum() / (len(squares) - unknowns))
-    return (answers, np.full(3, np.hypot(max(missed, noise), _MODEL))) if missed < _FOLLOWING * noise else None
+    return (responses, np.full(3, np.hypot(max(missed, noise), _MODEL))) if missed < _FOLLOWING * noise else None
 
 
-def _left(grid: Grid, answers: Sequence[Array]) -> list[Array]:
-    """Return what every run's gimbals miss of the answer of servos with a lag and friction each, shape (K, 3), rad."""
+def _left(grid: Grid, responses: Sequence[Array]) -> list[Array]:
+    """Return what gimbals miss of the response of servos with a lag and friction each, of every run, (K, 3), rad."""
 
     def left(unknowns: Array) -> Array:
-        return np.concatenate([part[0].ravel() for part in _missed(grid, answers, unknowns[None])])
+        return np.concatenate([part[0].ravel() for part in _missed(grid, responses, unknowns[None])])
 
     def slopes(unknowns: Array) -> Array:
-        parts = _missed(grid, answers, np.vstack([unknowns, unknowns + np.diag(_NUDGES)]))
+        parts = _missed(grid, responses, np.vstack([unknowns, unknowns + np.diag(_NUDGES)]))
         changes = np.concatenate([(part[1:] - part[:1]).reshape(len(_NUDGES), -1) for part in parts], axis=1)
         return np.asarray(changes.T / _NUDGES)
 
@@ -88,18 +88,18 @@ def _left(grid: Grid, answers: Sequence[Array]) -> list[Array]:
         ftol=_CLOSE,
         max_nfev=_TRIALS,
     )
-    edges = np.cumsum([each.size for each in answers])[:-1]
+    edges = np.cumsum([each.size for each in responses])[:-1]
     return [part.reshape(-1, 3) for part in np.split(found.fun, edges)]
 
 
-def _missed(grid: Grid, answers: Sequence[Array], unknowns: Array) -> list[Array]:
-    """Return measured less predicted answers of servos with lag, viscous and dry friction, each of shape (P, K, 3)."""
+def _missed(grid: Grid, responses: Sequence[Array], unknowns: Array) -> list[Array]:
+    """Return measured less predicted responses of servos with lag, viscous and dry friction, each (P, K, 3)."""
     lag, viscous, dry = np.split(unknowns, 3, axis=1)
     parts = []
-    for run, measured in zip(grid.commanded_runs, answers, strict=True):
+    for run, measured in zip(grid.commanded_runs, responses, strict=True):
         rate = ticks_of(run).gimbal_rate
         against = viscous[:, None] * rate + dry[:, None] * direction_of(rate)
-        parts.append(measured - shown(run, answer(run, lag, against)))
+        parts.append(measured - shown(run, response(run, lag, against)))
     return parts
 
 
@@ -127,7 +127,7 @@ class Runs:
             (N, 3), rad/s; empty where there are none.
         grid: their telemetry on the integration's grid.
         sigma: of the gyro, each run and axis, shape (R, 3), rad/s.
-        inner: measured motor torques and answers to commands, blocks in the order in which they are predicted.
+        inner: measured motor torques and responses to commands, blocks in the order in which they are predicted.
         inner_sigma: of each block, shape (6,) or (3,), in the block's unit.
         noise_freedom: degrees of freedom with which sigma is known; infinite where it is stated.
     """
@@ -207,7 +207,7 @@ def runs_of(names: Sequence[str], telemetry: Sequence[Telemetry]) -> Runs:
     """
     grid = grid_of(telemetry)
     sigma = np.array([[run.gyro_noise] * 3 for run in grid.runs])
-    torques, rates = torque_channel(grid), answer_channel(grid)
+    torques, rates = torque_channel(grid), response_channel(grid)
     inner = [channel for channel in (torques, rates) if channel is not None]
     return Runs(
         names=tuple(names),

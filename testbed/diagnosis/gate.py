@@ -255,7 +255,7 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
     Args:
         records: measured.
         scenario: the gyro's noise where neither a record states it nor its samples tell it.
-        nominal: geometry of the units, and the inertia that is believed.
+        nominal: geometry of the units, and the nominal inertia.
         at_rest: whether platforms that hardly turn may pass, because what follows asks by itself what the motion tells.
 
     Raises:

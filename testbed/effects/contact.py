@@ -72,7 +72,7 @@ class Contact(Effect):
         return np.array([[instant, 0.0, 0.0, 0.0] for instant in instants])
 
     @override
-    def places(self, component: str, grid: Grid) -> int:
+    def scan_count(self, component: str, grid: Grid) -> int:
         """An instant for every sample of the gyro."""
         return sum(len(run.gyro_time) for run in grid.runs)
 

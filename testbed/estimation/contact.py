@@ -77,8 +77,8 @@ class _Equation(NamedTuple):
     noise: float
 
 
-class _Belief(NamedTuple):
-    """What the samples so far say of (θ, H)/size: mean (9,), covariance (9, 9)."""
+class _Posterior(NamedTuple):
+    """The estimate from the samples so far of (θ, H)/size: mean (9,), covariance (9, 9)."""
 
     mean: Array
     covariance: Array
@@ -97,22 +97,22 @@ def first_contact(telemetry: Telemetry, nominal_theta: Theta) -> Contact | None:
 
     Args:
         telemetry: one run.
-        nominal_theta: the inertia that is believed, kg·m², right to about a tenth.
+        nominal_theta: the nominal inertia, kg·m², right to about a tenth.
 
     Raises:
         InputError: too few samples.
     """
     part = covered_part(telemetry)
     equation = _equation_of(part, nominal_theta)
-    belief = _learned(_unsure(nominal_theta), equation, 0)
-    beliefs, surprises = deque([belief], WINDOW), [0.0]
+    posterior = _learned(_unsure(nominal_theta), equation, 0)
+    posteriors, surprises = deque([posterior], WINDOW), [0.0]
     for sample in range(1, len(equation.response)):
-        steps = _steps(equation, sample, beliefs)
+        steps = _steps(equation, sample, posteriors)
         likeliest = max(steps, key=lambda step: step.surprise)
         if likeliest.surprise > ALARM:
             return _contact(part.gyro_time, likeliest, surprises)
         surprises.append(steps[-1].surprise)
-        beliefs.append(_learned(beliefs[-1], equation, sample))
+        posteriors.append(_learned(posteriors[-1], equation, sample))
     return None
 
 
@@ -128,39 +128,39 @@ def _equation_of(telemetry: Telemetry, nominal_theta: Theta) -> _Equation:
     )
 
 
-def _unsure(nominal_theta: Theta) -> _Belief:
+def _unsure(nominal_theta: Theta) -> _Posterior:
     mean = np.concatenate([nominal_theta / inertia_size(nominal_theta), np.zeros(3)])
-    return _Belief(mean, np.diag([MODEL_ERROR**2] * 6 + [FASTEST**2] * 3))
+    return _Posterior(mean, np.diag([MODEL_ERROR**2] * 6 + [FASTEST**2] * 3))
 
 
-def _learned(belief: _Belief, equation: _Equation, sample: int) -> _Belief:
-    """Return the belief after one more sample, and before H wanders until the next: a Kalman filter's round."""
-    mean, covariance = belief
+def _learned(posterior: _Posterior, equation: _Equation, sample: int) -> _Posterior:
+    """Return the posterior after one more sample, and before H wanders until the next: a Kalman filter's round."""
+    mean, covariance = posterior
     rows = equation.regressor[sample]
     seen = covariance @ rows.T
     gain = np.linalg.solve(rows @ seen + equation.noise**2 * np.eye(3), seen.T).T
     wander = np.diag([0.0] * 6 + [(WANDER * equation.noise) ** 2] * 3)
     later = covariance - gain @ seen.T
-    return _Belief(mean + gain @ (equation.response[sample] - rows @ mean), (later + later.T) / 2.0 + wander)
+    return _Posterior(mean + gain @ (equation.response[sample] - rows @ mean), (later + later.T) / 2.0 + wander)
 
 
-def _steps(equation: _Equation, last: int, beliefs: Sequence[_Belief]) -> list[_Step]:
+def _steps(equation: _Equation, last: int, posteriors: Sequence[_Posterior]) -> list[_Step]:
     """Return the step that each window ending with a sample shows, the longest window first.
 
     Args:
         equation: of all samples.
         last: index of the windows' last sample.
-        beliefs: before each of the windows, the latest last.
+        posteriors: before each of the windows, the latest last.
     """
-    first = last + 1 - len(beliefs)
-    return [_step(equation, slice(first + back, last + 1), belief) for back, belief in enumerate(beliefs)]
+    first = last + 1 - len(posteriors)
+    return [_step(equation, slice(first + back, last + 1), posterior) for back, posterior in enumerate(posteriors)]
 
 
-def _step(equation: _Equation, window: slice, belief: _Belief) -> _Step:
+def _step(equation: _Equation, window: slice, posterior: _Posterior) -> _Step:
     """Ask the mean residual of a window, each sample predicted from before the window, whether chance explains it."""
     rows = equation.regressor[window].mean(axis=0)
-    residual = rows @ belief.mean - equation.response[window].mean(axis=0)
-    variance = rows @ belief.covariance @ rows.T + equation.noise**2 / (window.stop - window.start) * np.eye(3)
+    residual = rows @ posterior.mean - equation.response[window].mean(axis=0)
+    variance = rows @ posterior.covariance @ rows.T + equation.noise**2 / (window.stop - window.start) * np.eye(3)
     return _Step(window.start, float(residual @ np.linalg.solve(variance, residual)), residual)
 
 

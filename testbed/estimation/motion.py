@@ -90,7 +90,7 @@ def torque_basis(telemetry: Telemetry, time: Series) -> Array:
     little to a torque that is itself a small correction.
 
     Args:
-        telemetry: says which torques are estimated.
+        telemetry: states which torques are estimated.
         time: shape (N,), s.
     """
     fixed = np.broadcast_to(np.eye(3), (len(time), 3, 3))

@@ -89,7 +89,7 @@ def _momentum_sensitivity(drive: Drive, motion: Motion, torque: Array) -> Array:
 
 
 def _linear_runge_kutta(feedback: Array, forcing: Array, step: float) -> Array:
-    """Return S at every other node, from S = (0, I); all steps' transition matrices are made at once."""
+    """Return S at every other node, from S = (0, I); all steps' transition matrices are made together."""
     start, middle, end = slice(0, -1, 2), slice(1, None, 2), slice(2, None, 2)
 
     def slope(at: slice, state: Array) -> Array:

@@ -89,7 +89,7 @@ class Equations:
         self._attitude = any(hook.needs_attitude for hook in hooks)
         edges = np.cumsum([3 + 4 * self._attitude, *(hook.states for hook in hooks)])
         self._own = [slice(first, last) for first, last in pairwise(edges.tolist())]
-        # Of many hypotheses at once few act on the motion itself; the others cost nothing here.
+        # Of many hypotheses together few act on the motion itself; the others cost nothing here.
         self._acting = [
             (hook, value, own)
             for (hook, value), own in zip(self._pairs, self._own, strict=True)

@@ -1,4 +1,4 @@
-"""The motion of many runs under many parameter sets, all steps of the integration at once.
+"""The motion of many runs under many parameter sets, all steps of the integration together.
 
 A step takes the states at one node to those at the next, x ↦ Φ(x). Stepping along the nodes is slow, a few numbers at
 a time. Instead Newton's method finds the states at all nodes that follow one another: Φ of all of them, and its
@@ -147,7 +147,7 @@ def _disturbed(equations: Equations, start: Array, states: Array, tangents: Arra
 
 
 def _in_blocks(equations: Equations, states: Array) -> Array:
-    """Return the states after all steps, so many at once as is fast."""
+    """Return the states after all steps, so many together as is fast."""
     runs, steps, sets, _ = states.shape
     size = max(1, _AT_ONCE // (runs * sets))
     blocks = [slice(first, min(first + size, steps)) for first in range(0, steps, size)]

@@ -8,10 +8,10 @@ Of one gimbal, over each control period from a tick on, with u the demand over t
 The set point ḋ_s stays within the rate limit, and d_c within a bound around d: the law of `cmg.servo_law`, as flown.
 
 What the servo fed forward is the load at the rate that was planned, which nobody sends; what it misses by that is
-left out of the comparison (`servo_answers.shown`).
+left out of the comparison (`servo_response.shown`).
 
 A run begins with gimbals at rest and motors without torque, as behind a release; the first demand asks for the whole
-rate at once. An ideal motor is then where one that was moving at that rate would be.
+rate immediately. An ideal motor is then where one that was moving at that rate would be.
 """
 
 from __future__ import annotations
@@ -74,8 +74,8 @@ def ticks_of(run: CommandedRun) -> Ticks:
     middle = time + 0.5 * period
     spinning, share, by_turning, by_body = _load_shares(run, middle, angle + 0.5 * period * rate, rate)
     own = cluster.rotor_spin_inertia - cluster.rotor_transverse_inertia
-    held, believed = _rotor_momentum(run, middle) + own * spinning, cluster.rotor_momentum
-    load = believed * (share - 0.5 * period * by_turning) / cluster.gimbal_axis_inertia
+    held, nominal = _rotor_momentum(run, middle) + own * spinning, cluster.rotor_momentum
+    load = nominal * (share - 0.5 * period * by_turning) / cluster.gimbal_axis_inertia
     return Ticks(
         time=time,
         samples=samples,
@@ -107,13 +107,13 @@ def set_point(run: CommandedRun) -> UnitSeries:
 
 
 @lru_cache(maxsize=_REMEMBERED)
-def nominal_answer(run: CommandedRun) -> UnitSeries:
+def nominal_response(run: CommandedRun) -> UnitSeries:
     """Return the angles of a run's samples with motors as they should be, shape (K, M), rad."""
     units = np.arange(len(ticks_of(run).first_angle))
-    return np.asarray(_answer(run, units, np.zeros(len(units)), np.zeros_like(ticks_of(run).load)).T)
+    return np.asarray(_response(run, units, np.zeros(len(units)), np.zeros_like(ticks_of(run).load)).T)
 
 
-def answer(run: CommandedRun, lag: Array, friction: Array) -> Array:
+def response(run: CommandedRun, lag: Array, friction: Array) -> Array:
     """Return the angles of a run's samples, shape (P, K, M), rad.
 
     Args:
@@ -121,12 +121,12 @@ def answer(run: CommandedRun, lag: Array, friction: Array) -> Array:
         lag: T_m, shape (P, M), s.
         friction: and whatever else is in the way, over the inertia, at every tick, shape (P, N, M), rad/s².
     """
-    nominal = nominal_answer(run)
+    nominal = nominal_response(run)
     late = lag != 0.0
     angles: Any = np.tile(nominal.astype(np.result_type(lag, friction)), (len(lag), 1, 1))
     sets, units = np.nonzero(late)
     if len(sets):
-        angles[sets, :, units] = _answer(run, units, lag[sets, units], friction[sets, :, units].T)
+        angles[sets, :, units] = _response(run, units, lag[sets, units], friction[sets, :, units].T)
     sets, units = np.nonzero(~late & np.any(friction != 0.0, axis=1))
     if len(sets):
         angles[sets, :, units] += _pushed(run, -friction[sets, :, units])
@@ -151,7 +151,7 @@ def _rotor_momentum(run: GimbalRun, time: Series) -> Array:
     return np.stack([np.interp(time, run.actuator_time, column) for column in spin.T], axis=1)
 
 
-def _answer(run: CommandedRun, units: NDArray[np.intp], lag: Array, friction: Array) -> Array:
+def _response(run: CommandedRun, units: NDArray[np.intp], lag: Array, friction: Array) -> Array:
     """Return the angles of some units at the samples, shape (W, K), rad, under lags (W,) and frictions (N, W)."""
     ticks, servo = ticks_of(run), run.gimbals.servo
     step = _Step(servo, lag)
@@ -188,7 +188,7 @@ class _Commanded:
 def _pushed(run: CommandedRun, push: Array) -> Array:
     """Return by how much pushes, (W, N), rad/s², move the angles at the samples, (W, K), rad, if motors are ideal."""
     return np.asarray(
-        lfilter(*_Step(run.gimbals.servo, np.zeros(1)).answer_to_push, push, axis=1)[:, ticks_of(run).samples]
+        lfilter(*_Step(run.gimbals.servo, np.zeros(1)).response_to_push, push, axis=1)[:, ticks_of(run).samples]
     )
 
 
@@ -212,7 +212,7 @@ class _Step:
         self._rest_moves = (lag * (1.0 - self._left) - self._rest_turns) / bandwidth
 
     @property
-    def answer_to_push(self) -> tuple[Array, Array]:
+    def response_to_push(self) -> tuple[Array, Array]:
         """Numerator and denominator, in powers of 1/z, from a push in every period to the angle, no motor late.
 
         The characteristic polynomial of θ' = θ + a ḋ + b (push - k θ), ḋ' = e ḋ + f (push - k θ).
