@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.environments import UnavailableError, environment
-from benchmarks.flight_crew import STEPS, body_rate_errors, largest_step
-from benchmarks.paired import PairedTimes, crew, paired
+from benchmarks.flight_worker import STEPS, body_rate_errors, largest_step
+from benchmarks.paired import PairedTimes, paired, workers
 from benchmarks.ratios import Ratio
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.scenario import Scenario
@@ -129,15 +129,15 @@ def _timed(python: Path, told: dict[str, Any], our_step: float, their_step: floa
     shares = [list(range(member, RUNS, PROCESSES)) for member in range(PROCESSES)]
     with tempfile.TemporaryDirectory() as folder:
         ours = [
-            [sys.executable, "-m", "benchmarks.flight_crew", str(SCENARIO), repr(our_step), *map(str, share)]
+            [sys.executable, "-m", "benchmarks.flight_worker", str(SCENARIO), repr(our_step), *map(str, share)]
             for share in shares
         ]
         theirs = []
         for member, share in enumerate(shares):
             part = told | {"step_ns": round(1e9 * their_step), "attitudes": [told["attitudes"][run] for run in share]}
             path = _written(Path(folder) / f"case{member}.json", part)
-            theirs.append([str(python), str(SCRIPT), "crew", path])
-        with crew(ours) as fly_ours, crew(theirs) as fly_theirs:
+            theirs.append([str(python), str(SCRIPT), "worker", path])
+        with workers(ours) as fly_ours, workers(theirs) as fly_theirs:
             return paired(fly_ours, fly_theirs, PAIRS)
 
 

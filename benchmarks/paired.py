@@ -47,7 +47,7 @@ def seconds(action: Callable[[], object]) -> float:
 
 
 @contextmanager
-def crew(commands: list[list[str]]) -> Iterator[Action]:
+def workers(commands: list[list[str]]) -> Iterator[Action]:
     """Keep processes at hand that do their work together; yields the action that sets them all to work once.
 
     A process imports what it needs, prints "ready", and then prints "done" for every line that it reads. What it costs

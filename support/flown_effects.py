@@ -23,7 +23,7 @@ from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import Values, node_rates
 from testbed.prediction.motor_torques import measured_torques, motor_torques
 from testbed.prediction.prediction import predicted
-from testbed.prediction.servo_answers import measured_answers, servo_answers
+from testbed.prediction.servo_response import measured_responses, servo_responses
 from testbed.prediction.smoothed import gimbal_motion
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.scenario import Scenario
@@ -92,10 +92,10 @@ class Flight:
         """Largest difference of the prediction from what the gyro read, rad/s."""
         return float(np.abs(self.missed(hooks, self.values(*effects))).max())
 
-    def answer_residual(self, hooks: list[Hooks], *effects: Array) -> float:
-        """Largest difference of the gimbals' predicted answers to their commands from those measured, rad."""
+    def response_residual(self, hooks: list[Hooks], *effects: Array) -> float:
+        """Largest difference of the gimbals' predicted responses to their commands from those measured, rad."""
         grid, sizes = grid_of([self.telemetry]), self.values(*effects).effects
-        return float(np.abs(servo_answers(grid, hooks, sizes)[0] - measured_answers(grid)[0]).max())
+        return float(np.abs(servo_responses(grid, hooks, sizes)[0] - measured_responses(grid)[0]).max())
 
     def torque_residual(self, hooks: list[Hooks], *effects: Array) -> float:
         """Largest difference of the predicted torques of turning motors from those measured, N·m."""

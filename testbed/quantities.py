@@ -86,6 +86,6 @@ Weight: TypeAlias = Annotated[float, Field(ge=1e-9, le=1e6)]
 Factor: TypeAlias = Annotated[float, Field(ge=1e-3, le=1e3)]
 """A pure number."""
 Latency: TypeAlias = Annotated[float, Field(ge=0, le=10)]
-"""s; the flights here last as long, and a gyro's age is milliseconds."""
+"""s; the flights here last as long, and a gyro's latency is milliseconds."""
 CorrelationTime: TypeAlias = Annotated[float, Field(ge=1e-3, le=1e9)]
 """s; 30 years are as good as for ever."""

@@ -1,7 +1,7 @@
 """Closed-loop flights in Basilisk, in an environment of its own: nothing of the testbed is imported here.
 
 python basilisk_flights.py errors CASE.json   prints how far each step is from its own converged solution, as JSON
-python basilisk_flights.py crew CASE.json     flies the case's runs for every line read (see benchmarks/paired.py)
+python basilisk_flights.py worker CASE.json     flies the case's runs for every line read (see benchmarks/paired.py)
 
 The chain is simpleNav -> inertial3D -> attTrackingError -> mrpFeedback -> vscmgVelocitySteering -> vscmgGimbalRateServo
 -> vscmgStateEffector, default RK4, no recorders. Flight software runs at the control rate in a task of its own, after

@@ -19,8 +19,8 @@ def cut_at_contact(record: Record, scenario: BodyScenario, nominal: Body) -> tup
 
     Args:
         record: telemetry, flown or measured.
-        scenario: the gyro's noise where the record does not tell it.
-        nominal: the platform that is believed.
+        scenario: the gyro's noise where the record does not show it.
+        nominal: the nominal platform.
 
     Raises:
         InputError: the record lacks what the search needs.

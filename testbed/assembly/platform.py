@@ -167,7 +167,7 @@ def first_gimbal_angle(scenario: Scenario) -> Units:
 
 
 def initial_momentum(scenario: Scenario, platform: PlatformModel) -> Vector3:
-    """Return the whole momentum that a platform has in the scenario's initial state, N·m·s, body axes."""
+    """Return the total angular momentum that a platform has in the scenario's initial state, N·m·s, body axes."""
     start = initial_state(scenario)
     at_rest = np.zeros_like(start.gimbal_angle)
     return platform_momentum(platform.cluster, platform.inertia, start.body_rate, start.gimbal_angle, at_rest)

@@ -10,6 +10,7 @@ from testbed.arrays import Array, Series, UnitSeries, Vectors3
 from testbed.assembly.platform import Body
 from testbed.assembly.time_base import require_time_in_seconds
 from testbed.cmg.cluster import Cluster
+from testbed.cmg.servo_law import stiffness_of
 from testbed.errors import InputError
 from testbed.estimation.gyro_noise import gyro_noise_of, noise_freedom
 from testbed.estimation.telemetry import GimbalTelemetry, Servo, Telemetry
@@ -24,11 +25,11 @@ _ACTUATOR_CHANNELS = ("gimbal_angle", "cluster_momentum", "applied_torque")
 
 
 def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telemetry:
-    """Return what a record tells the estimators; its usable part only.
+    """Return what a record gives the estimators; its usable part only.
 
     Args:
         record: flown or measured.
-        scenario: the gyro's noise where neither the record states it nor its samples tell it, and what is known of the
+        scenario: the gyro's noise where neither the record states it nor its samples show it, and what is known of the
             initial momentum.
         nominal: geometry of the units, and their momentum where the record has no tachometers.
 
@@ -57,7 +58,7 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
 
 
 def _gyro_noise(record: Record, time: Series, body_rate: Vectors3) -> float | None:
-    """Return the noise that the record states; of a measured one that does not, what its samples tell."""
+    """Return the noise that the record states; of a measured one that does not, what its samples show."""
     stated = record.details.gyro_noise
     if stated or record.details.source == "simulated":  # no measured gyro is free of noise
         return stated
@@ -111,7 +112,7 @@ def _servo(scenario: Scenario, time: Series) -> Servo:
     bandwidth = cluster.gimbal_servo_bandwidth_rad_s
     return Servo(
         bandwidth=bandwidth,
-        stiffness=(bandwidth / (2.0 * cluster.gimbal_servo_damping_ratio)) ** 2,
+        stiffness=stiffness_of(bandwidth, cluster.gimbal_servo_damping_ratio),
         rate_limit=cluster.gimbal_rate_limit_rad_s,
         period=interval / ceil(interval * scenario.simulation.control_rate_hz - _CLOCK_JITTER),
     )

@@ -23,11 +23,11 @@ from testbed.cli.console import (
 )
 from testbed.cli.diagnose_tables import candidates_table, detectable_table, inertia_table, places_table
 from testbed.cli.failures import COMPLETED, INTERRUPTED
-from testbed.diagnosis.findings import Addition, addition_of, first_screening, masked
+from testbed.diagnosis.findings import Addition, addition_of, confounded, first_screening
 from testbed.diagnosis.keeping import keeping
 from testbed.diagnosis.location import ResidualSegment, located
 from testbed.diagnosis.reading import DataSet
-from testbed.diagnosis.result import unmasked_needs
+from testbed.diagnosis.result import unconfounded_needs
 from testbed.diagnosis.state import Diagnosis, Step
 from testbed.errors import InputError
 from testbed.library.diagnoses import DiagnosisResult, concluded, origin_of, prepared_records
@@ -210,11 +210,11 @@ def _print_rest(diagnosis: Diagnosis) -> None:
     for scatter in diagnosis.scatter:
         say()
         _print_addition(addition_of(diagnosis, scatter))
-    hidden = masked(diagnosis)
+    hidden = confounded(diagnosis)
     if hidden:
         say()
     for placed, by in hidden:
-        entry("Untestable", f"{effect_name(placed.effect, placed.component)}: needs {unmasked_needs(by)}")
+        entry("Untestable", f"{effect_name(placed.effect, placed.component)}: needs {unconfounded_needs(by)}")
     if diagnosis.latent is not None:
         say()
         entry("Residual", f"an unmodelled torque: {chance_words(diagnosis.latent.p_value)}")

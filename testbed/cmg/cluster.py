@@ -86,7 +86,7 @@ def cluster_momentum(
 ) -> Vectors3:
     """Return h = Σ (Js Ω s(d) + (Jg + Jt) ḋ g), shape (..., 3), N·m·s, body axes.
 
-    The platform's whole momentum is J(d) ω + h, with J(d) from `inertia_change`.
+    The platform's total angular momentum is J(d) ω + h, with J(d) from `inertia_change`.
 
     Args:
         cluster: the units.

@@ -10,6 +10,7 @@ import numpy as np
 
 from testbed.arrays import Array, Flags, Units, UnitSeries, Vector3, Vectors3
 from testbed.cmg.cluster import Cluster, spin_momentum_and_jacobian
+from testbed.cmg.servo_law import next_commanded_angle
 from testbed.cmg.steering import SteeringLaw, limit_rates, preferred_rates, steer
 from testbed.control.servo import GimbalServo, rate_set_point, torque_demand
 from testbed.control.tracker import Tracker, feedback_momentum_rate
@@ -177,7 +178,5 @@ def _next_state(
     free = ~saturated.any(axis=-1, keepdims=True)
     feedback_rate_B = feedback_momentum_rate(controller.tracker, rate_error) * free
     bound = controller.servo.angle_error_bound
-    anchored = np.minimum(np.maximum(state.commanded_angle, encoder_angle - bound), encoder_angle + bound)
-    return ControllerState(
-        state.feedback_momentum_B + feedback_rate_B * controller.period, anchored + rate * controller.period, rate
-    )
+    commanded_angle = next_commanded_angle(state.commanded_angle, encoder_angle, bound, rate, controller.period)
+    return ControllerState(state.feedback_momentum_B + feedback_rate_B * controller.period, commanded_angle, rate)

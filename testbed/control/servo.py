@@ -1,4 +1,4 @@
-"""The gimbal servo: torque demands that make each gimbal follow its commanded rate and angle."""
+"""The gimbal servo: torque demands that make each gimbal follow its commanded rate and angle, by `cmg.servo_law`."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from testbed.arrays import Array, Flags, Units, UnitSeries, Vectors3
 from testbed.cmg.cluster import Cluster
+from testbed.cmg.servo_law import ServoLaw, set_point, stiffness_of, within
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,14 +39,14 @@ def gimbal_servo(cluster: Cluster, bandwidth: float, damping_ratio: float, rate_
         damping_ratio: ζ.
         rate_limit: of a gimbal, rad/s.
     """
-    natural_frequency = bandwidth / (2.0 * damping_ratio)
+    law = ServoLaw(bandwidth=bandwidth, stiffness=stiffness_of(bandwidth, damping_ratio), rate_limit=rate_limit)
     inertia = cluster.gimbal_axis_inertia
     return GimbalServo(
         inertia=inertia,
-        rate_gain=inertia * bandwidth,
-        angle_gain=inertia * natural_frequency**2,
-        rate_limit=rate_limit,
-        angle_error_bound=rate_limit / natural_frequency,
+        rate_gain=inertia * law.bandwidth,
+        angle_gain=inertia * law.stiffness,
+        rate_limit=law.rate_limit,
+        angle_error_bound=law.angle_error_bound,
     )
 
 
@@ -62,8 +63,8 @@ def rate_set_point(servo: GimbalServo, commanded_rate: UnitSeries, angle_error: 
         commanded_rate: ḋ_c, shape (..., 6), rad/s.
         angle_error: d_c - d̄, shape (..., 6), rad.
     """
-    wanted = commanded_rate + servo.angle_gain / servo.rate_gain * angle_error
-    limited = np.minimum(np.maximum(wanted, -servo.rate_limit), servo.rate_limit)
+    wanted = set_point(commanded_rate, angle_error, servo.angle_gain / servo.rate_gain)
+    limited = within(wanted, servo.rate_limit)
     return limited, limited != wanted
 
 

@@ -1,7 +1,8 @@
 """The body-rate tracker: which momentum the cluster should hold so that the platform follows its reference.
 
-With the whole momentum L conserved in inertial axes, J(d) ω + h = L: the reference rate fixes the momentum that the
-cluster has to hold at every instant, without integrating a torque. The gyro corrects what the nominal model gets wrong.
+With the total angular momentum L conserved in inertial axes, J(d) ω + h = L: the reference rate fixes the momentum
+that the cluster has to hold at every instant, without integrating a torque. The gyro corrects errors of the nominal
+model.
 """
 
 from __future__ import annotations
@@ -81,7 +82,7 @@ def momentum_of_rates(
         inertia: nominal J, kg·m².
         time: shape (N,), s.
         reference_rate: ω_ref, shape (N, 3), rad/s, body axes.
-        initial_momentum_B: whole momentum at the first time, shape (3,), N·m·s, body axes.
+        initial_momentum_B: total angular momentum at the first time, shape (3,), N·m·s, body axes.
     """
     total_B = np.zeros_like(reference_rate)
     if np.any(initial_momentum_B):

@@ -49,17 +49,17 @@ def scale_evidence(square: float, freedom: int) -> float:
     return square - freedom - freedom * log(square / freedom) if square > freedom > 0 else 0.0
 
 
-def mean_over_places(found: float, elsewhere: Sequence[float], places: int) -> float:
+def mean_over_scan(found: float, elsewhere: Sequence[float], scan_count: int) -> float:
     """Return the log Bayes factor of an effect scanned over a grid of start values with equal priors: their mean odds.
 
     Args:
         found: twice the logarithm of the odds at the start value with the largest odds.
         elsewhere: at other start values.
-        places: number of start values; those without an entry have odds of zero.
+        scan_count: number of start values; those without an entry have odds of zero.
     """
     odds = 0.5 * np.array([found, *elsewhere])
-    unseen = log(places - len(odds)) if places > len(odds) else -inf
-    return 2.0 * float(logsumexp([*odds, unseen]) - log(places))
+    unseen = log(scan_count - len(odds)) if scan_count > len(odds) else -inf
+    return 2.0 * float(logsumexp([*odds, unseen]) - log(scan_count))
 
 
 def favoured_over_none(odds: Iterable[float]) -> bool:
@@ -80,7 +80,7 @@ class Candidate(AtComponent):
         fit: the model with it.
         chi_square_reduction: χ² of the present model less that of this one.
         rank: directions that the data show of the effect.
-        trials_penalty: logarithm of the factor by which a scan over start values lowers its odds (`mean_over_places`).
+        trials_penalty: logarithm of the factor by which a scan over start values lowers its odds (`mean_over_scan`).
         heldout_log_likelihood_gain: twice the increase of the held-out runs' log-likelihood.
         log_bayes_factor: of all runs, on the deviance scale: 2 ln B (`scale_evidence`, the prior on its size by
             empirical Bayes), less twice the trials penalty.

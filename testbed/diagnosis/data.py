@@ -14,13 +14,13 @@ from testbed.effects.fast_changes import FEWEST, fast_power
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import Grid, grid_of, unit_count
 from testbed.prediction.motor_torques import has_torques, measured_torques
-from testbed.prediction.servo import answer, ticks_of
-from testbed.prediction.servo_answers import by_stretches, by_units, constants, has_commands, measured_answers, shown
+from testbed.prediction.servo import response, ticks_of
+from testbed.prediction.servo_response import by_stretches, by_units, constants, has_commands, measured_responses, shown
 from testbed.prediction.smoothed import direction_of
 
 _LEAST = 1e-3
 """Share of a channel's own scatter that its noise has at least: the model of a gimbal is no better than that. Of 64
-sets of the seeds 90817 and 90818 none needs it: motor torques have noise of 4 % and more of their scatter, answers of
+sets of the seeds 90817 and 90818 none needs it: motor torques have noise of 4 % and more of their scatter, responses of
 30 %. It keeps channels without noise from an infinite weight."""
 _NUDGES = np.array([1e-5, 1e-3, 1e-3])
 """Lag, s, viscous friction, 1/s, and dry friction, rad/s², over the inertia, by which derivatives are taken: a
@@ -41,7 +41,7 @@ _MODEL = 2.5e-4
 """rad. By which an answer may be missed for other reasons than noise: commands between samples and the plan are not
 known, and what is missed by that stays for several samples. Without it, lags and dry frictions of eight detectable
 sizes miss the truth by 4 to 6 standard deviations where encoders are as good as 1e-4 rad. In three sets of seed 90817
-the answers are the same without it and with twice as much, and estimates move by 0.3 and 0.1 standard errors."""
+the responses are the same without it and with twice as much, and estimates move by 0.3 and 0.1 standard errors."""
 
 
 def torque_channel(grid: Grid) -> tuple[list[Array], Units] | None:
@@ -52,20 +52,20 @@ def torque_channel(grid: Grid) -> tuple[list[Array], Units] | None:
     return torques, _noise(torques)
 
 
-def answer_channel(grid: Grid) -> tuple[list[Array], Array] | None:
+def response_channel(grid: Grid) -> tuple[list[Array], Array] | None:
     """Return what is compared of every run's gimbal angles, each of shape (K, M - 3), rad, and its noise for each.
 
-    None where commands are not sent, or the gimbals do not answer them as their servo would.
+    None where commands are not sent, or the gimbals do not follow them as their servo would.
     """
     if not has_commands(grid):
         return None
-    answers = measured_answers(grid)
-    if not any(len(each) for each in answers):
+    responses = measured_responses(grid)
+    if not any(len(each) for each in responses):
         return None
-    left = _left(grid, answers)
+    left = _left(grid, responses)
     pairs = zip(grid.commanded_runs, left, strict=True)
     by_unit = [part for run, each in pairs for part in by_stretches(run, by_units(run, each))]
-    units, directions = unit_count(grid), answers[0].shape[1]
+    units, directions = unit_count(grid), responses[0].shape[1]
     noise = np.sqrt(units / directions * np.mean(_noise(by_unit) ** 2))  # M columns hold the noise of M - 3 directions
     unknowns = len(_NUDGES) * units + sum(constants(run).shape[1] for run in grid.commanded_runs)
     squares = np.concatenate(left).ravel() ** 2
@@ -74,18 +74,18 @@ def answer_channel(grid: Grid) -> tuple[list[Array], Array] | None:
     missed = np.sqrt(squares.sum() / (len(squares) - unknowns))
     if missed >= SETTINGS.servo_following * noise:
         return None
-    return answers, np.full(directions, np.hypot(max(missed, noise), _MODEL))
+    return responses, np.full(directions, np.hypot(max(missed, noise), _MODEL))
 
 
-def _left(grid: Grid, answers: Sequence[Array]) -> list[Array]:
-    """Return what every run's gimbals miss of the answer of servos with a lag and friction each, (K, M - 3), rad."""
+def _left(grid: Grid, responses: Sequence[Array]) -> list[Array]:
+    """Return what every run's gimbals miss of the response of servos with a lag and friction each, (K, M - 3), rad."""
     nudges, usual = (np.repeat(each, unit_count(grid)) for each in (_NUDGES, _USUAL))
 
     def left(unknowns: Array) -> Array:
-        return np.concatenate([part[0].ravel() for part in _missed(grid, answers, unknowns[None])])
+        return np.concatenate([part[0].ravel() for part in _missed(grid, responses, unknowns[None])])
 
     def slopes(unknowns: Array) -> Array:
-        parts = _missed(grid, answers, np.vstack([unknowns, unknowns + np.diag(nudges)]))
+        parts = _missed(grid, responses, np.vstack([unknowns, unknowns + np.diag(nudges)]))
         changes = np.concatenate([(part[1:] - part[:1]).reshape(len(nudges), -1) for part in parts], axis=1)
         return np.asarray(changes.T / nudges)
 
@@ -98,18 +98,18 @@ def _left(grid: Grid, answers: Sequence[Array]) -> list[Array]:
         ftol=_CLOSE,
         max_nfev=_TRIALS,
     )
-    edges = np.cumsum([each.size for each in answers])[:-1]
-    return [part.reshape(each.shape) for part, each in zip(np.split(found.fun, edges), answers, strict=True)]
+    edges = np.cumsum([each.size for each in responses])[:-1]
+    return [part.reshape(each.shape) for part, each in zip(np.split(found.fun, edges), responses, strict=True)]
 
 
-def _missed(grid: Grid, answers: Sequence[Array], unknowns: Array) -> list[Array]:
-    """Return measured less predicted answers of servos with lag, viscous and dry friction, each (P, K, M - 3), rad."""
+def _missed(grid: Grid, responses: Sequence[Array], unknowns: Array) -> list[Array]:
+    """Return measured less predicted responses of servos with lag, viscous and dry friction, (P, K, M - 3), rad."""
     lag, viscous, dry = np.split(unknowns, 3, axis=1)
     parts = []
-    for run, measured in zip(grid.commanded_runs, answers, strict=True):
+    for run, measured in zip(grid.commanded_runs, responses, strict=True):
         rate = ticks_of(run).gimbal_rate
         against = viscous[:, None] * rate + dry[:, None] * direction_of(rate)
-        parts.append(measured - shown(run, answer(run, lag, against)))
+        parts.append(measured - shown(run, response(run, lag, against)))
     return parts
 
 
@@ -137,7 +137,7 @@ class Runs:
             (N, 3), rad/s; empty where there are none.
         grid: their telemetry on the integration's grid.
         sigma: of the gyro, each run and axis, shape (R, 3), rad/s.
-        inner: measured motor torques and answers to commands, blocks in the order in which they are predicted.
+        inner: measured motor torques and responses to commands, blocks in the order in which they are predicted.
         inner_sigma: of each block, shape (M,) or (M - 3,), in the block's unit.
         noise_freedom: degrees of freedom with which sigma is known; infinite where it is stated.
     """
@@ -240,7 +240,7 @@ def runs_of(names: Sequence[str], telemetry: Sequence[Telemetry]) -> Runs:
     """
     grid = grid_of(telemetry)
     sigma = np.array([[run.gyro_noise] * 3 for run in grid.runs])
-    torques, rates = torque_channel(grid), answer_channel(grid)
+    torques, rates = torque_channel(grid), response_channel(grid)
     inner = [channel for channel in (torques, rates) if channel is not None]
     return Runs(
         names=tuple(names),

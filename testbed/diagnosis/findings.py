@@ -22,7 +22,7 @@ from testbed.diagnosis.misfit import Misfit, misfit_of
 from testbed.diagnosis.model import Fit, Hypothesis, fitted_initial_rates, nominal_fit, orthonormal, projected_out
 from testbed.diagnosis.noise import NoiseHypothesis
 from testbed.diagnosis.settings import SETTINGS
-from testbed.diagnosis.signatures import Signature, distinguishability, masking, smallest_detectable
+from testbed.diagnosis.signatures import Signature, confounding, distinguishability, smallest_detectable
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.effects.contract import NamedEffect, Quantity
 from testbed.errors import InputError
@@ -137,11 +137,11 @@ def _detectable(signature: Signature, tested: int) -> Detectable:
     )
 
 
-def masked(diagnosis: Diagnosis) -> tuple[tuple[Hypothesis, Hypothesis], ...]:
+def confounded(diagnosis: Diagnosis) -> tuple[tuple[Hypothesis, Hypothesis], ...]:
     """Return the hypotheses that were not tested, each with the effect in the final model that confounds it."""
     screening, present = first_screening(diagnosis), diagnosis.model.placed
     candidates = [] if screening is None else [each.placed for each in screening.signatures]
-    pairs = [(each, masking(each, present)) for each in candidates]
+    pairs = [(each, confounding(each, present)) for each in candidates]
     return tuple((candidate, by) for candidate, by in pairs if by is not None)
 
 

@@ -18,7 +18,7 @@ from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.compared import compared
 from testbed.prediction.grid import unit_count
 from testbed.prediction.motor_torques import has_torques
-from testbed.prediction.servo_answers import by_units, followed
+from testbed.prediction.servo_response import by_units, followed
 from testbed.signals import AXES, unit_numbers
 
 Path = Literal["reading", "torque"]
@@ -131,15 +131,15 @@ class Dependence:
 
 
 def located(runs: Runs, fit: Fit) -> tuple[ResidualSegment, ...]:
-    """Return the places of a fit's residual, the largest share first; none where there is only noise.
+    """Return the segments of a fit's residual, the largest share first; none where there is only noise.
 
     Args:
         runs: that were fitted.
         fit: of them.
     """
     total = float(fit.residual @ fit.residual)
-    places = [place for channel in (_gyro(runs, fit), *_inner(runs, fit)) for place in _places(channel, total)]
-    return tuple(sorted(places, key=lambda place: -place.share)[:MOST])
+    segments = [segment for channel in (_gyro(runs, fit), *_inner(runs, fit)) for segment in _segments(channel, total)]
+    return tuple(sorted(segments, key=lambda segment: -segment.share)[:MOST])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -211,7 +211,7 @@ def _inner_dependence(runs: Runs, times: Sequence[Series], values: Sequence[Arra
     return Dependence(signal=names[best], enters_as="reading", correlation=float(correlation[best]))
 
 
-def _places(residual: _Residual, total: float) -> Iterator[ResidualSegment]:
+def _segments(residual: _Residual, total: float) -> Iterator[ResidualSegment]:
     for column, signal in enumerate(residual.signals):
         stretches = [_loudest(values[:, column]) for values in residual.values]
         if not any(stretches):

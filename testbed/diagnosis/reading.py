@@ -25,9 +25,9 @@ from testbed.diagnosis.noise import pooled_noise, with_pooled_noise, with_teleme
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.windows import Part, outliers_notice, parts_of
 from testbed.dynamics.inertia import inertia_of, theta_of
-from testbed.effects.contact import shows_a_jump
 from testbed.effects.gyro_saturation import is_clipped
 from testbed.errors import InputError
+from testbed.estimation.contact import shows_a_jump
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.prediction import predicted_with_derivatives
@@ -254,7 +254,7 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
     Args:
         records: measured.
         scenario: the gyro's noise where neither a record states it nor its samples tell it.
-        nominal: geometry of the units, and the inertia that is believed.
+        nominal: geometry of the units, and the nominal inertia.
         at_rest: whether platforms that hardly turn may pass, because what follows asks by itself what the motion tells.
 
     Raises:
@@ -325,7 +325,7 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
     Args:
         records: measured.
         scenario: the gyro's noise where neither a record states it nor its samples tell it.
-        nominal: geometry of the units, and the inertia that is believed.
+        nominal: geometry of the units, and the nominal inertia.
 
     Raises:
         InputError: no record can be used, the runs' channels differ, or they are of another platform or in other units.

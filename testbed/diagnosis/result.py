@@ -14,9 +14,9 @@ from testbed.diagnosis.findings import (
     Detectable,
     InertiaChange,
     additions,
+    confounded,
     detectable_sizes,
     inertia_change,
-    masked,
     nominal_gap,
     pairs_alike,
     stds_of,
@@ -88,11 +88,11 @@ def untestable(diagnosis: Diagnosis) -> Iterator[Content]:
     for size in detectable_sizes(diagnosis):
         if not size.seen_when_typical:
             yield _named(size.placed) | {"needs": needs_of(size)}
-    for placed, by in masked(diagnosis):
-        yield _named(placed) | {"needs": unmasked_needs(by)}
+    for placed, by in confounded(diagnosis):
+        yield _named(placed) | {"needs": unconfounded_needs(by)}
 
 
-def unmasked_needs(by: Hypothesis) -> str:
+def unconfounded_needs(by: Hypothesis) -> str:
     """Return what it would take to test for an effect that another one confounds."""
     return f"{by.component} without {by.effect.id}, which shows there what it would"
 

@@ -16,7 +16,7 @@ from testbed.diagnosis.state import Diagnosis
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.compared import compared
 from testbed.prediction.grid import unit_count
-from testbed.prediction.servo_answers import by_units, followed
+from testbed.prediction.servo_response import by_units, followed
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -14,7 +14,7 @@ from testbed.diagnosis.candidates import (
     Screening,
     accepted,
     log_p_value,
-    mean_over_places,
+    mean_over_scan,
     scale_evidence,
 )
 from testbed.diagnosis.data import Runs
@@ -138,7 +138,7 @@ def _candidate(
     here = scale_evidence(gain, signature.rank) + heldout_gain
     evidence = _anywhere(runs, signature, here)
     alone = log_p_value(gain, max(signature.rank, 1), runs.noise_freedom)
-    corrected = alone + log(tested * _places(runs, placed)) - 0.5 * heldout_gain
+    corrected = alone + log(tested * _scan_count(runs, placed)) - 0.5 * heldout_gain
     together = max(corrected, alone + log(SETTINGS.family_wise_error / SETTINGS.fitted_runs_p_value))
     return Candidate(
         placed=placed,
@@ -153,8 +153,8 @@ def _candidate(
     )
 
 
-def _places(runs: Runs, placed: Hypothesis) -> int:
-    return placed.effect.places(placed.component, runs.grid)
+def _scan_count(runs: Runs, placed: Hypothesis) -> int:
+    return placed.effect.scan_count(placed.component, runs.grid)
 
 
 def _anywhere(runs: Runs, signature: Signature, here: float) -> float:
@@ -166,7 +166,7 @@ def _anywhere(runs: Runs, signature: Signature, here: float) -> float:
         here: its evidence at the start that it is best at.
     """
     elsewhere = [scale_evidence(score, signature.rank) for score in signature.elsewhere]
-    return mean_over_places(here, elsewhere, _places(runs, signature.placed))
+    return mean_over_scan(here, elsewhere, _scan_count(runs, signature.placed))
 
 
 def _held_out_evidence(heldout: Runs | None, fit: Fit) -> float:

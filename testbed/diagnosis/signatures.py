@@ -230,16 +230,16 @@ def channels_of(runs: Runs) -> set[Channel]:
 
 
 def without(candidates: Iterable[Hypothesis], chosen: Iterable[Hypothesis]) -> list[Hypothesis]:
-    """Return the hypotheses that are not in the model yet, nor masked by what is."""
+    """Return the hypotheses that are not in the model yet, nor confounded by what is."""
     present = tuple(chosen)
     taken = {each.key for each in present}
-    return [each for each in candidates if each.key not in taken and masking(each, present) is None]
+    return [each for each in candidates if each.key not in taken and confounding(each, present) is None]
 
 
-def masking(candidate: Hypothesis, present: Iterable[Hypothesis]) -> Hypothesis | None:
+def confounding(candidate: Hypothesis, present: Iterable[Hypothesis]) -> Hypothesis | None:
     """Return the effect in the model that confounds a hypothesis; None where there is none."""
-    return next((each for each in present if _masks(each, candidate)), None)
+    return next((each for each in present if _confounds(each, candidate)), None)
 
 
-def _masks(present: Hypothesis, candidate: Hypothesis) -> bool:
-    return candidate.effect.id in present.effect.masks and candidate.component in (present.component, CLUSTER)
+def _confounds(present: Hypothesis, candidate: Hypothesis) -> bool:
+    return candidate.effect.id in present.effect.confounds and candidate.component in (present.component, CLUSTER)

@@ -131,8 +131,8 @@ def _bins(time: Series, rate: float) -> _Bins:
 
 
 _BRIDGED = 0.3
-"""s. Without an applied torque the whole momentum lasts through a gap; only the attitude by which it turns is less
-certain behind it. A gimbal that swings by 0.3 rad at 1 Hz costs 6e-4 rad."""
+"""s. Without an applied torque the total angular momentum lasts through a gap; only the attitude by which it turns is
+less certain behind it. A gimbal that swings by 0.3 rad at 1 Hz costs 6e-4 rad."""
 _BRIDGED_TORQUE = 0.11
 """s. An applied torque is followed at 16 Hz, and so is it over gaps that are hardly longer. Over 0.12 s what changes
 between left a jump of 4e-5 N·m·s, which looks like a touch."""
@@ -154,7 +154,7 @@ def parts_of(record: Record, scenario: BodyScenario, nominal: Body, notices: lis
     Args:
         record: measured.
         scenario: the gyro's noise where neither the record states it nor its samples tell it; the horizon.
-        nominal: geometry of the units, and the inertia that is believed.
+        nominal: geometry of the units, and the nominal inertia.
         notices: of all records, by name; what there is to say of this one is added.
 
     Raises:

@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import final
 
 import numpy as np
-from scipy.stats import chi2
 from typing_extensions import override
 
-from testbed.arrays import Array, Flags, Series
+from testbed.arrays import Array, Series
 from testbed.effects.contract import Effect, Extension, Parameter
-from testbed.estimation.momentum_equation import momentum_equation
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.contact import likeliest_jumps
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
 from testbed.scenario.scenario import Scenario
@@ -26,15 +24,6 @@ PAUSE = 1.0
 instant stays in its own."""
 _STARTS = 8
 """Instants that are searched from, over all runs: as many as hypotheses are refitted; each costs a linearisation."""
-_APART = 0.2
-"""s; nearer instants of a run are the same touch: ten spreads, while a search that begins 0.03 s from an instant
-arrives there."""
-_CHANCE = 1e-3
-"""p-value of a jump anywhere in a run, times its samples (Bonferroni), below which the run shows one, and is fitted
-rather than held out: of the five runs of 200 sets one has it by chance."""
-_DEPENDENT = 1e-9
-"""Share of the largest singular value below which a direction of a jump is not seen, as `NEGLIGIBLE` in the
-diagnosis."""
 
 
 class _Touch(Hooks):
@@ -78,13 +67,13 @@ class Contact(Effect):
         found = [
             (score, instant + begin)
             for run, begin in zip(grid.runs, begin_of_runs(grid), strict=True)
-            for score, instant in _likeliest(run)
+            for score, instant in likeliest_jumps(run, _STARTS)
         ]
         instants = [instant for _, instant in sorted(found, reverse=True)[:_STARTS]]
         return np.array([[instant, 0.0, 0.0, 0.0] for instant in instants])
 
     @override
-    def places(self, component: str, grid: Grid) -> int:
+    def scan_count(self, component: str, grid: Grid) -> int:
         """An instant for every sample of the gyro."""
         return sum(len(run.gyro_time) for run in grid.runs)
 
@@ -92,43 +81,3 @@ class Contact(Effect):
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
         """Nothing: what is touched once does not belong to the platform, and the next flight need not touch it."""
         return Extension()
-
-
-def shows_a_jump(run: Telemetry) -> bool:
-    """Return whether a jump of the momentum explains more of a run than chance would at any of its samples."""
-    found = _likeliest(run)
-    return bool(found) and bool(len(run.gyro_time) * chi2.sf(found[0][0], 3) < _CHANCE)
-
-
-def _likeliest(run: Telemetry) -> list[tuple[float, float]]:
-    """Return the instants between samples at which a jump of the momentum explains the most, best first.
-
-    Γ(ω) θ - Rᵀ (H₀ + ΔH after the instant) = Y is linear in θ, H₀ and ΔH. With each instant stands twice the logarithm
-    of the likelihood ratio with and without the jump.
-    """
-    equation = momentum_equation(run, run.body_rate)
-    rows = equation.regressor[..., :9].reshape(-1, 9)
-    basis = np.linalg.qr(rows / np.linalg.norm(rows, axis=0))[0]
-    response = equation.response.ravel()
-    residual = response - basis @ (basis.T @ response)
-    later = np.arange(len(run.gyro_time))
-    scores = np.array([_explained(rows[:, 6:], later >= first, basis, residual) for first in later[1:]])
-    share = np.clip(scores / max(float(residual @ residual), np.finfo(float).tiny), 0.0, 1.0 - np.finfo(float).eps)
-    return _peaks(-len(residual) * np.log1p(-share), (run.gyro_time[1:] + run.gyro_time[:-1]) / 2.0)
-
-
-def _explained(turned: Array, after: Flags, basis: Array, residual: Array) -> float:
-    """Return by how much a jump lowers the sum of squares."""
-    jump = turned * np.repeat(after, 3)[:, None]
-    free = jump - basis @ (basis.T @ jump)
-    step = np.linalg.lstsq(free, residual, rcond=_DEPENDENT)[0]
-    return float(residual @ (free @ step))
-
-
-def _peaks(scores: Series, instants: Series) -> list[tuple[float, float]]:
-    """Return score and instant, best first, none near a better one."""
-    kept: list[tuple[float, float]] = []
-    for index in np.argsort(scores)[::-1]:
-        if len(kept) < _STARTS and all(abs(instants[index] - instant) > _APART for _, instant in kept):
-            kept.append((float(scores[index]), float(instants[index])))
-    return kept

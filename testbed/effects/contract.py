@@ -142,10 +142,10 @@ class Effect(NamedEffect):
     """An effect on what is predicted. Adding one: a file with a class like this, its line in the registry, its test.
 
     Attributes:
-        masks: ids of effects that it confounds in the same unit: details of it that are not predicted look like them.
+        confounds: ids of effects that it confounds in the same unit, by details of it that are not predicted.
     """
 
-    masks: ClassVar[tuple[str, ...]] = ()
+    confounds: ClassVar[tuple[str, ...]] = ()
 
     @abstractmethod
     def hooks(self, component: str) -> Hooks:
@@ -171,8 +171,8 @@ class Effect(NamedEffect):
         """
         return self.bounds
 
-    def places(self, component: str, grid: Grid) -> int:
-        """Return how many places a search from its starts amounts to, by which chance is multiplied."""
+    def scan_count(self, component: str, grid: Grid) -> int:
+        """Return how many start values a scan from its starts amounts to, by which chance is multiplied."""
         return len(self.starts(component, grid))
 
 

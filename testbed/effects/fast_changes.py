@@ -24,7 +24,7 @@ FEWEST = _ORDER + 1
 
 
 def variance_ratio(readings: Readings, axes: Flags) -> tuple[float, float]:
-    """Return the variance of the noise over the believed one, and its degrees of freedom; (1, 0) of too few samples.
+    """Return the variance of the noise over the stated one, and its degrees of freedom; (1, 0) of too few samples.
 
     Args:
         readings: against a model.
@@ -42,7 +42,7 @@ def variance_ratio(readings: Readings, axes: Flags) -> tuple[float, float]:
 
 
 def noise_ratio(readings: Readings, axes: Flags) -> tuple[float, float]:
-    """Return the variance of the noise over the believed one, and its degrees of freedom.
+    """Return the variance of the noise over the stated one, and its degrees of freedom.
 
     From all of a residual that is white, unless its fastest changes differ by more than chance (Hausman's test: of two
     estimates the surer one counts, if they differ by no more than its being surer explains); else from these alone.

@@ -22,7 +22,7 @@ _SPECK = 5e-4
 
 
 class _Loose(Hooks):
-    tells_gimbals = False  # a servo that sees its encoder jump hunts, at instants that no sample shows
+    predicts_gimbals = False  # a servo that sees its encoder jump hunts, at instants that no sample shows
 
     def __init__(self, component: str) -> None:
         self._unit = unit_index(component)
@@ -77,7 +77,7 @@ class GimbalBacklash(Effect):
     needs = ("gimbal_angle",)
     sentence = "The gimbal of {component} has play between its encoder and its axis."
     look_alikes = ("gimbal_zero", "gimbal_coulomb_friction")
-    masks = ("gimbal_lag", "gimbal_viscous_friction", "gimbal_coulomb_friction")  # a servo that hunts
+    confounds = ("gimbal_lag", "gimbal_viscous_friction", "gimbal_coulomb_friction")  # a servo that hunts
     confirm = "Turn that gimbal slowly to and fro: behind each reversal the axis stands still while the encoder moves."
 
     @override

@@ -37,7 +37,7 @@ class GimbalCoulombFriction(Effect):
         "The motor of the gimbal of {component} works against a dry friction, which jumps when the gimbal reverses."
     )
     look_alikes = ("gimbal_viscous_friction",)
-    masks = ("gimbal_lag",)  # a gimbal that sticks at reversals
+    confounds = ("gimbal_lag",)  # a gimbal that sticks at reversals
     confirm = "Turn that gimbal slowly to and fro: the motor's torque steps at each reversal."
 
     @override

@@ -1,4 +1,4 @@
-"""The gyro is noisier than it is said to be."""
+"""The gyro is noisier than is stated."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The platform's inertia is another than is believed."""
+"""The platform's inertia differs from the nominal one."""
 
 from __future__ import annotations
 

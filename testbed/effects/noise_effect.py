@@ -20,7 +20,7 @@ class Readings:
     Attributes:
         measured: of each run, shape (N, 3), rad/s, as the gyro gave them.
         residual: measured less predicted, of each run, shape (N, 3), rad/s.
-        sigma: standard deviation that the model believes, of each run and axis, shape (R, 3), rad/s.
+        sigma: standard deviation in the model, of each run and axis, shape (R, 3), rad/s.
         runs: their telemetry.
         inertia: J of the model, shape (3, 3), kg·m².
         parameters: number of those that were fitted to the readings.

@@ -26,8 +26,8 @@ class RotorImbalance(NoiseEffect):
     """J ω = ... - U Ω r × (g cos φ - t sin φ), φ = Ω t + φ₀, with a φ₀ of every run's own.
 
     Gyros sample far too slowly to follow the rotor: what shows is a line at its speed or at the alias, on the axes that
-    the unit's place r and its axes g and t give. The platform's whole momentum hardly changes within a turn, so that
-    the rate is the momentum's, over the inertia.
+    the unit's place r and its axes g and t give. The platform's total angular momentum hardly changes within a turn, so
+    that the rate is the momentum's, over the inertia.
     """
 
     id = "rotor_imbalance"

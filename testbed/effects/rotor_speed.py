@@ -1,4 +1,4 @@
-"""One rotor turns at another speed than its tachometer says, or carries another inertia: its momentum is off."""
+"""One rotor turns at a speed that differs from its tachometer's, or has a different inertia: its momentum is off."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class _Scaled(Hooks):
 
 @final
 class RotorSpeed(Effect):
-    """h_i → (1 + e) h_i against what telemetry says."""
+    """h_i → (1 + e) h_i against telemetry."""
 
     id = "rotor_speed"
     components = UNITS

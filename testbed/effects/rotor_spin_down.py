@@ -1,4 +1,4 @@
-"""One rotor is not driven any more and slows down, against what telemetry says of it."""
+"""One rotor is not driven any more and slows down, against its telemetry."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class _Slowing(Hooks):
 
 @final
 class RotorSpinDown(Effect):
-    """h_i → h_i exp(-k (t - t0)), t0 the first sample of each run; with tachometers, against what they say."""
+    """h_i → h_i exp(-k (t - t0)), t0 the first sample of each run; with tachometers, against their readings."""
 
     id = "rotor_spin_down"
     components = UNITS

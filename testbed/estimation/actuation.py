@@ -14,7 +14,7 @@ from testbed.cmg.cluster import Cluster, cluster_momentum, inertia_change
 from testbed.estimation.telemetry import GimbalRun, Telemetry, has_gimbals
 
 _BLOCK = 16_384
-"""Instants whose units' axes are worked out at once: they take 600 bytes each, and fit into a processor's cache."""
+"""Instants whose units' axes are computed together: they take 600 bytes each, and fit into a processor's cache."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""What the actuators hold as a function of their alignments: axes, encoder zeros and rotor momenta not as believed."""
+"""What the actuators hold as a function of their alignments: axes, encoder zeros and rotor momenta off nominal."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ KINDS = ("axis about s", "axis about t", "encoder zero", "momentum scale")
 
 @dataclass(frozen=True, kw_only=True)
 class Alignment:
-    """How the units differ from what is believed of them.
+    """How the units differ from nominal.
 
     Attributes:
         misalignment: turns of the gimbal axis about s0 and t, shape (M, 2), rad, as in `testbed.cmg.misalignment`.
@@ -45,14 +45,14 @@ class SampledGimbals:
     """The gimbals' motion as sent, sampled once for all evaluations.
 
     Attributes:
-        cluster: as believed.
-        believed: what the actuators did if all is aligned.
+        cluster: nominal.
+        nominal: what the actuators did if all is aligned.
         samples: the gimbals at the output times.
         grid: the gimbals at the times of the integration.
     """
 
     cluster: Cluster
-    believed: Drive
+    nominal: Drive
     samples: GimbalMotion
     grid: GimbalMotion
 
@@ -73,12 +73,12 @@ def sampled_gimbals(telemetry: Telemetry) -> SampledGimbals:
     """
     if not has_gimbals(telemetry):
         raise InputError("alignments cannot be estimated without gimbal angles: send the encoders' channels")
-    believed = drive_of(telemetry)
+    nominal = drive_of(telemetry)
     return SampledGimbals(
         cluster=telemetry.gimbals.cluster,
-        believed=believed,
-        samples=gimbal_motion(telemetry, believed.time),
-        grid=gimbal_motion(telemetry, believed.grid_time),
+        nominal=nominal,
+        samples=gimbal_motion(telemetry, nominal.time),
+        grid=gimbal_motion(telemetry, nominal.grid_time),
     )
 
 
@@ -86,15 +86,15 @@ def drive_at(record: SampledGimbals, alignment: Alignment) -> Drive:
     """Return what the actuators did if their alignment is as given."""
     cluster = misaligned(record.cluster, alignment.misalignment)
 
-    def known(motion: GimbalMotion, believed: Actuation) -> Actuation:
+    def known(motion: GimbalMotion, nominal: Actuation) -> Actuation:
         angle, rate, momentum = _corrected(motion, alignment)
         return replace(
-            believed,
+            nominal,
             cluster_momentum_B=cluster_momentum(cluster, angle, rate, momentum),
             inertia_change_B=inertia_change(cluster, angle),
         )
 
-    drive = record.believed
+    drive = record.nominal
     return replace(drive, samples=known(record.samples, drive.samples), grid=known(record.grid, drive.grid))
 
 
@@ -108,7 +108,7 @@ def held_momentum(record: SampledGimbals, alignment: Alignment, motion: Motion) 
 
 
 class SampledUnit(NamedTuple):
-    """One unit as believed, and its gimbal's motion at the output times and at the ends of the integration's steps."""
+    """One nominal unit, and its gimbal's motion at the output times and at the ends of the integration's steps."""
 
     cluster: Cluster
     samples: GimbalMotion

@@ -1,7 +1,7 @@
 """Consider covariance: how far what is not estimated moves the estimate (Schmidt's considered parameters).
 
-An estimator takes the actuators for what they are believed to be. If they differ by δp, the platform turns differently,
-by G δp with G = ∂ω/∂p; against the motion that the estimator believes in, that is an error of the gyro's samples, as a
+An estimator takes the actuators as nominal. If they differ by δp, the platform turns differently,
+by G δp with G = ∂ω/∂p; against the motion of the estimator's model, that is an error of the gyro's samples, as a
 bias of the gyro is. To first order every estimator answers an error e of the samples with A e, A its influence. So one
 matrix G serves all of them: θ̂ moves by A G δp.
 
@@ -59,7 +59,7 @@ def considered_errors(telemetry: Telemetry, theta: Theta, uncertainty: Uncertain
 
 
 def _actuator_errors(telemetry: Telemetry, drive: Drive, motion: Motion, uncertainty: Uncertainty) -> Iterator[Array]:
-    """Yield ∂ω/∂p of the actuators, unit by unit: all units at once would fill the memory on a long record."""
+    """Yield ∂ω/∂p of the actuators, unit by unit: all units together would fill the memory on a long record."""
     if has_gimbals(telemetry):
         axis, zero, momentum = uncertainty.gimbal_misalignment, uncertainty.gimbal_zero, uncertainty.rotor_momentum
         std = np.array([axis, axis, zero, momentum])  # in the order of alignment_model.KINDS

@@ -1,8 +1,8 @@
 """White noise from a signal's fastest changes, which no motion of the platform makes: differences of a high order.
 
 Differences of order n take any polynomial of degree n - 1 out of a signal. Their weights have unit length, so that
-differences of white noise have its variance. Whoever uses them chooses the order by how much motion remains in them,
-and the statistic: the mean of their squares is surer, the median bears a tenth of outliers.
+differences of white noise have its variance. Whoever uses them chooses the order by how much of the motion is still in
+them, and the statistic: the mean of their squares is surer, the median bears a tenth of outliers.
 """
 
 from __future__ import annotations

@@ -43,7 +43,7 @@ class Estimate:
     Attributes:
         theta: θ̂, shape (6,), kg·m².
         covariance: of θ̂ by the gyro's noise alone, shape (6, 6), kg²·m⁴.
-        initial_momentum_B: the platform's whole momentum at the first sample used, N·m·s, body axes; zero where known.
+        initial_momentum_B: total angular momentum at the first sample used, N·m·s, body axes; zero where known.
         initial_momentum_covariance: shape (3, 3), N²·m²·s²; zero where known.
         constant_torque: that was estimated jointly, by component, shape (K,), N·m.
         constant_torque_std: its standard deviations by the gyro's noise, shape (K,), N·m.
@@ -127,7 +127,7 @@ def estimate_of(
     """Return the estimate that a solution's parameters are: the inertia first, then momenta, torques last.
 
     Args:
-        telemetry: says whether a momentum was estimated.
+        telemetry: states whether a momentum was estimated.
         parameters: shape (P,).
         covariance: shape (P, P).
         influence: of errors of the gyro's samples on the parameters, shape (P, 3N).

@@ -56,6 +56,6 @@ def transposed_lag(signal: Array, step: float, time_constant: float) -> Array:
 
 
 def impulse_power(step: float, time_constant: float) -> tuple[float, float]:
-    """Return the lag's response to an impulse at once, and the sum of squares of what follows."""
+    """Return the lag's immediate response to an impulse, and the sum of squares of what follows."""
     decay, old, new = lag_weights(step, time_constant)
     return new, (old + decay * new) ** 2 / (1.0 - decay**2)

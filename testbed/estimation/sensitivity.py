@@ -9,9 +9,9 @@ from scipy.interpolate import CubicHermiteSpline
 
 from testbed.arrays import Array
 from testbed.compiled import LONG, compiled
+from testbed.dynamics.gyrostat import require_bounded
 from testbed.dynamics.inertia import cross_matrix, momentum_regressor
-from testbed.errors import InputError
-from testbed.estimation.motion import RUNAWAY, Drive, Motion
+from testbed.estimation.motion import Drive, Motion
 
 LARGEST = 1e100
 """SI; sensitivities beyond it are no motion's, and their squares are still finite."""
@@ -83,14 +83,13 @@ def _momentum_sensitivity(drive: Drive, motion: Motion, torque: Array) -> Array:
     time = drive.grid_time[::4]
     with np.errstate(over="ignore", invalid="ignore"):
         nodes = _linear_runge_kutta(feedback, forcing, time[1] - time[0])
-    if not np.abs(nodes).max() < LARGEST:  # also true for NaN
-        raise InputError(RUNAWAY)
+    require_bounded(nodes, LARGEST)
     slope = feedback[::2] @ nodes + forcing[::2]
     return np.asarray(CubicHermiteSpline(time, nodes, slope)(drive.time))
 
 
 def _linear_runge_kutta(feedback: Array, forcing: Array, step: float) -> Array:
-    """Return S at every other node, from S = (0, I); all steps' transition matrices are made at once."""
+    """Return S at every other node, from S = (0, I); all steps' transition matrices are made together."""
     start, middle, end = slice(0, -1, 2), slice(1, None, 2), slice(2, None, 2)
 
     def slope(at: slice, state: Array) -> Array:

@@ -16,6 +16,7 @@ from typing_extensions import TypeVar
 
 from testbed.arrays import Array, Series, UnitSeries, Vectors3
 from testbed.cmg.cluster import Cluster, cluster_part
+from testbed.cmg.servo_law import ServoLaw
 from testbed.errors import InputError
 from testbed.estimation.gaps import FEWEST_SAMPLES, covered_by, stretches
 
@@ -23,19 +24,13 @@ ConstantTorque: TypeAlias = Literal["none", "body", "inertial", "both"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Servo:
-    """What is known of the servo that every gimbal has, ë + ω_b ė + ω_n² e = 0 of the angle's error e.
+class Servo(ServoLaw):
+    """What is known of the servo that every gimbal has: its law, and its clock.
 
     Attributes:
-        bandwidth: ω_b of the tachometer loop inside the motor, 1/s.
-        stiffness: ω_n² of the loop on the encoder, 1/s².
-        rate_limit: largest set point of the tachometer loop, rad/s.
         period: of the control loop, s; telemetry is sampled on its clock.
     """
 
-    bandwidth: float
-    stiffness: float
-    rate_limit: float
     period: float
 
 

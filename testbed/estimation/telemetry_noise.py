@@ -1,7 +1,7 @@
 """The noise of the actuators' telemetry, estimated from its own samples, as it stands in a predicted body rate.
 
-Of J ω = L - h the whole momentum L is integrated and hardly feels single samples of h: an error δh of a sample stands
-as J⁻¹ δh in the prediction of that sample.
+Of J ω = L - h the total angular momentum L is integrated and hardly feels single samples of h: an error δh of a sample
+stands as J⁻¹ δh in the prediction of that sample.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from testbed.formats.campaign import CampaignResult
-from testbed.formats.parts import Part
+from testbed.formats.parts import FilesProvenance, Part
 from testbed.formats.run import RunResult
 
 
@@ -20,3 +20,5 @@ class ComparisonResult(Part):
     """What is compared."""
     results: dict[str, RunResult] | dict[str, CampaignResult]
     """The content of each folder's result.json, or montecarlo.json, by the folder's name."""
+    provenance: FilesProvenance
+    """The results that were compared, with their hashes, and versions."""

@@ -39,8 +39,8 @@ class InputFile(Part):
     """Length of its content, bytes."""
 
 
-class Provenance(Part):
-    """What decides the result: the same inputs, seed and versions give it again.
+class FilesProvenance(Part):
+    """What decides a result that is made of files alone.
 
     Further keys hold text: what else decides, such as `seed`, `runs` or `model_sha256`, and a `version_...` of each
     package.
@@ -49,12 +49,21 @@ class Provenance(Part):
     model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, str]
 
-    scenario_sha256: str
-    """Hash of the scenario file, hexadecimal."""
     version_testbed: str
     """Version of this package."""
     inputs: list[InputFile]
     """Every file that was read."""
+
+
+class Provenance(FilesProvenance):
+    """What decides the result: the same inputs, seed and versions give it again.
+
+    Further keys hold text: what else decides, such as `seed`, `runs` or `model_sha256`, and a `version_...` of each
+    package.
+    """
+
+    scenario_sha256: str
+    """Hash of the scenario file, hexadecimal."""
 
 
 class Parameters(Part):

@@ -26,7 +26,7 @@ def alignment_information(
     relative to their mean, one fewer than units. The bound's covariance is σ² times its inverse.
 
     Args:
-        cluster: as believed, without misalignments.
+        cluster: nominal, without misalignments.
         inertia: J, kg·m², body axes.
         sampling: the gyro's samples and the fine grid.
         angle: d on the fine grid, shape (units, M), rad.

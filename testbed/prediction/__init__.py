@@ -1,1 +1,1 @@
-"""Prediction of measured runs from their own telemetry: many runs and parameter sets at once, exact derivatives."""
+"""Prediction of measured runs from their own telemetry: many runs and parameter sets together, exact derivatives."""

@@ -1,7 +1,8 @@
 """The equations of motion of many runs under many parameter sets, and one step of their integration.
 
-The state is the platform's whole momentum L in body axes, L̇ = τ - ω × L, with (J(d) - Ĵ) ω = L - h - ĥ, where the hat
-marks what does not turn with the body (a hinged or sloshing mass). No measurement is differentiated.
+The state is the platform's total angular momentum L in body axes, as in `dynamics.gyrostat`, with
+(J(d) - Ĵ) ω = L - h - ĥ, where the hat marks what does not turn with the body (a hinged or sloshing mass). No
+measurement is differentiated.
 """
 
 from __future__ import annotations
@@ -88,7 +89,7 @@ class Equations:
         self._attitude = any(hook.needs_attitude for hook in hooks)
         edges = np.cumsum([3 + 4 * self._attitude, *(hook.states for hook in hooks)])
         self._own = [slice(first, last) for first, last in pairwise(edges.tolist())]
-        # Of many hypotheses at once few act on the motion itself; the others cost nothing here.
+        # Of many hypotheses together few act on the motion itself; the others cost nothing here.
         self._acting = [
             (hook, value, own)
             for (hook, value), own in zip(self._pairs, self._own, strict=True)

@@ -40,12 +40,12 @@ class Hooks:
     Attributes:
         states: number of further states that the effect integrates.
         needs_attitude: whether its torque depends on the attitude.
-        tells_gimbals: whether what it changes in the gimbals' own channels is predicted, if it acts inside the units.
+        predicts_gimbals: whether what it changes in the gimbals' channels is predicted, if it acts inside the units.
     """
 
     states: int = 0
     needs_attitude: bool = False
-    tells_gimbals: bool = True
+    predicts_gimbals: bool = True
 
     def gimbals(self, gimbals: Gimbals, value: Array, grid: Grid) -> Gimbals:  # noqa: ARG002
         """Return the units as they are instead of as telemetry has them."""
@@ -56,7 +56,7 @@ class Hooks:
         return momentum_B
 
     def actuator_response(self, asked_B: Array, value: Array, grid: Grid) -> Array:  # noqa: ARG002
-        """Return the torque that the actuators give, N·m, for what they are asked; both as `Grid.applied_torque_B`."""
+        """Return the torque that the actuators give, N·m, for a commanded one; both as `Grid.applied_torque_B`."""
         return asked_B
 
     def applied_torque(self, torque_B: Array, value: Array, grid: Grid) -> Array:  # noqa: ARG002
@@ -88,7 +88,7 @@ class Hooks:
         return np.zeros(1)
 
     def gyro_delay(self, value: Array) -> Array:  # noqa: ARG002
-        """Return the age of what a gyro sample shows, shape (P,), s."""
+        """Return the latency of the gyro's samples, shape (P,), s."""
         return np.zeros(1)
 
     def gyro_reading(self, reading: Array, value: Array, time: Series, run: int) -> Array:  # noqa: ARG002

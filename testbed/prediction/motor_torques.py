@@ -48,12 +48,12 @@ def motor_torques(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], 
     gimbals = effective_gimbals(grid, hooks, effects)
     if gimbals is None:
         return []
-    age = torque_age(grid.gimbal_runs)
+    latency = torque_latency(grid.gimbal_runs)
     torques = []
     for index, run in enumerate(grid.gimbal_runs):
         at, time = run.actuator_time[compared(run)], grid.node_time[index]
-        torque = CubicSpline(time, _frictionless(run, time, gimbals, rates[index], index), axis=1)(at - age)
-        torque = torque - age * tachometer_gain(run.gimbals) * gimbal_motion(run)(at, 2)
+        torque = CubicSpline(time, _frictionless(run, time, gimbals, rates[index], index), axis=1)(at - latency)
+        torque = torque - latency * tachometer_gain(run.gimbals) * gimbal_motion(run)(at, 2)
         gimbal_rate = gimbal_motion(run)(at, 1)[None]
         for hook, value in zip(hooks, effects, strict=True):
             torque = hook.motor_torque(torque, value, gimbal_rate)
@@ -62,21 +62,21 @@ def motor_torques(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], 
 
 
 @lru_cache(maxsize=_REMEMBERED)
-def torque_age(runs: tuple[GimbalRun, ...]) -> float:
-    """Return by how much motor torques are older than their samples, s: half of the period through which they are held.
+def torque_latency(runs: tuple[GimbalRun, ...]) -> float:
+    """Return the latency of the motor torques' samples, s: half of the period through which they are held.
 
     A motor holds its demand through a control period and gives, at its end, what the middle needed, less the damping
-    of its tachometer loop: τ(t) - τ'·a - k_v d̈·a. The age a is the one that fits the measured torques, with all
+    of its tachometer loop: τ(t) - τ'·a - k_v d̈·a. The latency a is the one that fits the measured torques, with all
     units and runs together, beside any friction of each; zero where the servo is not known.
     """
     known = [(run, torque) for run, torque in _with_torques(runs) if run.gimbals.servo is not None]
     if not known:
         return 0.0
-    columns = np.concatenate([np.column_stack([_change_by_age(run), _friction(run)]) for run, _ in known])
+    columns = np.concatenate([np.column_stack([_change_by_latency(run), _friction(run)]) for run, _ in known])
     missed = np.concatenate([_missed(run, torque) for run, torque in known])
     scale = np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
-    age = float(np.linalg.lstsq(columns / scale, missed, rcond=None)[0][0] / scale[0])
-    return min(max(age, 0.0), max(run.gimbals.servo.period for run, _ in known if run.gimbals.servo is not None))
+    latency = float(np.linalg.lstsq(columns / scale, missed, rcond=None)[0][0] / scale[0])
+    return min(max(latency, 0.0), max(run.gimbals.servo.period for run, _ in known if run.gimbals.servo is not None))
 
 
 def tachometer_gain(gimbals: GimbalTelemetry) -> Array | float:
@@ -84,8 +84,8 @@ def tachometer_gain(gimbals: GimbalTelemetry) -> Array | float:
     return 0.0 if gimbals.servo is None else gimbals.servo.bandwidth * gimbals.cluster.gimbal_axis_inertia
 
 
-def _change_by_age(run: GimbalRun) -> Array:
-    """Return what an age of one second would change in a run's motor torques, shape (M K,), N·m/s."""
+def _change_by_latency(run: GimbalRun) -> Array:
+    """Return what a latency of one second would change in a run's motor torques, shape (M K,), N·m/s."""
     at = run.actuator_time[compared(run)]
     return np.asarray(-(_needed(run)(at, 1) + tachometer_gain(run.gimbals) * gimbal_motion(run)(at, 2)).ravel())
 

@@ -16,7 +16,7 @@ from testbed.prediction.gyro import acts_in_gyro, gyro_errors, readings
 from testbed.prediction.hooks import Hooks, overrides
 from testbed.prediction.integration import COMPLEX_STEP, GRIDS, Values, node_rates
 from testbed.prediction.motor_torques import has_torques, motor_torques
-from testbed.prediction.servo_answers import servo_answers
+from testbed.prediction.servo_response import servo_responses
 from testbed.prediction.smoothed import body_motion
 
 Predictor: TypeAlias = Callable[[Grid, Sequence[Hooks], Values], list[Array]]
@@ -64,10 +64,10 @@ def without_gyro_errors(grid: Grid, hooks: Sequence[Hooks], values: Values) -> G
 
 
 def predicted_channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> list[Array]:
-    """Return all that is compared: every run's gyro samples, then motor torques, then the gimbals' answers to commands.
+    """Return all that is compared: every run's gyro samples, then motor torques, then the gimbals' servo responses.
 
     Blocks of shape (P, N, 3) or (P, N, 6), in the units of the channel; block b belongs to run b modulo the runs. Motor
-    torques and answers are there if the runs carry what they are compared with.
+    torques and responses are there if the runs carry what they are compared with.
 
     Args:
         grid: the runs.
@@ -80,43 +80,43 @@ def predicted_channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> li
     blocks = predicted(grid, hooks, values)
     inside = [_acts_inside(hook) for hook in hooks]
     hooks, effects = list(compress(hooks, inside)), list(compress(values.effects, inside))
-    blocks += _inner_channels_of_sets(grid, hooks, effects) if hooks else _inner_channels_alone(grid)
+    blocks += _gimbal_channels_of_sets(grid, hooks, effects) if hooks else _gimbal_channels_of_telemetry(grid)
     return [np.broadcast_to(block, (values.sets, *block.shape[1:])) for block in blocks]
 
 
-def _inner_channels_of_sets(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> list[Array]:
+def _gimbal_channels_of_sets(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> list[Array]:
     """Return the gimbals' channels of sets most of which differ in what does not change them."""
     sizes = np.cumsum([value.shape[1] for value in effects])[:-1]
     sets = max(map(len, effects))
     rows = np.concatenate([np.broadcast_to(value, (sets, value.shape[1])) for value in effects], axis=1)
     distinct, place = np.unique(rows, axis=0, return_inverse=True)
-    blocks = _inner_channels(grid, hooks, np.split(distinct, sizes, axis=1))
+    blocks = _gimbal_channels(grid, hooks, np.split(distinct, sizes, axis=1))
     return [np.broadcast_to(block, (len(distinct), *block.shape[1:]))[place.ravel()] for block in blocks]
 
 
-def _inner_channels(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> list[Array]:
+def _gimbal_channels(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> list[Array]:
     """Return the gimbals' channels, with effects that act inside the units."""
     blocks: list[Array] = []
     if has_torques(grid):
         blocks += motor_torques(grid, hooks, effects, _measured_rates(grid))
     if grid.follows_commands:
-        blocks += servo_answers(grid, hooks, effects)
+        blocks += servo_responses(grid, hooks, effects)
     return blocks
 
 
 @lru_cache(maxsize=GRIDS)
-def _inner_channels_alone(grid: Grid) -> tuple[Array, ...]:
+def _gimbal_channels_of_telemetry(grid: Grid) -> tuple[Array, ...]:
     """Return the gimbals' channels without such effects: no parameter of the body or the gyro changes them."""
-    return tuple(_inner_channels(grid, [], []))
+    return tuple(_gimbal_channels(grid, [], []))
 
 
 def _acts_inside(hook: Hooks) -> bool:
     """Return whether an effect acts inside the units.
 
-    All others leave the gimbals' channels as they are: what these say of the body's motion is less than a hundredth of
-    what the gyro says, and what their own model gets wrong must not speak for an effect on the body or the gyro.
+    All others leave the gimbals' channels as they are: these hold less than a hundredth of the gyro's information on
+    the body's motion, and errors of their own model must not count for an effect on the body or the gyro.
     """
-    return hook.tells_gimbals and overrides(hook, "motor_torque", "servo_lag", "gimbals")
+    return hook.predicts_gimbals and overrides(hook, "motor_torque", "servo_lag", "gimbals")
 
 
 def _measured_rates(grid: Grid) -> Array:

@@ -5,13 +5,13 @@ Of one gimbal, over each control period from a tick on, with u the demand over t
     u = ω_b ḋ_s + Δḋ_c / T - load(ω at the period's middle, d at its start),   ḋ_s = ḋ_c + ω_n² / ω_b (d_c - d)
     T_m l̇ = u - l,   d̈ = l - ω_b ḋ + load - friction
 
-The set point ḋ_s stays within the rate limit, and d_c within a bound around d, as the controller has it.
+The set point ḋ_s stays within the rate limit, and d_c within a bound around d: the law of `cmg.servo_law`, as flown.
 
 What the servo fed forward is the load at the rate that was planned, which nobody sends; what it misses by that is
-left out of the comparison (`servo_answers.shown`).
+left out of the comparison (`servo_response.shown`).
 
 A run begins with gimbals at rest and motors without torque, as behind a release; the first demand asks for the whole
-rate at once. An ideal motor is then where one that was moving at that rate would be.
+rate immediately. An ideal motor is then where one that was moving at that rate would be.
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from testbed.arrays import Array, Series, UnitSeries
+from testbed.cmg import servo_law
+from testbed.cmg.servo_law import within
 from testbed.estimation.telemetry import CommandedRun, GimbalRun, Servo
 from testbed.prediction.compared import long_gaps
 from testbed.prediction.smooth import decay
@@ -73,8 +75,8 @@ def ticks_of(run: CommandedRun) -> Ticks:
     middle = time + 0.5 * period
     spinning, share, by_turning, by_body = _load_shares(run, middle, angle + 0.5 * period * rate, rate)
     own = cluster.rotor_spin_inertia - cluster.rotor_transverse_inertia
-    held, believed = _rotor_momentum(run, middle) + own * spinning, cluster.rotor_momentum
-    load = believed * (share - 0.5 * period * by_turning) / cluster.gimbal_axis_inertia
+    held, nominal = _rotor_momentum(run, middle) + own * spinning, cluster.rotor_momentum
+    load = nominal * (share - 0.5 * period * by_turning) / cluster.gimbal_axis_inertia
     return Ticks(
         time=time,
         samples=samples,
@@ -94,25 +96,25 @@ def set_point(run: CommandedRun) -> UnitSeries:
     Behind a long gap in the telemetry the gimbals count as where they were commanded to be.
     """
     ticks, servo = ticks_of(run), run.gimbals.servo
-    asked, points = _Asked(servo, ticks.first_angle), np.empty_like(ticks.command)
+    commanded, points = _Commanded(servo, ticks.first_angle), np.empty_like(ticks.command)
     last = np.searchsorted(ticks.samples, np.arange(len(ticks.time)), side="right") - 1
     within_gap = np.concatenate([long_gaps(run), [False]])[last]
     for tick, angle in enumerate(gimbal_motion(run)(ticks.time)):
         if within_gap[tick]:
-            asked = _Asked(servo, angle)
-        points[tick] = asked.set_point(ticks.command[tick], angle)
-        asked.follow(ticks.command[tick], angle)
+            commanded = _Commanded(servo, angle)
+        points[tick] = commanded.set_point(ticks.command[tick], angle)
+        commanded.follow(ticks.command[tick], angle)
     return points
 
 
 @lru_cache(maxsize=_REMEMBERED)
-def nominal_answer(run: CommandedRun) -> UnitSeries:
+def nominal_response(run: CommandedRun) -> UnitSeries:
     """Return the angles of a run's samples with motors as they should be, shape (K, M), rad."""
     units = np.arange(len(ticks_of(run).first_angle))
-    return np.asarray(_answer(run, units, np.zeros(len(units)), np.zeros_like(ticks_of(run).load)).T)
+    return np.asarray(_response(run, units, np.zeros(len(units)), np.zeros_like(ticks_of(run).load)).T)
 
 
-def answer(run: CommandedRun, lag: Array, friction: Array) -> Array:
+def response(run: CommandedRun, lag: Array, friction: Array) -> Array:
     """Return the angles of a run's samples, shape (P, K, M), rad.
 
     Args:
@@ -120,12 +122,12 @@ def answer(run: CommandedRun, lag: Array, friction: Array) -> Array:
         lag: T_m, shape (P, M), s.
         friction: and whatever else is in the way, over the inertia, at every tick, shape (P, N, M), rad/s².
     """
-    nominal = nominal_answer(run)
+    nominal = nominal_response(run)
     late = lag != 0.0
     angles: Any = np.tile(nominal.astype(np.result_type(lag, friction)), (len(lag), 1, 1))
     sets, units = np.nonzero(late)
     if len(sets):
-        angles[sets, :, units] = _answer(run, units, lag[sets, units], friction[sets, :, units].T)
+        angles[sets, :, units] = _response(run, units, lag[sets, units], friction[sets, :, units].T)
     sets, units = np.nonzero(~late & np.any(friction != 0.0, axis=1))
     if len(sets):
         angles[sets, :, units] += _pushed(run, -friction[sets, :, units])
@@ -150,49 +152,44 @@ def _rotor_momentum(run: GimbalRun, time: Series) -> Array:
     return np.stack([np.interp(time, run.actuator_time, column) for column in spin.T], axis=1)
 
 
-def _answer(run: CommandedRun, units: NDArray[np.intp], lag: Array, friction: Array) -> Array:
+def _response(run: CommandedRun, units: NDArray[np.intp], lag: Array, friction: Array) -> Array:
     """Return the angles of some units at the samples, shape (W, K), rad, under lags (W,) and frictions (N, W)."""
     ticks, servo = ticks_of(run), run.gimbals.servo
     step = _Step(servo, lag)
     angle = ticks.first_angle[units].astype(step.kind)
     rate = motor = np.zeros_like(angle)
-    asked, command, fed_forward = _Asked(servo, angle), ticks.command[:, units], ticks.fed_forward[:, units]
+    commanded, command, fed_forward = _Commanded(servo, angle), ticks.command[:, units], ticks.fed_forward[:, units]
     load, slope = ticks.load[:, units] - friction, ticks.load_slope[:, units]
     angles = np.empty((len(command), len(units)), dtype=np.result_type(step.kind, friction))
     for tick in range(len(command)):
         angles[tick] = angle
-        set_point = asked.set_point(command[tick], angle)
-        asked.follow(command[tick], angle)
-        demand = servo.bandwidth * _within(set_point, servo.rate_limit) + fed_forward[tick]
+        set_point = commanded.set_point(command[tick], angle)
+        commanded.follow(command[tick], angle)
+        demand = servo.bandwidth * within(set_point, servo.rate_limit) + fed_forward[tick]
         angle, rate, motor = step.after(angle, rate, motor, demand, load[tick], slope[tick])
     return np.asarray(angles[ticks.samples].T)
 
 
-def _within(value: Array, bound: float) -> Array:
-    """Return values cut at ±bound; by their real parts, so that derivatives by complex step pass or stop there."""
-    return np.asarray(np.minimum(np.maximum(value, -bound), bound))
-
-
-class _Asked:
-    """The angle d_c that the controller asks for, which never runs away from a gimbal that cannot follow."""
+class _Commanded:
+    """The angle d_c that the controller commands."""
 
     def __init__(self, servo: Servo, angle: Array) -> None:
-        self._servo, self._angle = servo, angle
-        self._bound = servo.rate_limit / float(np.sqrt(servo.stiffness))
+        self._servo, self._angle, self._bound = servo, angle, servo.angle_error_bound
 
     def set_point(self, command: Array, angle: Array) -> Array:
         """Return the tachometer loop's set point before its limit, rad/s."""
-        return np.asarray(command + self._servo.stiffness / self._servo.bandwidth * (self._angle - angle))
+        return servo_law.set_point(command, self._angle - angle, self._servo.stiffness / self._servo.bandwidth)
 
     def follow(self, command: Array, angle: Array) -> None:
         """Go on to the next period."""
-        self._angle = angle + _within(self._angle - angle, self._bound) + self._servo.period * command
+        ahead = within(self._angle - angle, self._bound)  # `servo_law.next_commanded_angle` but for rounding
+        self._angle = angle + ahead + self._servo.period * command
 
 
 def _pushed(run: CommandedRun, push: Array) -> Array:
     """Return by how much pushes, (W, N), rad/s², move the angles at the samples, (W, K), rad, if motors are ideal."""
     return np.asarray(
-        lfilter(*_Step(run.gimbals.servo, np.zeros(1)).answer_to_push, push, axis=1)[:, ticks_of(run).samples]
+        lfilter(*_Step(run.gimbals.servo, np.zeros(1)).response_to_push, push, axis=1)[:, ticks_of(run).samples]
     )
 
 
@@ -216,7 +213,7 @@ class _Step:
         self._rest_moves = (lag * (1.0 - self._left) - self._rest_turns) / bandwidth
 
     @property
-    def answer_to_push(self) -> tuple[Array, Array]:
+    def response_to_push(self) -> tuple[Array, Array]:
         """Numerator and denominator, in powers of 1/z, from a push in every period to the angle, no motor late.
 
         The characteristic polynomial of θ' = θ + a ḋ + b (push - k θ), ḋ' = e ḋ + f (push - k θ).

@@ -79,7 +79,7 @@ def node_slopes(values: Array, step: float | Array) -> Array:
     """Return the slopes at equidistant nodes of the cubic spline through values, both of shape (..., M + 1, 3).
 
     Args:
-        values: at the nodes; of many runs at once, because a spline of its own costs each more than its values do.
+        values: at the nodes; of many runs together, because a spline of its own costs each more than its values do.
         step: between nodes, s; broadcasts.
     """
     nodes = np.arange(values.shape[-2])

@@ -16,9 +16,9 @@ from scipy.stats import binom
 from testbed.arrays import Array
 from testbed.estimation.alignment_observability import parameter_names, parameter_units
 from testbed.reproduction.alignment_flights import Flight, fly_block
-from testbed.reproduction.crew import Job, done_by_crew
 from testbed.reproduction.parts import NOWHERE, Parts, kept_maneuver
 from testbed.reproduction.progress import Progress, silent
+from testbed.reproduction.workers import Job, done_by_workers
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.shipped import shipped_scenario
 
@@ -122,7 +122,7 @@ def alignments(
         for index, block in enumerate(blocks)
     ]
     null_motion, pseudo_inverse = zip(
-        *(pair for block in done_by_crew(jobs, workers, progress, parts) for pair in block), strict=True
+        *(pair for block in done_by_workers(jobs, workers, progress, parts) for pair in block), strict=True
     )
     return Alignments(
         names=parameter_names(scenario.cluster.units),

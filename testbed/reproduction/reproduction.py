@@ -17,7 +17,6 @@ from testbed.records.record import Record
 from testbed.reproduction.alignments import SCENARIO as ALIGNMENTS_SCENARIO
 from testbed.reproduction.alignments import Alignments, alignments
 from testbed.reproduction.claims import FULL_RUNS
-from testbed.reproduction.crew import Job, done_by_crew
 from testbed.reproduction.orbit import SCENARIO as ORBIT_SCENARIO
 from testbed.reproduction.orbit import orbit
 from testbed.reproduction.parts import NOWHERE, Parts
@@ -26,6 +25,7 @@ from testbed.reproduction.table1 import Table1, table1
 from testbed.reproduction.table2 import SCENARIOS as TABLE2_SCENARIOS
 from testbed.reproduction.table2 import ManeuverStatistics, table2
 from testbed.reproduction.whiteness import Whiteness, whiteness
+from testbed.reproduction.workers import Job, done_by_workers
 from testbed.reproduction.zero_g import SCENARIO as ZERO_G_SCENARIO
 from testbed.reproduction.zero_g import Table3, table3
 from testbed.reproduction.zero_g_claims import FULL_CAMPAIGNS
@@ -152,7 +152,7 @@ def reproduce(extent: Extent, progress: Progress = silent, parts: Parts = NOWHER
         ),
         Job(name=None, part="Orbit", items=1, call=orbit, arguments=(extent.seed,)),  # half a minute
     )
-    designs, orbiting = done_by_crew(jobs, extent.workers, progress, parts)
+    designs, orbiting = done_by_workers(jobs, extent.workers, progress, parts)
     flight, model = _longest_flight(flown.table3)
     return Reproduction(
         **vars(flown),
@@ -178,7 +178,7 @@ def flown_of(extent: Extent, progress: Progress = silent, parts: Parts = NOWHERE
         call=whiteness,
         arguments=(_paper(), d_optimal, extent.whiteness_flights, seed),
     )
-    (white,) = done_by_crew([job], 1, progress, parts)
+    (white,) = done_by_workers([job], 1, progress, parts)
     return Flown(
         table2=maneuvers,
         whiteness=white,

@@ -19,9 +19,9 @@ from testbed.dynamics.inertia import theta_of
 from testbed.estimation.combine import CombinedEstimate
 from testbed.estimation.estimate import Estimate
 from testbed.maneuver.maneuver import Maneuver
-from testbed.reproduction.crew import Job, done_by_crew
 from testbed.reproduction.parts import NOWHERE, Parts, kept_maneuver
 from testbed.reproduction.progress import Progress, silent
+from testbed.reproduction.workers import Job, done_by_workers
 from testbed.reproduction.zero_g_coverage import Coverage, coverage_by_name
 from testbed.reproduction.zero_g_cuts import CutScore, cut_score
 from testbed.reproduction.zero_g_estimates import estimates_of
@@ -106,7 +106,7 @@ def table3(
         )
         for index, block in enumerate(blocks)
     ]
-    outcomes: list[CampaignOutcome] = list(chain.from_iterable(done_by_crew(jobs, processes, progress, parts)))
+    outcomes: list[CampaignOutcome] = list(chain.from_iterable(done_by_workers(jobs, processes, progress, parts)))
     *flights, heldout = fly_campaigns(scenario, maneuver, seeds[:1], FLIGHTS + 1)[0].flights
     shown = estimates_of(scenario, maneuver, flights)
     theta, filter_time = shown.combined["iv"].theta, scenario.estimation.prefilter_time_constant_s

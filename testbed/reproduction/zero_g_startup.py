@@ -1,8 +1,8 @@
 """What the prefilter's start does to an estimate from a record that starts in motion.
 
-The filtered equation holds from zero state but for f(t) L(0), f(t) = exp(-t/γ)/γ, L(0) the whole momentum at the first
-sample: 2 to 4 s of record at γ = 0.8 s never see it die out. Estimating L(0) is exact; leaving it out is what a filter
-started from zero does; taking it from the first sample puts that sample's noise on the whole record.
+The filtered equation holds from zero state but for f(t) L(0), f(t) = exp(-t/γ)/γ, L(0) the total angular momentum at
+the first sample: 2 to 4 s of record at γ = 0.8 s never see it die out. Estimating L(0) is exact; leaving it out is what
+a filter started from zero does; taking it from the first sample puts that sample's noise on the whole record.
 """
 
 from __future__ import annotations

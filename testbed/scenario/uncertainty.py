@@ -15,7 +15,7 @@ class Uncertainty(Section):
 
     rotor_momentum_relative: ScaleSpread | None = None
     """Of each rotor's momentum as the telemetry gives it, as a share: of the rotor's inertia and the tachometer's scale
-    where rotor speeds are recorded, of the whole momentum where they are not; omitted: 0.002."""
+    where rotor speeds are recorded, of the total angular momentum where they are not; omitted: 0.002."""
     gimbal_zero_rad: AngleNoise | None = None
     """Of each gimbal encoder's zero; omitted: 0.001."""
     gimbal_axis_misalignment_rad: AngleNoise | None = None

@@ -31,7 +31,7 @@ class GyroParameters:
         misalignment: E, shape (3, 3), zero diagonal: row i says what axis i reads of the others, rad. Its antisymmetric
             part turns the gyro, its symmetric part makes its axes oblique.
         bandwidth: of a first-order low-pass at -3 dB, Hz; infinite for none.
-        latency: age of what a reading shows, s.
+        latency: of its readings, s.
         saturation: largest reading, each axis, rad/s; infinite for none.
         quantization: step of the reading, rad/s.
     """

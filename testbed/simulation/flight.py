@@ -147,7 +147,7 @@ def targets_of(
         clock: of the flight.
         controller: its model turns body rates into cluster momentum.
         preferred_gimbal_angle: constant preferred angles, shape (M,), rad; None to follow the maneuver's own.
-        initial_momentum_B: whole momentum that the controller expects at the start, shape (3,), N·m·s, body axes.
+        initial_momentum_B: total angular momentum that the controller expects at the start, shape (3,), N·m·s, body.
     """
     at_ticks = maneuver.reference(clock.tick_times)
     middle = maneuver.reference(clock.tick_times[:-1] + clock.period / 2)

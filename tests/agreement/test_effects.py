@@ -121,7 +121,7 @@ def test_what_happens_inside_the_units_shows_there_and_leaves_the_motion_explain
     assert flight.residual([]) < LEFT
     assert flight.residual([effect.hooks(component)], size) < LEFT
     in_torque = "gimbal_torque" in effect.needs
-    inside = flight.torque_residual if in_torque else flight.answer_residual
+    inside = flight.torque_residual if in_torque else flight.response_residual
     signature, left = inside([]), inside([effect.hooks(component)], size)
     print(f"{effect.id}: signature {signature:.1e}, left {left:.1e}")
     allowed = TORQUE_LEFT * in_torque + SHARES.get(effect.id, INNER_SHARE) * signature

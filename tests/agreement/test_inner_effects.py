@@ -25,9 +25,9 @@ from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import grid_of
 from testbed.prediction.integration import Values, node_rates
-from testbed.prediction.motor_torques import motor_torques, tachometer_gain, torque_age
-from testbed.prediction.servo import answer, nominal_answer, ticks_of
-from testbed.prediction.servo_answers import followed, measured_answers, servo_answers, shown, stretches
+from testbed.prediction.motor_torques import motor_torques, tachometer_gain, torque_latency
+from testbed.prediction.servo import nominal_response, response, ticks_of
+from testbed.prediction.servo_response import followed, measured_responses, servo_responses, shown, stretches
 from testbed.prediction.smoothed import gimbal_motion
 from testbed.scenario.reader import read_scenario
 
@@ -58,9 +58,8 @@ def plain() -> Telemetry:
     return with_gimbals(run, torque=exact().gimbals.torque + noise)
 
 
-def runs_with(*, body_rate=None, **channels) -> Runs:
-    run = with_gimbals(plain(), **channels)
-    return runs_of(["a"], [run if body_rate is None else replace(run, body_rate=body_rate)])
+def runs_with(*, gyro=None, **channels) -> Runs:
+    return runs_of(["a"], [replace(with_gimbals(plain(), **channels), **(gyro or {}))])
 
 
 def found(runs: Runs, effect: str, component: str):
@@ -90,7 +89,7 @@ def test_friction_shows_in_the_motor_torque(effect, size):
 
 def test_a_gyro_that_is_wrong_is_credited_with_what_it_mends_in_the_motor_torques():
     """They are predicted with the body rate that it shows: what it is off by looks like friction."""
-    runs = runs_with(body_rate=plain().body_rate * [1.0, 1.0, 1.25])
+    runs = runs_with(gyro={"body_rate": plain().body_rate * [1.0, 1.0, 1.25]})
     fit, places = fitted(runs, [], TRUE_THETA, []), [("gyro_scale", "z"), ("gimbal_viscous_friction", "cmg1")]
     placed = [Hypothesis(effect=EFFECTS[effect], component=component) for effect, component in places]
     body_alone = fit.chi_square - fitted(runs, placed[:1], fit.theta, [np.zeros(1)]).chi_square
@@ -101,18 +100,18 @@ def test_a_gyro_that_is_wrong_is_credited_with_what_it_mends_in_the_motor_torque
 
 def test_friction_does_not_pass_for_an_age_of_the_motor_torques():
     age, dry = 3e-3, 5e-4
-    run = with_gimbals(exact(), servo=answered()[0].gimbals.servo)
+    run = with_gimbals(exact(), servo=flown_runs()[0].gimbals.servo)
     time, motion = run.actuator_time, gimbal_motion(run)
     older = -age * (CubicSpline(time, run.gimbals.torque)(time, 1) + tachometer_gain(run.gimbals) * motion(time, 2))
     braked = older + dry * np.sign(motion(time, 1))
-    coarse = torque_age((run,))  # accelerations between samples at 16 Hz; 0.7 ms
+    coarse = torque_latency((run,))  # accelerations between samples at 16 Hz; 0.7 ms
     for missed in (older, braked):
-        found = torque_age((with_gimbals(run, torque=run.gimbals.torque + missed),))
+        found = torque_latency((with_gimbals(run, torque=run.gimbals.torque + missed),))
         assert found == pytest.approx(coarse + age, abs=1e-3)  # reversals between samples
 
 
 @cache
-def answered(
+def flown_runs(
     effect: str = "", component: str = "", *, seed: int = 3, seconds: float = 2.0, **parameters: float
 ) -> tuple[Telemetry, ...]:
     """Three runs with commands and gimbal angles, flown by the engine that shares no code."""
@@ -128,7 +127,7 @@ def answered(
 def test_a_hole_in_the_gyro_says_nothing_of_the_motors():
     run = plain()
     kept = (run.gyro_time < 2.0) | (run.gyro_time > 3.0)
-    holed = runs_with(gyro_time=run.gyro_time[kept], body_rate=run.body_rate[kept])
+    holed = runs_with(gyro={"gyro_time": run.gyro_time[kept], "body_rate": run.body_rate[kept]})
     fit = fitted(holed, [], TRUE_THETA, [])
     torques = fit.residual[holed.samples :]
     assert len(torques) < 6 * 0.85 * len(run.actuator_time)
@@ -136,7 +135,7 @@ def test_a_hole_in_the_gyro_says_nothing_of_the_motors():
 
 
 def test_gimbals_answer_their_commands_as_their_servo_does():
-    runs = runs_of(["a", "b", "c"], answered())
+    runs = runs_of(["a", "b", "c"], flown_runs())
     assert runs.grid.follows_commands
     assert runs.inner_sigma[0].max() < 5e-4  # rad; twice what is missed, of which the encoder's noise is 1e-4
 
@@ -149,7 +148,7 @@ def test_gimbals_answer_their_commands_as_their_servo_does():
     ],
 )
 def test_a_late_or_braked_motor_shows_between_command_and_angle(effect, size, value, std):
-    runs = runs_of(["a", "b", "c"], answered(effect, "cmg4", **{size: value}))
+    runs = runs_of(["a", "b", "c"], flown_runs(effect, "cmg4", **{size: value}))
     assert runs.grid.follows_commands
     told, error = found(runs, effect, "cmg4")
     assert abs(told - value) < SIGMAS * error
@@ -157,7 +156,7 @@ def test_a_late_or_braked_motor_shows_between_command_and_angle(effect, size, va
 
 
 def test_where_a_gimbal_began_counts_for_nothing_between_command_and_angle():
-    run = grid_of(answered()).runs[0]
+    run = grid_of(flown_runs()).runs[0]
     angle = np.unwrap(run.gimbals.angle, axis=0)
     beside = angle + np.array([0.01, -0.02, 0.0, 0.03, 0.0, -0.01])
     np.testing.assert_allclose(shown(run, beside), shown(run, angle), atol=2e-5)  # of those that hardly show
@@ -166,11 +165,11 @@ def test_where_a_gimbal_began_counts_for_nothing_between_command_and_angle():
 def test_an_encoder_off_its_zero_answers_as_predicted():
     """It begins beside the plan, which counts for nothing; what its load changes is all that shows."""
     zero = 0.02
-    runs = runs_of(["a", "b", "c"], answered("gimbal_zero", "cmg4", zero=zero))
+    runs = runs_of(["a", "b", "c"], flown_runs("gimbal_zero", "cmg4", zero=zero))
     assert runs.grid.follows_commands
     hook = EFFECTS["gimbal_zero"].hooks("cmg4")
-    nominal, late = servo_answers(runs.grid, [], []), servo_answers(runs.grid, [hook], [np.array([[zero]])])
-    measured = measured_answers(runs.grid)
+    nominal, late = servo_responses(runs.grid, [], []), servo_responses(runs.grid, [hook], [np.array([[zero]])])
+    measured = measured_responses(runs.grid)
     missed, change = (
         np.concatenate(
             [(one - other).ravel() for one, other in zip(these, [guess[0] for guess in nominal], strict=True)]
@@ -184,18 +183,18 @@ def test_an_encoder_off_its_zero_answers_as_predicted():
 
 
 def test_ideal_motors_answer_a_push_by_a_filter_as_period_by_period():
-    run = grid_of(answered()).runs[0]
+    run = grid_of(flown_runs()).runs[0]
     ticks = len(ticks_of(run).time)
     friction = np.random.default_rng(4).normal(scale=2.0, size=(1, ticks, 6))
-    filtered = answer(run, np.zeros((1, 6)), friction) - nominal_answer(run)
+    filtered = response(run, np.zeros((1, 6)), friction) - nominal_response(run)
     barely_late = np.full((1, 6), 1e-9)  # which is stepped along
-    stepped = answer(run, barely_late, friction) - answer(run, barely_late, np.zeros_like(friction))
+    stepped = response(run, barely_late, friction) - response(run, barely_late, np.zeros_like(friction))
     assert np.abs(filtered).max() > 1e-3
     np.testing.assert_allclose(filtered, stepped, atol=1e-6 * np.abs(filtered).max())
 
 
 def test_behind_a_rate_at_its_limit_answers_are_compared_once_the_servo_has_settled():
-    run = answered(seed=AT_LIMIT, seconds=4.0)[1]
+    run = flown_runs(seed=AT_LIMIT, seconds=4.0)[1]
     at_limit = run.actuator_time[np.abs(run.gimbals.rate_command).max(axis=1) > 0.98 * run.gimbals.servo.rate_limit]
     asked = run.actuator_time[followed(run)]
     since = asked - at_limit[np.searchsorted(at_limit, asked) - 1]
@@ -204,19 +203,19 @@ def test_behind_a_rate_at_its_limit_answers_are_compared_once_the_servo_has_sett
 
 
 def test_behind_a_hole_in_the_telemetry_answers_are_compared_once_the_servo_has_settled():
-    run = answered()[0]
+    run = flown_runs()[0]
     kept = (run.actuator_time < 0.8) | (run.actuator_time > 1.1)
     holed = run.with_actuator_samples(run.actuator_time[kept], lambda samples: samples[kept])
     asked = holed.actuator_time[followed(holed)]
     assert not ((asked > 0.8) & (asked < 1.5)).any()
     assert len(stretches(holed)) == 2
-    missed = measured_answers(grid_of([holed]))[0] - servo_answers(grid_of([holed]), [], [])[0][0]
+    missed = measured_responses(grid_of([holed]))[0] - servo_responses(grid_of([holed]), [], [])[0][0]
     assert np.sqrt(np.mean(missed**2)) < 5e-4
 
 
 @pytest.mark.parametrize("lag", [0.01, 0.02])
 def test_a_late_motor_is_told_by_its_answers_behind_a_rate_at_its_limit(lag):
-    runs = answered("gimbal_lag", "cmg4", seed=AT_LIMIT, seconds=4.0, time_constant=lag)
+    runs = flown_runs("gimbal_lag", "cmg4", seed=AT_LIMIT, seconds=4.0, time_constant=lag)
     told, error = found(runs_of(["a", "b", "c"], runs), "gimbal_lag", "cmg4")
     assert abs(told - lag) < SIGMAS * error
     assert error < 0.05 * lag
@@ -224,8 +223,8 @@ def test_a_late_motor_is_told_by_its_answers_behind_a_rate_at_its_limit(lag):
 
 
 def test_gimbals_that_do_not_answer_are_not_compared():
-    asked = [run.gimbals.rate_command + 0.1 * np.sin(3.0 * run.actuator_time)[:, None] for run in answered()]
-    runs = [with_gimbals(run, rate_command=command) for run, command in zip(answered(), asked, strict=True)]
+    asked = [run.gimbals.rate_command + 0.1 * np.sin(3.0 * run.actuator_time)[:, None] for run in flown_runs()]
+    runs = [with_gimbals(run, rate_command=command) for run, command in zip(flown_runs(), asked, strict=True)]
     believed = runs_of(["a", "b", "c"], runs)
     assert not believed.grid.follows_commands
     assert not believed.inner
@@ -243,7 +242,7 @@ def test_play_shows_in_the_motion_of_the_body():
 
 def test_a_trembling_rotor_is_told_from_the_others_and_from_noise():
     static = 4e-6
-    runs = runs_of(["a", "b", "c"], answered("rotor_imbalance", "cmg4", static=static, dynamic=1e-8, phase=1.0))
+    runs = runs_of(["a", "b", "c"], flown_runs("rotor_imbalance", "cmg4", static=static, dynamic=1e-8, phase=1.0))
     scatter = noise_tests(runs, fitted(runs, [], TRUE_THETA, []), NOISE_EFFECTS, others=100).found
     assert [each.key for each in scatter] == ["rotor_imbalance:cmg4"]
     assert abs(scatter[0].finding.values[0] - static) < SIGMAS * scatter[0].finding.std[0]
@@ -252,7 +251,7 @@ def test_a_trembling_rotor_is_told_from_the_others_and_from_noise():
 
 def test_a_line_that_is_told_is_taken_out_of_every_run_with_its_own_phase():
     """Left in as wider noise, it had been called a flexible part."""
-    runs = answered("rotor_imbalance", "cmg4", static=2e-5, dynamic=1e-8, phase=1.0)
+    runs = flown_runs("rotor_imbalance", "cmg4", static=2e-5, dynamic=1e-8, phase=1.0)
     fit_runs, heldout = runs_of(["a", "b"], runs[:2]), runs_of(["c"], runs[2:])
     fit = fitted(fit_runs, [], TRUE_THETA, [])
     seen = fitted_initial_rates(heldout, fit)
@@ -275,7 +274,7 @@ def _predicted(runs: Runs, fit) -> list[np.ndarray]:
 
 @pytest.mark.parametrize("ratio", [1.0, 1.25])
 def test_noise_beyond_what_is_stated_is_told(ratio):
-    run = replace(plain(), gimbal_torque=None, gyro_noise=GYRO_NOISE / ratio)
+    run = replace(with_gimbals(plain(), torque=None), gyro_noise=GYRO_NOISE / ratio)
     others = [
         replace(noisy(exact_telemetry(FLIGHT, *[run.gyro_time] * 2, GYRO_NOISE), seed=seed, encoder_noise=1e-4),
                 gyro_noise=run.gyro_noise)
@@ -290,7 +289,7 @@ def test_noise_beyond_what_is_stated_is_told(ratio):
 
 def test_steps_of_the_gyro_are_told_exactly():
     step = 0.004
-    runs = runs_with(body_rate=step * np.round(plain().body_rate / step), torque=None)
+    runs = runs_with(gyro={"body_rate": step * np.round(plain().body_rate / step)}, torque=None)
     scatter = noise_tests(runs, fitted(runs, [], TRUE_THETA, []), NOISE_EFFECTS, others=60).found
     assert scatter[0].key == "gyro_quantization:gyro"
     np.testing.assert_allclose(scatter[0].finding.values, step, rtol=1e-9)

@@ -11,8 +11,8 @@ import pytest
 from benchmarks import basilisk, sysid
 from benchmarks.__main__ import LONG_PARTS, PARTS
 from benchmarks.environments import UnavailableError
-from benchmarks.flight_crew import TOLERANCE, largest_step
-from benchmarks.paired import crew, paired
+from benchmarks.flight_worker import TOLERANCE, largest_step
+from benchmarks.paired import paired, workers
 from benchmarks.ratios import Ratio
 from benchmarks.table import PAGE, PartRows, page, read_parts, write_parts
 
@@ -45,15 +45,15 @@ def test_a_pair_keeps_its_own_ratio_when_the_machine_slows_down():
 WORKER = "import sys; print('ready', flush=True)\nfor _ in sys.stdin: print({answer!r}, flush=True)"
 
 
-def test_a_crew_works_once_per_call():
+def test_workers_work_once_per_call():
     command = [sys.executable, "-c", WORKER.format(answer="done")]
-    with crew([command, command]) as work:
+    with workers([command, command]) as work:
         assert all(work() > 0.0 for _ in range(2))
 
 
-def test_a_crew_member_that_fails_is_named():
+def test_a_worker_that_fails_is_named():
     command = [sys.executable, "-c", WORKER.format(answer="oops")]
-    with crew([command]) as work, pytest.raises(RuntimeError, match="oops"):
+    with workers([command]) as work, pytest.raises(RuntimeError, match="oops"):
         work()
 
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 import pytest
 
 from support.diagnosed_records import nominal, records
-from testbed.diagnosis.findings import masked
+from testbed.diagnosis.findings import confounded
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.result import unmasked_needs
+from testbed.diagnosis.result import unconfounded_needs
 from testbed.diagnosis.signatures import without
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.contract import CLUSTER, components_in
@@ -32,16 +32,16 @@ def test_what_is_in_the_model_is_not_tested_again():
 
 
 @pytest.mark.parametrize(
-    ("effect", "masked"),
+    ("effect", "confounded"),
     [
         ("gimbal_backlash", {"gimbal_lag", "gimbal_viscous_friction", "gimbal_coulomb_friction"}),
         ("gimbal_coulomb_friction", {"gimbal_lag"}),
     ],
 )
-def test_what_a_unit_cannot_show_beside_an_effect_is_not_tested_there(effect, masked):
+def test_what_a_unit_cannot_show_beside_an_effect_is_not_tested_there(effect, confounded):
     taken = left_beside(placed(effect, "cmg4"))
-    expected = {f"{each}:{place}" for each in masked for place in ("cmg4", CLUSTER)}
-    known = {f"{each}:{place}" for each in masked for place in components_in(EFFECTS[each], 6)}
+    expected = {f"{each}:{place}" for each in confounded for place in ("cmg4", CLUSTER)}
+    known = {f"{each}:{place}" for each in confounded for place in components_in(EFFECTS[each], 6)}
     assert taken == (expected & known) | {f"{effect}:cmg4"}
     assert "gimbal_lag:cluster" in taken
 
@@ -55,6 +55,6 @@ def test_what_was_not_asked_of_beside_an_effect_is_said_with_what_it_would_take(
     rough, lag = placed("gimbal_coulomb_friction", "cmg4"), placed("gimbal_lag", "cluster")
     asked = replace(stages[-1].remaining, signatures=(replace(stages[-1].remaining.signatures[0], placed=lag),))
     sticking = replace(stages[-1], remaining=asked, model=replace(stages[-1].model, placed=(rough,)))
-    assert masked(stages[-1]) == ()
-    assert masked(sticking) == ((lag, rough),)
-    assert unmasked_needs(rough).startswith("cmg4 without gimbal_coulomb_friction")
+    assert confounded(stages[-1]) == ()
+    assert confounded(sticking) == ((lag, rough),)
+    assert unconfounded_needs(rough).startswith("cmg4 without gimbal_coulomb_friction")

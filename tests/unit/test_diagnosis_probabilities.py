@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from support.diagnosed_records import nominal, records
-from testbed.diagnosis.candidates import NONE, UNKNOWN, by_class, mean_over_places, probabilities_of, scale_evidence
+from testbed.diagnosis.candidates import NONE, UNKNOWN, by_class, mean_over_scan, probabilities_of, scale_evidence
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import theta_of
@@ -52,9 +52,9 @@ def test_what_is_too_small_to_be_seen_is_not_excluded():
 
 def test_odds_of_what_is_sought_at_many_places_are_their_mean():
     everywhere = [2.0 * np.log(odds) for odds in (500.0, 20.0, 4.0)]
-    assert mean_over_places(everywhere[0], everywhere[1:], 100) == pytest.approx(2.0 * np.log((524.0 + 97.0) / 100))
-    assert mean_over_places(everywhere[0], [], 1) == pytest.approx(everywhere[0])
-    nowhere = mean_over_places(-40.0, [0.0] * 99, 100)
+    assert mean_over_scan(everywhere[0], everywhere[1:], 100) == pytest.approx(2.0 * np.log((524.0 + 97.0) / 100))
+    assert mean_over_scan(everywhere[0], [], 1) == pytest.approx(everywhere[0])
+    nowhere = mean_over_scan(-40.0, [0.0] * 99, 100)
     assert nowhere == pytest.approx(2.0 * np.log(0.99), abs=1e-3), "one place that is excluded leaves the others"
 
 

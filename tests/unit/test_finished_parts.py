@@ -21,10 +21,10 @@ from testbed.estimation.combine import CombinedEstimate
 from testbed.maneuver.profiles import basic_profile
 from testbed.reproduction.alignment_flights import Flight
 from testbed.reproduction.codec import Codec
-from testbed.reproduction.crew import Job, done_by_crew
 from testbed.reproduction.finished_parts import FinishedParts, finished_parts
 from testbed.reproduction.progress import silent
 from testbed.reproduction.table2 import table2
+from testbed.reproduction.workers import Job, done_by_workers
 from testbed.reproduction.zero_g_cuts import Cut
 from testbed.reproduction.zero_g_outcome import CampaignOutcome
 
@@ -106,9 +106,9 @@ def test_what_no_codec_knows_is_refused():
 def test_finished_jobs_are_not_done_again_and_count_as_progress(tmp_path):
     told: list[int] = []
     with opened(tmp_path / "out") as parts:
-        first = done_by_crew(jobs(tmp_path)[:2], 1, silent, parts)
+        first = done_by_workers(jobs(tmp_path)[:2], 1, silent, parts)
     with opened(tmp_path / "out") as parts:
-        again = done_by_crew(jobs(tmp_path), 1, lambda *_: told.append, parts)
+        again = done_by_workers(jobs(tmp_path), 1, lambda *_: told.append, parts)
     assert {path.name for path in tmp_path.glob("*-*")} == {"first-0", "second-0", "third-0"}
     assert equal(again[:2], first)
     assert sum(told) == 3
@@ -116,7 +116,7 @@ def test_finished_jobs_are_not_done_again_and_count_as_progress(tmp_path):
 
 def test_damaged_and_foreign_parts_are_set_aside_and_made_again(tmp_path):
     with opened(tmp_path / "out") as parts:
-        done_by_crew(jobs(tmp_path), 1, silent, parts)
+        done_by_workers(jobs(tmp_path), 1, silent, parts)
     whole = results(tmp_path / "out")
     folder = tmp_path / "out" / "parts" / "results"
     flipped = bytearray(whole["second.json"])
@@ -125,7 +125,7 @@ def test_damaged_and_foreign_parts_are_set_aside_and_made_again(tmp_path):
     (folder / "junk.json").write_bytes(b"junk")
     told: list[str] = []
     with opened(tmp_path / "out", told=told) as parts:
-        done_by_crew(jobs(tmp_path), 1, silent, parts)
+        done_by_workers(jobs(tmp_path), 1, silent, parts)
     assert results(tmp_path / "out") == whole
     aside = {path.name: path.read_bytes() for path in (folder.parent / "set_aside").iterdir()}
     assert aside == {"second.json": bytes(flipped), "junk.json": b"junk"}

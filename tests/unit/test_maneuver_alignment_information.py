@@ -61,8 +61,8 @@ def estimators_own(maneuver, cluster=CLUSTER):
         gimbals=GimbalTelemetry(cluster=cluster, angle=maneuver.gimbal_angle(actuator_time)),
     )
     record, aligned = sampled_gimbals(telemetry), alignment_of(np.zeros(24))
-    motion = simulate(record.believed, theta_of(INERTIA), np.zeros(3))
-    columns = rate_sensitivity(record.believed, motion, held_momentum(record, aligned, motion)).reshape(-1, 33)
+    motion = simulate(record.nominal, theta_of(INERTIA), np.zeros(3))
+    columns = rate_sensitivity(record.nominal, motion, held_momentum(record, aligned, motion)).reshape(-1, 33)
     working = np.flatnonzero(cluster.rotor_momentum)
     inertia, angles, scales = columns[:, :6], columns[:, 6:24].reshape(-1, 3, 6), columns[:, 24:30]
     kept = [

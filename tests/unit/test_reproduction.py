@@ -23,11 +23,11 @@ from testbed.report.reproduction.table1 import table1_section
 from testbed.reproduction.alignment_claims import alignment_claims
 from testbed.reproduction.box_plot import boxes_of
 from testbed.reproduction.claims import table1_claims, table2_claims, whiteness_claim
-from testbed.reproduction.crew import Job, done_by_crew
 from testbed.reproduction.gains import gains_of
 from testbed.reproduction.judgement import claims_of
 from testbed.reproduction.progress import silent
 from testbed.reproduction.table2 import PAPER_STD
+from testbed.reproduction.workers import Job, done_by_workers
 from testbed.reproduction.zero_g_claims import zero_g_claims
 
 FILES = {"reproduction.html", "reproduce.json", "recording.rrd", "provenance.json"}
@@ -193,16 +193,16 @@ def test_fewer_than_two_runs_are_refused(tmp_path, runs):
     assert not (tmp_path / "out").exists()
 
 
-def test_a_crew_gives_answers_in_the_order_of_its_jobs():
+def test_workers_give_answers_in_the_order_of_their_jobs():
     told = []
     jobs = [Job(name=None, part="Squares", items=1, call=pow, arguments=(value, 2)) for value in range(4)]
-    assert done_by_crew(jobs, 2, lambda part, items: told.append((part, items)) or (lambda _: None)) == [0, 1, 4, 9]
+    assert done_by_workers(jobs, 2, lambda part, items: told.append((part, items)) or (lambda _: None)) == [0, 1, 4, 9]
     assert told == [("Squares", 4)]
 
 
 def test_a_worker_that_dies_is_a_message():
     with pytest.raises(InputError, match="worker process died"):
-        done_by_crew([Job(name=None, part="Death", items=1, call=os._exit, arguments=(1,))], 1, silent)
+        done_by_workers([Job(name=None, part="Death", items=1, call=os._exit, arguments=(1,))], 1, silent)
 
 
 def test_the_gains_of_estimator_maneuver_and_rate_multiply_to_the_whole():

@@ -10,13 +10,13 @@ import plotly.graph_objects as go
 from testbed.arrays import Array
 from testbed.diagnosis.findings import (
     Detectable,
+    confounded,
     detectable_sizes,
     distances,
     first_screening,
-    masked,
     shown_signatures,
 )
-from testbed.diagnosis.result import needs_of, unmasked_needs
+from testbed.diagnosis.result import needs_of, unconfounded_needs
 from testbed.diagnosis.signatures import Signature
 from testbed.diagnosis.state import Diagnosis
 from testbed.report.diagnosis.sizes import size_lines, smallest_words
@@ -127,5 +127,5 @@ def _untestable(diagnosis: Diagnosis, sizes: Sequence[Detectable]) -> Iterator[t
     for size in sizes:
         if not size.seen_when_typical:
             yield Cell(text=size.placed.effect.id), Cell(text=size.placed.component), Cell(text=needs_of(size))
-    for placed, by in masked(diagnosis):
-        yield Cell(text=placed.effect.id), Cell(text=placed.component), Cell(text=unmasked_needs(by))
+    for placed, by in confounded(diagnosis):
+        yield Cell(text=placed.effect.id), Cell(text=placed.component), Cell(text=unconfounded_needs(by))

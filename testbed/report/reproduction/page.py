@@ -11,9 +11,9 @@ from testbed.report.frame.page import write_page
 from testbed.report.reproduction.alignments import alignments_section
 from testbed.report.reproduction.assumptions import assumptions_section
 from testbed.report.reproduction.claims import claims_section, claims_verdict
+from testbed.report.reproduction.interpretation import interpretation_section
 from testbed.report.reproduction.orbit import orbit_section
 from testbed.report.reproduction.platform import platform_section
-from testbed.report.reproduction.settled import settled_section
 from testbed.report.reproduction.table1 import table1_section
 from testbed.report.reproduction.table2 import table2_section
 from testbed.report.reproduction.table3 import table3_section
@@ -65,4 +65,4 @@ def _sections(reproduction: Reproduction) -> Iterator[Section]:
     yield table3_section(reproduction.table3)
     yield alignments_section(reproduction.alignments)
     yield orbit_section(reproduction.orbit)
-    yield settled_section(reproduction.table2, reproduction.whiteness)
+    yield interpretation_section(reproduction.table2, reproduction.whiteness)

@@ -1,4 +1,4 @@
-"""What the paper does not say, and how it was settled."""
+"""What the paper does not state, and what is assumed."""
 
 from __future__ import annotations
 
@@ -58,14 +58,14 @@ _SETTLED = (
 )
 
 
-def settled_section(maneuvers: Sequence[ManeuverStatistics], whiteness: Whiteness) -> Section:
+def interpretation_section(maneuvers: Sequence[ManeuverStatistics], whiteness: Whiteness) -> Section:
     """Return the choices that the paper leaves open.
 
     Args:
         maneuvers: of Table 2, with the bias that theory predicts.
         whiteness: of the residual.
     """
-    columns = (Column(title="Not in the paper"), Column(title="settled"))
+    columns = (Column(title="Not in the paper"), Column(title="assumed"))
     rows = text_rows((*_SETTLED, _bias(maneuvers), _colour(whiteness)))
     return Section(title="What the paper does not say", blocks=(Table(columns=columns, rows=rows, numeric=False),))
 

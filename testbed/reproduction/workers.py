@@ -1,4 +1,4 @@
-"""Work of several kinds at once, in processes of this machine."""
+"""Work of several kinds side by side, in processes of this machine."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Job:
     arguments: tuple[Any, ...]
 
 
-def done_by_crew(jobs: Sequence[Job], workers: int, progress: Progress, parts: Parts = NOWHERE) -> list[Any]:
+def done_by_workers(jobs: Sequence[Job], workers: int, progress: Progress, parts: Parts = NOWHERE) -> list[Any]:
     """Return what the jobs give, in their order; what is kept is not done again.
 
     Args:
@@ -58,9 +58,9 @@ def done_by_crew(jobs: Sequence[Job], workers: int, progress: Progress, parts: P
         advance[jobs[index].part](jobs[index].items)
     if not missing:
         return results
-    with _crew(workers) as crew:
+    with _pool(workers) as pool:
         with workers_environment():
-            futures = {crew.submit(jobs[index].call, *jobs[index].arguments): index for index in missing}
+            futures = {pool.submit(jobs[index].call, *jobs[index].arguments): index for index in missing}
         for future in as_completed(futures):
             job, result = jobs[futures[future]], _result(future)
             results[futures[future]] = result
@@ -78,7 +78,7 @@ def _result(future: Future[Any]) -> Any:  # noqa: ANN401 - whatever the job give
 
 
 @contextmanager
-def _crew(workers: int) -> Iterator[ProcessPoolExecutor]:
+def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     """Give processes that end with the block, whatever they are doing when an error or Ctrl-C ends it."""
     others = set(multiprocessing.active_children())
     context = multiprocessing.get_context(

@@ -1,6 +1,6 @@
 """Closed-loop flights without records or estimates: which step they need, and a process that flies many.
 
-`python -m benchmarks.flight_crew SCENARIO STEP SEED...` flies the seeds for every line read (see `paired.crew`).
+`python -m benchmarks.flight_worker SCENARIO STEP SEED...` flies the seeds for every line read (see `paired.workers`).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How the gimbals' angles should have answered their commands, in the directions that hold no load."""
+"""How the gimbals' angles should have responded to their commands, in the directions that hold no load."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from testbed.prediction.compared import compared, long_gaps
 from testbed.prediction.grid import Gimbals, Grid, at_nodes, unit_count
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import effective_gimbals
-from testbed.prediction.servo import answer, set_point, ticks_of
+from testbed.prediction.servo import response, set_point, ticks_of
 from testbed.prediction.smoothed import body_motion, gimbal_motion
 from testbed.prediction.unit_axes import along_units
 
@@ -27,13 +27,13 @@ _COMPARED = 0.1
 _AT_LIMIT = 0.98
 """Share of the rate limit from which on a set point may be cut: 0.04 rad/s is what 1.5 mrad of an angle add to it."""
 _SETTLED = 0.4
-"""s. Until a servo that was not followed answers as if it had been, but for a constant: its poles are at 25 1/s."""
+"""s. Until a servo that was not followed responds as if it had been, but for a constant: its poles are at 25 1/s."""
 _FEWEST = 6
-"""Samples in a row that are worth comparing: constants alone take up as much as two. With 12, answers are the same
+"""Samples in a row that are worth comparing: constants alone take up as much as two. With 12, responses are the same
 and estimates move by 0.03 standard errors (three sets of seed 90817)."""
 _SEEN = 1e-2
 """Norm with which a constant of 1 rad has to show to be seen at all: 1e-3 rad then make 1e-5 rad, a tenth of a good
-encoder's noise. With 0.1, answers are the same and estimates move by 0.2 standard errors (three sets of seed 90817)."""
+encoder's noise. With 0.1, estimates move by 0.2 standard errors (three sets of seed 90817)."""
 _LOADED = 3
 """Directions of gimbal angles that a body rate loads; what the units can do beyond them is compared."""
 _REMEMBERED = 64
@@ -45,13 +45,13 @@ def has_commands(grid: Grid) -> bool:
     return unit_count(grid) > _LOADED and len(grid.commanded_runs) == len(grid.runs)
 
 
-def measured_answers(grid: Grid) -> list[Array]:
+def measured_responses(grid: Grid) -> list[Array]:
     """Return what is compared of the gimbal angles of every run, each of shape (K, M - 3), rad."""
     return [shown(run, np.unwrap(run.gimbals.angle, axis=0)) for run in grid.commanded_runs]
 
 
-def servo_answers(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> list[Array]:
-    """Return what is compared of the predicted answers to the commands in every run, each of shape (P, K, M - 3), rad.
+def servo_responses(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> list[Array]:
+    """Return what is compared of the predicted responses to the commands in every run, each (P, K, M - 3), rad.
 
     Args:
         grid: the runs; they carry commands.
@@ -61,7 +61,7 @@ def servo_answers(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) 
     pairs = list(zip(hooks, effects, strict=True))
     sets = max([1, *(len(value) for value in effects)])
     gimbals = effective_gimbals(grid, hooks, effects)
-    answers = []
+    responses = []
     for index, run in enumerate(grid.commanded_runs):
         rate = ticks_of(run).gimbal_rate
         friction, lag = np.zeros((1, 1, rate.shape[1])), np.zeros((sets, rate.shape[1]))
@@ -69,8 +69,8 @@ def servo_answers(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) 
             friction = hook.motor_torque(friction, value, rate[None])
             lag = lag + hook.servo_lag(value, rate.shape[1])
         against = (friction - _further_load(grid, gimbals, index)) / run.gimbals.cluster.gimbal_axis_inertia
-        answers.append(shown(run, answer(run, lag, np.broadcast_to(against, (sets, *rate.shape)))))
-    return answers
+        responses.append(shown(run, response(run, lag, np.broadcast_to(against, (sets, *rate.shape)))))
+    return responses
 
 
 def shown(run: CommandedRun, angle: Array) -> Array:
@@ -85,9 +85,9 @@ def shown(run: CommandedRun, angle: Array) -> Array:
         run: its gimbals.
         angle: at its samples, shape (..., K', M), rad.
     """
-    answer, constant = _unloaded_changes(run, angle), constants(run)
-    flat = answer.reshape(*answer.shape[:-2], -1)
-    return np.asarray((flat - np.matvec(constant, flat @ constant)).reshape(answer.shape))
+    changes, constant = _unloaded_changes(run, angle), constants(run)
+    flat = changes.reshape(*changes.shape[:-2], -1)
+    return np.asarray((flat - np.matvec(constant, flat @ constant)).reshape(changes.shape))
 
 
 @lru_cache(maxsize=_REMEMBERED)
@@ -132,7 +132,7 @@ def by_stretches(run: CommandedRun, values: Array) -> list[Array]:
 def unloaded(run: CommandedRun) -> Array:
     """Return the directions in which gimbal angles show nothing of a load by a body rate, shape (K', M, M - 3).
 
-    The servo answers a load as late as ω_b / ω_n²: the directions are those of the angles then.
+    The servo responds to a load as late as ω_b / ω_n²: the directions are those of the angles then.
     """
     cluster, servo = run.gimbals.cluster, run.gimbals.servo
     before = run.actuator_time - servo.bandwidth / servo.stiffness
@@ -141,13 +141,13 @@ def unloaded(run: CommandedRun) -> Array:
 
 
 def followed(run: CommandedRun) -> NDArray[np.intp]:
-    """Return at which samples the answers are compared, shape (K,)."""
+    """Return at which samples the responses are compared, shape (K,)."""
     return np.concatenate([np.zeros(0, dtype=np.intp), *stretches(run)])
 
 
 @lru_cache(maxsize=_REMEMBERED)
 def stretches(run: CommandedRun) -> list[NDArray[np.intp]]:
-    """Return at which samples the answers are compared, by those that follow one another.
+    """Return at which samples the responses are compared, by those that follow one another.
 
     While a command, or a set point, is cut between samples, and in a gap, nobody knows what the servo was asked for.
     What it missed by that has settled after `_SETTLED`, but for a constant.
