@@ -105,7 +105,7 @@ def import_log(
             nearest names.
 
     Example:
-        >>> import tempfile, testbed as tb
+        >>> import pathlib, tempfile, testbed as tb
         >>> lines = [f"{5 * n},{n % 7},0,1,0,0,0.1" for n in range(200)]
         >>> rates = {"fields": ["gx", "gy", "gz"], "unit": "deg/s", "axes": ["-y", "x", "z"]}
         >>> torques = {"fields": ["mx", "my", "mz"], "unit": "mN*m"}
@@ -115,8 +115,8 @@ def import_log(
         ...     "channels": {"body_rate": rates, "applied_torque": torques},
         ... }
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     path = f"{folder}/bench.csv"
-        ...     _ = open(path, "w").write("\n".join(["t,gx,gy,gz,mx,my,mz", *lines]))
+        ...     path = pathlib.Path(folder, "bench.csv")
+        ...     _ = path.write_text("\n".join(["t,gx,gy,gz,mx,my,mz", *lines]))
         ...     records = tb.import_log(path, keys)
         >>> print(records)
         1 run
@@ -144,10 +144,10 @@ def guess_map(log: str | Path) -> str:
         InputError: the log cannot be read, or nothing in it is called a gyro or a body rate.
 
     Example:
-        >>> import tempfile, testbed as tb
+        >>> import pathlib, tempfile, testbed as tb
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     path = f"{folder}/bench.csv"
-        ...     _ = open(path, "w").write("t_ms,gyro_x_dps,gyro_y_dps,gyro_z_dps\n0,1,2,3\n5,1,2,3\n")
+        ...     path = pathlib.Path(folder, "bench.csv")
+        ...     _ = path.write_text("t_ms,gyro_x_dps,gyro_y_dps,gyro_z_dps\n0,1,2,3\n5,1,2,3\n")
         ...     print(tb.guess_map(path).partition("# The whole log")[0])
         # Map of bench.csv (CSV), proposed from names and units.
         # Check every line, above all units, axes and clock. Then:

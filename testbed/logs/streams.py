@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
@@ -159,16 +160,16 @@ class WholeReads:
             file: open for reading.
             most: bytes after which the file appears to end; None for all.
         """
-        self._file, self._most = file, most
+        size = os.fstat(file.fileno()).st_size
+        self._file, self._end = file, size if most is None else min(size, most)
+        self._whole = self._end == size
         self.seek, self.tell, self.close = file.seek, file.tell, file.close
         self.cut = False
 
-    def read(self, size: int = -1) -> bytes:
-        """Return the next bytes, all or none."""
-        if self._most is not None and self._file.tell() + max(size, 0) > self._most:
+    def read(self, size: int) -> bytes:
+        """Return the next bytes, all or none; a damaged length may ask for more than any memory holds."""
+        left = self._end - self._file.tell()
+        if size > left:
+            self.cut = self.cut or (self._whole and left > 0)
             return b""
-        content = self._file.read(size)
-        if 0 <= len(content) < size:
-            self.cut = self.cut or bool(content)
-            return b""
-        return content
+        return self._file.read(size)

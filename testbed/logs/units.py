@@ -73,7 +73,7 @@ def _unit_of(target: str) -> Any:  # noqa: ANN401
 
 @cache
 def _registry() -> Any:  # noqa: ANN401 - the library is optional
-    registry = library("pint", "converting units").UnitRegistry()
+    registry = library("pint", "converting units").UnitRegistry(on_redefinition="ignore")
     for alias in _ALIASES:
         registry.define(alias)
     return registry

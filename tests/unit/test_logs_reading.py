@@ -185,6 +185,8 @@ def test_one_database_of_a_bag_is_read_alone(tmp_path):
         (b"ULog\x01\x12\x35", "cannot be read as ULog"),
         (b"ULog\x01\x12\x35\x01" + bytes(100), "does not hold what the map names"),
         (b"\x89MCAP0\r\n" + bytes(100), "does not hold what the map names"),
+        # An attachment whose name is said to have 4 GB.
+        (b"\x89MCAP0\r\n\x09" + struct.pack("<Q", 100) + bytes(16) + b"\xff" * 4 + bytes(80), "does not hold"),
         (b"#ROSBAG V2.0\n" + bytes(100), "cannot be read as a ROS bag"),
         (b"SQLite format 3\0" + bytes(100), "cannot be read as a ROS bag"),
         (b"PAR1" + bytes(100), "cannot be read as Parquet"),
