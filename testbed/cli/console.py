@@ -113,6 +113,11 @@ def entry(label: str, text: str) -> None:
     )
 
 
+def line(text: str) -> None:
+    """Print a line that begins with its label, as `entry` does."""
+    entry(text[:LABEL_WIDTH].rstrip(), text[LABEL_WIDTH:])
+
+
 LINE_PERIOD = 10.0
 """s between two lines on how far a work is, where standard error is no terminal; a short command prints none."""
 

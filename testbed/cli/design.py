@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from testbed.cli.console import command_line, design_progress, print_as_json, say, show
+from testbed.cli.console import command_line, design_progress, line, print_as_json, say, show
 from testbed.cli.tables import design_lines
 from testbed.errors import InputError
 from testbed.experiment.planning import starts_of
@@ -34,15 +35,17 @@ def design_scenario(source: str, changes: Sequence[str], out: Path | None, seed:
         assert designed is not None
         folder.deliver(lambda place: maneuver.write(place, command_line()))
     show(_starts_table(designed))
-    for line in design_lines(designed):
-        say(line)
+    for text in design_lines(designed):
+        line(text)
     say()
-    say(f"Folder     {folder.path}: maneuver.toml can replace the scenario's [maneuver], maneuver.csv is its table")
+    line(f"Folder     {folder.path}: maneuver.toml can replace the scenario's [maneuver], maneuver.csv is its table")
     print_as_json(folder.path / "design.json")
 
 
 def _starts_table(design: Design) -> Table:
-    table = Table(title="Starts", title_justify="left", title_style="bold")
+    table = Table(
+        title="Starts", title_justify="left", title_style="bold", box=SIMPLE_HEAD, show_edge=False, pad_edge=False
+    )
     for column in ("start", "cost", "seconds", "status"):
         table.add_column(column, justify="left" if column == "status" else "right")
     for start in design.starts:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from testbed.cli.alignments import print_alignments
-from testbed.cli.console import command_line, design_progress, print_as_json, say, show
+from testbed.cli.console import command_line, design_progress, line, print_as_json, say, show
 from testbed.cli.failures import COMPLETED, DIVERGED
 from testbed.cli.notices import print_notices, print_verdict
 from testbed.cli.tables import design_lines, flight_lines, result_table
@@ -56,15 +56,15 @@ def _print_result(experiment: Experiment, folder: Path) -> None:
         say()
     if experiment.aligning is not None:
         print_alignments(experiment.aligning)
-    for line in (*design_lines(experiment.plan.design), *flight_lines(experiment.flown)):
-        say(line)
+    for text in (*design_lines(experiment.plan.design), *flight_lines(experiment.flown)):
+        line(text)
     say()
     print_verdict(run_verdict(experiment))
     print_notices(run_notices(experiment))
     say()
     say(f"Folder     {folder}")
     say(f"Report     {folder / 'report.html'}")
-    say(f"Recording  {_this_command()} view {folder}  (or view --web: in the browser)")
+    line(f"Recording  {_this_command()} view {folder}  (or view --web: in the browser)")
 
 
 def _this_command() -> str:

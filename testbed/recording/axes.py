@@ -22,8 +22,42 @@ _GLOBAL_VIEW = "view/5c0dca6a-e63f-9cf7-f657-2602590474cc"
 """Where rerun 0.41 keeps the time axis that linked plots share (`GLOBAL_VIEW_ID` in its source). A viewer that has it
 elsewhere shows the flight's time, and the legends over the curves."""
 
+_ALIKE = 2.0 / 3.0
+"""Of the longest tab's time: what a shorter one has to take of a shared axis, or each has its own."""
+
 LINKED = rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal)
-"""The time axis of every plot: zoomed together."""
+"""The time axis of plots that are zoomed together."""
+
+
+def time_axes(tabs: Sequence[Sequence[Trace]]) -> tuple[rrb.TimeAxis, ...]:
+    """Return the time axis of the plots of each tab: shared, unless one of them would fill too little of it.
+
+    Args:
+        tabs: their traces.
+    """
+    extents = [_extent([trace.time for trace in tab]) for tab in tabs]
+    lengths = [0.0 if extent is None else extent[1] - extent[0] for extent in extents]
+    if all(length >= _ALIKE * max(lengths) for length in lengths):
+        return (LINKED,) * len(tabs)
+    alone = rrb.components.LinkAxis.Independent
+    return tuple(
+        LINKED if extent is None else rrb.TimeAxis(link=alone, view_range=_shown(extent)) for extent in extents
+    )
+
+
+def _extent(times: Sequence[Series]) -> tuple[float, float] | None:
+    """Return the first and the last of all times, s; None where there are none."""
+    ends = [float(time[end]) for time in times if len(time) for end in (0, -1)]
+    return (min(ends), max(ends)) if ends else None
+
+
+def _shown(extent: tuple[float, float]) -> rrb.TimeRange:
+    """Return a stretch of time with the legend's room behind it."""
+    first, last = extent
+    return rrb.TimeRange(
+        start=rrb.TimeRangeBoundary.absolute(seconds=first),
+        end=rrb.TimeRangeBoundary.absolute(seconds=last + _LEGEND * (last - first)),
+    )
 
 
 def value_axis(traces: Sequence[Trace]) -> rrb.ScalarAxis | None:
@@ -56,15 +90,9 @@ class SharedTime(rrb.TimePanel):
     def __init__(self, timeline: str, times: Sequence[Series]) -> None:
         """Take the timeline's name and the times that are shown, each of shape (N,), s."""
         super().__init__(timeline=timeline, play_state="paused", state="collapsed")
-        ends = [float(time[end]) for time in times if len(time) for end in (0, -1)]
-        self._extent = (min(ends), max(ends)) if ends else None
+        self._times = _extent(times)
 
     def _log_to_stream(self, stream: rr.RecordingStream) -> None:
         super()._log_to_stream(stream)
-        if self._extent is not None:
-            first, last = self._extent
-            shown = rrb.TimeRange(
-                start=rrb.TimeRangeBoundary.absolute(seconds=first),
-                end=rrb.TimeRangeBoundary.absolute(seconds=last + _LEGEND * (last - first)),
-            )
-            stream.log(f"{_GLOBAL_VIEW}/TimeAxis", rrb.TimeAxis(view_range=shown))
+        if self._times is not None:
+            stream.log(f"{_GLOBAL_VIEW}/TimeAxis", rrb.TimeAxis(view_range=_shown(self._times)))

@@ -149,19 +149,20 @@ def _plots(traces: Sequence[Trace], names: Sequence[str]) -> list[rrb.View]:
     return [plot_view(f"/{name}", TITLES[name], traces) for name in names if name in held]
 
 
-def plot_view(origin: str, title: str, traces: Sequence[Trace]) -> rrb.TimeSeriesView:
+def plot_view(origin: str, title: str, traces: Sequence[Trace], time_axis: rrb.TimeAxis = LINKED) -> rrb.TimeSeriesView:
     """Return a plot over time of everything below a path.
 
     Args:
         origin: the path.
         title: with the unit.
         traces: of the recording; those below the path make the vertical axis.
+        time_axis: the horizontal one.
     """
     own = [trace for trace in traces if f"/{trace.path}/".startswith(f"{origin}/")]
     return rrb.TimeSeriesView(
         origin=origin,
         name=title,
-        axis_x=LINKED,
+        axis_x=time_axis,
         axis_y=value_axis(own),
         plot_legend=rrb.PlotLegend(
             rrb.Corner2D.RightTop, visible=len({name for trace in own for name in trace.names}) > 1

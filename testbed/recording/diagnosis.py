@@ -11,6 +11,7 @@ import rerun.blueprint as rrb
 
 from testbed.arrays import Array, Series
 from testbed.palette import Color
+from testbed.recording.axes import time_axes
 from testbed.recording.blueprint import plot_view, scene_view, whole_layout
 from testbed.recording.platform import log_platform
 from testbed.recording.reproduction_content import ShownTab, traces_of
@@ -80,7 +81,9 @@ def write_diagnosis_recording(path: Path, recording_id: str, content: DiagnosisC
         recording_id: from everything that decides the diagnosis.
         content: what is shown.
     """
-    traces = [trace for run in content.runs for trace in traces_of(run.tab)]
+    by_run = [traces_of(run.tab) for run in content.runs]
+    traces = [trace for own in by_run for trace in own]
+    tabs = (_tab(run, axis) for run, axis in zip(content.runs, time_axes(by_run), strict=True))
     with recording_stream(path, recording_id) as stream:
         for trace in traces:
             log_trace(stream, trace)
@@ -89,7 +92,7 @@ def write_diagnosis_recording(path: Path, recording_id: str, content: DiagnosisC
                 _log_motion(stream, f"{run.root}/motion/{motion.name}", motion)
         for name, markdown in (("verdict", content.verdict), ("provenance", content.provenance)):
             stream.log(name, rr.TextDocument(markdown, media_type="text/markdown"), static=True)
-        stream.send_blueprint(whole_layout((*map(_tab, content.runs), _provenance()), traces))
+        stream.send_blueprint(whole_layout((*tabs, _provenance()), traces))
 
 
 def _log_motion(stream: rr.RecordingStream, path: str, motion: ShownMotion) -> None:
@@ -99,9 +102,10 @@ def _log_motion(stream: rr.RecordingStream, path: str, motion: ShownMotion) -> N
     stream.log(f"{path}/name", name, static=True)
 
 
-def _tab(run: ShownRun) -> rrb.Horizontal:
+def _tab(run: ShownRun, axis: rrb.TimeAxis) -> rrb.Horizontal:
     plots = [
-        [plot_view(f"/{panel.origin}", panel.title, panel.traces) for panel in column] for column in run.tab.columns
+        [plot_view(f"/{panel.origin}", panel.title, panel.traces, axis) for panel in column]
+        for column in run.tab.columns
     ]
     scene = scene_view(f"/{run.root}/motion", "Platform, N: measured and predicted", _EYE)
     verdict = rrb.TextDocumentView(origin="/verdict", name="Verdict")

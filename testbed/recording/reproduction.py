@@ -8,6 +8,7 @@ from typing import Any
 import rerun as rr
 import rerun.blueprint as rrb
 
+from testbed.recording.axes import time_axes
 from testbed.recording.blueprint import BACKGROUND, flight_view, plot_view, whole_layout
 from testbed.recording.box_plot import BOUNDS, ROOT, log_box_plot
 from testbed.recording.platform import log_platform
@@ -39,18 +40,21 @@ def write_reproduction_recording(path: Path, recording_id: str, content: Reprodu
 
 
 def _layout(content: ReproductionContent) -> rrb.Blueprint:
-    tabs = (*map(_tab, content.before), _box_plot(), *map(_tab, content.after), _texts())
-    return whole_layout(tabs, [trace for tab in (*content.before, *content.after) for trace in traces_of(tab)])
+    traces = {tab.name: traces_of(tab) for tab in (*content.before, *content.after)}
+    axes = dict(zip(traces, time_axes(list(traces.values())), strict=True))
+    before, after = ([_tab(tab, axes[tab.name]) for tab in tabs] for tabs in (content.before, content.after))
+    tabs = (*before, _box_plot(), *after, _texts())
+    return whole_layout(tabs, [trace for own in traces.values() for trace in own])
 
 
-def _tab(tab: ShownTab) -> rrb.Horizontal:
-    columns = [rrb.Vertical(*map(_panel, column)) for column in tab.columns]
+def _tab(tab: ShownTab, axis: rrb.TimeAxis) -> rrb.Horizontal:
+    columns = [rrb.Vertical(*(_panel(panel, axis) for panel in column)) for column in tab.columns]
     scene = [flight_view(_CABIN_DISTANCE)] if tab.scene else []
     return rrb.Horizontal(*scene, *columns, name=tab.name)
 
 
-def _panel(panel: ShownPanel) -> rrb.TimeSeriesView:
-    return plot_view(f"/{panel.origin}", panel.title, panel.traces)
+def _panel(panel: ShownPanel, axis: rrb.TimeAxis) -> rrb.TimeSeriesView:
+    return plot_view(f"/{panel.origin}", panel.title, panel.traces, axis)
 
 
 def _box_plot() -> rrb.Horizontal:

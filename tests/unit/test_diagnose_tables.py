@@ -9,7 +9,7 @@ from rich.console import Console
 
 import testbed.cli.console
 from support.diagnosed_records import nominal, records
-from testbed.cli.console import entry
+from testbed.cli.console import entry, line
 from testbed.cli.diagnose_tables import detectable_table
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
@@ -82,4 +82,5 @@ def test_a_text_breaks_between_words_on_a_terminal_only(monkeypatch, capsys):
         console = Console(width=20, force_terminal=terminal, no_color=True, highlight=False, soft_wrap=True)
         monkeypatch.setattr(testbed.cli.console, "console", console)
         entry("Verdict", "one two three")
-        assert capsys.readouterr().out.splitlines() == lines
+        line("Verdict    one two three")
+        assert capsys.readouterr().out.splitlines() == 2 * lines

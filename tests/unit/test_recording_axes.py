@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,7 +12,7 @@ from rerun.chunk import RrdReader
 
 from support.flights import content, flown
 from testbed.plant.scene import scene_of
-from testbed.recording.axes import numbered_range, value_axis
+from testbed.recording.axes import LINKED, numbered_range, time_axes, value_axis
 from testbed.recording.traces import Trace
 from testbed.recording.writer import write_recording
 
@@ -40,6 +42,16 @@ def test_an_axis_has_two_numbers_and_all_of_its_curve(low, span, power):
 def test_what_showed_a_lonely_zero_shows_a_number_on_one_side(reach):
     assert numbers_in(-reach, reach) == 1
     assert numbers_in(*numbered_range(-reach, reach)) >= 2
+
+
+def test_runs_of_unlike_length_have_a_time_axis_each_and_others_share_one():
+    def tab(seconds):
+        return [replace(trace([0.0, 1.0]), time=np.array([0.0, seconds]))]
+
+    assert time_axes([tab(4.0), tab(3.0)]) == (LINKED, LINKED)
+    shown = time_axes([tab(4.0), tab(2.0)])
+    assert LINKED not in shown
+    assert [axis.view_range.as_arrow_array().to_pylist()[0]["end"] for axis in shown] == [4_720_000_000, 2_360_000_000]
 
 
 def trace(values) -> Trace:
