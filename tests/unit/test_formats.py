@@ -23,7 +23,7 @@ from testbed.scenario.tables import unit_of
 from tests.unit.test_diagnose_command import quadcopter, slow_roll
 
 MAY_BE_ABSENT = {"constant_torque_N_m", "constant_torque_std_N_m", "next", "component"}
-OPEN = {"Provenance"}
+OPEN = {"Provenance", "FilesProvenance"}
 """What decides a result is not the same for all of them."""
 NO_UNIT_IN_KEY = (
     "pure number|0 to 1|-1 to 1|standard deviations|`unit`|1 at the |1 where|: 1\\.|Fraction of|\\d/s|s⁴|, s\\.|bytes"
