@@ -16,7 +16,7 @@ _MOST_STEPS = 12
 more, and of three plots in a column each is 240 points high in a window of 950."""
 _MARGIN = 0.05
 """Of the span, at either end: a number at the very edge is not written."""
-_LEGEND = 0.18
+_LEGEND = 0.22
 """Of the flight's time, kept free behind its end: the legend stands there instead of over the curves."""
 _GLOBAL_VIEW = "view/5c0dca6a-e63f-9cf7-f657-2602590474cc"
 """Where rerun 0.41 keeps the time axis that linked plots share (`GLOBAL_VIEW_ID` in its source). A viewer that has it

@@ -51,7 +51,7 @@ def test_runs_of_unlike_length_have_a_time_axis_each_and_others_share_one():
     assert time_axes([tab(4.0), tab(3.0)]) == (LINKED, LINKED)
     shown = time_axes([tab(4.0), tab(2.0)])
     assert LINKED not in shown
-    assert [axis.view_range.as_arrow_array().to_pylist()[0]["end"] for axis in shown] == [4_720_000_000, 2_360_000_000]
+    assert [axis.view_range.as_arrow_array().to_pylist()[0]["end"] for axis in shown] == [4_880_000_000, 2_440_000_000]
 
 
 def trace(values) -> Trace:
@@ -83,4 +83,4 @@ def test_linked_plots_begin_with_the_flight_and_room_for_the_legend(tmp_path):
     (axis,) = (chunk for chunk in reader.stream(store=layout).to_chunks() if chunk.entity_path == SHARED)
     ((shown,),) = axis.to_record_batch().column("TimeAxis:view_range").to_pylist()
     end = flight.time[-1]
-    assert [shown[edge] for edge in ("start", "end")] == [0, round(1.18 * end * 1e9)]
+    assert [shown[edge] for edge in ("start", "end")] == [0, round(1.22 * end * 1e9)]
