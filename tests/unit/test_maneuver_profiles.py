@@ -54,8 +54,8 @@ def test_gimbal_angles_come_along_and_other_columns_do_not_matter(tmp_path):
     [
         ([HEAD.replace("_z_rad_s", "_z"), *ROWS], "has no column body_rate_z_rad_s; its columns are time_s, body"),
         (
-            [f"{HEAD},gimbal_angle_2_rad", *(f"{row},0" for row in ROWS)],
-            "has no column gimbal_angle_1_rad, gimbal_angle_3",
+            [f"{HEAD},gimbal_angle_1_rad,gimbal_angle_3_rad", *(f"{row},0,0" for row in ROWS)],
+            "has no column gimbal_angle_2_rad; its columns are",
         ),
         ([f"{HEAD},time_s", *(f"{row},1" for row in ROWS)], "has column time_s more than once"),
         ([HEAD, *ROWS[:2]], "has 2 rows; a cubic spline needs at least 4"),
