@@ -57,21 +57,22 @@ def basic_profile(*, duration: float = 5.0, scale: float = 1.0) -> Maneuver:
     return Maneuver(name="basic", duration=duration, body_rate=clamped_spline(duration, scale * _BASIC_POINTS))
 
 
-def read_profile(path: Path) -> Maneuver:
+def read_profile(path: Path, units: int) -> Maneuver:
     """Return the maneuver of a CSV table: time_s, the body rate, and optionally the gimbal angles.
 
     A cubic spline goes through the rows; its time starts at the first.
 
     Args:
         path: columns are named as in a record.
+        units: how many gimbals the platform has; the table has the angles of all of them or of none.
 
     Raises:
         InputError: the file cannot be used; the message names file, column or row, and remedy.
     """
-    columns = _columns(path)
+    columns = _columns(path, units)
     _refuse(path, _problems(columns))
     time = columns[_TIME] - columns[_TIME][0]
-    gimbals = _gimbal_columns(columns)
+    gimbals = _gimbal_columns(columns, units)
     return Maneuver(
         name=readable(path.stem),
         duration=float(time[-1]),
@@ -80,7 +81,7 @@ def read_profile(path: Path) -> Maneuver:
     )
 
 
-def _columns(path: Path) -> dict[str, Array]:
+def _columns(path: Path, units: int) -> dict[str, Array]:
     """Read the columns that a profile knows, as numbers; others are passed over."""
     content = read_bytes(path, "the maneuver's table, relative to the scenario's folder", _LARGEST_TABLE)
     known = (_TIME, *_BODY_RATE, *_GIMBAL_ANGLE)
@@ -90,20 +91,23 @@ def _columns(path: Path) -> dict[str, Array]:
         names = table.column_names
     except (OSError, pa.ArrowInvalid, UnicodeDecodeError) as error:
         raise InputError(f"{path}: cannot be read as a table of numbers: {error}") from error
-    _refuse(path, _name_problems(names))
+    _refuse(path, _name_problems(names, units))
     return {name: table[name].to_numpy() for name in known if name in names}
 
 
-def _gimbal_columns(names: Collection[str]) -> tuple[str, ...]:
-    """Return the columns of as many gimbals as a table has angles of; without a gap from the first one on."""
-    return _GIMBAL_ANGLE[: len(set(_GIMBAL_ANGLE) & set(names))]
+def _gimbal_columns(names: Collection[str], units: int) -> tuple[str, ...]:
+    """Return the columns of all gimbals, if a table has the angle of any."""
+    return _GIMBAL_ANGLE[:units] if set(_GIMBAL_ANGLE) & set(names) else ()
 
 
-def _name_problems(names: list[str]) -> Iterator[str]:
-    wanted = (_TIME, *_BODY_RATE, *_gimbal_columns(names))
+def _name_problems(names: list[str], units: int) -> Iterator[str]:
+    wanted = (_TIME, *_BODY_RATE, *_gimbal_columns(names, units))
     missing = [name for name in wanted if name not in names]
     if missing:
         yield f"has no column {', '.join(missing)}; its columns are {', '.join(names)}"
+    too_many = [name for name in _GIMBAL_ANGLE[units:] if name in names]
+    if too_many:
+        yield f"has column {', '.join(too_many)}, but the platform has {units} units; leave it out"
     repeated = sorted({name for name in wanted if names.count(name) > 1})
     if repeated:
         yield f"has column {', '.join(repeated)} more than once; keep one of each"
