@@ -10,8 +10,9 @@ demo: $(STAMP)
 	@rm -rf runs/demo
 	@$(BIN)/testbed run scenarios/zero_g.toml --out runs/demo
 
+# Tests start the command some hundred times; without bytecode each start compiles the package anew.
 test: $(STAMP)-dev
-	@OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses logical --dist loadfile
+	@PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses logical --dist loadfile
 
 # make robustness gives the commands all that can be wrong with what they are given; CASES="MJCF" only what has this in its name.
 robustness: $(STAMP)-dev
