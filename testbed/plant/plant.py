@@ -145,11 +145,11 @@ class Plant:
         layout = self.layout
         for platform, start in enumerate(initial):
             qpos, qvel = self.qpos[platform], self.qvel[platform]
-            qpos[layout.position] = start.position
             qpos[layout.attitude] = start.attitude / np.linalg.norm(start.attitude)
             qpos[layout.gimbal_angle] = start.gimbal_angle
-            qvel[layout.velocity] = start.velocity
             qvel[layout.body_rate] = start.body_rate
+            if qpos[layout.position].size:
+                qpos[layout.position], qvel[layout.velocity] = start.position, start.velocity
         self.qvel[:, layout.rotor_speed] = rotor_momentum / self._spin_inertia
 
     def _engage_rotor_servos(self) -> None:

@@ -34,6 +34,21 @@ class WheelProperties:
 
 
 @dataclass(frozen=True, kw_only=True)
+class AirBearing:
+    """A pivot that the platform stands on, free to turn, and what acts on it there.
+
+    Attributes:
+        center_of_mass_B: c, of the whole platform from the pivot, shape (3,), m, body axes.
+        gravity: m/s², along -z of N.
+        drag: of the air and the bearing, c_d in the torque -c_d ω about every axis, N·m·s/rad.
+    """
+
+    center_of_mass_B: Vector3
+    gravity: float
+    drag: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
 class PlatformProperties:
     """A platform's numbers; a field that is None keeps the MJCF's own.
 
@@ -58,6 +73,8 @@ class PlatformProperties:
         step: of the integrator, s.
         cabin_size: inner edges of a room with walls, m; None for no room, and no contacts.
         wheels: reaction wheels beside the CMG units.
+        air_bearing: what the platform stands on; None for a platform that floats. The inertia above is about the centre
+            of mass all the same; about the pivot it is J + m (c·c 1 - c cᵀ).
     """
 
     inertia: Matrix3 | None = None
@@ -80,6 +97,7 @@ class PlatformProperties:
     step: float | None = None
     cabin_size: Vector3 | None = None
     wheels: tuple[WheelProperties, ...] = ()
+    air_bearing: AirBearing | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,8 +107,8 @@ class InitialState:
     Attributes:
         body_rate: ω, shape (3,), rad/s, body axes.
         attitude: quat_NB, shape (4,).
-        position: of the centre of mass in N, shape (3,), m.
-        velocity: of the centre of mass in N, shape (3,), m/s.
+        position: of the centre of mass in N, shape (3,), m; without effect on an air bearing.
+        velocity: of the centre of mass in N, shape (3,), m/s; without effect on an air bearing.
         gimbal_angle: shape (M,), rad.
     """
 

@@ -65,8 +65,12 @@ def _true_state(log: FlightLog, layout: Layout) -> dict[str, Array]:
         "true_rotor_angle": log.qpos[:, layout.rotor_angle],
         "true_rotor_speed": log.qvel[:, layout.rotor_speed],
         "true_attitude": log.qpos[:, layout.attitude],
-        "true_position": log.qpos[:, layout.position],
-    }
+    } | _true_position(log, layout)
+
+
+def _true_position(log: FlightLog, layout: Layout) -> dict[str, Array]:
+    position = log.qpos[:, layout.position]
+    return {"true_position": position} if position.size else {}  # none on an air bearing
 
 
 def _true_momentum(log: FlightLog, flight: Flight, model: Model, layout: Layout, cluster: Cluster) -> dict[str, Array]:
