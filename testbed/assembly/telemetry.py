@@ -13,7 +13,7 @@ from testbed.cmg.cluster import Cluster
 from testbed.cmg.servo_law import stiffness_of
 from testbed.errors import InputError
 from testbed.estimation.gyro_noise import gyro_noise_of, noise_freedom
-from testbed.estimation.telemetry import GimbalTelemetry, Servo, Telemetry
+from testbed.estimation.telemetry import GimbalTelemetry, Servo, Telemetry, WheelTelemetry
 from testbed.records.record import Record
 from testbed.records.selection import sampled, usable
 from testbed.scenario.body import BodyScenario
@@ -21,7 +21,7 @@ from testbed.scenario.scenario import Scenario
 
 _CLOCK_JITTER = 0.01
 """Of a control period, by which the times of samples may be off."""
-_ACTUATOR_CHANNELS = ("gimbal_angle", "cluster_momentum", "applied_torque")
+_ACTUATOR_CHANNELS = ("gimbal_angle", "wheel_speed", "cluster_momentum", "applied_torque")
 
 
 def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telemetry:
@@ -49,6 +49,7 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
         gyro_noise=scenario.gyro.noise_rad_s if noise is None else noise,
         actuator_time=time,
         gimbals=_gimbals(part, scenario, _units(part, nominal), time, values) if source == "gimbal_angle" else None,
+        wheels=_wheels(part, nominal, time),
         cluster_momentum=values if source == "cluster_momentum" else None,
         applied_torque=_channel(part, "applied_torque", time),
         initial_momentum=scenario.estimation.initial_momentum,
@@ -85,6 +86,25 @@ def _units(record: Record, nominal: Body) -> Cluster:
             "scenario of the platform that was measured"
         )
     return nominal.cluster
+
+
+def _wheels(record: Record, nominal: Body, time: Series) -> WheelTelemetry | None:
+    """Return what the reaction wheels sent, at the actuators' times; None of a record without any."""
+    speed = _channel(record, "wheel_speed", time)
+    if speed is None:
+        return None
+    sent, believed = speed.shape[1], len(nominal.wheels.spin_inertia)
+    if sent != believed:
+        known = f"has {believed}" if believed else "has no [[actuators]] of that kind"
+        raise InputError(
+            f"{record.details.name}: has speeds of {sent} reaction wheels, but the scenario {known}; use "
+            "the scenario of the platform that was measured"
+        )
+    return WheelTelemetry(
+        wheels=nominal.wheels,
+        momentum=speed * nominal.wheels.spin_inertia,
+        torque=_channel(record, "wheel_torque", time),
+    )
 
 
 def _gimbals(

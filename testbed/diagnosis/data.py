@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from testbed.arrays import Array, Units
 from testbed.diagnosis.settings import SETTINGS
 from testbed.effects.fast_changes import FEWEST, fast_power
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import Telemetry, has_momentum
 from testbed.prediction.grid import Grid, grid_of, unit_count
 from testbed.prediction.motor_torques import has_torques, measured_torques
 from testbed.prediction.servo import response, ticks_of
@@ -174,8 +174,7 @@ class Runs:
     @property
     def driven_by_momentum(self) -> bool:
         """Whether gimbals or the momentum that they hold are known: torques that are applied have to be integrated."""
-        run = self.grid.runs[0]
-        return run.gimbals is not None or run.cluster_momentum is not None
+        return has_momentum(self.grid.runs[0])
 
     def with_sigma(self, sigma: Array) -> Runs:
         """Return the same runs with another standard deviation of the gyro, shape (R, 3) or (3,), rad/s."""

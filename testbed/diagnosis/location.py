@@ -55,7 +55,11 @@ def _signals(run: Telemetry) -> Iterator[tuple[str, Series]]:
     if run.gimbals is not None:
         units = range(1, run.gimbals.angle.shape[1] + 1)
         yield from _along(("gimbal_angle", "gimbal_rate"), units, run, run.gimbals.angle)
-    elif run.cluster_momentum is not None:
+    if run.wheels is not None:
+        wheels = range(1, run.wheels.momentum.shape[1] + 1)
+        speed = run.wheels.momentum / run.wheels.wheels.spin_inertia
+        yield from _along(("wheel_speed", "wheel_acceleration"), wheels, run, speed)
+    if run.gimbals is None and run.wheels is None and run.cluster_momentum is not None:
         yield from _along(("cluster_momentum", "cluster_momentum_rate"), AXES, run, run.cluster_momentum)
     if run.applied_torque is not None:
         yield from _along(("applied_torque", "applied_torque_rate"), AXES, run, run.applied_torque)

@@ -224,6 +224,8 @@ def channels_of(runs: Runs) -> set[Channel]:
         present.add("gimbal_torque")
     if runs.grid.follows_commands:
         present.add("gimbal_rate_command")
+    if run.wheels is not None:
+        present.add("wheel_speed")
     if present or run.cluster_momentum is not None:
         present.add("any_actuator")
     return present

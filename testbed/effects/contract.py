@@ -17,7 +17,14 @@ from testbed.scenario.scenario import Scenario
 from testbed.signals import MOST_UNITS
 
 Channel: TypeAlias = Literal[
-    "gimbal_angle", "gimbal_rate_command", "gimbal_torque", "rotor_speed", "applied_torque", "attitude", "any_actuator"
+    "gimbal_angle",
+    "gimbal_rate_command",
+    "gimbal_torque",
+    "rotor_speed",
+    "wheel_speed",
+    "applied_torque",
+    "attitude",
+    "any_actuator",
 ]
 """What a record has to carry beside the body rate for an effect to be tested for."""
 

@@ -15,7 +15,7 @@ from testbed.errors import InputError
 from testbed.estimation.bound import cramer_rao_bound
 from testbed.estimation.estimate import Estimate, EstimationSettings
 from testbed.estimation.registry import ESTIMATORS
-from testbed.estimation.telemetry import GimbalTelemetry, Telemetry
+from testbed.estimation.telemetry import GimbalTelemetry, Telemetry, WheelTelemetry
 from testbed.experiment.checking import checks_of, considered, with_spread
 from testbed.experiment.experiment import Estimation
 from testbed.maneuver.maneuver import Maneuver
@@ -173,14 +173,18 @@ def bound_std(telemetry: Telemetry, theta: Theta, initial_momentum_B: Vector3) -
 
 
 def _true_bound_std(truth: PlatformModel, telemetry: Telemetry, record: Record) -> Theta | None:
-    """The bound of the motion as it was: true gimbal angles and rotor speeds, at the telemetry's times."""
-    rows = np.searchsorted(record.time, telemetry.actuator_time)
-    gimbals = GimbalTelemetry(
-        cluster=truth.cluster,
-        angle=record.channels["true_gimbal_angle"][rows],
-        rotor_momentum=record.channels["true_rotor_speed"][rows] * truth.cluster.rotor_spin_inertia,
-    )
-    actual = replace(telemetry, gimbals=gimbals)
+    """The bound of the motion as it was: true gimbal angles, rotor and wheel speeds, at the telemetry's times."""
+    rows, gimbals, wheels = np.searchsorted(record.time, telemetry.actuator_time), None, None
+    if truth.units:
+        gimbals = GimbalTelemetry(
+            cluster=truth.cluster,
+            angle=record.channels["true_gimbal_angle"][rows],
+            rotor_momentum=record.channels["true_rotor_speed"][rows] * truth.cluster.rotor_spin_inertia,
+        )
+    if len(truth.wheels.spin_inertia):
+        momentum = record.channels["true_wheel_speed"][rows] * truth.wheels.spin_inertia
+        wheels = WheelTelemetry(wheels=truth.wheels, momentum=momentum)
+    actual = replace(telemetry, gimbals=gimbals, wheels=wheels)
     first = int(np.searchsorted(record.time, telemetry.gyro_time[0]))
     attitude_BN = quaternion_inverse(record.channels["true_attitude"][first])
     momentum_B = turned(attitude_BN, record.channels["true_total_momentum"][first])

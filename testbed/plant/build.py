@@ -142,6 +142,12 @@ def _add_wheel(spec: mujoco.MjSpec, name: str, wheel: WheelProperties) -> None:
     rotor.mass, rotor.inertia = wheel.mass, [wheel.transverse_inertia, wheel.transverse_inertia, wheel.spin_inertia]
     joint.damping[0] = wheel.viscous_friction
     motor.forcelimited, motor.forcerange = True, [-wheel.torque_limit, wheel.torque_limit]
+    if wheel.speed_loop_bandwidth:
+        motor.biastype = mujoco.mjtBias.mjBIAS_AFFINE
+        motor.biasprm[2] = -wheel.spin_inertia * wheel.speed_loop_bandwidth
+    if wheel.coulomb_friction:
+        joint.frictionloss = wheel.coulomb_friction
+        joint.solref_friction = [2.0 * spec.option.timestep, 1.0]  # the quickest that MuJoCo integrates
 
 
 def _apply_masses(gimbal: mujoco.MjsBody, rotor: mujoco.MjsBody, properties: PlatformProperties) -> None:

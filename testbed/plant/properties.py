@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from testbed.arrays import Array, Matrix3, Quaternion, Units, Vector3
@@ -19,8 +20,10 @@ class WheelProperties:
         spin_inertia: Jw about the axis, kg·m².
         transverse_inertia: about any axis normal to it, kg·m².
         torque_limit: of the motor, N·m.
+        momentum_limit: largest |Jw Ω| to which the drive pushes it, N·m·s.
         viscous_friction: of its bearing, N·m·s/rad.
-        momentum: Jw Ω when the flight starts, N·m·s, Ω relative to the body.
+        coulomb_friction: of its bearing, N·m.
+        speed_loop_bandwidth: of the loop on its speed inside the drive, rad/s; 0 for none.
     """
 
     axis_B: Vector3
@@ -29,8 +32,10 @@ class WheelProperties:
     spin_inertia: float
     transverse_inertia: float
     torque_limit: float
+    momentum_limit: float = math.inf
     viscous_friction: float = 0.0
-    momentum: float = 0.0
+    coulomb_friction: float = 0.0
+    speed_loop_bandwidth: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -168,7 +168,8 @@ def _known(grid: Grid, hooks: Sequence[Hooks], values: Values, *, one_motion: bo
     pairs = list(zip(hooks, values.effects, strict=True))
     gimbals = effective_gimbals(grid, hooks, values.effects)
     if gimbals is not None:
-        momentum_B, held = _held_as_recorded(gimbals) if gimbals is grid.gimbals else _held(gimbals)
+        of_gimbals_B, held = _held_as_recorded(gimbals) if gimbals is grid.gimbals else _held(gimbals)
+        momentum_B = of_gimbals_B + momentum_B if grid.wheels.axis_B.size else of_gimbals_B
         inertia.append(held)
     for hook, value in pairs:
         asked_B = hook.actuator_response(asked_B, value, grid)

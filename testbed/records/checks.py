@@ -103,11 +103,13 @@ def _half_present(signal: Signal, present: set[str]) -> str | None:
 
 
 def _uneven(present: set[str]) -> Iterator[str]:
-    """Find channels of the units that differ in how many units they have."""
-    widths = {signal.name: signal.width for signal in present_signals(present) if signal.per_unit and signal.telemetry}
-    if len(set(widths.values())) > 1:
-        said = ", ".join(f"{name} {width}" for name, width in widths.items())
-        yield f"channels differ in the number of units: {said}; give each unit a column in every channel"
+    """Find channels of the units, or of the wheels, that differ in how many of them they have."""
+    sent = [signal for signal in present_signals(present) if signal.telemetry]
+    for kind in ("unit", "wheel"):
+        widths = {signal.name: signal.width for signal in sent if signal.per == kind}
+        if len(set(widths.values())) > 1:
+            said = ", ".join(f"{name} {width}" for name, width in widths.items())
+            yield f"channels differ in the number of {kind}s: {said}; give each {kind} a column in every channel"
 
 
 def _missing_channels(present: set[str]) -> Iterator[str]:

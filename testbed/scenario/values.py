@@ -56,6 +56,13 @@ def _unit_quaternion(quat: tuple[float, ...]) -> tuple[float, ...]:
     return quat
 
 
+def _unit_vector(vector: tuple[float, ...]) -> tuple[float, ...]:
+    norm = float(np.linalg.norm(vector))
+    if abs(norm - 1.0) > 1e-6:  # as of a quaternion
+        raise ValueError(f"has the length {norm:.6g} instead of 1; divide it by that")
+    return vector
+
+
 def _located(path: Path, info: ValidationInfo) -> Path:
     if info.context is None:
         return path
@@ -105,6 +112,7 @@ Inertia: TypeAlias = Annotated[
     AfterValidator(_physical_inertia),
 ]
 UnitQuaternion: TypeAlias = Annotated[Four[_Component], AfterValidator(_unit_quaternion)]
+UnitVector: TypeAlias = Annotated[Three[_Component], AfterValidator(_unit_vector)]
 File: TypeAlias = Annotated[Path, Strict(False), AfterValidator(_located)]
 Distinct = AfterValidator(_distinct)
 ManyOrOne = Discriminator(_many_or_one)

@@ -23,6 +23,7 @@ from testbed.scenario.tables import unit_of
 from tests.unit.test_diagnose_command import quadcopter, slow_roll
 
 MAY_BE_ABSENT = {"constant_torque_N_m", "constant_torque_std_N_m", "next", "component"}
+MAY_BE_ABSENT |= {"gimbal_rate", "gimbal_torque", "wheel_torque", "wheel_speed"}  # limits of what a platform has not
 OPEN = {"Provenance", "FilesProvenance"}
 """What decides a result is not the same for all of them."""
 NO_UNIT_IN_KEY = (
