@@ -15,7 +15,7 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import NEGLIGIBLE, Fit, Hypothesis, orthonormal, projected_out
 from testbed.diagnosis.settings import SETTINGS
 from testbed.effects.contract import CLUSTER, Channel, Effect, components_in
-from testbed.prediction.grid import unit_count
+from testbed.prediction.grid import unit_count, wheel_count
 from testbed.prediction.motor_torques import has_torques
 from testbed.prediction.prediction import (
     common_size,
@@ -205,7 +205,7 @@ def hypotheses(runs: Runs, effects: Mapping[str, Effect]) -> tuple[list[Hypothes
         if missing:
             not_testable.append(Untestable(effect=effect.id, needs=" and ".join(missing)))
         else:
-            components = components_in(effect, unit_count(runs.grid))
+            components = components_in(effect, unit_count(runs.grid), wheel_count(runs.grid))
             testable += [Hypothesis(effect=effect, component=component) for component in components]
     return testable, not_testable
 

@@ -30,6 +30,8 @@ Channel: TypeAlias = Literal[
 
 UNITS = tuple(f"cmg{number}" for number in range(1, MOST_UNITS + 1))
 """Components of effects that sit in one CMG unit; of a platform with fewer, `components_in` has those that it has."""
+WHEELS = tuple(f"wheel{number}" for number in range(1, MOST_UNITS + 1))
+"""Components of effects that sit in one reaction wheel, likewise."""
 AXES = ("x", "y", "z")
 """Components of effects that sit on one gyro axis."""
 
@@ -192,9 +194,14 @@ def unit_index(component: str) -> int:
     return UNITS.index(component)
 
 
-def components_in(effect: NamedEffect, units: int) -> tuple[str, ...]:
-    """Return where an effect can sit on a platform with so many CMG units."""
-    absent = UNITS[units:]
+def wheel_index(component: str) -> int:
+    """Return the index, from 0, of the reaction wheel that a component such as `wheel3` names."""
+    return WHEELS.index(component)
+
+
+def components_in(effect: NamedEffect, units: int, wheels: int = 0) -> tuple[str, ...]:
+    """Return where an effect can sit on a platform with so many CMG units and reaction wheels."""
+    absent = UNITS[units:] + WHEELS[wheels:]
     return tuple(component for component in effect.components if component not in absent)
 
 

@@ -36,6 +36,9 @@ from testbed.effects.rotor_spin_down import RotorSpinDown
 from testbed.effects.slosh import Slosh
 from testbed.effects.tether import Tether
 from testbed.effects.viscous_drag import ViscousDrag
+from testbed.effects.wheel_inertia import WheelInertia
+from testbed.effects.wheel_misalignment import WheelMisalignment
+from testbed.effects.wheel_speed_bias import WheelSpeedBias
 from testbed.errors import InputError
 
 _PREDICTED: tuple[Effect, ...] = (
@@ -56,6 +59,9 @@ _PREDICTED: tuple[Effect, ...] = (
     GimbalViscousFriction(),
     GimbalCoulombFriction(),
     GimbalBacklash(),
+    WheelInertia(),
+    WheelMisalignment(),
+    WheelSpeedBias(),
     ActuatorLag(),
     ActuatorDelay(),
     GyroBias(),

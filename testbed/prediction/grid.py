@@ -121,6 +121,11 @@ def unit_count(grid: Grid) -> int:
     return 0 if grid.gimbals is None else grid.gimbals.angle.shape[-1]
 
 
+def wheel_count(grid: Grid) -> int:
+    """Return W, how many reaction wheels the runs have."""
+    return len(grid.wheels.axis_B)
+
+
 def at_nodes(values: Array, run: int) -> Array:
     """Return what stands along the grid at the nodes of one run, shape (P, N, M) of N nodes and M units."""
     return values[run if len(values) > 1 else 0, :, ::2]
