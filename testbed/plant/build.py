@@ -133,11 +133,14 @@ def _apply_mount(frame: mujoco.MjsFrame, index: int, properties: PlatformPropert
 
 
 def _add_wheel(spec: mujoco.MjSpec, name: str, wheel: WheelProperties) -> None:
-    """Mount a reaction wheel on the bus."""
-    mount = spec.body("bus").add_frame(name=f"{name}_mount", pos=wheel.position_B)
+    """Mount a reaction wheel on the bus; a model that has it already gets its numbers."""
+    mount = next((frame for frame in spec.frames if frame.name == f"{name}_mount"), None)
+    if mount is None:
+        mount = spec.body("bus").add_frame(name=f"{name}_mount")
+        spec.attach(_read(shipped_model().with_name("wheel.xml")), prefix=f"{name}_", frame=mount)
+    mount.pos = wheel.position_B
     mount.alt.type = mujoco.mjtOrientation.mjORIENTATION_ZAXIS
     mount.alt.zaxis = wheel.axis_B
-    spec.attach(_read(shipped_model().with_name("wheel.xml")), prefix=f"{name}_", frame=mount)
     rotor, joint, motor = spec.body(f"{name}_rotor"), spec.joint(f"{name}_rotor"), spec.actuator(f"{name}_motor")
     rotor.mass, rotor.inertia = wheel.mass, [wheel.transverse_inertia, wheel.transverse_inertia, wheel.spin_inertia]
     joint.damping[0] = wheel.viscous_friction

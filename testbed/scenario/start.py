@@ -129,6 +129,8 @@ def _of_wheels(initial: Initial, wheels: Sequence[ReactionWheels]) -> Vector3:
 def _of_rotors(momenta: Units, initial: Initial, cluster: Cluster, truth: Truth) -> Vector3:
     """Σ Js·Ω s(d), s(d) = s0 cos d + t0 sin d, N·m·s, body axes; zero where it takes a skew of the MJCF's own."""
     units = cluster.units
+    if units == 0:
+        return np.zeros(3)
     angle = np.array(per_unit(initial.gimbal_angle_rad, units, 0.0))
     turned = np.array(per_unit(truth.gimbal_axis_misalignment_rad, units, (0.0, 0.0)))
     if cluster.skew_deg is None and cluster.array != "box" and (angle.any() or turned.any()):
