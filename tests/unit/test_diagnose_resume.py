@@ -127,10 +127,10 @@ def test_other_data_are_refused_with_what_differs(data, interrupted, tmp_path, c
     (changed / "run1.csv").write_text(text + text.splitlines()[-1].replace("2,", "2.0625,", 1) + "\n", encoding="utf-8")
     kept = (interrupted / PARTS).read_bytes()
     assert diagnose(changed, interrupted, "--resume") == 2
-    told = capsys.readouterr().err
-    assert "holds another diagnosis" in told
-    assert "files.run1.csv" in told
-    assert "files.run2.csv" not in told
+    message = capsys.readouterr().err
+    assert "holds another diagnosis" in message
+    assert "files.run1.csv" in message
+    assert "files.run2.csv" not in message
     assert (interrupted / PARTS).read_bytes() == kept
 
 

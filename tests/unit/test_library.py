@@ -106,8 +106,8 @@ def test_a_viewer_without_its_package_says_what_to_install(runs, monkeypatch):
 def test_a_frame_becomes_records_and_an_estimate(scenario, runs):
     frame = tb.frame_of(runs[0].record)
     assert isinstance(frame, pd.DataFrame)
-    told = frame[[column for column in frame if not column.startswith("true_")]]
-    records = tb.records_from({"a": told, "b": tb.frame_of(runs[1].record)}, gyro_noise_rad_s=1e-3)
+    measured = frame[[column for column in frame if not column.startswith("true_")]]
+    records = tb.records_from({"a": measured, "b": tb.frame_of(runs[1].record)}, gyro_noise_rad_s=1e-3)
     estimate = tb.estimate(scenario, records)
     error = estimate.combined["output_error"].theta - runs[0].truth
     assert np.abs(error / estimate.combined["output_error"].std).max() < 4.5
