@@ -139,7 +139,10 @@ class NamedEffect(ABC):
 
 
 class Effect(NamedEffect):
-    """An effect on what is predicted. Adding one: a file with a class like this, its line in the registry, its test.
+    """An effect on what is predicted; a class derived from it adds one.
+
+    Another package names its class under the entry point `testbed.effects`; one of the library has a line in
+    `testbed/effects/registry.py`. docs/effects.md has an example of each.
 
     Attributes:
         confounds: ids of effects that it confounds in the same unit, by details of it that are not predicted.

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -65,6 +66,8 @@ class Records(Shown):
     def save(self, folder: str | Path, *, format: Literal["parquet", "mcap"] = "parquet") -> Path:  # noqa: A002
         """Write the runs into a folder, a file each, from which they can be read again.
 
+        Of runs with the same name, the second becomes NAME-2, the third NAME-3, and so on.
+
         Args:
             folder: made where it is missing.
             format: NAME.parquet each; or NAME.mcap, with NAME.map.toml, with which `import_log` reads it again.
@@ -72,13 +75,27 @@ class Records(Shown):
         Raises:
             InputError: a name can be no file's, the folder cannot be written, or the extra `testbed[logs]` is missing.
         """
-        for record in self.runs:
+        for record in _named_apart(self.runs):
             path = table_path(record, Path(folder))
             if format == "mcap":
                 write_mcap(record, path.with_suffix(".mcap"))
             else:
                 write_record(record, path)
         return Path(folder)
+
+
+def _named_apart(runs: Sequence[Record]) -> Iterator[Record]:
+    """Yield the runs, numbered from the second on where they share a name: no file is written twice."""
+    taken = {record.details.name for record in runs}
+    seen: set[str] = set()
+    for record in runs:
+        name = record.details.name
+        if name in seen:
+            name = next(each for number in count(2) if (each := f"{name}-{number}") not in taken)
+            record = replace(record, details=replace(record.details, name=name))  # noqa: PLW2901
+        seen.add(name)
+        taken.add(name)
+        yield record
 
 
 def read_records(folder: str | Path) -> Records:

@@ -6,6 +6,7 @@ import doctest
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from importlib import import_module
 
 import numpy as np
@@ -101,6 +102,14 @@ def test_a_viewer_without_its_package_says_what_to_install(runs, monkeypatch):
     monkeypatch.setitem(sys.modules, "rerun_notebook", None)
     with pytest.raises(tb.InputError, match=r"pip install 'testbed\[notebook\]'"):
         runs[0].viewer()
+
+
+def test_runs_of_one_name_are_saved_in_a_file_each(runs, tmp_path):
+    first, second = (run.record for run in runs[:2])
+    other = replace(first, details=replace(first.details, name=f"{first.details.name}-2"))
+    saved = tb.Records((first, other, second, first)).save(tmp_path / "data")
+    assert {path.stem for path in saved.glob("*.parquet")} == {"basic", "basic-2", "basic-3", "basic-4"}
+    assert (tb.read_records(saved)["basic-3"].time == second.time).all()
 
 
 def test_a_frame_becomes_records_and_an_estimate(scenario, runs):
