@@ -50,11 +50,13 @@ class TextFile:
         path: of the file.
         content: all of it.
         text: the content as UTF-8, less the byte order mark with which some editors begin a file.
+        changes: keys that were given other values after reading, as text; the lines of `text` are then not the file's.
     """
 
     path: Path
     content: bytes
     text: str
+    changes: str = ""
 
     @cached_property
     def stamp(self) -> FileStamp:
