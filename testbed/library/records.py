@@ -138,9 +138,6 @@ def records_from(
         >>> tb.records_from({"flight 1": table, "flight 2": table}).runs[1].details.name
         'flight 2'
     """
-    named: Mapping[str, Columns] = {"run": tables} if "time_s" in tables else tables  # type: ignore[assignment,dict-item]
-    if not named:
-        raise InputError("there is no run: give a table with the column time_s, or several by name")
     return Records(
         tuple(
             record_of(
@@ -148,9 +145,24 @@ def records_from(
                 RunDetails(name=str(name), source=source, gyro_noise=gyro_noise_rad_s),
                 {column: np.asarray(table[column]) for column in table if column not in NUMERIC_COLUMNS},
             )
-            for name, table in named.items()
+            for name, table in _by_name(tables).items()
         )
     )
+
+
+def _by_name(tables: Columns | Mapping[str, Columns]) -> Mapping[str, Columns]:
+    one = _is_table(tables) and (hasattr(tables, "columns") or "time_s" in tables)
+    named: Any = {"run": tables} if one else tables
+    if not isinstance(named, Mapping) or not named or not all(map(_is_table, named.values())):
+        raise InputError(
+            "there is no run: give a table with the column time_s, or several by name, such as {'flight 1': table}"
+        )
+    return named
+
+
+def _is_table(given: object) -> bool:
+    """Return whether something is a data frame, or columns by name."""
+    return hasattr(given, "columns") or isinstance(given, Mapping)
 
 
 def frame_of(record: Record) -> pd.DataFrame:
@@ -166,5 +178,13 @@ def _numbers(name: str, table: Columns) -> dict[str, Any]:
 
 
 def stamps_of(records: Records) -> list[FileStamp]:
-    """Return the files that records were read from; none of tables that a program held."""
+    """Return the files that records were read from; none of tables that a program held.
+
+    Raises:
+        InputError: these are no records.
+    """
+    if not isinstance(records, Records):
+        raise InputError(
+            f"{type(records).__name__}: is no Records; give tb.records_from(tables) or tb.read_records(folder)"
+        )
     return [stamp for record in records for stamp in record.files]

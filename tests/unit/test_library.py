@@ -112,6 +112,25 @@ def test_runs_of_one_name_are_saved_in_a_file_each(runs, tmp_path):
     assert (tb.read_records(saved)["basic-3"].time == second.time).all()
 
 
+@pytest.mark.parametrize("name", ["frame without time", "list", "columns without a name", "nothing"])
+def test_what_is_no_table_is_refused_with_what_to_give(runs, name):
+    frame = tb.frame_of(runs[0].record)
+    given, words = {
+        "frame without time": (frame.drop(columns="time_s"), "time_s"),
+        "list": ([frame], "such as {'flight 1': table}"),
+        "columns without a name": ({"body_rate_x_rad_s": frame["body_rate_x_rad_s"]}, "such as {'flight 1': table}"),
+        "nothing": ({}, "there is no run"),
+    }[name]
+    with pytest.raises(tb.InputError, match=words):
+        tb.records_from(given)
+
+
+def test_a_frame_is_no_records(scenario, runs):
+    for use in (tb.estimate, tb.diagnose):
+        with pytest.raises(tb.InputError, match="records_from"):
+            use(scenario, tb.frame_of(runs[0].record))
+
+
 def test_a_frame_becomes_records_and_an_estimate(scenario, runs):
     frame = tb.frame_of(runs[0].record)
     assert isinstance(frame, pd.DataFrame)
