@@ -29,7 +29,7 @@ class FolderBusyError(Exception):
 
 @dataclass(frozen=True, kw_only=True)
 class FileStamp:
-    """What names an input file in a result.
+    """Identity of an input file in a result: path, hash, size.
 
     Attributes:
         path: as the user gave it, readable.

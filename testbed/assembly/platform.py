@@ -22,7 +22,7 @@ from testbed.scenario.values import per_unit
 
 @dataclass(frozen=True, kw_only=True)
 class Body:
-    """What is believed of a platform that is measured.
+    """The nominal model of a platform that is measured.
 
     Attributes:
         cluster: its units; None of a platform without control moment gyros.
@@ -47,7 +47,7 @@ class PlatformModel(Body):
 
 
 def nominal_body(scenario: BodyScenario) -> Body:
-    """Return what a diagnosis believes: the nominal platform, or the stated inertia of one that cannot be flown.
+    """Return the nominal model of a diagnosis: the nominal platform, or the stated inertia of one that cannot be flown.
 
     Raises:
         InputError: as `nominal_platform`; or no inertia is stated where there is no model to take it from.
@@ -62,7 +62,7 @@ def nominal_body(scenario: BodyScenario) -> Body:
 
 
 def nominal_platform(scenario: Scenario) -> PlatformModel:
-    """Return what controller, designer and estimators believe.
+    """Return the nominal platform, the model of controller, designer and estimators.
 
     Raises:
         InputError: the MJCF cannot be used, or the numbers belong to no body.
@@ -87,7 +87,7 @@ def true_platform(scenario: Scenario) -> PlatformModel:
 
 
 def shown_model(scenario: Scenario) -> Model:
-    """Return the flown platform compiled with all that there is to look at."""
+    """Return the flown platform compiled with its visual geometry."""
     return build(true_properties(scenario), scenario.platform.model)
 
 

@@ -18,7 +18,7 @@ from testbed.control.tracker import Tracker, feedback_momentum_rate
 
 @dataclass(frozen=True, kw_only=True)
 class Controller:
-    """Everything that the controller believes and how it is tuned; its model is the nominal one.
+    """The controller: its model, which is the nominal one, and its gains.
 
     Attributes:
         cluster: nominal units.
@@ -47,7 +47,7 @@ class Controller:
 
 
 class Target(NamedTuple):
-    """What the reference asks of one control period; rates of change are means over it, so that holding costs no delay.
+    """The reference of one control period; rates of change are means over it, so that holding costs no delay.
 
     Attributes:
         body_rate: in the middle of the period, shape (3,), rad/s, body axes.
@@ -81,7 +81,7 @@ class ControllerState(NamedTuple):
 
 
 class Command(NamedTuple):
-    """What one control period asks of the gimbals.
+    """The commands of one control period to the gimbals.
 
     Attributes:
         gimbal_rate: after the limit, shape (..., 6), rad/s.

@@ -47,7 +47,7 @@ together; between rounding, 1e-16 of some 1e4 samples, and what any motion shows
 
 
 def require_si(runs: Runs, theta: Theta) -> None:
-    """Refuse records that should not even be fitted.
+    """Refuse records in a wrong unit, before any model is fitted.
 
     Args:
         runs: to be fitted.
@@ -239,7 +239,7 @@ Usable: TypeAlias = list[tuple[Record, tuple[Part, ...]]]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Gated:
-    """Records that have passed.
+    """Records that have passed the gate.
 
     Attributes:
         usable: these, with the parts of them that can be predicted.
@@ -257,7 +257,7 @@ class Gated:
 
 
 def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, at_rest: bool = False) -> Gated:
-    """Let records pass that can be meant for the scenario's platform.
+    """Return the records that may be of the scenario's platform; refuse them if none is.
 
     Args:
         records: measured.
@@ -297,7 +297,7 @@ def runs_together(usable: Usable, chosen: Sequence[int]) -> Runs:
 
 
 def grouped(notices: Sequence[tuple[str, str]]) -> Iterator[str]:
-    """Yield what there is to know of records, once for all of which the same is true."""
+    """Yield the notices on records; records with the same notice are named together."""
     for text in dict.fromkeys(text for _, text in notices):
         names = [name for name, other in notices if other == text]
         yield f"{', '.join(names)}{', each' if len(names) > 1 else ''}: {text}"

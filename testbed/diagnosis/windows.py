@@ -210,8 +210,8 @@ def _with_noise(record: Record, telemetry: Telemetry, notices: list[tuple[str, s
     noise = gyro_noise_of(telemetry.gyro_time, telemetry.body_rate)
     if noise is None:
         raise InputError(
-            f"{name}: the gyro's noise is stated as zero and its samples do not tell it: state gyro_noise_rad_s in "
-            f"{name}.toml"
+            f"{name}: the gyro's noise is stated as zero and cannot be estimated from its samples: state "
+            f"gyro_noise_rad_s in {name}.toml"
         )
     notices.append((name, "a gyro noise of zero is stated; what the samples show is used instead"))
     return replace(telemetry, gyro_noise=noise)

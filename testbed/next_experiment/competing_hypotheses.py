@@ -55,7 +55,7 @@ class CompetingHypothesis:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Pair:
-    """A model that is true, and one that imitates it.
+    """A model that is taken as true, and a false one that is fitted to it.
 
     Attributes:
         truth: index of the model.

@@ -34,7 +34,7 @@ def estimation_doubts(estimation: Estimation) -> Iterator[str]:
 
 
 def combination_doubts(combined: CombinedEstimation) -> Iterator[str]:
-    """Yield what puts the combination of records in doubt."""
+    """Yield notices on a combined estimate: records or estimators that disagree, an inertia that no body has."""
     for name, agreement in combined.runs_agreement.items():
         if agreement.refused:
             yield (

@@ -58,5 +58,5 @@ def test_without_a_checkout_it_says_what_to_do(tmp_path, monkeypatch):
         raise ModuleNotFoundError(f"No module named {name!r}", name="concealing")
 
     monkeypatch.setattr(testbed.cli.conceal, "import_module", missing)
-    with pytest.raises(InputError, match="take a checkout"):
+    with pytest.raises(InputError, match="run this in a checkout"):
         conceal(tmp_path / "out", "--seed", "1")

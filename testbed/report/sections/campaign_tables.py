@@ -37,7 +37,7 @@ def estimators_table(statistics: CampaignStatistics) -> Table:
 
 
 def statistics_tables(statistics: CampaignStatistics) -> tuple[Table, ...]:
-    """Return the tables of bias, efficiency, honesty and coverage."""
+    """Return the tables of bias, efficiency, stated over actual scatter, and coverage."""
     chance = f"{_standard_error_of_scatter(statistics):.1%}"
     return (
         _table(
