@@ -56,7 +56,8 @@ def nominal_body(scenario: BodyScenario) -> Body:
         return nominal_platform(scenario)
     if scenario.platform.inertia_kg_m2 is None:
         raise InputError(
-            f"{scenario.name}: platform.inertia_kg_m2 is missing; without a [cluster] no model of the platform tells it"
+            f"{scenario.name}: platform.inertia_kg_m2 is missing; add it: without a [cluster] there is no model of the "
+            "platform to take it from"
         )
     return Body(cluster=None, inertia=np.array(scenario.platform.inertia_kg_m2))
 

@@ -70,7 +70,7 @@ def windows_of(telemetry: Telemetry, horizon: float) -> Iterator[Telemetry]:
     if count < 2 or horizon < MINIMUM_SAMPLES * period:
         raise InputError(
             f"{end - start:.3g} s at {1.0 / period:.3g} Hz cannot be cut into windows of {horizon} s of "
-            f"{MINIMUM_SAMPLES} samples, the first for what came before: change diagnosis.horizon_s"
+            f"{MINIMUM_SAMPLES} samples and a first one for their initial states: change diagnosis.horizon_s"
         )
     for first in start + horizon * np.arange(1, count):
         window = _between(telemetry, first, first + horizon)

@@ -137,13 +137,13 @@ def _answer(name: str, telemetry: Telemetry, settings: EstimationSettings) -> Es
 def doubt_of(estimate: Estimate) -> str:
     """Return why an estimate is rejected: not finite, or no inertia that a body can have, however wide the bands."""
     if not (np.isfinite(estimate.theta).all() and _is_covariance(estimate.covariance)):
-        return "its answer is no finite inertia with a covariance; the record does not fit the model"
+        return "its estimate is no finite inertia with a covariance; the record does not fit the model"
     smallest, middle, largest = np.linalg.eigvalsh(inertia_of(estimate.theta))
     slack = _DOUBTFUL_STDS * float(estimate.std.max())
     if smallest < -slack or largest > smallest + middle + 3.0 * slack:
         return (
-            f"its answer, with principal moments {smallest:.3g}, {middle:.3g}, {largest:.3g} kg m2, is the inertia of "
-            "no body: check the signs and units of gyro and actuators, and that the scenario is of this platform"
+            f"its estimate, with principal moments {smallest:.3g}, {middle:.3g}, {largest:.3g} kg m2, is no rigid "
+            "body's inertia: check the signs and units of gyro and actuators, and that the scenario is of this platform"
         )
     return ""
 

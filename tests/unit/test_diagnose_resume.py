@@ -150,7 +150,7 @@ def test_other_settings_are_refused_by_name(data, interrupted, whole, monkeypatc
 def test_a_damaged_first_line_is_refused(data, interrupted, capsys):
     (interrupted / PARTS).write_bytes(b"no json\n" + (interrupted / PARTS).read_bytes().partition(b"\n")[2])
     assert diagnose(data, interrupted, "--resume") == 2
-    assert "first line is damaged" in capsys.readouterr().err
+    assert "first line, which names the diagnosis, is damaged" in capsys.readouterr().err
 
 
 def test_a_complete_diagnosis_is_not_gone_on_with(data, whole, capsys):

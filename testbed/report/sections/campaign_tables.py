@@ -44,7 +44,7 @@ def statistics_tables(statistics: CampaignStatistics) -> tuple[Table, ...]:
             statistics,
             "Bias, std errors",
             _bias,
-            f"Mean error over its standard error; marked beyond {_NOTABLE_BIAS:.0f}, which chance gives to one in 370.",
+            f"Mean error over its standard error; marked beyond {_NOTABLE_BIAS:.0f}, which chance exceeds once in 370.",
         ),
         _table(
             statistics,
