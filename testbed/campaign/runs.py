@@ -33,7 +33,7 @@ class Runs(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class RunsInMemory:
-    """Runs that nobody wants to keep.
+    """Runs that are held in memory and not written.
 
     Attributes:
         schema: their columns.

@@ -132,7 +132,7 @@ class Runs:
 
     Attributes:
         names: of the runs.
-        windowed: names of what each is a window of, one after the other; empty where they are whole.
+        windowed: for each run, the name of the stretch of a record of which it is a window; empty for whole stretches.
         estimated_noise: the part of the gyro's noise that noise effects estimate sample by sample, of each run, shape
             (N, 3), rad/s; empty where there are none.
         grid: their telemetry on the integration's grid.

@@ -19,7 +19,9 @@ of columns, 1e-16 of some 1e4 samples; a direction as little known would take a 
 
 
 class Contrast(NamedTuple):
-    """The information of data on the difference between two models, for F flights side by side.
+    """Normal equations of the fit of a false model to a true one, for F flights side by side.
+
+    X are the whitened derivatives of the false model's prediction, d is the whitened difference of the predictions.
 
     Attributes:
         information: XᵀX, shape (F, C, C).
