@@ -89,7 +89,7 @@ def answer_text(flown: Flown) -> str:
                 "effect": hidden.effect,
                 "component": hidden.component,
                 "parameters": {
-                    told_name(hidden.effect, name): {"value": value, "unit": KINDS[hidden.effect].units[name]}
+                    parameter_key(hidden.effect, name): {"value": value, "unit": KINDS[hidden.effect].units[name]}
                     for name, value in hidden.parameters.items()
                 },
             }
@@ -106,7 +106,7 @@ def answer_text(flown: Flown) -> str:
     return json.dumps(answer, indent=1) + "\n"
 
 
-def told_name(effect: str, name: str) -> str:
+def parameter_key(effect: str, name: str) -> str:
     """Return a parameter's name as files spell it: delay_s, impulse_x_N_m_s, frequency_hz."""
     unit, name = KINDS[effect].units[name], _OTHER_NAMES.get((effect, name), name)
     suffix = {"1": "", "Hz": "hz"}.get(unit, unit.replace("/", "_").replace(" ", "_"))

@@ -34,7 +34,7 @@ class DivergedError(Exception):
 
 
 class _Telemetry(NamedTuple):
-    """What the nominal model is told, on a grid of half control periods.
+    """What the nominal model knows, on a grid of half control periods.
 
     Attributes:
         momentum: of the cluster, (2K - 1, B, 3), N·m·s, body axes.

@@ -22,7 +22,7 @@ _COLUMN_SUFFIX = {"rad": "rad", "rad/s": "rad_s", "N·m": "N_m", "N·m·s": "N_m
 
 
 def unit_numbers(units: int) -> tuple[str, ...]:
-    """Return the names of so many units: they are numbered from 1."""
+    """Return the names of a number of units, which count from 1."""
     return tuple(str(number) for number in range(1, units + 1))
 
 

@@ -25,7 +25,7 @@ from testbed.scenario.values import per_unit
 
 @dataclass(frozen=True, kw_only=True)
 class Body:
-    """What is believed of a platform that is measured.
+    """The nominal model of a platform that is measured.
 
     Attributes:
         cluster: its units; None of a platform without control moment gyros.
@@ -57,7 +57,7 @@ class PlatformModel(Body):
 
 
 def nominal_body(scenario: BodyScenario) -> Body:
-    """Return what a diagnosis believes: the nominal platform, or the stated inertia of one that cannot be flown.
+    """Return the nominal model of a diagnosis: the nominal platform, or the stated inertia of one that cannot be flown.
 
     Raises:
         InputError: as `nominal_platform`; or no inertia is stated where there is no model to take it from.
@@ -66,13 +66,14 @@ def nominal_body(scenario: BodyScenario) -> Body:
         return nominal_platform(scenario)
     if scenario.platform.inertia_kg_m2 is None:
         raise InputError(
-            f"{scenario.name}: platform.inertia_kg_m2 is missing; without a [cluster] no model of the platform tells it"
+            f"{scenario.name}: platform.inertia_kg_m2 is missing; add it: without a [cluster] there is no model of the "
+            "platform to take it from"
         )
     return Body(cluster=None, inertia=np.array(scenario.platform.inertia_kg_m2))
 
 
 def nominal_platform(scenario: Scenario) -> PlatformModel:
-    """Return what controller, designer and estimators believe.
+    """Return the nominal platform, the model of controller, designer and estimators.
 
     Raises:
         InputError: the MJCF cannot be used, or the numbers belong to no body.
@@ -97,7 +98,7 @@ def true_platform(scenario: Scenario) -> PlatformModel:
 
 
 def shown_model(scenario: Scenario) -> Model:
-    """Return the flown platform compiled with all that there is to look at."""
+    """Return the flown platform compiled with its visual geometry."""
     return build(true_properties(scenario), scenario.platform.model)
 
 

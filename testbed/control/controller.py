@@ -21,7 +21,7 @@ from testbed.control.wheels import WheelDrive, next_commanded_momentum, preferre
 
 @dataclass(frozen=True, kw_only=True)
 class Controller:
-    """Everything that the controller believes and how it is tuned; its model is the nominal one.
+    """The controller: its model, which is the nominal one, and its gains.
 
     Attributes:
         actuators: nominal units, wheels and the gimbals' rate limit.
@@ -45,7 +45,7 @@ class Controller:
 
 
 class Target(NamedTuple):
-    """What the reference asks of one control period; rates of change are means over it, so that holding costs no delay.
+    """The reference of one control period; rates of change are means over it, so that holding costs no delay.
 
     Attributes:
         body_rate: in the middle of the period, shape (3,), rad/s, body axes.
@@ -93,7 +93,7 @@ class Seen(NamedTuple):
 
 
 class Command(NamedTuple):
-    """What one control period asks of gimbals and wheels.
+    """The commands of one control period to gimbals and wheels.
 
     Attributes:
         gimbal_rate: after the limit, shape (..., M), rad/s.

@@ -102,12 +102,12 @@ class Candidate(AtComponent):
 
     @property
     def fits(self) -> float:
-        """By how much it fits all runs better than the present model, whatever its parameters cost."""
+        """Improvement of the fit of all runs over the present model, without a penalty for its parameters."""
         return self.chi_square_reduction + self.heldout_log_likelihood_gain - 2.0 * self.trials_penalty
 
     @property
     def significant(self) -> bool:
-        """Whether it is there, at the family-wise error."""
+        """Whether it is significant at the family-wise error."""
         return self.p_value < SETTINGS.family_wise_error
 
 

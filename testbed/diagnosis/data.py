@@ -38,7 +38,7 @@ _CLOSE = 1e-2
 """Share of the squares that a further step has to gain: 0.5 % of the root that is compared with the noise. With 1e-4
 or 1e-1, estimates move by 9e-4 standard errors at most, in the same sets."""
 _MODEL = 2.5e-4
-"""rad. By which an answer may be missed for other reasons than noise: commands between samples and the plan are not
+"""rad. Error of a predicted servo response from other causes than noise: commands between samples and the plan are not
 known, and what is missed by that stays for several samples. Without it, lags and dry frictions of eight detectable
 sizes miss the truth by 4 to 6 standard deviations where encoders are as good as 1e-4 rad. In three sets of seed 90817
 the responses are the same without it and with twice as much, and estimates move by 0.3 and 0.1 standard errors."""
@@ -132,7 +132,7 @@ class Runs:
 
     Attributes:
         names: of the runs.
-        windowed: names of what each is a window of, one after the other; empty where they are whole.
+        windowed: for each run, the name of the stretch of a record of which it is a window; empty for whole stretches.
         estimated_noise: the part of the gyro's noise that noise effects estimate sample by sample, of each run, shape
             (N, 3), rad/s; empty where there are none.
         grid: their telemetry on the integration's grid.
@@ -191,7 +191,7 @@ class Runs:
         return np.concatenate([((values - guess) / sigma).ravel() for values, guess, sigma in pairs])
 
     def by_run(self, residual: Array) -> list[Array]:
-        """Return what of a whitened residual is the gyro's in each run, shapes (N, 3), or (N, 3, C) of C columns.
+        """Return the gyro's part of a whitened residual in each run, shapes (N, 3), or (N, 3, C) of C columns.
 
         Args:
             residual: of all blocks, or of the gyro's alone, as `whitened` gives it, one or several side by side.
@@ -200,7 +200,7 @@ class Runs:
         return [part.reshape(-1, 3, *part.shape[1:]) for part in np.split(residual[: self.samples], edges)]
 
     def gimbals_by_run(self, residual: Array) -> list[tuple[Array, ...]]:
-        """Return what of a whitened residual is the gimbals' in each run, their channels one after the other.
+        """Return the gimbal channels' part of a whitened residual in each run, one channel after the other.
 
         Args:
             residual: of all blocks, shape (numbers,); of the gyro's alone there is nothing of the gimbals.

@@ -237,7 +237,7 @@ def inertia_change(diagnosis: Diagnosis) -> InertiaChange:
 
 
 def nominal_gap(diagnosis: Diagnosis) -> Gap:
-    """Return the gap of the nominal inertia, only initial rates fitted; infinite where its motion runs away."""
+    """Return the gap of the nominal inertia, only initial rates fitted; infinite where its motion diverges."""
     fit, misfit = _nominal_gap(diagnosis.runs, diagnosis.nominal_theta)
     heldout, heldout_misfit = np.nan, None
     if diagnosis.heldout is not None:

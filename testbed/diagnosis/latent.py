@@ -409,5 +409,5 @@ def _tested(tried: _Tried, columns: Array, residual: Array, shapes: int, noise_f
 
 
 def surest(shapes: Sequence[TorqueShape]) -> TorqueShape | None:
-    """Return the shape that chance makes least likely; None of none."""
+    """Return the shape with the smallest p-value; None if there is none."""
     return min(shapes, key=lambda shape: shape.p_value, default=None)

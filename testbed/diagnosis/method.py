@@ -93,7 +93,7 @@ def baseline(runs: Runs, heldout: Runs | None, nominal_theta: Theta) -> Diagnosi
 
 
 def add(search: Search, state: Diagnosis, chosen: Candidate, screening: Screening) -> Diagnosis:
-    """Add an effect to the model; every earlier one has to stand again beside it, or gives way to a better one."""
+    """Add an effect to the model, then test every earlier one again; a better one replaces it."""
     return search.reconsidered(with_effect(replace(state, remaining=None), chosen, screening))
 
 

@@ -255,10 +255,11 @@ def _log_evidence(heldout: Runs, fit: Fit) -> float:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Prior:
-    """What a fit knows of (θ, effects): a Gaussian, cut off where effects have their bounds.
+    """Distribution of (θ, effects) given a fit: a Gaussian, truncated at the effects' bounds.
 
-    An estimate at its bound lies beside the Gaussian's mean: how far tells how surely it belongs there. Taken for known
-    it made a drag that acts on all axes, and shows on two of them where it was fitted, unlikely elsewhere.
+    It is the prior of held-out runs. The mean of a parameter that is estimated at its bound lies beyond the bound.
+    Were the parameter fixed at its bound instead, the held-out runs would reject a drag that acts on all axes and
+    shows on two of them in the fitted runs.
 
     Attributes:
         mean: shape (C,).
@@ -274,7 +275,7 @@ class Prior:
 
     @staticmethod
     def of(fit: Fit) -> Prior:
-        """Return what a fit knows of its parameters, without effects that do not recur."""
+        """Return the distribution of a fit's parameters, without the effects that act in single runs."""
         fit = recurring(fit)
         common = 6 + len(fit.effect_values)
         normal = fit.normal
@@ -290,7 +291,7 @@ class Prior:
         return Prior(mean=_common(fit) + beyond, information=information, scale=scale, least=least)
 
     def misfit(self, seen: Fit) -> float:
-        """Return |r|² and what the parameters lie away from what the fit knows, in its standard deviations, squared."""
+        """Return |r|² plus the squared Mahalanobis distance of the parameters from the prior."""
         away = _common(seen) - self.mean
         return seen.chi_square + float(away @ self.information @ away) - self.least
 

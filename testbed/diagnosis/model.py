@@ -170,7 +170,7 @@ class Fit:
 
 
 def recurring(fit: Fit) -> Fit:
-    """Return a fit less the effects that belong to the fitted runs alone, such as a touch."""
+    """Return a fit without the effects that act in single runs only, such as a contact."""
     kept = [each.effect.recurs for each in fit.placed]
     if all(kept):
         return fit

@@ -37,7 +37,7 @@ class NoiseLevel:
     Attributes:
         ratio: measured over stated standard deviation, shape (3,), per axis.
         std: of the ratio, shape (3,).
-        p_value: that the stated noise is right on all axes, two-sided.
+        p_value: of the stated noise on all axes, two-sided.
     """
 
     ratio: Vector3
@@ -184,7 +184,7 @@ class NoiseHypothesis:
 
     @property
     def p_value(self) -> float:
-        """Chance of what was seen without it, times the number of hypotheses (Bonferroni)."""
+        """p-value without the effect, times the number of hypotheses (Bonferroni)."""
         return min(1.0, self.tested * self.finding.p_value)
 
     @property

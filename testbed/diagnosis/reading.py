@@ -47,7 +47,7 @@ together; between rounding, 1e-16 of some 1e4 samples, and what any motion shows
 
 
 def require_si(runs: Runs, theta: Theta) -> None:
-    """Refuse records that should not even be fitted.
+    """Refuse records in a wrong unit, before any model is fitted.
 
     Args:
         runs: to be fitted.
@@ -83,23 +83,31 @@ def require_this_platform(runs: Runs, baseline: Fit, theta: Theta) -> None:
         )
 
 
-def require_explicable(runs: Runs, before: float, after: float) -> None:
+def require_explicable(runs: Runs, before: float, after: Fit) -> None:
     """Refuse to name effects that together explain hardly any of a gap that no effect of this platform makes.
 
     Args:
         runs: that were fitted.
         before: gap of the baseline.
-        after: with all effects that were found.
+        after: the model with all effects that were found.
 
     Raises:
-        InputError: the gap that is left is by far too large.
+        InputError: the gap that is left is by far too large; the message says whether the gyro shows it.
     """
-    if runs.driven_by_momentum and after > max(SETTINGS.hopeless_gap, SETTINGS.hopeless_gap_share * before):
+    gap, gyro = after.root_mean_square, float(np.sqrt(np.mean(after.residual[: runs.samples] ** 2)))
+    if not runs.driven_by_momentum or gap <= max(SETTINGS.hopeless_gap, SETTINGS.hopeless_gap_share * before):
+        return
+    sizes = f"the gap is {before:.3g} times the noise, and {gap:.3g} with the effects that explain the most of it"
+    if gyro > SETTINGS.hopeless_gap:
         raise InputError(
-            f"the gap is {before:.3g} times the noise, and {after:.3g} with the effects that explain the most of it: "
-            "these records are not of the scenario's platform; check its geometry, and the order and signs of units "
-            "and axes"
+            f"{sizes}: these records are not of the scenario's platform; check its geometry, and the order and signs "
+            "of units and axes"
         )
+    raise InputError(
+        f"{sizes}, but {gyro:.3g} in the gyro's samples alone: the gimbals have another servo than the scenario, or "
+        "their telemetry has less noise than its prediction resolves; if it is simulated, give encoders and torques "
+        "noise, as the scenario diagnose does, or else leave gimbal_torque and gimbal_rate_command out"
+    )
 
 
 def require_motion(runs: Runs) -> None:
@@ -231,7 +239,7 @@ Usable: TypeAlias = list[tuple[Record, tuple[Part, ...]]]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Gated:
-    """Records that have passed.
+    """Records that have passed the gate.
 
     Attributes:
         usable: these, with the parts of them that can be predicted.
@@ -249,7 +257,7 @@ class Gated:
 
 
 def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, at_rest: bool = False) -> Gated:
-    """Let records pass that can be meant for the scenario's platform.
+    """Return the records that may be of the scenario's platform; refuse them if none is.
 
     Args:
         records: measured.
@@ -289,7 +297,7 @@ def runs_together(usable: Usable, chosen: Sequence[int]) -> Runs:
 
 
 def grouped(notices: Sequence[tuple[str, str]]) -> Iterator[str]:
-    """Yield what there is to know of records, once for all of which the same is true."""
+    """Yield the notices on records; records with the same notice are named together."""
     for text in dict.fromkeys(text for _, text in notices):
         names = [name for name, other in notices if other == text]
         yield f"{', '.join(names)}{', each' if len(names) > 1 else ''}: {text}"

@@ -94,13 +94,13 @@ def untestable(diagnosis: Diagnosis) -> Iterator[Content]:
 
 def unconfounded_needs(by: Hypothesis) -> str:
     """Return what it would take to test for an effect that another one confounds."""
-    return f"{by.component} without {by.effect.id}, which shows there what it would"
+    return f"{by.component} without {by.effect.id}, whose signature there is the same"
 
 
 def needs_of(size: Detectable) -> str:
     """Return what it would take to see an effect that is below what the data show."""
     if not size.smallest:
-        return "another motion: this one shows nothing of it, or takes it for inertia"
+        return "another motion: in this one it has no signature, or that of an inertia"
     return f"a size of {size_words(size.smallest)}; typical is {size_words(size.typical)}"
 
 

@@ -237,7 +237,7 @@ class DiagnosisSettings:
     a share of 6e-5. Of the 60 sets above 14 have any, 3.8 % at most.
     """
     servo_numbers_per_unknown: int = 2
-    """Numbers of the gimbals' answers for each unknown of the servos below which the servo response is not compared.
+    """Samples of the servo response for each unknown of the servos below which the servo response is not compared.
 
     Source: chosen: as many numbers as unknowns remain to compare the noise with. The 42 sets of seed 90818 with
     commands have 4.5 to 104 for each.

@@ -1,4 +1,4 @@
-"""Hypotheses, an effect at a component each, and what each changes in what is measured, to first order."""
+"""Hypotheses, an effect at a component each, and their signatures: first-order changes of the measurements."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ the level itself, at the second it is one for any number of hypotheses below 1e3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Signature:
-    """A hypothesis seen from the present model.
+    """A hypothesis linearised about the present model.
 
     Attributes:
         placed: effect and component.
@@ -59,7 +59,7 @@ class Signature:
 
     @property
     def rank(self) -> int:
-        """Directions that the data show."""
+        """Number of independent directions that the data show."""
         return int(self.basis.shape[1])
 
 
@@ -102,7 +102,7 @@ def smallest_detectable(signature: Signature, hypotheses: int) -> float:
 
 
 def distinguishability(one: Signature, other: Signature) -> float:
-    """Return the sine of the smallest angle between what two hypotheses can do: 0 for aliases, 1 for strangers."""
+    """Return the sine of the smallest angle between two signatures: 0 for aliases, 1 for orthogonal ones."""
     if one.rank == 0 or other.rank == 0:
         return 0.0
     largest = float(np.linalg.svd(one.basis.T @ other.basis, compute_uv=False)[0])

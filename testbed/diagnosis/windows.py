@@ -70,7 +70,7 @@ def windows_of(telemetry: Telemetry, horizon: float) -> Iterator[Telemetry]:
     if count < 2 or horizon < MINIMUM_SAMPLES * period:
         raise InputError(
             f"{end - start:.3g} s at {1.0 / period:.3g} Hz cannot be cut into windows of {horizon} s of "
-            f"{MINIMUM_SAMPLES} samples, the first for what came before: change diagnosis.horizon_s"
+            f"{MINIMUM_SAMPLES} samples and a first one for their initial states: change diagnosis.horizon_s"
         )
     for first in start + horizon * np.arange(1, count):
         window = _between(telemetry, first, first + horizon)
@@ -210,8 +210,8 @@ def _with_noise(record: Record, telemetry: Telemetry, notices: list[tuple[str, s
     noise = gyro_noise_of(telemetry.gyro_time, telemetry.body_rate)
     if noise is None:
         raise InputError(
-            f"{name}: the gyro's noise is stated as zero and its samples do not tell it: state gyro_noise_rad_s in "
-            f"{name}.toml"
+            f"{name}: the gyro's noise is stated as zero and cannot be estimated from its samples: state "
+            f"gyro_noise_rad_s in {name}.toml"
         )
     notices.append((name, "a gyro noise of zero is stated; what the samples show is used instead"))
     return replace(telemetry, gyro_noise=noise)

@@ -24,7 +24,7 @@ class _Delayed(Hooks):
 
 @final
 class ActuatorDelay(Effect):
-    """τ(t) = τ_asked(t - T)."""
+    """τ(t) = τ_cmd(t - T), τ_cmd the commanded torque."""
 
     id = "actuator_delay"
     components = ("actuators",)

@@ -24,7 +24,7 @@ class _Lagging(Hooks):
 
 @final
 class ActuatorLag(Effect):
-    """T dτ/dt = τ_asked - τ."""
+    """T dτ/dt = τ_cmd - τ, τ_cmd the commanded torque."""
 
     id = "actuator_lag"
     components = ("actuators",)

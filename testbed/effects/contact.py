@@ -63,7 +63,7 @@ class Contact(Effect):
 
     @override
     def starts(self, component: str, grid: Grid) -> Array:
-        """The instants at which the momentum equation of the measured rates likes a jump best."""
+        """The instants at which a jump of the momentum explains most of the measured rates."""
         found = [
             (score, instant + begin)
             for run, begin in zip(grid.runs, begin_of_runs(grid), strict=True)

@@ -43,9 +43,15 @@ class Parameter:
     Attributes:
         name: as in files, with its unit suffix, e.g. `delay_s`.
         unit: e.g. `s`.
-        typical: a size that hardware of this class shows; tests use it.
-        lower: smallest value that is physical; minus infinity where any is.
-        upper: largest.
+        typical: a size that hardware of this class shows. The report states whether the data would have shown it, and
+            gives the detectable size of several parameters in its direction; tests use it. Source: chosen, a round
+            figure for each kind of error: 1 % of a scale or a momentum, 0.01 rad of an angle, 10 to 30 ms of a delay
+            or a lag, torques and impulses of 0.1 to 1 % of what the cluster can give.
+        lower: smallest value that is searched. Source: convention, 0 where a negative value would supply energy or
+            precede its cause; else as `upper`.
+        upper: largest value that is searched; infinite where the fit needs no bound. Source: chosen, 16 times
+            `typical` or more, by which the motion would be another one. A frequency stays within what a run of 5 s and
+            a gyro at 16 Hz show: one period in the run, and less than 8 Hz.
         absent: value at which the effect does nothing.
         scanned: whether searches start from many values of it, such as a frequency or an instant; at those starts the
             effect is next to nothing, so that this parameter changes nothing.
@@ -148,7 +154,10 @@ class NamedEffect(ABC):
 
 
 class Effect(NamedEffect):
-    """An effect on what is predicted. Adding one: a file with a class like this, its line in the registry, its test.
+    """An effect on what is predicted; a class derived from it adds one.
+
+    Another package names its class under the entry point `testbed.effects`; one of the library has a line in
+    `testbed/effects/registry.py`. docs/effects.md has an example of each.
 
     Attributes:
         confounds: ids of effects that it confounds in the same unit, by details of it that are not predicted.

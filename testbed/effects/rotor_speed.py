@@ -1,4 +1,4 @@
-"""One rotor turns at a speed that differs from its tachometer's, or has a different inertia: its momentum is off."""
+"""The momentum of one rotor differs from nominal: its speed from the tachometer's reading, or its spin inertia."""
 
 from __future__ import annotations
 

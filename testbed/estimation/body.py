@@ -1,4 +1,4 @@
-"""The inertia as a body's: which inertias a body can have, and the one among them that is nearest to an estimate.
+"""Physically consistent inertia: which θ a rigid body can have, and the most likely of them given an estimate.
 
 A body's inertia is J = tr(Σ) I - Σ with the second moments of its mass Σ = ∫ r rᵀ dm, which are positive semidefinite.
 So J is positive definite and its principal moments obey the triangle inequalities. A flat plate has a Σ of rank 2: its

@@ -24,7 +24,7 @@ from testbed.rotation.quaternion import quaternion_inverse, turned
 from testbed.scenario.scenario import Scenario
 
 _DOUBTFUL_STDS = 5.0
-"""Standard deviations by which an answer may miss what is physical before it is called none."""
+"""Standard deviations by which an estimate may miss what is physical before it is rejected."""
 _ROUNDING = 1e-9
 """How far a correlation matrix's smallest eigenvalue may lie below zero: six numbers of order 1, inverted once."""
 
@@ -95,7 +95,7 @@ def estimate_telemetry(scenario: Scenario, nominal: PlatformModel, telemetry: Te
 def run_estimators(
     scenario: Scenario, telemetry: Telemetry, settings: EstimationSettings, *, checked: bool
 ) -> Estimation:
-    """Run every estimator that the scenario names; one that cannot answer does not stop the others.
+    """Run every estimator that the scenario names; one that gives no estimate does not stop the others.
 
     Args:
         scenario: names the estimators.
@@ -124,7 +124,7 @@ def run_estimators(
 
 
 def _answer(name: str, telemetry: Telemetry, settings: EstimationSettings) -> Estimate | str:
-    """Return an estimator's answer, or why there is none."""
+    """Return an estimator's estimate, or why there is none."""
     try:
         estimate = ESTIMATORS[name](telemetry, settings)
     except InputError as error:
@@ -135,15 +135,15 @@ def _answer(name: str, telemetry: Telemetry, settings: EstimationSettings) -> Es
 
 
 def doubt_of(estimate: Estimate) -> str:
-    """Return why an answer is none: not finite, or no inertia that a body can have, however wide the bands."""
+    """Return why an estimate is rejected: not finite, or no inertia that a body can have, however wide the bands."""
     if not (np.isfinite(estimate.theta).all() and _is_covariance(estimate.covariance)):
-        return "its answer is no finite inertia with a covariance; the record does not fit the model"
+        return "its estimate is no finite inertia with a covariance; the record does not fit the model"
     smallest, middle, largest = np.linalg.eigvalsh(inertia_of(estimate.theta))
     slack = _DOUBTFUL_STDS * float(estimate.std.max())
     if smallest < -slack or largest > smallest + middle + 3.0 * slack:
         return (
-            f"its answer, with principal moments {smallest:.3g}, {middle:.3g}, {largest:.3g} kg m2, is the inertia of "
-            "no body: check the signs and units of gyro and actuators, and that the scenario is of this platform"
+            f"its estimate, with principal moments {smallest:.3g}, {middle:.3g}, {largest:.3g} kg m2, is no rigid "
+            "body's inertia: check the signs and units of gyro and actuators, and that the scenario is of this platform"
         )
     return ""
 

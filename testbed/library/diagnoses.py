@@ -93,7 +93,7 @@ class PreparedRecords:
         theta = theta_of(self.nominal.inertia)
         for state in diagnosed(data.runs, data.heldout, EFFECTS, theta, progress, NOISE_EFFECTS, alone=data.alone):
             if state.complete:
-                require_explicable(state.runs, state.gap_before.fit, state.gap.fit)
+                require_explicable(state.runs, state.gap_before.fit, state.model)
             yield state
 
 

@@ -76,7 +76,7 @@ def momentum_conflicts(
     platform: Platform | None,
     truth: Truth | None,
 ) -> Iterator[Conflict]:
-    """Find a flight that starts with momentum while the estimators take it to be zero: wrong, and too sure of it."""
+    """Find a flight that starts with momentum which the estimators take to be zero: their estimates would be biased."""
     if not _starts_at_rest(estimation) or not (initial and cluster and platform and truth) or wheels is None:
         return
     rotors = _rotor_momenta(cluster, truth)

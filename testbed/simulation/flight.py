@@ -109,7 +109,7 @@ class Targets:
 
 @dataclass(frozen=True, kw_only=True)
 class Flight:
-    """Everything about a flight but the plant.
+    """All that defines a flight except the plant.
 
     Attributes:
         clock: integer clocks.

@@ -205,20 +205,20 @@ def test_what_moves_inside_keeps_the_momentum_and_loses_energy_to_its_damper(eff
     start[:, part.stop - 1] = 0.02  # drawn back, so that it swings
     states = follow(engine, start, lambda _: np.zeros((1, 0)), PERIOD, 160)
 
-    def told(state):
+    def conserved(state):
         body_rate = engine.velocities(0.0, state).body_rate[0]
         rate = engine.derivative(0.0, state, Inputs(np.zeros((1, 0))))[0, part]
         momentum_B, energy, power = sums(item, engine.craft, body_rate, state[0, part], rate)
         return state[0, engine.slices["attitude"]].reshape(3, 3) @ momentum_B, energy, power
 
-    momenta = np.array([told(state)[0] for state in states])
+    momenta = np.array([conserved(state)[0] for state in states])
     assert np.ptp(states[:, 0, part.stop - 1]) > 0.01  # it swings
     np.testing.assert_allclose(momenta, np.tile(momenta[0], (161, 1)), atol=1e-13)
     for state in states[20::40]:
         slope = engine.derivative(0.0, state, Inputs(np.zeros((1, 0))))
-        change = (told(state + 1e-5 * slope)[1] - told(state - 1e-5 * slope)[1]) / 2e-5
-        assert change == pytest.approx(told(state)[2], abs=1e-10)
-    assert told(states[-1])[1] < told(states[0])[1]
+        change = (conserved(state + 1e-5 * slope)[1] - conserved(state - 1e-5 * slope)[1]) / 2e-5
+        assert change == pytest.approx(conserved(state)[2], abs=1e-10)
+    assert conserved(states[-1])[1] < conserved(states[0])[1]
 
 
 def test_a_hinged_mode_on_a_free_platform_swings_faster_than_on_a_held_one():

@@ -45,8 +45,8 @@ def judged(tmp_path_factory):
         if key not in kept:
             folder = tmp_path_factory.mktemp("case")
             conceal(blind_case(seed, effect, component, size, actuation), folder / "data", folder / "answer")
-            told = json.dumps(diagnosis_of(SCENARIO, folder / "data"))
-            (folder / "diagnosis.json").write_text(told, encoding="utf-8")
+            content = json.dumps(diagnosis_of(SCENARIO, folder / "data"))
+            (folder / "diagnosis.json").write_text(content, encoding="utf-8")
             (kept[key],) = read_cases(folder, folder / "answer")
             assert kept[key].sealed
         return kept[key]
@@ -65,7 +65,7 @@ def test_nothing_is_named_where_nothing_is_hidden(judged, seed, actuation):
 @pytest.mark.parametrize(("seed", "effect", "component"), PLAIN)
 def test_a_plain_effect_is_first_at_its_component(judged, seed, effect, component):
     case = judged(seed, effect, component)
-    assert said_right(case)  # itself or by its class: drag is not told from a tether that only damps
+    assert said_right(case)  # itself or by its class: drag is not distinguished from a tether that only damps
     assert set_holds_truth(case)
     assert all(inertia_covered(case, CHANCE, with_effects=True))
 

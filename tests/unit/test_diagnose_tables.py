@@ -22,7 +22,7 @@ TESTED += ("flexible_appendage", "rotor_speed")
 
 @pytest.fixture(scope="module")
 def shown() -> list[str]:
-    """Lines of the table of what can be told, of three runs without effects."""
+    """Lines of the table of detectable sizes, of three runs without effects."""
     scenario, platform = nominal()
     data = data_set_of(records(3), scenario, platform)
     effects = {name: EFFECTS[name] for name in TESTED}

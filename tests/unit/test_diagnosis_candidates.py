@@ -1,4 +1,4 @@
-"""What is not told from the best hypothesis: by evidence, and where all models are wrong, by how runs agree."""
+"""Hypotheses that are indistinguishable from the best: by evidence; where all models are wrong, by how runs agree."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_evidence_tells_two_models_apart_where_one_of_them_is_right():
     assert close(candidate(100.0, left), candidate(96.0, other))
 
 
-def test_wrong_models_are_told_apart_by_what_runs_agree_on():
+def test_wrong_models_are_distinguished_by_what_runs_agree_on():
     left = np.full(RUNS, 300.0)
     scattered = left + np.random.default_rng(1).normal(20.0, 200.0, RUNS)
     agreed = left + np.random.default_rng(1).normal(200.0, 200.0, RUNS)
@@ -65,7 +65,7 @@ def test_of_a_class_the_one_that_fits_best_is_added_if_it_is_there():
 
 
 def test_what_is_less_likely_than_that_nothing_is_missing_is_not_added():
-    """Nothing is likelier beforehand than all effects together; those that are not told apart count together."""
+    """Nothing is likelier beforehand than all effects together; those that are indistinguishable count together."""
     left, tested = np.full(RUNS, 3.0), 50
     even = 2.0 * np.log(SETTINGS.null_prior_odds * tested)
     one, twin = candidate(even - 0.5, left), candidate(even - 0.7, left)

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from support.diagnosed_records import NOISE, nominal, records
+from testbed.diagnosis.model import fitted
 from testbed.diagnosis.reading import data_set_of, require_explicable
+from testbed.dynamics.inertia import theta_of
 from testbed.effects.gyro_latency import GyroLatency
 from testbed.errors import InputError
 from testbed.records.record import Record, RunDetails
@@ -163,9 +165,28 @@ def test_a_gap_of_the_gyro_costs_only_its_samples(good):
     assert data.runs.samples == 3 * int((~hole).sum())
 
 
-def test_a_gap_that_hardly_shrinks_gives_no_names(good):
+@pytest.fixture(scope="module")
+def fit(good):
+    """The nominal model fitted to good records."""
+    return fitted(read(good).runs, [], theta_of(nominal()[1].inertia), [])
+
+
+def with_gap(fit, gap):
+    return replace(fit, residual=fit.residual * gap / fit.root_mean_square)
+
+
+def test_a_gap_that_hardly_shrinks_gives_no_names(good, fit):
     runs = read(good).runs
-    require_explicable(runs, before=12.0, after=1.1)
-    require_explicable(runs, before=4.0, after=3.9)
+    require_explicable(runs, before=12.0, after=with_gap(fit, 1.1))
+    require_explicable(runs, before=4.0, after=with_gap(fit, 3.9))
     with pytest.raises(InputError, match="not of the scenario's platform"):
-        require_explicable(runs, before=12.0, after=8.0)
+        require_explicable(runs, before=12.0, after=with_gap(fit, 8.0))
+
+
+def test_a_gap_of_the_gimbal_channels_alone_is_not_put_down_to_the_platform(good, fit):
+    runs = read(good).runs
+    with_gimbals = replace(fit, residual=np.concatenate([fit.residual, np.full(runs.samples, 20.0)]))
+    with pytest.raises(
+        InputError, match=r"in the gyro's samples alone.*leave gimbal_torque and gimbal_rate_command out"
+    ):
+        require_explicable(runs, before=15.0, after=with_gimbals)

@@ -122,9 +122,9 @@ def test_a_campaign_of_failures_is_as_described(tmp_path):
 
 @pytest.mark.parametrize("kinds", [["basic"], ["basic", "dispersed"]])
 def test_an_estimate_is_as_described(kinds, runs, tmp_path):
-    told = tb.Records(tuple(tb.read_records(runs[kind]).runs[0] for kind in kinds))
+    records = tb.Records(tuple(tb.read_records(runs[kind]).runs[0] for kind in kinds))
     scenario = tb.read_scenario("basic", {"estimation.initial_momentum": "zero"})
-    content = require_valid(tb.estimate(scenario, told).save(tmp_path / "estimate"), "estimates")
+    content = require_valid(tb.estimate(scenario, records).save(tmp_path / "estimate"), "estimates")
     assert len(content["records"]) == len(kinds)
 
 

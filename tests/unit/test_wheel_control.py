@@ -75,7 +75,7 @@ def test_momentum_and_jacobian_are_those_of_the_wheels():
         momentum_and_jacobian(actuators, NONE, MOMENTUM + each * actuators.wheel_scale)[0] - momentum_B
         for each in np.eye(4)
     ]
-    np.testing.assert_allclose(jacobian, np.transpose(slopes), rtol=1e-9)
+    np.testing.assert_allclose(jacobian, np.transpose(slopes), rtol=1e-9, atol=1e-17)
 
 
 def test_motors_give_the_wanted_torque_and_turn_their_wheels_along():

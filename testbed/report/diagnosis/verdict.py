@@ -69,7 +69,7 @@ def share_words(diagnosis: Diagnosis) -> str:
     return (
         ""
         if share is None
-        else f"Of what a torque of any shape would explain, the effects explain {100.0 * share:.0f} %."
+        else f"The effects explain {100.0 * share:.0f} % of what a torque of any shape would explain."
     )
 
 
@@ -88,7 +88,7 @@ def _far_words(gap: Gap) -> str:
     """Say of held-out runs that are missed, though by no more than the fitted ones leave open."""
     if not gap.heldout > _FAR * gap.fit:
         return ""
-    return " The fitted runs leave the inertia too uncertain to predict those held out: fly longer, or livelier."
+    return " The fitted runs leave the inertia too uncertain to predict those held out: fly longer, or turn faster."
 
 
 def _so_far(names: list[str]) -> str:

@@ -1,4 +1,4 @@
-"""The maneuver: what the platform was asked to do."""
+"""The maneuver: the reference body rate and gimbal angles."""
 
 from __future__ import annotations
 
