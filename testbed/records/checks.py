@@ -29,7 +29,7 @@ LARGEST_ACTUATION = 1e9
 LONGEST_RUN = 2e4
 """s; a prediction takes 64 points a second, and a longer run would fill the memory."""
 
-_MOMENTUM_SOURCES = ("gimbal_angle", "cluster_momentum", "applied_torque")
+_MOMENTUM_SOURCES = ("gimbal_angle", "wheel_speed", "cluster_momentum", "applied_torque")
 _ACTUATION = (*_MOMENTUM_SOURCES, "rotor_speed")
 _LISTED = 10
 
