@@ -90,9 +90,9 @@ class InertiaChange:
     """How the estimated inertia differs from the nominal one.
 
     Attributes:
-        difference: θ̂ - θ, kg·m².
+        difference: θ̂ - θ, kg·m²; NaN where the motion cannot show a parameter.
         std: of it, kg·m².
-        p_value: of a difference as large if there were none (Wald test of all six parameters).
+        p_value: of a difference as large if there were none (Wald test of all that are shown).
     """
 
     difference: Theta
@@ -122,19 +122,31 @@ def detectable_sizes(diagnosis: Diagnosis) -> tuple[Detectable, ...]:
     screening = first_screening(diagnosis)
     if screening is None:
         return ()
-    return tuple(_detectable(each, screening.tested) for each in shown_signatures(screening))
+    free = diagnosis.runs.grid.turns_freely
+    return tuple(_detectable(each, screening.tested, free=free) for each in shown_signatures(screening))
 
 
-def _detectable(signature: Signature, tested: int) -> Detectable:
+def _detectable(signature: Signature, tested: int, *, free: bool) -> Detectable:
     effect = signature.placed.effect
     absent = np.array([parameter.absent for parameter in effect.parameters])
     typical = np.array([parameter.typical for parameter in effect.parameters])
     multiple = smallest_detectable(signature, tested)
     none = np.zeros(len(absent))
     smallest = effect.quantities(absent + multiple * (typical - absent), none) if np.isfinite(multiple) else ()
+    hidden = set() if free else _without_columns(signature)
     return Detectable(
-        placed=signature.placed, multiple=multiple, smallest=smallest, typical=effect.quantities(typical, none)
+        placed=signature.placed,
+        multiple=multiple,
+        smallest=tuple(each for each in smallest if each.name not in hidden),
+        typical=tuple(each for each in effect.quantities(typical, none) if each.name not in hidden),
     )
+
+
+def _without_columns(signature: Signature) -> set[str]:
+    """Return the names of an effect's parameters that change nothing about the axes about which a rig turns."""
+    lengths = np.linalg.norm(signature.columns, axis=0)
+    pairs = zip(signature.placed.effect.parameters, lengths, strict=True)
+    return {parameter.name for parameter, length in pairs if length == 0.0 and not parameter.scanned}
 
 
 def confounded(diagnosis: Diagnosis) -> tuple[tuple[Hypothesis, Hypothesis], ...]:
@@ -168,7 +180,16 @@ def pairs_alike(diagnosis: Diagnosis) -> tuple[tuple[Hypothesis, Hypothesis, flo
 def quantities_of(fit: Fit, placed: Hypothesis) -> tuple[Quantity, ...]:
     """Return an effect's parameters with their standard errors, as a model has them."""
     own = fit.own(placed)
-    return placed.effect.quantities(fit.effect_values[own], stds_of(fit)[6:][own])
+    hidden = _hidden_parameters(fit, placed)
+    every = placed.effect.quantities(fit.effect_values[own], stds_of(fit)[6:][own])
+    return tuple(quantity for quantity in every if quantity.name not in hidden)
+
+
+def _hidden_parameters(fit: Fit, placed: Hypothesis) -> frozenset[str]:
+    """Return the names of an effect's parameters that no sample shows, such as those of axes that a bearing holds."""
+    shown = fit.shown[6:][fit.own(placed)]
+    names = (parameter.name for parameter in placed.effect.parameters)
+    return frozenset(name for name, yes in zip(names, shown, strict=True) if not yes)
 
 
 def stds_of(fit: Fit) -> Array:
@@ -219,7 +240,7 @@ def noise_notices(diagnosis: Diagnosis) -> tuple[str, ...]:
     """Return what there is to say of a noise that is stated larger than it is; a smaller one is an effect."""
     if not diagnosis.noise.overstated:
         return ()
-    ratio = float(np.sqrt(np.mean(diagnosis.noise.ratio**2)))
+    ratio = float(np.sqrt(np.nanmean(diagnosis.noise.ratio**2)))
     return (
         f"the gyro's noise is stated too large: the samples show {ratio:.2f} times as much; effects have to be larger "
         "than they need to be to be found: state gyro_noise_rad_s as it is",
@@ -230,10 +251,13 @@ def inertia_change(diagnosis: Diagnosis) -> InertiaChange:
     """Return how the inertia of the final model differs from the nominal one."""
     difference = diagnosis.model.theta - diagnosis.nominal_theta
     std = stds_of(diagnosis.model)[:6]
+    shown = diagnosis.model.shown[:6]
     statistic = 0.0
-    if np.isfinite(std).all():
-        statistic = float(difference @ np.linalg.solve(diagnosis.model.covariance[:6, :6], difference))
-    return InertiaChange(difference=difference, std=std, p_value=float(chi2.sf(statistic, 6)))
+    if shown.any() and np.isfinite(std[shown]).all():
+        covariance = diagnosis.model.covariance[:6, :6][np.ix_(shown, shown)]
+        statistic = float(difference[shown] @ np.linalg.solve(covariance, difference[shown]))
+    difference = np.where(shown, difference, np.nan)
+    return InertiaChange(difference=difference, std=std, p_value=float(chi2.sf(statistic, max(int(shown.sum()), 1))))
 
 
 def nominal_gap(diagnosis: Diagnosis) -> Gap:
@@ -265,6 +289,7 @@ class Agreement:
         values: of the parameters in each run, shape (R, K).
         std: their standard errors, shape (R, K); infinite where a run does not show them.
         p_value: of sizes that differ as much, if there is but one.
+        hidden: names of parameters that no sample shows, such as those of axes that a bearing holds.
     """
 
     placed: Hypothesis
@@ -273,6 +298,7 @@ class Agreement:
     values: Array
     std: Array
     p_value: float
+    hidden: frozenset[str] = frozenset()
 
     @property
     def disagrees(self) -> bool:
@@ -281,7 +307,8 @@ class Agreement:
 
     def quantities(self, run: int) -> tuple[Quantity, ...]:
         """Return the effect as one run shows it."""
-        return self.placed.effect.quantities(self.values[run], self.std[run])
+        every = self.placed.effect.quantities(self.values[run], self.std[run])
+        return tuple(quantity for quantity in every if quantity.name not in self.hidden)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -324,7 +351,7 @@ def _by_record(runs: Runs, fit: Fit) -> dict[str, _Seen]:
 def _rows_of(runs: Runs) -> Iterator[Indices]:
     """Yield which of the whitened numbers belong to each run, its gimbals' channels with its gyro's."""
     run_of_block = np.arange(len(runs.measured) + len(runs.inner)) % len(runs.measured)
-    sizes = [block.size for block in (*runs.measured, *runs.inner)]
+    sizes = [*runs.sizes, *(block.size for block in runs.inner)]
     run_of_row = np.repeat(run_of_block, sizes)
     for run in range(len(runs.measured)):
         yield np.flatnonzero(run_of_row == run)
@@ -339,7 +366,8 @@ def _agreement(
     loose = SETTINGS.run_by_run_looseness * typical
     change, std, apart = _freed(seen, own, loose)
     _, _, together = _freed(seen, own[:0], typical[:0])
-    freedom, spread = placed.size * (len(names) - 1), max(1.0, model.chi_square / model.freedom)
+    freed = int(model.shown[own].sum()) or placed.size
+    freedom, spread = freed * (len(names) - 1), max(1.0, model.chi_square / model.freedom)
     return Agreement(
         placed=placed,
         runs=tuple(names),
@@ -347,6 +375,7 @@ def _agreement(
         values=model.effect_values[model.own(placed)] + change,
         std=np.where(std > SETTINGS.run_by_run_uninformed * SETTINGS.run_by_run_looseness * typical, np.inf, std),
         p_value=p_value(max(apart - together, 0.0) / spread, freedom, diagnosis.runs.noise_freedom),
+        hidden=_hidden_parameters(model, placed),
     )
 
 

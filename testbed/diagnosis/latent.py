@@ -171,7 +171,7 @@ def _spread(runs: Runs, fit: Fit, columns: Array, walk: Array) -> tuple[Array, A
         The normal matrix's eigenvalues, the slope along its eigenvectors, and the eigenvectors as columns.
     """
     common, width = 6 + len(fit.effect_values), len(walk)
-    edges = np.cumsum([0, *(rates.size for rates in runs.measured)])
+    edges = np.cumsum([0, *runs.sizes])
     parts = []
     for run, rows in enumerate(slice(*ends) for ends in pairwise(edges.tolist())):
         # A torque on the body shows in the gyro's samples, which come first.
@@ -214,11 +214,7 @@ def torque_response(runs: Runs, fit: Fit, knots: int) -> Array:
     values = replace(fit.values, effects=effects)
     hooks = [*(each.hooks for each in fit.placed), _Hats()]
     _, derivatives = predicted_with_derivatives(runs.grid, hooks, values, range(common, common + 3 * knots))
-    blocks = [
-        (derivative / sigma[:, None]).reshape(-1, 3 * knots)
-        for derivative, sigma in zip(derivatives, runs.sigma, strict=True)
-    ]
-    return np.asarray(block_diag(*blocks))
+    return np.asarray(block_diag(*runs.whitened_columns(derivatives)))
 
 
 def _log_likelihood(variance: float, power: Array, slope: Array) -> float:

@@ -7,7 +7,7 @@ to run are mistakes and no effects, and each would be given the name of one.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias, final
 
@@ -17,14 +17,14 @@ from scipy.linalg import eigh
 from scipy.stats import chi2
 from typing_extensions import override
 
-from testbed.arrays import Array, Series, Theta
+from testbed.arrays import Array, Flags, Series, Theta
 from testbed.assembly.platform import Body
 from testbed.diagnosis.data import Runs, runs_of
 from testbed.diagnosis.model import Fit, fitted, nominal_fit, orthonormal
 from testbed.diagnosis.noise import pooled_noise, with_pooled_noise, with_telemetry_noise, without_spikes
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.windows import Part, outliers_notice, parts_of
-from testbed.dynamics.inertia import inertia_of, theta_of
+from testbed.dynamics.inertia import PARAMETER_NAMES, inertia_of, theta_of
 from testbed.effects.gyro_saturation import is_clipped
 from testbed.errors import InputError
 from testbed.estimation.contact import shows_a_jump
@@ -33,6 +33,7 @@ from testbed.prediction.hooks import Hooks
 from testbed.prediction.prediction import predicted_with_derivatives
 from testbed.records.record import Record
 from testbed.scenario.body import BodyScenario
+from testbed.signals import AXES
 
 _MISTAKES = {
     "deg/s": (np.pi / 180, "multiply it by 0.01745329252"),
@@ -109,7 +110,8 @@ def require_motion(runs: Runs) -> None:
         InputError: no run turns by more than noise.
     """
     powers = [
-        rates.var(axis=0).sum() / (sigma**2).sum() for rates, sigma in zip(runs.measured, runs.sigma, strict=True)
+        rates.var(axis=0).sum() / (sigma[live] ** 2).sum()
+        for rates, sigma, live in zip(runs.measured, runs.sigma, runs.live, strict=True)
     ]
     if max(powers) < SETTINGS.least_motion:
         raise InputError(
@@ -160,9 +162,11 @@ def _times(runs: Runs, factor: float) -> Runs:
 
 def _require_inertia(baseline: Fit, theta: Theta) -> None:
     """Refuse an inertia that is another by a factor, beyond its uncertainty."""
-    if orthonormal(baseline.jacobian).shape[1] < baseline.jacobian.shape[1]:
+    columns = baseline.jacobian[:, np.diag(baseline.normal) > 0.0]
+    if orthonormal(columns).shape[1] < columns.shape[1]:
         return  # a motion that leaves a direction of the inertia open says nothing of it
-    covariance = baseline.covariance[:6, :6]
+    shown = baseline.shown[:6]
+    covariance = np.where(np.outer(shown, shown), baseline.covariance[:6, :6], 0.0)
     largest = SETTINGS.largest_inertia_ratio
     ratios, directions = eigh(inertia_of(baseline.theta), inertia_of(theta))
     for ratio, direction in zip(ratios, directions.T, strict=True):
@@ -194,8 +198,7 @@ class _ClockShifts:
         number = len(runs.names)
         values = replace(baseline.values, effects=(np.zeros((1, number)),))
         _, derivatives = predicted_with_derivatives(runs.grid, [_Shifted()], values, range(6, 6 + number))
-        pairs = zip(derivatives, runs.sigma, strict=True)
-        own = np.concatenate([(columns / sigma[:, None]).reshape(-1, number) for columns, sigma in pairs])
+        own = np.concatenate(runs.whitened_columns(derivatives))
         gyro = replace(baseline, residual=baseline.residual[: len(own)], jacobian=baseline.jacobian[: len(own)])
         self._shift, self._own_residual = _explained(gyro, own)
         _, self.common_residual = _explained(gyro, own.sum(axis=1, keepdims=True))
@@ -346,8 +349,24 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
         heldout=of(heldout) if heldout else None,
         fit_records=tuple(usable[index][0].details.name for index in fit),
         heldout_records=tuple(usable[index][0].details.name for index in heldout),
-        notices=(*(f"left out: {reason}" for reason in passed.refused), *grouped(notices)),
+        notices=(
+            *(f"left out: {reason}" for reason in passed.refused),
+            *grouped(notices),
+            *_undetermined(passed.together),
+        ),
     )
+
+
+def _undetermined(runs: Runs) -> Iterator[str]:
+    """Yield what of the inertia no run can show, as bearings hold the platform."""
+    shown = runs.inertia_shown
+    if not shown.all():
+        left_out = ", ".join(name for name, yes in zip(PARAMETER_NAMES, shown, strict=True) if not yes)
+        about = ", ".join(axis for axis, yes in zip(AXES, np.any(runs.live, axis=0).tolist(), strict=True) if yes)
+        yield (
+            f"the runs turn about {about} only: {left_out} of the inertia are not determined, and left out of tables "
+            "and files; effects on the other axes are not tested for"
+        )
 
 
 def _without_spikes(passed: Gated, notices: list[tuple[str, str]]) -> Usable:
@@ -380,7 +399,22 @@ def by_role(runs: Sequence[tuple[Record, Sequence[Telemetry]]]) -> tuple[list[in
     fit = [index for index in range(len(runs)) if index not in heldout]
     if not fit:
         raise InputError('every run has role = "heldout": give at least one run the role "fit"')
+    stated = any(roles)
+    while unfitted := [
+        index for index in heldout if (_axes_of([runs[index]]) & ~_axes_of(runs[each] for each in fit)).any()
+    ]:
+        if stated:
+            raise InputError(
+                f'{runs[unfitted[0]][0].details.name} has role = "heldout" and turns about an axis that no run with '
+                'the role "fit" turns about: it could not be predicted; give it the role "fit"'
+            )
+        fit, heldout = sorted([*fit, unfitted[0]]), [index for index in heldout if index != unfitted[0]]
     return fit, heldout
+
+
+def _axes_of(runs: Iterable[tuple[Record, Sequence[Telemetry]]]) -> Flags:
+    """Return about which body axes any of some runs turns, shape (3,)."""
+    return np.asarray(np.any([part.live for _, parts in runs for part in parts], axis=0))
 
 
 def _dealt(runs: Sequence[tuple[Record, Sequence[Telemetry]]]) -> list[int]:

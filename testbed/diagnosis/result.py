@@ -7,6 +7,8 @@ from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
+import numpy as np
+
 from testbed.diagnosis.findings import (
     INERTIA,
     Addition,
@@ -69,7 +71,10 @@ def result_of(
         ],
         "run_by_run": [_agreement(each) for each in agreements],
         "inertia": _inertia(diagnosis),
-        "noise": {"ratio_to_stated": diagnosis.noise.ratio.tolist(), "std": diagnosis.noise.std.tolist()},
+        "noise": {
+            "ratio_to_stated": [_number(each) for each in diagnosis.noise.ratio.tolist()],
+            "std": [_number(each) for each in diagnosis.noise.std.tolist()],
+        },
         "latent_torque": _latent(diagnosis),
         "torque_left": None if diagnosis.shape_left is None else asdict(diagnosis.shape_left),
         "taken_back": [_named(each) for each in diagnosis.retracted],
@@ -144,7 +149,11 @@ def _inertia_step(diagnosis: Diagnosis) -> Iterator[Content]:
 
 def _differences(change: InertiaChange) -> Sequence[Quantity]:
     numbers = zip(PARAMETER_NAMES, change.difference, change.std, strict=True)
-    return [Quantity(name=f"d{name}_kg_m2", unit="kg·m²", value=float(v), std=float(s)) for name, v, s in numbers]
+    return [
+        Quantity(name=f"d{name}_kg_m2", unit="kg·m²", value=float(value), std=float(std))
+        for name, value, std in numbers
+        if np.isfinite(value)  # what the motion cannot show of the inertia is left out
+    ]
 
 
 def _inertia(diagnosis: Diagnosis) -> Content:
@@ -182,7 +191,9 @@ def _parameters(quantities: Sequence[Quantity]) -> Mapping[str, Content]:
 
 def _theta(prefix: str, fit: Fit) -> Content:
     return {
-        f"{prefix}theta_kg_m2": fit.theta.tolist(),
+        f"{prefix}theta_kg_m2": [
+            value if shown else None for value, shown in zip(fit.theta.tolist(), fit.shown[:6], strict=True)
+        ],
         f"{prefix}std_kg_m2": [_number(std) for std in stds_of(fit)[:6].tolist()],
     }
 

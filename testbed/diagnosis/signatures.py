@@ -14,7 +14,7 @@ from testbed.arrays import Array
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import NEGLIGIBLE, Fit, Hypothesis, orthonormal, projected_out
 from testbed.diagnosis.settings import SETTINGS
-from testbed.effects.contract import CLUSTER, Channel, Effect, components_in
+from testbed.effects.contract import AXES, CLUSTER, Channel, Effect, NamedEffect, components_in
 from testbed.prediction.grid import unit_count
 from testbed.prediction.motor_torques import has_torques
 from testbed.prediction.prediction import (
@@ -205,9 +205,15 @@ def hypotheses(runs: Runs, effects: Mapping[str, Effect]) -> tuple[list[Hypothes
         if missing:
             not_testable.append(Untestable(effect=effect.id, needs=" and ".join(missing)))
         else:
-            components = components_in(effect, unit_count(runs.grid))
+            components = components_on(runs, effect)
             testable += [Hypothesis(effect=effect, component=component) for component in components]
     return testable, not_testable
+
+
+def components_on(runs: Runs, effect: NamedEffect) -> list[str]:
+    """Return where an effect can sit: on the units that there are, and on axes about which some run turns."""
+    dead = [axis for axis, live in zip(AXES, np.any(runs.live, axis=0).tolist(), strict=True) if not live]
+    return [component for component in components_in(effect, unit_count(runs.grid)) if component not in dead]
 
 
 def channels_of(runs: Runs) -> set[Channel]:

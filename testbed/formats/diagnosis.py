@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from testbed.formats.parts import Part, Provenance, Six, SixOrNull, Three
+from testbed.formats.parts import Part, Provenance, Six, SixOrNull, ThreeOrNull
 
 
 class PlacedEffect(Part):
@@ -94,8 +94,9 @@ class Step(PlacedEffect):
     """By name, such as `delay_s`."""
     probability: float | None
     """Posterior probability of this effect at this component, 0 to 1."""
-    j_theta_kg_m2: Six
-    """Inertia J11, J22, J33, J23, J13, J12 estimated together with this effect and those before it, kg·m²."""
+    j_theta_kg_m2: SixOrNull
+    """Inertia J11, J22, J33, J23, J13, J12 estimated together with this effect and those before it, kg·m²; null where
+    it is about axes that no run turns about."""
     j_std_kg_m2: SixOrNull
     """Its standard deviations, kg·m²; null where the data do not show a parameter."""
     indistinguishable_from: list[PlacedEffect]
@@ -191,8 +192,8 @@ class RunByRun(PlacedEffect):
 class Theta(Part):
     """An estimated inertia."""
 
-    theta_kg_m2: Six
-    """J11, J22, J33, J23, J13, J12, kg·m²."""
+    theta_kg_m2: SixOrNull
+    """J11, J22, J33, J23, J13, J12, kg·m²; null where no run turns about the axes that it takes."""
     std_kg_m2: SixOrNull
     """Standard deviations, kg·m²; null where the data do not show a parameter."""
 
@@ -213,10 +214,10 @@ class Inertia(Part):
 class Noise(Part):
     """The gyro's noise in the records against what is stated."""
 
-    ratio_to_stated: Three
-    """Measured over stated standard deviation about each body axis, a pure number."""
-    std: Three
-    """Standard deviation of the ratio, a pure number."""
+    ratio_to_stated: ThreeOrNull
+    """Measured over stated standard deviation about each body axis, a pure number; null where no run turns about it."""
+    std: ThreeOrNull
+    """Standard deviation of the ratio, a pure number; null likewise."""
 
 
 class LatentTorque(Part):
