@@ -144,7 +144,8 @@ def _wheel(rig: Rig, asked: Callable[[float], float], grid: Array) -> Array:
     held = [wanted[0]]
     share = -np.expm1(-_STEP / rig.lag) if rig.lag > 0.0 else 1.0
     most = rig.greatest_torque * _STEP
-    for ahead in wanted[1:]:
+    followed = 0.5 * (wanted[1:] + wanted[:-1]) if rig.lag > 0.0 else wanted[1:]
+    for ahead in followed:
         held.append(held[-1] + float(np.clip(share * (ahead - held[-1]), -most, most)))
     return np.array(held)
 

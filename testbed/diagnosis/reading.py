@@ -8,7 +8,7 @@ to run are mistakes and no effects, and each would be given the name of one.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias, final
 
 import numpy as np
@@ -33,6 +33,7 @@ from testbed.prediction.hooks import Hooks
 from testbed.prediction.prediction import predicted_with_derivatives
 from testbed.records.record import Record
 from testbed.scenario.body import BodyScenario
+from testbed.scenario.diagnosis import Doubt
 from testbed.signals import AXES
 
 _MISTAKES = {
@@ -47,63 +48,105 @@ _DEPENDENT = 1e-10
 together; between rounding, 1e-16 of some 1e4 samples, and what any motion shows."""
 
 
-def require_si(runs: Runs, theta: Theta) -> None:
+@dataclass(frozen=True, kw_only=True)
+class Gate:
+    """What the gate refuses, unless somebody said to know better.
+
+    Attributes:
+        accepted: doubts that the scenario says to be none, by `accept` in [diagnosis].
+        notices: what was let through in spite of a doubt, or is too weak a doubt to refuse for.
+    """
+
+    accepted: tuple[Doubt, ...] = ()
+    notices: list[str] = field(default_factory=list)
+
+    def refuse(self, doubt: Doubt, text: str) -> None:
+        """Refuse records for a doubt, or note that they were let through.
+
+        Args:
+            doubt: by the word that accepts it.
+            text: what is doubtful, and the remedy.
+
+        Raises:
+            InputError: the doubt was not accepted.
+        """
+        if doubt not in self.accepted:
+            raise InputError(f'{text}; if they are right as they are, add "{doubt}" to accept in [diagnosis]')
+        self.notices.append(f"accepted by the scenario: {text}")
+
+
+def require_si(runs: Runs, theta: Theta, gate: Gate) -> None:
     """Refuse records that should not even be fitted.
 
     Args:
         runs: to be fitted.
         theta: of the nominal model, kg·m².
+        gate: what is accepted.
 
     Raises:
         InputError: a gyro in another unit.
     """
+    missed = np.full(len(runs.names), np.inf)
     if runs.driven_by_momentum:
-        _require_unit(runs, theta)
+        missed = _nominally_missed(runs, theta)
+        _require_unit(runs, theta, missed, gate)
+    for run, name, share in zip(runs.grid.runs, runs.names, missed, strict=True):
+        peak = float(np.abs(run.body_rate).max())
+        if peak > SETTINGS.plausible_body_rate and share > SETTINGS.unexplained_rate_share:
+            gate.refuse(
+                "body_rate",
+                f"{name}: the gyro reaches {peak:.4g} rad/s ({np.degrees(peak):.0f} deg/s), which looks like deg/s: "
+                f"multiply it by {np.pi / 180:.10g}",
+            )
 
 
-def require_this_platform(runs: Runs, baseline: Fit, theta: Theta) -> None:
+def require_this_platform(runs: Runs, baseline: Fit, theta: Theta, gate: Gate) -> None:
     """Refuse records that the nominal model cannot be meant for.
 
     Args:
         runs: that were fitted.
         baseline: the nominal model fitted to them.
         theta: of the nominal model, kg·m².
+        gate: what is accepted.
 
     Raises:
         InputError: another inertia by far, a motion that the actuators do not make, or clocks that differ between runs.
     """
     if not runs.driven_by_momentum:
         return  # torques are integrated: what a prediction misses grows without bounds, and says nothing of a mistake
-    _require_inertia(baseline, theta)
+    _require_inertia(baseline, theta, gate)
     shift = _ClockShifts(runs, baseline)
-    shift.require_one_clock()
+    shift.require_one_clock(gate)
     if (missed := _missed(runs, shift.common_residual)).min() > SETTINGS.unexplained_rate_share:
-        raise InputError(
+        gate.refuse(
+            "telemetry",
             f"the actuators' telemetry does not explain {missed.min():.0%} or more of the body rate in every run: "
-            "check that the scenario is of this platform, and the order and signs of its units and axes"
+            "check that the scenario is of this platform, and the order and signs of its units and axes",
         )
 
 
-def require_explicable(runs: Runs, before: float, after: float) -> None:
+def require_explicable(runs: Runs, before: float, after: float, gate: Gate) -> None:
     """Refuse to name effects that together explain hardly any of a gap that no effect of this platform makes.
 
     Args:
         runs: that were fitted.
         before: gap of the baseline.
         after: with all effects that were found.
+        gate: what is accepted.
 
     Raises:
         InputError: the gap that is left is by far too large.
     """
     if runs.driven_by_momentum and after > max(SETTINGS.hopeless_gap, SETTINGS.hopeless_gap_share * before):
-        raise InputError(
+        gate.refuse(
+            "gap",
             f"the gap is {before:.3g} times the noise, and {after:.3g} with the effects that explain the most of it: "
             "these records are not of the scenario's platform; check its geometry, and the order and signs of units "
-            "and axes"
+            "and axes",
         )
 
 
-def require_motion(runs: Runs) -> None:
+def require_motion(runs: Runs, gate: Gate) -> None:
     """Refuse platforms at rest.
 
     Raises:
@@ -114,9 +157,10 @@ def require_motion(runs: Runs) -> None:
         for rates, sigma, live in zip(runs.measured, runs.sigma, runs.live, strict=True)
     ]
     if max(powers) < SETTINGS.least_motion:
-        raise InputError(
+        gate.refuse(
+            "rest",
             f"the body rate of no run stands out of the gyro's noise (its power is {max(powers):.2g} times that of the "
-            "noise): a platform at rest identifies nothing; fly a maneuver"
+            "noise): a platform at rest identifies nothing; fly a maneuver",
         )
 
 
@@ -131,9 +175,8 @@ def _missed(runs: Runs, residual: Array) -> Array:
     return np.array([(part**2).sum() / max(pair) for part, *pair in zip(parts, powers, noise, strict=True)])
 
 
-def _require_unit(runs: Runs, theta: Theta) -> None:
+def _require_unit(runs: Runs, theta: Theta, as_given: Array, gate: Gate) -> None:
     """Compare with what the nominal model predicts: refitted, the inertia would take up any factor of the gyro."""
-    as_given = _nominally_missed(runs, theta)
     wrong = as_given > SETTINGS.unexplained_rate_share
     if not wrong.any():
         return
@@ -141,9 +184,10 @@ def _require_unit(runs: Runs, theta: Theta) -> None:
         mended = wrong & (_nominally_missed(_times(runs, factor), theta) < SETTINGS.unit_rate_share)
         if mended.any():
             names = ", ".join(name for name, yes in zip(runs.names, mended, strict=True) if yes)
-            raise InputError(
+            gate.refuse(
+                "unit",
                 f"{names}: the gyro reads {1.0 / factor:.3g} times what the actuators predict, as if it were in "
-                f"{unit}: {remedy}"
+                f"{unit}: {remedy}",
             )
 
 
@@ -160,8 +204,12 @@ def _times(runs: Runs, factor: float) -> Runs:
     return replace(runs, grid=replace(runs.grid, runs=scaled), sigma=abs(factor) * runs.sigma)
 
 
-def _require_inertia(baseline: Fit, theta: Theta) -> None:
-    """Refuse an inertia that is another by a factor, beyond its uncertainty."""
+def _require_inertia(baseline: Fit, theta: Theta, gate: Gate) -> None:
+    """Refuse an inertia that is another by a factor, beyond its uncertainty.
+
+    Only of a model that the data bear out: where even the best inertia leaves more than noise, what is missing, such as
+    friction, may stand in for inertia, and is to be looked for.
+    """
     columns = baseline.jacobian[:, np.diag(baseline.normal) > 0.0]
     if orthonormal(columns).shape[1] < columns.shape[1]:
         return  # a motion that leaves a direction of the inertia open says nothing of it
@@ -173,9 +221,14 @@ def _require_inertia(baseline: Fit, theta: Theta) -> None:
         slope = theta_of(np.outer(direction, direction)) * np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
         doubt = SETTINGS.inertia_ratio_std * float(np.sqrt(max(slope @ covariance @ slope, 0.0)))
         if ratio - doubt > largest or ratio + doubt < 1.0 / largest:
-            raise InputError(
-                f"the records show {ratio:.3g} times the scenario's inertia about one axis: they are of another "
-                "platform, or gyro or actuators are in other units; check the scenario's inertia and rotor momentum"
+            said = f"the records show {ratio:.3g} times the scenario's inertia about one axis"
+            if baseline.chi_square > SETTINGS.misfitting * baseline.freedom:
+                gate.notices.append(f"without any effect, {said}: what is missing may stand in for it")
+                return
+            gate.refuse(
+                "inertia",
+                f"{said}: they are of another platform, or gyro or actuators are in other units; check the scenario's "
+                "inertia and rotor momentum",
             )
 
 
@@ -203,7 +256,7 @@ class _ClockShifts:
         self._shift, self._own_residual = _explained(gyro, own)
         _, self.common_residual = _explained(gyro, own.sum(axis=1, keepdims=True))
 
-    def require_one_clock(self) -> None:
+    def require_one_clock(self, gate: Gate) -> None:
         """Refuse clocks that differ between runs by more than half a sample, where that explains most of the gap."""
         own, common = (float(each @ each) for each in (self._own_residual, self.common_residual))
         gained, excess = common - own, common - len(self.common_residual)
@@ -213,9 +266,10 @@ class _ClockShifts:
         if apart and gained > SETTINGS.clock_shift_gain * excess and by_chance < SETTINGS.clock_shift_p_value:
             late = zip(self._runs.names, self._shift, strict=True)
             shifts = ", ".join(f"{name} {1e3 * seconds:+.0f} ms" for name, seconds in late)
-            raise InputError(
+            gate.refuse(
+                "clocks",
                 f"the gyro is late against the actuators by a different time in every run ({shifts}): bring the "
-                "channels of each run to one clock"
+                "channels of each run to one clock",
             )
 
 
@@ -242,6 +296,7 @@ class Gated:
         notices: what a reader has to know of a record, by its name.
         together: all parts as runs.
         baseline: the nominal model fitted to them.
+        doubts: what was let through in spite of a doubt.
     """
 
     usable: Usable
@@ -249,6 +304,7 @@ class Gated:
     notices: tuple[tuple[str, str], ...]
     together: Runs
     baseline: Fit
+    doubts: tuple[str, ...]
 
 
 def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, at_rest: bool = False) -> Gated:
@@ -274,14 +330,21 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
             refused.append(str(error))
     if not usable:
         raise InputError("\n".join(refused))
-    theta = theta_of(nominal.inertia)
+    theta, gate = theta_of(nominal.inertia), Gate(accepted=scenario.diagnosis.accept)
     together = runs_together(usable, range(len(usable)))
     if not at_rest:
-        require_motion(together)
-    require_si(together, theta)
+        require_motion(together, gate)
+    require_si(together, theta, gate)
     baseline = fitted(together, [], theta, [])
-    require_this_platform(together, baseline, theta)
-    return Gated(usable=usable, refused=tuple(refused), notices=tuple(notices), together=together, baseline=baseline)
+    require_this_platform(together, baseline, theta, gate)
+    return Gated(
+        usable=usable,
+        refused=tuple(refused),
+        notices=tuple(notices),
+        together=together,
+        baseline=baseline,
+        doubts=tuple(gate.notices),
+    )
 
 
 def runs_together(usable: Usable, chosen: Sequence[int]) -> Runs:
@@ -352,6 +415,7 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
         notices=(
             *(f"left out: {reason}" for reason in passed.refused),
             *grouped(notices),
+            *passed.doubts,
             *_undetermined(passed.together),
         ),
     )

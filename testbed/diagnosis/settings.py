@@ -160,6 +160,12 @@ class DiagnosisSettings:
     Source: measured on 211 windows of the flights above: all of them make matrices of 12486 x 5064 numbers and an
     eigenvalue problem of 3048, 24 of them take 0.45 s and have a likelihood ratio of 7.6e6.
     """
+    plausible_body_rate: float = 20.0
+    """rad/s; records that are faster are taken for deg/s, unless the actuators predict them so, or somebody accepts it.
+
+    Source: formula: 20 deg/s, a slow maneuver, is beyond it in the wrong unit. It is a prior: a rig that turned at
+    22 rad/s under known torques was refused by it.
+    """
     unexplained_rate_share: float = 0.5
     """Share of the body rate's variance in the residual from which on records are refused.
 

@@ -91,6 +91,7 @@ class Diagnosis:
         untestable: effects for which a channel is missing.
         alone: whether all runs are of one record, which gets no name.
         complete: whether the diagnosis came to its end.
+        notices: what a reader has to know of how it came there.
     """
 
     runs: Runs
@@ -115,6 +116,7 @@ class Diagnosis:
     untestable: tuple[Untestable, ...] = ()
     alone: bool = False
     complete: bool = False
+    notices: tuple[str, ...] = ()
 
     @property
     def left_over(self) -> bool:

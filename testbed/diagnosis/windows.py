@@ -169,7 +169,8 @@ def parts_of(record: Record, scenario: BodyScenario, nominal: Body, notices: lis
         if contact is not None:
             notices.append((name, f"cut at {contact.last_free:.3f} s, where it shows a contact"))
     telemetry = _with_noise(record, telemetry_of(measured, scenario, nominal), notices)
-    _require_moving_gyro(name, telemetry)
+    if "stuck" not in scenario.diagnosis.accept:
+        _require_moving_gyro(name, telemetry)
     telemetry = _without_gross_outliers(name, telemetry, notices)
     if scenario.diagnosis.sample_rate_hz is not None:
         telemetry = averaged(telemetry, scenario.diagnosis.sample_rate_hz)
@@ -244,7 +245,8 @@ def _require_moving_gyro(name: str, telemetry: Telemetry) -> None:
                 f"{name}: the gyro's {axis} axis reads {values[counts.argmax()]:.4g} rad/s in size "
                 f"in {counts.max()} of {len(rate)} samples: it is saturated or dead, so that {about} cannot be "
                 f"determined; take the run out, or, if the rig does not turn about {axis}, say so: "
-                f"{axes_key(others)} in [platform] of the scenario"
+                f"{axes_key(others)} in [platform] of the scenario; if the samples are right as they are, add "
+                '"stuck" to accept in [diagnosis]'
             )
 
 

@@ -17,7 +17,14 @@ from testbed.scenario.scenario import Scenario
 from testbed.signals import MOST_UNITS
 
 Channel: TypeAlias = Literal[
-    "gimbal_angle", "gimbal_rate_command", "gimbal_torque", "rotor_speed", "applied_torque", "attitude", "any_actuator"
+    "gimbal_angle",
+    "gimbal_rate_command",
+    "gimbal_torque",
+    "rotor_speed",
+    "applied_torque",
+    "applied_torque_or_cluster_momentum",
+    "attitude",
+    "any_actuator",
 ]
 """What a record has to carry beside the body rate for an effect to be tested for."""
 
@@ -96,6 +103,7 @@ class NamedEffect(ABC):
         sentence: what it is, for the report; `{component}` stands for the place.
         look_alikes: ids of effects that are confounded with it: their signatures are nearly the same.
         confirm: the experiment that would distinguish it from them.
+        measured_by: channels that show what it does: with one of them it is no deviation from what is predicted.
         flies: whether a flying model can have it; the extension of one that cannot is empty.
         recurs: whether it acts in every run; what happened once says nothing of the other runs.
     """
@@ -107,6 +115,7 @@ class NamedEffect(ABC):
     sentence: ClassVar[str]
     look_alikes: ClassVar[tuple[str, ...]] = ()
     confirm: ClassVar[str]
+    measured_by: ClassVar[tuple[Channel, ...]] = ()
     flies: ClassVar[bool] = True
     recurs: ClassVar[bool] = True
 

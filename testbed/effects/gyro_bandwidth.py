@@ -28,7 +28,7 @@ class GyroBandwidth(Effect):
     components = ("gyro",)
     parameters = (Parameter(name="time_constant_s", unit="s", typical=0.01, lower=0.0, upper=1.0),)
     sentence = "The gyro follows fast motions late and damped, as behind a low-pass."
-    look_alikes = ("gyro_latency", "actuator_lag")
+    look_alikes = ("gyro_latency", "actuator_lag", "gyro_averaging")
     confirm = "A maneuver with faster reversals: a low-pass damps them, a delay shifts all frequencies alike."
 
     @override

@@ -59,7 +59,9 @@ def identify(scenario: Scenario, nominal: PlatformModel, records: Sequence[Recor
     """
     notices: list[tuple[str, str]] = []
     cut = [_cut(scenario, nominal, telemetry_only(record), notices) for record in records]
-    plain = scenario.model_copy(update={"diagnosis": Diagnosis()})  # neither averaged nor cut into windows
+    plain = scenario.model_copy(
+        update={"diagnosis": Diagnosis(accept=scenario.diagnosis.accept)}
+    )  # neither averaged nor cut into windows
     passed = gated([_looked_at(record) for record in cut], plain, nominal, at_rest=True)
     notices += [(record.details.name, _unused(record)) for record in records if record.extra_columns]
     notices += [
@@ -81,7 +83,7 @@ def identify(scenario: Scenario, nominal: PlatformModel, records: Sequence[Recor
         records=tuple(part for part in parts if part.details.name in estimations),
         estimations=estimations,
         combined=combine_estimations(estimations),
-        notices=tuple(grouped(notices)),
+        notices=(*grouped(notices), *passed.doubts),
         refused=tuple(refused),
     )
 

@@ -214,7 +214,7 @@ class Equations:
 def _inverted(known: Known) -> Array:
     """Return J(d) - Ĵ itself, of a platform on a bearing the block of its free axes."""
     if known.bearing is None:
-        return np.linalg.inv(known.inverse)
+        return np.asarray(np.linalg.inv(known.inverse), dtype=np.float64)
     held = np.eye(3) * ~known.bearing.live[..., None]
     return np.asarray(np.linalg.inv(known.inverse + held) - held, dtype=np.float64)
 
