@@ -302,6 +302,7 @@ def joined(runs: Runs, heldout: Runs | None) -> Runs:
         sigma=np.concatenate([each.sigma for each in both]),
         noise_freedom=runs.noise_freedom,
         estimated_noise=[noise for each in both for noise in each.estimated_noise],
+        windowed=[name for each in both for name in each.windowed],
     )
 
 
@@ -313,6 +314,7 @@ def chosen(runs: Runs, which: Sequence[int]) -> Runs:
         sigma=runs.sigma[list(which)],
         noise_freedom=runs.noise_freedom,
         estimated_noise=[runs.estimated_noise[index] for index in which if runs.estimated_noise],
+        windowed=[runs.windowed[index] for index in which if runs.windowed],
     )
 
 
@@ -322,9 +324,15 @@ def _gyro_only(
     sigma: Array,
     noise_freedom: float,
     estimated_noise: Sequence[Array],
+    windowed: Sequence[str],
 ) -> Runs:
     outer = [replace(run, gimbals=run.gimbals and run.gimbals.angles_only(), gyro_error=None) for run in telemetry]
     grid = replace(grid_of(outer), follows_commands=False)
     return Runs(
-        names=tuple(names), grid=grid, sigma=sigma, noise_freedom=noise_freedom, estimated_noise=tuple(estimated_noise)
+        names=tuple(names),
+        grid=grid,
+        sigma=sigma,
+        noise_freedom=noise_freedom,
+        estimated_noise=tuple(estimated_noise),
+        windowed=tuple(windowed),
     )

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, groupby
 
 import numpy as np
 from scipy.stats import chi2
@@ -24,7 +24,7 @@ from testbed.diagnosis.noise import NoiseHypothesis
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import Signature, confounding, distinguishability, smallest_detectable
 from testbed.diagnosis.state import Diagnosis, Gap, Step
-from testbed.effects.contract import NamedEffect, Quantity
+from testbed.effects.contract import PLAUSIBLE_PER_INERTIA, NamedEffect, Parameter, Quantity
 from testbed.errors import InputError
 
 INERTIA = "inertia"
@@ -43,12 +43,15 @@ class Detectable:
         multiple: of the typical size; infinite where this motion does not show the effect at all.
         smallest: the effect's parameters at that size, as they are reported; empty where infinite.
         typical: at their typical size.
+        by_frequency: of an effect whose frequency is not known, the same at each that was looked at, about the axis
+            that shows the least; multiple and smallest are then those of the frequency that shows the least.
     """
 
     placed: Hypothesis
     multiple: float
     smallest: tuple[Quantity, ...]
     typical: tuple[Quantity, ...]
+    by_frequency: tuple[Detectable, ...] = ()
 
     @property
     def seen_when_typical(self) -> bool:
@@ -69,6 +72,7 @@ class Addition:
         before: gap without it.
         after: gap with it; those on the gyro's noise share one gap after the others.
         fit: the model that it was added to; the final one for effects on the gyro's noise.
+        doubts: why the name is to be doubted in spite of its probability, a sentence each.
     """
 
     effect: NamedEffect
@@ -79,6 +83,7 @@ class Addition:
     before: Gap
     after: Gap
     fit: Fit
+    doubts: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         sizes = (f"{each.name} = {each.value:.4g} ± {each.std:.2g}" for each in self.quantities)
@@ -127,6 +132,8 @@ def detectable_sizes(diagnosis: Diagnosis) -> tuple[Detectable, ...]:
 
 
 def _detectable(signature: Signature, tested: int, *, free: bool) -> Detectable:
+    if signature.reaches:
+        return _over_frequencies(signature, tested)
     effect = signature.placed.effect
     absent = np.array([parameter.absent for parameter in effect.parameters])
     typical = np.array([parameter.typical for parameter in effect.parameters])
@@ -140,6 +147,28 @@ def _detectable(signature: Signature, tested: int, *, free: bool) -> Detectable:
         smallest=tuple(each for each in smallest if each.name not in hidden),
         typical=tuple(each for each in effect.quantities(typical, none) if each.name not in hidden),
     )
+
+
+def _over_frequencies(signature: Signature, tested: int) -> Detectable:
+    """Return the size that is seen whatever the frequency, with the sizes that are seen at each."""
+    placed, none = signature.placed, np.zeros(signature.placed.size)
+    typical = placed.effect.quantities(np.array([each.typical for each in placed.effect.parameters]), none)
+    sizes = []
+    for _, axes in groupby(signature.reaches, key=lambda reach: float(reach.absent[0])):
+        pairs = [(each.multiple(tested), each) for each in axes]
+        shown = [pair for pair in pairs if np.isfinite(pair[0])]  # not axes that a bearing holds
+        multiple, reach = max(shown or pairs, key=lambda pair: pair[0])
+        smallest = placed.effect.quantities(reach.absent + multiple * reach.typical, none)
+        sizes.append(
+            Detectable(
+                placed=placed,
+                multiple=multiple,
+                smallest=smallest if np.isfinite(multiple) else (),
+                typical=typical,
+            )
+        )
+    worst = max(sizes, key=lambda size: size.multiple)
+    return replace(worst, by_frequency=tuple(sizes))
 
 
 def _without_columns(signature: Signature) -> set[str]:
@@ -212,11 +241,13 @@ def addition_of(diagnosis: Diagnosis, added: Step | NoiseHypothesis) -> Addition
         before = diagnosis.steps[-1].after if diagnosis.steps else diagnosis.gap_before
         after = diagnosis.gap
         quantities = added.effect.quantities(added.finding.values, added.finding.std)
+        doubts: tuple[str, ...] = ()
         probability, fit = added.probability, diagnosis.model
     else:
         before, after = added.before, added.after
         quantities = quantities_of(diagnosis.model, added.placed)
         probability, fit = _step_probability(diagnosis, added), added.candidate.fit
+        doubts = (*_doubts(diagnosis, added.placed), *_untested_words(diagnosis, added))
     return Addition(
         effect=added.effect,
         component=added.component,
@@ -226,12 +257,65 @@ def addition_of(diagnosis: Diagnosis, added: Step | NoiseHypothesis) -> Addition
         before=before,
         after=after,
         fit=fit,
+        doubts=doubts,
     )
+
+
+def _doubts(diagnosis: Diagnosis, placed: Hypothesis) -> Iterator[str]:
+    """Yield which parameters of an effect in the model lie at a bound, or where no hardware has them."""
+    model, effect = diagnosis.model, placed.effect
+    values = model.effect_values[model.own(placed)]
+    for index, parameter in enumerate(effect.parameters):
+        value = float(values[index])
+        if parameter.lies_at_bound(value):
+            yield f"{parameter.name} lies at {value:.3g}, where its search ends: the name is what came nearest"
+            continue
+        limits = _plausible(parameter, model, shown=diagnosis.runs.inertia_shown)
+        beyond = [limit for limit in limits if (value > limit > 0.0) or (value < limit < 0.0)]
+        for limit in beyond:
+            yield (
+                f"{_in_words(effect, values, index, value)} is implausible, as hardware ends at "
+                f"{_in_words(effect, values, index, limit)}: something else may be behind it"
+            )
+
+
+def _plausible(parameter: Parameter, model: Fit, *, shown: Flags) -> tuple[float, float]:
+    """Return the least and greatest value that a parameter has in hardware; forces go with the platform's inertia."""
+    share = PLAUSIBLE_PER_INERTIA.get(parameter.unit)
+    if share is None:
+        return parameter.plausible
+    moments = model.theta[:3][shown[:3]]
+    limit = share * float(np.abs(moments).mean()) if len(moments) else np.inf
+    return -limit, limit
+
+
+def _in_words(effect: NamedEffect, values: Array, index: int, value: float) -> str:
+    """Return a parameter's value as it is reported, such as a bandwidth for a time constant."""
+    changed = values.copy()
+    changed[index] = value
+    parameter, quantities = effect.parameters[index], effect.quantities(changed, np.zeros(len(values)))
+    if len(quantities) != len(values):
+        return f"{parameter.name} = {value:.3g} {parameter.unit}".removesuffix(" 1")
+    return f"{quantities[index].name} = {quantities[index].value:.3g} {quantities[index].unit}".removesuffix(" 1")
+
+
+def _untested_words(diagnosis: Diagnosis, step: Step) -> Iterator[str]:
+    """Yield which effects that these data cannot test would look like one that was added."""
+    names = [each for each in diagnosis.untestable if each.keeps_share and each.looks_like(step.effect)]
+    if names:
+        said = ", ".join(f"{each.effect} (which needs {each.needs.replace('_', ' ')})" for each in names)
+        yield f"these data cannot test {said}, which would look like it and keeps its share of the probability"
+
+
+def doubt_words(diagnosis: Diagnosis) -> Iterator[str]:
+    """Yield why names are to be doubted."""
+    for each in additions(diagnosis):
+        yield from (f"{each.effect.id} ({each.component}): {doubt}" for doubt in each.doubts)
 
 
 def _step_probability(diagnosis: Diagnosis, step: Step) -> float:
     unmodelled = diagnosis.unmodelled_beside_steps if step is diagnosis.steps[0] else -np.inf
-    probabilities = probabilities_of(step.screening, unmodelled)
+    probabilities = probabilities_of(step.screening, unmodelled, diagnosis.untested(step.screening))
     members = (step.placed, *step.look_alikes)
     return sum(probabilities.get(each.key, 0.0) for each in members)
 

@@ -122,6 +122,7 @@ def _step(addition: Addition) -> Content:
         "probability": _number(addition.probability),
         **_theta("j_", addition.fit),
         "indistinguishable_from": [_named(other) for other in addition.look_alikes],
+        "doubts": list(addition.doubts),
         **_gap("gap_", "before", addition.before, heldout="heldout_gap_"),
         **_gap("gap_", "after", addition.after, heldout="heldout_gap_"),
         "misfit": _misfits(addition.before, addition.after),
@@ -176,6 +177,13 @@ def _detectable(size: Detectable) -> Content:
         "smallest": {each.name: {"value": _number(each.value), "unit": each.unit} for each in size.smallest},
         "typical": {each.name: {"value": _number(each.value), "unit": each.unit} for each in size.typical},
         "multiple_of_typical": _number(size.multiple),
+        "by_frequency": [
+            {
+                "smallest": {each.name: {"value": _number(each.value), "unit": each.unit} for each in one.smallest},
+                "multiple_of_typical": _number(one.multiple),
+            }
+            for one in size.by_frequency
+        ],
     }
 
 

@@ -36,6 +36,33 @@ the level itself, at the second it is one for any number of hypotheses below 1e3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Reach:
+    """How far an effect of its typical size moves the samples at one of its starts.
+
+    Attributes:
+        absent: parameters of the effect there without any size, shape (K,).
+        typical: change of the parameters to its typical size, shape (K,).
+        length: of what that changes, in sigma.
+        rank: directions that the data show.
+    """
+
+    absent: Array
+    typical: Array
+    length: float
+    rank: int
+
+    def multiple(self, hypotheses: int) -> float:
+        """Return the size, as a multiple of the typical one, that would be detected with the power wanted.
+
+        Args:
+            hypotheses: tested together.
+        """
+        if self.rank == 0 or self.length == 0.0:
+            return np.inf
+        return required_shift(self.rank, hypotheses) / self.length
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Signature:
     """A hypothesis seen from the present model.
 
@@ -47,6 +74,8 @@ class Signature:
         score: how much of χ² the linearised effect explains, its parameters inside their bounds.
         step: the change of its parameters that does so, shape (K,).
         elsewhere: scores at the hypothesis's other starts, once those were compared.
+        reaches: how far it moves the samples at each of its starts, once those were compared; of a scan over
+            frequencies.
     """
 
     placed: Hypothesis
@@ -56,6 +85,7 @@ class Signature:
     score: float
     step: Array
     elsewhere: tuple[float, ...] = ()
+    reaches: tuple[Reach, ...] = ()
 
     @property
     def rank(self) -> int:
@@ -99,6 +129,25 @@ def smallest_detectable(signature: Signature, hypotheses: int) -> float:
     if signature.rank == 0 or length == 0.0:
         return np.inf
     return required_shift(signature.rank, hypotheses) / length
+
+
+def reach_of(signature: Signature) -> Reach:
+    """Return how far an effect moves the samples at its start, of its typical size along the start's own direction."""
+    parameters = signature.placed.effect.parameters
+    fixed = np.array([parameter.scanned for parameter in parameters])
+    speck, typical = (
+        np.where(fixed, 0.0, signature.start),
+        np.array([each.typical - each.absent for each in parameters]),
+    )
+    typical = np.where(fixed, 0.0, typical)
+    if speck.any():
+        typical = np.linalg.norm(typical) * speck / np.linalg.norm(speck)
+    return Reach(
+        absent=np.where(fixed, signature.start, 0.0),
+        typical=typical,
+        length=float(np.linalg.norm(signature.columns @ typical)),
+        rank=signature.rank,
+    )
 
 
 def distinguishability(one: Signature, other: Signature) -> float:
@@ -185,10 +234,24 @@ class Untestable:
     Attributes:
         effect: its id.
         needs: the channel that is missing, or the size that would have been seen.
+        look_alikes: ids of effects that are confounded with it.
+        keeps_share: whether it may be there all the same, so that what looks like it is as little certain as it is; not
+            where the channels that are there would show it.
     """
 
     effect: str
     needs: str
+    look_alikes: tuple[str, ...] = ()
+    keeps_share: bool = False
+
+    @property
+    def key(self) -> str:
+        """Unique name among hypotheses, e.g. `actuator_lag:untested`."""
+        return f"{self.effect}:untested"
+
+    def looks_like(self, other: NamedEffect) -> bool:
+        """Return whether another effect is confounded with it, by what either says."""
+        return other.id in self.look_alikes or self.effect in other.look_alikes
 
 
 def hypotheses(runs: Runs, effects: Mapping[str, Effect]) -> tuple[list[Hypothesis], list[Untestable]]:
@@ -203,7 +266,14 @@ def hypotheses(runs: Runs, effects: Mapping[str, Effect]) -> tuple[list[Hypothes
     for effect in effects.values():
         missing = [need for need in effect.needs if need not in present]
         if missing:
-            not_testable.append(Untestable(effect=effect.id, needs=" and ".join(missing)))
+            not_testable.append(
+                Untestable(
+                    effect=effect.id,
+                    needs=" and ".join(missing),
+                    look_alikes=effect.look_alikes,
+                    keeps_share=present.isdisjoint(effect.measured_by),
+                )
+            )
         else:
             components = components_on(runs, effect)
             testable += [Hypothesis(effect=effect, component=component) for component in components]

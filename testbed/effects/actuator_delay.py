@@ -32,7 +32,7 @@ class ActuatorDelay(Effect):
 
     id = "actuator_delay"
     components = ("actuators",)
-    parameters = (Parameter(name="delay_s", unit="s", typical=0.02, lower=0.0, upper=0.5),)
+    parameters = (Parameter(name="delay_s", unit="s", typical=0.02, lower=0.0, upper=0.5, plausible=(0.0, 0.3)),)
     needs = ("applied_torque_or_cluster_momentum",)
     measured_by = ("gimbal_angle",)
     sentence = "The actuators do what they are asked for a moment later."

@@ -34,7 +34,8 @@ class ActuatorGain(Effect):
     id = "actuator_gain"
     components = ("actuators",)
     parameters = tuple(
-        Parameter(name=f"gain_error_{axis}", unit="1", typical=0.03, lower=-1.0, upper=3.0) for axis in "xyz"
+        Parameter(name=f"gain_error_{axis}", unit="1", typical=0.03, lower=-1.0, upper=3.0, plausible=(-0.6, 1.0))
+        for axis in "xyz"
     )
     needs = ("applied_torque_or_cluster_momentum",)
     measured_by = ("gimbal_angle",)

@@ -32,7 +32,9 @@ class ActuatorLag(Effect):
 
     id = "actuator_lag"
     components = ("actuators",)
-    parameters = (Parameter(name="time_constant_s", unit="s", typical=0.03, lower=0.0, upper=2.0),)
+    parameters = (
+        Parameter(name="time_constant_s", unit="s", typical=0.03, lower=0.0, upper=2.0, plausible=(0.0, 1.9)),
+    )
     needs = ("applied_torque_or_cluster_momentum",)
     measured_by = ("gimbal_angle",)
     sentence = "The actuators follow what they are asked for with a lag, as motors with inertia do."

@@ -22,7 +22,7 @@ class _Dry(Hooks):
     @override
     def torque(self, value: Array, at: Instant) -> Array:
         """T = -τ ω / (ω⁴ + w⁴)^¼: beyond three widths within 0.3 % of τ."""
-        return np.asarray(-value[:, :3] * at.body_rate / (at.body_rate**4 + value[:, 3:] ** 4) ** 0.25)
+        return np.asarray(-value[:, :3] * at.body_rate / (at.body_rate**4 + value[:, 3:] ** 4) ** (1 / 4))
 
 
 @final
@@ -33,7 +33,16 @@ class DryFriction(Effect):
     components = ("platform",)
     parameters = (
         *(Parameter(name=f"torque_{axis}_N_m", unit="N·m", typical=5e-5, lower=0.0) for axis in "xyz"),
-        Parameter(name="width_rad_s", unit="rad/s", typical=_WIDTH, lower=2e-3, upper=0.3, absent=_WIDTH, scanned=True),
+        Parameter(
+            name="width_rad_s",
+            unit="rad/s",
+            typical=_WIDTH,
+            lower=2e-3,
+            upper=0.3,
+            absent=_WIDTH,
+            scanned=True,
+            plausible=(0.0, 0.2),
+        ),
     )
     sentence = "Dry friction opposes the body rate with the same torque at any rate, as a rig's bearing does."
     look_alikes = ("viscous_drag", "quadratic_drag", "tether")

@@ -24,7 +24,7 @@ class GyroAveraging(Effect):
 
     id = "gyro_averaging"
     components = ("gyro",)
-    parameters = (Parameter(name="share_of_period", unit="1", typical=1.0, lower=0.0, upper=1.0),)
+    parameters = (Parameter(name="share_of_period", unit="1", typical=1.0, lower=0.0, upper=1.0, plausible=(0.0, 1.0)),)
     sentence = "The gyro's samples are means over a share of its sample period, and late by half of it."
     look_alikes = ("gyro_latency", "gyro_bandwidth")
     confirm = "The same maneuver at another sample rate: what averages is late in proportion to the period."

@@ -41,10 +41,10 @@ class TelemetrySkew(Effect):
 
     id = "telemetry_skew"
     components = ("actuators",)
-    parameters = (Parameter(name="late_s", unit="s", typical=0.01, lower=-0.5, upper=0.5),)
+    parameters = (Parameter(name="late_s", unit="s", typical=0.01, lower=-0.5, upper=0.5, plausible=(-0.2, 0.2)),)
     sentence = "The telemetry of the actuators is late, or early where negative, against the gyro's."
     look_alikes = ("gyro_latency", "actuator_delay")
-    confirm = "Strike the platform while an actuator moves: both streams show the blow at their own instant."
+    confirm = "An impulse on platform and actuator at once: each stream shows it at its own time."
     flies = False  # a flight has one clock
 
     @override

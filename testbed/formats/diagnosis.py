@@ -101,6 +101,9 @@ class Step(PlacedEffect):
     """Its standard deviations, kg·m²; null where the data do not show a parameter."""
     indistinguishable_from: list[PlacedEffect]
     """Effects that these data cannot distinguish from it."""
+    doubts: list[str] = Field(default=[])
+    """Why it is to be doubted in spite of its probability: a value that no hardware has, or at the end of its search,
+    or a look-alike that these data cannot test; absent from files of before."""
     gap_before: float | None
     """Gap of the fitted runs without it, a pure number."""
     heldout_gap_before: float | None
@@ -160,8 +163,17 @@ class Untestable(Part):
     """What it would take to test for it: a channel, a size, or another motion."""
 
 
+class SizeAtFrequency(Part):
+    """The smallest size of an effect that these data would have shown at one frequency."""
+
+    smallest: dict[str, Size]
+    """Its parameters at that size, its frequency among them; empty where this motion shows nothing of it."""
+    multiple_of_typical: float | None
+    """That size over the typical one, a pure number; null where this motion shows nothing of it."""
+
+
 class DetectableSize(PlacedEffect):
-    """The smallest size of an effect that these data would have shown."""
+    """The smallest size of an effect that these data would have shown, whatever its frequency."""
 
     smallest: dict[str, Size]
     """Its parameters at that size, by name; empty where this motion shows nothing of it."""
@@ -169,6 +181,8 @@ class DetectableSize(PlacedEffect):
     """Its parameters at their typical size, by name."""
     multiple_of_typical: float | None
     """The smallest size over the typical one, a pure number; null where this motion shows nothing of it."""
+    by_frequency: list[SizeAtFrequency] = Field(default=[])
+    """The same at each frequency that was looked at, about the axis that shows the least; empty of effects without."""
 
 
 class Pair(Part):

@@ -12,7 +12,7 @@ from testbed.arrays import Matrix3
 from testbed.assembly.description import write_mjcf, write_urdf
 from testbed.assembly.extension import write_extended
 from testbed.assembly.platform import Body, nominal_body
-from testbed.diagnosis.findings import Addition, Agreement, additions, agreements, noise_notices
+from testbed.diagnosis.findings import Addition, Agreement, additions, agreements, doubt_words, noise_notices
 from testbed.diagnosis.keeping import Store, keeping
 from testbed.diagnosis.location import ResidualSegment, located
 from testbed.diagnosis.method import diagnosed
@@ -145,6 +145,7 @@ class DiagnosisResult(Shown, Saved):
         return (
             *self.state.notices,
             *noise_notices(self.state),
+            *doubt_words(self.state),
             *disagreement_words(self.state, self.agreements),
             *self.why_no_flight,
         )

@@ -65,9 +65,25 @@ def test_late_telemetry_is_nothing_that_is_late_only():
     assert first(diagnosis(TIMING, late=0.031))[0] == {"telemetry_skew"}
 
 
-def test_a_slow_wheel_is_an_actuator_lag():
-    names, _ = first(diagnosis(TIMING, lag=0.3))
-    assert "actuator_lag" in names
+def test_a_slow_wheel_is_an_actuator_lag_and_no_gyro_of_half_a_hertz():
+    """Both explain it alike: what decides which is named is that no gyro is as slow."""
+    state = diagnosis(TIMING, lag=0.3)
+    added = additions(state)[0]
+    assert added.effect.id == "actuator_lag"
+    assert [each.effect.id for each in added.look_alikes] == ["gyro_bandwidth"]
+    assert added.quantities[0].value == pytest.approx(0.3, rel=0.01)
+    assert not added.doubts
+
+
+def test_a_gyro_of_half_a_hertz_carries_a_warning():
+    (added,) = additions(diagnosis(("gyro_bandwidth",), lag=0.3))
+    assert "bandwidth_hz = 0.5" in added.doubts[0]
+    assert "implausible, as hardware ends at bandwidth_hz = 1.99 Hz" in added.doubts[0]
+
+
+def test_a_parameter_at_its_bound_carries_a_warning():
+    (added,) = additions(diagnosis(("gyro_scale",), dry=4e-3))
+    assert any("where its search ends" in doubt for doubt in added.doubts)
 
 
 def test_a_gyro_that_averages_is_named_with_all_of_its_period():
