@@ -1,4 +1,4 @@
-"""Effects that random sets do not draw, so that a seed makes the set that it always made; they are asked for by name."""
+"""Effects that random sets do not draw, so that a seed makes the set that it always made; they are asked for."""
 
 from __future__ import annotations
 

@@ -151,7 +151,7 @@ def accepted(screening: Screening) -> Candidate | None:
        Beside another effect they have to be those of `further_name_odds`.
     3. Of its class, and of those that are there as well, the one that fits all runs best is added: evidence does not
        decide among them, and none is a special case of another, that could only fit worse. What is implausible, such as
-       a gyro of half a hertz, gives way to what is not.
+       a gyro of half a hertz, gives way to what is not, and skewed telemetry to a late gyro that fits as well.
     """
     if not screening.candidates or not _is_there(screening, screening.candidates[0]):
         return None
@@ -160,7 +160,14 @@ def accepted(screening: Screening) -> Candidate | None:
     if not favoured_over_none((screening.odds(each) for each in screening.close), needed):
         return None
     there = [candidate for candidate in screening.close if _is_there(screening, candidate)]
-    return max(there, key=lambda candidate: (candidate.plausible, candidate.fits))
+    first = [candidate for candidate in there if not any(_goes_before(other, candidate) for other in there)]
+    return max(first, key=lambda candidate: (candidate.plausible, candidate.fits))
+
+
+def _goes_before(other: Candidate, candidate: Candidate) -> bool:
+    """Return whether a more usual effect fits as well as one that yields to it."""
+    usual = other.effect.id in candidate.effect.yields_to and other.plausible
+    return usual and other.fits > candidate.fits - SETTINGS.tied_fits
 
 
 def _is_there(screening: Screening, candidate: Candidate) -> bool:

@@ -142,6 +142,7 @@ def _inertia_step(diagnosis: Diagnosis) -> Iterator[Content]:
         "probability": 1.0 - change.p_value,
         **_theta("j_", diagnosis.model),
         "indistinguishable_from": [],
+        "doubts": [],
         **_gap("gap_", "before", nominal, heldout="heldout_gap_"),
         **_gap("gap_", "after", diagnosis.gap_before, heldout="heldout_gap_"),
         "misfit": _misfits(nominal, diagnosis.gap_before),

@@ -176,7 +176,7 @@ class Diagnosis:
     def untested(self, screening: Screening | None) -> Mapping[str, float]:
         """Return the evidence of effects for which a channel is missing: that of what was added and looks like them.
 
-        Nothing was compared, so that the data say as much for them as for their look-alikes.
+        Nothing was compared, so that the data say as much for them as for what is confounded with them.
 
         Args:
             screening: of the hypotheses that were compared.

@@ -128,6 +128,7 @@ class NamedEffect(ABC):
         look_alikes: ids of effects that are confounded with it: their signatures are nearly the same.
         confirm: the experiment that would distinguish it from them.
         measured_by: channels that show what it does: with one of them it is no deviation from what is predicted.
+        yields_to: ids of effects that are named before it where the data say as much for them: the more usual ones.
         flies: whether a flying model can have it; the extension of one that cannot is empty.
         recurs: whether it acts in every run; what happened once says nothing of the other runs.
     """
@@ -140,6 +141,7 @@ class NamedEffect(ABC):
     look_alikes: ClassVar[tuple[str, ...]] = ()
     confirm: ClassVar[str]
     measured_by: ClassVar[tuple[Channel, ...]] = ()
+    yields_to: ClassVar[tuple[str, ...]] = ()
     flies: ClassVar[bool] = True
     recurs: ClassVar[bool] = True
 

@@ -28,6 +28,7 @@ class GyroAveraging(Effect):
     sentence = "The gyro's samples are means over a share of its sample period, and late by half of it."
     look_alikes = ("gyro_latency", "gyro_bandwidth")
     confirm = "The same maneuver at another sample rate: what averages is late in proportion to the period."
+    yields_to = ("gyro_latency", "gyro_bandwidth")
     flies = False  # the flown gyro samples
 
     @override

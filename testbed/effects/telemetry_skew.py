@@ -45,6 +45,7 @@ class TelemetrySkew(Effect):
     sentence = "The telemetry of the actuators is late, or early where negative, against the gyro's."
     look_alikes = ("gyro_latency", "actuator_delay")
     confirm = "An impulse on platform and actuator at once: each stream shows it at its own time."
+    yields_to = ("gyro_latency", "gyro_bandwidth", "actuator_delay", "actuator_lag")
     flies = False  # a flight has one clock
 
     @override

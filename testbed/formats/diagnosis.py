@@ -101,9 +101,9 @@ class Step(PlacedEffect):
     """Its standard deviations, kg·m²; null where the data do not show a parameter."""
     indistinguishable_from: list[PlacedEffect]
     """Effects that these data cannot distinguish from it."""
-    doubts: list[str] = Field(default=[])
+    doubts: list[str]
     """Why it is to be doubted in spite of its probability: a value that no hardware has, or at the end of its search,
-    or a look-alike that these data cannot test; absent from files of before."""
+    or a confounded effect that these data cannot test."""
     gap_before: float | None
     """Gap of the fitted runs without it, a pure number."""
     heldout_gap_before: float | None
@@ -181,7 +181,7 @@ class DetectableSize(PlacedEffect):
     """Its parameters at their typical size, by name."""
     multiple_of_typical: float | None
     """The smallest size over the typical one, a pure number; null where this motion shows nothing of it."""
-    by_frequency: list[SizeAtFrequency] = Field(default=[])
+    by_frequency: list[SizeAtFrequency]
     """The same at each frequency that was looked at, about the axis that shows the least; empty of effects without."""
 
 

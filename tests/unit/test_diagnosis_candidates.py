@@ -113,6 +113,16 @@ def test_what_no_hardware_is_gives_way_to_what_it_looks_like():
     assert accepted(replace(among, candidates=(prompt, wheel))) is prompt
 
 
+def test_what_is_unusual_yields_to_what_fits_as_well():
+    left = np.full(RUNS, 3.0)
+    skew = replace(candidate(100.0, left, EFFECTS["telemetry_skew"], -0.01), chi_square_reduction=110.4)
+    late = replace(candidate(99.5, left, EFFECTS["gyro_latency"], 0.01), chi_square_reduction=110.0)
+    among = Screening(signatures=(), tested=50, candidates=(skew, late))
+    assert accepted(among) is late
+    better = replace(skew, chi_square_reduction=112.0)
+    assert accepted(replace(among, candidates=(better, late))) is better
+
+
 def test_a_class_that_is_larger_than_what_is_listed_is_ranked():
     """A step back adds a ninth candidate, and effects on the noise push others out: KeyError 'gyro_scale:z'."""
     left = np.full(RUNS, 3.0)

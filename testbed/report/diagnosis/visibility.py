@@ -123,7 +123,7 @@ def _frequencies(sizes: Sequence[Detectable]) -> Iterator[Figure]:
     chart.update_xaxes(type="log")
     chart.update_yaxes(type="log")
     note = (
-        "An effect whose frequency is not known beforehand is looked for at each of these; shown is the axis that "
+        "An effect whose frequency is not known is looked for at each of these; shown is the axis that "
         "shows it the least. The table has the range."
     )
     yield Figure(title="Smallest detectable size by frequency", chart=chart, note=note, wide=True)
