@@ -45,6 +45,7 @@ class Detectable:
         typical: at their typical size.
         by_frequency: of an effect whose frequency is not known, the same at each that was looked at, about the axis
             that shows the least; multiple and smallest are then those of the frequency that shows the least.
+        sized_by: names of the parameters that grow with its size, of an effect that has others, such as a frequency.
     """
 
     placed: Hypothesis
@@ -52,6 +53,7 @@ class Detectable:
     smallest: tuple[Quantity, ...]
     typical: tuple[Quantity, ...]
     by_frequency: tuple[Detectable, ...] = ()
+    sized_by: frozenset[str] = frozenset()
 
     @property
     def seen_when_typical(self) -> bool:
@@ -158,13 +160,18 @@ def _over_frequencies(signature: Signature, tested: int) -> Detectable:
         pairs = [(each.multiple(tested), each) for each in axes]
         shown = [pair for pair in pairs if np.isfinite(pair[0])]  # not axes that a bearing holds
         multiple, reach = max(shown or pairs, key=lambda pair: pair[0])
-        smallest = placed.effect.quantities(reach.absent + multiple * reach.typical, none)
+        smallest, twice = (
+            placed.effect.quantities(reach.absent + times * multiple * reach.typical, none) for times in (1.0, 2.0)
+        )
         sizes.append(
             Detectable(
                 placed=placed,
                 multiple=multiple,
                 smallest=smallest if np.isfinite(multiple) else (),
                 typical=typical,
+                sized_by=frozenset(
+                    one.name for one, other in zip(smallest, twice, strict=True) if one.value != other.value
+                ),
             )
         )
     worst = max(sizes, key=lambda size: size.multiple)

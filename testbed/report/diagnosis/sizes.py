@@ -78,7 +78,14 @@ def smallest_words(sizes: Sequence[Detectable]) -> str:
     if not seen:
         return "not by this motion"
     quantities = zip(seen[0].smallest, seen[-1].smallest, seen[0].typical, strict=True)
-    return _listed([(least, most) for least, most, typical in quantities if not isclose(least.value, typical.value)])
+    own = seen[0].sized_by
+    return _listed(
+        [
+            (least, most)
+            for least, most, typical in quantities
+            if (least.name in own if own else not isclose(least.value, typical.value))
+        ]
+    )
 
 
 def typical_words(size: Detectable) -> str:
