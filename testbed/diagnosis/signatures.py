@@ -300,7 +300,9 @@ def channels_of(runs: Runs) -> set[Channel]:
         present.add("gimbal_torque")
     if runs.grid.follows_commands:
         present.add("gimbal_rate_command")
-    if run.applied_torque is not None or (run.gimbals is None and run.cluster_momentum is not None):
+    if run.gimbals is None and run.cluster_momentum is not None:
+        present.add("cluster_momentum")
+    if run.applied_torque is not None or "cluster_momentum" in present:
         present.add("applied_torque_or_cluster_momentum")
     if present or run.cluster_momentum is not None:
         present.add("any_actuator")

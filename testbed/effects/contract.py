@@ -23,6 +23,7 @@ Channel: TypeAlias = Literal[
     "rotor_speed",
     "applied_torque",
     "applied_torque_or_cluster_momentum",
+    "cluster_momentum",
     "attitude",
     "any_actuator",
 ]

@@ -8,6 +8,7 @@ from importlib.metadata import entry_points
 from testbed.effects.actuator_delay import ActuatorDelay
 from testbed.effects.actuator_gain import ActuatorGain
 from testbed.effects.actuator_lag import ActuatorLag
+from testbed.effects.actuator_rate_limit import ActuatorRateLimit
 from testbed.effects.body_torque import BodyTorque
 from testbed.effects.contact import Contact
 from testbed.effects.contract import Effect
@@ -64,6 +65,7 @@ _PREDICTED: tuple[Effect, ...] = (
     ActuatorLag(),
     ActuatorDelay(),
     ActuatorGain(),
+    ActuatorRateLimit(),
     TelemetrySkew(),
     GyroBias(),
     GyroDrift(),

@@ -86,6 +86,14 @@ def test_a_parameter_at_its_bound_carries_a_warning():
     assert any("where its search ends" in doubt for doubt in added.doubts)
 
 
+def test_a_wheel_at_its_greatest_torque_is_named_with_it():
+    state = diagnosis((*TIMING, "actuator_rate_limit"), greatest_torque=0.03)
+    names, (share, torque) = first(state)
+    assert names == {"actuator_rate_limit"}
+    assert share.value == pytest.approx(1.0, abs=0.02)
+    assert torque.value == pytest.approx(0.03, rel=0.02)
+
+
 def test_a_gyro_that_averages_is_named_with_all_of_its_period():
     names, (share,) = first(diagnosis(TIMING, averaging=0.05))
     assert names == {"gyro_averaging"}
