@@ -15,7 +15,9 @@ from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.signatures import hypotheses
 from testbed.dynamics.inertia import theta_of
+from testbed.effects.contract import PLAUSIBLE_PER_INERTIA
 from testbed.effects.registry import EFFECTS
+from testbed.scenario.diagnosis import Diagnosis
 
 INERTIA = 0.052
 FRICTION = ("dry_friction", "viscous_drag", "quadratic_drag", "tether")
@@ -25,7 +27,7 @@ TIMING = ("gyro_latency", "gyro_bandwidth", "gyro_averaging", "actuator_lag", "a
 @cache
 def diagnosis(effects, **hidden):
     """Diagnose three runs of a rig among some effects."""
-    scenario = rig_scenario()
+    scenario = rig_scenario().model_copy(update={"diagnosis": Diagnosis(accept=("telemetry",))})
     nominal = nominal_body(scenario)
     data = data_set_of(rig_records([Rig(inertia=INERTIA, **hidden)] * 3), scenario, nominal)
     wanted = {name: EFFECTS[name] for name in effects}
@@ -82,8 +84,18 @@ def test_a_gyro_of_half_a_hertz_carries_a_warning():
 
 
 def test_a_parameter_at_its_bound_carries_a_warning():
-    (added,) = additions(diagnosis(("gyro_scale",), dry=4e-3))
-    assert any("where its search ends" in doubt for doubt in added.doubts)
+    """A wheel that is later than any that is searched for."""
+    added = additions(diagnosis(("actuator_delay",), delay=0.6))[0]
+    assert added.quantities[0].value == 0.5
+    assert added.doubts == ("delay_s lies at 0.5, where its search ends: the name is what came nearest",)
+
+
+@pytest.mark.parametrize("effect", [pytest.param(each, id=each.id) for each in EFFECTS.values()])
+def test_every_parameter_has_bounds_of_what_is_plausible(effect):
+    for parameter in effect.parameters:
+        assert np.isfinite(parameter.plausible).all() or parameter.unit in PLAUSIBLE_PER_INERTIA, parameter.name
+        assert parameter.is_plausible(parameter.typical)
+        assert parameter.is_plausible(parameter.absent)
 
 
 def test_a_wheel_at_its_greatest_torque_is_named_with_it():
