@@ -207,8 +207,8 @@ def _times(runs: Runs, factor: float) -> Runs:
 def _require_inertia(baseline: Fit, theta: Theta, gate: Gate) -> None:
     """Refuse an inertia that is another by a factor, beyond its uncertainty.
 
-    Only of a model that the data bear out: where even the best inertia leaves more than noise, what is missing, such as
-    friction, may stand in for inertia, and is to be looked for.
+    Only of a model that the data bear out, or by a factor that a unit makes: where even the best inertia leaves more
+    than noise, what is missing, such as friction, may stand in for inertia, and is to be looked for.
     """
     columns = baseline.jacobian[:, np.diag(baseline.normal) > 0.0]
     if orthonormal(columns).shape[1] < columns.shape[1]:
@@ -222,7 +222,8 @@ def _require_inertia(baseline: Fit, theta: Theta, gate: Gate) -> None:
         doubt = SETTINGS.inertia_ratio_std * float(np.sqrt(max(slope @ covariance @ slope, 0.0)))
         if ratio - doubt > largest or ratio + doubt < 1.0 / largest:
             said = f"the records show {ratio:.3g} times the scenario's inertia about one axis"
-            if baseline.chi_square > SETTINGS.misfitting * baseline.freedom:
+            no_unit = 1.0 / SETTINGS.smallest_unit_factor < ratio < SETTINGS.smallest_unit_factor
+            if no_unit and baseline.chi_square > SETTINGS.misfitting * baseline.freedom:
                 gate.notices.append(f"without any effect, {said}: what is missing may stand in for it")
                 return
             gate.refuse(

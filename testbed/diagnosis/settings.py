@@ -212,6 +212,12 @@ class DiagnosisSettings:
     Source: chosen. In the same sets the ratio is 0.91 to 1.09; a platform that is taken for another one is rarely as
     near as 2.
     """
+    smallest_unit_factor: float = 6.0
+    """Ratio from which on another inertia is taken for another unit, whatever the data leave unexplained.
+
+    Source: formula: 2π, of revolutions and radians, is the smallest factor between units in use. Viscous friction of a
+    rig made the inertia of the bare model 2.2 and 4.4 times the true one (`concealing/rig.py`, seeds 101 to 103).
+    """
     inertia_ratio_std: float = 5.0
     """Standard deviations by which the ratio has to be beyond that.
 
