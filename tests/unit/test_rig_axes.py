@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import testbed as tb
+import testbed.library.diagnoses
 from concealing.rig import Rig
+from support.diagnosed_records import nominal
 from support.rigs import rig_records, rig_scenario
 from testbed.assembly.platform import nominal_body
 from testbed.diagnosis.model import fitted
@@ -18,6 +21,8 @@ from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError
 from testbed.estimation.telemetry import Telemetry
+from testbed.formats.diagnosis import DiagnosisFile
+from testbed.identification.identify import identify
 from testbed.prediction.grid import grid_of
 from testbed.prediction.integration import Values
 from testbed.prediction.prediction import predicted
@@ -122,12 +127,25 @@ def test_about_two_axes_the_held_one_turns_the_momentum():
     np.testing.assert_allclose(rates[0], expected, atol=1e-7)
 
 
-def test_a_rig_is_diagnosed_and_what_it_leaves_open_is_null():
-    result = tb.diagnose(rig_scenario(), tb.Records(tuple(rig_records([Rig(inertia=HEAVY)] * 3)))).result
-    assert result["verdict"] == "none"
-    (inertia,) = result["steps"]
+def test_a_rig_is_diagnosed_and_what_it_leaves_open_is_left_out(monkeypatch, tmp_path):
+    few = {name: EFFECTS[name] for name in ("viscous_drag", "gyro_scale")}
+    monkeypatch.setattr(testbed.library.diagnoses, "EFFECTS", few)
+    records = tb.Records(tuple(rig_records([Rig(inertia=HEAVY, viscous=3e-3)] * 3)))
+    tb.diagnose(rig_scenario(), records).save(tmp_path / "out")
+    result = json.loads((tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8"))
+    DiagnosisFile.model_validate(result)
+    inertia, drag = result["steps"]
     assert list(inertia["parameters"]) == ["dJ33_kg_m2"]
-    assert inertia["parameters"]["dJ33_kg_m2"]["value"] == pytest.approx(HEAVY - 0.05, rel=0.01)
+    assert list(drag["parameters"]) == ["coefficient_z_N_m_s_rad"]
+    assert drag["parameters"]["coefficient_z_N_m_s_rad"]["value"] == pytest.approx(3e-3, rel=0.02)
     for part in ("theta_kg_m2", "std_kg_m2"):
         assert [value is not None for value in result["inertia"]["after"][part]] == ABOUT_Z
     assert result["noise"]["ratio_to_stated"][:2] == [None, None]
+    assert "not determined" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+def test_an_estimate_says_what_such_runs_determine():
+    scenario, platform = nominal()
+    on_bearing = scenario.model_copy(update={"platform": scenario.platform.model_copy(update={"axes": ("z",)})})
+    with pytest.raises(InputError, match="which shows J33 of the inertia"):
+        identify(on_bearing, platform, rig_records([Rig(inertia=platform.inertia[2, 2])] * 2))
