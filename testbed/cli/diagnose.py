@@ -186,7 +186,7 @@ def _print_gap(diagnosis: Diagnosis, places: Sequence[ResidualSegment]) -> None:
 
 def _print_step(diagnosis: Diagnosis, step: Step) -> None:
     say()
-    show(candidates_table(step.screening))
+    show(candidates_table(step.screening, untested=diagnosis.untested(step.screening)))
     say()
     _print_addition(addition_of(diagnosis, step))
     entry("Misfit", misfit_change_words(step.before, step.after))
@@ -204,7 +204,7 @@ def _print_addition(addition: Addition) -> None:
 def _print_rest(diagnosis: Diagnosis) -> None:
     if diagnosis.remaining is not None and not diagnosis.steps:
         say()
-        show(candidates_table(diagnosis.remaining, on_the_noise(diagnosis)))
+        show(candidates_table(diagnosis.remaining, on_the_noise(diagnosis), diagnosis.untested(diagnosis.remaining)))
     for scatter in diagnosis.scatter:
         say()
         _print_addition(addition_of(diagnosis, scatter))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import least_squares
 
-from testbed.arrays import Array, Units
+from testbed.arrays import Array, Flags, Units
 from testbed.diagnosis.settings import SETTINGS
 from testbed.effects.fast_changes import FEWEST, fast_power
 from testbed.estimation.telemetry import Telemetry, has_momentum
@@ -18,6 +18,8 @@ from testbed.prediction.servo import response, ticks_of
 from testbed.prediction.servo_response import by_stretches, by_units, constants, has_commands, measured_responses, shown
 from testbed.prediction.smoothed import direction_of
 
+_ROWS, _COLUMNS = np.array([0, 1, 2, 1, 0, 0]), np.array([0, 1, 2, 2, 2, 1])
+"""Of J, in the order of θ."""
 _LEAST = 1e-3
 """Share of a channel's own scatter that its noise has at least: the model of a gimbal is no better than that. Of 64
 sets of the seeds 90817 and 90818 none needs it: motor torques have noise of 4 % and more of their scatter, responses of
@@ -167,9 +169,31 @@ class Runs:
         return list(dict.fromkeys(self.windowed or self.names))
 
     @property
+    def live(self) -> Flags:
+        """About which body axes each run turns, shape (R, 3): of the others nothing is compared."""
+        return self.grid.live
+
+    @property
+    def inertia_shown(self) -> Flags:
+        """Which of θ any motion of the runs can show, shape (6,): not what is about axes that a bearing holds.
+
+        A run about one axis shows its moment alone; one about two axes also the products of these with the third, by
+        the torque that turns the momentum about it.
+        """
+        counts = self.live.sum(axis=1)
+        both = self.live[:, _ROWS] & self.live[:, _COLUMNS]
+        product = (self.live[:, _ROWS] | self.live[:, _COLUMNS]) & (_ROWS != _COLUMNS) & (counts == 2)[:, None]
+        return np.asarray((both | product).any(axis=0))
+
+    @property
+    def sizes(self) -> list[int]:
+        """How many numbers the gyro of each run gave: one a sample for each axis about which it turns."""
+        return [len(run.gyro_time) * int(live.sum()) for run, live in zip(self.grid.runs, self.live, strict=True)]
+
+    @property
     def samples(self) -> int:
-        """Numbers that the gyro gave, three a sample."""
-        return sum(rates.size for rates in self.measured)
+        """Numbers that the gyro gave, three a sample of a platform that turns freely."""
+        return sum(self.sizes)
 
     @property
     def driven_by_momentum(self) -> bool:
@@ -187,17 +211,19 @@ class Runs:
             predicted: blocks of all channels, each of shape (N, 3), (N, M) or (N, M - 3).
         """
         measured = (*self.measured, *self.inner)
-        pairs = zip(measured, predicted, self._sigmas, strict=True)
-        return np.concatenate([((values - guess) / sigma).ravel() for values, guess, sigma in pairs])
+        parts = zip(measured, predicted, self._sigmas, self._compared, strict=True)
+        return np.concatenate([((values - guess) / sigma)[:, shown].ravel() for values, guess, sigma, shown in parts])
 
     def by_run(self, residual: Array) -> list[Array]:
         """Return the gyro's part of a whitened residual in each run, shapes (N, 3), or (N, 3, C) of C columns.
 
+        About axes that a bearing holds it is zero.
+
         Args:
             residual: of all blocks, or of the gyro's alone, as `whitened` gives it, one or several side by side.
         """
-        edges = np.cumsum([rates.size for rates in self.measured])[:-1]
-        return [part.reshape(-1, 3, *part.shape[1:]) for part in np.split(residual[: self.samples], edges)]
+        parts = np.split(residual[: self.samples], np.cumsum(self.sizes)[:-1])
+        return [_on_all_axes(part, live) for part, live in zip(parts, self.live, strict=True)]
 
     def gimbals_by_run(self, residual: Array) -> list[tuple[Array, ...]]:
         """Return the gimbal channels' part of a whitened residual in each run, one channel after the other.
@@ -221,14 +247,30 @@ class Runs:
         """Return derivatives of all blocks in units of sigma, each of shape (numbers in the block, C).
 
         Args:
-            derivatives: of each block, shape (N, 3, C), (N, M, C) or (N, M - 3, C).
+            derivatives: of each block, or of the gyro's alone, shape (N, 3, C), (N, M, C) or (N, M - 3, C).
         """
-        pairs = zip(derivatives, self._sigmas, strict=True)
-        return [(block / sigma[:, None]).reshape(-1, block.shape[-1]) for block, sigma in pairs]
+        parts = zip(derivatives, self._sigmas, self._compared, strict=False)
+        return [(block / sigma[:, None])[:, shown].reshape(-1, block.shape[-1]) for block, sigma, shown in parts]
 
     @property
     def _sigmas(self) -> tuple[Array, ...]:
         return (*self.sigma, *self.inner_sigma)
+
+    @property
+    def _compared(self) -> tuple[Flags | slice, ...]:
+        """Which columns of each block are compared."""
+        gyro: list[Flags | slice] = [slice(None) if live.all() else live for live in self.live]
+        return (*gyro, *(slice(None) for _ in self.inner))
+
+
+def _on_all_axes(part: Array, live: Flags) -> Array:
+    """Return a run's numbers, shape (n,) or (n, C), on all three axes, zero about those that a bearing holds."""
+    own = part.reshape(-1, int(live.sum()), *part.shape[1:])
+    if live.all():
+        return own
+    whole = np.zeros((len(own), 3, *own.shape[2:]))
+    whole[:, live] = own
+    return whole
 
 
 def runs_of(names: Sequence[str], telemetry: Sequence[Telemetry]) -> Runs:
@@ -259,6 +301,7 @@ def joined(runs: Runs, heldout: Runs | None) -> Runs:
         sigma=np.concatenate([each.sigma for each in both]),
         noise_freedom=runs.noise_freedom,
         estimated_noise=[noise for each in both for noise in each.estimated_noise],
+        windowed=[name for each in both for name in each.windowed],
     )
 
 
@@ -270,6 +313,7 @@ def chosen(runs: Runs, which: Sequence[int]) -> Runs:
         sigma=runs.sigma[list(which)],
         noise_freedom=runs.noise_freedom,
         estimated_noise=[runs.estimated_noise[index] for index in which if runs.estimated_noise],
+        windowed=[runs.windowed[index] for index in which if runs.windowed],
     )
 
 
@@ -279,9 +323,15 @@ def _gyro_only(
     sigma: Array,
     noise_freedom: float,
     estimated_noise: Sequence[Array],
+    windowed: Sequence[str],
 ) -> Runs:
     outer = [replace(run, gimbals=run.gimbals and run.gimbals.angles_only(), gyro_error=None) for run in telemetry]
     grid = replace(grid_of(outer), follows_commands=False)
     return Runs(
-        names=tuple(names), grid=grid, sigma=sigma, noise_freedom=noise_freedom, estimated_noise=tuple(estimated_noise)
+        names=tuple(names),
+        grid=grid,
+        sigma=sigma,
+        noise_freedom=noise_freedom,
+        estimated_noise=tuple(estimated_noise),
+        windowed=tuple(windowed),
     )

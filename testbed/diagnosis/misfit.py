@@ -190,9 +190,9 @@ class _Shapes:
         Args:
             columns: shape (samples, C).
         """
-        parts = zip(self._bases, self.runs.by_run(columns), strict=True)
+        parts = zip(self._bases, self.runs.by_run(columns), self.runs.live, strict=True)
         return np.concatenate(
-            [np.einsum("nk,nac->kac", basis, part).reshape(-1, part.shape[-1]) for basis, part in parts]
+            [np.einsum("nk,nac->kac", basis, part)[:, live].reshape(-1, part.shape[-1]) for basis, part, live in parts]
         )
 
 
@@ -280,9 +280,10 @@ class Prior:
         common = 6 + len(fit.effect_values)
         normal = fit.normal
         scale = 1.0 / np.sqrt(np.maximum(np.diag(normal)[:common], np.finfo(float).tiny))
+        floor = np.where(fit.shown, _UNKNOWN / scale**2, 0.0)
         # What the initial rates take up of columns and slope.
         taken = np.linalg.lstsq(normal[common:, common:], normal[common:, :common], rcond=_OWN)[0]
-        information = normal[:common, :common] - normal[:common, common:] @ taken + np.diag(_UNKNOWN / scale**2)
+        information = normal[:common, :common] - normal[:common, common:] @ taken + np.diag(floor)
         beyond = np.zeros(common)
         if fit.at_bound.any():
             slope = fit.jacobian.T @ fit.residual
@@ -311,9 +312,12 @@ class Prior:
     def narrowed(self, seen: Fit) -> float:
         """Return log det(P⁻¹ + Gᵀ G) - log det P⁻¹, initial rates marginalised."""
         common, normal = len(self.mean), self.normal(seen)
-        scale = np.concatenate([self.scale, 1.0 / np.sqrt(np.diag(normal)[common:])])
+        shown = np.diag(normal) > 0.0  # not the initial rates about axes that a bearing holds
+        normal, own = normal[np.ix_(shown, shown)], normal[common:, common:].diagonal()
+        scale = np.concatenate([self.scale[shown[:common]], 1.0 / np.sqrt(own[shown[common:]])])
         scaled = normal * np.outer(scale, scale)
-        before = self.information * np.outer(self.scale, self.scale)
+        before = (self.information * np.outer(self.scale, self.scale))[np.ix_(shown[:common], shown[:common])]
+        common = int(shown[:common].sum())
         return _log_determinant(scaled) - _log_determinant(scaled[common:, common:]) - _log_determinant(before)
 
 

@@ -23,6 +23,8 @@ Channel: TypeAlias = Literal[
     "rotor_speed",
     "wheel_speed",
     "applied_torque",
+    "applied_torque_or_cluster_momentum",
+    "cluster_momentum",
     "attitude",
     "any_actuator",
 ]
@@ -55,6 +57,8 @@ class Parameter:
         absent: value at which the effect does nothing.
         scanned: whether searches start from many values of it, such as a frequency or an instant; at those starts the
             effect is next to nothing, so that this parameter changes nothing.
+        plausible: what hardware shows, from least to greatest; a name with a value beyond it carries a warning. Of
+            forces and masses, which go with the size of the platform, `PLAUSIBLE_PER_INERTIA` says it.
     """
 
     name: str
@@ -64,6 +68,28 @@ class Parameter:
     upper: float = np.inf
     absent: float = 0.0
     scanned: bool = False
+    plausible: tuple[float, float] = (-np.inf, np.inf)
+
+    def lies_at_bound(self, value: float) -> bool:
+        """Return whether a value lies where a search ends, and not where the effect is absent or as it typically is."""
+        return value in (self.lower, self.upper) and value not in (self.absent, self.typical)
+
+    def is_plausible(self, value: float) -> bool:
+        """Return whether hardware has such a value."""
+        return self.plausible[0] <= value <= self.plausible[1]
+
+
+PLAUSIBLE_PER_INERTIA = {
+    "N·m": 10.0,
+    "N·m·s": 10.0,
+    "N·m/rad": 1e3,
+    "N·m·s/rad": 10.0,
+    "N·m·s²/rad²": 10.0,
+    "kg·m²": 0.5,
+}
+"""Largest parameters, by their units, over the platform's mean moment of inertia: accelerations of 10 rad/s², jumps
+of 10 rad/s, a pendulum of 5 Hz, motions that stop within a tenth of a second, half of the inertia. A platform with more
+is held by more than what is looked for here; typical effects are a hundredth of it. They decide warnings alone."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,6 +137,8 @@ class NamedEffect(ABC):
         sentence: what it is, for the report; `{component}` stands for the place.
         look_alikes: ids of effects that are confounded with it: their signatures are nearly the same.
         confirm: the experiment that would distinguish it from them.
+        measured_by: channels that show what it does: with one of them it is no deviation from what is predicted.
+        yields_to: ids of effects that are named before it where the data say as much for them: the more usual ones.
         flies: whether a flying model can have it; the extension of one that cannot is empty.
         recurs: whether it acts in every run; what happened once says nothing of the other runs.
     """
@@ -122,6 +150,8 @@ class NamedEffect(ABC):
     sentence: ClassVar[str]
     look_alikes: ClassVar[tuple[str, ...]] = ()
     confirm: ClassVar[str]
+    measured_by: ClassVar[tuple[Channel, ...]] = ()
+    yields_to: ClassVar[tuple[str, ...]] = ()
     flies: ClassVar[bool] = True
     recurs: ClassVar[bool] = True
 
@@ -180,6 +210,11 @@ class Effect(NamedEffect):
     def bounds(self) -> tuple[Array, Array]:
         """Least and greatest values of the parameters, each of shape (K,)."""
         return np.array([each.lower for each in self.parameters]), np.array([each.upper for each in self.parameters])
+
+    @property
+    def scans_frequencies(self) -> bool:
+        """Whether it starts from one frequency after the other, its first parameter."""
+        return self.parameters[0].scanned and self.parameters[0].unit == "Hz"
 
     def reach(self, start: Array) -> tuple[Array, Array]:  # noqa: ARG002 - for those that start at a speck
         """Return the least and greatest values that a search from a start can come to, each of shape (K,).

@@ -32,7 +32,9 @@ class RotorSpeed(Effect):
 
     id = "rotor_speed"
     components = UNITS
-    parameters = (Parameter(name="relative_error", unit="1", typical=0.01, lower=-0.5, upper=0.5),)
+    parameters = (
+        Parameter(name="relative_error", unit="1", typical=0.01, lower=-0.5, upper=0.5, plausible=(-0.3, 0.3)),
+    )
     needs = ("gimbal_angle",)
     sentence = "The rotor of {component} carries another momentum than its tachometer and its drawing say."
     look_alikes = ("inertia", "gimbal_zero")

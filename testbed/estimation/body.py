@@ -48,6 +48,8 @@ def nearest_body(theta: Theta, covariance: Covariance) -> Theta:
         return theta
     whiten = np.linalg.inv(cholesky(covariance, lower=True))
     size = np.trace(inertia_of(theta)) / 2.0
+    if size <= 0.0:  # of records that are in other units an estimate may be the negative of a body's
+        size = float(np.linalg.norm(theta))
 
     def misfit(factor: Array) -> Array:
         return np.asarray(whiten @ (_theta(factor * np.sqrt(size)) - theta))

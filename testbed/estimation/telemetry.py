@@ -21,6 +21,8 @@ from testbed.cmg.wheels import Wheels
 from testbed.errors import InputError
 from testbed.estimation.gaps import FEWEST_SAMPLES, covered_by, stretches
 
+ALL_AXES = (True, True, True)
+"""A platform that turns freely."""
 ConstantTorque: TypeAlias = Literal["none", "body", "inertial", "both"]
 
 
@@ -148,6 +150,8 @@ class Telemetry(Generic[Gimbals_co]):
             inertial axes, or both.
         noise_freedom: degrees of freedom with which `gyro_noise` is known; infinite where it is stated.
         gyro_error: what of `body_rate` is known to be the gyro's own, shape (N, 3), rad/s; nothing where None.
+        live: about which body axes the platform turns; about the others a rig's bearing holds it, their rates are zero
+            and compared with nothing.
     """
 
     gyro_time: Series
@@ -162,6 +166,7 @@ class Telemetry(Generic[Gimbals_co]):
     constant_torque: ConstantTorque = "none"
     noise_freedom: float = np.inf
     gyro_error: Vectors3 | None = None
+    live: tuple[bool, bool, bool] = ALL_AXES
 
     @property
     def momentum_unknowns(self) -> int:

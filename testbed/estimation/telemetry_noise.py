@@ -25,7 +25,9 @@ def predicted_rate_variance(run: Telemetry, theta: Theta) -> Vector3:
         run: its telemetry.
         theta: inertia parameters, shape (6,), kg·m².
     """
-    inverse = np.linalg.inv(inertia_of(theta))
+    live = np.ix_(run.live, run.live)  # what a bearing holds does not turn
+    inverse = np.zeros((3, 3))
+    inverse[live] = np.linalg.inv(inertia_of(theta)[live])
     return np.diag(inverse @ momentum_covariance(run) @ inverse.T)
 
 

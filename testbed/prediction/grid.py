@@ -12,11 +12,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.arrays import Array, Series, Vectors3
+from testbed.arrays import Array, Flags, Series, Vectors3
 from testbed.cmg.cluster import Cluster
 from testbed.cmg.wheels import Wheels, no_wheels
 from testbed.errors import InputError
-from testbed.estimation.telemetry import CommandedRun, GimbalRun, Telemetry, covered_part, has_gimbals, is_commanded
+from testbed.estimation.telemetry import (
+    ALL_AXES,
+    CommandedRun,
+    GimbalRun,
+    Telemetry,
+    covered_part,
+    has_gimbals,
+    is_commanded,
+)
 
 LONGEST_STEP = 1.0 / 64.0
 """s. The motions of 1 rad/s and 5 Hz that such platforms make are integrated to 1e-7 rad/s with it (a test says so)."""
@@ -70,6 +78,16 @@ class Grid:
     cluster_momentum_B: Array
     applied_torque_B: Array
     follows_commands: bool = False
+
+    @property
+    def live(self) -> Flags:
+        """About which body axes each run turns, shape (R, 3)."""
+        return np.array([run.live for run in self.runs])
+
+    @property
+    def turns_freely(self) -> bool:
+        """Whether no run is held by a bearing about any axis."""
+        return all(run.live == ALL_AXES for run in self.runs)
 
     @property
     def node_time(self) -> Array:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import Annotated
 
+from pydantic import Field
+
 from testbed.quantities import Edge, Factor, Mass, Momentum, Room, SignedMomentum, SmallAngle
 from testbed.scenario.section import Section
 from testbed.scenario.values import (
     Angles,
+    Axes,
     BodyRates,
     File,
     Inertia,
@@ -37,6 +40,11 @@ class Platform(Section):
     """Mass of the whole platform."""
     edge_m: Edge | None = None
     """Edge of the cube-shaped bus."""
+    axes: Annotated[Axes, Field(min_length=1, max_length=3)] | None = None
+    """Body axes about which a rig can turn, such as `["z"]` on a bearing; omitted: all three, as in free flight. Of
+    measured records, what the gyro shows about the others is not compared, and about an axis of a run whose channel
+    is empty or constant neither; runs about different axes are estimated from together. What no run determines of the
+    inertia is left out."""
 
 
 class Truth(Section):

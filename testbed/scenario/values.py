@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, TypeAlias, TypeVar
+from typing import Annotated, Any, Literal, TypeAlias, TypeVar
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Strict, Tag, ValidationInfo
@@ -96,6 +96,8 @@ Seed: TypeAlias = Annotated[int, Field(ge=0, le=2**63 - 1)]
 Three: TypeAlias = Annotated[tuple[_Entry, _Entry, _Entry], Strict(False), _entries(3)]
 Four: TypeAlias = Annotated[tuple[_Entry, _Entry, _Entry, _Entry], Strict(False), _entries(4)]
 Six: TypeAlias = Annotated[tuple[_Entry, _Entry, _Entry, _Entry, _Entry, _Entry], Strict(False), _entries(6)]
+Axes: TypeAlias = Annotated[tuple[Literal["x", "y", "z"], ...], Strict(False), AfterValidator(_distinct)]
+"""Body axes, each once."""
 Places: TypeAlias = Three[Place]
 Velocities: TypeAlias = Three[Velocity]
 BodyRates: TypeAlias = Three[BodyRate]

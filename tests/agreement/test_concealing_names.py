@@ -8,7 +8,7 @@ from concealing.library import LISTED
 from testbed.effects.contract import components_in
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 
-KNOWN = {id: effect for id, effect in {**EFFECTS, **NOISE_EFFECTS}.items() if "wheel_speed" not in effect.needs}
+KNOWN = {name: effect for name, effect in {**EFFECTS, **NOISE_EFFECTS}.items() if "wheel_speed" not in effect.needs}
 """The platform on which effects are hidden has gyros alone."""
 ONLY_HIDDEN = {
     "contact": {"time_since_release_s", "run"},

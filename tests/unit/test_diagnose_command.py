@@ -29,6 +29,7 @@ STEP_KEYS = {
     "j_theta_kg_m2",
     "j_std_kg_m2",
     "indistinguishable_from",
+    "doubts",
     "gap_before",
     "gap_after",
     "heldout_gap_before",
