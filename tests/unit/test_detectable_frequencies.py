@@ -53,6 +53,6 @@ def test_the_table_has_the_range_and_the_page_the_curve():
 
 
 def test_the_file_has_every_frequency():
-    told = {each["effect"]: each for each in result_of(state(), (), ())["detectable"]}
-    assert len(told["flexible_appendage"]["by_frequency"]) == len(appendage().by_frequency)
-    assert told["gyro_latency"]["by_frequency"] == []
+    shown = {each["effect"]: each for each in result_of(state(), (), ())["detectable"]}
+    assert len(shown["flexible_appendage"]["by_frequency"]) == len(appendage().by_frequency)
+    assert shown["gyro_latency"]["by_frequency"] == []
