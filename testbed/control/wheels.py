@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from testbed.arrays import Units, UnitSeries, Vector3
+from testbed.arrays import Units, UnitSeries, Vectors3
 from testbed.cmg.wheels import Wheels, minimax_allocation, wheel_momentum
 
 
@@ -54,7 +54,7 @@ def wheel_demand(
     momentum_rate: UnitSeries,
     momentum: UnitSeries,
     commanded: UnitSeries,
-    reference_acceleration: Vector3,
+    reference_acceleration: Vectors3,
 ) -> tuple[UnitSeries, UnitSeries]:
     """Return the torque that every motor should give, and the demand that its drive is sent, both (..., W), N·m.
 
@@ -67,10 +67,10 @@ def wheel_demand(
         momentum_rate: of Jw Ω, shape (..., W), N·m.
         momentum: Jw Ω as measured, shape (..., W), N·m·s.
         commanded: the integral of the momentum rates, shape (..., W), N·m·s.
-        reference_acceleration: ω̇_ref, shape (3,), rad/s², body axes.
+        reference_acceleration: ω̇_ref, shape (..., 3), rad/s², body axes.
     """
     speed = momentum / wheels.spin_inertia
-    along = wheels.axis_B @ reference_acceleration
+    along = reference_acceleration @ wheels.axis_B.T
     feed_forward = momentum_rate + wheels.spin_inertia * along + drive.viscous_friction * speed
     wanted_speed = commanded / wheels.spin_inertia
     return feed_forward + drive.loop_gain * (wanted_speed - speed), feed_forward + drive.loop_gain * wanted_speed
