@@ -48,12 +48,16 @@ def headless_viewer() -> Iterator[ViewerClient]:
     port = free_port()
     command = [sys.executable, "-m", "rerun", "--headless", "--bind", "127.0.0.1", "--port", str(port)]
     process = subprocess.Popen(
-        [*command, "--hide-welcome-screen"], env=graphics_environment(), stderr=subprocess.DEVNULL
+        [*command, "--hide-welcome-screen"],
+        env=graphics_environment(),
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
     )
     try:
         yield connect(port)
     finally:
-        process.send_signal(signal.SIGINT)  # terminated, the launcher would leave the viewer running
+        # All of its group: the launcher alone would leave the viewer running, and an ignored SIGINT is inherited.
+        os.killpg(process.pid, signal.SIGKILL)
         process.wait()
 
 

@@ -19,13 +19,12 @@ KNOWN = {
 """The platform on which effects are hidden by name has gyros alone."""
 ONLY_HIDDEN = {
     "contact": {"time_since_release_s", "run"},
-    "dry_friction": {"width_rad_s"},
     "slosh": {"loose_mass_kg", "place_x_m", "place_y_m", "place_z_m"},
     "gimbal_coulomb_friction": {"stribeck_torque_N_m", "stribeck_rate_rad_s"},
     "rotor_imbalance": {"dynamic_kg_m2", "phase_rad"},
     "gyro_drift": {"random_walk_rad_s1.5"},
 }
-ONLY_MODELLED = {"contact": {"time_s"}, "slosh": {"mass_kg"}}
+ONLY_MODELLED = {"dry_friction": {"width_rad_s"}, "contact": {"time_s"}, "slosh": {"mass_kg"}}
 
 
 @pytest.mark.parametrize("effect", sorted(KNOWN))
