@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from math import sqrt
 
 import numpy as np
@@ -31,8 +32,10 @@ _DEPENDENT = 1e-7
 """Share of the largest singular value of an effect's columns, scaled alike, below which a direction of it is not seen:
 its square, the information, is then 1e-14 of the largest, which is rounding."""
 _TOGETHER = 6
-"""Hypotheses that are predicted together. Each effect costs something at all parameter sets of its batch, and each batch
-the motion without any: on five runs at 16 Hz all 62 take 1.1 s with 4 or 8 together, 2.1 s one by one, 4.5 s at once."""
+"""Hypotheses that are predicted together. An effect costs something at all parameter sets of its batch, and a batch the
+motion without any: on five runs at 16 Hz all 62 take 1.1 s with 4 or 8 together, 2.1 s one by one, 4.5 s at once."""
+_SHIFTS_KEPT = 256
+"""Noncentralities that are kept, by rank and number of hypotheses; a miss costs 8 ms."""
 _SHIFTS = (1e-6, 1e4)
 """Between which the noncentrality of a χ² is found that is significant with the power wanted: at the first the power is
 the level itself, at the second it is one for any number of hypotheses below 1e300."""
@@ -111,6 +114,7 @@ def signatures(runs: Runs, fit: Fit, hypotheses: Sequence[Hypothesis]) -> Iterat
         yield _signature(placed, start, columns, free, residual)
 
 
+@lru_cache(maxsize=_SHIFTS_KEPT)
 def required_shift(rank: int, hypotheses: int) -> float:
     """Return the length in sigma of a signature that is detected with the power wanted.
 

@@ -109,7 +109,7 @@ def _real_slopes(values: Array) -> Array:
     rise = np.diff(values.reshape(-1, values.shape[-1]))
     right = np.empty((len(rise), values.shape[-1]))
     right[:, 1:-1] = 3.0 * (rise[:, 1:] + rise[:, :-1])
-    right[:, 0], right[:, -1] = 2.5 * rise[:, 0] + 0.5 * rise[:, 1], 2.5 * rise[:, -1] + 0.5 * rise[:, -2]
+    right[:, 0], right[:, -1] = (5 * rise[:, 0] + rise[:, 1]) / 2, (5 * rise[:, -1] + rise[:, -2]) / 2
     slopes, _ = dgttrs(*_factors(values.shape[-1]), right.T, overwrite_b=True)
     return np.asarray(slopes.T.reshape(values.shape))
 
