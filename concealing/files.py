@@ -11,8 +11,9 @@ import numpy as np
 
 from concealing.case import Case
 from concealing.craft import Array, nominal_craft
-from concealing.flown import Flown, applied_torque, fly_case, generator, theta
+from concealing.flown import Flown, FlownCase, applied_torque, fly_case, generator, theta
 from concealing.guidance import software_of
+from concealing.instruments import encoder_error, gyro_error, late_rows, stamped_before
 from concealing.library import KINDS
 from concealing.mujoco_flight import fly_in_mujoco
 from testbed.records.record import Record, RunDetails
@@ -63,6 +64,8 @@ def record(flown: Flown, index: int) -> Record:
     case, telemetry = flown.case, flown.case.telemetry
     ticks = np.arange(0, round(case.runs[index].duration / flown.clock.period) + 1, flown.clock.gyro_ticks)
     channels = {"body_rate": flown.log.gyro[ticks, index]}
+    if isinstance(flown, FlownCase):
+        channels["body_rate"] = channels["body_rate"] + gyro_error(case, flown.log, flown.mechanics, index, ticks)
     channels["body_rate"] = _spiked(case, index, channels["body_rate"], flown.sensors.gyro_noise)
     channels |= _actuation(flown, index, ticks)
     kept = _kept(case, index, len(ticks))
@@ -116,30 +119,33 @@ def told_name(effect: str, name: str) -> str:
 def _actuation(flown: Flown, index: int, ticks: Array) -> dict[str, Array]:
     case, log = flown.case, flown.log
     if case.actuation == "applied_torque":
-        asked = applied_torque(case)
-        return {"applied_torque": np.array([asked(time)[index] for time in log.time[ticks]])}
-    encoder, tachometer = log.encoder[ticks, index], log.tachometer[ticks, index]
-    telemetry = case.telemetry
+        asked, late = applied_torque(case), stamped_before(case, encoders=False)
+        return {"applied_torque": np.array([asked(time - late)[index] for time in log.time[ticks]])}
+    telemetry, rows = case.telemetry, ticks
+    error: Array | float = 0.0
+    if isinstance(flown, FlownCase):
+        rows = late_rows(case, flown.log, ticks)
+        error = encoder_error(case, flown.log, flown.mechanics, index)
+    angle = log.encoder[:, index] + error
     if telemetry.momentum == "cluster_momentum":
-        return {"cluster_momentum": _cluster_momentum(flown, index, ticks)}
-    channels = {"gimbal_angle": encoder}
+        return {"cluster_momentum": _cluster_momentum(flown, angle, log.tachometer[rows, index], ticks)}
+    channels = {"gimbal_angle": angle[ticks]}
     if telemetry.rate_command:
-        channels["gimbal_rate_command"] = log.rate_order[ticks, index]
+        channels["gimbal_rate_command"] = log.rate_order[rows, index]
     if telemetry.gimbal_torque:
-        channels["gimbal_torque"] = log.motor_torque[ticks, index]
+        channels["gimbal_torque"] = log.motor_torque[rows, index]
     if telemetry.tachometers:
-        channels["rotor_speed"] = tachometer
+        channels["rotor_speed"] = log.tachometer[rows, index]
     return channels
 
 
-def _cluster_momentum(flown: Flown, index: int, ticks: Array) -> Array:
+def _cluster_momentum(flown: Flown, angle: Array, rotor_speed: Array, ticks: Array) -> Array:
     """h = Σ (Js Ω s + (Jg + Jt) ḋ g) as a flight computer sends it: from encoders, tachometers and nominal axes."""
     units = nominal_craft(software_of(flown.case.scenario).platform).units
-    angle = flown.log.encoder[:, index]
     rate = np.gradient(angle, flown.clock.period, axis=0)[ticks]
     cos, sin = np.cos(angle[ticks])[..., None], np.sin(angle[ticks])[..., None]
     spin = units.spin_axis * cos + units.transverse_axis * sin
-    momentum = units.spin_inertia * flown.log.tachometer[ticks, index]
+    momentum = units.spin_inertia * rotor_speed
     return np.einsum("tm,tmi->ti", momentum, spin) + (units.turning_inertia * rate) @ units.gimbal_axis
 
 
