@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import least_squares
 
-from testbed.arrays import Array, Units
+from testbed.arrays import Array, Units, Vector3
 from testbed.diagnosis.settings import SETTINGS
 from testbed.effects.fast_changes import FEWEST, fast_power
+from testbed.estimation.noise_spectrum import correlated, decorrelated
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import Grid, grid_of, unit_count
 from testbed.prediction.motor_torques import has_torques, measured_torques
@@ -140,6 +141,9 @@ class Runs:
         inner: measured motor torques and responses to commands, blocks in the order in which they are predicted.
         inner_sigma: of each block, shape (M,) or (M - 3,), in the block's unit.
         noise_freedom: degrees of freedom with which sigma is known; infinite where it is stated.
+        noise_uncertainty: share by which the stated standard deviation may be wrong, one standard deviation.
+        correlation: of neighbouring samples of the gyro's noise, each axis, shape (3,); None where it is white.
+        stated_sigma: sigma before the noise was estimated, shape (R, 3), rad/s; None where it was not.
     """
 
     names: tuple[str, ...]
@@ -150,6 +154,9 @@ class Runs:
     noise_freedom: float = np.inf
     windowed: tuple[str, ...] = ()
     estimated_noise: tuple[Array, ...] = ()
+    noise_uncertainty: float = SETTINGS.noise_uncertainty
+    correlation: Vector3 | None = None
+    stated_sigma: Array | None = None
 
     @property
     def measured(self) -> list[Array]:
@@ -189,7 +196,8 @@ class Runs:
         """
         measured = (*self.measured, *self.inner)
         pairs = zip(measured, predicted, self._sigmas, strict=True)
-        return np.concatenate([((values - guess) / sigma).ravel() for values, guess, sigma in pairs])
+        blocks = self._decorrelated([(values - guess) / sigma for values, guess, sigma in pairs])
+        return np.concatenate([block.ravel() for block in blocks])
 
     def by_run(self, residual: Array) -> list[Array]:
         """Return what of a whitened residual is the gyro's in each run, shapes (N, 3), or (N, 3, C) of C columns.
@@ -199,6 +207,21 @@ class Runs:
         """
         edges = np.cumsum([rates.size for rates in self.measured])[:-1]
         return [part.reshape(-1, 3, *part.shape[1:]) for part in np.split(residual[: self.samples], edges)]
+
+    def gyro_residual(self, residual: Array) -> list[Array]:
+        """Return what of a whitened residual is the gyro's in each run, in rad/s and with its colour, shapes (N, 3)."""
+        pairs = zip(self.by_run(residual), self.sigma, strict=True)
+        if self.correlation is None:
+            return [part * sigma for part, sigma in pairs]
+        times = [run.gyro_time for run in self.grid.runs]
+        return [
+            correlated(part, time, self.correlation) * sigma for (part, sigma), time in zip(pairs, times, strict=True)
+        ]
+
+    def as_stated(self) -> Runs:
+        """Return the same runs with the noise that is stated."""
+        sigma = self.sigma if self.stated_sigma is None else self.stated_sigma
+        return replace(self, sigma=sigma, stated_sigma=None, correlation=None, estimated_noise=())
 
     def gimbals_by_run(self, residual: Array) -> list[tuple[Array, ...]]:
         """Return what of a whitened residual is the gimbals' in each run, their channels one after the other.
@@ -222,10 +245,19 @@ class Runs:
         """Return derivatives of all blocks in units of sigma, each of shape (numbers in the block, C).
 
         Args:
-            derivatives: of each block, shape (N, 3, C), (N, M, C) or (N, M - 3, C).
+            derivatives: of each block, or of the gyro's alone, shape (N, 3, C), (N, M, C) or (N, M - 3, C).
         """
-        pairs = zip(derivatives, self._sigmas, strict=True)
-        return [(block / sigma[:, None]).reshape(-1, block.shape[-1]) for block, sigma in pairs]
+        pairs = zip(derivatives, self._sigmas[: len(derivatives)], strict=True)
+        blocks = self._decorrelated([block / sigma[:, None] for block, sigma in pairs])
+        return [block.reshape(-1, block.shape[-1]) for block in blocks]
+
+    def _decorrelated(self, blocks: list[Array]) -> list[Array]:
+        """Return blocks of which the gyro's, which come first, have lost the colour of its noise."""
+        if self.correlation is None:
+            return blocks
+        gyro = zip(blocks, self.grid.runs, strict=False)  # the gimbals' blocks come behind
+        own = [decorrelated(block, run.gyro_time, self.correlation) for block, run in gyro]
+        return [*own, *blocks[len(own) :]]
 
     @property
     def _sigmas(self) -> tuple[Array, ...]:
@@ -260,6 +292,7 @@ def joined(runs: Runs, heldout: Runs | None) -> Runs:
         sigma=np.concatenate([each.sigma for each in both]),
         noise_freedom=runs.noise_freedom,
         estimated_noise=[noise for each in both for noise in each.estimated_noise],
+        correlation=runs.correlation,
     )
 
 
@@ -271,6 +304,7 @@ def chosen(runs: Runs, which: Sequence[int]) -> Runs:
         sigma=runs.sigma[list(which)],
         noise_freedom=runs.noise_freedom,
         estimated_noise=[runs.estimated_noise[index] for index in which if runs.estimated_noise],
+        correlation=runs.correlation,
     )
 
 
@@ -280,9 +314,15 @@ def _gyro_only(
     sigma: Array,
     noise_freedom: float,
     estimated_noise: Sequence[Array],
+    correlation: Vector3 | None,
 ) -> Runs:
     outer = [replace(run, gimbals=run.gimbals and run.gimbals.angles_only(), gyro_error=None) for run in telemetry]
     grid = replace(grid_of(outer), follows_commands=False)
     return Runs(
-        names=tuple(names), grid=grid, sigma=sigma, noise_freedom=noise_freedom, estimated_noise=tuple(estimated_noise)
+        names=tuple(names),
+        grid=grid,
+        sigma=sigma,
+        noise_freedom=noise_freedom,
+        estimated_noise=tuple(estimated_noise),
+        correlation=correlation,
     )

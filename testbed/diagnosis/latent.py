@@ -214,11 +214,7 @@ def torque_response(runs: Runs, fit: Fit, knots: int) -> Array:
     values = replace(fit.values, effects=effects)
     hooks = [*(each.hooks for each in fit.placed), _Hats()]
     _, derivatives = predicted_with_derivatives(runs.grid, hooks, values, range(common, common + 3 * knots))
-    blocks = [
-        (derivative / sigma[:, None]).reshape(-1, 3 * knots)
-        for derivative, sigma in zip(derivatives, runs.sigma, strict=True)
-    ]
-    return np.asarray(block_diag(*blocks))
+    return np.asarray(block_diag(*runs.whitened_columns(derivatives)))
 
 
 def _log_likelihood(variance: float, power: Array, slope: Array) -> float:

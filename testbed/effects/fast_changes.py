@@ -30,11 +30,7 @@ def variance_ratio(readings: Readings, axes: Flags) -> tuple[float, float]:
         readings: against a model.
         axes: which count, shape (3,).
     """
-    powers = [
-        fast_power((residual / sigma)[:, axes])
-        for residual, sigma in zip(readings.residual, readings.sigma, strict=True)
-        if len(residual) >= FEWEST
-    ]
+    powers = [fast_power(values[:, axes]) for values in readings.whitened_residual if len(values) >= FEWEST]
     number = sum(power.size for power in powers)
     if not number:
         return 1.0, 0.0
@@ -52,8 +48,8 @@ def noise_ratio(readings: Readings, axes: Flags) -> tuple[float, float]:
         axes: which count, shape (3,).
     """
     fast, fast_freedom = variance_ratio(readings, axes)
-    squares = [((left / sigma)[:, axes]) ** 2 for left, sigma in zip(readings.residual, readings.sigma, strict=True)]
-    freedom = sum(each.size for each in squares) - readings.parameters * np.mean(axes)
+    squares = [values[:, axes] ** 2 for values in readings.whitened_residual]
+    freedom = float(sum(each.size for each in squares) - readings.parameters * np.mean(axes))
     if not readings.white or not 0.0 < fast_freedom < freedom:
         return fast, fast_freedom
     whole = sum(float(each.sum()) for each in squares) / freedom
