@@ -316,10 +316,10 @@ def _spectrum(both: Sequence[Readings], uncertainty: float) -> NoiseSpectrum | N
         color=SETTINGS.noise_color_prior,
         slowest=SETTINGS.noise_slowest_hz,
         share_of_rate=SETTINGS.noise_share_of_rate,
+        most_power=SETTINGS.noise_most_power,
     )
     whitened = [values for readings in both for values in readings.whitened_residual]
-    found = noise_spectrum(whitened, [run.gyro_time for readings in both for run in readings.runs], prior)
-    return None if found is None or found.power > SETTINGS.noise_most_power else found
+    return noise_spectrum(whitened, [run.gyro_time for readings in both for run in readings.runs], prior)
 
 
 def _estimated_noise(readings: Readings, found: Sequence[NoiseHypothesis]) -> tuple[Array, ...]:

@@ -54,6 +54,7 @@ class SpectrumPrior:
         color: probability that there is any.
         slowest: frequency above which ordinates count, Hz.
         share_of_rate: share of the sample rate at which they count in any case.
+        most_power: mean square of the ordinates, over what is stated, beyond which they are something else than noise.
     """
 
     level: float
@@ -63,6 +64,7 @@ class SpectrumPrior:
     color: float
     slowest: float
     share_of_rate: float
+    most_power: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -75,7 +77,6 @@ class NoiseSpectrum:
         color: mean ρ of the axes if there is colour.
         color_std: its standard error.
         freedom: degrees of freedom with which the spectrum below the ordinates that count is known.
-        power: mean square of the ordinates that count, over what is stated.
     """
 
     variance_ratio: Array
@@ -83,7 +84,6 @@ class NoiseSpectrum:
     color: float
     color_std: float
     freedom: float
-    power: float
 
     def decorrelated(self, values: Array, time: Series) -> Array:
         """Return samples of one run as if the noise had no colour; see the function of this name."""
@@ -105,7 +105,7 @@ class _Ordinates:
 
 
 def noise_spectrum(whitened: Sequence[Array], times: Sequence[Series], prior: SpectrumPrior) -> NoiseSpectrum | None:
-    """Return the spectrum of the noise in residuals; None of too few samples.
+    """Return the spectrum of the noise in residuals; None of too few samples, or where they are no noise.
 
     Args:
         whitened: residual of each run over the stated standard deviation, shape (N, 3).
@@ -113,7 +113,7 @@ def noise_spectrum(whitened: Sequence[Array], times: Sequence[Series], prior: Sp
         prior: of the spectrum.
     """
     ordinates = _ordinates(whitened, times, prior)
-    if len(ordinates.square) < FEWEST:
+    if len(ordinates.square) < FEWEST or ordinates.square.mean() > prior.most_power:
         return None
     runs = len(whitened)
     colored, square = _posterior(ordinates, runs, prior, colored=True)
@@ -131,7 +131,6 @@ def noise_spectrum(whitened: Sequence[Array], times: Sequence[Series], prior: Sp
         color=float(contrast @ colored.mean[-3:]),
         color_std=float(np.sqrt(contrast @ colored.covariance[-3:, -3:] @ contrast)),
         freedom=float(2.0 / spread),
-        power=float(np.mean(ordinates.square)),
     )
 
 

@@ -16,6 +16,7 @@ PRIOR = SpectrumPrior(
     color=0.5,
     slowest=2.0,
     share_of_rate=0.25,
+    most_power=4.0,
 )
 RATE = 16.0
 LENGTHS = (80, 56, 32, 63, 39, 59)
@@ -61,6 +62,11 @@ def test_what_is_slow_is_taken_neither_for_a_level_nor_for_a_colour():
     plain, moved = list(sets()), list(sets(slow=3.0))
     assert np.mean([each.variance_ratio for each in moved]) < 1.05 * np.mean([each.variance_ratio for each in plain])
     assert np.mean([abs(each.color) for each in moved]) < 0.1
+
+
+def test_what_is_no_noise_of_this_gyro_is_left_alone():
+    rng = np.random.default_rng(4)
+    assert noise_spectrum([3.0 * rng.standard_normal((200, 3))], [np.arange(200) / RATE], PRIOR) is None
 
 
 def test_nothing_is_estimated_from_too_few_samples():
