@@ -23,6 +23,8 @@ from math import pi
 
 import numpy as np
 from scipy.fft import dct
+from scipy.linalg import block_diag
+from scipy.stats import chi2
 
 from testbed.arrays import Array, Indices, Series, Vector3
 
@@ -40,6 +42,12 @@ _CLOSE = 1e-6
 """Change of every parameter after which no further step is taken: far below any standard error."""
 _LONGEST = 0.3
 """Longest step of ρ: the likelihood is quadratic over about that."""
+_SURE = 50.0
+"""Logarithm of the odds beyond which nothing changes."""
+_MEDIAN = float(chi2.median(1))
+"""Of the square of a normal number of variance 1."""
+_WIDTH = 3
+"""Axes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,9 +107,15 @@ class _Ordinates:
     columns: Array
     axis: Indices
 
-    def log_shape(self, correlation: Vector3) -> Array:
-        rho = correlation[self.axis]
-        return np.asarray(np.log1p(-(rho**2)) - np.log(1.0 + rho**2 - 2.0 * rho * np.cos(self.angle)))
+    def log_power(self, parameters: Array) -> Array:
+        """Return log S at the ordinates, shape (M,)."""
+        levels, correlation = parameters[:-_WIDTH], parameters[-_WIDTH:]
+        return np.asarray(self.columns @ levels + _log_shape(correlation[self.axis], self.angle))
+
+    def slopes(self, parameters: Array) -> Array:
+        """Return its derivatives with respect to all parameters, shape (M, P)."""
+        slope = _slope(parameters[-_WIDTH:][self.axis], self.angle)
+        return np.hstack([self.columns, slope[:, None] * np.eye(_WIDTH)[self.axis]])
 
 
 def noise_spectrum(whitened: Sequence[Array], times: Sequence[Series], prior: SpectrumPrior) -> NoiseSpectrum | None:
@@ -116,28 +130,23 @@ def noise_spectrum(whitened: Sequence[Array], times: Sequence[Series], prior: Sp
     if len(ordinates.square) < FEWEST or ordinates.square.mean() > prior.most_power:
         return None
     runs = len(whitened)
-    colored, square = _posterior(ordinates, runs, prior, colored=True)
-    white, _ = _posterior(ordinates, runs, prior, colored=False, square=square)
+    colored = _posterior(ordinates, _precision(runs, prior))
+    white = _posterior(ordinates, _precision(runs, prior), square=colored.square)
     odds = np.exp(np.clip(colored.log_evidence - white.log_evidence, -_SURE, _SURE)) * prior.color / (1.0 - prior.color)
     share = float(odds / (1.0 + odds))
-    period = float(np.median(np.concatenate([np.diff(time) for time in times])))
-    low = np.concatenate([_low_frequency(each, runs, pi * prior.slowest * period)[None] for each in (colored, white)])
-    spread = low[0, 1] * share + low[1, 1] * (1.0 - share) + share * (1.0 - share) * (low[0, 0] - low[1, 0]) ** 2
     mean = share * colored.mean + (1.0 - share) * white.mean
-    contrast = np.full(3, 1.0 / 3.0)
+    period = float(np.median(np.concatenate([np.diff(time) for time in times])))
+    slow = pi * prior.slowest * period  # in the middle of what is below the ordinates
+    (low, spread), (white_low, white_spread) = (_low_frequency(each, runs, slow) for each in (colored, white))
+    variance = share * spread + (1.0 - share) * white_spread + share * (1.0 - share) * (low - white_low) ** 2
+    of_axes = colored.covariance[-_WIDTH:, -_WIDTH:]
     return NoiseSpectrum(
-        variance_ratio=np.exp(mean[0] + mean[_AXES][None] + mean[4:-3, None]),
-        correlation=mean[-3:],
-        color=float(contrast @ colored.mean[-3:]),
-        color_std=float(np.sqrt(contrast @ colored.covariance[-3:, -3:] @ contrast)),
-        freedom=float(2.0 / spread),
+        variance_ratio=np.exp(mean[0] + mean[1 : 1 + _WIDTH] + mean[1 + _WIDTH : -_WIDTH, None]),
+        correlation=mean[-_WIDTH:],
+        color=float(colored.mean[-_WIDTH:].mean()),
+        color_std=float(np.sqrt(of_axes.mean())),
+        freedom=2.0 / variance,
     )
-
-
-_AXES = slice(1, 4)
-"""Where the axes' levels stand among the parameters: that of all samples, the axes', the runs', and ρ of the axes."""
-_SURE = 50.0
-"""Logarithm of the odds beyond which nothing changes."""
 
 
 def _ordinates(whitened: Sequence[Array], times: Sequence[Series], prior: SpectrumPrior) -> _Ordinates:
@@ -158,86 +167,82 @@ def _ordinates(whitened: Sequence[Array], times: Sequence[Series], prior: Spectr
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Posterior:
-    """Of all parameters, ρ of white noise being zero without uncertainty: mean (P,), covariance (P, P)."""
+    """Of the parameters: log v of all samples, of each axis and each run, ρ of each axis; zero where noise is white.
+
+    Attributes:
+        mean: shape (P,).
+        covariance: shape (P, P).
+        log_evidence: logarithm of the data's probability, up to what both models share.
+        square: the ordinates' squares as they counted.
+    """
 
     mean: Array
     covariance: Array
     log_evidence: float
+    square: Array
 
 
-def _posterior(
-    ordinates: _Ordinates, runs: int, prior: SpectrumPrior, *, colored: bool, square: Array | None = None
-) -> tuple[_Posterior, Array]:
-    """Return the posterior by Fisher scoring (Laplace), and the ordinates' squares as they counted.
+def _posterior(ordinates: _Ordinates, precision: Array, square: Array | None = None) -> _Posterior:
+    """Return the posterior by Fisher scoring (Laplace): of noise with a colour, or of white noise.
 
     Args:
         ordinates: of all runs.
-        runs: R.
-        prior: of the spectrum.
-        colored: whether ρ is free.
-        square: as they count; None to cap them by the spectrum that is found.
+        precision: of the prior.
+        square: as they count for white noise; None for noise with a colour, whose spectrum caps them.
     """
-    precision = _precision(runs, prior)
-    free = np.arange(len(precision)) < len(precision) - (0 if colored else 3)
-    precision = precision[np.ix_(free, free)]
-    mean, counted = np.zeros(runs + 7), ordinates.square
+    colored = square is None
+    free = np.arange(len(precision)) < len(precision) - (0 if colored else _WIDTH)
+    own = precision[np.ix_(free, free)]
+    mean = np.zeros(len(precision))
     mean[0] = np.log(np.median(ordinates.square) / _MEDIAN)
     for _ in range(_STEPS):
-        log_power = ordinates.columns @ mean[:-3] + ordinates.log_shape(mean[-3:])
+        log_power = ordinates.log_power(mean)
         counted = np.minimum(ordinates.square, _CAP * np.exp(log_power)) if square is None else square
-        slopes = _slopes(ordinates, mean[-3:])[:, free]
-        information = 0.5 * slopes.T @ slopes + precision
-        gradient = 0.5 * slopes.T @ (counted * np.exp(-log_power) - 1.0) - precision @ mean[free]
-        step = np.linalg.solve(information, gradient)
+        slopes = ordinates.slopes(mean)[:, free]
+        information = 0.5 * slopes.T @ slopes + own
+        step = np.linalg.solve(information, 0.5 * slopes.T @ (counted * np.exp(-log_power) - 1.0) - own @ mean[free])
         step *= min(1.0, _LONGEST / max(np.abs(step).max(), np.finfo(float).tiny))
         mean[free] += step
-        mean[-3:] = np.clip(mean[-3:], -_LARGEST, _LARGEST)
+        mean[-_WIDTH:] = np.clip(mean[-_WIDTH:], -_LARGEST, _LARGEST)
         if np.abs(step).max() < _CLOSE:
             break
-    log_power = ordinates.columns @ mean[:-3] + ordinates.log_shape(mean[-3:])
-    log_likelihood = -0.5 * float((log_power + counted * np.exp(-log_power)).sum())
-    determinants = np.linalg.slogdet(precision)[1] - np.linalg.slogdet(information)[1]
-    covariance = np.zeros((len(free), len(free)))
+    log_power = ordinates.log_power(mean)
+    squares = (log_power + counted * np.exp(-log_power)).sum() + mean[free] @ own @ mean[free]
+    determinants = np.linalg.slogdet(own)[1] - np.linalg.slogdet(information)[1]
+    covariance = np.zeros_like(precision)
     covariance[np.ix_(free, free)] = np.linalg.inv(information)
-    prior_log = -0.5 * float(mean[free] @ precision @ mean[free])
-    evidence = log_likelihood + prior_log + 0.5 * float(determinants)
-    return _Posterior(mean=mean, covariance=covariance, log_evidence=evidence), counted
-
-
-_MEDIAN = 0.4549364
-"""Of the square of a normal number of variance 1."""
+    evidence = 0.5 * float(determinants - squares)
+    return _Posterior(mean=mean, covariance=covariance, log_evidence=evidence, square=counted)
 
 
 def _precision(runs: int, prior: SpectrumPrior) -> Array:
-    """Return the inverse of the prior covariance, shape (R + 7, R + 7)."""
-    levels = np.array([prior.level, *[prior.deviation] * (3 + runs)])
-    precision = np.zeros((runs + 7, runs + 7))
-    precision[:-3, :-3] = np.diag(levels**-2)
+    """Return the inverse of the prior covariance of the parameters, P = R + 7, shape (P, P)."""
+    levels = np.array([prior.level, *[prior.deviation] * (_WIDTH + runs)])
     shared, own = prior.correlation**2, prior.correlation_deviation**2
-    precision[-3:, -3:] = np.linalg.inv(shared * np.ones((3, 3)) + own * np.eye(3))
-    return precision
+    correlations = shared * np.ones((_WIDTH, _WIDTH)) + own * np.eye(_WIDTH)
+    return np.asarray(block_diag(np.diag(levels**-2), np.linalg.inv(correlations)))
 
 
-def _slopes(ordinates: _Ordinates, correlation: Vector3) -> Array:
-    """Return ∂ log S / ∂ parameters at the ordinates, shape (M, R + 7)."""
-    slope = _slope(correlation[ordinates.axis], ordinates.angle)
-    return np.hstack([ordinates.columns, slope[:, None] * np.eye(3)[ordinates.axis]])
+def _log_shape(rho: Array, angle: Array | float) -> Array:
+    """Return log S of the variance 1."""
+    return np.asarray(np.log1p(-(rho**2)) - np.log(1.0 + rho**2 - 2.0 * rho * np.cos(angle)))
 
 
 def _slope(rho: Array, angle: Array | float) -> Array:
-    """Return ∂ log S / ∂ρ."""
+    """Return its derivative with respect to ρ."""
     return np.asarray(
         -2.0 * rho / (1.0 - rho**2) - (2.0 * rho - 2.0 * np.cos(angle)) / (1.0 + rho**2 - 2.0 * rho * np.cos(angle))
     )
 
 
-def _low_frequency(posterior: _Posterior, runs: int, angle: float) -> Array:
+def _low_frequency(posterior: _Posterior, runs: int, angle: float) -> tuple[float, float]:
     """Return mean and variance of the logarithm of the spectrum, of all axes and runs, at an angular frequency."""
-    rho = posterior.mean[-3:]
-    shape = np.log1p(-(rho**2)) - np.log(1.0 + rho**2 - 2.0 * rho * np.cos(angle))
-    contrast = np.concatenate([[1.0], np.full(3, 1.0 / 3.0), np.full(runs, 1.0 / runs), _slope(rho, angle) / 3.0])
-    level = contrast[:-3] @ posterior.mean[:-3] + shape.mean()
-    return np.array([level, contrast @ posterior.covariance @ contrast])
+    rho = posterior.mean[-_WIDTH:]
+    contrast = np.concatenate(
+        [[1.0], np.full(_WIDTH, 1.0 / _WIDTH), np.full(runs, 1.0 / runs), _slope(rho, angle) / _WIDTH]
+    )
+    level = contrast[:-_WIDTH] @ posterior.mean[:-_WIDTH] + _log_shape(rho, angle).mean()
+    return float(level), float(contrast @ posterior.covariance @ contrast)
 
 
 def decorrelated(values: Array, time: Series, correlation: Vector3) -> Array:
