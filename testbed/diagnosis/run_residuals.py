@@ -70,11 +70,14 @@ class RunResiduals:
 
 def residuals_of(diagnosis: Diagnosis) -> tuple[RunResiduals, ...]:
     """Return every run, put together from its windows, against both models, held-out ones last."""
-    shown = list(_residuals(diagnosis.runs, (diagnosis.baseline, diagnosis.model), held_out=False))
-    heldout = diagnosis.heldout
+    runs, model, heldout = diagnosis.runs, diagnosis.model, diagnosis.heldout
+    if not diagnosis.added:  # the two models differ by their noise alone
+        runs, model = runs.as_stated(), diagnosis.baseline
+        heldout = None if heldout is None else heldout.as_stated()
+    shown = list(_residuals(runs, (diagnosis.baseline, model), held_out=False))
     if heldout is not None:
         before = fitted_initial_rates(heldout.as_stated(), diagnosis.baseline)
-        after = fitted_initial_rates(heldout, diagnosis.model)
+        after = fitted_initial_rates(heldout, model)
         shown += _residuals(heldout, (before, after), held_out=True)
     if not diagnosis.runs.windowed:
         return tuple(shown)
