@@ -33,7 +33,7 @@ from testbed.scoring.case import read_cases
 from testbed.scoring.judging import named, recognised_as_unknown
 
 SCENARIO = Path("scenarios/diagnose.toml")
-SEED, SETS = 6100, 40
+SEED, SETS = 6200, 40
 MOST_WRONG, MOST_UNEXPLAINED = 0.05, 0.10
 _SMALL, _SMALL_SIZE = 3, 0.5
 _TWELVE_BIT = 2.0 * np.pi / 2**12

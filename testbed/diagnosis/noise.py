@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import log
+from math import isinf, log
 
 import numpy as np
 from scipy.stats import chi2
@@ -76,6 +76,7 @@ def readings_of(runs: Runs, fit: Fit) -> Readings:
         runs=runs.grid.runs,
         inertia=inertia_of(fit.theta),
         parameters=fit.jacobian.shape[1],
+        stated=isinf(runs.noise_freedom),
     )
 
 

@@ -26,6 +26,7 @@ class Readings:
         inertia: J of the model, shape (3, 3), kg·m².
         parameters: number of those that were fitted to the readings.
         spectrum: level and colour of the noise, estimated from the residual's fast part; None where that was not done.
+        stated: whether the standard deviation is stated; else it is an estimate, beyond which there is no noise.
         white: whether the residual is known to be noise alone; else only its fastest changes estimate the noise.
     """
 
@@ -36,6 +37,7 @@ class Readings:
     inertia: Matrix3
     parameters: int
     spectrum: NoiseSpectrum | None = None
+    stated: bool = True
     white: bool = False
 
     def whitened(self, values: Array, run: int) -> Array:
