@@ -7,6 +7,8 @@ from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
+import numpy as np
+
 from testbed.diagnosis.findings import (
     INERTIA,
     Addition,
@@ -69,7 +71,7 @@ def result_of(
         ],
         "run_by_run": [_agreement(each) for each in agreements],
         "inertia": _inertia(diagnosis),
-        "noise": {"ratio_to_stated": diagnosis.noise.ratio.tolist(), "std": diagnosis.noise.std.tolist()},
+        "noise": _noise(diagnosis),
         "latent_torque": _latent(diagnosis),
         "torque_left": None if diagnosis.shape_left is None else asdict(diagnosis.shape_left),
         "taken_back": [_named(each) for each in diagnosis.retracted],
@@ -78,6 +80,19 @@ def result_of(
             "heldout": [] if diagnosis.heldout is None else diagnosis.heldout.record_names,
         },
         "notices": list(notices),
+    }
+
+
+def _noise(diagnosis: Diagnosis) -> Content:
+    runs, level = diagnosis.runs, diagnosis.noise
+    ratio = np.sqrt(np.mean((runs.sigma / runs.as_stated().sigma) ** 2, axis=0))
+    correlation = np.zeros(3) if runs.correlation is None else runs.correlation
+    return {
+        "ratio_to_stated": level.ratio.tolist(),
+        "std": level.std.tolist(),
+        "level": ratio.tolist(),
+        "correlation": correlation.tolist(),
+        "degrees_of_freedom": None if np.isinf(runs.noise_freedom) else runs.noise_freedom,
     }
 
 

@@ -217,6 +217,12 @@ class Noise(Part):
     """Measured over stated standard deviation about each body axis, a pure number."""
     std: Three
     """Standard deviation of the ratio, a pure number."""
+    level: Three
+    """Standard deviation in the final model over the stated one about each body axis, a pure number."""
+    correlation: Three
+    """Correlation of neighbouring samples in the final model, a pure number: 0 where the noise is white."""
+    degrees_of_freedom: float | None
+    """A pure number: with how many the noise is known at low frequencies; null where what is stated is certain."""
 
 
 class LatentTorque(Part):
