@@ -16,7 +16,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from itertools import combinations_with_replacement, groupby, pairwise
-from math import exp, log
+from math import exp, isinf, log, log1p
 from typing import Literal, TypeAlias, final
 
 import numpy as np
@@ -30,7 +30,7 @@ from testbed.arrays import Array
 from testbed.diagnosis.candidates import log_p_value, p_value, scale_evidence
 from testbed.diagnosis.data import Runs, chosen, joined
 from testbed.diagnosis.keeping import Content, array_from_content, array_to_content, part
-from testbed.diagnosis.model import Fit, evaluated, fitted_initial_rates, orthonormal, projected_out
+from testbed.diagnosis.model import NEGLIGIBLE, Fit, evaluated, fitted_initial_rates, orthonormal, projected_out
 from testbed.diagnosis.settings import SETTINGS
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
@@ -141,10 +141,9 @@ def _latent_torque(runs: Runs, fit: Fit) -> LatentTorque:
     # From its increments to the torque at the knots.
     walk = np.asarray(np.kron(np.tril(np.ones((knots, knots))), np.eye(3)), dtype=np.float64)
     power, slope, directions = _spread(runs, fit, torque_response(runs, fit, knots), walk)
-    variance = _likeliest(power, slope)
+    variance, ratio = latent_torque_ratio(power, slope, runs.noise_freedom)
     increments = directions @ (variance * slope / (1.0 + variance * power))
     torque_B = (increments.reshape(len(runs.names), -1) @ walk.T).reshape(len(runs.names), knots, 3)
-    ratio = 2.0 * _log_likelihood(variance, power, slope)
     ends = runs.grid.node_time[:, [0, -1]]
     return LatentTorque(
         likelihood_ratio=ratio,
@@ -217,21 +216,45 @@ def torque_response(runs: Runs, fit: Fit, knots: int) -> Array:
     return np.asarray(block_diag(*runs.whitened_columns(derivatives)))
 
 
-def _log_likelihood(variance: float, power: Array, slope: Array) -> float:
-    """Log L(q) - log L(0) of independent components with variances 1 + q s², and slopes s times their values."""
-    return float(0.5 * (slope**2 * variance / (1.0 + variance * power) - np.log1p(variance * power)).sum())
+def _log_likelihood(variance: float, power: Array, slope: Array, noise_freedom: float) -> float:
+    """Return log L(q) - log L(0) of independent components, whose variances are 1 + q s² times that of the noise.
+
+    If that is known with ν degrees of freedom only, all components share a factor, ν over which is χ²(ν): their values
+    y are of Student's t distribution, and Σ y² counts as (ν + n) log(1 + Σ y² / ν).
+
+    Args:
+        variance: q.
+        power: s² of the components, shape (n,).
+        slope: s times their values, shape (n,).
+        noise_freedom: ν; infinite where the noise is known.
+    """
+    seen = power > NEGLIGIBLE * power.max(initial=0.0)
+    power, slope = power[seen], slope[seen]
+    explained = float((slope**2 * variance / (1.0 + variance * power)).sum())
+    widened = float(np.log1p(variance * power).sum())
+    if isinf(noise_freedom):
+        return 0.5 * (explained - widened)
+    whole = noise_freedom + float((slope**2 / power).sum())
+    return -0.5 * ((noise_freedom + len(power)) * log1p(-explained / whole) + widened)
 
 
-def _likeliest(power: Array, slope: Array) -> float:
-    """Return q̂ >= 0."""
+def latent_torque_ratio(power: Array, slope: Array, noise_freedom: float) -> tuple[float, float]:
+    """Return the likeliest variance of a torque's increments, q̂ >= 0, and 2 (log L(q̂) - log L(0)).
+
+    Args:
+        power: what components do to the residual, s², shape (n,).
+        slope: s times their values, shape (n,).
+        noise_freedom: degrees of freedom with which the noise is known; infinite where it is stated.
+    """
     scale = 1.0 / max(power.max(initial=0.0), np.finfo(float).tiny)
     found = minimize_scalar(
-        lambda exponent: -_log_likelihood(scale * np.exp(exponent), power, slope),
+        lambda exponent: -_log_likelihood(scale * np.exp(exponent), power, slope, noise_freedom),
         bounds=_VARIANCES,
         method="bounded",
     )
     variance = scale * float(np.exp(found.x))
-    return variance if _log_likelihood(variance, power, slope) > 0.0 else 0.0
+    ratio = 2.0 * _log_likelihood(variance, power, slope, noise_freedom)
+    return (variance, ratio) if ratio > 0.0 else (0.0, 0.0)
 
 
 _KNOTS_PER_SECOND = 12.0
