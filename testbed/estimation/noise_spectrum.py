@@ -100,22 +100,49 @@ class NoiseSpectrum:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Ordinates:
-    """Squares of the cosine transforms of all runs and axes, with their angular frequency, run and axis."""
+    """Squares of the cosine transforms of all runs and axes.
+
+    Attributes:
+        square: shape (M,).
+        angle: angular frequency, radians a sample, shape (M,).
+        axis: shape (M,).
+        cell: run and axis, shape (M,).
+        columns: ∂ log v of each cell / ∂ levels of all samples, of the axes and of the runs, shape (3 R, R + 4).
+    """
 
     square: Array
     angle: Array
-    columns: Array
     axis: Indices
+    cell: Indices
+    columns: Array
 
     def log_power(self, parameters: Array) -> Array:
         """Return log S at the ordinates, shape (M,)."""
         levels, correlation = parameters[:-_WIDTH], parameters[-_WIDTH:]
-        return np.asarray(self.columns @ levels + _log_shape(correlation[self.axis], self.angle))
+        return np.asarray((self.columns @ levels)[self.cell] + _log_shape(correlation[self.axis], self.angle))
 
-    def slopes(self, parameters: Array) -> Array:
-        """Return its derivatives with respect to all parameters, shape (M, P)."""
+    def gradient(self, parameters: Array, excess: Array) -> Array:
+        """Return ½ Σ excess ∂ log S / ∂ parameters, shape (P,).
+
+        Args:
+            parameters: of the spectrum.
+            excess: squares over their variance, less 1, shape (M,).
+        """
         slope = _slope(parameters[-_WIDTH:][self.axis], self.angle)
-        return np.hstack([self.columns, slope[:, None] * np.eye(_WIDTH)[self.axis]])
+        own = np.bincount(self.axis, slope * excess, _WIDTH)
+        return 0.5 * np.concatenate([self.columns.T @ self._summed(excess), own])
+
+    def information(self, parameters: Array) -> Array:
+        """Return ½ Σ ∂ log S ∂ log Sᵀ, Fisher's information, shape (P, P)."""
+        slope = _slope(parameters[-_WIDTH:][self.axis], self.angle)
+        levels = self.columns.T @ (self._summed(np.ones_like(slope))[:, None] * self.columns)
+        axes = np.tile(np.eye(_WIDTH), (len(self.columns) // _WIDTH, 1))
+        across = self.columns.T @ (self._summed(slope)[:, None] * axes)
+        own = np.diag(np.bincount(self.axis, slope**2, _WIDTH))
+        return 0.5 * np.block([[levels, across], [across.T, own]])
+
+    def _summed(self, values: Array) -> Array:
+        return np.asarray(np.bincount(self.cell, values, len(self.columns)), dtype=np.float64)
 
 
 def noise_spectrum(whitened: Sequence[Array], times: Sequence[Series], prior: SpectrumPrior) -> NoiseSpectrum | None:
@@ -150,19 +177,24 @@ def noise_spectrum(whitened: Sequence[Array], times: Sequence[Series], prior: Sp
 
 
 def _ordinates(whitened: Sequence[Array], times: Sequence[Series], prior: SpectrumPrior) -> _Ordinates:
-    squares, angles, runs, axes = [], [], [], []
+    squares, angles, cells = [], [], []
     for run, (values, time) in enumerate(zip(whitened, times, strict=True)):
         number, period = np.arange(len(values)), float(np.median(np.diff(time)))
         slowest = min(prior.slowest, prior.share_of_rate / period)
         fast = number > 2.0 * slowest * period * len(values)  # of half periods in the run
         count = int(fast.sum())
         squares.append((dct(values, axis=0, norm="ortho")[fast] ** 2).T.ravel())
-        angles.append(np.tile(pi * number[fast] / len(values), 3))
-        axes.append(np.repeat(np.arange(3), count))
-        runs.append(np.full(3 * count, run))
-    axis, run_of = np.concatenate(axes), np.concatenate(runs)
-    columns = np.column_stack([np.ones(len(axis)), np.eye(3)[axis], np.eye(len(whitened))[run_of]])
-    return _Ordinates(square=np.concatenate(squares), angle=np.concatenate(angles), columns=columns, axis=axis)
+        angles.append(np.tile(pi * number[fast] / len(values), _WIDTH))
+        cells.append(_WIDTH * run + np.repeat(np.arange(_WIDTH), count))
+    cell, runs = np.concatenate(cells), len(whitened)
+    every = np.arange(_WIDTH * runs)
+    return _Ordinates(
+        square=np.concatenate(squares),
+        angle=np.concatenate(angles),
+        axis=cell % _WIDTH,
+        cell=cell,
+        columns=np.column_stack([np.ones(len(every)), np.eye(_WIDTH)[every % _WIDTH], np.eye(runs)[every // _WIDTH]]),
+    )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -198,9 +230,9 @@ def _posterior(ordinates: _Ordinates, precision: Array, square: Array | None = N
     for _ in range(_STEPS):
         log_power = ordinates.log_power(mean)
         counted = np.minimum(ordinates.square, _CAP * np.exp(log_power)) if square is None else square
-        slopes = ordinates.slopes(mean)[:, free]
-        information = 0.5 * slopes.T @ slopes + own
-        step = np.linalg.solve(information, 0.5 * slopes.T @ (counted * np.exp(-log_power) - 1.0) - own @ mean[free])
+        information = ordinates.information(mean)[np.ix_(free, free)] + own
+        gradient = ordinates.gradient(mean, counted * np.exp(-log_power) - 1.0)[free] - own @ mean[free]
+        step = np.linalg.solve(information, gradient)
         step *= min(1.0, _LONGEST / max(np.abs(step).max(), np.finfo(float).tiny))
         mean[free] += step
         mean[-_WIDTH:] = np.clip(mean[-_WIDTH:], -_LARGEST, _LARGEST)
