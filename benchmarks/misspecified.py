@@ -39,8 +39,8 @@ _SMALL, _SMALL_SIZE = 3, 0.5
 _TWELVE_BIT = 2.0 * np.pi / 2**12
 _ECCENTRICITY = 5e-4
 """rad: five times the noise of a good encoder, a fifth of a degree of arc across its disc."""
-_WALK = 0.5
-"""Of the gyro's bias after a second, in its noise."""
+_WALK = 0.05
+"""Of the gyro's bias after a second, in its noise: 8e-5 rad/s/√s, as much as poor MEMS gyros have."""
 _LATE = frozenset({"telemetry_skew"})
 _EARLY = frozenset({"telemetry_skew", "gyro_latency", "actuator_delay"})
 _COLOR = frozenset({"gyro_noise_color"})
