@@ -5,7 +5,7 @@ there already, made or diagnosed, is kept: an interrupted run goes on where it w
 diagnose anew.
 
 A name is wrong if no member of its equivalence class is what was done to the set: a late sample named as a latency of
-the gyro is right. The table goes to OUT/misspecified.json and .md, with --write into docs/ too.
+the gyro is right. The table, of all that is in OUT, goes to OUT/misspecified.json and .md, with --write into docs/ too.
 """
 
 from __future__ import annotations
@@ -236,7 +236,7 @@ def table(rows: Sequence[Row]) -> str:
         "| kind | sets | no name | right names | wrong name | at most (95 %) | unexplained | failed | wrong names |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
-    for row in rows:
+    for row in (*rows, _together(rows)):
         most = _upper(row.wrong, row.sets)
         names = ", ".join(f"`{each}`" for each in row.names)
         cells = (
@@ -254,6 +254,14 @@ def table(rows: Sequence[Row]) -> str:
     return "\n".join(lines)
 
 
+def _together(rows: Sequence[Row]) -> Row:
+    counts = {
+        name: sum(getattr(row, name) for row in rows)
+        for name in ("sets", "silent", "right", "wrong", "unexplained", "failed")
+    }
+    return Row(kind="all", words="all of them", names=(), **counts)
+
+
 def _upper(count: int, sets: int) -> float:
     """Return the upper limit of a share, one-sided 95 % (Clopper and Pearson, 1934)."""
     return 1.0 if count == sets else float(beta.ppf(0.95, count + 1, sets - count))
@@ -269,7 +277,7 @@ def main() -> None:
             future.result()
             print(f"\r{count} of {len(orders)}", end="", flush=True)
     print()
-    rows = [row_of(name, _first(out / name, chosen.sets)) for name in chosen.kinds]
+    rows = [row_of(name, cases) for name in KINDS if (cases := diagnosed_sets(out / name))]
     text = page(rows, chosen.seed)
     print(text)
     content = {"seed": chosen.seed, "where": here_and_now(), "kinds": [asdict(row) for row in rows]}
@@ -280,9 +288,12 @@ def main() -> None:
         (folder / "misspecified.md").write_text(text, encoding="utf-8")
 
 
-def _first(folder: Path, sets: int) -> list[Scored]:
-    names = {f"case_{index + 1:04d}" for index in range(sets)}
-    return [case for case in read_cases(folder / "diagnoses", folder / "answers") if case.name in names]
+def diagnosed_sets(folder: Path) -> list[Scored]:
+    """Return the sets of a kind that were diagnosed so far, refused ones among them."""
+    done = {path.name for path in folder.glob("diagnoses/*") if any(path.iterdir())}
+    if not done:
+        return []
+    return [case for case in read_cases(folder / "diagnoses", folder / "answers") if case.name in done]
 
 
 def page(rows: Sequence[Row], seed: int) -> str:
@@ -296,8 +307,8 @@ describes what was done: `gyro_noise_color` is right where the noise has a colou
 telemetry is early. Wanted: a wrong name in at most {MOST_WRONG:.0%} of each kind, `unexplained` in at most
 {MOST_UNEXPLAINED:.0%}. Not kept: {", ".join(missed) or "none"}.
 
-Command: `python -m benchmarks.misspecified --sets {max(row.sets for row in rows)} --seed {seed} --write`.
-{here_and_now()}
+Command: `python -m benchmarks.misspecified --sets {max(row.sets for row in rows)} --seed {seed} --write`, with `--kinds`
+and fewer sets where the table has fewer. {here_and_now()}
 
 {table(rows)}
 """
