@@ -307,8 +307,8 @@ describes what was done: `gyro_noise_color` is right where the noise has a colou
 telemetry is early. Wanted: a wrong name in at most {MOST_WRONG:.0%} of each kind, `unexplained` in at most
 {MOST_UNEXPLAINED:.0%}. Not kept: {", ".join(missed) or "none"}.
 
-Command: `python -m benchmarks.misspecified --sets {max(row.sets for row in rows)} --seed {seed} --write`, with `--kinds`
-and fewer sets where the table has fewer. {here_and_now()}
+Command: `python -m benchmarks.misspecified --sets {max(row.sets for row in rows)} --seed {seed} --write`, with
+`--kinds` and fewer sets where the table has fewer. {here_and_now()}
 
 {table(rows)}
 """
