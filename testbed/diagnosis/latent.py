@@ -95,8 +95,8 @@ class LatentTorque:
     """An unmodelled torque, estimated from the residual.
 
     Attributes:
-        likelihood_ratio: 2 (log L(q̂) - log L(0)).
-        p_value: of the ratio if there is no such torque; q cannot be negative.
+        likelihood_ratio: 2 (log L(q̂) - log L(0)), the noise as the model has it.
+        p_value: of the ratio if there is no such torque, the noise known as well as it is; q cannot be negative.
         runs: names of those that were used.
         knot_time: of each run, shape (R, T), s.
         torque_B: the smoothed torque, shape (R, T, 3), N·m, body axes; zero where q̂ = 0.
@@ -141,13 +141,14 @@ def _latent_torque(runs: Runs, fit: Fit) -> LatentTorque:
     # From its increments to the torque at the knots.
     walk = np.asarray(np.kron(np.tril(np.ones((knots, knots))), np.eye(3)), dtype=np.float64)
     power, slope, directions = _spread(runs, fit, torque_response(runs, fit, knots), walk)
-    variance, ratio = latent_torque_ratio(power, slope, runs.noise_freedom)
+    variance, ratio = latent_torque_ratio(power, slope, np.inf)
+    _, surely = latent_torque_ratio(power, slope, runs.noise_freedom)
     increments = directions @ (variance * slope / (1.0 + variance * power))
     torque_B = (increments.reshape(len(runs.names), -1) @ walk.T).reshape(len(runs.names), knots, 3)
     ends = runs.grid.node_time[:, [0, -1]]
     return LatentTorque(
         likelihood_ratio=ratio,
-        p_value=0.5 * float(chi2.sf(ratio, 1)) if variance > 0.0 else 1.0,
+        p_value=0.5 * float(chi2.sf(surely, 1)) if surely > 0.0 else 1.0,
         runs=runs.names,
         knot_time=np.linspace(ends[:, 0], ends[:, 1], knots, axis=1),
         torque_B=torque_B,
