@@ -334,7 +334,7 @@ def _torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
 def evidence_of_any(shapes: Sequence[TorqueShape], tested: int) -> float:
     """Return twice the logarithm of the posterior odds of a torque of one of the shapes against none.
 
-    Each kind has the prior of one effect of the library; its shapes share that prior equally.
+    Each kind has the prior of one effect of the library, times the settings' odds; its shapes share that equally.
 
     Args:
         shapes: all that were tried.
@@ -342,7 +342,7 @@ def evidence_of_any(shapes: Sequence[TorqueShape], tested: int) -> float:
     """
     by_kind = groupby(sorted(shapes, key=lambda shape: shape.kind), key=lambda shape: shape.kind)
     averages = [_log_mean_exp([0.5 * shape.evidence for shape in group]) for _, group in by_kind]
-    return 2.0 * float(logsumexp(averages)) - 2.0 * log(tested)
+    return 2.0 * float(logsumexp(averages)) - 2.0 * log(tested / SETTINGS.unmodelled_prior_odds)
 
 
 def _log_mean_exp(values: Sequence[float]) -> float:

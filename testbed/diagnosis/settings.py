@@ -23,6 +23,11 @@ class DiagnosisSettings:
     look at the sets of seeds 1, 2026 and 4102: `none` had a mean probability of 0.76 and was right in 0.80 to 0.83 of
     them. Tested on seed 5230: calibration error 0.033, no name in 200 sets without an effect.
     """
+    unmodelled_prior_odds: float = 1.0
+    """Prior odds of each kind of unmodelled torque against one effect of the library.
+
+    Source: convention: a kind of torque that nobody listed is no less and no more usual than one that is listed.
+    """
     family_wise_error: float = 0.05
     """Probability of naming an effect although none is missing, shared alike by all hypotheses (Bonferroni).
 
