@@ -104,8 +104,10 @@ def check_residual(state: Diagnosis, noise: _NoiseStep) -> Diagnosis:
     """
     state = _retracted(state)
     noisier = noise.explained(state, white=True)
-    if noisier.scatter:
+    if noisier.scatter or state.left_over:
         noisier = _residual_tested(noisier)
+        if not noisier.steps and noisier.remaining is not None:
+            noisier = replace(noisier, unmodelled=evidence_of_any(noisier.shapes, noisier.remaining.tested))
     return state if noisier.structure_left else noisier
 
 
@@ -173,8 +175,8 @@ class _NoiseStep:
         if heldout is not None:
             heldout = replace(heldout.as_stated(), noise_freedom=self.stated.runs.noise_freedom)
         seen = None if heldout is None else fitted_initial_rates(heldout, model)
-        residuals = Residuals(runs=runs, fit=model, heldout=heldout, seen=seen)
-        scatter = noise_tests(residuals, self.effects, self.others, white=white)
+        residuals = Residuals(runs=runs, fit=model, heldout=heldout, seen=seen, white=white)
+        scatter = noise_tests(residuals, self.effects, self.others)
         runs, heldout = with_noise_model(residuals, scatter.found)
         model = refit(runs, model)
         return replace(

@@ -218,36 +218,36 @@ class Residuals:
         fit: of the present model to them.
         heldout: that were not; None where there are none.
         seen: the model with the initial rates of these.
+        white: whether the fit is known to leave nothing but noise.
     """
 
     runs: Runs
     fit: Fit
     heldout: Runs | None = None
     seen: Fit | None = None
+    white: bool = False
 
     @property
     def readings(self) -> list[Readings]:
         """What the gyro gave against the model, the fitted runs first."""
         pairs = ((self.runs, self.fit), (self.heldout, self.seen))
-        return [readings_of(runs, fit) for runs, fit in pairs if runs is not None and fit is not None]
+        both = [readings_of(runs, fit) for runs, fit in pairs if runs is not None and fit is not None]
+        return [replace(each, white=self.white) for each in both]
 
 
-def noise_tests(
-    residuals: Residuals, effects: Mapping[str, NoiseEffect], others: int, *, white: bool = False
-) -> NoiseTests:
+def noise_tests(residuals: Residuals, effects: Mapping[str, NoiseEffect], others: int) -> NoiseTests:
     """Test the noise effects on the samples, and return which of them are present.
 
     Args:
         residuals: of the present model.
         effects: by id.
         others: number of further hypotheses by which the family-wise error is divided.
-        white: whether the fit is known to leave nothing but noise.
     """
     runs = residuals.runs
     units = unit_count(runs.grid)
     hypotheses = [(effect, component) for effect in effects.values() for component in components_in(effect, units)]
     both = residuals.readings
-    readings = replace(both[0], white=white, spectrum=_spectrum(both, runs.noise_uncertainty))
+    readings = replace(both[0], spectrum=_spectrum(both, runs.noise_uncertainty))
     tested = others + len(hypotheses)
     candidates = first = _tested(readings, hypotheses, tested)
     found: list[NoiseHypothesis] = []
@@ -315,7 +315,7 @@ def _spectrum(both: Sequence[Readings], uncertainty: float) -> NoiseSpectrum | N
         correlation=SETTINGS.noise_correlation_std,
         correlation_deviation=SETTINGS.noise_correlation_axis_std,
         color=SETTINGS.noise_color_prior,
-        slowest=SETTINGS.noise_slowest_hz,
+        slowest=SETTINGS.noise_slowest_of_all_hz if both[0].white else SETTINGS.noise_slowest_hz,
         share_of_rate=SETTINGS.noise_share_of_rate,
         most_power=SETTINGS.noise_most_power,
     )
