@@ -157,6 +157,7 @@ class GyroErrors:
         extra_noise: (3,), standard deviation of white noise beside the nominal, rad/s.
         quantization: rad/s.
         saturation: rad/s.
+        noise_correlation: of neighbouring samples of the nominal noise.
     """
 
     response: Array = field(default_factory=lambda: np.eye(3))
@@ -168,6 +169,7 @@ class GyroErrors:
     extra_noise: Array = field(default_factory=lambda: np.zeros(3))
     quantization: float = 0.0
     saturation: float = inf
+    noise_correlation: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

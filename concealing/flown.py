@@ -124,7 +124,8 @@ def released_rates(case: Case) -> Array:
 def noise_of(case: Case, clock: Clock, units: int) -> Noise:
     """Return the noise of all sensors, drawn."""
     white = draw_noise(generator(case, _NOISE), clock.ticks + 1, len(case.runs), units, clock.period)
-    return gyro_noise(case, white, clock.gyro_ticks)
+    correlation = true_craft(case, software_of(case.scenario)).gyro.noise_correlation
+    return gyro_noise(case, white, clock.gyro_ticks, correlation)
 
 
 def applied_torque(case: Case) -> Callable[[float], Array]:

@@ -27,19 +27,20 @@ _SETTLED = 20
 """Periods at rest before release, in which that filter settles."""
 
 
-def gyro_noise(case: Case, noise: Noise, gyro_ticks: int) -> Noise:
+def gyro_noise(case: Case, noise: Noise, gyro_ticks: int, correlation: float = 0.0) -> Noise:
     """Return the noise with the colour, the tails and the levels that a case's gyro has.
 
     Args:
         case: its instruments.
         noise: white and normal.
         gyro_ticks: control ticks between two samples.
+        correlation: of neighbouring samples, by a hidden effect.
     """
     instruments, gyro = case.instruments, noise.gyro.copy()
     samples = gyro[::gyro_ticks]
-    correlation = _correlation(instruments, len(samples))
-    if correlation is not None:
-        samples = np.einsum("ij,jbk->ibk", cholesky(toeplitz(correlation), lower=True), samples)
+    lags = _correlation(instruments, correlation or instruments.noise_correlation, len(samples))
+    if lags is not None:
+        samples = np.einsum("ij,jbk->ibk", cholesky(toeplitz(lags), lower=True), samples)
     if instruments.tail_freedom is not None:
         spread = np.sqrt(instruments.tail_freedom / (instruments.tail_freedom - 2.0))
         samples = t.ppf(norm.cdf(samples), instruments.tail_freedom) / spread
@@ -50,11 +51,11 @@ def gyro_noise(case: Case, noise: Noise, gyro_ticks: int) -> Noise:
     return noise._replace(gyro=gyro)
 
 
-def _correlation(instruments: Instruments, count: int) -> Array | None:
+def _correlation(instruments: Instruments, neighbours: float, count: int) -> Array | None:
     """Return the autocorrelation of the gyro's noise at so many lags; None where it is white."""
     lags = np.arange(count)
-    if instruments.noise_correlation:
-        return instruments.noise_correlation**lags
+    if neighbours:
+        return neighbours**lags
     if instruments.anti_alias is not None:  # of white noise behind a second-order Butterworth filter
         angle = np.sqrt(2.0) * np.pi * instruments.anti_alias * lags
         return np.exp(-angle) * (np.cos(angle) + np.sin(angle))

@@ -25,7 +25,9 @@ LISTED: dict[str, EffectKind] = {
 """The effects of the published table."""
 UNLISTED: dict[str, EffectKind] = unlisted_effects.KINDS
 """Effects that are in no library."""
-KINDS = LISTED | UNLISTED
+FURTHER: dict[str, EffectKind] = gyro_effects.FURTHER
+"""Effects of the published table that only a set which is asked for has."""
+KINDS = LISTED | UNLISTED | FURTHER
 
 
 def with_effects(craft: Craft, effects: Sequence[HiddenEffect]) -> Craft:
