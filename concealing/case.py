@@ -72,7 +72,7 @@ class Instruments:
         averaging: whether a gyro sample is the mean over the period that ends with it.
         anti_alias: -3 dB of the gyro's second-order (Butterworth) filter in shares of its rate; None for none.
         eccentricity: amplitude of the encoders' error once a turn, rad.
-        encoder_delay: by which the encoders' samples are late, in periods of the gyro.
+        encoder_delay: by which the encoders' samples are later than the other channels', in periods of the gyro.
         telemetry_delay: by which all samples of the actuators are late, s; negative where they are early.
         clock_skew: by which the gyro's clock is behind at the end of a run, s; it is right at release.
     """
@@ -101,7 +101,7 @@ class Case:
         theta_error: true minus nominal J11, J22, J33, J23, J13, J12 without any effect, kg·m².
         telemetry: what is written down.
         instruments: what they do that no model of them says; for flights by this package's own equations only, but for
-            the gyro's noise.
+            the gyro's noise and late telemetry.
         actuation: CMGs, or a torque that is applied and known.
         feedback: whether the gyro closes the loop; without, only the encoders do.
         simulator: what flies it: this package's equations of motion, or MuJoCo.

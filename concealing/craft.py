@@ -158,6 +158,7 @@ class GyroErrors:
         quantization: rad/s.
         saturation: rad/s.
         noise_correlation: of neighbouring samples of the nominal noise.
+        averaging: share of the sample period over which a reading is the mean.
     """
 
     response: Array = field(default_factory=lambda: np.eye(3))
@@ -170,6 +171,7 @@ class GyroErrors:
     quantization: float = 0.0
     saturation: float = inf
     noise_correlation: float = 0.0
+    averaging: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -212,6 +214,7 @@ class Craft:
         gyro, encoders: sensor errors beside their noise.
         tachometer_scale: (M,), true over shown rotor speed.
         applied: actuators that store no momentum.
+        telemetry_late: by which the actuators' channels are recorded late against the gyro, s; negative where early.
     """
 
     inertia: Array
@@ -224,6 +227,7 @@ class Craft:
     impulses: tuple[Impulse, ...] = ()
     gyro: GyroErrors = field(default_factory=GyroErrors)
     applied: AppliedTorque = field(default_factory=AppliedTorque)
+    telemetry_late: float = 0.0
 
 
 class PlatformNumbers(NamedTuple):

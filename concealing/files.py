@@ -13,7 +13,7 @@ from concealing.case import Case
 from concealing.craft import Array, nominal_craft
 from concealing.flown import Flown, FlownCase, applied_torque, fly_case, generator, theta
 from concealing.guidance import software_of
-from concealing.instruments import encoder_error, gyro_error, late_rows, stamped_before
+from concealing.instruments import encoder_error, gyro_error
 from concealing.library import KINDS
 from concealing.mujoco_flight import fly_in_mujoco
 from testbed.records.record import Record, RunDetails
@@ -92,7 +92,7 @@ def answer_text(flown: Flown) -> str:
                 "effect": hidden.effect,
                 "component": hidden.component,
                 "parameters": {
-                    told_name(hidden.effect, name): {"value": value, "unit": KINDS[hidden.effect].units[name]}
+                    parameter_key(hidden.effect, name): {"value": value, "unit": KINDS[hidden.effect].units[name]}
                     for name, value in hidden.parameters.items()
                 },
             }
@@ -109,7 +109,7 @@ def answer_text(flown: Flown) -> str:
     return json.dumps(answer, indent=1) + "\n"
 
 
-def told_name(effect: str, name: str) -> str:
+def parameter_key(effect: str, name: str) -> str:
     """Return a parameter's name as files spell it: delay_s, impulse_x_N_m_s, frequency_hz."""
     unit, name = KINDS[effect].units[name], _OTHER_NAMES.get((effect, name), name)
     suffix = {"1": "", "Hz": "hz"}.get(unit, unit.replace("/", "_").replace(" ", "_"))
@@ -119,33 +119,47 @@ def told_name(effect: str, name: str) -> str:
 def _actuation(flown: Flown, index: int, ticks: Array) -> dict[str, Array]:
     case, log = flown.case, flown.log
     if case.actuation == "applied_torque":
-        asked, late = applied_torque(case), stamped_before(case, encoders=False)
-        return {"applied_torque": np.array([asked(time - late)[index] for time in log.time[ticks]])}
-    telemetry, rows = case.telemetry, ticks
-    error: Array | float = 0.0
+        asked = applied_torque(case)
+        return {"applied_torque": np.array([asked(time)[index] for time in log.time[ticks] - _late(flown)])}
+    telemetry, angle = case.telemetry, log.encoder[:, index]
     if isinstance(flown, FlownCase):
-        rows = late_rows(case, flown.log, ticks)
-        error = encoder_error(case, flown.log, flown.mechanics, index)
-    angle = log.encoder[:, index] + error
+        angle = angle + encoder_error(case, flown.log, flown.mechanics, index)
     if telemetry.momentum == "cluster_momentum":
-        return {"cluster_momentum": _cluster_momentum(flown, angle, log.tachometer[rows, index], ticks)}
-    channels = {"gimbal_angle": angle[ticks]}
+        return {"cluster_momentum": _recorded(flown, _cluster_momentum(flown, angle, index), ticks)}
+    channels = {"gimbal_angle": angle}
     if telemetry.rate_command:
-        channels["gimbal_rate_command"] = log.rate_order[rows, index]
+        channels["gimbal_rate_command"] = log.rate_order[:, index]
     if telemetry.gimbal_torque:
-        channels["gimbal_torque"] = log.motor_torque[rows, index]
+        channels["gimbal_torque"] = log.motor_torque[:, index]
     if telemetry.tachometers:
-        channels["rotor_speed"] = log.tachometer[rows, index]
-    return channels
+        channels["rotor_speed"] = log.tachometer[:, index]
+    return {name: _recorded(flown, values, ticks) for name, values in channels.items()}
 
 
-def _cluster_momentum(flown: Flown, angle: Array, rotor_speed: Array, ticks: Array) -> Array:
+def _late(flown: Flown) -> float:
+    """Return by how much the actuators' channels are late, s: by a hidden effect, and by what no model says."""
+    return flown.craft.telemetry_late + flown.case.instruments.telemetry_delay
+
+
+def _recorded(flown: Flown, values: Array, ticks: Array) -> Array:
+    """Return what is written down at ticks of a channel at all of them; late, between its samples.
+
+    A straight line between two samples takes up to half of their noise's variance away.
+    """
+    late = _late(flown)
+    if late == 0.0:
+        return values[ticks]
+    time, shown = flown.log.time, flown.log.time[ticks] - late
+    return np.stack([np.interp(shown, time, column) for column in values.T], axis=1)
+
+
+def _cluster_momentum(flown: Flown, angle: Array, index: int) -> Array:
     """h = Σ (Js Ω s + (Jg + Jt) ḋ g) as a flight computer sends it: from encoders, tachometers and nominal axes."""
     units = nominal_craft(software_of(flown.case.scenario).platform).units
-    rate = np.gradient(angle, flown.clock.period, axis=0)[ticks]
-    cos, sin = np.cos(angle[ticks])[..., None], np.sin(angle[ticks])[..., None]
+    rate = np.gradient(angle, flown.clock.period, axis=0)
+    cos, sin = np.cos(angle)[..., None], np.sin(angle)[..., None]
     spin = units.spin_axis * cos + units.transverse_axis * sin
-    momentum = units.spin_inertia * rotor_speed
+    momentum = units.spin_inertia * flown.log.tachometer[:, index]
     return np.einsum("tm,tmi->ti", momentum, spin) + (units.turning_inertia * rate) @ units.gimbal_axis
 
 

@@ -111,15 +111,9 @@ def _filtered(motion: CubicSpline, stamps: Array, period: float, corner: float) 
     return shown[np.rint(stamps / period).astype(int) * _FINER + _SETTLED * _FINER]
 
 
-def stamped_before(case: Case, *, encoders: bool) -> float:
-    """Return by how much samples of the actuators are late, s: those of the encoders, or of the other channels."""
-    delay = case.instruments.telemetry_delay
-    return delay + (case.instruments.encoder_delay / case.telemetry.gyro_rate if encoders else 0.0)
-
-
 def encoder_error(case: Case, log: FlightLog, mechanics: Mechanics, run: int) -> Array:
     """Return what late and eccentric encoders show beside what they should at all ticks, shape (K, M), rad."""
-    late, eccentricity = stamped_before(case, encoders=True), case.instruments.eccentricity
+    late, eccentricity = case.instruments.encoder_delay / case.telemetry.gyro_rate, case.instruments.eccentricity
     angles, stamps = log.fine_state[:, run, mechanics.slices["angle"]], log.time
     if not (late or eccentricity):
         return np.zeros((len(stamps), angles.shape[-1]))
@@ -128,12 +122,6 @@ def encoder_error(case: Case, log: FlightLog, mechanics: Mechanics, run: int) ->
     angle = motion(np.clip(stamps - late, 0.0, log.fine_time[-1]))
     phase = _generator(case, _PHASES).uniform(0.0, 2.0 * np.pi, angles.shape[-1])
     return angle - motion(stamps) + eccentricity * (np.sin(angle + phase) - np.sin(phase))
-
-
-def late_rows(case: Case, log: FlightLog, ticks: Array) -> Array:
-    """Return the control ticks whose values the actuators' channels show at some ticks, encoders apart."""
-    late = stamped_before(case, encoders=False) / (log.time[1] - log.time[0])
-    return np.clip(np.floor(ticks - late + 1e-9), 0, len(log.time) - 1).astype(int)
 
 
 def _generator(case: Case, *purpose: int) -> np.random.Generator:

@@ -8,17 +8,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import least_squares
 
-from testbed.arrays import Array, Units, Vector3
+from testbed.arrays import Array, Flags, Units, Vector3
 from testbed.diagnosis.settings import SETTINGS
 from testbed.effects.fast_changes import FEWEST, fast_power
 from testbed.estimation.noise_spectrum import correlated, decorrelated
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import Telemetry, has_momentum
 from testbed.prediction.grid import Grid, grid_of, unit_count
 from testbed.prediction.motor_torques import has_torques, measured_torques
 from testbed.prediction.servo import response, ticks_of
 from testbed.prediction.servo_response import by_stretches, by_units, constants, has_commands, measured_responses, shown
 from testbed.prediction.smoothed import direction_of
 
+_ROWS, _COLUMNS = np.array([0, 1, 2, 1, 0, 0]), np.array([0, 1, 2, 2, 2, 1])
+"""Of J, in the order of θ."""
 _LEAST = 1e-3
 """Share of a channel's own scatter that its noise has at least: the model of a gimbal is no better than that. Of 64
 sets of the seeds 90817 and 90818 none needs it: motor torques have noise of 4 % and more of their scatter, responses of
@@ -39,7 +41,7 @@ _CLOSE = 1e-2
 """Share of the squares that a further step has to gain: 0.5 % of the root that is compared with the noise. With 1e-4
 or 1e-1, estimates move by 9e-4 standard errors at most, in the same sets."""
 _MODEL = 2.5e-4
-"""rad. By which an answer may be missed for other reasons than noise: commands between samples and the plan are not
+"""rad. Error of a predicted servo response from other causes than noise: commands between samples and the plan are not
 known, and what is missed by that stays for several samples. Without it, lags and dry frictions of eight detectable
 sizes miss the truth by 4 to 6 standard deviations where encoders are as good as 1e-4 rad. In three sets of seed 90817
 the responses are the same without it and with twice as much, and estimates move by 0.3 and 0.1 standard errors."""
@@ -133,7 +135,7 @@ class Runs:
 
     Attributes:
         names: of the runs.
-        windowed: names of what each is a window of, one after the other; empty where they are whole.
+        windowed: for each run, the name of the stretch of a record of which it is a window; empty for whole stretches.
         estimated_noise: the part of the gyro's noise that noise effects estimate sample by sample, of each run, shape
             (N, 3), rad/s; empty where there are none.
         grid: their telemetry on the integration's grid.
@@ -174,15 +176,36 @@ class Runs:
         return list(dict.fromkeys(self.windowed or self.names))
 
     @property
+    def live(self) -> Flags:
+        """About which body axes each run turns, shape (R, 3): of the others nothing is compared."""
+        return self.grid.live
+
+    @property
+    def inertia_shown(self) -> Flags:
+        """Which of θ any motion of the runs can show, shape (6,): not what is about axes that a bearing holds.
+
+        A run about one axis shows its moment alone; one about two axes also the products of these with the third, by
+        the torque that turns the momentum about it.
+        """
+        counts = self.live.sum(axis=1)
+        both = self.live[:, _ROWS] & self.live[:, _COLUMNS]
+        product = (self.live[:, _ROWS] | self.live[:, _COLUMNS]) & (_ROWS != _COLUMNS) & (counts == 2)[:, None]
+        return np.asarray((both | product).any(axis=0))
+
+    @property
+    def sizes(self) -> list[int]:
+        """How many numbers the gyro of each run gave: one a sample for each axis about which it turns."""
+        return [len(run.gyro_time) * int(live.sum()) for run, live in zip(self.grid.runs, self.live, strict=True)]
+
+    @property
     def samples(self) -> int:
-        """Numbers that the gyro gave, three a sample."""
-        return sum(rates.size for rates in self.measured)
+        """Numbers that the gyro gave, three a sample of a platform that turns freely."""
+        return sum(self.sizes)
 
     @property
     def driven_by_momentum(self) -> bool:
         """Whether gimbals or the momentum that they hold are known: torques that are applied have to be integrated."""
-        run = self.grid.runs[0]
-        return run.gimbals is not None or run.cluster_momentum is not None
+        return has_momentum(self.grid.runs[0])
 
     def with_sigma(self, sigma: Array) -> Runs:
         """Return the same runs with another standard deviation of the gyro, shape (R, 3) or (3,), rad/s."""
@@ -195,18 +218,20 @@ class Runs:
             predicted: blocks of all channels, each of shape (N, 3), (N, M) or (N, M - 3).
         """
         measured = (*self.measured, *self.inner)
-        pairs = zip(measured, predicted, self._sigmas, strict=True)
-        blocks = self._decorrelated([(values - guess) / sigma for values, guess, sigma in pairs])
-        return np.concatenate([block.ravel() for block in blocks])
+        parts = zip(measured, predicted, self._sigmas, strict=True)
+        blocks = self._decorrelated([(values - guess) / sigma for values, guess, sigma in parts])
+        return np.concatenate([block.ravel() for block in self._compared_of(blocks)])
 
     def by_run(self, residual: Array) -> list[Array]:
-        """Return what of a whitened residual is the gyro's in each run, shapes (N, 3), or (N, 3, C) of C columns.
+        """Return the gyro's part of a whitened residual in each run, shapes (N, 3), or (N, 3, C) of C columns.
+
+        About axes that a bearing holds it is zero.
 
         Args:
             residual: of all blocks, or of the gyro's alone, as `whitened` gives it, one or several side by side.
         """
-        edges = np.cumsum([rates.size for rates in self.measured])[:-1]
-        return [part.reshape(-1, 3, *part.shape[1:]) for part in np.split(residual[: self.samples], edges)]
+        parts = np.split(residual[: self.samples], np.cumsum(self.sizes)[:-1])
+        return [_on_all_axes(part, live) for part, live in zip(parts, self.live, strict=True)]
 
     def gyro_residual(self, residual: Array) -> list[Array]:
         """Return what of a whitened residual is the gyro's in each run, in rad/s and with its colour, shapes (N, 3)."""
@@ -224,7 +249,7 @@ class Runs:
         return replace(self, sigma=sigma, stated_sigma=None, correlation=None, estimated_noise=())
 
     def gimbals_by_run(self, residual: Array) -> list[tuple[Array, ...]]:
-        """Return what of a whitened residual is the gimbals' in each run, their channels one after the other.
+        """Return the gimbal channels' part of a whitened residual in each run, one channel after the other.
 
         Args:
             residual: of all blocks, shape (numbers,); of the gyro's alone there is nothing of the gimbals.
@@ -247,9 +272,9 @@ class Runs:
         Args:
             derivatives: of each block, or of the gyro's alone, shape (N, 3, C), (N, M, C) or (N, M - 3, C).
         """
-        pairs = zip(derivatives, self._sigmas[: len(derivatives)], strict=True)
-        blocks = self._decorrelated([block / sigma[:, None] for block, sigma in pairs])
-        return [block.reshape(-1, block.shape[-1]) for block in blocks]
+        parts = zip(derivatives, self._sigmas, strict=False)
+        blocks = self._decorrelated([block / sigma[:, None] for block, sigma in parts])
+        return [block.reshape(-1, block.shape[-1]) for block in self._compared_of(blocks)]
 
     def _decorrelated(self, blocks: list[Array]) -> list[Array]:
         """Return blocks of which the gyro's, which come first, have lost the colour of its noise."""
@@ -259,9 +284,29 @@ class Runs:
         own = [decorrelated(block, run.gyro_time, self.correlation) for block, run in gyro]
         return [*own, *blocks[len(own) :]]
 
+    def _compared_of(self, blocks: Sequence[Array]) -> list[Array]:
+        """Return the columns of blocks that are compared: of the gyro's, those of the axes that turn."""
+        return [block[:, shown] for block, shown in zip(blocks, self._compared, strict=False)]
+
     @property
     def _sigmas(self) -> tuple[Array, ...]:
         return (*self.sigma, *self.inner_sigma)
+
+    @property
+    def _compared(self) -> tuple[Flags | slice, ...]:
+        """Which columns of each block are compared."""
+        gyro: list[Flags | slice] = [slice(None) if live.all() else live for live in self.live]
+        return (*gyro, *(slice(None) for _ in self.inner))
+
+
+def _on_all_axes(part: Array, live: Flags) -> Array:
+    """Return a run's numbers, shape (n,) or (n, C), on all three axes, zero about those that a bearing holds."""
+    own = part.reshape(-1, int(live.sum()), *part.shape[1:])
+    if live.all():
+        return own
+    whole = np.zeros((len(own), 3, *own.shape[2:]))
+    whole[:, live] = own
+    return whole
 
 
 def runs_of(names: Sequence[str], telemetry: Sequence[Telemetry]) -> Runs:
@@ -293,6 +338,7 @@ def joined(runs: Runs, heldout: Runs | None) -> Runs:
         noise_freedom=runs.noise_freedom,
         estimated_noise=[noise for each in both for noise in each.estimated_noise],
         correlation=runs.correlation,
+        windowed=[name for each in both for name in each.windowed],
     )
 
 
@@ -305,6 +351,7 @@ def chosen(runs: Runs, which: Sequence[int]) -> Runs:
         noise_freedom=runs.noise_freedom,
         estimated_noise=[runs.estimated_noise[index] for index in which if runs.estimated_noise],
         correlation=runs.correlation,
+        windowed=[runs.windowed[index] for index in which if runs.windowed],
     )
 
 
@@ -315,6 +362,7 @@ def _gyro_only(
     noise_freedom: float,
     estimated_noise: Sequence[Array],
     correlation: Vector3 | None,
+    windowed: Sequence[str],
 ) -> Runs:
     outer = [replace(run, gimbals=run.gimbals and run.gimbals.angles_only(), gyro_error=None) for run in telemetry]
     grid = replace(grid_of(outer), follows_commands=False)
@@ -325,4 +373,5 @@ def _gyro_only(
         noise_freedom=noise_freedom,
         estimated_noise=tuple(estimated_noise),
         correlation=correlation,
+        windowed=tuple(windowed),
     )

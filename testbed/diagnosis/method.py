@@ -24,6 +24,7 @@ from testbed.diagnosis.signatures import hypotheses
 from testbed.diagnosis.state import Diagnosis
 from testbed.effects.contract import Effect
 from testbed.effects.noise_effect import NoiseEffect
+from testbed.errors import InputError
 
 
 def diagnosed(
@@ -58,17 +59,20 @@ def diagnosed(
     state = noise.explained(first)
     yield state
     search = Search(testable=tuple(testable), progress=progress)
-    while search.has_room(state):
-        screening = search.screened(state)  # all are linearised, the most promising ones refitted and compared
-        chosen = None if alone else accepted(screening)
-        state = replace(state, remaining=screening)
-        if chosen is None:
-            break
-        state = noise.explained(add(search, state, chosen, screening))
-        yield state
-    if not state.unnamed:
-        progress("residual")
-        state = check_residual(state, noise)
+    try:
+        while search.has_room(state):
+            screening = search.screened(state)  # all are linearised, the most promising ones refitted and compared
+            chosen = None if alone else accepted(screening)
+            state = replace(state, remaining=screening)
+            if chosen is None:
+                break
+            state = noise.explained(add(search, state, chosen, screening))
+            yield state
+        if not state.unnamed:
+            progress("residual")
+            state = check_residual(state, noise)
+    except (InputError, np.linalg.LinAlgError) as error:  # the numbers leave a model that explained much: it stays
+        state = replace(state, notices=(*state.notices, f"the diagnosis ended early, with what it had: {error}"))
     yield replace(state, complete=True)
 
 
@@ -93,7 +97,7 @@ def baseline(runs: Runs, heldout: Runs | None, nominal_theta: Theta) -> Diagnosi
 
 
 def add(search: Search, state: Diagnosis, chosen: Candidate, screening: Screening) -> Diagnosis:
-    """Add an effect to the model; every earlier one has to stand again beside it, or gives way to a better one."""
+    """Add an effect to the model, then test every earlier one again; a better one replaces it."""
     return search.reconsidered(with_effect(replace(state, remaining=None), chosen, screening))
 
 

@@ -85,13 +85,15 @@ def result_of(
 
 def _noise(diagnosis: Diagnosis) -> Content:
     runs, level = diagnosis.runs, diagnosis.noise
-    ratio = np.sqrt(np.mean((runs.sigma / runs.as_stated().sigma) ** 2, axis=0))
-    correlation = np.zeros(3) if runs.correlation is None else runs.correlation
+    turns = runs.live.any(axis=0)
+    squares = np.where(runs.live, (runs.sigma / runs.as_stated().sigma) ** 2, 0.0).sum(axis=0)
+    ratio = np.sqrt(squares / np.where(turns, runs.live.sum(axis=0), np.nan))
+    correlation = np.where(turns, 0.0 if runs.correlation is None else runs.correlation, np.nan)
     return {
-        "ratio_to_stated": level.ratio.tolist(),
-        "std": level.std.tolist(),
-        "level": ratio.tolist(),
-        "correlation": correlation.tolist(),
+        "ratio_to_stated": [_number(each) for each in level.ratio.tolist()],
+        "std": [_number(each) for each in level.std.tolist()],
+        "level": [_number(each) for each in ratio.tolist()],
+        "correlation": [_number(each) for each in correlation.tolist()],
         "degrees_of_freedom": None if np.isinf(runs.noise_freedom) else runs.noise_freedom,
     }
 
@@ -109,13 +111,13 @@ def untestable(diagnosis: Diagnosis) -> Iterator[Content]:
 
 def unconfounded_needs(by: Hypothesis) -> str:
     """Return what it would take to test for an effect that another one confounds."""
-    return f"{by.component} without {by.effect.id}, which shows there what it would"
+    return f"{by.component} without {by.effect.id}, whose signature there is the same"
 
 
 def needs_of(size: Detectable) -> str:
     """Return what it would take to see an effect that is below what the data show."""
     if not size.smallest:
-        return "another motion: this one shows nothing of it, or takes it for inertia"
+        return "another motion: in this one it has no signature, or that of an inertia"
     return f"a size of {size_words(size.smallest)}; typical is {size_words(size.typical)}"
 
 
@@ -132,6 +134,7 @@ def _step(addition: Addition) -> Content:
         "probability": _number(addition.probability),
         **_theta("j_", addition.fit),
         "indistinguishable_from": [_named(other) for other in addition.look_alikes],
+        "doubts": list(addition.doubts),
         **_gap("gap_", "before", addition.before, heldout="heldout_gap_"),
         **_gap("gap_", "after", addition.after, heldout="heldout_gap_"),
         "misfit": _misfits(addition.before, addition.after),
@@ -151,6 +154,7 @@ def _inertia_step(diagnosis: Diagnosis) -> Iterator[Content]:
         "probability": 1.0 - change.p_value,
         **_theta("j_", diagnosis.model),
         "indistinguishable_from": [],
+        "doubts": [],
         **_gap("gap_", "before", nominal, heldout="heldout_gap_"),
         **_gap("gap_", "after", diagnosis.gap_before, heldout="heldout_gap_"),
         "misfit": _misfits(nominal, diagnosis.gap_before),
@@ -159,7 +163,11 @@ def _inertia_step(diagnosis: Diagnosis) -> Iterator[Content]:
 
 def _differences(change: InertiaChange) -> Sequence[Quantity]:
     numbers = zip(PARAMETER_NAMES, change.difference, change.std, strict=True)
-    return [Quantity(name=f"d{name}_kg_m2", unit="kg·m²", value=float(v), std=float(s)) for name, v, s in numbers]
+    return [
+        Quantity(name=f"d{name}_kg_m2", unit="kg·m²", value=float(value), std=float(std))
+        for name, value, std in numbers
+        if np.isfinite(value)  # what the motion cannot show of the inertia is left out
+    ]
 
 
 def _inertia(diagnosis: Diagnosis) -> Content:
@@ -182,6 +190,13 @@ def _detectable(size: Detectable) -> Content:
         "smallest": {each.name: {"value": _number(each.value), "unit": each.unit} for each in size.smallest},
         "typical": {each.name: {"value": _number(each.value), "unit": each.unit} for each in size.typical},
         "multiple_of_typical": _number(size.multiple),
+        "by_frequency": [
+            {
+                "smallest": {each.name: {"value": _number(each.value), "unit": each.unit} for each in one.smallest},
+                "multiple_of_typical": _number(one.multiple),
+            }
+            for one in size.by_frequency
+        ],
     }
 
 
@@ -197,7 +212,9 @@ def _parameters(quantities: Sequence[Quantity]) -> Mapping[str, Content]:
 
 def _theta(prefix: str, fit: Fit) -> Content:
     return {
-        f"{prefix}theta_kg_m2": fit.theta.tolist(),
+        f"{prefix}theta_kg_m2": [
+            value if shown else None for value, shown in zip(fit.theta.tolist(), fit.shown[:6], strict=True)
+        ],
         f"{prefix}std_kg_m2": [_number(std) for std in stds_of(fit)[:6].tolist()],
     }
 

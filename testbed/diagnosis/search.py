@@ -21,7 +21,7 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.misfit import Prior, heldout_misfit_of, log_evidence, misfit_of
 from testbed.diagnosis.model import Fit, Hypothesis, all_corrected, fitted, fitted_initial_rates, refit
 from testbed.diagnosis.settings import SETTINGS
-from testbed.diagnosis.signatures import Signature, signatures, without
+from testbed.diagnosis.signatures import Signature, reach_of, signatures, without
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.errors import InputError
 
@@ -78,7 +78,10 @@ def screened(
     candidates, without = [], log_evidence(heldout, fit)
     for signature in promising:
         progress(signature.placed.key)
-        candidates.append(_candidate(runs, heldout, fit, signature, tested, without))
+        try:
+            candidates.append(_candidate(runs, heldout, fit, signature, tested, without))
+        except (InputError, np.linalg.LinAlgError):  # with it the motion runs away: it does not explain these runs
+            continue
     return Screening(
         signatures=tuple(best),
         tested=tested,
@@ -100,7 +103,8 @@ def most_telling(every: Sequence[Signature]) -> list[Signature]:
 
 def _best_of(starts: Sequence[Signature]) -> Signature:
     best = max(starts, key=lambda each: each.score)
-    return replace(best, elsewhere=tuple(each.score for each in starts if each is not best))
+    reaches = tuple(map(reach_of, starts)) if best.placed.effect.scans_frequencies else ()
+    return replace(best, elsewhere=tuple(each.score for each in starts if each is not best), reaches=reaches)
 
 
 def refitted(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, placed: Hypothesis) -> Candidate:
@@ -187,6 +191,8 @@ def _refitted(runs: Runs, fit: Fit, signature: Signature) -> Fit:
             continue
         if fit.chi_square - found[-1].chi_square > signature.score - _LOST:
             break
+    if not found:
+        raise InputError(f"with {signature.placed.key} the motion runs away")
     return min(found, key=lambda each: each.chi_square)
 
 

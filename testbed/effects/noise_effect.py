@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from testbed.arrays import Array, Matrix3, Vector3
+from testbed.arrays import Array, Flags, Matrix3, Vector3
 from testbed.effects.contract import NamedEffect
 from testbed.estimation.noise_spectrum import NoiseSpectrum
 from testbed.estimation.telemetry import Telemetry
@@ -28,6 +28,7 @@ class Readings:
         spectrum: level and colour of the noise, estimated from the residual's fast part; None where that was not done.
         stated: whether the standard deviation is stated; else it is an estimate, beyond which there is no noise.
         white: whether the residual is known to be noise alone; else only its fastest changes estimate the noise.
+        live: about which axes each run turns, shape (R, 3); about the others the gyro is compared with nothing.
     """
 
     measured: Sequence[Array]
@@ -39,6 +40,7 @@ class Readings:
     spectrum: NoiseSpectrum | None = None
     stated: bool = True
     white: bool = False
+    live: Flags = field(default_factory=lambda: np.ones((1, 3), dtype=bool))
 
     def whitened(self, values: Array, run: int) -> Array:
         """Return what stands in one run's samples over the standard deviation, as if the noise had no colour.

@@ -26,7 +26,7 @@ from scipy.fft import dct
 from scipy.linalg import block_diag
 from scipy.stats import chi2
 
-from testbed.arrays import Array, Indices, Series, Vector3
+from testbed.arrays import Array, Flags, Indices, Series, Vector3
 
 FEWEST = 24
 """Ordinates of all runs and axes without which nothing is estimated: with fewer a level is known to 30 % at best, which
@@ -80,9 +80,9 @@ class NoiseSpectrum:
     """Level and colour of a gyro's noise, against what is stated.
 
     Attributes:
-        variance_ratio: of each run and axis, over what is stated, shape (R, 3).
-        correlation: ρ of each axis, shape (3,), averaged over a model with colour and one without.
-        color: mean ρ of the axes if there is colour.
+        variance_ratio: of each run and axis, over what is stated, shape (R, 3); of an axis without samples a priori.
+        correlation: ρ of each axis, shape (3,), averaged over a model with colour and one without; likewise.
+        color: mean ρ of the axes with samples if there is colour.
         color_std: its standard error.
         freedom: degrees of freedom with which the spectrum below the ordinates that count is known.
     """
@@ -108,6 +108,7 @@ class _Ordinates:
         axis: shape (M,).
         cell: run and axis, shape (M,).
         columns: ∂ log v of each cell / ∂ levels of all samples, of the axes and of the runs, shape (3 R, R + 4).
+        seen: which axes have samples, shape (3,).
     """
 
     square: Array
@@ -115,6 +116,7 @@ class _Ordinates:
     axis: Indices
     cell: Indices
     columns: Array
+    seen: Flags
 
     def log_power(self, parameters: Array) -> Array:
         """Return log S at the ordinates, shape (M,)."""
@@ -145,15 +147,20 @@ class _Ordinates:
         return np.asarray(np.bincount(self.cell, values, len(self.columns)), dtype=np.float64)
 
 
-def noise_spectrum(whitened: Sequence[Array], times: Sequence[Series], prior: SpectrumPrior) -> NoiseSpectrum | None:
+def noise_spectrum(
+    whitened: Sequence[Array], times: Sequence[Series], prior: SpectrumPrior, live: Flags | None = None
+) -> NoiseSpectrum | None:
     """Return the spectrum of the noise in residuals; None of too few samples, or where they are no noise.
 
     Args:
         whitened: residual of each run over the stated standard deviation, shape (N, 3).
         times: of its samples, shape (N,), s.
         prior: of the spectrum.
+        live: which axes of each run are samples of a gyro, shape (R, 3); None of a platform that turns freely.
     """
-    ordinates = _ordinates(whitened, times, prior)
+    ordinates = _ordinates(
+        whitened, times, prior, np.ones((len(whitened), _WIDTH), dtype=bool) if live is None else live
+    )
     if len(ordinates.square) < FEWEST or ordinates.square.mean() > prior.most_power:
         return None
     runs = len(whitened)
@@ -164,28 +171,30 @@ def noise_spectrum(whitened: Sequence[Array], times: Sequence[Series], prior: Sp
     mean = share * colored.mean + (1.0 - share) * white.mean
     period = float(np.median(np.concatenate([np.diff(time) for time in times])))
     slow = pi * prior.slowest * period  # in the middle of what is below the ordinates
-    (low, spread), (white_low, white_spread) = (_low_frequency(each, runs, slow) for each in (colored, white))
+    (low, spread), (white_low, white_spread) = (
+        _low_frequency(each, ordinates.seen, runs, slow) for each in (colored, white)
+    )
     variance = share * spread + (1.0 - share) * white_spread + share * (1.0 - share) * (low - white_low) ** 2
-    of_axes = colored.covariance[-_WIDTH:, -_WIDTH:]
+    of_axes = colored.covariance[-_WIDTH:, -_WIDTH:][np.ix_(ordinates.seen, ordinates.seen)]
     return NoiseSpectrum(
         variance_ratio=np.exp(mean[0] + mean[1 : 1 + _WIDTH] + mean[1 + _WIDTH : -_WIDTH, None]),
         correlation=mean[-_WIDTH:],
-        color=float(colored.mean[-_WIDTH:].mean()),
+        color=float(colored.mean[-_WIDTH:][ordinates.seen].mean()),
         color_std=float(np.sqrt(of_axes.mean())),
         freedom=2.0 / variance,
     )
 
 
-def _ordinates(whitened: Sequence[Array], times: Sequence[Series], prior: SpectrumPrior) -> _Ordinates:
+def _ordinates(whitened: Sequence[Array], times: Sequence[Series], prior: SpectrumPrior, live: Flags) -> _Ordinates:
     squares, angles, cells = [], [], []
-    for run, (values, time) in enumerate(zip(whitened, times, strict=True)):
+    for run, (values, time, own) in enumerate(zip(whitened, times, live, strict=True)):
         number, period = np.arange(len(values)), float(np.median(np.diff(time)))
         slowest = min(prior.slowest, prior.share_of_rate / period)
         fast = number > 2.0 * slowest * period * len(values)  # of half periods in the run
         count = int(fast.sum())
-        squares.append((dct(values, axis=0, norm="ortho")[fast] ** 2).T.ravel())
-        angles.append(np.tile(pi * number[fast] / len(values), _WIDTH))
-        cells.append(_WIDTH * run + np.repeat(np.arange(_WIDTH), count))
+        squares.append((dct(values[:, own], axis=0, norm="ortho")[fast] ** 2).T.ravel())
+        angles.append(np.tile(pi * number[fast] / len(values), int(own.sum())))
+        cells.append(_WIDTH * run + np.repeat(np.flatnonzero(own), count))
     cell, runs = np.concatenate(cells), len(whitened)
     every = np.arange(_WIDTH * runs)
     return _Ordinates(
@@ -194,6 +203,7 @@ def _ordinates(whitened: Sequence[Array], times: Sequence[Series], prior: Spectr
         axis=cell % _WIDTH,
         cell=cell,
         columns=np.column_stack([np.ones(len(every)), np.eye(_WIDTH)[every % _WIDTH], np.eye(runs)[every // _WIDTH]]),
+        seen=np.any(live, axis=0),
     )
 
 
@@ -267,13 +277,12 @@ def _slope(rho: Array, angle: Array | float) -> Array:
     )
 
 
-def _low_frequency(posterior: _Posterior, runs: int, angle: float) -> tuple[float, float]:
-    """Return mean and variance of the logarithm of the spectrum, of all axes and runs, at an angular frequency."""
+def _low_frequency(posterior: _Posterior, seen: Flags, runs: int, angle: float) -> tuple[float, float]:
+    """Return mean and variance of the logarithm of the spectrum, of axes with samples and runs, at a frequency."""
     rho = posterior.mean[-_WIDTH:]
-    contrast = np.concatenate(
-        [[1.0], np.full(_WIDTH, 1.0 / _WIDTH), np.full(runs, 1.0 / runs), _slope(rho, angle) / _WIDTH]
-    )
-    level = contrast[:-_WIDTH] @ posterior.mean[:-_WIDTH] + _log_shape(rho, angle).mean()
+    slope = np.where(seen, _slope(rho, angle), 0.0) / seen.sum()
+    contrast = np.concatenate([[1.0], seen / seen.sum(), np.full(runs, 1.0 / runs), slope])
+    level = contrast[:-_WIDTH] @ posterior.mean[:-_WIDTH] + _log_shape(rho, angle)[seen].mean()
     return float(level), float(contrast @ posterior.covariance @ contrast)
 
 

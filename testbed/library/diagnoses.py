@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,11 +12,11 @@ from testbed.arrays import Matrix3
 from testbed.assembly.description import write_mjcf, write_urdf
 from testbed.assembly.extension import write_extended
 from testbed.assembly.platform import Body, nominal_body
-from testbed.diagnosis.findings import Addition, Agreement, additions, agreements, noise_notices
+from testbed.diagnosis.findings import Addition, Agreement, additions, agreements, doubt_words, noise_notices
 from testbed.diagnosis.keeping import Store, keeping
 from testbed.diagnosis.location import ResidualSegment, located
 from testbed.diagnosis.method import diagnosed
-from testbed.diagnosis.reading import DataSet, data_set_of, require_explicable
+from testbed.diagnosis.reading import DataSet, Gate, data_set_of, require_explicable
 from testbed.diagnosis.result import result_of
 from testbed.diagnosis.run_residuals import residuals_of
 from testbed.diagnosis.settings import SETTINGS
@@ -93,7 +93,9 @@ class PreparedRecords:
         theta = theta_of(self.nominal.inertia)
         for state in diagnosed(data.runs, data.heldout, EFFECTS, theta, progress, NOISE_EFFECTS, alone=data.alone):
             if state.complete:
-                require_explicable(state.runs, state.gap_before.fit, state.gap.fit)
+                gate = Gate(accepted=self.scenario.diagnosis.accept)
+                require_explicable(state.runs, state.gap_before.fit, state.model, gate)
+                state = replace(state, notices=(*state.notices, *gate.notices))  # noqa: PLW2901
             yield state
 
 
@@ -141,7 +143,9 @@ class DiagnosisResult(Shown, Saved):
     def closing_notices(self) -> tuple[str, ...]:
         """Those notices that the diagnosis itself gives rise to."""
         return (
+            *self.state.notices,
             *noise_notices(self.state),
+            *doubt_words(self.state),
             *disagreement_words(self.state, self.agreements),
             *self.why_no_flight,
         )

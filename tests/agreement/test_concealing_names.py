@@ -3,12 +3,19 @@
 import numpy as np
 import pytest
 
-from concealing.files import told_name
+from concealing.files import parameter_key
 from concealing.library import FURTHER, LISTED
 from testbed.effects.contract import components_in
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 
-KNOWN = {**EFFECTS, **NOISE_EFFECTS}
+OF_RIGS = {"actuator_gain", "actuator_rate_limit"}
+"""They are hidden in rigs of one axis alone (`concealing/rig.py`), which write no answers."""
+KNOWN = {
+    name: effect
+    for name, effect in {**EFFECTS, **NOISE_EFFECTS}.items()
+    if "wheel_speed" not in effect.needs and name not in OF_RIGS
+}
+"""The platform on which effects are hidden has gyros alone."""
 HIDEABLE = LISTED | FURTHER
 ONLY_HIDDEN = {
     "contact": {"time_since_release_s", "run"},
@@ -17,17 +24,17 @@ ONLY_HIDDEN = {
     "rotor_imbalance": {"dynamic_kg_m2", "phase_rad"},
     "gyro_drift": {"random_walk_rad_s1.5"},
 }
-ONLY_TOLD = {"contact": {"time_s"}, "slosh": {"mass_kg"}}
+ONLY_MODELLED = {"contact": {"time_s"}, "slosh": {"mass_kg"}, "dry_friction": {"width_rad_s"}}
 
 
 @pytest.mark.parametrize("effect", sorted(KNOWN))
 def test_parameters_have_the_same_names(effect):
     parameters = KNOWN[effect].parameters
     values = np.array([parameter.typical for parameter in parameters])
-    told = {quantity.name for quantity in KNOWN[effect].quantities(values, np.zeros_like(values))}
-    hidden = {told_name(effect, name) for name in HIDEABLE[effect].units}
-    assert hidden - told == ONLY_HIDDEN.get(effect, set())
-    assert told - hidden == ONLY_TOLD.get(effect, set())
+    modelled = {quantity.name for quantity in KNOWN[effect].quantities(values, np.zeros_like(values))}
+    hidden = {parameter_key(effect, name) for name in HIDEABLE[effect].units}
+    assert hidden - modelled == ONLY_HIDDEN.get(effect, set())
+    assert modelled - hidden == ONLY_MODELLED.get(effect, set())
 
 
 @pytest.mark.parametrize("effect", sorted(KNOWN))

@@ -29,6 +29,6 @@ def test_noise_that_is_not_as_stated_is_neither_another_effect_nor_unexplained(t
         telemetry=replace(case.telemetry, stated_noise=stated),
     )
     conceal(case, tmp_path / "data", tmp_path / "answer")
-    told = diagnosis_of(SCENARIO, tmp_path / "data")
-    assert told["verdict"] in ("none", "named")
-    assert {step["effect"] for step in told["steps"]} <= {"inertia", right}
+    content = diagnosis_of(SCENARIO, tmp_path / "data")
+    assert content["verdict"] in ("none", "named")
+    assert {step["effect"] for step in content["steps"]} <= {"inertia", right}

@@ -14,6 +14,8 @@ DOCS = Path(__file__).parents[2] / "docs"
 PURE_NUMBERS = {
     "noise_correlation",
     "noise_uncertainty",
+    "axis",
+    "wheel_spin_inertia_factor",
     "attitude_quat_NB",
     "cluster_torque_fraction",
     "control_points",
