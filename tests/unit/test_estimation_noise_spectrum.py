@@ -73,6 +73,23 @@ def test_nothing_is_estimated_from_too_few_samples():
     assert noise_spectrum([np.ones((6, 3))], [np.arange(6) / RATE], PRIOR) is None
 
 
+def test_axes_that_a_bearing_holds_say_nothing_of_the_noise():
+    """Zeros had passed for a level far below the stated one, and the readings there for a colour of the others."""
+    live = np.tile([False, False, True], (len(LENGTHS), 1))
+    times = [np.arange(length) / RATE for length in LENGTHS]
+    errors = []
+    for seed in range(SETS):
+        rng = np.random.default_rng(seed)
+        runs = [autoregression(0.4, rng.standard_normal((length + 50, 3)))[50:] for length in LENGTHS]
+        held, empty = (noise_spectrum([run * on for run in runs], times, PRIOR, live) for on in (1.0, live[0]))
+        assert (held.color, held.color_std, held.freedom) == (empty.color, empty.color_std, empty.freedom)
+        np.testing.assert_array_equal(held.variance_ratio, empty.variance_ratio)
+        assert np.isfinite(held.correlation).all()
+        errors.append((held.color - 0.4) / held.color_std)
+    assert abs(np.mean(errors)) < 1.0  # the prior draws it to zero
+    assert np.std(errors) < 1.3
+
+
 def test_whitened_noise_is_white_and_has_its_colour_again_across_gaps():
     rng = np.random.default_rng(1)
     kept = rng.random(4000) > 0.1
