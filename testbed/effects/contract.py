@@ -50,10 +50,10 @@ class Parameter:
             figure for each kind of error: 1 % of a scale or a momentum, 0.01 rad of an angle, 10 to 30 ms of a delay
             or a lag, torques and impulses of 0.1 to 1 % of what the cluster can give.
         lower: smallest value that is searched. Source: convention, 0 where a negative value would supply energy or
-            precede its cause; else as `upper`.
+            precede its cause, -1 of a gain, which is then gone; else as `upper`.
         upper: largest value that is searched; infinite where the fit needs no bound. Source: chosen, 16 times
-            `typical` or more, by which the motion would be another one. A frequency stays within what a run of 5 s and
-            a gyro at 16 Hz show: one period in the run, and less than 8 Hz.
+            `typical` or more, by which the motion would be another one; 1 of a share. A frequency stays within what a
+            run of 5 s and a gyro at 16 Hz show: one period in the run, and less than 8 Hz.
         absent: value at which the effect does nothing.
         scanned: whether searches start from many values of it, such as a frequency or an instant; at those starts the
             effect is next to nothing, so that this parameter changes nothing.

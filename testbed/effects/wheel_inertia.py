@@ -33,7 +33,9 @@ class WheelInertia(Effect):
     id = "wheel_inertia"
     components = WHEELS
     # A machined rotor is known to some thousandths; 0.5 either way is another rotor.
-    parameters = (Parameter(name="relative_error", unit="1", typical=0.01, lower=-0.5, upper=0.5),)
+    parameters = (
+        Parameter(name="relative_error", unit="1", typical=0.01, lower=-0.5, upper=0.5, plausible=(-0.3, 0.3)),
+    )
     needs = ("wheel_speed",)
     sentence = "The rotor of {component} has another spin inertia, and carries another momentum, than its drawing says."
     look_alikes = ("inertia",)

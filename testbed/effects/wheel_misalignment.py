@@ -36,8 +36,8 @@ class WheelMisalignment(Effect):
     components = WHEELS
     # Brackets of small satellites are drilled to some tenths of a degree; 0.3 rad is another place.
     parameters = (
-        Parameter(name="about_first_rad", unit="rad", typical=0.01, lower=-0.3, upper=0.3),
-        Parameter(name="about_second_rad", unit="rad", typical=0.01, lower=-0.3, upper=0.3),
+        Parameter(name="about_first_rad", unit="rad", typical=0.01, lower=-0.3, upper=0.3, plausible=(-0.2, 0.2)),
+        Parameter(name="about_second_rad", unit="rad", typical=0.01, lower=-0.3, upper=0.3, plausible=(-0.2, 0.2)),
     )
     needs = ("wheel_speed",)
     sentence = "The axis of {component} does not point where its drawing says."

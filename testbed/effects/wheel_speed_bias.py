@@ -33,7 +33,9 @@ class WheelSpeedBias(Effect):
     id = "wheel_speed_bias"
     components = WHEELS
     # A Hall sensor that loses pulses is off by some turns a second; 1,000 rad/s is all that small wheels reach.
-    parameters = (Parameter(name="bias_rad_s", unit="rad/s", typical=5.0, lower=-1e3, upper=1e3),)
+    parameters = (
+        Parameter(name="bias_rad_s", unit="rad/s", typical=5.0, lower=-1e3, upper=1e3, plausible=(-100.0, 100.0)),
+    )
     needs = ("wheel_speed",)
     sentence = "The tachometer of {component} is off by a constant speed."
     look_alikes = ("gyro_bias",)

@@ -8,15 +8,15 @@ from concealing.library import FURTHER, LISTED
 from testbed.effects.contract import components_in
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 
+HIDEABLE = {**LISTED, **FURTHER}
 OF_RIGS = {"actuator_gain", "actuator_rate_limit"}
-"""They are hidden in rigs of one axis alone (`concealing/rig.py`), which write no answers."""
+"""Hidden by `concealing.rig`, by numbers of its own."""
 KNOWN = {
     name: effect
     for name, effect in {**EFFECTS, **NOISE_EFFECTS}.items()
     if "wheel_speed" not in effect.needs and name not in OF_RIGS
 }
-"""The platform on which effects are hidden has gyros alone."""
-HIDEABLE = LISTED | FURTHER
+"""The platform on which effects are hidden by name has gyros alone."""
 ONLY_HIDDEN = {
     "contact": {"time_since_release_s", "run"},
     "slosh": {"loose_mass_kg", "place_x_m", "place_y_m", "place_z_m"},
@@ -24,7 +24,7 @@ ONLY_HIDDEN = {
     "rotor_imbalance": {"dynamic_kg_m2", "phase_rad"},
     "gyro_drift": {"random_walk_rad_s1.5"},
 }
-ONLY_MODELLED = {"contact": {"time_s"}, "slosh": {"mass_kg"}, "dry_friction": {"width_rad_s"}}
+ONLY_MODELLED = {"dry_friction": {"width_rad_s"}, "contact": {"time_s"}, "slosh": {"mass_kg"}}
 
 
 @pytest.mark.parametrize("effect", sorted(KNOWN))

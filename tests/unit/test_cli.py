@@ -237,7 +237,7 @@ def test_an_overspeeding_rotor_is_clamped_and_said_so(here, capsys):
     truth = ("[gyro]", f"[truth]\nrotor_momentum_N_m_s = {momenta}\n\n[gyro]")
     path = scenario(here, truth, ('initial_momentum = "zero"', 'initial_momentum = "estimated"'))
     assert run("run", path, "--out", "out") == 0
-    assert "with a rotor at its momentum limit" in capsys.readouterr().out
+    assert "with a rotor or wheel at its momentum limit" in capsys.readouterr().out
     record = read_record(here / "out" / "record.parquet")
     clamped = record.channels["rotor_momentum_clamped"].any(axis=0)
     assert clamped.tolist() == [False, False, True, False, False, False]

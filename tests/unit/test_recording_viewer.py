@@ -166,7 +166,7 @@ def fetched(url):
 @pytest.mark.skipif(not SOFTWARE_DRIVER.exists(), reason="needs a Vulkan driver: Debian's mesa-vulkan-drivers")
 def test_a_real_viewer_draws_every_tab_without_a_complaint(recording, tmp_path):
     look = [sys.executable, "tools/look_at_recording.py", str(recording), str(tmp_path)]
-    seen = subprocess.run(look, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+    seen = subprocess.run(look, cwd=ROOT, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert seen.returncode == 0, seen.stdout + seen.stderr
     pictures = {picture.stem: picture.stat().st_size for picture in tmp_path.glob("*.png")}
     assert set(pictures) == {"flight", "actuators", "estimates", "residuals", "provenance"}

@@ -179,7 +179,7 @@ def test_too_few_samples_are_refused(write, rows):
         ([f"body_rate_{axis}_rad_s" for axis in AXES], "channel body_rate is missing: add body_rate_x_rad_s"),
         (
             [f"applied_torque_{axis}_N_m" for axis in AXES],
-            "no channel says what turned the platform: add one of gimbal_angle, cluster_momentum, applied_torque",
+            "turned the platform: add one of gimbal_angle, wheel_speed, cluster_momentum, applied_torque",
         ),
     ],
 )
