@@ -19,7 +19,7 @@ from testbed.diagnosis.model import fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.signatures import hypotheses
 from testbed.dynamics.inertia import theta_of
-from testbed.effects.registry import EFFECTS
+from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.errors import InputError
 from testbed.estimation.telemetry import Telemetry
 from testbed.formats.diagnosis import DiagnosisFile
@@ -149,7 +149,8 @@ def test_a_rig_is_diagnosed_and_what_it_leaves_open_is_left_out(monkeypatch, tmp
 def test_the_colour_of_the_noise_is_estimated_about_the_axis_that_turns():
     data = data_of(rig_records([Rig(inertia=HEAVY, correlation=0.5, held="noise")] * 3, seconds=20.0))
     effects = {"viscous_drag": EFFECTS["viscous_drag"]}
-    *_, last = diagnosed(data.runs, data.heldout, effects, theta_of(0.05 * np.eye(3)))
+    color = {"gyro_noise_color": NOISE_EFFECTS["gyro_noise_color"]}
+    *_, last = diagnosed(data.runs, data.heldout, effects, theta_of(0.05 * np.eye(3)), noise_effects=color)
     assert [each.key for each in last.scatter] == ["gyro_noise_color:gyro"]
     assert not last.steps
     assert last.runs.correlation[2] == pytest.approx(0.5, abs=0.1)
