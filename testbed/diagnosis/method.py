@@ -70,7 +70,7 @@ def diagnosed(
             yield state
         if not state.unnamed:
             progress("residual")
-            state = check_residual(state, noise)
+            state = check_residual(state, noise, search)
     except (InputError, np.linalg.LinAlgError) as error:  # the numbers leave a model that explained much: it stays
         state = replace(state, notices=(*state.notices, f"the diagnosis ended early, with what it had: {error}"))
     yield replace(state, complete=True)
@@ -101,10 +101,11 @@ def add(search: Search, state: Diagnosis, chosen: Candidate, screening: Screenin
     return search.reconsidered(with_effect(replace(state, remaining=None), chosen, screening))
 
 
-def check_residual(state: Diagnosis, noise: _NoiseStep) -> Diagnosis:
+def check_residual(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagnosis:
     """Test the residual of the final model for unmodelled torques, and its χ².
 
-    If the residual is noise alone, all of it estimates the noise level, twice as precisely as its fourth differences.
+    If the residual is noise alone, all of it estimates the noise level, twice as precisely as its fourth differences;
+    effects that do not stand out of the noise so estimated are taken out.
     """
     state = _retracted(state)
     noisier = noise.explained(state, white=True)
@@ -112,7 +113,10 @@ def check_residual(state: Diagnosis, noise: _NoiseStep) -> Diagnosis:
         noisier = _residual_tested(noisier)
         if not noisier.steps and noisier.remaining is not None:
             noisier = replace(noisier, unmodelled=evidence_of_any(noisier.shapes, noisier.remaining.tested))
-    return state if noisier.structure_left else noisier
+    if noisier.structure_left:
+        return state
+    standing = search.standing(noisier)
+    return noisier if standing is noisier else check_residual(noise.explained(standing), noise, search)
 
 
 def _retracted(state: Diagnosis) -> Diagnosis:

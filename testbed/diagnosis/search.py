@@ -257,6 +257,19 @@ class Search:
                 return with_effect(self._rebuilt(state, kept), chosen, screening)
         return state
 
+    def standing(self, state: Diagnosis) -> Diagnosis:
+        """Return the diagnosis without an effect that does not stand out of its noise; the same one where all do.
+
+        Effects are found in noise of which the fastest part of the residual tells; this one is known from all of it.
+        The newest effect is tested first.
+        """
+        for index, step in reversed(list(enumerate(state.steps))):
+            kept = [other.placed for other in (*state.steps[:index], *state.steps[index + 1 :])]
+            less = with_model(state, _less(state, kept))
+            if accepted(_again(less, step)) is None and accepted(screening := self.screened(less)) is None:
+                return replace(self._rebuilt(state, kept), remaining=screening)
+        return state
+
     def _rebuilt(self, state: Diagnosis, placed: Sequence[Hypothesis]) -> Diagnosis:
         """Return a diagnosis with just these effects, added to the baseline one after the other."""
         model = fitted(state.runs, [], state.baseline.theta, [])
@@ -273,6 +286,12 @@ def _less(state: Diagnosis, kept: Sequence[Hypothesis]) -> Fit:
     """Return a model with but some of its effects, fitted from where it stands."""
     values = dict(zip([each.key for each in state.model.placed], state.model.values.effects, strict=True))
     return fitted(state.runs, kept, state.model.theta, [values[each.key][0] for each in kept])
+
+
+def _again(state: Diagnosis, step: Step) -> Screening:
+    """Return the screening of an effect that is in the model no more, with it alone refitted in the present noise."""
+    bare = replace(step.screening, candidates=())
+    return replace(bare, candidates=(refitted(state.runs, state.heldout, state.model, bare, step.placed),))
 
 
 def _has_equal_noise(one: Runs, other: Runs) -> bool:

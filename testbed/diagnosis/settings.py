@@ -136,10 +136,11 @@ class DiagnosisSettings:
     """
     noise_slowest_of_all_hz: float = 0.5
     """The same where the model is complete, or where what it lacks may be the noise's colour: the residual's test is
-    repeated with the noise so estimated, and an unmodelled torque that is none in it is not reported.
+    repeated with the noise so estimated, and an unmodelled torque or an effect that is none in it is not reported.
 
-    Source: formula: three half periods of a run of 3 s, which its initial rates take up; chosen on a null set of seed
-    6200 whose noise was correlated by 0.2: above 2 Hz its colour was 0.05 ± 0.06, above 0.5 Hz 0.14 ± 0.04.
+    Source: formula: three half periods of a run of 3 s, which its initial rates take up; chosen on null sets of seeds
+    6200 and 6300 whose noise was correlated by 0.2 and 0.3: above 2 Hz that was estimated as 0.05 and 0.16, above
+    0.5 Hz as 0.14 and 0.24, ± 0.04.
     """
     noise_share_of_rate: float = 0.25
     """Share of the gyro's rate above which it does in any case.
