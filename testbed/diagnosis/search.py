@@ -291,7 +291,10 @@ def _less(state: Diagnosis, kept: Sequence[Hypothesis]) -> Fit:
 def _again(state: Diagnosis, step: Step) -> Screening:
     """Return the screening of an effect that is in the model no more, with it alone refitted in the present noise."""
     bare = replace(step.screening, candidates=())
-    return replace(bare, candidates=(refitted(state.runs, state.heldout, state.model, bare, step.placed),))
+    try:
+        return replace(bare, candidates=(refitted(state.runs, state.heldout, state.model, bare, step.placed),))
+    except (InputError, np.linalg.LinAlgError):  # with it the motion runs away
+        return bare
 
 
 def _has_equal_noise(one: Runs, other: Runs) -> bool:
