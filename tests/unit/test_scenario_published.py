@@ -15,6 +15,8 @@ PURE_NUMBERS = {
     "noise_correlation",
     "noise_uncertainty",
     "axis",
+    "gimbal_axis",
+    "spin_axis",
     "wheel_spin_inertia_factor",
     "attitude_quat_NB",
     "cluster_torque_fraction",
