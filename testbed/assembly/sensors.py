@@ -22,6 +22,7 @@ def gyro_parameters(scenario: Scenario) -> GyroParameters:
     return GyroParameters(
         sample_rate=gyro.sample_rate_hz,
         white_noise=np.hypot(gyro.noise_rad_s, gyro.extra_noise_rad_s),
+        noise_correlation=gyro.noise_correlation,
         bias=np.array(gyro.bias_rad_s),
         drift=np.array(gyro.drift_rad_s2),
         bias_instability=gyro.bias_instability_rad_s,

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import least_squares
 
-from testbed.arrays import Array, Flags, Units
+from testbed.arrays import Array, Flags, Units, Vector3
 from testbed.diagnosis.settings import SETTINGS
 from testbed.effects.fast_changes import FEWEST, fast_power
+from testbed.estimation.noise_spectrum import correlated, decorrelated
 from testbed.estimation.telemetry import Telemetry, has_momentum
 from testbed.prediction.grid import Grid, grid_of, unit_count
 from testbed.prediction.motor_torques import has_torques, measured_torques
@@ -142,6 +143,9 @@ class Runs:
         inner: measured motor torques and responses to commands, blocks in the order in which they are predicted.
         inner_sigma: of each block, shape (M,) or (M - 3,), in the block's unit.
         noise_freedom: degrees of freedom with which sigma is known; infinite where it is stated.
+        noise_uncertainty: share by which the stated standard deviation may be wrong, one standard deviation.
+        correlation: of neighbouring samples of the gyro's noise, each axis, shape (3,); None where it is white.
+        stated_sigma: sigma before the noise was estimated, shape (R, 3), rad/s; None where it was not.
     """
 
     names: tuple[str, ...]
@@ -152,6 +156,9 @@ class Runs:
     noise_freedom: float = np.inf
     windowed: tuple[str, ...] = ()
     estimated_noise: tuple[Array, ...] = ()
+    noise_uncertainty: float = SETTINGS.noise_uncertainty
+    correlation: Vector3 | None = None
+    stated_sigma: Array | None = None
 
     @property
     def measured(self) -> list[Array]:
@@ -211,8 +218,9 @@ class Runs:
             predicted: blocks of all channels, each of shape (N, 3), (N, M) or (N, M - 3).
         """
         measured = (*self.measured, *self.inner)
-        parts = zip(measured, predicted, self._sigmas, self._compared, strict=True)
-        return np.concatenate([((values - guess) / sigma)[:, shown].ravel() for values, guess, sigma, shown in parts])
+        parts = zip(measured, predicted, self._sigmas, strict=True)
+        blocks = self._decorrelated([(values - guess) / sigma for values, guess, sigma in parts])
+        return np.concatenate([block.ravel() for block in self._compared_of(blocks)])
 
     def by_run(self, residual: Array) -> list[Array]:
         """Return the gyro's part of a whitened residual in each run, shapes (N, 3), or (N, 3, C) of C columns.
@@ -224,6 +232,21 @@ class Runs:
         """
         parts = np.split(residual[: self.samples], np.cumsum(self.sizes)[:-1])
         return [_on_all_axes(part, live) for part, live in zip(parts, self.live, strict=True)]
+
+    def gyro_residual(self, residual: Array) -> list[Array]:
+        """Return what of a whitened residual is the gyro's in each run, in rad/s and with its colour, shapes (N, 3)."""
+        pairs = zip(self.by_run(residual), self.sigma, strict=True)
+        if self.correlation is None:
+            return [part * sigma for part, sigma in pairs]
+        times = [run.gyro_time for run in self.grid.runs]
+        return [
+            correlated(part, time, self.correlation) * sigma for (part, sigma), time in zip(pairs, times, strict=True)
+        ]
+
+    def as_stated(self) -> Runs:
+        """Return the same runs with the noise that is stated."""
+        sigma = self.sigma if self.stated_sigma is None else self.stated_sigma
+        return replace(self, sigma=sigma, stated_sigma=None, correlation=None, estimated_noise=())
 
     def gimbals_by_run(self, residual: Array) -> list[tuple[Array, ...]]:
         """Return the gimbal channels' part of a whitened residual in each run, one channel after the other.
@@ -249,8 +272,21 @@ class Runs:
         Args:
             derivatives: of each block, or of the gyro's alone, shape (N, 3, C), (N, M, C) or (N, M - 3, C).
         """
-        parts = zip(derivatives, self._sigmas, self._compared, strict=False)
-        return [(block / sigma[:, None])[:, shown].reshape(-1, block.shape[-1]) for block, sigma, shown in parts]
+        parts = zip(derivatives, self._sigmas, strict=False)
+        blocks = self._decorrelated([block / sigma[:, None] for block, sigma in parts])
+        return [block.reshape(-1, block.shape[-1]) for block in self._compared_of(blocks)]
+
+    def _decorrelated(self, blocks: list[Array]) -> list[Array]:
+        """Return blocks of which the gyro's, which come first, have lost the colour of its noise."""
+        if self.correlation is None:
+            return blocks
+        gyro = zip(blocks, self.grid.runs, strict=False)  # the gimbals' blocks come behind
+        own = [decorrelated(block, run.gyro_time, self.correlation) for block, run in gyro]
+        return [*own, *blocks[len(own) :]]
+
+    def _compared_of(self, blocks: Sequence[Array]) -> list[Array]:
+        """Return the columns of blocks that are compared: of the gyro's, those of the axes that turn."""
+        return [block[:, shown] for block, shown in zip(blocks, self._compared, strict=False)]
 
     @property
     def _sigmas(self) -> tuple[Array, ...]:
@@ -301,6 +337,7 @@ def joined(runs: Runs, heldout: Runs | None) -> Runs:
         sigma=np.concatenate([each.sigma for each in both]),
         noise_freedom=runs.noise_freedom,
         estimated_noise=[noise for each in both for noise in each.estimated_noise],
+        correlation=runs.correlation,
         windowed=[name for each in both for name in each.windowed],
     )
 
@@ -313,6 +350,7 @@ def chosen(runs: Runs, which: Sequence[int]) -> Runs:
         sigma=runs.sigma[list(which)],
         noise_freedom=runs.noise_freedom,
         estimated_noise=[runs.estimated_noise[index] for index in which if runs.estimated_noise],
+        correlation=runs.correlation,
         windowed=[runs.windowed[index] for index in which if runs.windowed],
     )
 
@@ -323,6 +361,7 @@ def _gyro_only(
     sigma: Array,
     noise_freedom: float,
     estimated_noise: Sequence[Array],
+    correlation: Vector3 | None,
     windowed: Sequence[str],
 ) -> Runs:
     outer = [replace(run, gimbals=run.gimbals and run.gimbals.angles_only(), gyro_error=None) for run in telemetry]
@@ -333,5 +372,6 @@ def _gyro_only(
         sigma=sigma,
         noise_freedom=noise_freedom,
         estimated_noise=tuple(estimated_noise),
+        correlation=correlation,
         windowed=tuple(windowed),
     )

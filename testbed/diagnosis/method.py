@@ -18,7 +18,7 @@ from testbed.diagnosis.candidates import Candidate, Screening, accepted
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.latent import evidence_of_any, goodness, latent_torque, on_all_runs, torque_shapes
 from testbed.diagnosis.model import fitted, fitted_initial_rates, refit
-from testbed.diagnosis.noise import noise_level, noise_tests, with_noise_model
+from testbed.diagnosis.noise import Residuals, noise_level, noise_tests, readings_of, with_noise_model
 from testbed.diagnosis.search import Search, gap_of, odds_together, with_effect, with_model
 from testbed.diagnosis.signatures import hypotheses
 from testbed.diagnosis.state import Diagnosis
@@ -70,7 +70,7 @@ def diagnosed(
             yield state
         if not state.unnamed:
             progress("residual")
-            state = check_residual(state, noise)
+            state = check_residual(state, noise, search)
     except (InputError, np.linalg.LinAlgError) as error:  # the numbers leave a model that explained much: it stays
         state = replace(state, notices=(*state.notices, f"the diagnosis ended early, with what it had: {error}"))
     yield replace(state, complete=True)
@@ -92,7 +92,7 @@ def baseline(runs: Runs, heldout: Runs | None, nominal_theta: Theta) -> Diagnosi
         model=model,
         gap_before=gap,
         gap=gap,
-        noise=noise_level(runs, model),
+        noise=noise_level(readings_of(runs, model)),
     )
 
 
@@ -101,16 +101,22 @@ def add(search: Search, state: Diagnosis, chosen: Candidate, screening: Screenin
     return search.reconsidered(with_effect(replace(state, remaining=None), chosen, screening))
 
 
-def check_residual(state: Diagnosis, noise: _NoiseStep) -> Diagnosis:
+def check_residual(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagnosis:
     """Test the residual of the final model for unmodelled torques, and its χ².
 
-    If the residual is noise alone, all of it estimates the noise level, twice as precisely as its fourth differences.
+    If the residual is noise alone, all of it estimates the noise level, twice as precisely as its fourth differences;
+    effects that do not stand out of the noise so estimated are taken out.
     """
     state = _retracted(state)
     noisier = noise.explained(state, white=True)
-    if noisier.scatter:
+    if noisier.scatter or state.left_over:
         noisier = _residual_tested(noisier)
-    return state if noisier.structure_left else noisier
+        if not noisier.steps and noisier.remaining is not None:
+            noisier = replace(noisier, unmodelled=evidence_of_any(noisier.shapes, noisier.remaining.tested))
+    if noisier.structure_left:
+        return state
+    standing = search.standing(noisier)
+    return noisier if standing is noisier else check_residual(noise.explained(standing), noise, search)
 
 
 def _retracted(state: Diagnosis) -> Diagnosis:
@@ -170,26 +176,24 @@ class _NoiseStep:
 
     def explained(self, state: Diagnosis, *, white: bool = False) -> Diagnosis:
         """Return the diagnosis with the noise that its residual shows: all of it if white, else its fastest part."""
-        runs, heldout, model = state.runs, state.heldout, state.model
-        if state.scatter:
-            runs = _with_noise_of(self.stated.runs, runs)
-            if heldout is not None and self.stated.heldout is not None:
-                heldout = _with_noise_of(self.stated.heldout, heldout)
+        runs, heldout, model = state.runs.as_stated(), state.heldout, state.model
+        runs = replace(runs, noise_freedom=self.stated.runs.noise_freedom)
+        if state.runs.stated_sigma is not None:
             model = refit(runs, model)
-        scatter = noise_tests(runs, model, self.effects, self.others, white=white)
-        found = scatter.found
-        if found:
-            heldout = (
-                None if heldout is None else with_noise_model(heldout, fitted_initial_rates(heldout, model), found)
-            )
-            runs = with_noise_model(runs, model, found)
-            model = refit(runs, model)
-        candidates = state.noise_candidates if state.steps else scatter.tested
-        gap = gap_of(runs, model, heldout)
+        if heldout is not None:
+            heldout = replace(heldout.as_stated(), noise_freedom=self.stated.runs.noise_freedom)
+        seen = None if heldout is None else fitted_initial_rates(heldout, model)
+        residuals = Residuals(runs=runs, fit=model, heldout=heldout, seen=seen, white=white)
+        scatter = noise_tests(residuals, self.effects, self.others)
+        runs, heldout = with_noise_model(residuals, scatter.found)
+        model = refit(runs, model)
         return replace(
-            state, runs=runs, heldout=heldout, model=model, gap=gap, noise_candidates=candidates, scatter=found
+            state,
+            runs=runs,
+            heldout=heldout,
+            model=model,
+            gap=gap_of(runs, model, heldout),
+            noise=state.noise if state.steps else scatter.level,
+            noise_candidates=state.noise_candidates if state.steps else scatter.tested,
+            scatter=scatter.found,
         )
-
-
-def _with_noise_of(stated: Runs, runs: Runs) -> Runs:
-    return replace(runs, sigma=stated.sigma, noise_freedom=stated.noise_freedom, estimated_noise=stated.estimated_noise)

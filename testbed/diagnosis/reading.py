@@ -410,13 +410,16 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
     passed = gated(records, scenario, nominal)
     theta, notices = theta_of(nominal.inertia), list(passed.notices)
     usable = _without_spikes(passed, notices)
-    stated = all(_states_noise(record) for record, _ in usable)
-    level = None if stated else pooled_noise(runs_together(usable, range(len(usable))), theta)
+    states = all(_states_noise(record) for record, _ in usable)
+    level = None if states else pooled_noise(runs_together(usable, range(len(usable))), theta)
     fit, heldout = by_role([(record, [part.telemetry for part in parts]) for record, parts in usable])
 
     def of(chosen: Sequence[int]) -> Runs:
         runs = runs_together(usable, chosen)
-        return with_telemetry_noise(runs, passed.baseline.theta) if level is None else with_pooled_noise(runs, level)
+        if level is not None:
+            return with_pooled_noise(runs, level)
+        stated = replace(runs, noise_uncertainty=scenario.gyro.noise_uncertainty)
+        return with_telemetry_noise(stated, passed.baseline.theta)
 
     return DataSet(
         runs=of(fit),

@@ -11,7 +11,6 @@ import numpy as np
 from testbed.arrays import Array, Series, UnitSeries, Vectors3
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit, fitted_initial_rates
-from testbed.diagnosis.noise import added_variance
 from testbed.diagnosis.state import Diagnosis
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.compared import compared
@@ -71,12 +70,15 @@ class RunResiduals:
 
 def residuals_of(diagnosis: Diagnosis) -> tuple[RunResiduals, ...]:
     """Return every run, put together from its windows, against both models, held-out ones last."""
-    shown = list(_residuals(diagnosis, diagnosis.runs, (diagnosis.baseline, diagnosis.model), held_out=False))
-    heldout = diagnosis.heldout
+    runs, model, heldout = diagnosis.runs, diagnosis.model, diagnosis.heldout
+    if not diagnosis.added:  # the two models differ by their noise alone
+        runs, model = runs.as_stated(), diagnosis.baseline
+        heldout = None if heldout is None else heldout.as_stated()
+    shown = list(_residuals(runs, (diagnosis.baseline, model), held_out=False))
     if heldout is not None:
-        before = fitted_initial_rates(_as_stated(diagnosis, heldout), diagnosis.baseline)
-        after = fitted_initial_rates(heldout, diagnosis.model)
-        shown += _residuals(diagnosis, heldout, (before, after), held_out=True)
+        before = fitted_initial_rates(heldout.as_stated(), diagnosis.baseline)
+        after = fitted_initial_rates(heldout, model)
+        shown += _residuals(heldout, (before, after), held_out=True)
     if not diagnosis.runs.windowed:
         return tuple(shown)
     return tuple(_together(list(windows)) for _, windows in groupby(shown, lambda run: run.name))
@@ -110,14 +112,9 @@ def _channel_together(windows: Sequence[GimbalResiduals]) -> GimbalResiduals:
     )
 
 
-def _as_stated(diagnosis: Diagnosis, runs: Runs) -> Runs:
-    """Return runs with the stated noise: without added variance, and without noise estimated sample by sample."""
-    return replace(runs.with_sigma(np.sqrt(runs.sigma**2 - added_variance(diagnosis.scatter))), estimated_noise=())
-
-
-def _residuals(diagnosis: Diagnosis, runs: Runs, fits: tuple[Fit, Fit], *, held_out: bool) -> Iterator[RunResiduals]:
+def _residuals(runs: Runs, fits: tuple[Fit, Fit], *, held_out: bool) -> Iterator[RunResiduals]:
     before, after = (runs.by_run(fit.residual) for fit in fits)
-    stated = _as_stated(diagnosis, runs).sigma
+    nominal, extended = runs.as_stated().gyro_residual(fits[0].residual), runs.gyro_residual(fits[1].residual)
     names = runs.windowed or runs.names
     for index, (name, run) in enumerate(zip(names, runs.grid.runs, strict=True)):
         yield RunResiduals(
@@ -125,8 +122,8 @@ def _residuals(diagnosis: Diagnosis, runs: Runs, fits: tuple[Fit, Fit], *, held_
             held_out=held_out,
             time=run.gyro_time,
             measured=run.body_rate,
-            nominal=run.body_rate - stated[index] * before[index],
-            extended=run.body_rate - runs.sigma[index] * after[index],
+            nominal=run.body_rate - nominal[index],
+            extended=run.body_rate - extended[index],
             before=before[index],
             after=after[index],
             gimbal_angle=_angle_at_gyro(run),

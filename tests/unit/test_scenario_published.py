@@ -12,6 +12,8 @@ from testbed.scenario.tables import UNITS, unit_of
 
 DOCS = Path(__file__).parents[2] / "docs"
 PURE_NUMBERS = {
+    "noise_correlation",
+    "noise_uncertainty",
     "axis",
     "gimbal_axis",
     "spin_axis",
