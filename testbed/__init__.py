@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from testbed.effects.contract import Parameter as Parameter
     from testbed.effects.registry import register_effect as register_effect
     from testbed.errors import InputError as InputError
+    from testbed.library.adoption import Adoption as Adoption
+    from testbed.library.adoption import adopt as adopt
     from testbed.library.campaigns import Campaign as Campaign
     from testbed.library.campaigns import monte_carlo as monte_carlo
     from testbed.library.comparisons import Comparison as Comparison
@@ -53,6 +55,8 @@ _HOMES = {
     "Hooks": "testbed.prediction.hooks",
     "Instant": "testbed.prediction.hooks",
     "InputError": "testbed.errors",
+    "Adoption": "testbed.library.adoption",
+    "adopt": "testbed.library.adoption",
     "Campaign": "testbed.library.campaigns",
     "monte_carlo": "testbed.library.campaigns",
     "Comparison": "testbed.library.comparisons",

@@ -324,6 +324,30 @@ def new(
 
 
 @app.command()
+def adopt(
+    model: Annotated[Path, typer.Argument(metavar="FILE", help="MJCF (.xml) or URDF.", show_default=False)],
+    out: Annotated[
+        Path | None, typer.Option(metavar="SCENARIO.toml", help="New file; by default the model's name, here.")
+    ] = None,
+    wheel: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="This joint is a reaction wheel; repeatable.")
+    ] = None,
+    rotor: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="This joint is a gyro's rotor; repeatable.")
+    ] = None,
+    ignore: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="This joint is locked as drawn; repeatable.")
+    ] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Write a scenario from a model of your own, and say what was taken for what."""
+    from testbed.cli.adopt import adopt_model  # noqa: PLC0415
+
+    _choose_output(json=False, quiet=quiet)
+    adopt_model(model, out, wheel or (), rotor or (), ignore or ())
+
+
+@app.command()
 def check(scenario: ScenarioName, changes: Changes = None) -> None:
     """Check a scenario: everything that is wrong with it at once."""
     from testbed.cli.check import check_scenario  # noqa: PLC0415
