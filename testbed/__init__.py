@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from testbed.library.diagnoses import diagnose as diagnose
     from testbed.library.estimates import InertiaEstimate as InertiaEstimate
     from testbed.library.estimates import estimate as estimate
+    from testbed.library.exporting import export as export
     from testbed.library.imports import ImportedRecords as ImportedRecords
     from testbed.library.imports import guess_map as guess_map
     from testbed.library.imports import import_log as import_log
@@ -65,6 +66,7 @@ _HOMES = {
     "diagnose": "testbed.library.diagnoses",
     "InertiaEstimate": "testbed.library.estimates",
     "estimate": "testbed.library.estimates",
+    "export": "testbed.library.exporting",
     "ImportedRecords": "testbed.library.imports",
     "guess_map": "testbed.library.imports",
     "import_log": "testbed.library.imports",

@@ -356,6 +356,25 @@ def check(scenario: ScenarioName, changes: Changes = None) -> None:
 
 
 @app.command()
+def export(
+    folder: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="Of a run, of estimates or of a diagnosis.", show_default=False)
+    ],
+    mjcf: Annotated[Path | None, typer.Option(metavar="FILE", help="New file, for MuJoCo.")] = None,
+    urdf: Annotated[Path | None, typer.Option(metavar="FILE", help="New file; URDF knows no motors.")] = None,
+    estimator: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Whose estimate; by default the most efficient one.")
+    ] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Write the estimated platform as MJCF or URDF, for other programs."""
+    from testbed.cli.export import export_platform  # noqa: PLC0415
+
+    _choose_output(json=False, quiet=quiet)
+    export_platform(folder, mjcf, urdf, estimator)
+
+
+@app.command()
 def view(
     run: Annotated[
         Path,
