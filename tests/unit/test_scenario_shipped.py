@@ -43,7 +43,7 @@ REQUIRED = {
     "orbit",
     "crazyflie",
 }
-OTHER_PLATFORMS = {"orbit", "crazyflie", "pyramid4", "box_roof", "cubesat_wheels", "mixed"}
+OTHER_PLATFORMS = {"orbit", "crazyflie", "pyramid4", "box_roof", "cubesat_wheels", "mixed", "adopted"}
 """A satellite, a quadcopter and other arrays of units, with gyros of their own."""
 
 
