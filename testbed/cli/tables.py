@@ -117,6 +117,8 @@ def flight_lines(flown: FlownRun) -> Iterator[str]:
         yield f"Rotors     {summary.rotor_clamped:.3g} s with a rotor or wheel at its momentum limit"
     if flown.first_contact is not None:
         yield f"Contact    with the cabin at {flown.first_contact:.3f} s; the estimates use the record up to there"
+    if flown.tilt_limit is not None:
+        yield f"Tilt       {summary.largest_tilt:.3g} rad from the vertical at the most"
     yield f"Momentum   drift {summary.momentum_drift:.1e} of the rotors' total"
 
 
