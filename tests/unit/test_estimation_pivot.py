@@ -16,6 +16,7 @@ from testbed.errors import InputError
 from testbed.estimation.bound import cramer_rao_bound, rate_columns
 from testbed.estimation.motion import drive_of, simulate, with_torque
 from testbed.estimation.registry import ESTIMATORS
+from testbed.estimation.surroundings import integrated
 from testbed.estimation.telemetry import covered_part
 from testbed.experiment.conduct import conduct
 from testbed.experiment.experiment import Experiment
@@ -140,3 +141,28 @@ def test_a_measured_platform_without_any_attitude_is_refused():
     )
     with pytest.raises(InputError, match="nothing says how it stood: give the columns attitude_w to attitude_z"):
         telemetry_of(flight().flown.record, body, nominal_platform(scenario()))
+
+
+@pytest.mark.parametrize("name", ["iv", "iv_momentum"])
+def test_the_noise_of_a_linear_equation_is_that_of_gravity_along_the_noisy_attitude_too(name):
+    """θ̂ and the offset with noise on the gyro, against their influence: to first order they are the same."""
+    run = replace(telemetry(), gyro_noise=1e-6)
+    settings = replace(
+        estimation_settings(scenario(), nominal_platform(scenario()), maneuver=None), instrument="nominal"
+    )
+    noise = 1e-7 * np.random.default_rng(3).standard_normal(run.body_rate.shape)
+
+    def with_noise(sign: float):
+        rate = run.body_rate + sign * noise
+        around = replace(run.surroundings, attitude=integrated(run.gyro_time, rate, run_start()))
+        return ESTIMATORS[name](replace(run, body_rate=rate, surroundings=around), settings)
+
+    more, less = with_noise(1.0), with_noise(-1.0)
+    moved = np.concatenate([more.theta - less.theta, more.offset_error - less.offset_error]) / 2.0
+    expected = ESTIMATORS[name](run, settings).influence @ noise.ravel()
+    scale = np.sqrt(1e-14 * np.sum(ESTIMATORS[name](run, settings).influence ** 2, axis=1))
+    np.testing.assert_allclose(moved / scale, expected / scale, atol=0.1)
+
+
+def run_start():
+    return np.array(scenario().initial.attitude_quat_NB)
