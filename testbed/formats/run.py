@@ -48,7 +48,7 @@ class Conservation(Part):
     """How well the simulation conserves momentum."""
 
     momentum_drift_relative: float
-    """max |H_N(t) - H_N(0)| over the sum of the rotors' momenta, without what the environment changed; a pure number."""
+    """max |H_N(t) - H_N(0)| over the sum of the rotors' momenta, without what the environment did; a pure number."""
 
 
 class Design(Part):
