@@ -7,9 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from testbed.assembly.control import tilts_along
 from testbed.assembly.maneuver import body_rate_limits, design_problem, gimbal_limits
 from testbed.assembly.platform import PlatformModel
 from testbed.cmg.cluster import platform_momentum
+from testbed.errors import InputError
 from testbed.maneuver.body_rate_design import body_rate_design
 from testbed.maneuver.design import Design, Search, Start
 from testbed.maneuver.gimbal_design import gimbal_design
@@ -18,6 +20,7 @@ from testbed.maneuver.maneuver import Maneuver
 from testbed.maneuver.penalty import Penalty
 from testbed.maneuver.profiles import basic_profile, read_profile
 from testbed.maneuver.splines import clamped_spline
+from testbed.scenario.environment import AirBearing
 from testbed.scenario.maneuver import (
     BasicManeuver,
     BodyRateDesign,
@@ -63,8 +66,39 @@ def plan_maneuver(
         seed: of the starts; the maneuver section's own where None.
 
     Raises:
-        InputError: a file cannot be read, or the limits cannot be met.
+        InputError: a file cannot be read, the limits cannot be met, or the maneuver tilts the platform beyond what its
+            bearing allows.
     """
+    plan = _planned(scenario, nominal, progress, seed)
+    require_tilt(scenario, plan.maneuver)
+    return plan
+
+
+def require_tilt(scenario: Scenario, maneuver: Maneuver) -> None:
+    """Refuse a maneuver whose reference tilts the platform beyond what its bearing allows.
+
+    Raises:
+        InputError: with the largest tilt, and when it is reached.
+    """
+    environment = scenario.environment
+    if not isinstance(environment, AirBearing) or environment.tilt_limit_rad is None:
+        return
+    time = np.linspace(0.0, maneuver.duration, max(2, round(maneuver.duration * _LOOKED_AT)))
+    tilt = tilts_along(scenario, maneuver, time)
+    worst = int(np.argmax(tilt))
+    if tilt[worst] > environment.tilt_limit_rad:
+        raise InputError(
+            f"{scenario.name}: the maneuver tilts the platform by {tilt[worst]:.3g} rad at {time[worst]:.3g} s, beyond "
+            f"environment.tilt_limit_rad = {environment.tilt_limit_rad}: lower its rates about x and y, turn back "
+            "earlier, or start more upright"
+        )
+
+
+_LOOKED_AT = 50.0
+"""Hz. Between two instants a body of 1 rad/s turns by 0.02 rad, and a spline at its largest tilt by far less."""
+
+
+def _planned(scenario: Scenario, nominal: PlatformModel, progress: Callable[[Start], None], seed: int | None) -> Plan:
     match scenario.maneuver:
         case BodyRateDesign() | GimbalDesign() as section:
             design = _design(scenario, section, nominal, _search(section, progress, seed))

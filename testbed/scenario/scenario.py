@@ -19,6 +19,7 @@ from testbed.scenario.body import BodyScenario
 from testbed.scenario.cluster import NO_CLUSTER, Cluster, Limits, stated_conflicts
 from testbed.scenario.control import Controller
 from testbed.scenario.dispersion import Dispersion
+from testbed.scenario.environment import conservation_conflicts, start_conflicts, truth_conflicts
 from testbed.scenario.gyros import Gyros, gyros_of
 from testbed.scenario.maneuver import BasicManeuver, BodyRateDesign, BodyRatePoints, CsvManeuver, Maneuver
 from testbed.scenario.platform import Cabin, Initial, Truth
@@ -102,12 +103,19 @@ class Scenario(BodyScenario):
         refuse(count_conflicts(str(info.field_name), section, _gyros(info), _wheels(info)), from_root=True)
         return section
 
+    @field_validator("truth")
+    @classmethod
+    def _of_environment(cls, truth: Truth, info: ValidationInfo) -> Truth:
+        refuse(truth_conflicts(info.data.get("environment"), truth), from_root=True)
+        return truth
+
     @field_validator("initial")
     @classmethod
     def _locked(cls, initial: Initial, info: ValidationInfo) -> Initial:
         conflicts = (
             locked_conflicts(initial, _gyros(info)),
             wheel_start_conflicts(initial, _wheels(info)),
+            start_conflicts(info.data.get("environment"), initial),
         )
         refuse(chain.from_iterable(conflicts), from_root=True)
         return initial
@@ -148,6 +156,7 @@ class Scenario(BodyScenario):
             _preference_conflicts(controller, info.data.get("maneuver")),
             momentum_conflicts(estimation, initial, _gyros(info), _wheels(info), platform, truth),
             dispersion_conflicts(estimation, info.data.get("dispersion")),
+            conservation_conflicts(info.data.get("environment"), info.data.get("maneuver"), estimation),
         )
         refuse(chain.from_iterable(conflicts), from_root=True)
         return controller

@@ -154,6 +154,7 @@ def targets_of(
     *,
     preferred_gimbal_angle: UnitSeries | None,
     initial_momentum_B: Vector3,
+    outside_torque_B: Vectors3 | None = None,
 ) -> Targets:
     """Sample a maneuver: at the ticks for errors, in the middle of each period for what is held through it.
 
@@ -163,6 +164,8 @@ def targets_of(
         controller: its model turns body rates into cluster momentum.
         preferred_gimbal_angle: constant preferred angles, shape (M,), rad; None to follow the maneuver's own.
         initial_momentum_B: total angular momentum that the controller expects at the start, shape (3,), N·m·s, body.
+        outside_torque_B: what it expects to act on the platform at the ticks, shape (ticks + 1, 3), N·m, body axes;
+            nothing where None.
     """
     at_ticks = maneuver.reference(clock.tick_times)
     middle = maneuver.reference(clock.tick_times[:-1] + clock.period / 2)
@@ -174,7 +177,9 @@ def targets_of(
         constant = np.zeros(units) if preferred_gimbal_angle is None else preferred_gimbal_angle
         angle, rate, follows = np.tile(constant, (clock.ticks + 1, 1)), np.zeros((clock.ticks, units)), False
         inertia = controller.tracker.inertia
-        momentum_B = momentum_of_rates(inertia, clock.tick_times, at_ticks.body_rate, initial_momentum_B)
+        momentum_B = momentum_of_rates(
+            inertia, clock.tick_times, at_ticks.body_rate, initial_momentum_B, outside_torque_B
+        )
     momentum_rate_B = np.diff(momentum_B, axis=0) / clock.period
     return Targets(
         tick_rate=at_ticks.body_rate,
