@@ -139,10 +139,7 @@ def conservation_conflicts(
     if not isinstance(environment, AirBearing):
         return
     if isinstance(maneuver, GimbalDesign | GimbalPoints | ActuatorDesign | ActuatorPoints):
-        text = (
-            f'is "{maneuver.parametrization}", whose body rate follows from a conserved momentum, but on an air bearing '
-            "gravity changes it"
-        )
+        text = f'is "{maneuver.parametrization}": its body rate follows from a momentum that gravity changes here'
         yield Conflict(key="maneuver.parametrization", text=f'{text}; use "body_rate"')
     if estimation is not None and estimation.alignments:
         text = (
