@@ -20,6 +20,8 @@ PURE_NUMBERS = {
     "wheel_spin_inertia_factor",
     "attitude_quat_NB",
     "cluster_torque_fraction",
+    "wheel_torque_fraction",
+    "wheel_momentum_fraction",
     "control_points",
     "damping",
     "decay",
