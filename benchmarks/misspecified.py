@@ -307,7 +307,8 @@ tails of the gyro's noise, its level, clocks, encoders. A name is wrong unless i
 describes what was done: `gyro_noise_color` is right where the noise has a colour, `gyro_latency` where the actuators'
 telemetry is early. Wanted: a wrong name in at most {MOST_WRONG:.0%} of each kind, `unexplained` in at most
 {MOST_UNEXPLAINED:.0%}. Exceeded by: {", ".join(missed) or "none"}.
-At most {MOST_WRONG:.0%} with 95 % confidence, for which 59 sets without a wrong name are needed: {", ".join(shown) or "none"}.
+At most {MOST_WRONG:.0%} with 95 % confidence, for which 59 sets without a wrong name are needed:
+{", ".join(shown) or "none"}.
 
 Command: `python -m benchmarks.misspecified --sets {max(row.sets for row in rows)} --seed {seed} --write`, with
 `--kinds` and fewer sets where the table has fewer. {here_and_now()}

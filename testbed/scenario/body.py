@@ -6,13 +6,14 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import tomli_w
-from pydantic import Field, PrivateAttr
+from pydantic import Field, PrivateAttr, ValidationInfo, field_validator
 
 from testbed.files import TextFile
 from testbed.scenario.diagnosis import Diagnosis
+from testbed.scenario.environment import FREE, Environment, mass_conflicts
 from testbed.scenario.estimation import Estimation
 from testbed.scenario.platform import Platform
-from testbed.scenario.section import Section
+from testbed.scenario.section import Section, refuse
 from testbed.scenario.sensors import Gyro
 from testbed.scenario.values import Seed
 
@@ -30,12 +31,21 @@ class BodyScenario(Section):
     """Seed of all noise; the same seed gives the same run."""
     platform: Platform = Platform()
     """The nominal platform."""
+    environment: Annotated[Environment, Field(validate_default=True)] = FREE
+    """What the platform flies in; omitted: free."""
     gyro: Gyro
     """The rate gyro."""
     estimation: Estimation
     """How the inertia is estimated."""
     diagnosis: Diagnosis = Diagnosis()
     """How measured records are compared with the nominal platform."""
+
+    @field_validator("environment")
+    @classmethod
+    def _has_mass(cls, environment: Environment, info: ValidationInfo) -> Environment:
+        refuse(mass_conflicts(environment, info.data.get("platform")), from_root=True)
+        return environment
+
     _source: tuple[TextFile, dict[str, Any]] | None = PrivateAttr(default=None)
 
     def __repr__(self) -> str:

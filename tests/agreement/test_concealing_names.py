@@ -14,7 +14,7 @@ OF_RIGS = {"actuator_gain", "actuator_rate_limit"}
 KNOWN = {
     name: effect
     for name, effect in {**EFFECTS, **NOISE_EFFECTS}.items()
-    if "wheel_speed" not in effect.needs and name not in OF_RIGS
+    if "wheel_speed" not in effect.needs and not effect.environment and name not in OF_RIGS
 }
 """The platform on which effects are hidden by name has gyros alone."""
 ONLY_HIDDEN = {

@@ -28,6 +28,7 @@ PURE_NUMBERS = {
     "failed",
     "gimbal_rate_fraction",
     "gimbal_servo_damping_ratio",
+    "gravity_gradient_factor",
     "gyro_scale_factor",
     "min_singularity_measure",
     "rotor_momentum_relative",

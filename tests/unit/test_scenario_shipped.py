@@ -43,8 +43,8 @@ REQUIRED = {
     "orbit",
     "crazyflie",
 }
-OTHER_PLATFORMS = {"orbit", "crazyflie", "pyramid4", "box_roof", "cubesat_wheels", "mixed"}
-"""A satellite, a quadcopter and other arrays of units, with gyros of their own."""
+OTHER_PLATFORMS = {"orbit", "crazyflie", "pyramid4", "box_roof", "cubesat_wheels", "mixed", "adopted", "air_bearing"}
+"""Satellites, a quadcopter, a table on a bearing and other arrays of units, with gyros of their own."""
 
 
 def test_the_promised_scenarios_are_shipped():
