@@ -51,6 +51,6 @@ def _words(truth: PlatformModel) -> tuple[str, str]:
     about = "about the pivot, " if isinstance(truth.environment, Pivoted) else ""
     said = (
         f"What acts from outside changes the total momentum H, {about}in inertial axes, as the chart shows. The drift "
-        "is what is left when the impulse of the environment along the flight is taken off."
+        "is that of H without the impulse of the environment along the flight."
     )
     return said, "Change of the total momentum, inertial axes"
