@@ -71,7 +71,7 @@ def environment_kind(grid: Grid) -> str:
 
 def up_B(at: Instant) -> Array:
     """Return the z axis of N in body axes, shape (R, P, 3)."""
-    return at.attitude_NB[..., 2, :]
+    return np.asarray((at.first_NB[..., 2:3, :] @ at.attitude)[..., 0, :])
 
 
 def local_B(orbit: Orbiting, at: Instant) -> Array:

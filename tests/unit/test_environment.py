@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from testbed.assembly.platform import nominal_platform, true_platform
 from testbed.cli.check import check_scenario
+from testbed.cli.conceal import conceal_effects
 from testbed.dynamics.environment import (
     EARTH,
     EARTH_RADIUS,
@@ -206,3 +207,8 @@ def test_the_momentum_of_a_flight_on_a_bearing_changes_by_gravity_alone(tmp_path
     assert np.abs(momentum_N - momentum_N[0]).max() > 0.05
     assert flown.summary.momentum_drift < 1e-9
     assert flown.summary.largest_tilt < scenario.environment.tilt_limit_rad
+
+
+def test_the_concealing_engine_says_that_it_flies_freely(tmp_path):
+    with pytest.raises(InputError, match=r'environment\.kind is "air_bearing", but the concealing engine'):
+        conceal_effects(str(written(BEARING, tmp_path)), tmp_path / "out", (), 1, drawn=True, size=None, runs=2)

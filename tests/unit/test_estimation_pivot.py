@@ -166,3 +166,15 @@ def test_the_noise_of_a_linear_equation_is_that_of_gravity_along_the_noisy_attit
 
 def run_start():
     return np.array(scenario().initial.attitude_quat_NB)
+
+
+def test_output_error_states_the_bound_where_the_believed_offset_is_wrong():
+    """The slopes are those of the offset that is found: of the believed one, deviations would be 10 % off."""
+    noise = 4e-4 * np.random.default_rng(7).standard_normal(telemetry().body_rate.shape)
+    part = replace(telemetry(), gyro_noise=4e-4, body_rate=telemetry().body_rate + noise)
+    settings = estimation_settings(scenario(), nominal_platform(scenario()), maneuver=None)
+    estimate = ESTIMATORS["output_error"](part, settings)
+    theta, momentum_B, acting = truth()
+    bound = np.sqrt(np.diag(cramer_rao_bound(part, theta, momentum_B, acting)))
+    stated = np.concatenate([estimate.noise_std, np.sqrt(np.diag(estimate.offset_covariance))])
+    np.testing.assert_allclose(stated / estimate.residual_sigma, bound / 4e-4, rtol=0.01)
