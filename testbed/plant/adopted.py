@@ -123,7 +123,7 @@ def adopted_platform(path: Path, corrections: Corrections) -> AdoptedPlatform:
     found = _Found(own, base, taken)
     lacks = [*_lacking(taken), *found.lacking()]
     if lacks:
-        raise InputError("\n  ".join([f"{path}: lacks {len(lacks)} of what a platform needs:", *lacks]))
+        raise InputError("\n  ".join([f"{path}: lacks what a platform needs:", *lacks]))
     return found.platform()
 
 
@@ -136,7 +136,8 @@ def _lacking(taken: tuple[Taken, ...]) -> Iterator[str]:
     )
     for each in taken:
         if each.role == "locked":
-            yield f"the joint {each.name} is none: it {each.reason}; --wheel {each.name} takes it for a wheel"
+            yield f"the joint {each.name} is none: it {each.reason}"
+    yield "where a joint is one in spite of that, --wheel NAME takes it for a wheel"
 
 
 class _Found:

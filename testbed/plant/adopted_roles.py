@@ -93,19 +93,10 @@ def taken_joints(own: OwnModel, base: int, corrections: Corrections) -> tuple[Ta
     Raises:
         InputError: a name is none of the model's.
     """
-    _require_known(own, corrections)
-    return _Roles(own, base, corrections).taken
-
-
-def _require_known(own: OwnModel, corrections: Corrections) -> None:
-    joints = [own.name(joint) for joint in range(own.model.njnt)]
-    known = {*joints, *(own.model.body(body).name for body in range(own.model.nbody))}
-    for option in ("wheel", "rotor", "ignore"):
-        for name in getattr(corrections, option):
-            if name not in known:
-                near = get_close_matches(name, known, n=1)
-                hint = f"did you mean {near[0]}?" if near else f"its joints are {', '.join(joints)}"
-                raise InputError(f"--{option} {name}: {own.path} has no such joint or body; {hint}")
+    roles = _Roles(own, base, corrections)
+    _require_known(roles)
+    roles.require_possible()
+    return roles.taken
 
 
 @dataclass(frozen=True)
@@ -134,15 +125,41 @@ class _Roles:
         """Rotors of gyros, by their gimbals: hinges of the platform that carry one rotor, and nothing else."""
         found = {}
         for gimbal in self.moving:
-            carried = self._carried(gimbal)
+            carried = self.carried[gimbal]
             if self.carriers[gimbal] == self.base and self._is_hinge(gimbal) and len(carried) == 1:
                 rotor = carried[0]
                 forced = self.is_named(rotor, self.corrections.rotor)
-                if not self._carried(rotor) and (
+                if not self.carried[rotor] and (
                     forced or (not self._unlike(rotor) and self._lies_across(rotor, gimbal))
                 ):
                     found[gimbal] = rotor
         return found
+
+    @cached_property
+    def carried(self) -> dict[int, list[int]]:
+        """The moving joints that each joint carries."""
+        found: dict[int, list[int]] = {joint: [] for joint in self.joints}
+        for joint in self.moving:
+            if self.carriers[joint] != self.base:
+                found[self.carriers[joint]].append(joint)
+        return found
+
+    def require_possible(self) -> None:
+        """Refuse corrections that no joint of its kind can follow."""
+        for joint in self.joints:
+            name, carrier = self.own.name(joint), self.carriers[joint]
+            wheel, rotor = (self.is_named(joint, names) for names in (self.corrections.wheel, self.corrections.rotor))
+            option = f"--{'wheel' if wheel else 'rotor'} {name}"
+            if (wheel or rotor) and not self._is_hinge(joint):
+                raise InputError(f"{option}: it is no hinge, or not the only joint of its body; nothing else turns one")
+            if wheel and carrier != self.base:
+                stands = self.own.name(carrier)
+                raise InputError(f"{option}: it turns on {stands}, not on the platform; --ignore {stands} locks that")
+            if rotor and joint not in self.gimbals.values():
+                text = (
+                    "a gyro's rotor is carried by a hinge of the platform that carries nothing else; --ignore the rest"
+                )
+                raise InputError(f"{option}: {text}")
 
     @property
     def taken(self) -> tuple[Taken, ...]:
@@ -178,8 +195,8 @@ class _Roles:
             return "locked", unlike
         if self.carriers[joint] != self.base:
             return "locked", f"turns on {self.own.name(self.carriers[joint])}, not on the platform itself"
-        if self._carried(joint):
-            return "locked", f"carries {', '.join(map(self.own.name, self._carried(joint)))}"
+        if self.carried[joint]:
+            return "locked", f"carries {', '.join(map(self.own.name, self.carried[joint]))}"
         if self.own.is_driven(joint):
             return "wheel", "turns about an axis of symmetry, and has a motor"
         if _NAMED.search(self._names(joint)):
@@ -193,9 +210,6 @@ class _Roles:
         bodies = self.own.ancestors(self.own.body(joint))
         moving = (each for body in bodies for each in self.own.joints(body) if each == self.base or each in self.moving)
         return next(moving, self.base)
-
-    def _carried(self, joint: int) -> list[int]:
-        return [each for each in self.moving if self.carriers[each] == joint]
 
     def _is_hinge(self, joint: int) -> bool:
         alone = len(self.own.joints(self.own.body(joint))) == 1
@@ -217,3 +231,16 @@ class _Roles:
     def _lies_across(self, rotor: int, gimbal: int) -> bool:
         axes = self.own.drawn.xaxis
         return bool(abs(axes[rotor] @ axes[gimbal]) < _LIKE)
+
+
+def _require_known(roles: _Roles) -> None:
+    """Refuse names that are none of the platform's joints, nor of their bodies."""
+    own = roles.own
+    joints = [own.name(joint) for joint in roles.joints]
+    known = {*joints, *(own.model.body(own.body(joint)).name for joint in roles.joints)}
+    for option in ("wheel", "rotor", "ignore"):
+        for name in getattr(roles.corrections, option):
+            if name not in known:
+                near = get_close_matches(name, known, n=1)
+                hint = f"did you mean {near[0]}?" if near else f"they are {', '.join(joints)}"
+                raise InputError(f"--{option} {name}: the platform of {own.path} has no such joint or body; {hint}")

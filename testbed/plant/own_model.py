@@ -17,6 +17,10 @@ from testbed.arrays import Matrix3, Vector3
 from testbed.errors import InputError
 from testbed.plant.bounds import require_bounded, xml_root
 
+MOST_JOINTS = 200
+"""More than twice the joints of as many gyros and wheels as are flown."""
+_MOST = 1e9
+"""kg and kg·m², more than anything has that flies; their products would overflow."""
 _LEFT_OUT = ("visual", "collision")
 """Elements of a URDF's link that name meshes, which may lie anywhere, and say nothing of its motion."""
 
@@ -108,7 +112,11 @@ class OwnModel:
 
     def subtree(self, body: int) -> list[int]:
         """Return a body and all that it carries."""
-        return [each for each in range(self.model.nbody) if each == body or body in self.ancestors(each)]
+        carried = np.zeros(self.model.nbody, dtype=np.bool_)
+        carried[body] = True
+        for each in range(body + 1, self.model.nbody):  # what carries a body comes before it
+            carried[each] = carried[self.model.body_parentid[each]]
+        return [int(each) for each in np.flatnonzero(carried)]
 
     def composite(self, bodies: Iterable[int]) -> Composite:
         """Return some bodies as one."""
@@ -208,7 +216,11 @@ def read_own_model(path: Path) -> OwnModel:
         _name_joints(spec)
         model = spec.compile()
     except ValueError as error:
-        raise InputError(f"{path}: MuJoCo cannot read it: {error}; mend it there") from error
+        raise InputError(f"{path}: MuJoCo cannot read it: {' '.join(str(error).split())}; mend it there") from error
+    if model.njnt > MOST_JOINTS:
+        raise InputError(f"{path}: has {model.njnt} joints; at most {MOST_JOINTS} are read")
+    if max(model.body_mass.max(), model.body_inertia.max()) > _MOST:
+        raise InputError(f"{path}: has a body of more than {_MOST:g} kg or kg·m²; mend it there")
     return OwnModel(path=path, spec=spec, model=model, speeds=speeds, rooted=rooted)
 
 

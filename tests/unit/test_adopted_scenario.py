@@ -1,4 +1,4 @@
-"""adopted.toml is what its model says, and is flown and estimated from."""
+"""adopted.toml is what its model says; its flights are estimated from and diagnosed."""
 
 from __future__ import annotations
 
@@ -8,6 +8,12 @@ import numpy as np
 import pytest
 
 import testbed as tb
+from testbed.assembly.platform import nominal_body
+from testbed.diagnosis.findings import additions
+from testbed.diagnosis.method import diagnosed
+from testbed.diagnosis.reading import data_set_of
+from testbed.dynamics.inertia import theta_of
+from testbed.effects.registry import EFFECTS
 
 MODEL = Path(__file__).resolve().parents[2] / "models" / "smallsat.xml"
 
@@ -40,3 +46,28 @@ def test_what_was_flown_is_estimated(scenario):
     error = np.abs(estimate.theta - run.truth)
     assert np.all(error < 4.0 * estimate.noise_std)
     assert np.all(4.0 * estimate.noise_std < 0.01 * run.truth[:3].min())
+
+
+SHORT = {
+    "maneuver.duration_s": 30.0,
+    "simulation.duration_s": 30.0,
+    "gyro.sample_rate_hz": 2.5,
+    "simulation.telemetry_rate_hz": 2.5,
+}
+"""A quarter of the time, at half the rates, so that the wheels can."""
+ASKED = ("gyro_latency", "gyro_scale", "viscous_drag", "wheel_inertia", "wheel_misalignment")
+
+
+def test_a_late_gyro_is_named(scenario):
+    """The residual that remains is looked through after that, which takes a minute and is not waited for."""
+    points = (0.5 * np.array(scenario.maneuver.body_rate_rad_s)).tolist()
+    changes = SHORT | {"maneuver.body_rate_rad_s": points}
+    nominal, late = tb.read_scenario("adopted", changes), tb.read_scenario("adopted", changes | {"gyro.latency_s": 0.1})
+    platform = nominal_body(nominal)
+    data = data_set_of([tb.fly(late, seed=seed).record for seed in (21, 22)], nominal, platform)
+    effects = {name: EFFECTS[name] for name in ASKED}
+    states = diagnosed(data.runs, data.heldout, effects, theta_of(platform.inertia))
+    first = next(added for added in map(additions, states) if added)[0]
+    assert first.effect.id == "gyro_latency"
+    (latency,) = first.quantities
+    assert latency.value == pytest.approx(0.1, abs=0.01)

@@ -213,12 +213,12 @@ def test_what_a_scenario_cannot_say_is_noted(tmp_path):
             "lacks a body that is free to turn: give that of the platform a <freejoint/>",
         ),
         (three_wheels(), motors(*AXES), "<joint name='cup' type='ball'/>", "cup is a ball joint, of an air bearing"),
-        ("", "", "<freejoint/>", "lacks 1 of what a platform needs:\n  actuators: a reaction wheel is a hinge"),
+        ("", "", "<freejoint/>", "lacks what a platform needs:\n  actuators: a reaction wheel is a hinge"),
         (
             "<body name='arm'><joint name='elbow' axis='1 0 0'/><geom type='box' size='.1 .1 .1' pos='0 .2 0'/></body>",
             "",
             "<freejoint/>",
-            "the joint elbow is none: it turns what has its centre of mass 0.2 m off the axis; --wheel elbow takes it",
+            "the joint elbow is none: it turns what has its centre of mass 0.2 m off the axis\n  where a joint is one",
         ),
         (
             wheel("port", "0 1 0") + wheel("bow", "1 0 0"),
@@ -244,13 +244,37 @@ def test_a_name_that_is_not_there_is_answered_with_the_nearest(tmp_path):
         tb.adopt(model(tmp_path, three_wheels(), motors(*AXES)), wheel=["prot"])
 
 
+def test_corrections_that_no_joint_can_follow_are_refused(tmp_path):
+    panel = f"<body name='panel'><joint name='drive' axis='1 0 0'/><geom size='.01'/>{wheel('spare', '0 1 0')}</body>"
+    path = model(tmp_path, three_wheels() + panel, motors(*AXES))
+    with pytest.raises(tb.InputError, match=r"--wheel spare: it turns on drive, .* --ignore drive locks that"):
+        tb.adopt(path, wheel=["spare"], rotor=[])
+    assert roles(tb.adopt(path, wheel=["spare"], ignore=["drive"]))["spare"] == "wheel"
+    with pytest.raises(tb.InputError, match="--rotor port: a gyro's rotor is carried by a hinge"):
+        tb.adopt(path, rotor=["port"])
+    with pytest.raises(
+        tb.InputError, match=r"--wheel ship: the platform of .* has no such joint or body; they are port,"
+    ):
+        tb.adopt(path, wheel=["ship"])
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         ("<html/>", r"begins with <html>; give an MJCF \(<mujoco>\) or a URDF \(<robot>\)"),
         ("<mujoco><worldbody>", "not a readable MJCF"),
         ("<mujoco><worldbody><replicate count='99999'><geom size='1'/></replicate></worldbody></mujoco>", "copies"),
-        ("<robot name='a'><link name='b'/></robot>", "cannot|lacks"),
+        ("<robot name='a'><link name='b'/></robot>", "MuJoCo cannot read it: .* mass and inertia of moving bodies"),
+        (
+            "<mujoco><worldbody><body><freejoint/><geom size='1' mass='1e300'/></body></worldbody></mujoco>",
+            r"has a body of more than 1e\+09 kg or kg·m²",
+        ),
+        (
+            "<mujoco><worldbody><body><freejoint/>"
+            + "<geom size='1'/><body><joint/><geom size='1'/></body>" * 200
+            + "</body></worldbody></mujoco>",
+            "has 201 joints; at most 200 are read",
+        ),
         ("<robot name='a'><link name='b'></robot>", "not a readable MJCF"),
     ],
 )
