@@ -129,7 +129,7 @@ def true_plant(flown: Sequence[tuple[Scenario, PlatformModel]], threads: int = 1
         rotor_momentum=np.stack([_starting_momentum(scenario) for scenario, _ in flown]),
         rotor_momentum_limit=gyros.rotor_momentum_limit,
         rotors=gyros.rotors,
-        wheel_momentum=np.stack([_starting_wheel_momentum(scenario) for scenario, _ in flown]),
+        wheel_momentum=np.stack([first_wheel_momentum(scenario) for scenario, _ in flown]),
         wheel_momentum_limit=each_wheel(flown[0][0], "momentum_limit_N_m_s"),
         orbit_torque=_orbit_torque([platform for _, platform in flown]),
         threads=threads,
@@ -313,10 +313,10 @@ def initial_momentum(scenario: Scenario, platform: PlatformModel) -> Vector3:
     start = initial_state(scenario)
     at_rest = np.zeros_like(start.gimbal_angle)
     carried = platform_momentum(platform.cluster, platform.turned_inertia, start.body_rate, start.gimbal_angle, at_rest)
-    return carried + wheel_momentum(platform.wheels, _starting_wheel_momentum(scenario))
+    return carried + wheel_momentum(platform.wheels, first_wheel_momentum(scenario))
 
 
-def _starting_wheel_momentum(scenario: Scenario) -> Units:
+def first_wheel_momentum(scenario: Scenario) -> Units:
     """Jw·Ω of the wheels when the flight starts, by the believed spin inertia, shape (W,), N·m·s."""
     return np.array(per_unit(scenario.initial.wheel_momentum_N_m_s, wheel_count(scenario.actuators), 0.0))
 

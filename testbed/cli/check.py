@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from testbed.assembly.control import flight_clock
+from testbed.assembly.maneuver import profile_of
 from testbed.assembly.platform import PlatformModel, nominal_body, true_platform
 from testbed.cli.console import say
 from testbed.cli.options import changed_scenario
 from testbed.experiment.planning import plan_maneuver, starts_of
 from testbed.library.scenarios import naming
-from testbed.maneuver.profiles import read_profile
 from testbed.scenario.maneuver import CsvManeuver
 from testbed.scenario.scenario import Scenario
 
@@ -35,4 +35,4 @@ def check_scenario(source: str, changes: Sequence[str]) -> None:
 def _read_table(scenario: Scenario) -> None:
     """Read the table of a maneuver that is one, which decides how long is flown."""
     if isinstance(scenario.maneuver, CsvManeuver):
-        flight_clock(scenario, read_profile(scenario.maneuver.file, scenario.gyros.units).duration)
+        flight_clock(scenario, profile_of(scenario.maneuver, scenario).duration)

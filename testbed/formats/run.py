@@ -56,7 +56,7 @@ class Design(Part):
 
     criterion: Literal["D", "A", "E", "condition"]
     """What was optimised."""
-    parametrization: Literal["gimbal", "body_rate"]
+    parametrization: Literal["gimbal", "body_rate", "actuator"]
     """What the splines describe."""
     min_eigenvalue: float
     """Smallest eigenvalue of Ψ_fᵀΨ_f, 1/s⁴."""

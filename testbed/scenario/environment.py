@@ -13,7 +13,7 @@ from testbed.dynamics.environment import EARTH, EARTH_RADIUS
 from testbed.quantities import Dipole, Drag, Gravity, MagneticField, Offset, SignedTorque
 from testbed.rotation.quaternion import tilts
 from testbed.scenario.estimation import Estimation
-from testbed.scenario.maneuver import GimbalDesign, GimbalPoints, Maneuver
+from testbed.scenario.maneuver import ActuatorDesign, ActuatorPoints, GimbalDesign, GimbalPoints, Maneuver
 from testbed.scenario.platform import Initial, Platform, Truth
 from testbed.scenario.section import Conflict, Section, refuse
 from testbed.scenario.values import Three
@@ -138,10 +138,8 @@ def conservation_conflicts(
     """Find what takes the total momentum for conserved, on a bearing where gravity changes it."""
     if not isinstance(environment, AirBearing):
         return
-    if isinstance(maneuver, GimbalDesign | GimbalPoints):
-        text = (
-            'is "gimbal", whose body rate follows from a conserved momentum, but on an air bearing gravity changes it'
-        )
+    if isinstance(maneuver, GimbalDesign | GimbalPoints | ActuatorDesign | ActuatorPoints):
+        text = f'is "{maneuver.parametrization}": its body rate follows from a momentum that gravity changes here'
         yield Conflict(key="maneuver.parametrization", text=f'{text}; use "body_rate"')
     if estimation is not None and estimation.alignments:
         text = (

@@ -21,14 +21,22 @@ from testbed.scenario.control import Controller
 from testbed.scenario.dispersion import Dispersion
 from testbed.scenario.environment import conservation_conflicts, start_conflicts, truth_conflicts
 from testbed.scenario.gyros import Gyros, gyros_of
-from testbed.scenario.maneuver import BasicManeuver, BodyRateDesign, BodyRatePoints, CsvManeuver, Maneuver
+from testbed.scenario.maneuver import (
+    ActuatorDesign,
+    ActuatorPoints,
+    BasicManeuver,
+    BodyRateDesign,
+    BodyRatePoints,
+    CsvManeuver,
+    Maneuver,
+)
 from testbed.scenario.platform import Cabin, Initial, Truth
 from testbed.scenario.section import Conflict, Section, refuse
 from testbed.scenario.sensors import Encoder, Tachometer, TorqueSensor, WheelTachometer, WheelTorqueSensor
 from testbed.scenario.simulation import Simulation
 from testbed.scenario.start import (
     dispersion_conflicts,
-    first_angle_conflicts,
+    first_point_conflicts,
     locked_conflicts,
     momentum_conflicts,
     room_conflicts,
@@ -129,8 +137,9 @@ class Scenario(BodyScenario):
 
     @field_validator("maneuver")
     @classmethod
-    def _first_angle(cls, maneuver: Maneuver, info: ValidationInfo) -> Maneuver:
-        refuse(first_angle_conflicts(maneuver, info.data.get("initial"), _gyros(info)), from_root=True)
+    def _first_point(cls, maneuver: Maneuver, info: ValidationInfo) -> Maneuver:
+        conflicts = first_point_conflicts(maneuver, info.data.get("initial"), _gyros(info), _wheels(info))
+        refuse(conflicts, from_root=True)
         return maneuver
 
     @field_validator("simulation")
@@ -191,3 +200,7 @@ def _preference_conflicts(controller: Controller, maneuver: Maneuver | None) -> 
     if steering.preferred_gimbal_angle_rad == "maneuver" and open_gimbals:
         text = 'is "maneuver", but this maneuver leaves the gimbal angles open; use "zero" or a list'
         yield Conflict(key="controller.steering.preferred_gimbal_angle_rad", text=text)
+    open_wheels = maneuver is not None and not isinstance(maneuver, ActuatorDesign | ActuatorPoints | CsvManeuver)
+    if controller.wheels.null_motion == "maneuver" and open_wheels:
+        text = 'is "maneuver", but this maneuver leaves the wheels open; use "none", "minimax" or "preferred"'
+        yield Conflict(key="controller.wheels.null_motion", text=text)
