@@ -42,9 +42,10 @@ REQUIRED = {
     "momentum_bias",
     "orbit",
     "crazyflie",
+    "crazypad",
 }
-OTHER_PLATFORMS = {"orbit", "crazyflie", "pyramid4", "box_roof"}
-"""A satellite, a quadcopter and other arrays of units, with gyros of their own."""
+OTHER_PLATFORMS = {"orbit", "crazyflie", "crazypad", "pyramid4", "box_roof"}
+"""A satellite, two quadcopters and other arrays of units, with gyros of their own."""
 
 
 def test_the_promised_scenarios_are_shipped():
