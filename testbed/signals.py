@@ -15,7 +15,16 @@ MOST_UNITS = 24
 """Of a cluster. The largest that has flown is of six; an optimiser's time grows with the square of the number."""
 QUATERNION = ("w", "x", "y", "z")
 
-_COLUMN_SUFFIX = {"rad": "rad", "rad/s": "rad_s", "N·m": "N_m", "N·m·s": "N_m_s", "m": "m", "m/s²": "m_s2", "": ""}
+_COLUMN_SUFFIX = {
+    "rad": "rad",
+    "rad/s": "rad_s",
+    "N·m": "N_m",
+    "N·m·s": "N_m_s",
+    "m": "m",
+    "m/s²": "m_s2",
+    "N": "N",
+    "": "",
+}
 
 
 def unit_numbers(units: int) -> tuple[str, ...]:
@@ -75,6 +84,7 @@ _TELEMETRY = (
     _signal("gimbal_angle", "rad", UNITS, "gimbal angle, encoder"),
     _signal("cluster_momentum", "N·m·s", AXES, "cluster momentum", "B"),
     _signal("applied_torque", "N·m", AXES, "applied torque", "B"),
+    _signal("motor_thrust", "N", UNITS, "thrust of each motor, commanded"),
     _signal("gimbal_rate_command", "rad/s", UNITS, "gimbal rate, commanded"),
     _signal("gimbal_torque", "N·m", UNITS, "gimbal motor torque"),
     _signal("rotor_speed", "rad/s", UNITS, "rotor speed, tachometer"),

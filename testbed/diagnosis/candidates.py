@@ -119,11 +119,13 @@ class Screening:
         signatures: of each hypothesis at its best start.
         tested: number of hypotheses, which share the family-wise error alike.
         candidates: refitted ones, the one with the most evidence first.
+        set_aside: hypotheses whose refit is the motion of no body; they cannot be compared.
     """
 
     signatures: tuple[Signature, ...]
     tested: int
     candidates: tuple[Candidate, ...]
+    set_aside: tuple[Hypothesis, ...] = ()
 
     def odds(self, candidate: Candidate) -> float:
         """Return twice the logarithm of a candidate's posterior odds against none; all candidates have equal priors."""

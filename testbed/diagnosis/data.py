@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from testbed.arrays import Array, Units
+from testbed.arrays import Array, Matrix3, Theta, Units, Vector3
 from testbed.diagnosis.settings import SETTINGS
+from testbed.dynamics.inertia import inertia_of, log_ratio, of_log_ratio, slopes_of_log_ratio, theta_of
 from testbed.effects.fast_changes import FEWEST, fast_power
 from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.torque_noise import covariance
 from testbed.prediction.grid import Grid, grid_of, unit_count
 from testbed.prediction.motor_torques import has_torques, measured_torques
 from testbed.prediction.servo import response, ticks_of
@@ -127,6 +131,65 @@ def _noise(channel: Sequence[Array]) -> Units:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Belief:
+    """What is known of a model's parameters before its runs are seen. Each known number is one more row of a fit.
+
+    Attributes:
+        nominal_theta: inertia that the logarithm U of `dynamics.inertia.log_ratio` is taken over, shape (6,), kg·m².
+        log_ratio: mean of U, shape (6,).
+        log_ratio_std: its standard deviation; infinite for none, zero where the inertia is known.
+        reach: largest eigenvalue of U, either sign.
+        trim: mean of the actuators' constant torque in a record, shape (3,), N·m.
+        trim_std: its scatter from record to record, shape (3,), N·m; infinite where any trim is as likely.
+        effects: key, mean and standard deviation of the parameters of effects that are known to be there.
+    """
+
+    nominal_theta: Theta
+    log_ratio: Array
+    log_ratio_std: float
+    reach: float
+    trim: Vector3
+    trim_std: Vector3
+    effects: tuple[tuple[str, Array, Array], ...] = ()
+
+    @property
+    def nominal(self) -> Matrix3:
+        """The inertia itself, shape (3, 3), kg·m²."""
+        return inertia_of(self.nominal_theta)
+
+    def of_records(self) -> Belief:
+        """Return what is known of each record by itself: runs that are held out have the rest from those fitted."""
+        return replace(self, log_ratio_std=np.inf, effects=())
+
+    def log_ratio_of(self, theta: Theta) -> Theta:
+        """Return U of an inertia, shape (6,)."""
+        return log_ratio(inertia_of(theta), self.nominal)
+
+    def within_reach(self, logarithm: Theta) -> Theta:
+        """Return θ, shape (6,), kg·m², of the nearest U that is within reach."""
+        sizes, axes = np.linalg.eigh(inertia_of(logarithm))
+        near = theta_of((axes * np.clip(sizes, -self.reach, self.reach)) @ axes.T)
+        return theta_of(of_log_ratio(near, self.nominal))
+
+    def moved(self, theta: Theta, step: Theta) -> Theta:
+        """Return an inertia after a step, both of shape (6,), kg·m²: U takes the step that it is to first order."""
+        logarithm = self.log_ratio_of(theta)
+        slopes = slopes_of_log_ratio(logarithm, self.nominal, np.eye(3))
+        return self.within_reach(logarithm + np.linalg.solve(slopes, step))
+
+    def ways(self, theta: Theta) -> tuple[Array, Array]:
+        """Return ∂θ/∂U about the axes of U, shape (6, 6), and the limits that U is at: -1, 0 or 1, shape (6,)."""
+        logarithm = self.log_ratio_of(theta)
+        sizes, axes = np.linalg.eigh(inertia_of(logarithm))
+        at_limit = np.concatenate([np.sign(sizes) * (np.abs(sizes) > _AT_REACH * self.reach), np.zeros(3)])
+        return slopes_of_log_ratio(logarithm, self.nominal, axes), at_limit
+
+
+_AT_REACH = 1.0 - 1e-9
+"""Share of the reach from which on U is at its limit: rounding of its eigenvalues."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Runs:
     """Runs of one role.
 
@@ -140,6 +203,9 @@ class Runs:
         inner: measured motor torques and responses to commands, blocks in the order in which they are predicted.
         inner_sigma: of each block, shape (M,) or (M - 3,), in the block's unit.
         noise_freedom: degrees of freedom with which sigma is known; infinite where it is stated.
+        belief: what is known of the parameters beforehand; None where the runs alone decide them.
+        torque_noise: noise of the samples and of a torque that nobody commanded, as `estimation.torque_noise` has it,
+            by which windows are whitened instead of by sigma, shape (3, 3); None where it is not estimated.
     """
 
     names: tuple[str, ...]
@@ -150,6 +216,8 @@ class Runs:
     noise_freedom: float = np.inf
     windowed: tuple[str, ...] = ()
     estimated_noise: tuple[Array, ...] = ()
+    belief: Belief | None = None
+    torque_noise: Array | None = None
 
     @property
     def measured(self) -> list[Array]:
@@ -165,6 +233,30 @@ class Runs:
     def record_names(self) -> list[str]:
         """Names of the records, each once, in their order."""
         return list(dict.fromkeys(self.windowed or self.names))
+
+    @cached_property
+    def record_of(self) -> NDArray[np.intp]:
+        """Index in `record_names` of every run, shape (R,)."""
+        index = {name: number for number, name in enumerate(self.record_names)}
+        return np.array([index[name] for name in self.windowed or self.names])
+
+    @property
+    def trimmed(self) -> bool:
+        """Whether a constant torque of the actuators is free in every record: nothing else fixes its mean."""
+        return self.grid.runs[0].applied_torque is not None and not self.driven_by_momentum
+
+    @property
+    def mean_torque(self) -> Array:
+        """Mean of the applied torque over the record of every run, shape (R, 1, 3), N·m."""
+        by_run = self.grid.applied_torque_B[:, 0].mean(axis=1)
+        sums = np.zeros((len(self.record_names), 3))
+        np.add.at(sums, self.record_of, by_run)
+        return (sums / np.bincount(self.record_of)[:, None])[self.record_of][:, None]
+
+    @property
+    def numbers(self) -> int:
+        """Numbers of all channels that are compared."""
+        return self.samples + sum(block.size for block in self.inner)
 
     @property
     def samples(self) -> int:
@@ -188,8 +280,8 @@ class Runs:
             predicted: blocks of all channels, each of shape (N, 3), (N, M) or (N, M - 3).
         """
         measured = (*self.measured, *self.inner)
-        pairs = zip(measured, predicted, self._sigmas, strict=True)
-        return np.concatenate([((values - guess) / sigma).ravel() for values, guess, sigma in pairs])
+        pairs = enumerate(zip(measured, predicted, strict=True))
+        return np.concatenate([self._white(block, values - guess).ravel() for block, (values, guess) in pairs])
 
     def by_run(self, residual: Array) -> list[Array]:
         """Return what of a whitened residual is the gyro's in each run, shapes (N, 3), or (N, 3, C) of C columns.
@@ -222,10 +314,34 @@ class Runs:
         """Return derivatives of all blocks in units of sigma, each of shape (numbers in the block, C).
 
         Args:
-            derivatives: of each block, shape (N, 3, C), (N, M, C) or (N, M - 3, C).
+            derivatives: of each block, shape (N, 3, C), (N, M, C) or (N, M - 3, C); of the gyro's alone, or of all.
         """
-        pairs = zip(derivatives, self._sigmas, strict=True)
-        return [(block / sigma[:, None]).reshape(-1, block.shape[-1]) for block, sigma in pairs]
+        return [self._white(index, block).reshape(-1, block.shape[-1]) for index, block in enumerate(derivatives)]
+
+    def deviations(self, residual: Array) -> list[Array]:
+        """Return by how much a whitened residual's gyro samples differ from a prediction, shapes (N, 3), rad/s."""
+        parts = self.by_run(residual)
+        if self.torque_noise is None:
+            return [part * sigma for part, sigma in zip(parts, self.sigma, strict=True)]
+        return [np.einsum("anm,ma->na", factor, part) for factor, part in zip(self._factors, parts, strict=True)]
+
+    def _white(self, block: int, values: Array) -> Array:
+        """Return what is in the unit of a block in units of its noise, shape (N, width) or (N, width, C)."""
+        if self.torque_noise is None or block >= len(self.names):
+            sigma = self._sigmas[block]
+            return np.asarray(values / (sigma if values.ndim == 2 else sigma[:, None]))
+        return np.asarray(np.einsum("anm,ma...->na...", self._whiteners[block], values))
+
+    @cached_property
+    def _factors(self) -> list[Array]:
+        """Cholesky factors of the noise's covariance of each run and axis, shape (3, N, N), rad/s."""
+        assert self.torque_noise is not None
+        return [np.asarray(np.linalg.cholesky(covariance(run.gyro_time, self.torque_noise))) for run in self.grid.runs]
+
+    @cached_property
+    def _whiteners(self) -> list[Array]:
+        """Their inverses."""
+        return [np.asarray(np.linalg.inv(factor)) for factor in self._factors]
 
     @property
     def _sigmas(self) -> tuple[Array, ...]:
@@ -260,6 +376,9 @@ def joined(runs: Runs, heldout: Runs | None) -> Runs:
         sigma=np.concatenate([each.sigma for each in both]),
         noise_freedom=runs.noise_freedom,
         estimated_noise=[noise for each in both for noise in each.estimated_noise],
+        windowed=[name for each in both for name in each.windowed],
+        belief=runs.belief,
+        torque_noise=runs.torque_noise,
     )
 
 
@@ -271,6 +390,9 @@ def chosen(runs: Runs, which: Sequence[int]) -> Runs:
         sigma=runs.sigma[list(which)],
         noise_freedom=runs.noise_freedom,
         estimated_noise=[runs.estimated_noise[index] for index in which if runs.estimated_noise],
+        windowed=[runs.windowed[index] for index in which if runs.windowed],
+        belief=runs.belief,
+        torque_noise=runs.torque_noise,
     )
 
 
@@ -280,9 +402,19 @@ def _gyro_only(
     sigma: Array,
     noise_freedom: float,
     estimated_noise: Sequence[Array],
+    windowed: Sequence[str],
+    belief: Belief | None,
+    torque_noise: Array | None,
 ) -> Runs:
     outer = [replace(run, gimbals=run.gimbals and run.gimbals.angles_only(), gyro_error=None) for run in telemetry]
     grid = replace(grid_of(outer), follows_commands=False)
     return Runs(
-        names=tuple(names), grid=grid, sigma=sigma, noise_freedom=noise_freedom, estimated_noise=tuple(estimated_noise)
+        names=tuple(names),
+        grid=grid,
+        sigma=sigma,
+        noise_freedom=noise_freedom,
+        estimated_noise=tuple(estimated_noise),
+        windowed=tuple(windowed),
+        belief=belief,
+        torque_noise=torque_noise,
     )

@@ -226,6 +226,46 @@ def noise_notices(diagnosis: Diagnosis) -> tuple[str, ...]:
     )
 
 
+def model_notices(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """Return what there is to know of the model that is no effect: trims, an inertia at its limit, what ran away."""
+    return (*_trim_words(diagnosis), *_inertia_words(diagnosis), *_set_aside_words(diagnosis))
+
+
+def _trim_words(diagnosis: Diagnosis) -> Iterator[str]:
+    trim = diagnosis.model.values.trim
+    if trim is None:
+        return
+    records = np.unique(diagnosis.runs.record_of, return_index=True)[1]
+    pairs = zip(diagnosis.runs.record_names, trim[records, 0], strict=True)
+    shown = "; ".join(f"{name} ({', '.join(f'{value:.2g}' for value in each)})" for name, each in pairs)
+    yield (
+        "a constant torque of the actuators in body axes, their trim, is estimated for each record beside the initial "
+        f"rates: {shown} N·m; a constant torque on the body cannot be told from it"
+    )
+
+
+def _inertia_words(diagnosis: Diagnosis) -> Iterator[str]:
+    belief = diagnosis.model.belief
+    if belief is None:
+        return
+    _, limits = belief.ways(diagnosis.model.theta)
+    if limits.any():
+        which = "larger" if limits.sum() > 0.0 else "smaller"
+        yield (
+            f"the records want a {which} inertia than a factor of {np.exp(belief.reach):.2g} from the nominal one, to "
+            "which it is held: torque per command, or what turns the platform beside it, is not as stated; "
+            "platform.inertia_uncertainty widens the limit"
+        )
+
+
+def _set_aside_words(diagnosis: Diagnosis) -> Iterator[str]:
+    screenings = [step.screening for step in diagnosis.steps]
+    last = [] if diagnosis.remaining is None else [diagnosis.remaining]
+    keys = dict.fromkeys(each.key for screening in (*screenings, *last) for each in screening.set_aside)
+    if keys:
+        yield f"set aside, as no motion of a body could be fitted with it: {', '.join(keys)}"
+
+
 def inertia_change(diagnosis: Diagnosis) -> InertiaChange:
     """Return how the inertia of the final model differs from the nominal one."""
     difference = diagnosis.model.theta - diagnosis.nominal_theta

@@ -17,7 +17,7 @@ from testbed.arrays import Theta
 from testbed.diagnosis.candidates import Candidate, Screening, accepted
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.latent import evidence_of_any, goodness, latent_torque, on_all_runs, torque_shapes
-from testbed.diagnosis.model import fitted, fitted_initial_rates, refit
+from testbed.diagnosis.model import fitted, fitted_initial_rates, in_torque_noise, refit
 from testbed.diagnosis.noise import noise_level, noise_tests, with_noise_model
 from testbed.diagnosis.search import Search, gap_of, odds_together, with_effect, with_model
 from testbed.diagnosis.signatures import hypotheses
@@ -64,7 +64,10 @@ def diagnosed(
         state = replace(state, remaining=screening)
         if chosen is None:
             break
-        state = noise.explained(add(search, state, chosen, screening))
+        larger = add(search, state, chosen, screening)
+        if larger.gap.fit > state.gap.fit:  # what fits worse is no explanation, whatever other runs make of it
+            break
+        state = noise.explained(larger)
         yield state
     if not state.unnamed:
         progress("residual")
@@ -80,6 +83,7 @@ def baseline(runs: Runs, heldout: Runs | None, nominal_theta: Theta) -> Diagnosi
     """
     model = fitted(runs, [], nominal_theta, [])
     gap = gap_of(runs, model, heldout)
+    runs, heldout, model = in_torque_noise(runs, heldout, model)
     return Diagnosis(
         runs=runs,
         heldout=heldout,
@@ -87,7 +91,7 @@ def baseline(runs: Runs, heldout: Runs | None, nominal_theta: Theta) -> Diagnosi
         baseline=model,
         model=model,
         gap_before=gap,
-        gap=gap,
+        gap=gap_of(runs, model, heldout),
         noise=noise_level(runs, model),
     )
 
@@ -172,6 +176,7 @@ class _NoiseStep:
             if heldout is not None and self.stated.heldout is not None:
                 heldout = _with_noise_of(self.stated.heldout, heldout)
             model = refit(runs, model)
+        runs, heldout, model = in_torque_noise(runs, heldout, model)
         scatter = noise_tests(runs, model, self.effects, self.others, white=white)
         found = scatter.found
         if found:

@@ -19,7 +19,7 @@ from typing_extensions import override
 
 from testbed.arrays import Array, Series, Theta
 from testbed.assembly.platform import Body
-from testbed.diagnosis.data import Runs, runs_of
+from testbed.diagnosis.data import Belief, Runs, runs_of
 from testbed.diagnosis.model import Fit, fitted, nominal_fit, orthonormal
 from testbed.diagnosis.noise import pooled_noise, with_pooled_noise, with_telemetry_noise, without_spikes
 from testbed.diagnosis.settings import SETTINGS
@@ -247,6 +247,11 @@ class Gated:
     together: Runs
     baseline: Fit
 
+    @property
+    def belief(self) -> Belief | None:
+        """What is known of the parameters beforehand."""
+        return self.together.belief
+
 
 def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, at_rest: bool = False) -> Gated:
     """Let records pass that can be meant for the scenario's platform.
@@ -273,12 +278,43 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
         raise InputError("\n".join(refused))
     theta = theta_of(nominal.inertia)
     together = runs_together(usable, range(len(usable)))
+    together = replace(together, belief=belief_of(together, scenario, theta))
     if not at_rest:
         require_motion(together)
     require_si(together, theta)
     baseline = fitted(together, [], theta, [])
     require_this_platform(together, baseline, theta)
     return Gated(usable=usable, refused=tuple(refused), notices=tuple(notices), together=together, baseline=baseline)
+
+
+_KNOWN = 1e-4
+"""Relative standard deviation of an inertia that is known: less than any record shows, more than rounding."""
+
+
+def belief_of(runs: Runs, scenario: BodyScenario, theta: Theta) -> Belief | None:
+    """Return what is known of a platform's parameters beforehand; None where runs of gimbals or momentum decide alone.
+
+    Only where torque is applied, known in part, does a fit need to hear that the nominal inertia is about right: the
+    momentum that actuators store is known to per cents. A scenario that states an uncertainty is taken at its word.
+
+    Args:
+        runs: of the platform.
+        scenario: with what it states of the inertia's uncertainty.
+        theta: of the nominal model, shape (6,), kg·m².
+    """
+    platform = scenario.platform
+    stated = _KNOWN if platform.inertia == "known" else platform.inertia_uncertainty
+    if stated is None and not runs.trimmed:
+        return None
+    std = SETTINGS.inertia_uncertainty if stated is None else stated
+    return Belief(
+        nominal_theta=theta,
+        log_ratio=np.zeros(6),
+        log_ratio_std=std,
+        reach=SETTINGS.inertia_reach * std,
+        trim=np.zeros(3),
+        trim_std=np.full(3, np.inf),
+    )
 
 
 def runs_together(usable: Usable, chosen: Sequence[int]) -> Runs:
@@ -334,16 +370,17 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
     theta, notices = theta_of(nominal.inertia), list(passed.notices)
     usable = _without_spikes(passed, notices)
     stated = all(_states_noise(record) for record, _ in usable)
-    level = None if stated else pooled_noise(runs_together(usable, range(len(usable))), theta)
+    everything = replace(runs_together(usable, range(len(usable))), belief=passed.belief)
+    level = None if stated else pooled_noise(everything, theta)
     fit, heldout = by_role([(record, [part.telemetry for part in parts]) for record, parts in usable])
 
-    def of(chosen: Sequence[int]) -> Runs:
-        runs = runs_together(usable, chosen)
+    def of(chosen: Sequence[int], belief: Belief | None) -> Runs:
+        runs = replace(runs_together(usable, chosen), belief=belief)
         return with_telemetry_noise(runs, passed.baseline.theta) if level is None else with_pooled_noise(runs, level)
 
     return DataSet(
-        runs=of(fit),
-        heldout=of(heldout) if heldout else None,
+        runs=of(fit, passed.belief),
+        heldout=of(heldout, None if passed.belief is None else passed.belief.of_records()) if heldout else None,
         fit_records=tuple(usable[index][0].details.name for index in fit),
         heldout_records=tuple(usable[index][0].details.name for index in heldout),
         notices=(*(f"left out: {reason}" for reason in passed.refused), *grouped(notices)),

@@ -10,7 +10,7 @@ import numpy as np
 
 from testbed.arrays import Array, Series, UnitSeries, Vectors3
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.model import Fit, fitted_initial_rates
+from testbed.diagnosis.model import Fit, evaluated, fitted_initial_rates
 from testbed.diagnosis.noise import added_variance
 from testbed.diagnosis.state import Diagnosis
 from testbed.estimation.telemetry import Telemetry
@@ -71,7 +71,10 @@ class RunResiduals:
 
 def residuals_of(diagnosis: Diagnosis) -> tuple[RunResiduals, ...]:
     """Return every run, put together from its windows, against both models, held-out ones last."""
-    shown = list(_residuals(diagnosis, diagnosis.runs, (diagnosis.baseline, diagnosis.model), held_out=False))
+    baseline = diagnosis.baseline
+    if diagnosis.runs.torque_noise is not None:  # which is estimated anew with every model
+        baseline = evaluated(_as_stated(diagnosis, diagnosis.runs), baseline.placed, baseline.values)
+    shown = list(_residuals(diagnosis, diagnosis.runs, (baseline, diagnosis.model), held_out=False))
     heldout = diagnosis.heldout
     if heldout is not None:
         before = fitted_initial_rates(_as_stated(diagnosis, heldout), diagnosis.baseline)
@@ -117,7 +120,8 @@ def _as_stated(diagnosis: Diagnosis, runs: Runs) -> Runs:
 
 def _residuals(diagnosis: Diagnosis, runs: Runs, fits: tuple[Fit, Fit], *, held_out: bool) -> Iterator[RunResiduals]:
     before, after = (runs.by_run(fit.residual) for fit in fits)
-    stated = _as_stated(diagnosis, runs).sigma
+    stated = _as_stated(diagnosis, runs)
+    missed, left = stated.deviations(fits[0].residual), runs.deviations(fits[1].residual)
     names = runs.windowed or runs.names
     for index, (name, run) in enumerate(zip(names, runs.grid.runs, strict=True)):
         yield RunResiduals(
@@ -125,8 +129,8 @@ def _residuals(diagnosis: Diagnosis, runs: Runs, fits: tuple[Fit, Fit], *, held_
             held_out=held_out,
             time=run.gyro_time,
             measured=run.body_rate,
-            nominal=run.body_rate - stated[index] * before[index],
-            extended=run.body_rate - runs.sigma[index] * after[index],
+            nominal=run.body_rate - missed[index],
+            extended=run.body_rate - left[index],
             before=before[index],
             after=after[index],
             gimbal_angle=_angle_at_gyro(run),

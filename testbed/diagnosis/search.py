@@ -23,6 +23,7 @@ from testbed.diagnosis.model import Fit, Hypothesis, all_corrected, fitted, fitt
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import Signature, signatures, without
 from testbed.diagnosis.state import Diagnosis, Gap, Step
+from testbed.dynamics.inertia import inertia_of
 from testbed.errors import InputError
 
 _SHARES = (1.0, 0.1, 0.0)
@@ -75,14 +76,19 @@ def screened(
     tested = max(len(best), 1)
     order = sorted(best, key=lambda each: -_anywhere(runs, each, scale_evidence(each.score, each.rank)))
     promising = [each for each in order[: SETTINGS.most_refits] if each.rank]
-    candidates, without = [], log_evidence(heldout, fit)
+    candidates, aside, without = [], [], log_evidence(heldout, fit)
     for signature in promising:
         progress(signature.placed.key)
-        candidates.append(_candidate(runs, heldout, fit, signature, tested, without))
+        candidate = _candidate(runs, heldout, fit, signature, tested, without)
+        if candidate is None:
+            aside.append(signature.placed)
+        else:
+            candidates.append(candidate)
     return Screening(
         signatures=tuple(best),
         tested=tested,
         candidates=tuple(sorted(candidates, key=lambda candidate: -candidate.log_bayes_factor)),
+        set_aside=tuple(aside),
     )
 
 
@@ -103,8 +109,11 @@ def _best_of(starts: Sequence[Signature]) -> Signature:
     return replace(best, elsewhere=tuple(each.score for each in starts if each is not best))
 
 
-def refitted(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, placed: Hypothesis) -> Candidate:
-    """Return one hypothesis of a screening, refitted whether it was promising or not; arguments as in `screened`."""
+def refitted(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, placed: Hypothesis) -> Candidate | None:
+    """Return one hypothesis of a screening, refitted whether it was promising or not; arguments as in `screened`.
+
+    None where no motion of a body can be fitted with it.
+    """
     for candidate in screening.candidates:
         if candidate.placed.key == placed.key:
             return candidate
@@ -120,7 +129,7 @@ def with_candidate(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screen
     if all(each.placed.key != placed.key for each in screening.signatures):
         return screening
     candidate = refitted(runs, heldout, fit, screening, placed)
-    if candidate in screening.candidates:
+    if candidate is None or candidate in screening.candidates:
         return screening
     candidates = sorted((*screening.candidates, candidate), key=lambda each: -each.log_bayes_factor)
     return replace(screening, candidates=tuple(candidates))
@@ -128,11 +137,17 @@ def with_candidate(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screen
 
 def _candidate(
     runs: Runs, heldout: Runs | None, fit: Fit, signature: Signature, tested: int, without: float
-) -> Candidate:
-    placed, model = signature.placed, _refitted(runs, fit, signature)
-    own_runs, heldout = all_corrected(runs, heldout, model)
-    if own_runs is not runs:  # what the gyro is off by, it is off in the gimbals' channels as well
-        model = refit(own_runs, model)
+) -> Candidate | None:
+    placed = signature.placed
+    try:
+        model = _refitted(runs, fit, signature)
+        own_runs, heldout = all_corrected(runs, heldout, model)
+        if own_runs is not runs:  # what the gyro is off by, it is off in the gimbals' channels as well
+            model = refit(own_runs, model)
+    except InputError:  # the motion runs away
+        return None
+    if not _is_of_a_body(model):
+        return None
     gain = max(fit.chi_square - model.chi_square, 0.0)
     heldout_gain = _held_out_evidence(heldout, model) - without if placed.effect.recurs else 0.0
     here = scale_evidence(gain, signature.rank) + heldout_gain
@@ -151,6 +166,11 @@ def _candidate(
         by_run=np.array([float((part**2).sum()) for part in runs.by_run(model.residual)]),
         p_value=exp(min(together, 0.0)),
     )
+
+
+def _is_of_a_body(model: Fit) -> bool:
+    """Return whether every axis of a model has an inertia."""
+    return bool(np.linalg.eigvalsh(inertia_of(model.theta))[0] > 0.0)
 
 
 def _scan_count(runs: Runs, placed: Hypothesis) -> int:
@@ -187,6 +207,8 @@ def _refitted(runs: Runs, fit: Fit, signature: Signature) -> Fit:
             continue
         if fit.chi_square - found[-1].chi_square > signature.score - _LOST:
             break
+    if not found:
+        raise InputError(f"{signature.placed.key}: with it, the motion leaves the finite numbers")
     return min(found, key=lambda each: each.chi_square)
 
 
@@ -232,7 +254,10 @@ class Search:
     def reconsidered(self, state: Diagnosis) -> Diagnosis:
         """Test every earlier effect again, with the newest in the model, until nothing changes."""
         for _ in range(SETTINGS.most_effects):
-            changed = self._once_reconsidered(state)
+            try:
+                changed = self._once_reconsidered(state)
+            except InputError:  # without one of them the motion runs away: each is needed
+                break
             if changed is state:
                 break
             state = changed
@@ -258,6 +283,8 @@ class Search:
         screening = state.steps[0].screening
         for each in placed:
             candidate = refitted(rebuilt.runs, rebuilt.heldout, rebuilt.model, screening, each)
+            if candidate is None:
+                continue
             rebuilt = with_effect(rebuilt, candidate, screening)
             screening = self.screened(rebuilt) if each is not placed[-1] else screening
         return rebuilt
@@ -272,6 +299,8 @@ def _less(state: Diagnosis, kept: Sequence[Hypothesis]) -> Fit:
 def _has_equal_noise(one: Runs, other: Runs) -> bool:
     """Return whether two sets of the same runs have equal noise and, but for rounding, equal gyro errors."""
     if not np.array_equal(one.sigma, other.sigma) or len(one.estimated_noise) != len(other.estimated_noise):
+        return False
+    if one.torque_noise is not other.torque_noise:
         return False
     both = list(zip(one.grid.runs, other.grid.runs, strict=True))
     errors = all(_is_nearly(run.gyro_error, twin.gyro_error, run.gyro_noise) for run, twin in both)

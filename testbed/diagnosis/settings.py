@@ -102,6 +102,17 @@ class DiagnosisSettings:
 
     Source: convention; the inertia is in every model whether it is reported or not.
     """
+    inertia_uncertainty: float = 0.3
+    """Relative standard deviation of the nominal inertia of platforms under applied torque that do not state it.
+
+    Source: chosen: torque per command is known to tens of per cent (docs/notes/2026-11-21-real-flights.md), and a
+    common factor of torque and inertia does not show in the motion.
+    """
+    inertia_reach: float = 2.3
+    """Standard deviations of its logarithm by which the inertia of a fit may differ from the nominal one about an axis.
+
+    Source: formula: at the uncertainty above a factor of 2, from which on `largest_inertia_ratio` refuses records.
+    """
     disagreement_p_value: float = 0.01
     """p-value below which runs are said to disagree on the size of an effect; the verdict stays.
 

@@ -15,7 +15,7 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import NEGLIGIBLE, Fit, Hypothesis, orthonormal, projected_out
 from testbed.diagnosis.settings import SETTINGS
 from testbed.effects.contract import CLUSTER, Channel, Effect, components_in
-from testbed.prediction.grid import unit_count
+from testbed.prediction.grid import thruster_count, unit_count
 from testbed.prediction.motor_torques import has_torques
 from testbed.prediction.prediction import (
     common_size,
@@ -74,8 +74,9 @@ def signatures(runs: Runs, fit: Fit, hypotheses: Sequence[Hypothesis]) -> Iterat
     nuisance = orthonormal(fit.jacobian)
     residual = projected_out(fit.residual, nuisance)
     for placed, start, columns in _linearised(runs, fit, hypotheses):
-        free = projected_out(columns, nuisance)
-        yield _signature(placed, start, columns, free, residual)
+        beside_beliefs = np.pad(columns, ((0, fit.believed), (0, 0))) if fit.believed else columns
+        free = projected_out(beside_beliefs, nuisance)
+        yield _signature(placed, start, beside_beliefs, free, residual)
 
 
 def required_shift(rank: int, hypotheses: int) -> float:
@@ -201,11 +202,13 @@ def hypotheses(runs: Runs, effects: Mapping[str, Effect]) -> tuple[list[Hypothes
     present = channels_of(runs)
     testable, not_testable = [], []
     for effect in effects.values():
+        if runs.belief is not None and effect.id == "inertia":
+            continue  # as an effect it would be one of no body
         missing = [need for need in effect.needs if need not in present]
         if missing:
             not_testable.append(Untestable(effect=effect.id, needs=" and ".join(missing)))
         else:
-            components = components_in(effect, unit_count(runs.grid))
+            components = components_in(effect, unit_count(runs.grid), thruster_count(runs.grid))
             testable += [Hypothesis(effect=effect, component=component) for component in components]
     return testable, not_testable
 
@@ -220,6 +223,8 @@ def channels_of(runs: Runs) -> set[Channel]:
             present.add("rotor_speed")
     if run.applied_torque is not None:
         present.add("applied_torque")
+    if runs.grid.thrust is not None:
+        present.add("thrust")
     if has_torques(runs.grid):
         present.add("gimbal_torque")
     if runs.grid.follows_commands:

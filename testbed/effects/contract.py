@@ -17,12 +17,21 @@ from testbed.scenario.scenario import Scenario
 from testbed.signals import MOST_UNITS
 
 Channel: TypeAlias = Literal[
-    "gimbal_angle", "gimbal_rate_command", "gimbal_torque", "rotor_speed", "applied_torque", "attitude", "any_actuator"
+    "gimbal_angle",
+    "gimbal_rate_command",
+    "gimbal_torque",
+    "rotor_speed",
+    "applied_torque",
+    "thrust",
+    "attitude",
+    "any_actuator",
 ]
 """What a record has to carry beside the body rate for an effect to be tested for."""
 
 UNITS = tuple(f"cmg{number}" for number in range(1, MOST_UNITS + 1))
 """Components of effects that sit in one CMG unit; of a platform with fewer, `components_in` has those that it has."""
+THRUSTERS = tuple(str(number) for number in range(1, MOST_UNITS + 1))
+"""Components of effects that sit in one thruster or motor of many, by its number."""
 AXES = ("x", "y", "z")
 """Components of effects that sit on one gyro axis."""
 
@@ -82,6 +91,7 @@ class Extension:
 
 
 _PLACES = {"gyro": "the gyro", "platform": "the platform", "cluster": "the cluster", "actuators": "the actuators"}
+_PLACES |= {number: f"actuator {number}" for number in THRUSTERS}
 _PLACES |= {axis: f"the gyro's {axis} axis" for axis in AXES}
 
 
@@ -185,10 +195,15 @@ def unit_index(component: str) -> int:
     return UNITS.index(component)
 
 
-def components_in(effect: NamedEffect, units: int) -> tuple[str, ...]:
-    """Return where an effect can sit on a platform with so many CMG units."""
-    absent = UNITS[units:]
+def components_in(effect: NamedEffect, units: int, thrusters: int = 0) -> tuple[str, ...]:
+    """Return where an effect can sit on a platform with so many CMG units, and thrusters whose commands are known."""
+    absent = (*UNITS[units:], *THRUSTERS[thrusters:])
     return tuple(component for component in effect.components if component not in absent)
+
+
+def thruster_index(component: str) -> int:
+    """Return the index, from 0, of the thruster that a component such as `3` names."""
+    return THRUSTERS.index(component)
 
 
 def only_unit(component: str, value: Array, units: int) -> Array:

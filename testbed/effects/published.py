@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from itertools import groupby
 from pathlib import Path
 
-from testbed.effects.contract import UNITS, NamedEffect, Parameter
+from testbed.effects.contract import THRUSTERS, UNITS, NamedEffect, Parameter
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 
 MARK = "<!-- The rest is written by `python -m testbed.effects.published`. -->"
@@ -48,8 +48,9 @@ def _rows(effects: list[NamedEffect]) -> Iterator[str]:
 
 
 def _components(components: tuple[str, ...]) -> str:
-    others = [component for component in components if component not in UNITS]
-    return ", ".join([*others, *([f"{UNITS[0]}, {UNITS[1]}, ..."] if len(others) < len(components) else [])])
+    shown = [component for component in components if component not in (*UNITS, *THRUSTERS)]
+    shown += [f"{each[0]}, {each[1]}, ..." for each in (UNITS, THRUSTERS) if each[0] in components]
+    return ", ".join(shown)
 
 
 def _parameters(parameters: tuple[Parameter, ...]) -> Iterator[str]:

@@ -6,7 +6,10 @@ from collections.abc import Mapping
 from importlib.metadata import entry_points
 
 from testbed.effects.actuator_delay import ActuatorDelay
+from testbed.effects.actuator_gain import ActuatorGain
 from testbed.effects.actuator_lag import ActuatorLag
+from testbed.effects.actuator_misaligned import ActuatorMisaligned
+from testbed.effects.actuator_weak import ActuatorWeak
 from testbed.effects.body_torque import BodyTorque
 from testbed.effects.contact import Contact
 from testbed.effects.contract import Effect
@@ -30,11 +33,13 @@ from testbed.effects.inertia import Inertia
 from testbed.effects.inertial_torque import InertialTorque
 from testbed.effects.noise_effect import NoiseEffect
 from testbed.effects.quadratic_drag import QuadraticDrag
+from testbed.effects.rotor_acceleration_reaction import RotorAccelerationReaction
 from testbed.effects.rotor_imbalance import RotorImbalance
 from testbed.effects.rotor_speed import RotorSpeed
 from testbed.effects.rotor_spin_down import RotorSpinDown
 from testbed.effects.slosh import Slosh
 from testbed.effects.tether import Tether
+from testbed.effects.thrust_offset import ThrustOffset
 from testbed.effects.viscous_drag import ViscousDrag
 from testbed.errors import InputError
 
@@ -58,6 +63,11 @@ _PREDICTED: tuple[Effect, ...] = (
     GimbalBacklash(),
     ActuatorLag(),
     ActuatorDelay(),
+    ActuatorGain(),
+    ActuatorWeak(),
+    ActuatorMisaligned(),
+    ThrustOffset(),
+    RotorAccelerationReaction(),
     GyroBias(),
     GyroDrift(),
     GyroScale(),

@@ -12,7 +12,7 @@ from testbed.arrays import Matrix3
 from testbed.assembly.description import write_mjcf, write_urdf
 from testbed.assembly.extension import write_extended
 from testbed.assembly.platform import Body, nominal_body
-from testbed.diagnosis.findings import Addition, Agreement, additions, agreements, noise_notices
+from testbed.diagnosis.findings import Addition, Agreement, additions, agreements, model_notices, noise_notices
 from testbed.diagnosis.keeping import Store, keeping
 from testbed.diagnosis.location import ResidualSegment, located
 from testbed.diagnosis.method import diagnosed
@@ -142,6 +142,7 @@ class DiagnosisResult(Shown, Saved):
         """Those notices that the diagnosis itself gives rise to."""
         return (
             *noise_notices(self.state),
+            *model_notices(self.state),
             *disagreement_words(self.state, self.agreements),
             *self.why_no_flight,
         )

@@ -15,7 +15,15 @@ import numpy as np
 from testbed.arrays import Array, Series, Vectors3
 from testbed.cmg.cluster import Cluster
 from testbed.errors import InputError
-from testbed.estimation.telemetry import CommandedRun, GimbalRun, Telemetry, covered_part, has_gimbals, is_commanded
+from testbed.estimation.telemetry import (
+    CommandedRun,
+    GimbalRun,
+    Telemetry,
+    Thrusters,
+    covered_part,
+    has_gimbals,
+    is_commanded,
+)
 
 LONGEST_STEP = 1.0 / 64.0
 """s. The motions of 1 rad/s and 5 Hz that such platforms make are integrated to 1e-7 rad/s with it (a test says so)."""
@@ -54,6 +62,8 @@ class Grid:
         cluster_momentum_B: h as the platform reports it where gimbal angles are not sent, shape (R, 1, T, 3), N·m·s.
         applied_torque_B: shape (R, 1, L + T, 3), N·m; also at the L half steps before the first sample that telemetry
             covers in every run, because actuators that are slow still respond to them.
+        thrust: of single actuators as commanded, at the times of `applied_torque_B`, shape (R, 1, L + T, M), N; None
+            where their commands are not known.
         follows_commands: whether the gimbals follow their commands but for a lag, so that rates can be predicted.
     """
 
@@ -63,7 +73,13 @@ class Grid:
     gimbals: Gimbals | None
     cluster_momentum_B: Array
     applied_torque_B: Array
+    thrust: Array | None = None
     follows_commands: bool = False
+
+    @property
+    def thrusters(self) -> Thrusters | None:
+        """Where the single actuators are, and which way they push; None where their commands are not known."""
+        return self.runs[0].thrusters
 
     @property
     def node_time(self) -> Array:
@@ -103,7 +119,13 @@ def grid_of(telemetry: Sequence[Telemetry], longest_step: float = LONGEST_STEP) 
         gimbals=_gimbals(list(filter(has_gimbals, runs)), time),
         cluster_momentum_B=_sampled(runs, [_reported_momentum(run) for run in runs], time),
         applied_torque_B=_sampled(runs, [run.applied_torque for run in runs], _with_lead(runs, time)),
+        thrust=_thrust(runs, _with_lead(runs, time)),
     )
+
+
+def thruster_count(grid: Grid) -> int:
+    """Return how many single actuators there are whose commands are known."""
+    return 0 if grid.thrust is None else int(grid.thrust.shape[-1])
 
 
 def unit_count(grid: Grid) -> int:
@@ -122,6 +144,7 @@ def _require_alike(runs: Sequence[Telemetry]) -> None:
         "rotor_momentum": [run.gimbals and run.gimbals.rotor_momentum for run in runs],
         "cluster_momentum": [run.cluster_momentum for run in runs],
         "applied_torque": [run.applied_torque for run in runs],
+        "motor_thrust": [run.thrust for run in runs],
     }
     for channel, of_runs in channels.items():
         if len({each is None for each in of_runs}) > 1:
@@ -168,6 +191,12 @@ def _rotor_momentum(run: GimbalRun, time: Series) -> Array:
 
 def _reported_momentum(run: Telemetry) -> Vectors3 | None:
     return run.cluster_momentum if run.gimbals is None else None
+
+
+def _thrust(runs: Sequence[Telemetry], time: Array) -> Array | None:
+    pairs = zip(runs, time, strict=True)
+    along = [run.through(run.thrust)(at) for run, at in pairs if run.thrust is not None]
+    return np.stack(along)[:, None] if len(along) == len(runs) else None
 
 
 def _sampled(runs: Sequence[Telemetry], channel: Sequence[Vectors3 | None], time: Array) -> Array:

@@ -104,7 +104,11 @@ def _half_present(signal: Signal, present: set[str]) -> str | None:
 
 def _uneven(present: set[str]) -> Iterator[str]:
     """Find channels of the units that differ in how many units they have."""
-    widths = {signal.name: signal.width for signal in present_signals(present) if signal.per_unit and signal.telemetry}
+    widths = {
+        signal.name: signal.width
+        for signal in present_signals(present)
+        if signal.per_unit and signal.telemetry and signal.name != "motor_thrust"
+    }
     if len(set(widths.values())) > 1:
         said = ", ".join(f"{name} {width}" for name, width in widths.items())
         yield f"channels differ in the number of units: {said}; give each unit a column in every channel"

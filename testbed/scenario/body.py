@@ -6,15 +6,16 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import tomli_w
-from pydantic import Field, PrivateAttr
+from pydantic import Field, PrivateAttr, Strict
 
 from testbed.files import TextFile
 from testbed.scenario.diagnosis import Diagnosis
 from testbed.scenario.estimation import Estimation
-from testbed.scenario.platform import Platform
+from testbed.scenario.platform import Platform, Thruster
 from testbed.scenario.section import Section
 from testbed.scenario.sensors import Gyro
 from testbed.scenario.values import Seed
+from testbed.signals import MOST_UNITS
 
 
 class BodyScenario(Section):
@@ -30,6 +31,9 @@ class BodyScenario(Section):
     """Seed of all noise; the same seed gives the same run."""
     platform: Platform = Platform()
     """The nominal platform."""
+    thrusters: Annotated[tuple[Thruster, ...], Strict(False), Field(max_length=MOST_UNITS)] = ()
+    """Motors with propellers or jets, in the order of the records' columns motor_thrust_1_N, _2_N, ...; with them a
+    diagnosis names the one that is weak, late or tilted by its number."""
     gyro: Gyro
     """The rate gyro."""
     estimation: Estimation
