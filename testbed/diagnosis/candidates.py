@@ -149,7 +149,7 @@ def accepted(screening: Screening) -> Candidate | None:
     """
     if not screening.candidates or not _is_there(screening, screening.candidates[0]):
         return None
-    is_first = len(screening.candidates[0].fit.placed) == 1
+    is_first = sum(not each.given for each in screening.candidates[0].fit.placed) == 1
     if is_first and not favoured_over_none(screening.odds(each) for each in screening.close):
         return None
     there = [candidate for candidate in screening.close if _is_there(screening, candidate)]

@@ -228,7 +228,7 @@ def noise_notices(diagnosis: Diagnosis) -> tuple[str, ...]:
 
 def model_notices(diagnosis: Diagnosis) -> tuple[str, ...]:
     """Return what there is to know of the model that is no effect: trims, an inertia at its limit, what ran away."""
-    return (*_trim_words(diagnosis), *_inertia_words(diagnosis), *_set_aside_words(diagnosis))
+    return (*_trim_words(diagnosis), *_given_words(diagnosis), *_inertia_words(diagnosis), *_set_aside_words(diagnosis))
 
 
 def _trim_words(diagnosis: Diagnosis) -> Iterator[str]:
@@ -242,6 +242,15 @@ def _trim_words(diagnosis: Diagnosis) -> Iterator[str]:
         "a constant torque of the actuators in body axes, their trim, is estimated for each record beside the initial "
         f"rates: {shown} N·m; a constant torque on the body cannot be told from it"
     )
+
+
+def _given_words(diagnosis: Diagnosis) -> Iterator[str]:
+    for placed in diagnosis.model.placed:
+        if placed.given:
+            sizes = (
+                f"{each.name} {each.value:.3g} ± {each.std:.2g}" for each in quantities_of(diagnosis.model, placed)
+            )
+            yield f"in the nominal model, and fitted with it: {placed.key}, {', '.join(sizes)}"
 
 
 def _inertia_words(diagnosis: Diagnosis) -> Iterator[str]:

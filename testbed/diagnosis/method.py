@@ -6,7 +6,7 @@ called here. Before it comes the gate (`reading.data_set_of`), after it the repo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -17,10 +17,10 @@ from testbed.arrays import Theta
 from testbed.diagnosis.candidates import Candidate, Screening, accepted
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.latent import evidence_of_any, goodness, latent_torque, on_all_runs, torque_shapes
-from testbed.diagnosis.model import fitted, fitted_initial_rates, in_torque_noise, refit
+from testbed.diagnosis.model import Hypothesis, fitted, fitted_initial_rates, in_torque_noise, refit, starts_of
 from testbed.diagnosis.noise import noise_level, noise_tests, with_noise_model
 from testbed.diagnosis.search import Search, gap_of, odds_together, with_effect, with_model
-from testbed.diagnosis.signatures import hypotheses
+from testbed.diagnosis.signatures import hypotheses, without
 from testbed.diagnosis.state import Diagnosis
 from testbed.effects.contract import Effect
 from testbed.effects.noise_effect import NoiseEffect
@@ -35,6 +35,7 @@ def diagnosed(
     noise_effects: Mapping[str, NoiseEffect] = MappingProxyType({}),
     *,
     alone: bool = False,
+    given: Sequence[Hypothesis] = (),
 ) -> Iterator[Diagnosis]:
     """Yield what is known after every stage; the last one is complete.
 
@@ -46,18 +47,19 @@ def diagnosed(
         progress: called with what is being tested.
         noise_effects: those on the scatter of the gyro's samples, by id.
         alone: whether all runs are of one record, which gets no name, as no other could verify it.
+        given: effects that the nominal model has, as `Runs.belief` knows them.
 
     Raises:
         InputError: the nominal motion leaves the finite numbers.
     """
     testable, untestable = hypotheses(runs, effects)
     progress("baseline")
-    first = baseline(runs, heldout, nominal_theta)
+    first = baseline(runs, heldout, nominal_theta, given)
     first = replace(first, untestable=tuple(untestable), alone=alone)
     noise = _NoiseStep(stated=first, effects={} if alone else noise_effects, others=len(testable))
     state = noise.explained(first)
     yield state
-    search = Search(testable=tuple(testable), progress=progress)
+    search = Search(testable=tuple(without(testable, given)), progress=progress)
     while search.has_room(state):
         screening = search.screened(state)  # all are linearised, the most promising ones refitted and compared
         chosen = None if alone else accepted(screening)
@@ -75,13 +77,13 @@ def diagnosed(
     yield replace(state, complete=True)
 
 
-def baseline(runs: Runs, heldout: Runs | None, nominal_theta: Theta) -> Diagnosis:
+def baseline(runs: Runs, heldout: Runs | None, nominal_theta: Theta, given: Sequence[Hypothesis] = ()) -> Diagnosis:
     """Fit the nominal model: θ = J (6) and each run's initial rate by output error, ω integrated from the telemetry.
 
     J and the initial rates stay free in every later model, so that no effect is credited with what they can do. The
     misfit beyond noise of this model is what has to be explained.
     """
-    model = fitted(runs, [], nominal_theta, [])
+    model = fitted(runs, given, nominal_theta, starts_of(runs, given))
     gap = gap_of(runs, model, heldout)
     runs, heldout, model = in_torque_noise(runs, heldout, model)
     return Diagnosis(

@@ -61,10 +61,12 @@ class Hypothesis:
     Attributes:
         effect: which.
         component: where.
+        given: whether it is part of the nominal model, and no explanation of what that lacks.
     """
 
     effect: Effect
     component: str
+    given: bool = False
 
     @property
     def hooks(self) -> Hooks:
@@ -336,7 +338,11 @@ def fitted(runs: Runs, placed: Sequence[Hypothesis], theta: Theta, starts: Seque
         InputError: the nominal motion leaves the finite numbers.
     """
     effects = [start[None] for start in starts]
-    begun = [theta] if runs.belief is None or placed else _inertia_starts(runs.belief, theta)
+    begun = (
+        [theta]
+        if runs.belief is None or not all(each.given for each in placed)
+        else _inertia_starts(runs.belief, theta)
+    )
     found: list[Fit] = []
     for number, each in enumerate(begun, start=1):
         try:
@@ -358,6 +364,12 @@ def _inertia_starts(belief: Belief, theta: Theta) -> list[Theta]:
     return [
         np.asarray(belief.moved(theta, np.expm1(size) * theta)) if size else theta for size in dict.fromkeys(reached)
     ]
+
+
+def starts_of(runs: Runs, given: Sequence[Hypothesis]) -> list[Array]:
+    """Return the values that are believed of effects of the nominal model, shapes (K,)."""
+    means = {} if runs.belief is None else {key: mean for key, mean, _ in runs.belief.effects}
+    return [means[each.key] for each in given]
 
 
 def refit(runs: Runs, fit: Fit) -> Fit:

@@ -20,12 +20,13 @@ from typing_extensions import override
 from testbed.arrays import Array, Series, Theta
 from testbed.assembly.platform import Body
 from testbed.diagnosis.data import Belief, Runs, runs_of
-from testbed.diagnosis.model import Fit, fitted, nominal_fit, orthonormal
+from testbed.diagnosis.model import Fit, Hypothesis, fitted, nominal_fit, orthonormal, starts_of
 from testbed.diagnosis.noise import pooled_noise, with_pooled_noise, with_telemetry_noise, without_spikes
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.windows import Part, outliers_notice, parts_of
 from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.effects.gyro_saturation import is_clipped
+from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError
 from testbed.estimation.contact import shows_a_jump
 from testbed.estimation.telemetry import Telemetry
@@ -282,7 +283,8 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
     if not at_rest:
         require_motion(together)
     require_si(together, theta)
-    baseline = fitted(together, [], theta, [])
+    given = _given(together)
+    baseline = fitted(together, given, theta, starts_of(together, given))
     require_this_platform(together, baseline, theta)
     return Gated(usable=usable, refused=tuple(refused), notices=tuple(notices), together=together, baseline=baseline)
 
@@ -314,7 +316,15 @@ def belief_of(runs: Runs, scenario: BodyScenario, theta: Theta) -> Belief | None
         reach=SETTINGS.inertia_reach * std,
         trim=np.zeros(3),
         trim_std=np.full(3, np.inf),
+        effects=tuple((each.key, np.zeros(each.size), np.full(each.size, std)) for each in _given(runs)),
     )
+
+
+def _given(runs: Runs) -> tuple[Hypothesis, ...]:
+    """Return the effects that every model of runs has: over windows, torque per command is known in part."""
+    if not runs.windowed or not runs.trimmed:
+        return ()
+    return (Hypothesis(effect=EFFECTS["actuator_gain"], component="actuators", given=True),)
 
 
 def runs_together(usable: Usable, chosen: Sequence[int]) -> Runs:
@@ -341,6 +351,7 @@ class DataSet:
         fit_records: names of the records to fit.
         heldout_records: of those to verify on.
         notices: what a reader of the diagnosis has to know of the records.
+        given: effects of the nominal model, of which `runs.belief` says what is known.
     """
 
     runs: Runs
@@ -348,6 +359,7 @@ class DataSet:
     fit_records: tuple[str, ...]
     heldout_records: tuple[str, ...]
     notices: tuple[str, ...]
+    given: tuple[Hypothesis, ...] = ()
 
     @property
     def alone(self) -> bool:
@@ -384,6 +396,7 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
         fit_records=tuple(usable[index][0].details.name for index in fit),
         heldout_records=tuple(usable[index][0].details.name for index in heldout),
         notices=(*(f"left out: {reason}" for reason in passed.refused), *grouped(notices)),
+        given=_given(passed.together),
     )
 
 

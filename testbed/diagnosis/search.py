@@ -278,7 +278,8 @@ class Search:
 
     def _rebuilt(self, state: Diagnosis, placed: Sequence[Hypothesis]) -> Diagnosis:
         """Return a diagnosis with just these effects, added to the baseline one after the other."""
-        model = fitted(state.runs, [], state.baseline.theta, [])
+        bare = state.baseline
+        model = fitted(state.runs, bare.placed, bare.theta, [value[0] for value in bare.values.effects])
         rebuilt = with_model(replace(state, steps=()), model)
         screening = state.steps[0].screening
         for each in placed:
@@ -293,6 +294,7 @@ class Search:
 def _less(state: Diagnosis, kept: Sequence[Hypothesis]) -> Fit:
     """Return a model with but some of its effects, fitted from where it stands."""
     values = dict(zip([each.key for each in state.model.placed], state.model.values.effects, strict=True))
+    kept = [*state.baseline.placed, *kept]
     return fitted(state.runs, kept, state.model.theta, [values[each.key][0] for each in kept])
 
 

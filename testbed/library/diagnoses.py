@@ -91,7 +91,10 @@ class PreparedRecords:
         """
         data = self.data
         theta = theta_of(self.nominal.inertia)
-        for state in diagnosed(data.runs, data.heldout, EFFECTS, theta, progress, NOISE_EFFECTS, alone=data.alone):
+        stages = diagnosed(
+            data.runs, data.heldout, EFFECTS, theta, progress, NOISE_EFFECTS, alone=data.alone, given=data.given
+        )
+        for state in stages:
             if state.complete:
                 require_explicable(state.runs, state.gap_before.fit, state.gap.fit)
             yield state
