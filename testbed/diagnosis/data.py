@@ -203,7 +203,7 @@ class Runs:
         inner: measured motor torques and responses to commands, blocks in the order in which they are predicted.
         inner_sigma: of each block, shape (M,) or (M - 3,), in the block's unit.
         noise_freedom: degrees of freedom with which sigma is known; infinite where it is stated.
-        belief: what is known of the parameters beforehand; None where the runs alone decide them.
+        belief: what is known of the parameters a priori; None where the runs alone decide them.
         torque_noise: noise of the samples and of a torque that nobody commanded, as `estimation.torque_noise` has it,
             by which windows are whitened instead of by sigma, shape (3, 3); None where it is not estimated.
     """

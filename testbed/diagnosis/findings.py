@@ -8,22 +8,23 @@ residual exceeds the noise, it counts in units of the residual variance.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 from scipy.stats import chi2
 
-from testbed.arrays import Array, Flags, Indices, Theta
+from testbed.arrays import Array, Flags, Indices, Theta, Vector3
 from testbed.diagnosis.candidates import Screening, p_value, probabilities_of
-from testbed.diagnosis.data import Runs
+from testbed.diagnosis.data import Belief, Runs
 from testbed.diagnosis.misfit import Misfit, misfit_of
 from testbed.diagnosis.model import Fit, Hypothesis, fitted_initial_rates, nominal_fit, orthonormal, projected_out
 from testbed.diagnosis.noise import NoiseHypothesis
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import Signature, confounding, distinguishability, smallest_detectable
 from testbed.diagnosis.state import Diagnosis, Gap, Step
+from testbed.dynamics.inertia import slopes_of_log_ratio
 from testbed.effects.contract import NamedEffect, Quantity
 from testbed.errors import InputError
 
@@ -226,21 +227,124 @@ def noise_notices(diagnosis: Diagnosis) -> tuple[str, ...]:
     )
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Reference:
+    """What healthy records show, as the nominal model of others takes it.
+
+    Attributes:
+        belief: of the parameters, each as uncertain as they scatter from record to record.
+        given: the effects that the healthy platform has.
+        sigma: of the gyro, shape (3,), rad/s.
+        noise_freedom: degrees of freedom with which it is known.
+        records: names of the healthy records.
+    """
+
+    belief: Belief
+    given: tuple[Hypothesis, ...]
+    sigma: Vector3
+    noise_freedom: float
+    records: tuple[str, ...]
+
+
+def reference_of(diagnosis: Diagnosis) -> Reference:
+    """Return what a diagnosis of healthy records shows of the platform.
+
+    Args:
+        diagnosis: complete; its effects are taken for the platform's own.
+
+    Raises:
+        InputError: a single record, which does not show by how much the platform differs from flight to flight.
+    """
+    model, heldout = diagnosis.model, diagnosis.heldout
+    others = None if heldout is None else fitted_initial_rates(heldout, model)
+    seen = _by_record(diagnosis.runs, model)
+    if heldout is not None and others is not None:
+        seen |= _by_record(heldout, others)
+    if len(seen) < SETTINGS.fewest_reference_records:
+        raise InputError(
+            f"the reference holds too few records ({', '.join(seen)}): {SETTINGS.fewest_reference_records} or more "
+            "healthy ones are needed to tell how much the platform differs from one to the next"
+        )
+    prior = model.belief or _no_belief(diagnosis.nominal_theta)
+    given = tuple(replace(each, given=True) for each in model.placed if each.effect.recurs)
+    inertia_std, effect_std = _scatter_of(seen, model, prior)
+    kept = [model.own(each) for each in model.placed if each.effect.recurs]
+    effects = [(each.key, model.effect_values[own], effect_std[own]) for each, own in zip(given, kept, strict=True)]
+    trims = _trims(diagnosis.runs, model)
+    if heldout is not None and others is not None:
+        trims = np.concatenate([trims, _trims(heldout, others)])
+    count = len(trims)
+    belief = replace(
+        prior,
+        log_ratio=prior.log_ratio_of(model.theta),
+        log_ratio_std=inertia_std,
+        trim=trims.mean(axis=0) if count else prior.trim,
+        trim_std=trims.std(axis=0, ddof=1) * np.sqrt(1.0 + 1.0 / count) if count else prior.trim_std,
+        effects=tuple(effects),
+    )
+    return Reference(
+        belief=belief,
+        given=given,
+        sigma=np.sqrt(np.mean(diagnosis.runs.sigma**2, axis=0)),
+        noise_freedom=diagnosis.runs.noise_freedom,
+        records=tuple(seen),
+    )
+
+
+def _no_belief(theta: Theta) -> Belief:
+    std, unknown = SETTINGS.inertia_uncertainty, np.full(3, np.inf)
+    reach = SETTINGS.inertia_reach * std
+    return Belief(
+        nominal_theta=theta, log_ratio=np.zeros(6), log_ratio_std=std, reach=reach, trim=np.zeros(3), trim_std=unknown
+    )
+
+
+def _trims(runs: Runs, fit: Fit) -> Array:
+    """Return the trim of every record, shape (records, 3), N·m; of none where trims are not free."""
+    if fit.values.trim is None:
+        return np.zeros((0, 3))
+    return np.asarray(fit.values.trim[np.unique(runs.record_of, return_index=True)[1], 0])
+
+
+def _scatter_of(seen: Mapping[str, _Seen], model: Fit, prior: Belief) -> tuple[float, Array]:
+    """Return by how much U and every effect's parameters differ from record to record, beyond what noise makes of them.
+
+    Each with the uncertainty of the fit itself: what differs less than that is not known better.
+    """
+    slopes = slopes_of_log_ratio(prior.log_ratio_of(model.theta), prior.nominal, np.eye(3))
+    turn = np.eye(6 + len(model.effect_values))
+    turn[:6, :6] = slopes
+    typical = [abs(parameter.typical) for each in model.placed for parameter in each.effect.parameters]
+    loose = np.concatenate(
+        [np.full(6, SETTINGS.inertia_uncertainty), SETTINGS.run_by_run_looseness * np.array(typical)]
+    )
+    changes, variances = [], []
+    for each in seen.values():
+        covariance = np.linalg.inv(turn.T @ each.normal @ turn + np.diag(loose**-2.0))
+        changes.append(covariance @ (turn.T @ each.slope))
+        variances.append(np.diag(covariance))
+    between = np.maximum(np.var(changes, axis=0, ddof=1) - np.mean(variances, axis=0), 0.0)
+    together = turn.T @ sum(each.normal for each in seen.values()) @ turn + np.diag(loose**-2.0)
+    # The effects' own uncertainty is that beside the inertia which is taken over with them.
+    own = np.diag(np.linalg.inv(together[6:, 6:])) if typical else np.zeros(0)
+    inertia_std = float(np.clip(np.sqrt(between[:3].mean()), SETTINGS.least_reference_scatter, loose[0]))
+    return inertia_std, np.sqrt(between[6:] + own)
+
+
 def model_notices(diagnosis: Diagnosis) -> tuple[str, ...]:
     """Return what there is to know of the model that is no effect: trims, an inertia at its limit, what ran away."""
     return (*_trim_words(diagnosis), *_given_words(diagnosis), *_inertia_words(diagnosis), *_set_aside_words(diagnosis))
 
 
 def _trim_words(diagnosis: Diagnosis) -> Iterator[str]:
-    trim = diagnosis.model.values.trim
-    if trim is None:
+    trims = _trims(diagnosis.runs, diagnosis.model)
+    if not len(trims):
         return
-    records = np.unique(diagnosis.runs.record_of, return_index=True)[1]
-    pairs = zip(diagnosis.runs.record_names, trim[records, 0], strict=True)
+    pairs = zip(diagnosis.runs.record_names, trims, strict=True)
     shown = "; ".join(f"{name} ({', '.join(f'{value:.2g}' for value in each)})" for name, each in pairs)
     yield (
         "a constant torque of the actuators in body axes, their trim, is estimated for each record beside the initial "
-        f"rates: {shown} N·m; a constant torque on the body cannot be told from it"
+        f"rates: {shown} N·m; by itself, a constant torque on the body cannot be distinguished from it"
     )
 
 

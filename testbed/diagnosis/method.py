@@ -56,7 +56,8 @@ def diagnosed(
     progress("baseline")
     first = baseline(runs, heldout, nominal_theta, given)
     first = replace(first, untestable=tuple(untestable), alone=alone)
-    noise = _NoiseStep(stated=first, effects={} if alone else noise_effects, others=len(testable))
+    unnamed = alone or first.runs.torque_noise is not None  # which is estimated with the noise of the samples
+    noise = _NoiseStep(stated=first, effects={} if unnamed else noise_effects, others=len(testable))
     state = noise.explained(first)
     yield state
     search = Search(testable=tuple(without(testable, given)), progress=progress)

@@ -20,6 +20,7 @@ from typing_extensions import override
 from testbed.arrays import Array, Series, Theta
 from testbed.assembly.platform import Body
 from testbed.diagnosis.data import Belief, Runs, runs_of
+from testbed.diagnosis.findings import Reference
 from testbed.diagnosis.model import Fit, Hypothesis, fitted, nominal_fit, orthonormal, starts_of
 from testbed.diagnosis.noise import pooled_noise, with_pooled_noise, with_telemetry_noise, without_spikes
 from testbed.diagnosis.settings import SETTINGS
@@ -250,7 +251,7 @@ class Gated:
 
     @property
     def belief(self) -> Belief | None:
-        """What is known of the parameters beforehand."""
+        """What is known of the parameters a priori."""
         return self.together.belief
 
 
@@ -294,7 +295,7 @@ _KNOWN = 1e-4
 
 
 def belief_of(runs: Runs, scenario: BodyScenario, theta: Theta) -> Belief | None:
-    """Return what is known of a platform's parameters beforehand; None where runs of gimbals or momentum decide alone.
+    """Return what is known of a platform's parameters a priori; None where runs of gimbals or momentum decide alone.
 
     Only where torque is applied, known in part, does a fit need to hear that the nominal inertia is about right: the
     momentum that actuators store is known to per cents. A scenario that states an uncertainty is taken at its word.
@@ -316,7 +317,10 @@ def belief_of(runs: Runs, scenario: BodyScenario, theta: Theta) -> Belief | None
         reach=SETTINGS.inertia_reach * std,
         trim=np.zeros(3),
         trim_std=np.full(3, np.inf),
-        effects=tuple((each.key, np.zeros(each.size), np.full(each.size, std)) for each in _given(runs)),
+        effects=tuple(
+            (each.key, np.zeros(each.size), np.full(each.size, SETTINGS.torque_scale_uncertainty))
+            for each in _given(runs)
+        ),
     )
 
 
@@ -360,6 +364,19 @@ class DataSet:
     heldout_records: tuple[str, ...]
     notices: tuple[str, ...]
     given: tuple[Hypothesis, ...] = ()
+
+    def against(self, reference: Reference) -> DataSet:
+        """Return the data with what healthy records of the platform show in the place of what is stated of it."""
+
+        def known(runs: Runs, belief: Belief) -> Runs:
+            return replace(runs.with_sigma(reference.sigma), belief=belief, noise_freedom=reference.noise_freedom)
+
+        return replace(
+            self,
+            runs=known(self.runs, reference.belief),
+            heldout=None if self.heldout is None else known(self.heldout, reference.belief.of_records()),
+            given=reference.given,
+        )
 
     @property
     def alone(self) -> bool:

@@ -35,6 +35,10 @@ _LOST = 30.0
 five times what decides between hypotheses. Of 126 refits of effects without a scan (cases 9 and 12 of 14 of seed 90817)
 none falls short by more than 1.9: what falls short by 30 has lost its way."""
 
+_LOST_SHARE = 0.3
+"""Share of the promised gain, over windows of torque that is known in part, by which a refit may fall short as well:
+what is promised there are hundreds, which is far from linear, and each refit takes seconds."""
+
 
 def odds_together(
     without: tuple[Runs | None, Fit], within: tuple[Runs | None, Fit], tested: int, effects: Sequence[Candidate]
@@ -205,7 +209,8 @@ def _refitted(runs: Runs, fit: Fit, signature: Signature) -> Fit:
             found.append(fitted(runs, placed, fit.theta, [*starts, _guess(signature, share)]))
         except InputError:  # the motion runs away
             continue
-        if fit.chi_square - found[-1].chi_square > signature.score - _LOST:
+        lost = _LOST if runs.belief is None else max(_LOST, _LOST_SHARE * signature.score)
+        if fit.chi_square - found[-1].chi_square > signature.score - lost:
             break
     if not found:
         raise InputError(f"{signature.placed.key}: with it, the motion leaves the finite numbers")

@@ -108,10 +108,27 @@ class DiagnosisSettings:
     Source: chosen: torque per command is known to tens of per cent (docs/notes/2026-11-21-real-flights.md), and a
     common factor of torque and inertia does not show in the motion.
     """
+    torque_scale_uncertainty: float = 1.0
+    """Standard deviation of the logarithm of the torque that a command gives, about each axis, where runs are cut into
+    windows because it is known in part.
+
+    Source: chosen: three times as uncertain as the inertia, so that of a ratio that the records show to differ, a tenth
+    is ascribed to the inertia. On data/crazypad and data/crazyflie the ratio differs by factors of 2 to 5.
+    """
     inertia_reach: float = 2.3
     """Standard deviations of its logarithm by which the inertia of a fit may differ from the nominal one about an axis.
 
     Source: formula: at the uncertainty above a factor of 2, from which on `largest_inertia_ratio` refuses records.
+    """
+    fewest_reference_records: int = 3
+    """Healthy records from which on a platform's scatter from record to record is known well enough.
+
+    Source: chosen: of three numbers a standard deviation is known to 50 %, of two to 71 %.
+    """
+    least_reference_scatter: float = 0.05
+    """Relative standard deviation at least to which suspect records have the inertia of the healthy ones.
+
+    Source: chosen: a battery or a payload that is handled between flights moves an inertia by per cents.
     """
     disagreement_p_value: float = 0.01
     """p-value below which runs are said to disagree on the size of an effect; the verdict stays.

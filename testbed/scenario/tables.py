@@ -56,15 +56,19 @@ def _section(name: str, section: Node, definitions: Node) -> Iterator[str]:
         yield from ("| key | value | unit | default | meaning |", "|---|---|---|---|---|")
     for key, node in section["properties"].items():
         if key not in DISCRIMINATORS:  # those stand in the heading
-            yield _row(key, "table" if nested[key] else _value(node), node, needed.get(key))
+            value = ("tables" if "items" in node else "table") if nested[key] else _value(node)
+            yield _row(key, value, node, needed.get(key))
     yield ""
     for key, forms in nested.items():
         for form in forms:
-            yield from _section(f"{name}.{key}".removeprefix("."), form, definitions)
+            bracketed = f"[{key}]" if "items" in section["properties"][key] else key
+            yield from _section(f"{name}.{bracketed}".removeprefix("."), form, definitions)
 
 
 def _forms(node: Node, definitions: Node) -> list[Node]:
     """The tables that a key may hold; none where it holds a plain value."""
+    if "$ref" in node.get("items", ()):
+        return _forms(node["items"], definitions)
     if "$ref" in node:
         return [definitions[node["$ref"].rpartition("/")[2]]]
     return [form for part in node.get("oneOf", ()) for form in _forms(part, definitions)]
