@@ -43,7 +43,7 @@ class ActuatorMisaligned(Effect):
     id = "actuator_misaligned"
     components = THRUSTERS
     parameters = tuple(
-        Parameter(name=f"tilt_{number}_rad", unit="rad", typical=0.05, lower=-0.5, upper=0.5) for number in (1, 2)
+        Parameter(name=f"tilt_{number}_rad", unit="rad", typical=0.05, lower=-0.2, upper=0.2) for number in (1, 2)
     )
     needs = ("thrust",)
     sentence = "{component} pushes in another direction than it is meant to, as a bent mount does."

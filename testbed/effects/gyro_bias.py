@@ -25,7 +25,9 @@ class GyroBias(Effect):
 
     id = "gyro_bias"
     components = ("gyro",)
-    parameters = tuple(Parameter(name=f"bias_{axis}_rad_s", unit="rad/s", typical=2e-3) for axis in AXES)
+    parameters = tuple(
+        Parameter(name=f"bias_{axis}_rad_s", unit="rad/s", typical=2e-3, lower=-0.2, upper=0.2) for axis in AXES
+    )
     sentence = "The gyro reads a constant rate where there is none."
     look_alikes = ("gyro_drift", "gyro_misalignment")
     confirm = "A record of the platform held still, before the release: a bias is all that it shows."
