@@ -8,7 +8,15 @@ from concealing.library import LISTED
 from testbed.effects.contract import components_in
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 
-KNOWN = {**EFFECTS, **NOISE_EFFECTS}
+THRUSTERS_ONLY = {
+    "actuator_gain",
+    "actuator_weak",
+    "actuator_misaligned",
+    "thrust_offset",
+    "rotor_acceleration_reaction",
+}
+"""Effects that the platform of the concealing engine, which has gimbals, cannot have; data/crazypad shows them."""
+KNOWN = {name: effect for name, effect in (EFFECTS | dict(NOISE_EFFECTS)).items() if name not in THRUSTERS_ONLY}
 ONLY_HIDDEN = {
     "contact": {"time_since_release_s", "run"},
     "slosh": {"loose_mass_kg", "place_x_m", "place_y_m", "place_z_m"},
