@@ -94,12 +94,15 @@ def diagnose_records(
 def _diagnose(
     scenario: BodyScenario, records: Records, healthy: Records | None, folder: OutputFolder, parts: KeptParts
 ) -> int:
-    try:
-        with _bars() as bars, keeping(parts):
-            prepared = prepared_records(scenario, records, healthy, _shown_in(bars))
-    except KeyboardInterrupt:
-        say(f"Interrupted before anything was found; {_again(folder) if parts.parts else 'nothing was written.'}")
-        return INTERRUPTED
+    if healthy is None:
+        prepared = prepared_records(scenario, records)
+    else:
+        try:
+            with _bars() as bars, keeping(parts):
+                prepared = prepared_records(scenario, records, healthy, _shown_in(bars))
+        except KeyboardInterrupt:
+            say(f"Interrupted before anything was found; {_again(folder) if parts.parts else 'nothing was written.'}")
+            return INTERRUPTED
     _print_data(prepared.data, (*prepared.notices, *_parts_notices(parts)))
     stages = _Stages()
     with suppress(KeyboardInterrupt), _bars() as bars, keeping(parts):

@@ -318,8 +318,9 @@ def diagnose(
         >>> tb.diagnose(scenario, records).verdict
         'none'
     """
-    with nullcontext() if keep is None else keeping(keep):
+    with nullcontext() if keep is None or reference is None else keeping(keep):
         made = prepared_records(scenario, records, reference, progress)
+    with nullcontext() if keep is None else keeping(keep):
         first, last = _first_and_last(made.stages(progress))
     return concluded(made, last, located(first.runs, first.baseline), progress, propose=propose)
 
