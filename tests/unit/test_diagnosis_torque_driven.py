@@ -44,13 +44,11 @@ def flown(seed, *, share=(1.0, 1.0, 1.0, 1.0), lag=0.0, trim=(0.0, 0.0, 0.0), le
     command = 0.07 + np.array(waves) / 3.0
     command -= np.linalg.pinv(MIXING) @ (MIXING @ command).mean(axis=1, keepdims=True)
     kept = np.exp(-step / lag) if lag else 0.0
-    thrust = np.empty_like(command)
-    state = np.full(4, 0.07) if lag else command[:, 0]  # motors begin to respond with the record
-    for index in range(len(time)):
-        state = kept * state + (1.0 - kept) * command[:, index]
-        thrust[:, index] = state
-    given = np.array(share)[:, None] * thrust
-    torque = MIXING @ given
+    asked, state = MIXING @ (np.array(share)[:, None] * command), np.zeros(3)
+    torque = np.empty_like(asked)
+    for index in range(len(time)):  # behind a lag, torque builds up from nothing
+        state = kept * state + (1.0 - kept) * asked[:, index]
+        torque[:, index] = state
     torque -= torque.mean(axis=1, keepdims=True)  # a pilot holds the aircraft level, whatever is wrong with it
     rate, rates = np.zeros(3), np.empty((len(time), 3))
     for index in range(len(time)):
