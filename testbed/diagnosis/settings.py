@@ -113,7 +113,7 @@ class DiagnosisSettings:
     windows because it is known in part.
 
     Source: chosen: three times as uncertain as the inertia, so that of a ratio that the records show to differ, a tenth
-    is ascribed to the inertia. On data/crazypad and data/crazyflie the ratio differs by factors of 2 to 5.
+    is ascribed to the inertia. On data/crazypad the ratio differs by factors of 4 to 7.
     """
     inertia_reach: float = 2.3
     """Standard deviations of its logarithm by which the inertia of a fit may differ from the nominal one about an axis.
