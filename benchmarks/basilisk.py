@@ -52,7 +52,7 @@ def ratios() -> list[Ratio]:
 
 
 def case(scenario: Scenario, *, control_step: float | None, steps: list[int]) -> dict[str, Any]:
-    """Return what Basilisk is told: the platform's numbers, the controller, and how every run starts.
+    """Return the inputs of Basilisk: the platform's numbers, the controller, and how every run starts.
 
     Args:
         scenario: the nominal platform.
@@ -92,12 +92,12 @@ def case(scenario: Scenario, *, control_step: float | None, steps: list[int]) ->
 def _best(python: Path, scenario: Scenario, our_errors: dict[float, float], our_step: float) -> Ratio:
     period = 1.0 / scenario.simulation.control_rate_hz
     steps = [round(1e9 * step) for step in STEPS if (1e9 * step / 10) % 1 == 0]  # Basilisk counts nanoseconds
-    told = case(scenario, control_step=period, steps=steps)
-    found = _errors(python, told)
+    stated = case(scenario, control_step=period, steps=steps)
+    found = _errors(python, stated)
     their_errors = {int(step) / 1e9: error for step, error in found["errors"].items()}
     their_step = largest_step(their_errors)
     _print_ladder("ours", our_errors), _print_ladder("Basilisk", their_errors)
-    times = _timed(python, told, our_step, their_step)
+    times = _timed(python, stated, our_step, their_step)
     note = (
         f"steps {1e3 * our_step:.3g} ms and {1e3 * their_step:.3g} ms ({our_errors[our_step]:.1e} and "
         f"{their_errors[their_step]:.1e} rad/s from converged); Basilisk's software at 80 Hz in a task of its own, its "
@@ -107,9 +107,9 @@ def _best(python: Path, scenario: Scenario, our_errors: dict[float, float], our_
 
 
 def _plain(python: Path, scenario: Scenario, our_step: float) -> Ratio:
-    told = case(scenario, control_step=None, steps=list(PLAIN_STEPS)) | {"checked": 1}
-    found = _errors(python, told)["errors"]
-    times = _timed(python, told, our_step, PLAIN_STEPS[0] / 1e9)
+    stated = case(scenario, control_step=None, steps=list(PLAIN_STEPS)) | {"checked": 1}
+    found = _errors(python, stated)["errors"]
+    times = _timed(python, stated, our_step, PLAIN_STEPS[0] / 1e9)
     reached = ", ".join(f"{error:.0e} at {int(step) / 1e6:g} ms" for step, error in found.items())
     note = (
         f"the loop then converges with the first power of the step: {reached} (rad/s); ours at {1e3 * our_step:.3g} ms"
@@ -117,14 +117,14 @@ def _plain(python: Path, scenario: Scenario, our_step: float) -> Ratio:
     return _row("the same, Basilisk's modules all in one task at 1 ms", times, note)
 
 
-def _errors(python: Path, told: dict[str, Any]) -> Any:
+def _errors(python: Path, stated: dict[str, Any]) -> Any:
     with tempfile.TemporaryDirectory() as folder:
-        path = _written(Path(folder) / "case.json", told)
+        path = _written(Path(folder) / "case.json", stated)
         done = subprocess.run([str(python), str(SCRIPT), "errors", path], check=True, capture_output=True, text=True)
     return json.loads(done.stdout.splitlines()[-1])
 
 
-def _timed(python: Path, told: dict[str, Any], our_step: float, their_step: float) -> PairedTimes:
+def _timed(python: Path, stated: dict[str, Any], our_step: float, their_step: float) -> PairedTimes:
     """Fly all runs in turn, ours and theirs, the same number in each process."""
     shares = [list(range(member, RUNS, PROCESSES)) for member in range(PROCESSES)]
     with tempfile.TemporaryDirectory() as folder:
@@ -134,7 +134,10 @@ def _timed(python: Path, told: dict[str, Any], our_step: float, their_step: floa
         ]
         theirs = []
         for member, share in enumerate(shares):
-            part = told | {"step_ns": round(1e9 * their_step), "attitudes": [told["attitudes"][run] for run in share]}
+            part = stated | {
+                "step_ns": round(1e9 * their_step),
+                "attitudes": [stated["attitudes"][run] for run in share],
+            }
             path = _written(Path(folder) / f"case{member}.json", part)
             theirs.append([str(python), str(SCRIPT), "worker", path])
         with workers(ours) as fly_ours, workers(theirs) as fly_theirs:

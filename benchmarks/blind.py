@@ -5,7 +5,7 @@ share; --first N takes the first N of their random order, a fair sample. What is
 kept: an interrupted run goes on where it was. Remove OUT/diagnoses to diagnose anew.
 
 Three stages, one after the other: concealing writes OUT/data and OUT/answers; worker processes of their own
-diagnose OUT/data into OUT/diagnoses, told nothing of the answers, which are locked meanwhile; the diagnoses and the
+diagnose OUT/data into OUT/diagnoses, without the answers, which are locked meanwhile; the diagnoses and the
 methods of `benchmarks.blind_baselines` are scored into OUT/score.json and OUT/blind.md, with --write into docs/ too.
 """
 

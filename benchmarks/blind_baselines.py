@@ -1,7 +1,7 @@
 """The methods that the diagnosis is held against, on the same blind cases.
 
-Two of them are told what the diagnosis compared (`benchmarks.blind_candidates`) and choose in another way; SINDy has a
-command of its own (`benchmarks.blind_sindy`); the oracle is told the answer and only asked whether it is significant.
+Two of them know what the diagnosis compared (`benchmarks.blind_candidates`) and choose in another way; SINDy has a
+command of its own (`benchmarks.blind_sindy`); the oracle knows the answer and only tests whether it is significant.
 """
 
 from __future__ import annotations
@@ -118,8 +118,10 @@ def _compared(
     rows = {OURS: share(part, what, ours)}
     for method, labels in methods.items():
         asked = [case for case in cases if method != SINDY or case.name in labels]
-        told = ((case, labels.get(case.name)) for case in asked)
-        right = (label is not None and (label == NONE if nothing else label_right(case, label)) for case, label in told)
+        labelled = ((case, labels.get(case.name)) for case in asked)
+        right = (
+            label is not None and (label == NONE if nothing else label_right(case, label)) for case, label in labelled
+        )
         rows[method] = share(part, what, right)
     if all(len(truths(case)) == 1 for case in cases):
         rows[ORACLE] = share(part, what, (_seen_by_oracle(case, candidates) for case in cases))

@@ -17,7 +17,7 @@ _HEAD = """# The blind set
 Written by `make blind`; do not edit. What each figure means: [scoring.md](scoring.md).
 
 """
-_METHODS_TOLD = f"""
+_METHODS_EXPLAINED = f"""
 The other methods see the same records. *{REDUCTION}* names the hypothesis that takes most off χ²; *{BIC}* the one with
 the best Bayesian information criterion, without a test; both choose among all hypotheses of the diagnosis, refitted
 where it refitted them, else linearised. *{SINDY}* is the sparse regression (STLSQ of pysindy) of the differentiated
@@ -81,7 +81,7 @@ def page(content: Mapping[str, Any]) -> str:
         *_figures(content["rows"]),
         "\n## Other methods on the same cases\n",
         *_comparisons(content["others"]),
-        _METHODS_TOLD,
+        _METHODS_EXPLAINED,
         *_unlisted(content["unlisted"]),
         "## How far probabilities can be believed\n",
         *_reliability(content["calibration"]),

@@ -2,7 +2,7 @@
 
 Every unlisted case of a blind set is flown again without any noise, and explained as well as one effect of the library
 can explain it, inertia and initial rates re-estimated. What χ² is left, in the units of the noise that the case had, is
-all by which the name could be seen to be wrong. An oracle that is told the very signature that is left, but for its
+all by which the name could be seen to be wrong. An oracle that knows the very signature that is left, but for its
 size, tests for it at 1 %, as the diagnosis tests the residual: its power is kept in OUT/unlisted.json, and
 `make blind` shows it beside what the diagnosis said.
 """

@@ -42,7 +42,7 @@ MODELS: dict[str, tuple[str, ...]] = {
     "lag + delay": ("actuator_lag", "actuator_delay"),
 }
 START = 0.02
-"""s, of every lag and delay: from zero both would have to be told apart before they are there."""
+"""s, of every lag and delay: from zero both would have to be distinguished before they are there."""
 CUT_OFF = 20.0
 """Hz."""
 SHOWN = ("roll_pitch_5", 2.0, 4.0)

@@ -43,7 +43,7 @@ class Experiment:
 
     Attributes:
         name: what is printed.
-        settings: what the estimators are told.
+        settings: of the estimators.
         telemetry: of a seed.
         bound_std: standard deviations of the motion's Cramér-Rao bound, shape (6,), kg·m².
     """

@@ -50,7 +50,7 @@ HIDDEN = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class Told:
+class HiddenSet:
     """One data set.
 
     Attributes:
@@ -64,7 +64,7 @@ class Told:
     signature: float
 
 
-def told(effect: str | None, size: float | None, seed: int) -> Told:
+def with_hidden(effect: str | None, size: float | None, seed: int) -> HiddenSet:
     """Hide an effect, or none, and return what a model without it and one with it leave.
 
     Args:
@@ -87,7 +87,7 @@ def told(effect: str | None, size: float | None, seed: int) -> Told:
         placed = [each for each in testable if each.component == hidden.component]
         (candidate,) = screened(data.runs, data.heldout, baseline, placed).candidates
         after = gap_of(data.runs, candidate.fit, data.heldout)
-    return Told(before=before, after=after, signature=float(answer.notes.get("sigma", 0.0)))
+    return HiddenSet(before=before, after=after, signature=float(answer.notes.get("sigma", 0.0)))
 
 
 def null_row(what: str, misfits: Sequence[Misfit]) -> str:
@@ -106,7 +106,7 @@ def null_row(what: str, misfits: Sequence[Misfit]) -> str:
     return _row(cells)
 
 
-def effect_row(effect: str, size: float, sets: Sequence[Told]) -> str:
+def effect_row(effect: str, size: float, sets: Sequence[HiddenSet]) -> str:
     """Return a row on sets in which an effect is hidden; medians over them."""
     fit = [(each.before.misfit, each.after.misfit) for each in sets]
     heldout = [(each.before.heldout_misfit, each.after.heldout_misfit) for each in sets]
@@ -128,7 +128,7 @@ def _both(pairs: Sequence[tuple[Misfit | None, Misfit | None]]) -> Iterator[str]
     before, after = np.median(sigma, axis=0)
     yield f"{before:.1f} -> {after:.1f}"
     shares = [share.share for each in pairs if (share := explained(*each)) is not None]
-    yield f"{np.median(shares):.0%} (of {len(shares)})" if shares else "not told"
+    yield f"{np.median(shares):.0%} (of {len(shares)})" if shares else "no share"
 
 
 def _row(cells: Sequence[str]) -> str:
@@ -140,7 +140,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=SEEDS, help="of each effect")
     parser.add_argument("--null-seeds", type=int, default=NULL_SEEDS, help="without an effect")
     chosen = parser.parse_args()
-    null = [told(None, None, SEED + number) for number in range(chosen.null_seeds)]
+    null = [with_hidden(None, None, SEED + number) for number in range(chosen.null_seeds)]
     print(
         "| nothing hidden | sets | excess χ² / its std | scatter of that | median misfit, σ | noise limit, σ | beyond |"
     )
@@ -153,7 +153,7 @@ def main() -> None:
     )
     print("χ² of the gimbals falls by | gap |\n|---|---|---|---|---|---|---|---|", flush=True)
     for number, (effect, size) in enumerate(HIDDEN, start=1):
-        sets = [told(effect, size, SEED + 100 * number + each) for each in range(chosen.seeds)]
+        sets = [with_hidden(effect, size, SEED + 100 * number + each) for each in range(chosen.seeds)]
         print(effect_row(effect, size, sets), flush=True)
 
 

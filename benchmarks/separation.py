@@ -1,4 +1,4 @@
-"""Look-alikes told apart: a diagnosis that cannot tell, the flight that it proposes, and the diagnosis with its record.
+"""Indistinguishable effects: an ambiguous diagnosis, the flight that it proposes, and the diagnosis with its record.
 
 python -m benchmarks.separation [NAME ...]: each situation is hidden by the concealing engine, diagnosed with the whole
 library, and the proposed scenario is flown by the engine on the hidden craft as often as the proposal says. The wanted
@@ -58,7 +58,7 @@ SITUATIONS = {
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Told:
+class Outcome:
     """One situation.
 
     Attributes:
@@ -86,7 +86,9 @@ def case_of(hidden: HiddenEffect, seed: int) -> Case:
     )
 
 
-def told_apart(hidden: HiddenEffect, folder: Path, seed: int = 5, effects: Sequence[str] = tuple(EFFECTS)) -> Told:
+def distinguished(
+    hidden: HiddenEffect, folder: Path, seed: int = 5, effects: Sequence[str] = tuple(EFFECTS)
+) -> Outcome:
     """Hide an effect, diagnose, fly what is proposed on the hidden craft, add its records, and diagnose again.
 
     Args:
@@ -103,11 +105,11 @@ def told_apart(hidden: HiddenEffect, folder: Path, seed: int = 5, effects: Seque
     proposal = proposal_of(before, scenario)
     seconds = time.process_time() - began
     if proposal is None or proposal.flight is None:
-        return Told(before=before, proposal=proposal, after=None, seconds=seconds)
-    proposed = read_scenario(write_next(scenario, proposal.flight, "Tells look-alikes apart.", folder / "next"))
+        return Outcome(before=before, proposal=proposal, after=None, seconds=seconds)
+    proposed = read_scenario(write_next(scenario, proposal.flight, "Distinguishes the effects.", folder / "next"))
     for number in range(1, proposal.times + 1):
         write_record(next_record(case, proposed, number), folder / "data" / f"next_{number}.csv")
-    return Told(before=before, proposal=proposal, after=_diagnosed(folder / "data", effects), seconds=seconds)
+    return Outcome(before=before, proposal=proposal, after=_diagnosed(folder / "data", effects), seconds=seconds)
 
 
 def realised(diagnosis: Diagnosis, rival: str) -> float:
@@ -141,17 +143,17 @@ def main() -> None:
         if name not in SITUATIONS:
             sys.exit(f"{name}: no such situation; there are {', '.join(SITUATIONS)}")
         with tempfile.TemporaryDirectory() as folder:
-            told = told_apart(SITUATIONS[name], Path(folder))
+            outcome = distinguished(SITUATIONS[name], Path(folder))
         print(f"\n{name}: {SITUATIONS[name].effect} ({SITUATIONS[name].component}) is hidden")
-        print(f"  before  {_names(told.before)}")
-        if told.proposal is not None:
-            print(f"  next    {flight_words(told.proposal)} ({told.seconds:.1f} s)")
-            for each in told.proposal.separations:
+        print(f"  before  {_names(outcome.before)}")
+        if outcome.proposal is not None:
+            print(f"  next    {flight_words(outcome.proposal)} ({outcome.seconds:.1f} s)")
+            for each in outcome.proposal.separations:
                 print(f"          {pair_words(each)}: {distance_words(each)}")
-        if told.after is not None and told.proposal is not None:
-            print(f"  after   {_names(told.after)}")
-            rivals = {key for each in told.proposal.separations for key in each.keys}
-            ahead = {rival: realised(told.after, rival) for rival in sorted(rivals)}
+        if outcome.after is not None and outcome.proposal is not None:
+            print(f"  after   {_names(outcome.after)}")
+            rivals = {key for each in outcome.proposal.separations for key in each.keys}
+            ahead = {rival: realised(outcome.after, rival) for rival in sorted(rivals)}
             for rival, distance in ahead.items():
                 if distance > 0.0:  # neither the first itself nor one that was not worth a refit
                     print(f"          ahead of {rival} by {distance:.1f} sigma", flush=True)

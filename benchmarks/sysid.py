@@ -59,7 +59,7 @@ class Flown:
     Attributes:
         record: of the flight.
         telemetry: what the estimators take.
-        settings: what they are told.
+        settings: of the estimators.
     """
 
     record: Record
@@ -169,7 +169,7 @@ def _fits(
     properties = nominal_properties(read_scenario(SCENARIO))
     theta = theta_of(platform.inertia)
     with tempfile.TemporaryDirectory() as folder:
-        model, told = Path(folder) / "platform.xml", Path(folder) / "case.json"
+        model, case_file = Path(folder) / "platform.xml", Path(folder) / "case.json"
         spec = specification(properties, shipped_model())
         spec.compile()
         model.write_text(spec.to_xml(), encoding="utf-8")
@@ -182,8 +182,8 @@ def _fits(
             "records": [_record(flight.record) for flight in flown],
             **options,
         }
-        told.write_text(json.dumps(content), encoding="utf-8")
-        done = subprocess.run([str(python), str(SCRIPT), str(told)], check=True, capture_output=True, text=True)
+        case_file.write_text(json.dumps(content), encoding="utf-8")
+        done = subprocess.run([str(python), str(SCRIPT), str(case_file)], check=True, capture_output=True, text=True)
     fits: list[dict[str, Any]] = json.loads(done.stdout.splitlines()[-1])
     return fits
 

@@ -119,11 +119,11 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=1)
     for name in Counts.__dataclass_fields__:
         parser.add_argument(f"--{name.replace('_', '-')}", type=int, default=getattr(Counts, name))
-    told = parser.parse_args()
-    counts = Counts(**{name: getattr(told, name) for name in Counts.__dataclass_fields__})
-    todo = orders(counts, told.seed)
-    with ProcessPoolExecutor(told.jobs) as pool:
-        made = [pool.submit(make, each, told.seed, told.scenario, told.data, told.answers) for each in todo]
+    options = parser.parse_args()
+    counts = Counts(**{name: getattr(options, name) for name in Counts.__dataclass_fields__})
+    todo = orders(counts, options.seed)
+    with ProcessPoolExecutor(options.jobs) as pool:
+        made = [pool.submit(make, each, options.seed, options.scenario, options.data, options.answers) for each in todo]
         for count, future in enumerate(made, start=1):
             print(f"\r{future.result().name} {count} of {len(todo)}", end="", flush=True)
     print()

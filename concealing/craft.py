@@ -157,6 +157,7 @@ class GyroErrors:
         extra_noise: (3,), standard deviation of white noise beside the nominal, rad/s.
         quantization: rad/s.
         saturation: rad/s.
+        averaging: share of the sample period over which a reading is the mean.
     """
 
     response: Array = field(default_factory=lambda: np.eye(3))
@@ -168,6 +169,7 @@ class GyroErrors:
     extra_noise: Array = field(default_factory=lambda: np.zeros(3))
     quantization: float = 0.0
     saturation: float = inf
+    averaging: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -210,6 +212,7 @@ class Craft:
         gyro, encoders: sensor errors beside their noise.
         tachometer_scale: (M,), true over shown rotor speed.
         applied: actuators that store no momentum.
+        telemetry_late: by which the actuators' channels are recorded late against the gyro, s; negative where early.
     """
 
     inertia: Array
@@ -222,6 +225,7 @@ class Craft:
     impulses: tuple[Impulse, ...] = ()
     gyro: GyroErrors = field(default_factory=GyroErrors)
     applied: AppliedTorque = field(default_factory=AppliedTorque)
+    telemetry_late: float = 0.0
 
 
 class PlatformNumbers(NamedTuple):

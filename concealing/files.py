@@ -89,7 +89,7 @@ def answer_text(flown: Flown) -> str:
                 "effect": hidden.effect,
                 "component": hidden.component,
                 "parameters": {
-                    told_name(hidden.effect, name): {"value": value, "unit": KINDS[hidden.effect].units[name]}
+                    parameter_key(hidden.effect, name): {"value": value, "unit": KINDS[hidden.effect].units[name]}
                     for name, value in hidden.parameters.items()
                 },
             }
@@ -106,7 +106,7 @@ def answer_text(flown: Flown) -> str:
     return json.dumps(answer, indent=1) + "\n"
 
 
-def told_name(effect: str, name: str) -> str:
+def parameter_key(effect: str, name: str) -> str:
     """Return a parameter's name as files spell it: delay_s, impulse_x_N_m_s, frequency_hz."""
     unit, name = KINDS[effect].units[name], _OTHER_NAMES.get((effect, name), name)
     suffix = {"1": "", "Hz": "hz"}.get(unit, unit.replace("/", "_").replace(" ", "_"))
@@ -117,29 +117,41 @@ def _actuation(flown: Flown, index: int, ticks: Array) -> dict[str, Array]:
     case, log = flown.case, flown.log
     if case.actuation == "applied_torque":
         asked = applied_torque(case)
-        return {"applied_torque": np.array([asked(time)[index] for time in log.time[ticks]])}
-    encoder, tachometer = log.encoder[ticks, index], log.tachometer[ticks, index]
+        return {
+            "applied_torque": np.array([asked(time)[index] for time in log.time[ticks] - flown.craft.telemetry_late])
+        }
     telemetry = case.telemetry
     if telemetry.momentum == "cluster_momentum":
-        return {"cluster_momentum": _cluster_momentum(flown, index, ticks)}
-    channels = {"gimbal_angle": encoder}
+        return {"cluster_momentum": _recorded(flown, _cluster_momentum(flown, index), ticks)}
+    channels = {"gimbal_angle": log.encoder[:, index]}
     if telemetry.rate_command:
-        channels["gimbal_rate_command"] = log.rate_order[ticks, index]
+        channels["gimbal_rate_command"] = log.rate_order[:, index]
     if telemetry.gimbal_torque:
-        channels["gimbal_torque"] = log.motor_torque[ticks, index]
+        channels["gimbal_torque"] = log.motor_torque[:, index]
     if telemetry.tachometers:
-        channels["rotor_speed"] = tachometer
-    return channels
+        channels["rotor_speed"] = log.tachometer[:, index]
+    return {name: _recorded(flown, values, ticks) for name, values in channels.items()}
 
 
-def _cluster_momentum(flown: Flown, index: int, ticks: Array) -> Array:
+def _recorded(flown: Flown, values: Array, ticks: Array) -> Array:
+    """Return what is written down at ticks of a channel at all of them; late, between its samples.
+
+    A straight line between two samples takes up to half of their noise's variance away.
+    """
+    if flown.craft.telemetry_late == 0.0:
+        return values[ticks]
+    time, shown = flown.log.time, flown.log.time[ticks] - flown.craft.telemetry_late
+    return np.stack([np.interp(shown, time, column) for column in values.T], axis=1)
+
+
+def _cluster_momentum(flown: Flown, index: int) -> Array:
     """h = Σ (Js Ω s + (Jg + Jt) ḋ g) as a flight computer sends it: from encoders, tachometers and nominal axes."""
     units = nominal_craft(software_of(flown.case.scenario).platform).units
     angle = flown.log.encoder[:, index]
-    rate = np.gradient(angle, flown.clock.period, axis=0)[ticks]
-    cos, sin = np.cos(angle[ticks])[..., None], np.sin(angle[ticks])[..., None]
+    rate = np.gradient(angle, flown.clock.period, axis=0)
+    cos, sin = np.cos(angle)[..., None], np.sin(angle)[..., None]
     spin = units.spin_axis * cos + units.transverse_axis * sin
-    momentum = units.spin_inertia * flown.log.tachometer[ticks, index]
+    momentum = units.spin_inertia * flown.log.tachometer[:, index]
     return np.einsum("tm,tmi->ti", momentum, spin) + (units.turning_inertia * rate) @ units.gimbal_axis
 
 

@@ -136,6 +136,15 @@ class _Trace:
         before = tick - self._age
         return self._views[before] if before >= 0 else self._released
 
+    def mean_seen(self, tick: int, ticks: int, share: float) -> Array:
+        """Return the mean of what readings show over a share of so many periods before a tick, by trapezoids."""
+        views = np.array([self.seen(tick - before) for before in range(ticks, -1, -1)])
+        grown = np.concatenate([np.zeros_like(views[:1]), np.cumsum(0.5 * (views[1:] + views[:-1]), axis=0)])
+        begin = ticks * (1.0 - share)
+        first = min(int(begin), ticks - 1)
+        before = grown[first] + (begin - first) * (grown[first + 1] - grown[first])
+        return (grown[-1] - before) / (ticks * share)
+
     def lead(self, angle: Array) -> Array:
         """Return which way each motor last pushed, once a tick."""
         moved, self._angle = angle - self._angle, angle
@@ -181,7 +190,10 @@ class _Instruments:
             return None
         gyro, noise = self.mechanics.craft.gyro, self.noise
         scatter = self.sensors.gyro_noise * noise.gyro[tick] + gyro.extra_noise * noise.extra[tick]
-        return gyro_reading(gyro, self.trace.seen(tick), time, scatter, noise.walk[tick])
+        seen = self.trace.seen(tick)
+        if gyro.averaging > 0.0:
+            seen = self.trace.mean_seen(tick, self.clock.gyro_ticks, gyro.averaging)
+        return gyro_reading(gyro, seen, time, scatter, noise.walk[tick])
 
 
 def fly(

@@ -19,7 +19,7 @@ from concealing.sensors import SensorNumbers
 from testbed.assembly.control import flight_controller
 from testbed.assembly.platform import PlatformModel, nominal_platform
 from testbed.cmg.cluster import platform_momentum
-from testbed.control.controller import Controller, ControllerState, Target, command, controller_at_rest
+from testbed.control.controller import Controller, ControllerState, Seen, Target, command, controller_at_rest
 from testbed.maneuver.gimbal_maneuver import gimbal_maneuver
 from testbed.maneuver.maneuver import Maneuver
 from testbed.maneuver.splines import clamped_spline
@@ -131,7 +131,9 @@ class OnBoard:
             Target(*map(np.stack, zip(*targets, strict=True)))
             for targets in zip(*(each.by_tick for each in sampled), strict=True)
         ]
-        self._state: ControllerState = controller_at_rest(np.stack([each.tick_gimbal_angle[0] for each in sampled]))
+        self._state: ControllerState = controller_at_rest(
+            np.stack([each.tick_gimbal_angle[0] for each in sampled]), np.zeros((len(sampled), 0))
+        )
         self._rate_error = np.zeros((len(maneuvers), 3))
 
     def order(self, tick: int, encoder: Array, gyro: Array | None) -> Order:
@@ -139,8 +141,9 @@ class OnBoard:
         if gyro is not None:
             self._rate_error = self._tick_rate[tick] - gyro
         target = self._targets[min(tick, len(self._targets) - 1)]
+        seen = Seen(encoder, self._state.commanded_momentum)  # without wheels
         self._state, asked = command(
-            self._controller, self._state, target, self._rate_error, encoder, tick * self._clock.period
+            self._controller, self._state, target, self._rate_error, seen, tick * self._clock.period
         )
         return Order(asked.torque, asked.gimbal_rate)
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from concealing import (
     actuator_effects,
+    further_effects,
     gyro_effects,
     inner_effects,
     platform_effects,
@@ -25,7 +26,9 @@ LISTED: dict[str, EffectKind] = {
 """The effects of the published table."""
 UNLISTED: dict[str, EffectKind] = unlisted_effects.KINDS
 """Effects that are in no library."""
-KINDS = LISTED | UNLISTED
+FURTHER: dict[str, EffectKind] = further_effects.KINDS
+"""Effects of the published table that only a set which is asked for has."""
+KINDS = LISTED | UNLISTED | FURTHER
 
 
 def with_effects(craft: Craft, effects: Sequence[HiddenEffect]) -> Craft:

@@ -34,7 +34,7 @@ class DivergedError(Exception):
 
 
 class _Telemetry(NamedTuple):
-    """What the nominal model is told, on a grid of half control periods.
+    """What the nominal model knows, on a grid of half control periods.
 
     Attributes:
         momentum: of the cluster, (2K - 1, B, 3), N·m·s, body axes.
@@ -111,10 +111,11 @@ def telemetry_of(flown: FlownCase) -> _Telemetry:
     """What encoders, tachometers and the nominal drawing say of the cluster."""
     log, mechanics = flown.log, flown.mechanics
     grid = np.arange(2 * flown.clock.ticks + 1) * flown.clock.period / 2
+    on_record = np.clip(grid - flown.craft.telemetry_late, 0.0, grid[-1])
     shape = (len(grid), log.body_rate.shape[1])
     if flown.case.actuation == "applied_torque":
         asked = applied_torque(flown.case)
-        torque = np.array([asked(time) for time in grid])
+        torque = np.array([asked(time) for time in grid - flown.craft.telemetry_late])
         return _Telemetry(np.zeros((*shape, 3)), np.zeros((*shape, 3, 3)), torque)
     units = nominal_craft(software_of(flown.case.scenario).platform).units
     velocities = [mechanics.velocities(time, state) for time, state in zip(log.fine_time, log.fine_state, strict=True)]
@@ -133,8 +134,8 @@ def telemetry_of(flown: FlownCase) -> _Telemetry:
     turned = np.einsum("m,tbmi,tbmj->tbij", change, spin, spin)
     still = np.einsum("m,mi,mj->ij", change, units.spin_axis, units.spin_axis)
     return _Telemetry(
-        CubicSpline(log.fine_time, momentum)(grid),
-        CubicSpline(log.fine_time, turned - still)(grid),
+        CubicSpline(log.fine_time, momentum)(on_record),
+        CubicSpline(log.fine_time, turned - still)(on_record),
         np.zeros((*shape, 3)),
     )
 

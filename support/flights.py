@@ -77,6 +77,8 @@ def content(samples: int) -> RecordingContent:
             rotor_speed=520.0,
             cluster_momentum=np.array([0.021, 0.021, 0.0254]),
             cluster_torque=np.array([0.040, 0.040, 0.047]),
+            wheel_torque=np.inf,
+            wheel_speed=np.inf,
         ),
         nominal_theta=THETA + 1e-4,
         true_theta=THETA,

@@ -23,7 +23,7 @@ def shipped() -> mujoco.MjModel:
 def initial(
     body_rate: Vector3 | None = None, gimbal_angle: Units | None = None, velocity: Vector3 | None = None
 ) -> InitialState:
-    """A start at the origin, at rest unless told otherwise."""
+    """A start at the origin, at rest unless stated otherwise."""
     return InitialState(
         body_rate=np.zeros(3) if body_rate is None else body_rate,
         attitude=np.array([1.0, 0.0, 0.0, 0.0]),
@@ -55,7 +55,7 @@ def plant(
     limit: float = 0.0052,
     rotor_momentum: Units | None = None,
 ) -> OnePlatform:
-    """A plant whose rotors start at their servos' targets unless told otherwise."""
+    """A plant whose rotors start at their servos' targets unless stated otherwise."""
     momentum = cluster_of(model).rotor_momentum if rotor_momentum is None else rotor_momentum
     return OnePlatform(
         Plant(

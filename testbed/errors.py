@@ -12,7 +12,7 @@ class OutputError(InputError):
 
 
 class UnphysicalPlatformError(InputError):
-    """The numbers of a platform belong to no body."""
+    """The mass properties of a platform that no rigid body can have."""
 
     def __init__(self, key: str, text: str) -> None:
         """Say which key of the platform is wrong, and how; the section before it is the caller's to know."""

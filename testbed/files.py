@@ -29,7 +29,7 @@ class FolderBusyError(Exception):
 
 @dataclass(frozen=True, kw_only=True)
 class FileStamp:
-    """What names an input file in a result.
+    """Identity of an input file in a result: path, hash, size.
 
     Attributes:
         path: as the user gave it, readable.
@@ -50,11 +50,13 @@ class TextFile:
         path: of the file.
         content: all of it.
         text: the content as UTF-8, less the byte order mark with which some editors begin a file.
+        changes: keys that were given other values after reading, as text; the lines of `text` are then not the file's.
     """
 
     path: Path
     content: bytes
     text: str
+    changes: str = ""
 
     @cached_property
     def stamp(self) -> FileStamp:

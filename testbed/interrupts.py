@@ -1,4 +1,4 @@
-"""Ctrl-C and requests to end: heard whatever the command inherited, and put off where work must not be torn."""
+"""Ctrl-C and termination requests: handled even if the parent process ignored them, deferred during writes."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class Interrupted(Exception):  # noqa: N818 - a person's wish, no error
 
 @contextmanager
 def heard_interrupts() -> Iterator[None]:
-    """Have Ctrl-C, and the request to end of batch systems and containers, raise KeyboardInterrupt.
+    """Let SIGINT (Ctrl-C) and SIGTERM (batch systems, containers) raise KeyboardInterrupt for a block.
 
-    Also where they are ignored or held back, as of commands in a script's background: who started one has to be able to
-    end it.
+    Also where the parent process ignores or blocks them, as a shell does for background commands: whoever started the
+    command has to be able to end it.
     """
     handlers = (signal.default_int_handler, _as_ctrl_c)
     before = [signal.signal(number, handler) for number, handler in zip(_HEARD, handlers, strict=True)]
@@ -45,7 +45,7 @@ def _as_ctrl_c(signum: int, frame: FrameType | None) -> None:
 
 @contextmanager
 def deferred_interrupts() -> Iterator[None]:
-    """Let Ctrl-C and a request to end wait for the block's end.
+    """Defer Ctrl-C and termination requests to the end of a block.
 
     By their handlers: a blocked signal would be delivered to another thread, and interrupt this one all the same.
     """

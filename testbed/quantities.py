@@ -47,6 +47,12 @@ Torque: TypeAlias = Annotated[float, Field(ge=1e-9, le=1e6)]
 """N·m."""
 TorqueNoise: TypeAlias = Annotated[float, Field(ge=0, le=1e6), _zero_or(1e-15)]
 """N·m; a millionth of the smallest torque."""
+Friction: TypeAlias = Annotated[float, Field(ge=0, le=1e3), _zero_or(1e-15)]
+"""N·m·s/rad; of a bearing. A CubeSat's wheel has 1e-9, the gimbal of a large gyro 1."""
+FrictionTorque: TypeAlias = Annotated[float, Field(ge=0, le=1e3), _zero_or(1e-12)]
+"""N·m; of a bearing that is hardly loaded."""
+SignedMomentum: TypeAlias = Annotated[float, Field(ge=-1e6, le=1e6)]
+"""N·m·s; of a wheel that turns either way."""
 Angle: TypeAlias = Annotated[float, Field(ge=-1e3, le=1e3)]
 """rad; gimbals may turn over and over, 160 times here."""
 SmallAngle: TypeAlias = Annotated[float, Field(ge=-1, le=1)]

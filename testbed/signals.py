@@ -7,10 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterator
 from dataclasses import dataclass, replace
+from typing import Literal
 
 AXES = ("x", "y", "z")
 UNITS = ("1", "2", "3", "4", "5", "6")
 """Names of the shipped platform's units, which documents list; a signal of another cluster is `sized`."""
+WHEELS = ("1", "2", "3", "4")
+"""Names of the reaction wheels of a usual array, which documents list."""
+MOTORS = ("1", "2", "3", "4")
+"""Numbers of the motors of a quadcopter, which documents list."""
 MOST_UNITS = 24
 """Of a cluster. The largest that has flown is of six; an optimiser's time grows with the square of the number."""
 QUATERNION = ("w", "x", "y", "z")
@@ -28,7 +33,7 @@ _COLUMN_SUFFIX = {
 
 
 def unit_numbers(units: int) -> tuple[str, ...]:
-    """Return the names of so many units: they are numbered from 1."""
+    """Return the names of a number of units, which count from 1."""
     return tuple(str(number) for number in range(1, units + 1))
 
 
@@ -44,6 +49,8 @@ class Signal:
         label: what a plot calls it.
         telemetry: whether a flown platform can send it (the columns of docs/reference/records.md), or only a
             simulation knows it.
+        per: whether it has a component for each control moment gyro, for each reaction wheel, or for each motor with a
+            propeller or jet.
     """
 
     name: str
@@ -52,6 +59,7 @@ class Signal:
     components: tuple[str, ...] = ()
     label: str
     telemetry: bool = False
+    per: Literal["", "unit", "wheel", "motor"] = ""
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -62,11 +70,11 @@ class Signal:
 
     @property
     def per_unit(self) -> bool:
-        """Whether it has a component for each unit of the cluster."""
-        return self.components[:1] == UNITS[:1]
+        """Whether it has a component for each unit of the cluster, each wheel or each motor."""
+        return bool(self.per)
 
     def sized(self, units: int) -> Signal:
-        """Return the signal of a cluster of so many units; itself where it has no component for each."""
+        """Return the signal of so many units, wheels or motors; itself where it has no component for each."""
         return replace(self, components=unit_numbers(units)) if self.per_unit else self
 
     @property
@@ -79,36 +87,56 @@ def _signal(name: str, unit: str, components: tuple[str, ...], label: str, frame
     return Signal(name=name, unit=unit, frame=frame, components=components, label=label)
 
 
+def _per_unit(name: str, unit: str, label: str) -> Signal:
+    return Signal(name=name, unit=unit, components=UNITS, label=label, per="unit")
+
+
+def _per_wheel(name: str, unit: str, label: str) -> Signal:
+    return Signal(name=name, unit=unit, components=WHEELS, label=label, per="wheel")
+
+
+def _per_motor(name: str, unit: str, label: str) -> Signal:
+    return Signal(name=name, unit=unit, components=MOTORS, label=label, per="motor")
+
+
 _TELEMETRY = (
     _signal("body_rate", "rad/s", AXES, "body rate, gyro", "B"),
-    _signal("gimbal_angle", "rad", UNITS, "gimbal angle, encoder"),
+    _per_unit("gimbal_angle", "rad", "gimbal angle, encoder"),
     _signal("cluster_momentum", "N·m·s", AXES, "cluster momentum", "B"),
     _signal("applied_torque", "N·m", AXES, "applied torque", "B"),
-    _signal("motor_thrust", "N", UNITS, "thrust of each motor, commanded"),
-    _signal("gimbal_rate_command", "rad/s", UNITS, "gimbal rate, commanded"),
-    _signal("gimbal_torque", "N·m", UNITS, "gimbal motor torque"),
-    _signal("rotor_speed", "rad/s", UNITS, "rotor speed, tachometer"),
+    _per_motor("motor_thrust", "N", "thrust of each motor, commanded"),
+    _per_unit("gimbal_rate_command", "rad/s", "gimbal rate, commanded"),
+    _per_unit("gimbal_torque", "N·m", "gimbal motor torque"),
+    _per_unit("rotor_speed", "rad/s", "rotor speed, tachometer"),
+    _per_wheel("wheel_speed", "rad/s", "wheel speed, tachometer"),
+    _per_wheel("wheel_torque_command", "N·m", "wheel torque, commanded"),
+    _per_wheel("wheel_torque", "N·m", "wheel motor torque"),
     _signal("attitude", "", QUATERNION, "attitude quat_NB"),
     _signal("acceleration", "m/s²", AXES, "acceleration at the centre of mass", "B"),
 )
 _SIMULATION = (
     _signal("true_body_rate", "rad/s", AXES, "body rate, true", "B"),
-    _signal("true_gimbal_angle", "rad", UNITS, "gimbal angle, true"),
-    _signal("true_gimbal_rate", "rad/s", UNITS, "gimbal rate, true"),
-    _signal("true_gimbal_torque", "N·m", UNITS, "gimbal motor torque, true"),
-    _signal("true_rotor_angle", "rad", UNITS, "rotor angle, true"),
-    _signal("true_rotor_speed", "rad/s", UNITS, "rotor speed relative to the gimbal, true"),
+    _per_unit("true_gimbal_angle", "rad", "gimbal angle, true"),
+    _per_unit("true_gimbal_rate", "rad/s", "gimbal rate, true"),
+    _per_unit("true_gimbal_torque", "N·m", "gimbal motor torque, true"),
+    _per_unit("true_rotor_angle", "rad", "rotor angle, true"),
+    _per_unit("true_rotor_speed", "rad/s", "rotor speed relative to the gimbal, true"),
+    _per_wheel("true_wheel_angle", "rad", "wheel angle, true"),
+    _per_wheel("true_wheel_speed", "rad/s", "wheel speed relative to the body, true"),
+    _per_wheel("true_wheel_torque", "N·m", "wheel motor torque, true"),
     _signal("true_attitude", "", QUATERNION, "attitude quat_NB, true"),
     _signal("true_position", "m", AXES, "centre of mass, true", "N"),
     _signal("true_cluster_momentum", "N·m·s", AXES, "cluster momentum, true", "B"),
     _signal("true_total_momentum", "N·m·s", AXES, "total momentum, true", "N"),
     _signal("true_cluster_torque", "N·m", AXES, "cluster torque -dh/dt, true", "B"),
     _signal("reference_body_rate", "rad/s", AXES, "body rate, reference", "B"),
-    _signal("reference_gimbal_angle", "rad", UNITS, "gimbal angle, preferred"),
+    _per_unit("reference_gimbal_angle", "rad", "gimbal angle, preferred"),
     _signal("singularity_measure", "", (), "singularity measure, 1 at the best"),
-    _signal("gimbal_rate_saturated", "", UNITS, "gimbal rate at its limit"),
-    _signal("gimbal_torque_saturated", "", UNITS, "gimbal torque at its limit"),
-    _signal("rotor_momentum_clamped", "", UNITS, "rotor momentum at its limit"),
+    _per_unit("gimbal_rate_saturated", "", "gimbal rate at its limit"),
+    _per_unit("gimbal_torque_saturated", "", "gimbal torque at its limit"),
+    _per_unit("rotor_momentum_clamped", "", "rotor momentum at its limit"),
+    _per_wheel("wheel_torque_saturated", "", "wheel torque at its limit"),
+    _per_wheel("wheel_momentum_clamped", "", "wheel momentum at its limit"),
 )
 SIGNALS: dict[str, Signal] = {
     signal.name: signal

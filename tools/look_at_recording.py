@@ -23,8 +23,9 @@ from pathlib import Path
 from rerun.experimental import ViewerClient
 
 SOFTWARE_DRIVER = Path("/usr/share/vulkan/icd.d/lvp_icd.x86_64.json")
-SETTLING_TIME = 1.5  # s, for layout, camera and text to come to rest on two slow cores
-START_TIME = 20.0  # s, that a viewer may take to answer
+SETTLING_TIME = 1.5  # s, between two pictures of a tab; it has come to rest when they are the same
+MOST_PICTURES = 40  # of a tab, if something in it never comes to rest
+START_TIME = 600.0  # s, that a viewer may take to answer on a machine that is busy with other things
 
 
 def main() -> int:
@@ -47,12 +48,16 @@ def headless_viewer() -> Iterator[ViewerClient]:
     port = free_port()
     command = [sys.executable, "-m", "rerun", "--headless", "--bind", "127.0.0.1", "--port", str(port)]
     process = subprocess.Popen(
-        [*command, "--hide-welcome-screen"], env=graphics_environment(), stderr=subprocess.DEVNULL
+        [*command, "--hide-welcome-screen"],
+        env=graphics_environment(),
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
     )
     try:
         yield connect(port)
     finally:
-        process.send_signal(signal.SIGINT)  # terminated, the launcher would leave the viewer running
+        # All of its group: the launcher alone would leave the viewer running, and an ignored SIGINT is inherited.
+        os.killpg(process.pid, signal.SIGKILL)
         process.wait()
 
 
@@ -87,12 +92,23 @@ def photograph(viewer: ViewerClient, recording: Path, out: Path, moment: float |
     complaints: set[str] = set()
     for name, show in reversed(tabs(viewer).items()):  # the first last: for some seconds a notice covers its corner
         show()
-        time.sleep(SETTLING_TIME)
         picture = out / f"{name.lower()}.png"
-        picture.write_bytes(viewer.take_screenshot())
+        picture.write_bytes(settled(viewer))
         print(picture)
         complaints |= {f"{view.name}: {report}" for view in viewer.get_state().views for report in view.reports}
     return sorted(complaints)
+
+
+def settled(viewer: ViewerClient) -> bytes:
+    """Return a picture of what the viewer shows once layout, camera and text have come to rest."""
+    before = b""
+    for _ in range(MOST_PICTURES):
+        time.sleep(SETTLING_TIME)
+        picture = viewer.take_screenshot()
+        if picture == before:
+            break
+        before = picture
+    return picture
 
 
 def middle(viewer: ViewerClient) -> float:

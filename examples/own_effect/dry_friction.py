@@ -20,7 +20,7 @@ class Friction(tb.Hooks):
 class DryFriction(tb.Effect):
     """T = -c ω/|ω|, one coefficient for all axes."""
 
-    id = "dry_friction"
+    id = "bearing_friction"
     components = ("platform",)
     parameters = (tb.Parameter(name="torque_N_m", unit="N·m", typical=5e-5, lower=0.0),)
     sentence = "A torque of constant size opposes the body rate, as a bearing that touches does."

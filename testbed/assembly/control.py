@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.arrays import Units
-from testbed.assembly.platform import PlatformModel
+from testbed.assembly.platform import PlatformModel, each_wheel
+from testbed.cmg.actuators import Actuators
 from testbed.cmg.steering import (
     GeneralizedSingularityRobust,
     MoorePenrose,
@@ -13,9 +14,11 @@ from testbed.cmg.steering import (
     SingularityRobust,
     SteeringLaw,
 )
+from testbed.cmg.wheels import Wheels
 from testbed.control.controller import Controller
 from testbed.control.servo import gimbal_servo, momentum_gain
 from testbed.control.tracker import Tracker, feedback_gain
+from testbed.control.wheels import WheelDrive
 from testbed.errors import InputError
 from testbed.scenario import control as schema
 from testbed.scenario.scenario import Scenario
@@ -51,6 +54,7 @@ def flight_clock(scenario: Scenario, maneuver_duration: float) -> Clock:
 def flight_controller(scenario: Scenario, nominal: PlatformModel) -> Controller:
     """Return the controller; it knows the nominal platform only."""
     cluster, steering = scenario.cluster, scenario.controller.steering
+    period = 1.0 / scenario.simulation.control_rate_hz
     servo = gimbal_servo(
         nominal.cluster,
         cluster.gimbal_servo_bandwidth_rad_s,
@@ -58,14 +62,27 @@ def flight_controller(scenario: Scenario, nominal: PlatformModel) -> Controller:
         cluster.gimbal_rate_limit_rad_s,
     )
     return Controller(
-        cluster=nominal.cluster,
+        actuators=Actuators(
+            cluster=nominal.cluster, wheels=nominal.wheels, gimbal_rate_limit=cluster.gimbal_rate_limit_rad_s
+        ),
         tracker=Tracker(inertia=nominal.inertia, gain=_gain(scenario)),
         law=steering_law(steering),
         servo=servo,
-        gimbal_rate_limit=cluster.gimbal_rate_limit_rad_s,
-        momentum_gain=momentum_gain(servo),
+        drive=_wheel_drive(scenario, nominal.wheels),
+        momentum_gain=momentum_gain(servo, period),
         null_motion_gain=steering.null_motion_gain_1_s,
-        period=1.0 / scenario.simulation.control_rate_hz,
+        period=period,
+    )
+
+
+def _wheel_drive(scenario: Scenario, wheels: Wheels) -> WheelDrive:
+    allocation, count = scenario.controller.wheels, len(wheels.spin_inertia)
+    return WheelDrive(
+        viscous_friction=each_wheel(scenario, "viscous_friction_N_m_s_rad"),
+        loop_gain=wheels.spin_inertia * each_wheel(scenario, "speed_loop_bandwidth_rad_s"),
+        null_motion=allocation.null_motion,
+        null_gain=allocation.gain_1_s,
+        preferred=np.array(per_unit(allocation.preferred_momentum_N_m_s, count, 0.0)),
     )
 
 

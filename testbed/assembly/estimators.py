@@ -1,4 +1,4 @@
-"""What a scenario has the estimators know beside the measurements."""
+"""The estimators' prior knowledge from a scenario: nominal inertia, gyro noise, assumptions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from testbed.scenario.scenario import Scenario
 
 
 def estimation_settings(scenario: Scenario, nominal: PlatformModel, maneuver: Maneuver | None) -> EstimationSettings:
-    """Return what the estimators know beside the measurements.
+    """Return the estimators' settings: nominal inertia, gyro noise, assumptions.
 
     Args:
         scenario: prefilter and instrument.

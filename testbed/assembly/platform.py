@@ -3,34 +3,39 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from testbed.arrays import Matrix3, Units, Vector3
 from testbed.cmg.cluster import Cluster, platform_momentum
+from testbed.cmg.wheels import Wheels, no_wheels, turned_wheel_axes, wheel_momentum
 from testbed.errors import InputError, UnphysicalPlatformError
 from testbed.plant.build import build
-from testbed.plant.geometry import cluster_of, composite_inertia
+from testbed.plant.geometry import cluster_of, composite_inertia, wheels_of
 from testbed.plant.plant import Model, Plant
-from testbed.plant.properties import InitialState, PlatformProperties
+from testbed.plant.properties import InitialState, PlatformProperties, WheelProperties
+from testbed.scenario.actuators import ReactionWheels, wheel_count
 from testbed.scenario.body import BodyScenario
+from testbed.scenario.platform import Truth
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.values import per_unit
 
 
 @dataclass(frozen=True, kw_only=True)
 class Body:
-    """What is believed of a platform that is measured.
+    """The nominal model of a platform that is measured.
 
     Attributes:
         cluster: its units; None of a platform without control moment gyros.
-        inertia: J at zero gimbal angles, kg·m², body axes.
+        inertia: J at zero gimbal angles, wheels locked, kg·m², body axes.
+        wheels: its reaction wheels.
     """
 
     cluster: Cluster | None
     inertia: Matrix3
+    wheels: Wheels = field(default_factory=no_wheels)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,9 +50,14 @@ class PlatformModel(Body):
     model: Model
     cluster: Cluster
 
+    @property
+    def units(self) -> int:
+        """M, number of control moment gyros."""
+        return len(self.cluster.rotor_momentum)
+
 
 def nominal_body(scenario: BodyScenario) -> Body:
-    """Return what a diagnosis believes: the nominal platform, or the stated inertia of one that cannot be flown.
+    """Return the nominal model of a diagnosis: the nominal platform, or the stated inertia of one that cannot be flown.
 
     Raises:
         InputError: as `nominal_platform`; or no inertia is stated where there is no model to take it from.
@@ -56,13 +66,14 @@ def nominal_body(scenario: BodyScenario) -> Body:
         return nominal_platform(scenario)
     if scenario.platform.inertia_kg_m2 is None:
         raise InputError(
-            f"{scenario.name}: platform.inertia_kg_m2 is missing; without a [cluster] no model of the platform tells it"
+            f"{scenario.name}: platform.inertia_kg_m2 is missing; add it: without a [cluster] there is no model of the "
+            "platform to take it from"
         )
     return Body(cluster=None, inertia=np.array(scenario.platform.inertia_kg_m2))
 
 
 def nominal_platform(scenario: Scenario) -> PlatformModel:
-    """Return what controller, designer and estimators believe.
+    """Return the nominal platform, the model of controller, designer and estimators.
 
     Raises:
         InputError: the MJCF cannot be used, or the numbers belong to no body.
@@ -87,7 +98,7 @@ def true_platform(scenario: Scenario) -> PlatformModel:
 
 
 def shown_model(scenario: Scenario) -> Model:
-    """Return the flown platform compiled with all that there is to look at."""
+    """Return the flown platform compiled with its visual geometry."""
     return build(true_properties(scenario), scenario.platform.model)
 
 
@@ -105,6 +116,8 @@ def true_plant(flown: Sequence[tuple[Scenario, PlatformModel]], threads: int = 1
         rotor_momentum=np.stack([_starting_momentum(scenario) for scenario, _ in flown]),
         rotor_momentum_limit=cluster.rotor_momentum_limit_N_m_s,
         rotors=cluster.rotors,
+        wheel_momentum=np.stack([_starting_wheel_momentum(scenario) for scenario, _ in flown]),
+        wheel_momentum_limit=each_wheel(flown[0][0], "momentum_limit_N_m_s"),
         threads=threads,
     )
 
@@ -131,7 +144,32 @@ def nominal_properties(scenario: Scenario) -> PlatformProperties:
         gimbal_servo_bandwidth=cluster.gimbal_servo_bandwidth_rad_s,
         step=scenario.simulation.step_s,
         cabin_size=None if scenario.cabin is None else np.array(scenario.cabin.size_m),
+        wheels=tuple(wheel for array in scenario.actuators for wheel in _wheels(array)),
     )
+
+
+def each_wheel(scenario: Scenario, key: str) -> Units:
+    """Return what the entries of [[actuators]] state at a key for each wheel, shape (W,); 0 where it is omitted."""
+    stated = [getattr(array, key) or 0.0 for array in scenario.actuators for _ in range(array.wheels)]
+    return np.array(stated, dtype=np.float64)
+
+
+def _wheels(array: ReactionWheels) -> Iterator[WheelProperties]:
+    """Yield the wheels of an entry; a housing is part of the bus."""
+    spin, transverse = array.spin_inertia_kg_m2, array.transverse_inertia_kg_m2
+    for axis_B, position_B in zip(array.axes_B, array.positions_B, strict=True):
+        yield WheelProperties(
+            axis_B=axis_B,
+            position_B=position_B,
+            mass=array.mass_kg,
+            spin_inertia=spin,
+            transverse_inertia=0.5 * spin if transverse is None else transverse,
+            torque_limit=array.torque_limit_N_m,
+            momentum_limit=array.momentum_limit_N_m_s,
+            viscous_friction=array.viscous_friction_N_m_s_rad,
+            coulomb_friction=array.coulomb_friction_N_m,
+            speed_loop_bandwidth=array.speed_loop_bandwidth_rad_s or 0.0,
+        )
 
 
 def true_properties(scenario: Scenario) -> PlatformProperties:
@@ -146,7 +184,24 @@ def true_properties(scenario: Scenario) -> PlatformProperties:
         nominal = replace(nominal, rotor_momentum=_spinning(momentum.copy(), scenario))
     if truth.gimbal_axis_misalignment_rad:
         nominal = replace(nominal, misalignment=np.array(truth.gimbal_axis_misalignment_rad))
-    return nominal
+    return replace(nominal, wheels=_true_wheels(nominal.wheels, truth))
+
+
+def _true_wheels(wheels: tuple[WheelProperties, ...], truth: Truth) -> tuple[WheelProperties, ...]:
+    factors = per_unit(truth.wheel_spin_inertia_factor, len(wheels), 1.0)
+    turns = np.array(per_unit(truth.wheel_axis_misalignment_rad, len(wheels), (0.0, 0.0)))
+    if not wheels or not (turns.any() or any(factor != 1.0 for factor in factors)):
+        return wheels
+    axes_B = turned_wheel_axes(np.stack([wheel.axis_B for wheel in wheels]), turns)
+    return tuple(
+        replace(
+            wheel,
+            axis_B=axis_B,
+            spin_inertia=factor * wheel.spin_inertia,
+            transverse_inertia=factor * wheel.transverse_inertia,
+        )
+        for wheel, axis_B, factor in zip(wheels, axes_B, factors, strict=True)
+    )
 
 
 def initial_state(scenario: Scenario) -> InitialState:
@@ -170,7 +225,13 @@ def initial_momentum(scenario: Scenario, platform: PlatformModel) -> Vector3:
     """Return the total angular momentum that a platform has in the scenario's initial state, N·m·s, body axes."""
     start = initial_state(scenario)
     at_rest = np.zeros_like(start.gimbal_angle)
-    return platform_momentum(platform.cluster, platform.inertia, start.body_rate, start.gimbal_angle, at_rest)
+    carried = platform_momentum(platform.cluster, platform.inertia, start.body_rate, start.gimbal_angle, at_rest)
+    return carried + wheel_momentum(platform.wheels, _starting_wheel_momentum(scenario))
+
+
+def _starting_wheel_momentum(scenario: Scenario) -> Units:
+    """Jw·Ω of the wheels when the flight starts, by the believed spin inertia, shape (W,), N·m·s."""
+    return np.array(per_unit(scenario.initial.wheel_momentum_N_m_s, wheel_count(scenario.actuators), 0.0))
 
 
 def _starting_momentum(scenario: Scenario) -> Units:
@@ -188,4 +249,9 @@ def _spinning(momentum: Units, scenario: Scenario) -> Units:
 
 def _compiled(scenario: Scenario, properties: PlatformProperties) -> PlatformModel:
     model = build(properties, scenario.platform.model, visuals=False)
-    return PlatformModel(model=model, cluster=cluster_of(model), inertia=composite_inertia(model))
+    return PlatformModel(
+        model=model,
+        cluster=cluster_of(model),
+        inertia=composite_inertia(model),
+        wheels=wheels_of(model, each_wheel(scenario, "momentum_limit_N_m_s")),
+    )

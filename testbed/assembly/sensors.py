@@ -7,6 +7,7 @@ from math import inf
 import numpy as np
 
 from testbed.dynamics.inertia import cross_matrix, inertia_of
+from testbed.scenario.actuators import wheel_count
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.values import per_unit
 from testbed.sensors.gyro import GyroParameters, gyro_errors
@@ -48,30 +49,37 @@ def flight_sensors(scenario: Scenario, clock: Clock, seed: int) -> Sensors:
     Raises:
         InputError: the gyro's rate does not divide the control rate.
     """
-    gyro_seed, *unit_seeds = np.random.SeedSequence(seed).spawn(4)
+    children = np.random.SeedSequence(seed).spawn(7)
+    gyro_seed, unit_seeds = children[0], [*children[1:4], *children[5:]]  # the fifth draws the dispersions
     parameters = gyro_parameters(scenario)
     gyro = gyro_on_clock(parameters, scenario.simulation.control_rate_hz)
     sensors = _unit_sensors(scenario)
-    units = scenario.cluster.units
+    counts = [scenario.cluster.units] * 3 + [wheel_count(scenario.actuators)] * 2
     errors = [
-        unit_errors(sensor, clock.ticks + 1, units, child) for sensor, child in zip(sensors, unit_seeds, strict=True)
+        unit_errors(sensor, clock.ticks + 1, count, child)
+        for sensor, count, child in zip(sensors, counts, unit_seeds, strict=True)
     ]
-    encoder, tachometer, torque_sensor = sensors
+    encoder, tachometer, torque_sensor, wheel_tachometer, wheel_torque_sensor = sensors
     return Sensors(
         gyro=gyro,
         gyro_errors=gyro_errors(parameters, clock.ticks // gyro.ticks_per_sample + 1, gyro_seed),
         encoder=encoder,
         encoder_errors=errors[0],
-        encoder_dead_zone=np.array(per_unit(scenario.encoder.dead_zone_rad, units, 0.0)),
+        encoder_dead_zone=np.array(per_unit(scenario.encoder.dead_zone_rad, scenario.cluster.units, 0.0)),
         tachometer=tachometer,
         tachometer_errors=errors[1],
         torque_sensor=torque_sensor,
         torque_errors=errors[2],
+        wheel_tachometer=wheel_tachometer,
+        wheel_speed_errors=errors[3],
+        wheel_torque_sensor=wheel_torque_sensor,
+        wheel_torque_errors=errors[4],
     )
 
 
-def _unit_sensors(scenario: Scenario) -> tuple[UnitSensor, UnitSensor, UnitSensor]:
+def _unit_sensors(scenario: Scenario) -> tuple[UnitSensor, ...]:
     encoder, tachometer, units = scenario.encoder, scenario.tachometer, scenario.cluster.units
+    wheels, wheel_units = scenario.wheel_tachometer, wheel_count(scenario.actuators)
     return (
         UnitSensor(
             white_noise=encoder.noise_rad,
@@ -83,4 +91,10 @@ def _unit_sensors(scenario: Scenario) -> tuple[UnitSensor, UnitSensor, UnitSenso
             scale_factor_error=np.array(per_unit(tachometer.scale_factor_error, units, 0.0)),
         ),
         UnitSensor(white_noise=scenario.torque_sensor.noise_N_m),
+        UnitSensor(
+            white_noise=wheels.noise_rad_s,
+            zero_offset=np.array(per_unit(wheels.bias_rad_s, wheel_units, 0.0)),
+            scale_factor_error=np.array(per_unit(wheels.scale_factor_error, wheel_units, 0.0)),
+        ),
+        UnitSensor(white_noise=scenario.wheel_torque_sensor.noise_N_m),
     )

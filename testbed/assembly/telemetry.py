@@ -6,22 +6,24 @@ from math import ceil
 
 import numpy as np
 
-from testbed.arrays import Array, Series, UnitSeries, Vectors3
+from testbed.arrays import Array, Flags, Series, UnitSeries, Vectors3
 from testbed.assembly.platform import Body
 from testbed.assembly.time_base import require_time_in_seconds
 from testbed.cmg.cluster import Cluster
 from testbed.cmg.servo_law import stiffness_of
 from testbed.errors import InputError
 from testbed.estimation.gyro_noise import gyro_noise_of, noise_freedom
-from testbed.estimation.telemetry import GimbalTelemetry, Servo, Telemetry, Thrusters
+from testbed.estimation.telemetry import GimbalTelemetry, Servo, Telemetry, Thrusters, WheelTelemetry
+from testbed.records.checks import live_columns, sampled_rows
 from testbed.records.record import Record
 from testbed.records.selection import sampled, usable
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.scenario import Scenario
+from testbed.signals import AXES
 
 _CLOCK_JITTER = 0.01
 """Of a control period, by which the times of samples may be off."""
-_ACTUATOR_CHANNELS = ("gimbal_angle", "cluster_momentum", "applied_torque")
+_ACTUATOR_CHANNELS = ("gimbal_angle", "wheel_speed", "cluster_momentum", "applied_torque")
 
 
 def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telemetry:
@@ -39,10 +41,12 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
     """
     require_time_in_seconds(record, scenario.gyro.sample_rate_hz)
     part = usable(record)
+    live = live_axes(record, scenario)
     gyro_time, body_rate = sampled(part, "body_rate")
+    body_rate = np.where(live, body_rate, 0.0)  # a bearing holds the platform: these are no readings
     source = _actuator_channel(part)
     time, values = sampled(part, source)
-    noise = _gyro_noise(part, gyro_time, body_rate)
+    noise = _gyro_noise(part, gyro_time, body_rate[:, live])
     thrusters, thrust = _thrusters(part, scenario, time)
     return Telemetry(
         gyro_time=gyro_time,
@@ -50,6 +54,7 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
         gyro_noise=scenario.gyro.noise_rad_s if noise is None else noise,
         actuator_time=time,
         gimbals=_gimbals(part, scenario, _units(part, nominal), time, values) if source == "gimbal_angle" else None,
+        wheels=_wheels(part, nominal, time),
         cluster_momentum=values if source == "cluster_momentum" else None,
         applied_torque=_channel(part, "applied_torque", time),
         thrust=thrust,
@@ -57,7 +62,47 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
         initial_momentum=scenario.estimation.initial_momentum,
         constant_torque=scenario.estimation.constant_torque,
         noise_freedom=np.inf if noise is None or noise == part.details.gyro_noise else noise_freedom(gyro_time),
+        live=(bool(live[0]), bool(live[1]), bool(live[2])),
     )
+
+
+def live_axes(record: Record, scenario: BodyScenario) -> Flags:
+    """Return about which body axes the platform turns in a run, shape (3,).
+
+    Those that the scenario and the run allow, less those whose gyro channel is empty or constant.
+
+    Args:
+        record: measured.
+        scenario: whose `platform.axes` says about which axes the rig can turn.
+
+    Raises:
+        InputError: an axis of a platform that turns freely is empty, or no axis is left.
+    """
+    rates = record.channels["body_rate"]
+    known = live_columns(rates)
+    turning = np.array([np.ptp(rates[sampled_rows(rates), axis]) > 0.0 if known[axis] else False for axis in range(3)])
+    said = [each for each in (scenario.platform.axes, record.details.axes) if each is not None]
+    if not said:
+        if not known.all():
+            empty = " and ".join(axis for axis, yes in zip(AXES, known, strict=True) if not yes)
+            raise InputError(
+                f"{record.details.name}: the gyro's channel about {empty} has no value in any row: fill it; of a rig "
+                f"that does not turn about {empty}, say so: {axes_key(known & turning)} in [platform] of the scenario"
+            )
+        return known
+    allowed = np.array([all(axis in each for each in said) for axis in AXES])
+    if not (allowed & turning).any():
+        raise InputError(
+            f"{record.details.name}: the gyro shows no motion about {' or '.join(said[0])}, about which the rig turns "
+            "by platform.axes (and by axes in the run's .toml): correct these, or take the run out"
+        )
+    return np.asarray(allowed & turning)
+
+
+def axes_key(live: Flags) -> str:
+    """Return the key that says about which axes a rig turns, such as `axes = ["z"]`."""
+    names = ", ".join(f'"{axis}"' for axis, yes in zip(AXES, live, strict=True) if yes)
+    return f"axes = [{names}]"
 
 
 def _gyro_noise(record: Record, time: Series, body_rate: Vectors3) -> float | None:
@@ -122,6 +167,25 @@ def _units(record: Record, nominal: Body) -> Cluster:
             "scenario of the platform that was measured"
         )
     return nominal.cluster
+
+
+def _wheels(record: Record, nominal: Body, time: Series) -> WheelTelemetry | None:
+    """Return what the reaction wheels sent, at the actuators' times; None of a record without any."""
+    speed = _channel(record, "wheel_speed", time)
+    if speed is None:
+        return None
+    sent, believed = speed.shape[1], len(nominal.wheels.spin_inertia)
+    if sent != believed:
+        known = f"has {believed}" if believed else "has no [[actuators]] of that kind"
+        raise InputError(
+            f"{record.details.name}: has speeds of {sent} reaction wheels, but the scenario {known}; use "
+            "the scenario of the platform that was measured"
+        )
+    return WheelTelemetry(
+        wheels=nominal.wheels,
+        momentum=speed * nominal.wheels.spin_inertia,
+        torque=_channel(record, "wheel_torque", time),
+    )
 
 
 def _gimbals(

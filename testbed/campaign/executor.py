@@ -1,4 +1,4 @@
-"""The role of an executor: it gets the blocks of a campaign flown, wherever, in whatever order."""
+"""The interface of an executor, which flies the blocks of a campaign on some machines, in any order."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class BlockRows:
 
 
 class Executor(Protocol):
-    """Flies blocks. What a block gives does not depend on who flies it."""
+    """Flies blocks of runs. The results of a block do not depend on the executor."""
 
     def finished(self, plan: CampaignPlan, blocks: Sequence[Block], notify: Notify) -> Generator[BlockRows]:
         """Yield each block once, as it is finished; no more than a few are held at a time.

@@ -46,7 +46,7 @@ class Manifest:
     parts: Mapping[str, str] | None
 
     def after(self, seconds: float, parts: Mapping[str, str], *, complete: bool) -> Manifest:
-        """Return the manifest after so many seconds more, with what is kept by then."""
+        """Return the manifest with further seconds of work and the checksums of the parts that are kept now."""
         return replace(self, complete=complete, seconds=self.seconds + seconds, parts=dict(sorted(parts.items())))
 
 
@@ -136,7 +136,7 @@ def identity_of(plan: CampaignPlan) -> dict[str, Any]:
 
 
 def maneuver_sha256(maneuver: Maneuver) -> str:
-    """Return a name for exactly this reference: knots and control points of its splines."""
+    """Return the SHA-256 of a maneuver's reference: knots and control points of its splines."""
     digest = hashlib.sha256(np.float64(maneuver.duration).tobytes())
     for spline in (maneuver.body_rate, maneuver.gimbal_angle):
         if spline is not None:
@@ -145,7 +145,7 @@ def maneuver_sha256(maneuver: Maneuver) -> str:
 
 
 def require_same(folder: Path, what: str, kept: Mapping[str, Any], now: Mapping[str, Any]) -> None:
-    """Refuse to go on in a folder with what was not begun there.
+    """Refuse to resume in the folder of a different campaign, diagnosis or reproduction.
 
     Args:
         folder: of the results.

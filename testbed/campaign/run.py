@@ -126,13 +126,13 @@ class _Journal:
     began: float
 
     def write(self, *, complete: bool = False) -> None:
-        """Write campaign.json as things stand."""
+        """Write campaign.json with the parts that are kept now."""
         seconds = time.monotonic() - self.began
         write_manifest(self.folder, self.manifest.after(seconds, self.parts, complete=complete))
 
     @contextmanager
     def kept(self) -> Iterator[None]:
-        """Write campaign.json now and at the end, however that comes; complete where it comes without an error."""
+        """Write campaign.json at the start and the end of a block; marked complete unless the block raised an error."""
         complete = False
         self.write()
         try:

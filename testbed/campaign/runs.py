@@ -33,7 +33,7 @@ class Runs(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class RunsInMemory:
-    """Runs that nobody wants to keep.
+    """Runs that are held in memory and not written.
 
     Attributes:
         schema: their columns.
@@ -70,7 +70,7 @@ class RunsFolder:
     schema: pa.Schema
 
     def sift(self, blocks: Iterable[Block], notify: Notify, *, trusted: bool) -> None:
-        """Set everything aside that is no whole part of the campaign, and name it.
+        """Move files aside that are damaged or no part of the campaign, and report each.
 
         Args:
             blocks: of the campaign.

@@ -1,4 +1,4 @@
-"""A worker process on this machine: takes blocks, gives rows, until there are no more."""
+"""A worker process on this machine: it flies blocks of runs and returns their rows until no block remains."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Worker:
         self.block: Block | None = None
 
     def give(self, block: Block) -> None:
-        """Hand over a block to fly; that the process is dead shows when its answer is asked for."""
+        """Hand over a block to fly; a dead process is noticed by `answer`."""
         self.block = block
         with suppress(BrokenPipeError):
             self.connection.send(block)

@@ -89,6 +89,12 @@ def main(
 # Commands import what they need when they are called: engines take a second or two to load.
 
 
+def _choose_output(*, json: bool, quiet: bool) -> None:
+    from testbed.cli.console import choose_output  # noqa: PLC0415
+
+    choose_output(json=json, quiet=quiet)
+
+
 @app.command()
 def run(
     scenario: ScenarioName,
@@ -103,10 +109,9 @@ def run(
     quiet: Quiet = False,
 ) -> None:
     """Design, fly, estimate and record a scenario."""
-    from testbed.cli.console import choose_output  # noqa: PLC0415
     from testbed.cli.run import run_scenario  # noqa: PLC0415
 
-    choose_output(json=json, quiet=quiet)
+    _choose_output(json=json, quiet=quiet)
     raise typer.Exit(run_scenario(scenario, changes or (), out, seed, drawn=dispersed, view=view))
 
 
@@ -132,10 +137,9 @@ def montecarlo(
     quiet: Quiet = False,
 ) -> None:
     """Fly a scenario many times, each run with its own noise and dispersions, and give statistics."""
-    from testbed.cli.console import choose_output  # noqa: PLC0415
     from testbed.cli.montecarlo import run_montecarlo  # noqa: PLC0415
 
-    choose_output(json=json, quiet=quiet)
+    _choose_output(json=json, quiet=quiet)
     code = run_montecarlo(scenario, changes or (), runs, seed, out, resume=resume, scheduler=scheduler, workers=workers)
     raise typer.Exit(code)
 
@@ -175,10 +179,9 @@ def design(
     quiet: Quiet = False,
 ) -> None:
     """Design a scenario's maneuver, without flying it."""
-    from testbed.cli.console import choose_output  # noqa: PLC0415
     from testbed.cli.design import design_scenario  # noqa: PLC0415
 
-    choose_output(json=json, quiet=quiet)
+    _choose_output(json=json, quiet=quiet)
     design_scenario(scenario, changes or (), out, seed)
 
 
@@ -192,10 +195,9 @@ def estimate(
     quiet: Quiet = False,
 ) -> None:
     """Estimate the inertia from records measured elsewhere; the scenario is the nominal model."""
-    from testbed.cli.console import choose_output  # noqa: PLC0415
     from testbed.cli.estimate import estimate_records  # noqa: PLC0415
 
-    choose_output(json=json, quiet=quiet)
+    _choose_output(json=json, quiet=quiet)
     estimate_records(scenario, changes or (), data, out)
 
 
@@ -214,10 +216,9 @@ def diagnose(
     quiet: Quiet = False,
 ) -> None:
     """Find where the nominal model and measured records disagree, and name the effect that is missing."""
-    from testbed.cli.console import choose_output  # noqa: PLC0415
     from testbed.cli.diagnose import diagnose_records  # noqa: PLC0415
 
-    choose_output(json=json, quiet=quiet)
+    _choose_output(json=json, quiet=quiet)
     raise typer.Exit(diagnose_records(scenario, changes or (), data, out, resume=resume, reference=reference))
 
 
@@ -239,10 +240,9 @@ def import_log(
     quiet: Quiet = False,
 ) -> None:
     """Import a log of another program as records."""
-    from testbed.cli.console import choose_output  # noqa: PLC0415
     from testbed.cli.imports import import_records  # noqa: PLC0415
 
-    choose_output(json=json, quiet=quiet)
+    _choose_output(json=json, quiet=quiet)
     import_records(log, log_map, out, guess=guess)
 
 
@@ -295,9 +295,8 @@ def compare(
 ) -> None:
     """Compare runs, or campaigns, side by side."""
     from testbed.cli.compare import compare_results  # noqa: PLC0415
-    from testbed.cli.console import choose_output  # noqa: PLC0415
 
-    choose_output(json=json, quiet=quiet)
+    _choose_output(json=json, quiet=quiet)
     compare_results(folders, out)
 
 

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from testbed.assembly.control import flight_clock
 from testbed.assembly.platform import nominal_body, true_platform
 from testbed.cli.console import say
-from testbed.library.scenarios import naming, overrides_of, read_scenario
+from testbed.cli.options import changed_scenario
+from testbed.library.scenarios import naming
 from testbed.maneuver.profiles import read_profile
 from testbed.scenario.maneuver import CsvManeuver
 from testbed.scenario.scenario import Scenario
@@ -19,7 +20,7 @@ def check_scenario(source: str, changes: Sequence[str]) -> None:
     Raises:
         InputError: what is wrong with it, all at once.
     """
-    scenario = read_scenario(source, overrides_of(changes))
+    scenario = changed_scenario(source, changes)
     with naming(scenario):
         nominal_body(scenario)
         if isinstance(scenario, Scenario):

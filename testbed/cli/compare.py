@@ -9,6 +9,7 @@ from pathlib import Path
 from rich.table import Table
 
 from testbed.cli.console import command_line, print_as_json, say, show
+from testbed.cli.options import print_folder
 from testbed.cli.tables import parameter_table
 from testbed.library.comparisons import compare
 from testbed.outputs.folder import reserved_folder
@@ -32,8 +33,7 @@ def compare_results(folders: Sequence[Path], out: Path | None) -> None:
         for each in figures:
             show(_table(each))
             say()
-    say(f"Folder     {folder.path}")
-    say(f"Report     {folder.path / 'report.html'}")
+    print_folder(folder.path)
     print_as_json(folder.path / "comparison.json")
 
 

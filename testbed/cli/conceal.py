@@ -65,6 +65,6 @@ def _engine(module: str) -> ModuleType:
         if (error.name or "").partition(".")[0] != _ENGINE:
             raise
         raise InputError(
-            "conceal: the engine that makes blind data sets is no part of what is installed, so that no diagnosis can "
-            "learn from it; take a checkout and install it with `pip install -e .`, then it is found"
+            "conceal: the engine that makes blind data sets is not installed with the testbed, so that no "
+            "diagnosis can use it; run this in a checkout, installed with `pip install -e .`"
         ) from error

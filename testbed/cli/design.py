@@ -9,11 +9,11 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from testbed.cli.console import command_line, design_progress, line, print_as_json, say, show
+from testbed.cli.options import changed_flight
 from testbed.cli.tables import design_lines
 from testbed.errors import InputError
 from testbed.experiment.planning import starts_of
 from testbed.library.runs import design
-from testbed.library.scenarios import overrides_of, read_scenario, require_flyable
 from testbed.maneuver.design import Design
 from testbed.outputs.folder import reserved_folder
 
@@ -24,7 +24,7 @@ def design_scenario(source: str, changes: Sequence[str], out: Path | None, seed:
     Raises:
         InputError: the scenario has nothing to design, or its limits cannot be met.
     """
-    scenario = require_flyable(read_scenario(source, overrides_of(changes)))
+    scenario = changed_flight(source, changes)
     if not starts_of(scenario):
         kind = scenario.maneuver.kind
         raise InputError(f'{source}: maneuver.kind is "{kind}"; only "design" has something to design')

@@ -23,16 +23,15 @@ from testbed.cli.console import (
 )
 from testbed.cli.diagnose_tables import candidates_table, detectable_table, inertia_table, places_table
 from testbed.cli.failures import COMPLETED, INTERRUPTED
+from testbed.cli.options import changed_scenario, print_folder, require_folder
 from testbed.diagnosis.findings import Addition, addition_of, confounded, first_screening
 from testbed.diagnosis.keeping import keeping
 from testbed.diagnosis.location import ResidualSegment, located
 from testbed.diagnosis.reading import DataSet
 from testbed.diagnosis.result import unconfounded_needs
 from testbed.diagnosis.state import Diagnosis, Step
-from testbed.errors import InputError
 from testbed.library.diagnoses import DiagnosisResult, concluded, origin_of, prepared_records
 from testbed.library.records import Records, read_records
-from testbed.library.scenarios import overrides_of, read_scenario
 from testbed.next_experiment.proposal import Proposal
 from testbed.outputs.diagnosis_folder import NEXT, WRITTEN
 from testbed.outputs.diagnosis_parts import PARTS, KeptParts, kept_parts
@@ -81,9 +80,8 @@ def diagnose_records(
     Raises:
         InputError: scenario, records or output folder cannot be used.
     """
-    scenario = read_scenario(source, overrides_of(changes))
-    if resume and out is None:
-        raise InputError("--resume goes on with a diagnosis that was interrupted: name its folder with --out")
+    scenario = changed_scenario(source, changes)
+    require_folder("diagnosis", out, resume=resume)
     with reserved_folder(out, f"{scenario.name}-diagnosis", resume=resume) as folder:
         records = read_records(data)
         healthy = None if reference is None else read_records(reference)
@@ -202,7 +200,7 @@ def _print_gap(diagnosis: Diagnosis, places: Sequence[ResidualSegment]) -> None:
 
 def _print_step(diagnosis: Diagnosis, step: Step) -> None:
     say()
-    show(candidates_table(step.screening))
+    show(candidates_table(step.screening, untested=diagnosis.untested(step.screening)))
     say()
     _print_addition(addition_of(diagnosis, step))
     entry("Misfit", misfit_change_words(step.before, step.after))
@@ -220,7 +218,7 @@ def _print_addition(addition: Addition) -> None:
 def _print_rest(diagnosis: Diagnosis) -> None:
     if diagnosis.remaining is not None and not diagnosis.steps:
         say()
-        show(candidates_table(diagnosis.remaining, on_the_noise(diagnosis)))
+        show(candidates_table(diagnosis.remaining, on_the_noise(diagnosis), diagnosis.untested(diagnosis.remaining)))
     for scatter in diagnosis.scatter:
         say()
         _print_addition(addition_of(diagnosis, scatter))
@@ -268,6 +266,5 @@ def _print_next(folder: Path, proposal: Proposal | None) -> None:
 
 def _print_folder(folder: Path) -> None:
     say()
-    say(f"Folder     {folder}")
-    say(f"Report     {folder / 'report.html'}")
+    print_folder(folder)
     say(f"Recording  testbed view {folder}")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
@@ -48,10 +49,14 @@ def detectable_table(diagnosis: Diagnosis) -> Table:
     return table
 
 
-def candidates_table(screening: Screening, noise: Sequence[NoiseHypothesis] = ()) -> Table:
+def candidates_table(
+    screening: Screening,
+    noise: Sequence[NoiseHypothesis] = (),
+    untested: Mapping[str, float] = MappingProxyType({}),
+) -> Table:
     """Return the effects that were refitted, and those on the noise, the most probable first."""
     table = _table("Effects, ranked", ("effect", *RANKING))
-    for row in ranking_rows(screening, noise):
+    for row in ranking_rows(screening, noise, untested):
         table.add_row(*row)
     return table
 

@@ -1,4 +1,4 @@
-"""Where the command starts: streams that bear any text, signals that are heard, then the application."""
+"""Entry point of the command: output streams that accept any text, one BLAS thread, then the application."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def main() -> None:
     """Run the command; what a person can mend ends it with a message and exit code 2."""
     for library in ("OMP", "OPENBLAS", "MKL"):  # matrices of this size gain nothing from threads, and lose time to them
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
-    if not sys.warnoptions:  # which programmers give, to whom warnings speak
+    if not sys.warnoptions:  # Python's own warnings are for programmers, who ask for them
         warnings.simplefilter("ignore")
     with sturdy_streams() as lost_output:
         code = exit_code_of(_application)

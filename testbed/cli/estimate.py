@@ -8,12 +8,12 @@ from pathlib import Path
 from testbed.arrays import Theta
 from testbed.cli.console import command_line, print_as_json, say, show
 from testbed.cli.notices import print_notices, print_verdict
+from testbed.cli.options import changed_flight, print_folder
 from testbed.cli.tables import estimate_table
 from testbed.dynamics.inertia import theta_of
 from testbed.identification.identify import Identification
 from testbed.library.estimates import estimate
 from testbed.library.records import read_records
-from testbed.library.scenarios import overrides_of, read_scenario, require_flyable
 from testbed.outputs.folder import reserved_folder
 from testbed.report.measured import identification_notices, identification_verdict
 
@@ -30,14 +30,13 @@ def estimate_records(source: str, changes: Sequence[str], data: Path, out: Path 
     Raises:
         InputError: scenario, records or output folder cannot be used, or no record gives an estimate.
     """
-    scenario = require_flyable(read_scenario(source, overrides_of(changes)))
+    scenario = changed_flight(source, changes)
     with reserved_folder(out, f"{scenario.name}-estimate") as folder:
         found = estimate(scenario, read_records(data))
         _print(found.identification, theta_of(found.nominal.inertia))
         folder.deliver(lambda place: found.write(place, command_line()))
     say()
-    say(f"Folder     {folder.path}")
-    say(f"Report     {folder.path / 'report.html'}")
+    print_folder(folder.path)
     print_as_json(folder.path / "estimates.json")
 
 

@@ -9,11 +9,10 @@ from testbed.cli.campaign_progress import campaign_progress
 from testbed.cli.console import command_line, design_progress, print_as_json, say, show, warn
 from testbed.cli.failures import COMPLETED, INTERRUPTED
 from testbed.cli.notices import print_verdict
+from testbed.cli.options import changed_flight, print_folder, require_folder
 from testbed.cli.tables import statistics_table
-from testbed.errors import InputError
 from testbed.experiment.planning import starts_of
 from testbed.library.campaigns import Campaign, executor_of, flown_into, origin_of, planned_in
-from testbed.library.scenarios import overrides_of, read_scenario, require_flyable
 from testbed.outputs.folder import reserved_folder
 from testbed.report.verdict import campaign_verdict
 
@@ -36,9 +35,8 @@ def run_montecarlo(
     Raises:
         InputError: the scenario, the folder, or the scheduler cannot be used; what was flown is kept.
     """
-    scenario = require_flyable(read_scenario(source, overrides_of(changes)))
-    if resume and out is None:
-        raise InputError("--resume goes on with a campaign that was begun: name its folder with --out")
+    scenario = changed_flight(source, changes)
+    require_folder("campaign", out, resume=resume)
     seed = scenario.seed if seed is None else seed
     executor = executor_of(scheduler, workers)
     origin = origin_of(scenario, seed, runs, command_line())
@@ -71,5 +69,4 @@ def _print_result(source: str, folder: Path, campaign: Campaign) -> None:
         say(f"           and {len(failures) - _MOST_LISTED} more, all in the report")
     print_verdict(campaign_verdict(statistics))
     say()
-    say(f"Folder     {folder}")
-    say(f"Report     {folder / 'report.html'}")
+    print_folder(folder)

@@ -1,4 +1,4 @@
-"""A page's verdict and notices on the terminal: what puts figures in doubt is said where they are read first."""
+"""A page's verdict and notices on the terminal, above all those that put the figures in doubt."""
 
 from __future__ import annotations
 

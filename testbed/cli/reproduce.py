@@ -15,6 +15,7 @@ from testbed.campaign.local import usable_cores
 from testbed.campaign.manifest import deciding_versions
 from testbed.cli.console import command_line, entry, say, show, warn
 from testbed.cli.failures import COMPLETED, INTERRUPTED
+from testbed.cli.options import require_folder
 from testbed.cli.parts_progress import parts_progress
 from testbed.errors import InputError
 from testbed.files import TextFile
@@ -36,8 +37,7 @@ def reproduce_paper(out: Path | None, seed: int, runs: int | None, *, quick: boo
     Raises:
         InputError: the folder cannot be used, or a worker process died; what was finished is kept.
     """
-    if resume and out is None:
-        raise InputError("--resume goes on with a reproduction that was begun: name its folder with --out")
+    require_folder("reproduction", out, resume=resume)
     make = quick_extent if quick else full_extent
     extent = make(seed=seed, workers=usable_cores(), runs=runs)
     files = [scenario_file(shipped_scenario(name)) for name in SCENARIOS]

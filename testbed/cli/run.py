@@ -11,11 +11,11 @@ from testbed.cli.alignments import print_alignments
 from testbed.cli.console import command_line, design_progress, line, print_as_json, say, show
 from testbed.cli.failures import COMPLETED, DIVERGED
 from testbed.cli.notices import print_notices, print_verdict
+from testbed.cli.options import changed_flight, print_folder
 from testbed.cli.tables import design_lines, flight_lines, result_table
 from testbed.experiment.experiment import Experiment
 from testbed.experiment.planning import starts_of
 from testbed.library.runs import fly
-from testbed.library.scenarios import overrides_of, read_scenario, require_flyable
 from testbed.outputs.folder import reserved_folder
 from testbed.report.run import run_notices, run_verdict
 
@@ -36,7 +36,7 @@ def run_scenario(
     Raises:
         InputError: the scenario, its limits or the output folder cannot be used.
     """
-    scenario = require_flyable(read_scenario(source, overrides_of(changes)))
+    scenario = changed_flight(source, changes)
     with reserved_folder(out, scenario.name) as folder:
         with design_progress(starts_of(scenario)) as report:
             run = fly(scenario, seed=seed, draw=drawn, progress=report)
@@ -62,8 +62,7 @@ def _print_result(experiment: Experiment, folder: Path) -> None:
     print_verdict(run_verdict(experiment))
     print_notices(run_notices(experiment))
     say()
-    say(f"Folder     {folder}")
-    say(f"Report     {folder / 'report.html'}")
+    print_folder(folder)
     line(f"Recording  {_this_command()} view {folder}  (or view --web: in the browser)")
 
 

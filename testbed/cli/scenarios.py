@@ -16,6 +16,7 @@ from testbed.scenario.scenario import Scenario
 from testbed.scenario.shipped import shipped_scenario, shipped_scenarios
 
 _NAME = re.compile(r'^(\s*name\s*=\s*)"[^"\n]*"', re.MULTILINE)
+_SCHEMA = re.compile(r"^#:schema ([^\s]+)\n", re.MULTILINE)
 
 
 def list_scenarios() -> None:
@@ -45,6 +46,8 @@ def new_scenario(name: str, source: str) -> None:
     if beside is not None:
         raise InputError(f"{source}: names a file of its own, {beside}; copy both yourself")
     text = _NAME.sub(lambda found: f'{found[1]}"{path.stem}"', file.text, count=1)
+    if (schema := _SCHEMA.search(text)) and not (path.parent / schema[1]).is_file():
+        text = text.replace(schema[0], "")  # relative to the folder of the source: editors would look for it in vain
     try:
         with path.open("x", encoding="utf-8") as new:
             new.write(text)

@@ -54,7 +54,7 @@ codecs.register_error(TRANSLITERATED, _replacement)
 
 
 class SturdyStream(io.TextIOWrapper):
-    """A text stream that goes on in silence where it leads nowhere: a full device, a reader that has gone."""
+    """A text stream that drops its output, without an error, once its device is full or its reader has gone."""
 
     failure: OSError | None = None
 
@@ -78,11 +78,11 @@ class SturdyStream(io.TextIOWrapper):
 
 @contextmanager
 def sturdy_streams() -> Iterator[Callable[[], int]]:
-    """Make standard output and error sturdy for a block.
+    """Let standard output and error survive a full device or a closed pipe for a block.
 
     Yields:
-        To be called at the block's end: the exit code of an output that was lost, which is said on standard error; 0
-        where all of it was written, or where its reader, such as `head`, has gone.
+        A function to call at the end of the block. It returns the exit code: not 0 if output was lost, which it reports
+        on standard error; 0 if all of it was written, or if the reader, such as `head`, had gone.
     """
     _occupy_standard_numbers()
     before = sys.stdout, sys.stderr

@@ -111,9 +111,10 @@ def flight_lines(flown: FlownRun) -> Iterator[str]:
     yield f"Tracking   rms error {rms} rad/s; {summary.saturated:.3g} s at a limit"
     used = ", ".join(f"{name.replace('_', ' ')} {share:.0%}" for name, share in summary.limit_use.items())
     yield f"Limits     {used}"
-    yield f"           smallest singularity measure {summary.min_singularity_measure:.2f} (1 at the best)"
+    if summary.min_singularity_measure is not None:
+        yield f"           smallest singularity measure {summary.min_singularity_measure:.2f} (1 at the best)"
     if summary.rotor_clamped:
-        yield f"Rotors     {summary.rotor_clamped:.3g} s with a rotor at its momentum limit"
+        yield f"Rotors     {summary.rotor_clamped:.3g} s with a rotor or wheel at its momentum limit"
     if flown.first_contact is not None:
         yield f"Contact    with the cabin at {flown.first_contact:.3f} s; the estimates use the record up to there"
     yield f"Momentum   drift {summary.momentum_drift:.1e} of the rotors' total"

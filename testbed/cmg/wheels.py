@@ -63,6 +63,29 @@ def wheel_axes(kind: WheelArrayKind, wheels: int, skew: float) -> Axes:
     return _ARRAYS[kind](wheels, skew)
 
 
+def turned_wheel_axes(axis_B: Axes, turns: Array) -> Axes:
+    """Return axes (a + v × a) / |a + v × a| with v = α e1 + β e2, shape (W, 3), unit vectors, body axes.
+
+    e1 is normal to a and to body z, or body x for an axis along z, and e2 = a × e1. Analytic in the turns.
+
+    Args:
+        axis_B: a as drawn, shape (W, 3), unit vectors, body axes.
+        turns: α and β, shape (..., W, 2), rad; small.
+    """
+    first, second = wheel_turning_directions(axis_B)
+    turned = axis_B + turns[..., :1] * first + turns[..., 1:] * second
+    return np.asarray(turned / np.sqrt(1.0 + (turns**2).sum(axis=-1, keepdims=True)))
+
+
+def wheel_turning_directions(axis_B: Axes) -> Array:
+    """Return where an axis moves as it turns: e1 × a = -e2 and e2 × a = e1 of `turned_wheel_axes`, shape (2, W, 3)."""
+    across = np.cross([0.0, 0.0, 1.0], axis_B)
+    along_z = np.linalg.norm(across, axis=1, keepdims=True) < _PARALLEL
+    first = np.where(along_z, [1.0, 0.0, 0.0], across)
+    first = first / np.linalg.norm(first, axis=1, keepdims=True)
+    return np.stack([-np.cross(axis_B, first), first])
+
+
 def wheel_momentum(wheels: Wheels, momentum: UnitSeries) -> Vectors3:
     """Return h = Σ (Jw Ω)_i a_i, shape (..., 3), N·m·s, body axes, of each wheel's Jw Ω, shape (..., W), N·m·s."""
     return np.asarray(np.vecmat(momentum, wheels.axis_B))
@@ -115,6 +138,12 @@ def minimax_allocation(wheels: Wheels, vector_B: Vectors3, limit: Units) -> Unit
     vectors = np.asarray(vector_B, dtype=np.float64)
     allocated = _allocated(wheels.axis_B, limit, wheels.facet_normals_B, vectors.reshape(-1, 3))
     return allocated.reshape(*vectors.shape[:-1], -1)
+
+
+def no_wheels() -> Wheels:
+    """Return an array without wheels."""
+    none = np.zeros(0)
+    return Wheels(axis_B=np.zeros((0, 3)), spin_inertia=none, momentum_limit=none, torque_limit=none)
 
 
 def wheel_null_space(wheels: Wheels) -> Array:

@@ -1,61 +1,59 @@
-"""The controller of one platform, or of a batch: track, steer, serve, once every control period."""
+"""The controller of one platform, or of a batch: track, steer, serve, once every control period.
+
+The rates of M gimbals and the torques of W wheels are steered together, on the scale of `cmg.actuators`.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from testbed.arrays import Array, Flags, Units, UnitSeries, Vector3, Vectors3
-from testbed.cmg.cluster import Cluster, spin_momentum_and_jacobian
+from testbed.cmg.actuators import Actuators, momentum_and_jacobian
 from testbed.cmg.servo_law import next_commanded_angle
 from testbed.cmg.steering import SteeringLaw, limit_rates, preferred_rates, steer
 from testbed.control.servo import GimbalServo, rate_set_point, torque_demand
 from testbed.control.tracker import Tracker, feedback_momentum_rate
+from testbed.control.wheels import WheelDrive, next_commanded_momentum, preferred_torques, wheel_demand
 
 
 @dataclass(frozen=True, kw_only=True)
 class Controller:
-    """Everything that the controller believes and how it is tuned; its model is the nominal one.
+    """The controller: its model, which is the nominal one, and its gains.
 
     Attributes:
-        cluster: nominal units.
+        actuators: nominal units, wheels and the gimbals' rate limit.
         tracker: body-rate tracker.
         law: steering law.
         servo: gimbal servo.
-        gimbal_rate_limit: rad/s.
-        momentum_gain: of the loop on the cluster's momentum as the encoders show it, 1/s.
+        drive: of the wheels.
+        momentum_gain: of the loop on the actuators' momentum as encoders and tachometers show it, 1/s.
         null_motion_gain: k of the null motion toward the preferred gimbal angles, 1/s.
         period: of the control loop, s.
     """
 
-    cluster: Cluster
+    actuators: Actuators
     tracker: Tracker
     law: SteeringLaw
     servo: GimbalServo
-    gimbal_rate_limit: float
+    drive: WheelDrive
     momentum_gain: float
     null_motion_gain: float
     period: float
 
-    @cached_property
-    def momentum_scale(self) -> float:
-        """The largest rotor momentum, by which the steering laws are scaled, N·m·s."""
-        return float(np.abs(self.cluster.rotor_momentum).max())
-
 
 class Target(NamedTuple):
-    """What the reference asks of one control period; rates of change are means over it, so that holding costs no delay.
+    """The reference of one control period; rates of change are means over it, so that holding costs no delay.
 
     Attributes:
         body_rate: in the middle of the period, shape (3,), rad/s, body axes.
         body_acceleration: shape (3,), rad/s².
-        momentum_B: spin momentum of the cluster at the start of the period, shape (3,), N·m·s, body axes.
+        momentum_B: spin momentum of all actuators at the start of the period, shape (3,), N·m·s, body axes.
         momentum_rate_B: its rate of change, shape (3,), N·m.
-        gimbal_angle: preferred angles at the start of the period, shape (6,), rad.
-        gimbal_rate: their rate, shape (6,), rad/s.
+        gimbal_angle: preferred angles at the start of the period, shape (M,), rad.
+        gimbal_rate: their rate, shape (M,), rad/s.
     """
 
     body_rate: Vector3
@@ -71,32 +69,56 @@ class ControllerState(NamedTuple):
 
     Attributes:
         feedback_momentum_B: what the gyro's feedback has added to the reference momentum, shape (..., 3), N·m·s.
-        commanded_angle: integral of the commanded gimbal rates, shape (..., 6), rad.
-        commanded_rate: of the last period, shape (..., 6), rad/s.
+        commanded_angle: integral of the commanded gimbal rates, shape (..., M), rad.
+        commanded_rate: of the last period, shape (..., M), rad/s.
+        commanded_momentum: integral of the commanded rates of the wheels' momenta, shape (..., W), N·m·s.
     """
 
     feedback_momentum_B: Vectors3
     commanded_angle: UnitSeries
     commanded_rate: UnitSeries
+    commanded_momentum: UnitSeries
+
+
+class Seen(NamedTuple):
+    """What the actuators' sensors show at the start of a control period.
+
+    Attributes:
+        gimbal_angle: measured, shape (..., M), rad.
+        wheel_momentum: Jw Ω by the tachometers, shape (..., W), N·m·s.
+    """
+
+    gimbal_angle: UnitSeries
+    wheel_momentum: UnitSeries
 
 
 class Command(NamedTuple):
-    """What one control period asks of the gimbals.
+    """The commands of one control period to gimbals and wheels.
 
     Attributes:
-        gimbal_rate: after the limit, shape (..., 6), rad/s.
-        torque: demand on each motor, shape (..., 6), N·m.
-        rate_saturated: which units were cut to their rate limit, shape (..., 6).
+        gimbal_rate: after the limit, shape (..., M), rad/s.
+        torque: demand on each gimbal motor, shape (..., M), N·m.
+        rate_saturated: which units were cut to their rate limit, shape (..., M).
+        wheel_torque: that each wheel's motor should give, shape (..., W), N·m.
+        wheel_demand: what each wheel's drive is sent for it, shape (..., W), N·m.
     """
 
     gimbal_rate: UnitSeries
     torque: UnitSeries
     rate_saturated: Flags
+    wheel_torque: UnitSeries
+    wheel_demand: UnitSeries
 
 
-def controller_at_rest(gimbal_angle: UnitSeries) -> ControllerState:
-    """Return the state of a controller whose gimbals stand still at given angles, shape (..., 6), rad."""
-    return ControllerState(np.zeros((*gimbal_angle.shape[:-1], 3)), gimbal_angle, np.zeros_like(gimbal_angle))
+def controller_at_rest(gimbal_angle: UnitSeries, wheel_momentum: UnitSeries) -> ControllerState:
+    """Return the state of a controller whose gimbals stand still at given angles and whose wheels keep their speed.
+
+    Args:
+        gimbal_angle: shape (..., M), rad.
+        wheel_momentum: shape (..., W), N·m·s.
+    """
+    feedback_B = np.zeros((*gimbal_angle.shape[:-1], 3))
+    return ControllerState(feedback_B, gimbal_angle, np.zeros_like(gimbal_angle), wheel_momentum)
 
 
 def command(
@@ -104,7 +126,7 @@ def command(
     state: ControllerState,
     target: Target,
     rate_error: Vectors3,
-    encoder_angle: UnitSeries,
+    seen: Seen,
     time: float,
 ) -> tuple[ControllerState, Command]:
     """Run one control period.
@@ -114,26 +136,36 @@ def command(
         state: from the period before.
         target: of this period.
         rate_error: ω_ref - ω̄ at the last gyro sample, shape (..., 3), rad/s.
-        encoder_angle: measured gimbal angles, shape (..., 6), rad.
+        seen: by encoders and tachometers.
         time: start of the period, s.
     """
-    cluster = controller.cluster
-    momentum_B, jacobian = spin_momentum_and_jacobian(cluster, encoder_angle)
+    actuators, units = controller.actuators, controller.actuators.units
+    momentum_B, jacobian = momentum_and_jacobian(actuators, *seen)
     momentum_rate_B = _momentum_rate(controller, state, target, momentum_B)
-    wanted = _gimbal_rates(controller, target, jacobian, momentum_rate_B, encoder_angle, time)
-    rate, saturated = limit_rates(wanted, controller.gimbal_rate_limit)
-    set_point, cut = rate_set_point(controller.servo, rate, state.commanded_angle - encoder_angle)
+    wanted = _steered(controller, target, jacobian, momentum_rate_B, seen, time)
+    asked, limited = limit_rates(wanted, actuators.gimbal_rate_limit)
+    rate, saturated = asked[..., :units], limited[..., :units]
+    set_point, cut = rate_set_point(controller.servo, rate, state.commanded_angle - seen.gimbal_angle)
     torque = torque_demand(
         controller.servo,
-        cluster,
+        actuators.cluster,
         set_point,
         (rate - state.commanded_rate) / controller.period,
-        jacobian,
+        jacobian[..., :units],
         target.body_rate,
         target.body_acceleration,
     )
-    following = _next_state(controller, state, rate_error, encoder_angle, rate, saturated)
-    return following, Command(rate, torque, saturated | cut)
+    wheel_rate = asked[..., units:] * actuators.wheel_scale
+    wheel_torque, demand = wheel_demand(
+        controller.drive,
+        actuators.wheels,
+        wheel_rate,
+        seen.wheel_momentum,
+        state.commanded_momentum,
+        target.body_acceleration,
+    )
+    following = _next_state(controller, state, rate_error, seen, rate, wheel_rate, limited)
+    return following, Command(rate, torque, saturated | cut, wheel_torque, demand)
 
 
 def _momentum_rate(
@@ -150,33 +182,41 @@ def _momentum_rate(
     return target.momentum_rate_B + controller.momentum_gain * behind_B
 
 
-def _gimbal_rates(
-    controller: Controller,
-    target: Target,
-    jacobian: Array,
-    momentum_rate_B: Vectors3,
-    encoder_angle: UnitSeries,
-    time: float,
+def _steered(
+    controller: Controller, target: Target, jacobian: Array, momentum_rate_B: Vectors3, seen: Seen, time: float
 ) -> UnitSeries:
-    preferred = preferred_rates(encoder_angle, target.gimbal_angle, target.gimbal_rate, controller.null_motion_gain)
-    return steer(controller.law, jacobian, momentum_rate_B, preferred, controller.momentum_scale, time)
+    """Return gimbal rates and wheel commands, shape (..., M + W), rad/s."""
+    actuators = controller.actuators
+    preferred = preferred_rates(seen.gimbal_angle, target.gimbal_angle, target.gimbal_rate, controller.null_motion_gain)
+    if len(actuators.wheel_scale):
+        torques = preferred_torques(controller.drive, actuators.wheels, seen.wheel_momentum)
+        preferred = np.concatenate([preferred, torques / actuators.wheel_scale], axis=-1)
+    return steer(controller.law, jacobian, momentum_rate_B, preferred, actuators.momentum_scale, time)
 
 
 def _next_state(
     controller: Controller,
     state: ControllerState,
     rate_error: Vectors3,
-    encoder_angle: UnitSeries,
+    seen: Seen,
     rate: UnitSeries,
-    saturated: Flags,
+    wheel_rate: UnitSeries,
+    limited: Flags,
 ) -> ControllerState:
-    """Integrate feedback and commanded angle, without wind-up.
+    """Integrate feedback and commands, without wind-up.
 
-    The feedback waits while a gimbal is at its rate limit, and the commanded angle never runs away from a motor that
-    cannot follow.
+    The feedback waits while an actuator is at its limit, and what is commanded never runs away from a motor that cannot
+    follow.
     """
-    free = ~saturated.any(axis=-1, keepdims=True)
+    free = ~limited.any(axis=-1, keepdims=True)
     feedback_rate_B = feedback_momentum_rate(controller.tracker, rate_error) * free
     bound = controller.servo.angle_error_bound
-    commanded_angle = next_commanded_angle(state.commanded_angle, encoder_angle, bound, rate, controller.period)
-    return ControllerState(state.feedback_momentum_B + feedback_rate_B * controller.period, commanded_angle, rate)
+    period, wheels = controller.period, controller.actuators.wheels
+    return ControllerState(
+        feedback_momentum_B=state.feedback_momentum_B + feedback_rate_B * period,
+        commanded_angle=next_commanded_angle(state.commanded_angle, seen.gimbal_angle, bound, rate, period),
+        commanded_rate=rate,
+        commanded_momentum=next_commanded_momentum(
+            controller.drive, wheels, state.commanded_momentum, seen.wheel_momentum, wheel_rate, period
+        ),
+    )

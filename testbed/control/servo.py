@@ -10,6 +10,10 @@ from testbed.arrays import Array, Flags, Units, UnitSeries, Vectors3
 from testbed.cmg.cluster import Cluster
 from testbed.cmg.servo_law import ServoLaw, set_point, stiffness_of, within
 
+_MOMENTUM_LOOP_SHARE = 0.5
+"""Of what the actuators are behind by, at most so much is asked for in one control period: sampled once a period, the
+loop would oscillate beyond 1."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class GimbalServo:
@@ -50,9 +54,15 @@ def gimbal_servo(cluster: Cluster, bandwidth: float, damping_ratio: float, rate_
     )
 
 
-def momentum_gain(servo: GimbalServo) -> float:
-    """Return the gain of the momentum loop around the servos, 1/s: a quarter of their natural frequency."""
-    return float(np.sqrt(servo.angle_gain / servo.inertia).min()) / 4.0
+def momentum_gain(servo: GimbalServo, period: float) -> float:
+    """Return the gain of the momentum loop, 1/s: a quarter of the servos' natural frequency, or less if they are fast.
+
+    Args:
+        servo: of the gimbals; of none on a platform with wheels alone, whose torque is there at once.
+        period: of the control loop, s.
+    """
+    slowest = np.sqrt(servo.angle_gain / servo.inertia).min(initial=4.0 * _MOMENTUM_LOOP_SHARE / period)
+    return float(slowest) / 4.0
 
 
 def rate_set_point(servo: GimbalServo, commanded_rate: UnitSeries, angle_error: UnitSeries) -> tuple[UnitSeries, Flags]:

@@ -62,13 +62,14 @@ def mean_over_scan(found: float, elsewhere: Sequence[float], scan_count: int) ->
     return 2.0 * float(logsumexp([*odds, unseen]) - log(scan_count))
 
 
-def favoured_over_none(odds: Iterable[float]) -> bool:
+def favoured_over_none(odds: Iterable[float], needed: float = SETTINGS.null_prior_odds) -> bool:
     """Return whether the posterior odds favour one of several effects over none, prior odds included.
 
     Args:
         odds: twice the logarithm of each one's posterior odds against none, at even prior odds.
+        needed: odds that all of them together have to exceed.
     """
-    return float(logsumexp(0.5 * np.array(list(odds)))) > log(SETTINGS.null_prior_odds)
+    return float(logsumexp(0.5 * np.array(list(odds)))) > log(needed)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -102,12 +103,18 @@ class Candidate(AtComponent):
 
     @property
     def fits(self) -> float:
-        """By how much it fits all runs better than the present model, whatever its parameters cost."""
+        """Improvement of the fit of all runs over the present model, without a penalty for its parameters."""
         return self.chi_square_reduction + self.heldout_log_likelihood_gain - 2.0 * self.trials_penalty
 
     @property
+    def plausible(self) -> bool:
+        """Whether hardware has such parameters."""
+        values = self.fit.effect_values[self.fit.own(self.placed)].tolist()
+        return all(each.is_plausible(value) for each, value in zip(self.effect.parameters, values, strict=True))
+
+    @property
     def significant(self) -> bool:
-        """Whether it is there, at the family-wise error."""
+        """Whether it is significant at the family-wise error."""
         return self.p_value < SETTINGS.family_wise_error
 
 
@@ -143,17 +150,26 @@ def accepted(screening: Screening) -> Candidate | None:
     1. The hypothesis with the most evidence is there: its p-value is below the family-wise error, and its posterior
        odds are above even ones.
     2. Where it is the first effect, the posterior odds of its class against none exceed even, prior odds included.
-       Beside another effect the prior odds are left out: from a wrong first one, steps back start at a doubtful second.
+       Beside another effect they have to be those of `further_name_odds`.
     3. Of its class, and of those that are there as well, the one that fits all runs best is added: evidence does not
-       decide among them, and none is a special case of another, that could only fit worse.
+       decide among them, and none is a special case of another, that could only fit worse. What is implausible, such as
+       a gyro of half a hertz, gives way to what is not, and skewed telemetry to a late gyro that fits as well.
     """
     if not screening.candidates or not _is_there(screening, screening.candidates[0]):
         return None
     is_first = sum(not each.given for each in screening.candidates[0].fit.placed) == 1
-    if is_first and not favoured_over_none(screening.odds(each) for each in screening.close):
+    needed = SETTINGS.null_prior_odds if is_first else SETTINGS.further_name_odds
+    if not favoured_over_none((screening.odds(each) for each in screening.close), needed):
         return None
     there = [candidate for candidate in screening.close if _is_there(screening, candidate)]
-    return max(there, key=lambda candidate: candidate.fits)
+    first = [candidate for candidate in there if not any(_goes_before(other, candidate) for other in there)]
+    return max(first, key=lambda candidate: (candidate.plausible, candidate.fits))
+
+
+def _goes_before(other: Candidate, candidate: Candidate) -> bool:
+    """Return whether a more usual effect fits as well as one that yields to it."""
+    usual = other.effect.id in candidate.effect.yields_to and other.plausible
+    return usual and other.fits > candidate.fits - SETTINGS.tied_fits
 
 
 def _is_there(screening: Screening, candidate: Candidate) -> bool:

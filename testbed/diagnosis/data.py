@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from testbed.arrays import Array, Matrix3, Theta, Units, Vector3
+from testbed.arrays import Array, Flags, Matrix3, Theta, Units, Vector3
 from testbed.diagnosis.settings import SETTINGS
 from testbed.dynamics.inertia import inertia_of, log_ratio, of_log_ratio, slopes_of_log_ratio, theta_of
 from testbed.effects.fast_changes import FEWEST, fast_power
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import Telemetry, has_momentum
 from testbed.estimation.torque_noise import covariance
 from testbed.prediction.grid import Grid, grid_of, unit_count
 from testbed.prediction.motor_torques import has_torques, measured_torques
@@ -22,6 +22,8 @@ from testbed.prediction.servo import response, ticks_of
 from testbed.prediction.servo_response import by_stretches, by_units, constants, has_commands, measured_responses, shown
 from testbed.prediction.smoothed import direction_of
 
+_ROWS, _COLUMNS = np.array([0, 1, 2, 1, 0, 0]), np.array([0, 1, 2, 2, 2, 1])
+"""Of J, in the order of θ."""
 _LEAST = 1e-3
 """Share of a channel's own scatter that its noise has at least: the model of a gimbal is no better than that. Of 64
 sets of the seeds 90817 and 90818 none needs it: motor torques have noise of 4 % and more of their scatter, responses of
@@ -42,7 +44,7 @@ _CLOSE = 1e-2
 """Share of the squares that a further step has to gain: 0.5 % of the root that is compared with the noise. With 1e-4
 or 1e-1, estimates move by 9e-4 standard errors at most, in the same sets."""
 _MODEL = 2.5e-4
-"""rad. By which an answer may be missed for other reasons than noise: commands between samples and the plan are not
+"""rad. Error of a predicted servo response from other causes than noise: commands between samples and the plan are not
 known, and what is missed by that stays for several samples. Without it, lags and dry frictions of eight detectable
 sizes miss the truth by 4 to 6 standard deviations where encoders are as good as 1e-4 rad. In three sets of seed 90817
 the responses are the same without it and with twice as much, and estimates move by 0.3 and 0.1 standard errors."""
@@ -195,7 +197,7 @@ class Runs:
 
     Attributes:
         names: of the runs.
-        windowed: names of what each is a window of, one after the other; empty where they are whole.
+        windowed: for each run, the name of the stretch of a record of which it is a window; empty for whole stretches.
         estimated_noise: the part of the gyro's noise that noise effects estimate sample by sample, of each run, shape
             (N, 3), rad/s; empty where there are none.
         grid: their telemetry on the integration's grid.
@@ -259,15 +261,36 @@ class Runs:
         return self.samples + sum(block.size for block in self.inner)
 
     @property
+    def live(self) -> Flags:
+        """About which body axes each run turns, shape (R, 3): of the others nothing is compared."""
+        return self.grid.live
+
+    @property
+    def inertia_shown(self) -> Flags:
+        """Which of θ any motion of the runs can show, shape (6,): not what is about axes that a bearing holds.
+
+        A run about one axis shows its moment alone; one about two axes also the products of these with the third, by
+        the torque that turns the momentum about it.
+        """
+        counts = self.live.sum(axis=1)
+        both = self.live[:, _ROWS] & self.live[:, _COLUMNS]
+        product = (self.live[:, _ROWS] | self.live[:, _COLUMNS]) & (_ROWS != _COLUMNS) & (counts == 2)[:, None]
+        return np.asarray((both | product).any(axis=0))
+
+    @property
+    def sizes(self) -> list[int]:
+        """How many numbers the gyro of each run gave: one a sample for each axis about which it turns."""
+        return [len(run.gyro_time) * int(live.sum()) for run, live in zip(self.grid.runs, self.live, strict=True)]
+
+    @property
     def samples(self) -> int:
-        """Numbers that the gyro gave, three a sample."""
-        return sum(rates.size for rates in self.measured)
+        """Numbers that the gyro gave, three a sample of a platform that turns freely."""
+        return sum(self.sizes)
 
     @property
     def driven_by_momentum(self) -> bool:
         """Whether gimbals or the momentum that they hold are known: torques that are applied have to be integrated."""
-        run = self.grid.runs[0]
-        return run.gimbals is not None or run.cluster_momentum is not None
+        return has_momentum(self.grid.runs[0])
 
     def with_sigma(self, sigma: Array) -> Runs:
         """Return the same runs with another standard deviation of the gyro, shape (R, 3) or (3,), rad/s."""
@@ -284,16 +307,18 @@ class Runs:
         return np.concatenate([self._white(block, values - guess).ravel() for block, (values, guess) in pairs])
 
     def by_run(self, residual: Array) -> list[Array]:
-        """Return what of a whitened residual is the gyro's in each run, shapes (N, 3), or (N, 3, C) of C columns.
+        """Return the gyro's part of a whitened residual in each run, shapes (N, 3), or (N, 3, C) of C columns.
+
+        About axes that a bearing holds it is zero.
 
         Args:
             residual: of all blocks, or of the gyro's alone, as `whitened` gives it, one or several side by side.
         """
-        edges = np.cumsum([rates.size for rates in self.measured])[:-1]
-        return [part.reshape(-1, 3, *part.shape[1:]) for part in np.split(residual[: self.samples], edges)]
+        parts = np.split(residual[: self.samples], np.cumsum(self.sizes)[:-1])
+        return [_on_all_axes(part, live) for part, live in zip(parts, self.live, strict=True)]
 
     def gimbals_by_run(self, residual: Array) -> list[tuple[Array, ...]]:
-        """Return what of a whitened residual is the gimbals' in each run, their channels one after the other.
+        """Return the gimbal channels' part of a whitened residual in each run, one channel after the other.
 
         Args:
             residual: of all blocks, shape (numbers,); of the gyro's alone there is nothing of the gimbals.
@@ -314,7 +339,7 @@ class Runs:
         """Return derivatives of all blocks in units of sigma, each of shape (numbers in the block, C).
 
         Args:
-            derivatives: of each block, shape (N, 3, C), (N, M, C) or (N, M - 3, C); of the gyro's alone, or of all.
+            derivatives: of each block, or of the gyro's alone, shape (N, 3, C), (N, M, C) or (N, M - 3, C).
         """
         return [self._white(index, block).reshape(-1, block.shape[-1]) for index, block in enumerate(derivatives)]
 
@@ -326,11 +351,13 @@ class Runs:
         return [np.einsum("anm,ma->na", factor, part) for factor, part in zip(self._factors, parts, strict=True)]
 
     def _white(self, block: int, values: Array) -> Array:
-        """Return what is in the unit of a block in units of its noise, shape (N, width) or (N, width, C)."""
+        """Return what is in the unit of a block in units of its noise, (N, width) or (N, width, C), where compared."""
         if self.torque_noise is None or block >= len(self.names):
             sigma = self._sigmas[block]
-            return np.asarray(values / (sigma if values.ndim == 2 else sigma[:, None]))
-        return np.asarray(np.einsum("anm,ma...->na...", self._whiteners[block], values))
+            white = values / (sigma if values.ndim == 2 else sigma[:, None])
+        else:
+            white = np.einsum("anm,ma...->na...", self._whiteners[block], values)
+        return np.asarray(white[:, self._compared[block]])
 
     @cached_property
     def _factors(self) -> list[Array]:
@@ -346,6 +373,22 @@ class Runs:
     @property
     def _sigmas(self) -> tuple[Array, ...]:
         return (*self.sigma, *self.inner_sigma)
+
+    @property
+    def _compared(self) -> tuple[Flags | slice, ...]:
+        """Which columns of each block are compared."""
+        gyro: list[Flags | slice] = [slice(None) if live.all() else live for live in self.live]
+        return (*gyro, *(slice(None) for _ in self.inner))
+
+
+def _on_all_axes(part: Array, live: Flags) -> Array:
+    """Return a run's numbers, shape (n,) or (n, C), on all three axes, zero about those that a bearing holds."""
+    own = part.reshape(-1, int(live.sum()), *part.shape[1:])
+    if live.all():
+        return own
+    whole = np.zeros((len(own), 3, *own.shape[2:]))
+    whole[:, live] = own
+    return whole
 
 
 def runs_of(names: Sequence[str], telemetry: Sequence[Telemetry]) -> Runs:

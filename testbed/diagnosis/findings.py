@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, groupby
 
 import numpy as np
 from scipy.stats import chi2
@@ -25,7 +25,7 @@ from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import Signature, confounding, distinguishability, smallest_detectable
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.dynamics.inertia import slopes_of_log_ratio
-from testbed.effects.contract import NamedEffect, Quantity
+from testbed.effects.contract import PLAUSIBLE_PER_INERTIA, NamedEffect, Parameter, Quantity
 from testbed.errors import InputError
 
 INERTIA = "inertia"
@@ -44,12 +44,17 @@ class Detectable:
         multiple: of the typical size; infinite where this motion does not show the effect at all.
         smallest: the effect's parameters at that size, as they are reported; empty where infinite.
         typical: at their typical size.
+        by_frequency: of an effect whose frequency is not known, the same at each that was looked at, about the axis
+            that shows the least; multiple and smallest are then those of the frequency that shows the least.
+        sized_by: names of the parameters that grow with its size, of an effect that has others, such as a frequency.
     """
 
     placed: Hypothesis
     multiple: float
     smallest: tuple[Quantity, ...]
     typical: tuple[Quantity, ...]
+    by_frequency: tuple[Detectable, ...] = ()
+    sized_by: frozenset[str] = frozenset()
 
     @property
     def seen_when_typical(self) -> bool:
@@ -70,6 +75,7 @@ class Addition:
         before: gap without it.
         after: gap with it; those on the gyro's noise share one gap after the others.
         fit: the model that it was added to; the final one for effects on the gyro's noise.
+        doubts: why the name is to be doubted in spite of its probability, a sentence each.
     """
 
     effect: NamedEffect
@@ -80,6 +86,7 @@ class Addition:
     before: Gap
     after: Gap
     fit: Fit
+    doubts: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         sizes = (f"{each.name} = {each.value:.4g} ± {each.std:.2g}" for each in self.quantities)
@@ -91,9 +98,9 @@ class InertiaChange:
     """How the estimated inertia differs from the nominal one.
 
     Attributes:
-        difference: θ̂ - θ, kg·m².
+        difference: θ̂ - θ, kg·m²; NaN where the motion cannot show a parameter.
         std: of it, kg·m².
-        p_value: of a difference as large if there were none (Wald test of all six parameters).
+        p_value: of a difference as large if there were none (Wald test of all that are shown).
     """
 
     difference: Theta
@@ -123,19 +130,60 @@ def detectable_sizes(diagnosis: Diagnosis) -> tuple[Detectable, ...]:
     screening = first_screening(diagnosis)
     if screening is None:
         return ()
-    return tuple(_detectable(each, screening.tested) for each in shown_signatures(screening))
+    free = diagnosis.runs.grid.turns_freely
+    return tuple(_detectable(each, screening.tested, free=free) for each in shown_signatures(screening))
 
 
-def _detectable(signature: Signature, tested: int) -> Detectable:
+def _detectable(signature: Signature, tested: int, *, free: bool) -> Detectable:
+    if signature.reaches:
+        return _over_frequencies(signature, tested)
     effect = signature.placed.effect
     absent = np.array([parameter.absent for parameter in effect.parameters])
     typical = np.array([parameter.typical for parameter in effect.parameters])
     multiple = smallest_detectable(signature, tested)
     none = np.zeros(len(absent))
     smallest = effect.quantities(absent + multiple * (typical - absent), none) if np.isfinite(multiple) else ()
+    hidden = set() if free else _without_columns(signature)
     return Detectable(
-        placed=signature.placed, multiple=multiple, smallest=smallest, typical=effect.quantities(typical, none)
+        placed=signature.placed,
+        multiple=multiple,
+        smallest=tuple(each for each in smallest if each.name not in hidden),
+        typical=tuple(each for each in effect.quantities(typical, none) if each.name not in hidden),
     )
+
+
+def _over_frequencies(signature: Signature, tested: int) -> Detectable:
+    """Return the size that is seen whatever the frequency, with the sizes that are seen at each."""
+    placed, none = signature.placed, np.zeros(signature.placed.size)
+    typical = placed.effect.quantities(np.array([each.typical for each in placed.effect.parameters]), none)
+    sizes = []
+    for _, axes in groupby(signature.reaches, key=lambda reach: float(reach.absent[0])):
+        pairs = [(each.multiple(tested), each) for each in axes]
+        shown = [pair for pair in pairs if np.isfinite(pair[0])]  # not axes that a bearing holds
+        multiple, reach = max(shown or pairs, key=lambda pair: pair[0])
+        smallest, twice = (
+            placed.effect.quantities(reach.absent + times * multiple * reach.typical, none) for times in (1.0, 2.0)
+        )
+        sizes.append(
+            Detectable(
+                placed=placed,
+                multiple=multiple,
+                smallest=smallest if np.isfinite(multiple) else (),
+                typical=typical,
+                sized_by=frozenset(
+                    one.name for one, other in zip(smallest, twice, strict=True) if one.value != other.value
+                ),
+            )
+        )
+    worst = max(sizes, key=lambda size: size.multiple)
+    return replace(worst, by_frequency=tuple(sizes))
+
+
+def _without_columns(signature: Signature) -> set[str]:
+    """Return the names of an effect's parameters that change nothing about the axes about which a rig turns."""
+    lengths = np.linalg.norm(signature.columns, axis=0)
+    pairs = zip(signature.placed.effect.parameters, lengths, strict=True)
+    return {parameter.name for parameter, length in pairs if length == 0.0 and not parameter.scanned}
 
 
 def confounded(diagnosis: Diagnosis) -> tuple[tuple[Hypothesis, Hypothesis], ...]:
@@ -169,7 +217,16 @@ def pairs_alike(diagnosis: Diagnosis) -> tuple[tuple[Hypothesis, Hypothesis, flo
 def quantities_of(fit: Fit, placed: Hypothesis) -> tuple[Quantity, ...]:
     """Return an effect's parameters with their standard errors, as a model has them."""
     own = fit.own(placed)
-    return placed.effect.quantities(fit.effect_values[own], stds_of(fit)[6:][own])
+    hidden = _hidden_parameters(fit, placed)
+    every = placed.effect.quantities(fit.effect_values[own], stds_of(fit)[6:][own])
+    return tuple(quantity for quantity in every if quantity.name not in hidden)
+
+
+def _hidden_parameters(fit: Fit, placed: Hypothesis) -> frozenset[str]:
+    """Return the names of an effect's parameters that no sample shows, such as those of axes that a bearing holds."""
+    shown = fit.shown[6:][fit.own(placed)]
+    names = (parameter.name for parameter in placed.effect.parameters)
+    return frozenset(name for name, yes in zip(names, shown, strict=True) if not yes)
 
 
 def stds_of(fit: Fit) -> Array:
@@ -192,11 +249,13 @@ def addition_of(diagnosis: Diagnosis, added: Step | NoiseHypothesis) -> Addition
         before = diagnosis.steps[-1].after if diagnosis.steps else diagnosis.gap_before
         after = diagnosis.gap
         quantities = added.effect.quantities(added.finding.values, added.finding.std)
+        doubts: tuple[str, ...] = ()
         probability, fit = added.probability, diagnosis.model
     else:
         before, after = added.before, added.after
         quantities = quantities_of(diagnosis.model, added.placed)
         probability, fit = _step_probability(diagnosis, added), added.candidate.fit
+        doubts = (*_doubts(diagnosis, added.placed), *_untested_words(diagnosis, added))
     return Addition(
         effect=added.effect,
         component=added.component,
@@ -206,12 +265,65 @@ def addition_of(diagnosis: Diagnosis, added: Step | NoiseHypothesis) -> Addition
         before=before,
         after=after,
         fit=fit,
+        doubts=doubts,
     )
+
+
+def _doubts(diagnosis: Diagnosis, placed: Hypothesis) -> Iterator[str]:
+    """Yield which parameters of an effect in the model lie at a bound, or where no hardware has them."""
+    model, effect = diagnosis.model, placed.effect
+    values = model.effect_values[model.own(placed)]
+    for index, parameter in enumerate(effect.parameters):
+        value = float(values[index])
+        if parameter.lies_at_bound(value):
+            yield f"{parameter.name} lies at {value:.3g}, where its search ends: the name is what came nearest"
+            continue
+        limits = _plausible(parameter, model, shown=diagnosis.runs.inertia_shown)
+        beyond = [limit for limit in limits if (value > limit > 0.0) or (value < limit < 0.0)]
+        for limit in beyond:
+            yield (
+                f"{_in_words(effect, values, index, value)} is implausible, as hardware ends at "
+                f"{_in_words(effect, values, index, limit)}: something else may be behind it"
+            )
+
+
+def _plausible(parameter: Parameter, model: Fit, *, shown: Flags) -> tuple[float, float]:
+    """Return the least and greatest value that a parameter has in hardware; forces go with the platform's inertia."""
+    share = PLAUSIBLE_PER_INERTIA.get(parameter.unit)
+    if share is None:
+        return parameter.plausible
+    moments = model.theta[:3][shown[:3]]
+    limit = share * float(np.abs(moments).mean()) if len(moments) else np.inf
+    return -limit, limit
+
+
+def _in_words(effect: NamedEffect, values: Array, index: int, value: float) -> str:
+    """Return a parameter's value as it is reported, such as a bandwidth for a time constant."""
+    changed = values.copy()
+    changed[index] = value
+    parameter, quantities = effect.parameters[index], effect.quantities(changed, np.zeros(len(values)))
+    if len(quantities) != len(values):
+        return f"{parameter.name} = {value:.3g} {parameter.unit}".removesuffix(" 1")
+    return f"{quantities[index].name} = {quantities[index].value:.3g} {quantities[index].unit}".removesuffix(" 1")
+
+
+def _untested_words(diagnosis: Diagnosis, step: Step) -> Iterator[str]:
+    """Yield which effects that these data cannot test would look like one that was added."""
+    names = [each for each in diagnosis.untestable if each.keeps_share and each.looks_like(step.effect)]
+    if names:
+        said = ", ".join(f"{each.effect} (which needs {each.needs.replace('_', ' ')})" for each in names)
+        yield f"these data cannot test {said}, which would look like it and keeps its share of the probability"
+
+
+def doubt_words(diagnosis: Diagnosis) -> Iterator[str]:
+    """Yield why names are to be doubted."""
+    for each in additions(diagnosis):
+        yield from (f"{each.effect.id} ({each.component}): {doubt}" for doubt in each.doubts)
 
 
 def _step_probability(diagnosis: Diagnosis, step: Step) -> float:
     unmodelled = diagnosis.unmodelled_beside_steps if step is diagnosis.steps[0] else -np.inf
-    probabilities = probabilities_of(step.screening, unmodelled)
+    probabilities = probabilities_of(step.screening, unmodelled, diagnosis.untested(step.screening))
     members = (step.placed, *step.look_alikes)
     return sum(probabilities.get(each.key, 0.0) for each in members)
 
@@ -220,7 +332,7 @@ def noise_notices(diagnosis: Diagnosis) -> tuple[str, ...]:
     """Return what there is to say of a noise that is stated larger than it is; a smaller one is an effect."""
     if not diagnosis.noise.overstated:
         return ()
-    ratio = float(np.sqrt(np.mean(diagnosis.noise.ratio**2)))
+    ratio = float(np.sqrt(np.nanmean(diagnosis.noise.ratio**2)))
     return (
         f"the gyro's noise is stated too large: the samples show {ratio:.2f} times as much; effects have to be larger "
         "than they need to be to be found: state gyro_noise_rad_s as it is",
@@ -383,14 +495,17 @@ def inertia_change(diagnosis: Diagnosis) -> InertiaChange:
     """Return how the inertia of the final model differs from the nominal one."""
     difference = diagnosis.model.theta - diagnosis.nominal_theta
     std = stds_of(diagnosis.model)[:6]
+    shown = diagnosis.model.shown[:6]
     statistic = 0.0
-    if np.isfinite(std).all():
-        statistic = float(difference @ np.linalg.solve(diagnosis.model.covariance[:6, :6], difference))
-    return InertiaChange(difference=difference, std=std, p_value=float(chi2.sf(statistic, 6)))
+    if shown.any() and np.isfinite(std[shown]).all():
+        covariance = diagnosis.model.covariance[:6, :6][np.ix_(shown, shown)]
+        statistic = float(difference[shown] @ np.linalg.solve(covariance, difference[shown]))
+    difference = np.where(shown, difference, np.nan)
+    return InertiaChange(difference=difference, std=std, p_value=float(chi2.sf(statistic, max(int(shown.sum()), 1))))
 
 
 def nominal_gap(diagnosis: Diagnosis) -> Gap:
-    """Return the gap of the nominal inertia, only initial rates fitted; infinite where its motion runs away."""
+    """Return the gap of the nominal inertia, only initial rates fitted; infinite where its motion diverges."""
     fit, misfit = _nominal_gap(diagnosis.runs, diagnosis.nominal_theta)
     heldout, heldout_misfit = np.nan, None
     if diagnosis.heldout is not None:
@@ -418,6 +533,7 @@ class Agreement:
         values: of the parameters in each run, shape (R, K).
         std: their standard errors, shape (R, K); infinite where a run does not show them.
         p_value: of sizes that differ as much, if there is but one.
+        hidden: names of parameters that no sample shows, such as those of axes that a bearing holds.
     """
 
     placed: Hypothesis
@@ -426,6 +542,7 @@ class Agreement:
     values: Array
     std: Array
     p_value: float
+    hidden: frozenset[str] = frozenset()
 
     @property
     def disagrees(self) -> bool:
@@ -434,7 +551,8 @@ class Agreement:
 
     def quantities(self, run: int) -> tuple[Quantity, ...]:
         """Return the effect as one run shows it."""
-        return self.placed.effect.quantities(self.values[run], self.std[run])
+        every = self.placed.effect.quantities(self.values[run], self.std[run])
+        return tuple(quantity for quantity in every if quantity.name not in self.hidden)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -477,7 +595,7 @@ def _by_record(runs: Runs, fit: Fit) -> dict[str, _Seen]:
 def _rows_of(runs: Runs) -> Iterator[Indices]:
     """Yield which of the whitened numbers belong to each run, its gimbals' channels with its gyro's."""
     run_of_block = np.arange(len(runs.measured) + len(runs.inner)) % len(runs.measured)
-    sizes = [block.size for block in (*runs.measured, *runs.inner)]
+    sizes = [*runs.sizes, *(block.size for block in runs.inner)]
     run_of_row = np.repeat(run_of_block, sizes)
     for run in range(len(runs.measured)):
         yield np.flatnonzero(run_of_row == run)
@@ -492,7 +610,8 @@ def _agreement(
     loose = SETTINGS.run_by_run_looseness * typical
     change, std, apart = _freed(seen, own, loose)
     _, _, together = _freed(seen, own[:0], typical[:0])
-    freedom, spread = placed.size * (len(names) - 1), max(1.0, model.chi_square / model.freedom)
+    freed = int(model.shown[own].sum()) or placed.size
+    freedom, spread = freed * (len(names) - 1), max(1.0, model.chi_square / model.freedom)
     return Agreement(
         placed=placed,
         runs=tuple(names),
@@ -500,6 +619,7 @@ def _agreement(
         values=model.effect_values[model.own(placed)] + change,
         std=np.where(std > SETTINGS.run_by_run_uninformed * SETTINGS.run_by_run_looseness * typical, np.inf, std),
         p_value=p_value(max(apart - together, 0.0) / spread, freedom, diagnosis.runs.noise_freedom),
+        hidden=_hidden_parameters(model, placed),
     )
 
 

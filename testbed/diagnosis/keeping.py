@@ -1,4 +1,4 @@
-"""What the expensive parts of a diagnosis came to, kept so that an interrupted one can go on.
+"""Results of the expensive parts of a diagnosis, kept so that an interrupted one can be resumed.
 
 A part is a search for parameters, or a test of the residual. It is a function of its arguments alone, and its name is
 their hash: whoever asks for it again, in the same order or in another, gets what was kept. What is kept is plain JSON,

@@ -179,7 +179,7 @@ def _spread(runs: Runs, fit: Fit, columns: Array, walk: Array) -> tuple[Array, A
     """
     common, width = 6 + len(fit.effect_values), len(walk)
     trims = common + 3 * len(runs.names)  # columns from here on, which windows of one record share
-    edges = np.cumsum([0, *(rates.size for rates in runs.measured)])
+    edges = np.cumsum([0, *runs.sizes])
     parts = []
     for run, rows in enumerate(slice(*ends) for ends in pairwise(edges.tolist())):
         # A torque on the body shows in the gyro's samples, which come first.
@@ -347,15 +347,24 @@ def _oscillations(runs: Runs, time: Array) -> Iterator[_Tried]:
     for frequency in np.arange(1.0 / longest, fastest, SETTINGS.frequency_resolution / longest):
         waves = np.exp(2j * np.pi * frequency * time)
         together = np.stack([waves.real, waves.imag], axis=-1)
-        words = f"oscillates at {frequency:.2f} Hz"
-        yield _Tried(kind="oscillation", words=words, torques=together, frequency_hz=float(frequency))
+        resolved = frequency * longest >= SETTINGS.resolved_periods
+        words = (
+            f"oscillates at {frequency:.2f} Hz" if resolved else f"bends once over {_stretches_words(runs, longest)}"
+        )
+        shown = float(frequency) if resolved else None
+        yield _Tried(kind="oscillation", words=words, torques=together, frequency_hz=shown)
         own = np.einsum("rtf,rq->rtqf", together, np.eye(len(time))).reshape(*time.shape, -1)
         yield _Tried(
             kind="oscillation of every run's own",
             words=f"{words}, in no step between runs",
             torques=own,
-            frequency_hz=float(frequency),
+            frequency_hz=shown,
         )
+
+
+def _stretches_words(runs: Runs, longest: float) -> str:
+    """Say what a slow shape bends over: its frequency would be that of the stretches, whatever the torque does."""
+    return f"{'a window' if runs.windowed else 'a run'} of {longest:.3g} s, so that its frequency is not resolved"
 
 
 def _pulses(time: Array) -> Iterator[_Tried]:
@@ -413,5 +422,5 @@ def _tested(tried: _Tried, columns: Array, residual: Array, shapes: int, noise_f
 
 
 def surest(shapes: Sequence[TorqueShape]) -> TorqueShape | None:
-    """Return the shape that chance makes least likely; None of none."""
+    """Return the shape with the smallest p-value; None if there is none."""
     return min(shapes, key=lambda shape: shape.p_value, default=None)

@@ -55,7 +55,11 @@ def _signals(run: Telemetry) -> Iterator[tuple[str, Series]]:
     if run.gimbals is not None:
         units = range(1, run.gimbals.angle.shape[1] + 1)
         yield from _along(("gimbal_angle", "gimbal_rate"), units, run, run.gimbals.angle)
-    elif run.cluster_momentum is not None:
+    if run.wheels is not None:
+        wheels = range(1, run.wheels.momentum.shape[1] + 1)
+        speed = run.wheels.momentum / run.wheels.wheels.spin_inertia
+        yield from _along(("wheel_speed", "wheel_acceleration"), wheels, run, speed)
+    if run.gimbals is None and run.wheels is None and run.cluster_momentum is not None:
         yield from _along(("cluster_momentum", "cluster_momentum_rate"), AXES, run, run.cluster_momentum)
     if run.applied_torque is not None:
         yield from _along(("applied_torque", "applied_torque_rate"), AXES, run, run.applied_torque)
@@ -244,12 +248,13 @@ def dependence(runs: Runs, fit: Fit, axis: int) -> Dependence | None:
     nuisance = orthonormal(fit.jacobian[: runs.samples])
     free = projected_out(columns, nuisance)
     residual = projected_out(fit.residual[: runs.samples], nuisance)
-    residual = np.where(_of_axis(len(residual), axis), residual, 0.0)
+    of_axis = _of_axis(runs, axis)
+    residual = np.where(of_axis, residual, 0.0)
     length = np.linalg.norm(free, axis=0) * np.linalg.norm(residual)
     seen = np.linalg.norm(free, axis=0) > _SHOWN * np.linalg.norm(columns, axis=0)
     correlation = np.where(seen, free.T @ residual / np.where(seen, length, 1.0), 0.0)
     best = int(np.argmax(np.abs(correlation)))
-    if not _by_more_than_chance(float(correlation[best]), len(residual) // 3, len(names)):
+    if not _by_more_than_chance(float(correlation[best]), int(of_axis.sum()), len(names)):
         return None
     signal, path = names[best]
     return Dependence(signal=signal, enters_as=path, correlation=float(correlation[best]))
@@ -273,5 +278,9 @@ def _loudest(values: Series) -> slice | None:
     return slice(first, last) if total[last] - total[first] > 2.0 * np.log(len(values)) + _LONE else None
 
 
-def _of_axis(samples: int, axis: int) -> Flags:
-    return np.asarray(np.arange(samples) % 3 == axis)
+def _of_axis(runs: Runs, axis: int) -> Flags:
+    """Return which of the gyro's whitened numbers are about an axis, shape (samples,)."""
+    counts = [len(run.gyro_time) for run in runs.grid.runs]
+    return np.concatenate(
+        [np.tile(np.flatnonzero(live) == axis, count) for count, live in zip(counts, runs.live, strict=True)]
+    )

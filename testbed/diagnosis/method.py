@@ -24,6 +24,7 @@ from testbed.diagnosis.signatures import hypotheses, without
 from testbed.diagnosis.state import Diagnosis
 from testbed.effects.contract import Effect
 from testbed.effects.noise_effect import NoiseEffect
+from testbed.errors import InputError
 
 
 def diagnosed(
@@ -54,27 +55,27 @@ def diagnosed(
     """
     testable, untestable = hypotheses(runs, effects)
     progress("baseline")
-    first = baseline(runs, heldout, nominal_theta, given)
-    first = replace(first, untestable=tuple(untestable), alone=alone)
+    first = replace(baseline(runs, heldout, nominal_theta, given), untestable=tuple(untestable), alone=alone)
     unnamed = alone or first.runs.torque_noise is not None  # which is estimated with the noise of the samples
     noise = _NoiseStep(stated=first, effects={} if unnamed else noise_effects, others=len(testable))
     state = noise.explained(first)
     yield state
     search = Search(testable=tuple(without(testable, given)), progress=progress)
-    while search.has_room(state):
-        screening = search.screened(state)  # all are linearised, the most promising ones refitted and compared
-        chosen = None if alone else accepted(screening)
-        state = replace(state, remaining=screening)
-        if chosen is None:
-            break
-        larger = add(search, state, chosen, screening)
-        if larger.gap.fit > state.gap.fit:  # what fits worse is no explanation, whatever other runs make of it
-            break
-        state = noise.explained(larger)
-        yield state
-    if not state.unnamed:
-        progress("residual")
-        state = check_residual(state, noise)
+    try:
+        while search.has_room(state):
+            screening = search.screened(state)  # all are linearised, the most promising ones refitted and compared
+            chosen = None if alone else accepted(screening)
+            state = replace(state, remaining=screening)
+            larger = None if chosen is None else add(search, state, chosen, screening)
+            if larger is None or larger.gap.fit > state.gap.fit:  # what fits worse is no explanation
+                break
+            state = noise.explained(larger)
+            yield state
+        if not state.unnamed:
+            progress("residual")
+            state = check_residual(state, noise)
+    except (InputError, np.linalg.LinAlgError) as error:  # the numbers leave a model that explained much: it stays
+        state = replace(state, notices=(*state.notices, f"the diagnosis ended early, with what it had: {error}"))
     yield replace(state, complete=True)
 
 
@@ -100,7 +101,7 @@ def baseline(runs: Runs, heldout: Runs | None, nominal_theta: Theta, given: Sequ
 
 
 def add(search: Search, state: Diagnosis, chosen: Candidate, screening: Screening) -> Diagnosis:
-    """Add an effect to the model; every earlier one has to stand again beside it, or gives way to a better one."""
+    """Add an effect to the model, then test every earlier one again; a better one replaces it."""
     return search.reconsidered(with_effect(replace(state, remaining=None), chosen, screening))
 
 
@@ -183,9 +184,7 @@ class _NoiseStep:
         scatter = noise_tests(runs, model, self.effects, self.others, white=white)
         found = scatter.found
         if found:
-            heldout = (
-                None if heldout is None else with_noise_model(heldout, fitted_initial_rates(heldout, model), found)
-            )
+            heldout = heldout and with_noise_model(heldout, fitted_initial_rates(heldout, model), found)
             runs = with_noise_model(runs, model, found)
             model = refit(runs, model)
         candidates = state.noise_candidates if state.steps else scatter.tested

@@ -190,9 +190,9 @@ class _Shapes:
         Args:
             columns: shape (samples, C).
         """
-        parts = zip(self._bases, self.runs.by_run(columns), strict=True)
+        parts = zip(self._bases, self.runs.by_run(columns), self.runs.live, strict=True)
         return np.concatenate(
-            [np.einsum("nk,nac->kac", basis, part).reshape(-1, part.shape[-1]) for basis, part in parts]
+            [np.einsum("nk,nac->kac", basis, part)[:, live].reshape(-1, part.shape[-1]) for basis, part, live in parts]
         )
 
 
@@ -255,10 +255,11 @@ def _log_evidence(heldout: Runs, fit: Fit) -> float:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Prior:
-    """What a fit knows of (θ, effects): a Gaussian, cut off where effects have their bounds.
+    """Distribution of (θ, effects) given a fit: a Gaussian, truncated at the effects' bounds.
 
-    An estimate at its bound lies beside the Gaussian's mean: how far tells how surely it belongs there. Taken for known
-    it made a drag that acts on all axes, and shows on two of them where it was fitted, unlikely elsewhere.
+    It is the prior of held-out runs. The mean of a parameter that is estimated at its bound lies beyond the bound.
+    Were the parameter fixed at its bound instead, the held-out runs would reject a drag that acts on all axes and
+    shows on two of them in the fitted runs.
 
     Attributes:
         mean: shape (C,).
@@ -274,14 +275,15 @@ class Prior:
 
     @staticmethod
     def of(fit: Fit) -> Prior:
-        """Return what a fit knows of its parameters, without effects that do not recur."""
+        """Return the distribution of a fit's parameters, without the effects that act in single runs."""
         fit = recurring(fit)
         common = 6 + len(fit.effect_values)
         normal = fit.normal
         scale = 1.0 / np.sqrt(np.maximum(np.diag(normal)[:common], np.finfo(float).tiny))
+        floor = np.where(fit.shown, _UNKNOWN / scale**2, 0.0)
         # What the initial rates take up of columns and slope.
         taken = np.linalg.lstsq(normal[common:, common:], normal[common:, :common], rcond=_OWN)[0]
-        information = normal[:common, :common] - normal[:common, common:] @ taken + np.diag(_UNKNOWN / scale**2)
+        information = normal[:common, :common] - normal[:common, common:] @ taken + np.diag(floor)
         beyond = np.zeros(common)
         if fit.at_bound.any():
             slope = fit.jacobian.T @ fit.residual
@@ -290,7 +292,7 @@ class Prior:
         return Prior(mean=_common(fit) + beyond, information=information, scale=scale, least=least)
 
     def misfit(self, seen: Fit) -> float:
-        """Return |r|² and what the parameters lie away from what the fit knows, in its standard deviations, squared."""
+        """Return |r|² plus the squared Mahalanobis distance of the parameters from the prior."""
         away = _common(seen) - self.mean
         return seen.chi_square + float(away @ self.information @ away) - self.least
 
@@ -310,9 +312,12 @@ class Prior:
     def narrowed(self, seen: Fit) -> float:
         """Return log det(P⁻¹ + Gᵀ G) - log det P⁻¹, initial rates marginalised."""
         common, normal = len(self.mean), self.normal(seen)
-        scale = np.concatenate([self.scale, 1.0 / np.sqrt(np.diag(normal)[common:])])
+        shown = np.diag(normal) > 0.0  # not the initial rates about axes that a bearing holds
+        normal, own = normal[np.ix_(shown, shown)], normal[common:, common:].diagonal()
+        scale = np.concatenate([self.scale[shown[:common]], 1.0 / np.sqrt(own[shown[common:]])])
         scaled = normal * np.outer(scale, scale)
-        before = self.information * np.outer(self.scale, self.scale)
+        before = (self.information * np.outer(self.scale, self.scale))[np.ix_(shown[:common], shown[:common])]
+        common = int(shown[:common].sum())
         return _log_determinant(scaled) - _log_determinant(scaled[common:, common:]) - _log_determinant(before)
 
 

@@ -190,13 +190,21 @@ class Fit:
 
     @property
     def covariance(self) -> Array:
-        """Of (θ, effects), the initial rates marginalised, shape (C, C)."""
+        """Of (θ, effects), the initial rates marginalised, shape (C, C); infinite where no sample shows a parameter."""
         common = 6 + len(self.effect_values)
-        return np.asarray(np.linalg.inv(self.normal)[:common, :common])
+        shown = np.diag(self.normal) > 0.0
+        covariance = np.diag(np.where(shown, 0.0, np.inf))
+        covariance[np.ix_(shown, shown)] = np.linalg.inv(self.normal[np.ix_(shown, shown)])
+        return np.asarray(covariance[:common, :common])
+
+    @property
+    def shown(self) -> Flags:
+        """Which of (θ, effects) any sample shows, shape (C,): not what belongs to axes that a bearing holds."""
+        return np.asarray(np.diag(self.normal)[: 6 + len(self.effect_values)] > 0.0)
 
 
 def recurring(fit: Fit) -> Fit:
-    """Return a fit less the effects that belong to the fitted runs alone, such as a touch."""
+    """Return a fit without the effects that act in single runs only, such as a contact."""
     kept = [each.effect.recurs for each in fit.placed]
     if all(kept):
         return fit
@@ -486,7 +494,12 @@ def _solved(normal: Array, slope: Array, moving: Flags, damping: float) -> tuple
 
 
 def damped(normal: Array, slope: Array, damping: float = 0.0) -> Array:
-    """Return the step that solves a normal matrix, damped by a share of its diagonal."""
+    """Return the step that solves a normal matrix, damped by a share of its diagonal; none along what nothing shows."""
+    shown = np.diag(normal) > 0.0
+    if not shown.all():
+        step = np.zeros(len(slope))
+        step[shown] = damped(normal[np.ix_(shown, shown)], slope[shown], damping) if shown.any() else 0.0
+        return step
     scale = np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
     scaled = normal / np.outer(scale, scale) + damping * np.eye(len(scale))
     if len(scale) > _MANY:

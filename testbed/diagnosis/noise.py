@@ -19,15 +19,14 @@ from testbed.diagnosis.candidates import favoured_over_none, normalized, scale_e
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit, fitted
 from testbed.diagnosis.settings import SETTINGS
+from testbed.diagnosis.signatures import components_on
 from testbed.dynamics.inertia import inertia_of
-from testbed.effects.contract import components_in
 from testbed.effects.fast_changes import variance_ratio
 from testbed.effects.gyro_saturation import flat_tops
 from testbed.effects.noise_effect import Finding, NoiseEffect, Readings
 from testbed.estimation.outliers import outliers
 from testbed.estimation.telemetry import Telemetry
 from testbed.estimation.telemetry_noise import predicted_rate_variance
-from testbed.prediction.grid import unit_count
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,9 +34,10 @@ class NoiseLevel:
     """How the gyro's noise compares with what is stated.
 
     Attributes:
-        ratio: measured over stated standard deviation, shape (3,), per axis.
+        ratio: measured over stated standard deviation, shape (3,), per axis; NaN where no run turns about it, or too
+            few samples tell.
         std: of the ratio, shape (3,).
-        p_value: that the stated noise is right on all axes, two-sided.
+        p_value: of the stated noise on all axes, two-sided.
     """
 
     ratio: Vector3
@@ -47,21 +47,25 @@ class NoiseLevel:
     @property
     def understated(self) -> bool:
         """Whether there is more noise than stated, by more than chance."""
-        return self.p_value < SETTINGS.noise_level_p_value and bool(np.mean(self.ratio) > 1.0)
+        return self.p_value < SETTINGS.noise_level_p_value and bool(np.nanmean(self.ratio) > 1.0)
 
     @property
     def overstated(self) -> bool:
         """Whether there is less."""
-        return self.p_value < SETTINGS.noise_level_p_value and bool(np.mean(self.ratio) < 1.0)
+        return self.p_value < SETTINGS.noise_level_p_value and bool(np.nanmean(self.ratio) < 1.0)
 
 
 def noise_level(runs: Runs, fit: Fit) -> NoiseLevel:
     """Compare the residual's fourth differences with those of white noise of the stated standard deviation."""
     readings = readings_of(runs, fit)
     ratios = [variance_ratio(readings, axis) for axis in np.eye(3, dtype=bool)]
-    ratio, freedom = np.sqrt([variance for variance, _ in ratios]), ratios[0][1]
-    statistic = freedom * ratio**2
-    tails = np.array([2.0 * min(chi2.cdf(value, freedom), chi2.sf(value, freedom)) for value in statistic])
+    known = np.array([freedom for _, freedom in ratios]) > 0.0
+    if not known.any():
+        return NoiseLevel(ratio=np.full(3, np.nan), std=np.full(3, np.nan), p_value=1.0)
+    ratio = np.where(known, np.sqrt([variance for variance, _ in ratios]), np.nan)
+    freedom = np.where(known, [freedom for _, freedom in ratios], np.nan)
+    pairs = zip((freedom * ratio**2)[known], freedom[known], strict=True)
+    tails = np.array([2.0 * min(chi2.cdf(value, own), chi2.sf(value, own)) for value, own in pairs])
     return NoiseLevel(
         ratio=ratio, std=ratio / np.sqrt(2.0 * freedom), p_value=float(min(1.0, len(tails) * tails.min()))
     )
@@ -76,7 +80,8 @@ def readings_of(runs: Runs, fit: Fit) -> Readings:
         sigma=runs.sigma,
         runs=runs.grid.runs,
         inertia=inertia_of(fit.theta),
-        parameters=fit.jacobian.shape[1],
+        parameters=int((np.diag(fit.normal) > 0.0).sum()),
+        live=runs.live,
     )
 
 
@@ -184,7 +189,7 @@ class NoiseHypothesis:
 
     @property
     def p_value(self) -> float:
-        """Chance of what was seen without it, times the number of hypotheses (Bonferroni)."""
+        """p-value without the effect, times the number of hypotheses (Bonferroni)."""
         return min(1.0, self.tested * self.finding.p_value)
 
     @property
@@ -218,8 +223,7 @@ def noise_tests(
         others: number of further hypotheses by which the family-wise error is divided.
         white: whether the fit is known to leave nothing but noise.
     """
-    units = unit_count(runs.grid)
-    hypotheses = [(effect, component) for effect in effects.values() for component in components_in(effect, units)]
+    hypotheses = [(effect, component) for effect in effects.values() for component in components_on(runs, effect)]
     readings = replace(readings_of(runs, fit), white=white)
     tested = others + len(hypotheses)
     candidates = first = _tested(readings, hypotheses, tested)

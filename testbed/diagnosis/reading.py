@@ -7,8 +7,8 @@ to run are mistakes and no effects, and each would be given the name of one.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias, final
 
 import numpy as np
@@ -17,7 +17,7 @@ from scipy.linalg import eigh
 from scipy.stats import chi2
 from typing_extensions import override
 
-from testbed.arrays import Array, Series, Theta
+from testbed.arrays import Array, Flags, Series, Theta
 from testbed.assembly.platform import Body
 from testbed.diagnosis.data import Belief, Runs, runs_of
 from testbed.diagnosis.findings import Reference
@@ -25,7 +25,7 @@ from testbed.diagnosis.model import Fit, Hypothesis, fitted, nominal_fit, orthon
 from testbed.diagnosis.noise import pooled_noise, with_pooled_noise, with_telemetry_noise, without_spikes
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.windows import Part, outliers_notice, parts_of
-from testbed.dynamics.inertia import inertia_of, theta_of
+from testbed.dynamics.inertia import PARAMETER_NAMES, inertia_of, theta_of
 from testbed.effects.gyro_saturation import is_clipped
 from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError
@@ -35,6 +35,8 @@ from testbed.prediction.hooks import Hooks
 from testbed.prediction.prediction import predicted_with_derivatives
 from testbed.records.record import Record
 from testbed.scenario.body import BodyScenario
+from testbed.scenario.diagnosis import Doubt
+from testbed.signals import AXES
 
 _MISTAKES = {
     "deg/s": (np.pi / 180, "multiply it by 0.01745329252"),
@@ -48,75 +50,129 @@ _DEPENDENT = 1e-10
 together; between rounding, 1e-16 of some 1e4 samples, and what any motion shows."""
 
 
-def require_si(runs: Runs, theta: Theta) -> None:
+@dataclass(frozen=True, kw_only=True)
+class Gate:
+    """What the gate refuses, unless somebody said to know better.
+
+    Attributes:
+        accepted: doubts that the scenario says to be none, by `accept` in [diagnosis].
+        notices: what was let through in spite of a doubt, or is too weak a doubt to refuse for.
+    """
+
+    accepted: tuple[Doubt, ...] = ()
+    notices: list[str] = field(default_factory=list)
+
+    def refuse(self, doubt: Doubt, text: str) -> None:
+        """Refuse records for a doubt, or note that they were let through.
+
+        Args:
+            doubt: by the word that accepts it.
+            text: what is doubtful, and the remedy.
+
+        Raises:
+            InputError: the doubt was not accepted.
+        """
+        if doubt not in self.accepted:
+            raise InputError(f'{text}; if they are right as they are, add "{doubt}" to accept in [diagnosis]')
+        self.notices.append(f"accepted by the scenario: {text}")
+
+
+def require_si(runs: Runs, theta: Theta, gate: Gate) -> None:
     """Refuse records that should not even be fitted.
 
     Args:
         runs: to be fitted.
         theta: of the nominal model, kg·m².
+        gate: what is accepted.
 
     Raises:
         InputError: a gyro in another unit.
     """
+    missed = np.full(len(runs.names), np.inf)
     if runs.driven_by_momentum:
-        _require_unit(runs, theta)
+        missed = _nominally_missed(runs, theta)
+        _require_unit(runs, theta, missed, gate)
+    for run, name, share in zip(runs.grid.runs, runs.names, missed, strict=True):
+        peak = float(np.abs(run.body_rate).max())
+        if peak > SETTINGS.plausible_body_rate and share > SETTINGS.unexplained_rate_share:
+            gate.refuse(
+                "body_rate",
+                f"{name}: the gyro reaches {peak:.4g} rad/s ({np.degrees(peak):.0f} deg/s), which looks like deg/s: "
+                f"multiply it by {np.pi / 180:.10g}",
+            )
 
 
-def require_this_platform(runs: Runs, baseline: Fit, theta: Theta) -> None:
+def require_this_platform(runs: Runs, baseline: Fit, theta: Theta, gate: Gate) -> None:
     """Refuse records that the nominal model cannot be meant for.
 
     Args:
         runs: that were fitted.
         baseline: the nominal model fitted to them.
         theta: of the nominal model, kg·m².
+        gate: what is accepted.
 
     Raises:
         InputError: another inertia by far, a motion that the actuators do not make, or clocks that differ between runs.
     """
     if not runs.driven_by_momentum:
         return  # torques are integrated: what a prediction misses grows without bounds, and says nothing of a mistake
-    _require_inertia(baseline, theta)
+    _require_inertia(baseline, theta, gate)
     shift = _ClockShifts(runs, baseline)
-    shift.require_one_clock()
+    shift.require_one_clock(gate)
     if (missed := _missed(runs, shift.common_residual)).min() > SETTINGS.unexplained_rate_share:
-        raise InputError(
+        gate.refuse(
+            "telemetry",
             f"the actuators' telemetry does not explain {missed.min():.0%} or more of the body rate in every run: "
-            "check that the scenario is of this platform, and the order and signs of its units and axes"
+            "check that the scenario is of this platform, and the order and signs of its units and axes",
         )
 
 
-def require_explicable(runs: Runs, before: float, after: float) -> None:
+def require_explicable(runs: Runs, before: float, after: Fit, gate: Gate) -> None:
     """Refuse to name effects that together explain hardly any of a gap that no effect of this platform makes.
 
     Args:
         runs: that were fitted.
         before: gap of the baseline.
-        after: with all effects that were found.
+        after: the model with all effects that were found.
+        gate: what is accepted.
 
     Raises:
-        InputError: the gap that is left is by far too large.
+        InputError: the gap that is left is by far too large; the message says whether the gyro shows it.
     """
-    if runs.driven_by_momentum and after > max(SETTINGS.hopeless_gap, SETTINGS.hopeless_gap_share * before):
-        raise InputError(
-            f"the gap is {before:.3g} times the noise, and {after:.3g} with the effects that explain the most of it: "
-            "these records are not of the scenario's platform; check its geometry, and the order and signs of units "
-            "and axes"
+    gap, gyro = after.root_mean_square, float(np.sqrt(np.mean(after.residual[: runs.samples] ** 2)))
+    if not runs.driven_by_momentum or gap <= max(SETTINGS.hopeless_gap, SETTINGS.hopeless_gap_share * before):
+        return
+    sizes = f"the gap is {before:.3g} times the noise, and {gap:.3g} with the effects that explain the most of it"
+    if gyro > SETTINGS.hopeless_gap:
+        gate.refuse(
+            "gap",
+            f"{sizes}: these records are not of the scenario's platform; check its geometry, and the order and signs "
+            "of units and axes",
         )
+        return
+    gate.refuse(
+        "gap",
+        f"{sizes}, but {gyro:.3g} in the gyro's samples alone: the gimbals have another servo than the scenario, or "
+        "their telemetry has less noise than its prediction resolves; if it is simulated, give encoders and torques "
+        "noise, as the scenario diagnose does, or else leave gimbal_torque and gimbal_rate_command out",
+    )
 
 
-def require_motion(runs: Runs) -> None:
+def require_motion(runs: Runs, gate: Gate) -> None:
     """Refuse platforms at rest.
 
     Raises:
         InputError: no run turns by more than noise.
     """
     powers = [
-        rates.var(axis=0).sum() / (sigma**2).sum() for rates, sigma in zip(runs.measured, runs.sigma, strict=True)
+        rates.var(axis=0).sum() / (sigma[live] ** 2).sum()
+        for rates, sigma, live in zip(runs.measured, runs.sigma, runs.live, strict=True)
     ]
     if max(powers) < SETTINGS.least_motion:
-        raise InputError(
+        gate.refuse(
+            "rest",
             f"the body rate of no run stands out of the gyro's noise (its power is {max(powers):.2g} times that of the "
-            "noise): a platform at rest identifies nothing; fly a maneuver"
+            "noise): a platform at rest identifies nothing; fly a maneuver",
         )
 
 
@@ -131,9 +187,8 @@ def _missed(runs: Runs, residual: Array) -> Array:
     return np.array([(part**2).sum() / max(pair) for part, *pair in zip(parts, powers, noise, strict=True)])
 
 
-def _require_unit(runs: Runs, theta: Theta) -> None:
+def _require_unit(runs: Runs, theta: Theta, as_given: Array, gate: Gate) -> None:
     """Compare with what the nominal model predicts: refitted, the inertia would take up any factor of the gyro."""
-    as_given = _nominally_missed(runs, theta)
     wrong = as_given > SETTINGS.unexplained_rate_share
     if not wrong.any():
         return
@@ -141,9 +196,10 @@ def _require_unit(runs: Runs, theta: Theta) -> None:
         mended = wrong & (_nominally_missed(_times(runs, factor), theta) < SETTINGS.unit_rate_share)
         if mended.any():
             names = ", ".join(name for name, yes in zip(runs.names, mended, strict=True) if yes)
-            raise InputError(
+            gate.refuse(
+                "unit",
                 f"{names}: the gyro reads {1.0 / factor:.3g} times what the actuators predict, as if it were in "
-                f"{unit}: {remedy}"
+                f"{unit}: {remedy}",
             )
 
 
@@ -160,20 +216,32 @@ def _times(runs: Runs, factor: float) -> Runs:
     return replace(runs, grid=replace(runs.grid, runs=scaled), sigma=abs(factor) * runs.sigma)
 
 
-def _require_inertia(baseline: Fit, theta: Theta) -> None:
-    """Refuse an inertia that is another by a factor, beyond its uncertainty."""
-    if orthonormal(baseline.jacobian).shape[1] < baseline.jacobian.shape[1]:
+def _require_inertia(baseline: Fit, theta: Theta, gate: Gate) -> None:
+    """Refuse an inertia that is another by a factor, beyond its uncertainty.
+
+    Only of a model that the data bear out, or by a factor that a unit makes: where even the best inertia leaves more
+    than noise, what is missing, such as friction, may stand in for inertia, and is to be looked for.
+    """
+    columns = baseline.jacobian[:, np.diag(baseline.normal) > 0.0]
+    if orthonormal(columns).shape[1] < columns.shape[1]:
         return  # a motion that leaves a direction of the inertia open says nothing of it
-    covariance = baseline.covariance[:6, :6]
+    shown = baseline.shown[:6]
+    covariance = np.where(np.outer(shown, shown), baseline.covariance[:6, :6], 0.0)
     largest = SETTINGS.largest_inertia_ratio
     ratios, directions = eigh(inertia_of(baseline.theta), inertia_of(theta))
     for ratio, direction in zip(ratios, directions.T, strict=True):
         slope = theta_of(np.outer(direction, direction)) * np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
         doubt = SETTINGS.inertia_ratio_std * float(np.sqrt(max(slope @ covariance @ slope, 0.0)))
         if ratio - doubt > largest or ratio + doubt < 1.0 / largest:
-            raise InputError(
-                f"the records show {ratio:.3g} times the scenario's inertia about one axis: they are of another "
-                "platform, or gyro or actuators are in other units; check the scenario's inertia and rotor momentum"
+            said = f"the records show {ratio:.3g} times the scenario's inertia about one axis"
+            no_unit = 1.0 / SETTINGS.smallest_unit_factor < ratio < SETTINGS.smallest_unit_factor
+            if no_unit and baseline.chi_square > SETTINGS.misfitting * baseline.freedom:
+                gate.notices.append(f"without any effect, {said}: what is missing may stand in for it")
+                return
+            gate.refuse(
+                "inertia",
+                f"{said}: they are of another platform, or gyro or actuators are in other units; check the scenario's "
+                "inertia and rotor momentum",
             )
 
 
@@ -196,13 +264,12 @@ class _ClockShifts:
         number = len(runs.names)
         values = replace(baseline.values, effects=(np.zeros((1, number)),))
         _, derivatives = predicted_with_derivatives(runs.grid, [_Shifted()], values, range(6, 6 + number))
-        pairs = zip(derivatives, runs.sigma, strict=True)
-        own = np.concatenate([(columns / sigma[:, None]).reshape(-1, number) for columns, sigma in pairs])
+        own = np.concatenate(runs.whitened_columns(derivatives))
         gyro = replace(baseline, residual=baseline.residual[: len(own)], jacobian=baseline.jacobian[: len(own)])
         self._shift, self._own_residual = _explained(gyro, own)
         _, self.common_residual = _explained(gyro, own.sum(axis=1, keepdims=True))
 
-    def require_one_clock(self) -> None:
+    def require_one_clock(self, gate: Gate) -> None:
         """Refuse clocks that differ between runs by more than half a sample, where that explains most of the gap."""
         own, common = (float(each @ each) for each in (self._own_residual, self.common_residual))
         gained, excess = common - own, common - len(self.common_residual)
@@ -212,9 +279,10 @@ class _ClockShifts:
         if apart and gained > SETTINGS.clock_shift_gain * excess and by_chance < SETTINGS.clock_shift_p_value:
             late = zip(self._runs.names, self._shift, strict=True)
             shifts = ", ".join(f"{name} {1e3 * seconds:+.0f} ms" for name, seconds in late)
-            raise InputError(
+            gate.refuse(
+                "clocks",
                 f"the gyro is late against the actuators by a different time in every run ({shifts}): bring the "
-                "channels of each run to one clock"
+                "channels of each run to one clock",
             )
 
 
@@ -233,7 +301,7 @@ Usable: TypeAlias = list[tuple[Record, tuple[Part, ...]]]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Gated:
-    """Records that have passed.
+    """Records that have passed the gate.
 
     Attributes:
         usable: these, with the parts of them that can be predicted.
@@ -241,6 +309,7 @@ class Gated:
         notices: what a reader has to know of a record, by its name.
         together: all parts as runs.
         baseline: the nominal model fitted to them.
+        doubts: what was let through in spite of a doubt.
     """
 
     usable: Usable
@@ -248,6 +317,7 @@ class Gated:
     notices: tuple[tuple[str, str], ...]
     together: Runs
     baseline: Fit
+    doubts: tuple[str, ...]
 
     @property
     def belief(self) -> Belief | None:
@@ -256,7 +326,7 @@ class Gated:
 
 
 def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, at_rest: bool = False) -> Gated:
-    """Let records pass that can be meant for the scenario's platform.
+    """Return the records that may be of the scenario's platform; refuse them if none is.
 
     Args:
         records: measured.
@@ -278,16 +348,23 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
             refused.append(str(error))
     if not usable:
         raise InputError("\n".join(refused))
-    theta = theta_of(nominal.inertia)
+    theta, gate = theta_of(nominal.inertia), Gate(accepted=scenario.diagnosis.accept)
     together = runs_together(usable, range(len(usable)))
     together = replace(together, belief=belief_of(together, scenario, theta))
     if not at_rest:
-        require_motion(together)
-    require_si(together, theta)
+        require_motion(together, gate)
+    require_si(together, theta, gate)
     given = _given(together)
     baseline = fitted(together, given, theta, starts_of(together, given))
-    require_this_platform(together, baseline, theta)
-    return Gated(usable=usable, refused=tuple(refused), notices=tuple(notices), together=together, baseline=baseline)
+    require_this_platform(together, baseline, theta, gate)
+    return Gated(
+        usable=usable,
+        refused=tuple(refused),
+        notices=tuple(notices),
+        together=together,
+        baseline=baseline,
+        doubts=tuple(gate.notices),
+    )
 
 
 _KNOWN = 1e-4
@@ -339,7 +416,7 @@ def runs_together(usable: Usable, chosen: Sequence[int]) -> Runs:
 
 
 def grouped(notices: Sequence[tuple[str, str]]) -> Iterator[str]:
-    """Yield what there is to know of records, once for all of which the same is true."""
+    """Yield the notices on records; records with the same notice are named together."""
     for text in dict.fromkeys(text for _, text in notices):
         names = [name for name, other in notices if other == text]
         yield f"{', '.join(names)}{', each' if len(names) > 1 else ''}: {text}"
@@ -412,9 +489,26 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
         heldout=of(heldout, None if passed.belief is None else passed.belief.of_records()) if heldout else None,
         fit_records=tuple(usable[index][0].details.name for index in fit),
         heldout_records=tuple(usable[index][0].details.name for index in heldout),
-        notices=(*(f"left out: {reason}" for reason in passed.refused), *grouped(notices)),
+        notices=(
+            *(f"left out: {reason}" for reason in passed.refused),
+            *grouped(notices),
+            *passed.doubts,
+            *_undetermined(passed.together),
+        ),
         given=_given(passed.together),
     )
+
+
+def _undetermined(runs: Runs) -> Iterator[str]:
+    """Yield what of the inertia no run can show, as bearings hold the platform."""
+    shown = runs.inertia_shown
+    if not shown.all():
+        left_out = ", ".join(name for name, yes in zip(PARAMETER_NAMES, shown, strict=True) if not yes)
+        about = ", ".join(axis for axis, yes in zip(AXES, np.any(runs.live, axis=0).tolist(), strict=True) if yes)
+        yield (
+            f"the runs turn about {about} only: {left_out} of the inertia are not determined, and left out of tables "
+            "and files; effects on the other axes are not tested for"
+        )
 
 
 def _without_spikes(passed: Gated, notices: list[tuple[str, str]]) -> Usable:
@@ -447,7 +541,22 @@ def by_role(runs: Sequence[tuple[Record, Sequence[Telemetry]]]) -> tuple[list[in
     fit = [index for index in range(len(runs)) if index not in heldout]
     if not fit:
         raise InputError('every run has role = "heldout": give at least one run the role "fit"')
+    stated = any(roles)
+    while unfitted := [
+        index for index in heldout if (_axes_of([runs[index]]) & ~_axes_of(runs[each] for each in fit)).any()
+    ]:
+        if stated:
+            raise InputError(
+                f'{runs[unfitted[0]][0].details.name} has role = "heldout" and turns about an axis that no run with '
+                'the role "fit" turns about: it could not be predicted; give it the role "fit"'
+            )
+        fit, heldout = sorted([*fit, unfitted[0]]), [index for index in heldout if index != unfitted[0]]
     return fit, heldout
+
+
+def _axes_of(runs: Iterable[tuple[Record, Sequence[Telemetry]]]) -> Flags:
+    """Return about which body axes any of some runs turns, shape (3,)."""
+    return np.asarray(np.any([part.live for _, parts in runs for part in parts], axis=0))
 
 
 def _dealt(runs: Sequence[tuple[Record, Sequence[Telemetry]]]) -> list[int]:

@@ -7,6 +7,8 @@ from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
+import numpy as np
+
 from testbed.diagnosis.findings import (
     INERTIA,
     Addition,
@@ -69,7 +71,10 @@ def result_of(
         ],
         "run_by_run": [_agreement(each) for each in agreements],
         "inertia": _inertia(diagnosis),
-        "noise": {"ratio_to_stated": diagnosis.noise.ratio.tolist(), "std": diagnosis.noise.std.tolist()},
+        "noise": {
+            "ratio_to_stated": [_number(each) for each in diagnosis.noise.ratio.tolist()],
+            "std": [_number(each) for each in diagnosis.noise.std.tolist()],
+        },
         "latent_torque": _latent(diagnosis),
         "torque_left": None if diagnosis.shape_left is None else asdict(diagnosis.shape_left),
         "taken_back": [_named(each) for each in diagnosis.retracted],
@@ -94,13 +99,13 @@ def untestable(diagnosis: Diagnosis) -> Iterator[Content]:
 
 def unconfounded_needs(by: Hypothesis) -> str:
     """Return what it would take to test for an effect that another one confounds."""
-    return f"{by.component} without {by.effect.id}, which shows there what it would"
+    return f"{by.component} without {by.effect.id}, whose signature there is the same"
 
 
 def needs_of(size: Detectable) -> str:
     """Return what it would take to see an effect that is below what the data show."""
     if not size.smallest:
-        return "another motion: this one shows nothing of it, or takes it for inertia"
+        return "another motion: in this one it has no signature, or that of an inertia"
     return f"a size of {size_words(size.smallest)}; typical is {size_words(size.typical)}"
 
 
@@ -117,6 +122,7 @@ def _step(addition: Addition) -> Content:
         "probability": _number(addition.probability),
         **_theta("j_", addition.fit),
         "indistinguishable_from": [_named(other) for other in addition.look_alikes],
+        "doubts": list(addition.doubts),
         **_gap("gap_", "before", addition.before, heldout="heldout_gap_"),
         **_gap("gap_", "after", addition.after, heldout="heldout_gap_"),
         "misfit": _misfits(addition.before, addition.after),
@@ -136,6 +142,7 @@ def _inertia_step(diagnosis: Diagnosis) -> Iterator[Content]:
         "probability": 1.0 - change.p_value,
         **_theta("j_", diagnosis.model),
         "indistinguishable_from": [],
+        "doubts": [],
         **_gap("gap_", "before", nominal, heldout="heldout_gap_"),
         **_gap("gap_", "after", diagnosis.gap_before, heldout="heldout_gap_"),
         "misfit": _misfits(nominal, diagnosis.gap_before),
@@ -144,7 +151,11 @@ def _inertia_step(diagnosis: Diagnosis) -> Iterator[Content]:
 
 def _differences(change: InertiaChange) -> Sequence[Quantity]:
     numbers = zip(PARAMETER_NAMES, change.difference, change.std, strict=True)
-    return [Quantity(name=f"d{name}_kg_m2", unit="kg·m²", value=float(v), std=float(s)) for name, v, s in numbers]
+    return [
+        Quantity(name=f"d{name}_kg_m2", unit="kg·m²", value=float(value), std=float(std))
+        for name, value, std in numbers
+        if np.isfinite(value)  # what the motion cannot show of the inertia is left out
+    ]
 
 
 def _inertia(diagnosis: Diagnosis) -> Content:
@@ -167,6 +178,13 @@ def _detectable(size: Detectable) -> Content:
         "smallest": {each.name: {"value": _number(each.value), "unit": each.unit} for each in size.smallest},
         "typical": {each.name: {"value": _number(each.value), "unit": each.unit} for each in size.typical},
         "multiple_of_typical": _number(size.multiple),
+        "by_frequency": [
+            {
+                "smallest": {each.name: {"value": _number(each.value), "unit": each.unit} for each in one.smallest},
+                "multiple_of_typical": _number(one.multiple),
+            }
+            for one in size.by_frequency
+        ],
     }
 
 
@@ -182,7 +200,9 @@ def _parameters(quantities: Sequence[Quantity]) -> Mapping[str, Content]:
 
 def _theta(prefix: str, fit: Fit) -> Content:
     return {
-        f"{prefix}theta_kg_m2": fit.theta.tolist(),
+        f"{prefix}theta_kg_m2": [
+            value if shown else None for value, shown in zip(fit.theta.tolist(), fit.shown[:6], strict=True)
+        ],
         f"{prefix}std_kg_m2": [_number(std) for std in stds_of(fit)[:6].tolist()],
     }
 

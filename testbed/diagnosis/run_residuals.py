@@ -146,7 +146,7 @@ def _angle_at_gyro(run: Telemetry) -> UnitSeries | None:
 
 
 def _gimbals(runs: Runs, fits: tuple[Fit, Fit], index: int) -> Iterator[GimbalResiduals]:
-    """Yield motor torques and answers to commands of one run, of those that are in the residual."""
+    """Yield motor torques and servo response of one run, of those that are in the residual."""
     run, count = runs.grid.runs[index], len(runs.names)
     parts = [runs.gimbals_by_run(fit.residual)[index] for fit in fits]
     own = zip(runs.inner[index::count], runs.inner_sigma[index::count], *parts, strict=True)

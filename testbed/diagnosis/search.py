@@ -21,7 +21,7 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.misfit import Prior, heldout_misfit_of, log_evidence, misfit_of
 from testbed.diagnosis.model import Fit, Hypothesis, all_corrected, fitted, fitted_initial_rates, refit
 from testbed.diagnosis.settings import SETTINGS
-from testbed.diagnosis.signatures import Signature, signatures, without
+from testbed.diagnosis.signatures import Signature, reach_of, signatures, without
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.dynamics.inertia import inertia_of
 from testbed.errors import InputError
@@ -110,7 +110,8 @@ def most_telling(every: Sequence[Signature]) -> list[Signature]:
 
 def _best_of(starts: Sequence[Signature]) -> Signature:
     best = max(starts, key=lambda each: each.score)
-    return replace(best, elsewhere=tuple(each.score for each in starts if each is not best))
+    reaches = tuple(map(reach_of, starts)) if best.placed.effect.scans_frequencies else ()
+    return replace(best, elsewhere=tuple(each.score for each in starts if each is not best), reaches=reaches)
 
 
 def refitted(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, placed: Hypothesis) -> Candidate | None:
@@ -148,7 +149,7 @@ def _candidate(
         own_runs, heldout = all_corrected(runs, heldout, model)
         if own_runs is not runs:  # what the gyro is off by, it is off in the gimbals' channels as well
             model = refit(own_runs, model)
-    except InputError:  # the motion runs away
+    except (InputError, np.linalg.LinAlgError):  # with it the motion runs away: it does not explain these runs
         return None
     if not _is_of_a_body(model):
         return None
@@ -213,7 +214,7 @@ def _refitted(runs: Runs, fit: Fit, signature: Signature) -> Fit:
         if fit.chi_square - found[-1].chi_square > signature.score - lost:
             break
     if not found:
-        raise InputError(f"{signature.placed.key}: with it, the motion leaves the finite numbers")
+        raise InputError(f"with {signature.placed.key} the motion runs away")
     return min(found, key=lambda each: each.chi_square)
 
 

@@ -23,6 +23,13 @@ class DiagnosisSettings:
     look at the sets of seeds 1, 2026 and 4102: `none` had a mean probability of 0.76 and was right in 0.80 to 0.83 of
     them. Tested on seed 5230: calibration error 0.033, no name in 200 sets without an effect.
     """
+    further_name_odds: float = 4.0
+    """Posterior odds that the class of a second or third name needs against the model without it, its prior odds
+    included.
+
+    Source: formula: at odds of 4 to 1 one further name in five is false at the worst, at even odds one in two. On
+    scored sets of other people 3 of 48 right ones had a false further name, with a probability of 0.42 to 0.46.
+    """
     family_wise_error: float = 0.05
     """Probability of naming an effect although none is missing, shared alike by all hypotheses (Bonferroni).
 
@@ -46,6 +53,12 @@ class DiagnosisSettings:
 
     Source: Kass and Raftery, "Bayes factors", J. Am. Stat. Assoc. (1995): from 6 on, odds of 20, evidence is strong.
     Tested on seed 5230: the class has the truth in 95.2 % of the sets of one detectable size.
+    """
+    tied_fits: float = 1.0
+    """Twice the log-likelihood within which an effect fits as well as a more usual one, which is named before it.
+
+    Source: formula: the change of χ² over one standard error. Of a late gyro at 16 Hz (seed 4 of the smoke set)
+    latency, skewed telemetry, averaging and a low-pass differ by 0.4.
     """
     most_refits: int = 8
     """Hypotheses that are refitted at each step, those with the largest linearised evidence; also those whose
@@ -170,6 +183,13 @@ class DiagnosisSettings:
 
     Source: formula: four samples a period, half of Nyquist's frequency.
     """
+    resolved_periods: float = 1.5
+    """Periods in the longest run, or window, from which on an oscillation has a frequency.
+
+    Source: formula: a stretch of length T resolves 1/T (Rayleigh), so that what bends once over it has any frequency up
+    to 1.5/T. Of real flights cut into windows of 0.4, 0.5 and 1 s the residual was said to oscillate at 2.50, 2.03 and
+    1.01 Hz, 1/T of each.
+    """
     frequency_resolution: float = 0.25
     """Distance of the frequencies that are tried, of oscillations and of pulses, in 1/T of the longest run's length T.
 
@@ -187,6 +207,12 @@ class DiagnosisSettings:
 
     Source: measured on 211 windows of the flights above: all of them make matrices of 12486 x 5064 numbers and an
     eigenvalue problem of 3048, 24 of them take 0.45 s and have a likelihood ratio of 7.6e6.
+    """
+    plausible_body_rate: float = 20.0
+    """rad/s; records that are faster are taken for deg/s, unless the actuators predict them so, or somebody accepts it.
+
+    Source: formula: 20 deg/s, a slow maneuver, is beyond it in the wrong unit. It is a prior: a rig that turned at
+    22 rad/s under known torques was refused by it.
     """
     unexplained_rate_share: float = 0.5
     """Share of the body rate's variance in the residual from which on records are refused.
@@ -213,6 +239,12 @@ class DiagnosisSettings:
 
     Source: chosen. In the same sets the ratio is 0.91 to 1.09; a platform that is taken for another one is rarely as
     near as 2.
+    """
+    smallest_unit_factor: float = 6.0
+    """Ratio from which on another inertia is taken for another unit, whatever the data leave unexplained.
+
+    Source: formula: 2π, of revolutions and radians, is the smallest factor between units in use. Viscous friction of a
+    rig made the inertia of the bare model 2.2 and 4.4 times the true one (`concealing/rig.py`, seeds 101 to 103).
     """
     inertia_ratio_std: float = 5.0
     """Standard deviations by which the ratio has to be beyond that.
@@ -265,7 +297,7 @@ class DiagnosisSettings:
     a share of 6e-5. Of the 60 sets above 14 have any, 3.8 % at most.
     """
     servo_numbers_per_unknown: int = 2
-    """Numbers of the gimbals' answers for each unknown of the servos below which the servo response is not compared.
+    """Samples of the servo response for each unknown of the servos below which the servo response is not compared.
 
     Source: chosen: as many numbers as unknowns remain to compare the noise with. The 42 sets of seed 90818 with
     commands have 4.5 to 104 for each.

@@ -1,4 +1,4 @@
-"""Hypotheses, an effect at a component each, and what each changes in what is measured, to first order."""
+"""Hypotheses, an effect at a component each, and their signatures: first-order changes of the measurements."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from testbed.arrays import Array
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import NEGLIGIBLE, Fit, Hypothesis, orthonormal, projected_out
 from testbed.diagnosis.settings import SETTINGS
-from testbed.effects.contract import CLUSTER, Channel, Effect, components_in
-from testbed.prediction.grid import thruster_count, unit_count
+from testbed.effects.contract import AXES, CLUSTER, Channel, Effect, NamedEffect, components_in
+from testbed.prediction.grid import thruster_count, unit_count, wheel_count
 from testbed.prediction.motor_torques import has_torques
 from testbed.prediction.prediction import (
     common_size,
@@ -36,8 +36,35 @@ the level itself, at the second it is one for any number of hypotheses below 1e3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Reach:
+    """How far an effect of its typical size moves the samples at one of its starts.
+
+    Attributes:
+        absent: parameters of the effect there without any size, shape (K,).
+        typical: change of the parameters to its typical size, shape (K,).
+        length: of what that changes, in sigma.
+        rank: directions that the data show.
+    """
+
+    absent: Array
+    typical: Array
+    length: float
+    rank: int
+
+    def multiple(self, hypotheses: int) -> float:
+        """Return the size, as a multiple of the typical one, that would be detected with the power wanted.
+
+        Args:
+            hypotheses: tested together.
+        """
+        if self.rank == 0 or self.length == 0.0:
+            return np.inf
+        return required_shift(self.rank, hypotheses) / self.length
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Signature:
-    """A hypothesis seen from the present model.
+    """A hypothesis linearised about the present model.
 
     Attributes:
         placed: effect and component.
@@ -47,6 +74,8 @@ class Signature:
         score: how much of χ² the linearised effect explains, its parameters inside their bounds.
         step: the change of its parameters that does so, shape (K,).
         elsewhere: scores at the hypothesis's other starts, once those were compared.
+        reaches: how far it moves the samples at each of its starts, once those were compared; of a scan over
+            frequencies.
     """
 
     placed: Hypothesis
@@ -56,10 +85,11 @@ class Signature:
     score: float
     step: Array
     elsewhere: tuple[float, ...] = ()
+    reaches: tuple[Reach, ...] = ()
 
     @property
     def rank(self) -> int:
-        """Directions that the data show."""
+        """Number of independent directions that the data show."""
         return int(self.basis.shape[1])
 
 
@@ -102,8 +132,27 @@ def smallest_detectable(signature: Signature, hypotheses: int) -> float:
     return required_shift(signature.rank, hypotheses) / length
 
 
+def reach_of(signature: Signature) -> Reach:
+    """Return how far an effect moves the samples at its start, of its typical size along the start's own direction."""
+    parameters = signature.placed.effect.parameters
+    fixed = np.array([parameter.scanned for parameter in parameters])
+    speck, typical = (
+        np.where(fixed, 0.0, signature.start),
+        np.array([each.typical - each.absent for each in parameters]),
+    )
+    typical = np.where(fixed, 0.0, typical)
+    if speck.any():
+        typical = np.linalg.norm(typical) * speck / np.linalg.norm(speck)
+    return Reach(
+        absent=np.where(fixed, signature.start, 0.0),
+        typical=typical,
+        length=float(np.linalg.norm(signature.columns @ typical)),
+        rank=signature.rank,
+    )
+
+
 def distinguishability(one: Signature, other: Signature) -> float:
-    """Return the sine of the smallest angle between what two hypotheses can do: 0 for aliases, 1 for strangers."""
+    """Return the sine of the smallest angle between two signatures: 0 for aliases, 1 for orthogonal ones."""
     if one.rank == 0 or other.rank == 0:
         return 0.0
     largest = float(np.linalg.svd(one.basis.T @ other.basis, compute_uv=False)[0])
@@ -186,10 +235,24 @@ class Untestable:
     Attributes:
         effect: its id.
         needs: the channel that is missing, or the size that would have been seen.
+        look_alikes: ids of effects that are confounded with it.
+        keeps_share: whether it may be there all the same, so that what looks like it is as little certain as it is; not
+            where the channels that are there would show it.
     """
 
     effect: str
     needs: str
+    look_alikes: tuple[str, ...] = ()
+    keeps_share: bool = False
+
+    @property
+    def key(self) -> str:
+        """Unique name among hypotheses, e.g. `actuator_lag:untested`."""
+        return f"{self.effect}:untested"
+
+    def looks_like(self, other: NamedEffect) -> bool:
+        """Return whether another effect is confounded with it, by what either says."""
+        return other.id in self.look_alikes or self.effect in other.look_alikes
 
 
 def hypotheses(runs: Runs, effects: Mapping[str, Effect]) -> tuple[list[Hypothesis], list[Untestable]]:
@@ -206,11 +269,28 @@ def hypotheses(runs: Runs, effects: Mapping[str, Effect]) -> tuple[list[Hypothes
             continue  # as an effect it would be one of no body
         missing = [need for need in effect.needs if need not in present]
         if missing:
-            not_testable.append(Untestable(effect=effect.id, needs=" and ".join(missing)))
+            not_testable.append(
+                Untestable(
+                    effect=effect.id,
+                    needs=" and ".join(missing),
+                    look_alikes=effect.look_alikes,
+                    keeps_share=present.isdisjoint(effect.measured_by),
+                )
+            )
         else:
-            components = components_in(effect, unit_count(runs.grid), thruster_count(runs.grid))
+            components = components_on(runs, effect)
             testable += [Hypothesis(effect=effect, component=component) for component in components]
     return testable, not_testable
+
+
+def components_on(runs: Runs, effect: NamedEffect) -> list[str]:
+    """Return where an effect can sit: on the units that there are, and on axes about which some run turns."""
+    dead = [axis for axis, live in zip(AXES, np.any(runs.live, axis=0).tolist(), strict=True) if not live]
+    return [
+        component
+        for component in components_in(effect, unit_count(runs.grid), wheel_count(runs.grid), thruster_count(runs.grid))
+        if component not in dead
+    ]
 
 
 def channels_of(runs: Runs) -> set[Channel]:
@@ -229,6 +309,12 @@ def channels_of(runs: Runs) -> set[Channel]:
         present.add("gimbal_torque")
     if runs.grid.follows_commands:
         present.add("gimbal_rate_command")
+    if run.wheels is not None:
+        present.add("wheel_speed")
+    if run.gimbals is None and run.wheels is None and run.cluster_momentum is not None:
+        present.add("cluster_momentum")
+    if run.applied_torque is not None or "cluster_momentum" in present:
+        present.add("applied_torque_or_cluster_momentum")
     if present or run.cluster_momentum is not None:
         present.add("any_actuator")
     return present

@@ -91,6 +91,7 @@ class Diagnosis:
         untestable: effects for which a channel is missing.
         alone: whether all runs are of one record, which gets no name.
         complete: whether the diagnosis came to its end.
+        notices: what a reader has to know of how it came there.
     """
 
     runs: Runs
@@ -115,6 +116,7 @@ class Diagnosis:
     untestable: tuple[Untestable, ...] = ()
     alone: bool = False
     complete: bool = False
+    notices: tuple[str, ...] = ()
 
     @property
     def left_over(self) -> bool:
@@ -171,12 +173,29 @@ class Diagnosis:
         first = self.steps[0].screening.odds(self.steps[0].candidate) if self.steps else 0.0
         return self.unmodelled - (self.explained - first)
 
+    def untested(self, screening: Screening | None) -> Mapping[str, float]:
+        """Return the evidence of effects for which a channel is missing: that of what was added and looks like them.
+
+        Nothing was compared, so that the data say as much for them as for what is confounded with them.
+
+        Args:
+            screening: of the hypotheses that were compared.
+        """
+        candidates = () if screening is None or accepted(screening) is None else screening.close
+        found: dict[str, float] = {}
+        for each in self.untestable:
+            alike = [other.log_bayes_factor for other in candidates if each.looks_like(other.effect)]
+            if each.keeps_share and alike:
+                found[each.key] = max(alike)
+        return found
+
     @property
     def probabilities(self) -> Mapping[str, float]:
         """Of none, of every class that is in question, and of something unknown."""
         screening = self.steps[0].screening if self.steps else self.remaining
-        noise = {} if self.steps else {each.key: each.log_bayes_factor for each in self.noise_candidates}
-        probabilities = probabilities_of(screening, self.unmodelled_beside_steps, noise)
+        others = {} if self.steps else {each.key: each.log_bayes_factor for each in self.noise_candidates}
+        others |= self.untested(screening)
+        probabilities = probabilities_of(screening, self.unmodelled_beside_steps, others)
         if not probabilities or not self.added:
             return probabilities
         first = self.added[0]

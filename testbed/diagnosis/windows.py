@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from testbed.arrays import Array, Flags, Series
 from testbed.assembly.contact import cut_at_contact
 from testbed.assembly.platform import Body
-from testbed.assembly.telemetry import telemetry_of
+from testbed.assembly.telemetry import axes_key, telemetry_of
 from testbed.diagnosis.settings import SETTINGS
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.gyro_saturation import flat_tops
@@ -70,7 +70,7 @@ def windows_of(telemetry: Telemetry, horizon: float) -> Iterator[Telemetry]:
     if count < 2 or horizon < MINIMUM_SAMPLES * period:
         raise InputError(
             f"{end - start:.3g} s at {1.0 / period:.3g} Hz cannot be cut into windows of {horizon} s of "
-            f"{MINIMUM_SAMPLES} samples, the first for what came before: change diagnosis.horizon_s"
+            f"{MINIMUM_SAMPLES} samples and a first one for their initial states: change diagnosis.horizon_s"
         )
     for first in start + horizon * np.arange(1, count):
         window = _between(telemetry, first, first + horizon)
@@ -169,7 +169,8 @@ def parts_of(record: Record, scenario: BodyScenario, nominal: Body, notices: lis
         if contact is not None:
             notices.append((name, f"cut at {contact.last_free:.3f} s, where it shows a contact"))
     telemetry = _with_noise(record, telemetry_of(measured, scenario, nominal), notices)
-    _require_moving_gyro(name, telemetry)
+    if "stuck" not in scenario.diagnosis.accept:
+        _require_moving_gyro(name, telemetry)
     telemetry = _without_gross_outliers(name, telemetry, notices)
     if scenario.diagnosis.sample_rate_hz is not None:
         telemetry = averaged(telemetry, scenario.diagnosis.sample_rate_hz)
@@ -207,11 +208,11 @@ def _with_noise(record: Record, telemetry: Telemetry, notices: list[tuple[str, s
     name, stated = record.details.name, record.details.gyro_noise
     if telemetry.gyro_noise > 0.0 and stated != 0.0:
         return telemetry
-    noise = gyro_noise_of(telemetry.gyro_time, telemetry.body_rate)
+    noise = gyro_noise_of(telemetry.gyro_time, telemetry.body_rate[:, np.array(telemetry.live)])
     if noise is None:
         raise InputError(
-            f"{name}: the gyro's noise is stated as zero and its samples do not tell it: state gyro_noise_rad_s in "
-            f"{name}.toml"
+            f"{name}: the gyro's noise is stated as zero and cannot be estimated from its samples: state "
+            f"gyro_noise_rad_s in {name}.toml"
         )
     notices.append((name, "a gyro noise of zero is stated; what the samples show is used instead"))
     return replace(telemetry, gyro_noise=noise)
@@ -232,14 +233,20 @@ def outliers_notice(count: int) -> str:
 
 
 def _require_moving_gyro(name: str, telemetry: Telemetry) -> None:
-    for number, (axis, rate) in enumerate(zip(AXES, telemetry.body_rate.T, strict=True), start=1):
+    axes = zip(AXES, telemetry.body_rate.T, telemetry.live, strict=True)
+    for number, (axis, rate, live) in enumerate(axes, start=1):
+        if not live:
+            continue
         values, counts = np.unique(np.abs(rate), return_counts=True)
         if counts.max() > SETTINGS.stuck_share * len(rate):
             about = ", ".join(parameter for parameter in PARAMETER_NAMES if str(number) in parameter)
+            others = np.array([other != axis for other in AXES])
             raise InputError(
                 f"{name}: the gyro's {axis} axis reads {values[counts.argmax()]:.4g} rad/s in size "
                 f"in {counts.max()} of {len(rate)} samples: it is saturated or dead, so that {about} cannot be "
-                "determined; take the run out"
+                f"determined; take the run out, or, if the rig does not turn about {axis}, say so: "
+                f"{axes_key(others)} in [platform] of the scenario; if the samples are right as they are, add "
+                '"stuck" to accept in [diagnosis]'
             )
 
 

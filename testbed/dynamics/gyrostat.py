@@ -25,7 +25,7 @@ _RUNAWAY = (
 
 
 def require_bounded(motion: Array, largest: float = _WILDEST) -> None:
-    """Refuse a predicted motion that runs away, as it does where channels or units do not belong together.
+    """Refuse a predicted motion that diverges, as it does where channels or units do not belong together.
 
     Args:
         motion: momenta, N·m·s, or body rates, rad/s, along it, or their derivatives, of any shape.

@@ -8,7 +8,7 @@ import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.effects.actuator_response import late_torque
+from testbed.effects.actuator_response import late_momentum, late_torque
 from testbed.effects.contract import Effect, Extension, Parameter
 from testbed.plant.unit_additions import ActuatorResponse
 from testbed.prediction.grid import Grid
@@ -21,17 +21,22 @@ class _Delayed(Hooks):
     def actuator_response(self, asked_B: Array, value: Array, grid: Grid) -> Array:
         return late_torque(asked_B, grid, np.zeros(1), value[:, 0])
 
+    @override
+    def cluster_momentum(self, momentum_B: Array, value: Array, grid: Grid) -> Array:
+        return late_momentum(momentum_B, grid, np.zeros(1), value[:, 0])
+
 
 @final
 class ActuatorDelay(Effect):
-    """τ(t) = τ_asked(t - T)."""
+    """τ(t) = τ_cmd(t - T), τ_cmd the commanded torque; of actuators that hold momentum, h(t) = h_recorded(t - T)."""
 
     id = "actuator_delay"
     components = ("actuators",)
-    parameters = (Parameter(name="delay_s", unit="s", typical=0.02, lower=0.0, upper=0.5),)
-    needs = ("applied_torque",)
+    parameters = (Parameter(name="delay_s", unit="s", typical=0.02, lower=0.0, upper=0.5, plausible=(0.0, 0.3)),)
+    needs = ("applied_torque_or_cluster_momentum",)
+    measured_by = ("gimbal_angle",)
     sentence = "The actuators do what they are asked for a moment later."
-    look_alikes = ("actuator_lag", "gyro_latency")
+    look_alikes = ("actuator_lag", "gyro_latency", "telemetry_skew")
     confirm = "Steps of the torque: behind a delay the body's rate waits and then breaks off, behind a lag it bends."
 
     @override

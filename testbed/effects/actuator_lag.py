@@ -8,7 +8,7 @@ import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.effects.actuator_response import late_torque
+from testbed.effects.actuator_response import late_momentum, late_torque
 from testbed.effects.contract import THRUSTERS, Effect, Extension, Parameter
 from testbed.effects.single_actuator import SingleActuator
 from testbed.errors import InputError
@@ -23,6 +23,10 @@ class _Lagging(Hooks):
     def actuator_response(self, asked_B: Array, value: Array, grid: Grid) -> Array:
         return late_torque(asked_B, grid, value[:, 0], np.zeros(1))
 
+    @override
+    def cluster_momentum(self, momentum_B: Array, value: Array, grid: Grid) -> Array:
+        return late_momentum(momentum_B, grid, value[:, 0], np.zeros(1))
+
 
 class _OneLagging(SingleActuator):
     @override
@@ -33,13 +37,16 @@ class _OneLagging(SingleActuator):
 
 @final
 class ActuatorLag(Effect):
-    """T dτ/dt = τ_asked - τ."""
+    """T dτ/dt = τ_cmd - τ, τ_cmd the commanded torque; of actuators that hold momentum, T dh/dt = h_recorded - h."""
 
     id = "actuator_lag"
     components = ("actuators", *THRUSTERS)
-    parameters = (Parameter(name="time_constant_s", unit="s", typical=0.03, lower=0.0, upper=2.0),)
-    needs = ("applied_torque",)
-    sentence = "The thrust or torque of {component} follows what is asked for with a lag, as motors with inertia do."
+    parameters = (
+        Parameter(name="time_constant_s", unit="s", typical=0.03, lower=0.0, upper=2.0, plausible=(0.0, 1.9)),
+    )
+    needs = ("applied_torque_or_cluster_momentum",)
+    measured_by = ("gimbal_angle",)
+    sentence = "The torque or momentum of {component} follows what is asked for with a lag, as motors with inertia do."
     look_alikes = ("actuator_delay", "gyro_bandwidth", "gyro_latency")
     confirm = "Steps of the torque: behind a lag the body's rate bends, behind a delay it waits and then breaks off."
 

@@ -8,7 +8,7 @@ import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.effects.contract import THRUSTERS, Effect, Extension, Parameter
+from testbed.effects.contract import HOLDING_MOMENTUM, THRUSTERS, Effect, Extension, Parameter
 from testbed.effects.single_actuator import SingleActuator, thrusters_of
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
@@ -43,9 +43,11 @@ class ActuatorMisaligned(Effect):
     id = "actuator_misaligned"
     components = THRUSTERS
     parameters = tuple(
-        Parameter(name=f"tilt_{number}_rad", unit="rad", typical=0.05, lower=-0.2, upper=0.2) for number in (1, 2)
+        Parameter(name=f"tilt_{number}_rad", unit="rad", typical=0.05, lower=-0.8, upper=0.8, plausible=(-0.2, 0.2))
+        for number in (1, 2)
     )
     needs = ("thrust",)
+    measured_by = HOLDING_MOMENTUM
     sentence = "{component} pushes in another direction than it is meant to, as a bent mount does."
     look_alikes = ("actuator_weak", "thrust_offset")
     confirm = "A step of this actuator alone: the body turns about another axis than it should."

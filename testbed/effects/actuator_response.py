@@ -1,7 +1,8 @@
-"""A torque that actuators apply behind a lag and a delay, run by run.
+"""What actuators do behind a lag and a delay, run by run: a torque that they apply, or a momentum that they hold.
 
-Behind a lag it builds up from nothing where the telemetry begins with the run, as at a release. Behind a delay nobody
-knows what was asked before: it is taken to be what was asked first.
+Behind a lag a torque builds up from nothing where the telemetry begins with the run, as at a release, and a momentum
+has settled on what was asked first. Behind a delay nobody knows what was asked before: it is taken to be what was
+asked first.
 """
 
 from __future__ import annotations
@@ -33,3 +34,52 @@ def late_torque(asked_B: Array, grid: Grid, time_constant: Array, delay: Array) 
         lag = behind[0][:, None]
         late = late - asked[:, :1] * np.where(lag.real > 0.0, decay(at[None], lag), 0.0)[..., None]
     return np.asarray(late.reshape(runs, sets, times, 3))
+
+
+def late_momentum(asked_B: Array, grid: Grid, time_constant: Array, delay: Array) -> Array:
+    """Return the momentum that actuators hold which is recorded as asked for, shape (R, P, T, 3), N·m·s.
+
+    As it is where the gimbal angles are known: encoders show what the actuators did.
+
+    Args:
+        asked_B: what is recorded, at every half step, shape (R, P, T, 3), N·m·s.
+        grid: the runs.
+        time_constant: of a first-order lag, shape (P,), s.
+        delay: shape (P,), s.
+    """
+    if grid.gimbals is not None:
+        return asked_B
+    every, behind = _side_by_side(asked_B, grid, time_constant, delay)
+    at = np.arange(float(asked_B.shape[2]))
+    late = Smooth(at, every).at(at, *behind)
+    return np.asarray(late.reshape(len(asked_B), -1, *asked_B.shape[2:]))
+
+
+def skewed(values: Array, grid: Grid, late: Array) -> Array:
+    """Return what was so along the grid of what is recorded late, shape (R, P, T, W).
+
+    What lies beyond the record goes on in a straight line at either end.
+
+    Args:
+        values: as recorded, at every half step, shape (R, P, T, W).
+        grid: the runs.
+        late: by which they are recorded late, shape (P,), s; negative where early.
+    """
+    every, (ahead,) = _side_by_side(values, grid, late)
+    last = float(values.shape[2] - 1)
+    at = np.arange(last + 1.0)
+    place = at + ahead[:, None]
+    before, behind = np.where(place.real < 0.0, place, 0.0), np.where(place.real > last, place - last, 0.0)
+    inside = Smooth(at, every).between(place - before - behind)
+    begin, end = every[:, 1:2] - every[:, :1], every[:, -1:] - every[:, -2:-1]
+    whole = inside + before[..., None] * begin + behind[..., None] * end
+    return np.asarray(whole.reshape(len(values), -1, *values.shape[2:]))
+
+
+def _side_by_side(values: Array, grid: Grid, *times: Array) -> tuple[Array, list[Array]]:
+    """Return values of all runs and parameter sets, shape (R P, T, W), and times in half steps, shape (R P,)."""
+    runs, present, length, width = values.shape
+    sets = max(present, *map(len, times))
+    half_steps = (grid.step / 2.0)[:, None]
+    every = np.broadcast_to(values, (runs, sets, length, width)).reshape(-1, length, width)
+    return every, [np.ravel(np.broadcast_to(each, sets) / half_steps) for each in times]

@@ -8,7 +8,7 @@ import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.effects.contract import THRUSTERS, Effect, Extension, Parameter
+from testbed.effects.contract import HOLDING_MOMENTUM, THRUSTERS, Effect, Extension, Parameter
 from testbed.effects.single_actuator import SingleActuator
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
@@ -27,8 +27,9 @@ class ActuatorWeak(Effect):
 
     id = "actuator_weak"
     components = THRUSTERS
-    parameters = (Parameter(name="lost_share", unit="1", typical=0.1, lower=-1.0, upper=1.0),)
+    parameters = (Parameter(name="lost_share", unit="1", typical=0.1, lower=-1.0, upper=1.0, plausible=(-0.5, 1.0)),)
     needs = ("thrust",)
+    measured_by = HOLDING_MOMENTUM
     sentence = "{component} gives less thrust than it is commanded; more, where the lost share is negative."
     look_alikes = ("actuator_misaligned", "thrust_offset", "actuator_gain")
     confirm = "A step of this actuator alone, on a balance or in flight: its thrust falls short in proportion."

@@ -48,7 +48,9 @@ class Contact(Effect):
     id = "contact"
     components = ("platform",)
     parameters = (
-        Parameter(name="time_s", unit="s", typical=0.8, lower=0.0, upper=1e4, absent=0.8, scanned=True),
+        Parameter(
+            name="time_s", unit="s", typical=0.8, lower=0.0, upper=1e4, absent=0.8, scanned=True, plausible=(0.0, 1e4)
+        ),
         *(Parameter(name=f"impulse_{axis}_N_m_s", unit="N·m·s", typical=2e-4) for axis in "xyz"),
     )
     sentence = "The platform touched something once: its momentum jumped."
@@ -63,7 +65,7 @@ class Contact(Effect):
 
     @override
     def starts(self, component: str, grid: Grid) -> Array:
-        """The instants at which the momentum equation of the measured rates likes a jump best."""
+        """The instants at which a jump of the momentum explains most of the measured rates."""
         found = [
             (score, instant + begin)
             for run, begin in zip(grid.runs, begin_of_runs(grid), strict=True)

@@ -21,7 +21,10 @@ Channel: TypeAlias = Literal[
     "gimbal_rate_command",
     "gimbal_torque",
     "rotor_speed",
+    "wheel_speed",
     "applied_torque",
+    "applied_torque_or_cluster_momentum",
+    "cluster_momentum",
     "thrust",
     "attitude",
     "any_actuator",
@@ -32,6 +35,10 @@ UNITS = tuple(f"cmg{number}" for number in range(1, MOST_UNITS + 1))
 """Components of effects that sit in one CMG unit; of a platform with fewer, `components_in` has those that it has."""
 THRUSTERS = tuple(str(number) for number in range(1, MOST_UNITS + 1))
 """Components of effects that sit in one thruster or motor of many, by its number."""
+WHEELS = tuple(f"wheel{number}" for number in range(1, MOST_UNITS + 1))
+"""Components of effects that sit in one reaction wheel, likewise."""
+HOLDING_MOMENTUM: tuple[Channel, ...] = ("gimbal_angle", "wheel_speed", "cluster_momentum")
+"""Channels of platforms that turn by momentum that they hold: there an effect of thrusters is no hypothesis at all."""
 AXES = ("x", "y", "z")
 """Components of effects that sit on one gyro axis."""
 
@@ -43,12 +50,20 @@ class Parameter:
     Attributes:
         name: as in files, with its unit suffix, e.g. `delay_s`.
         unit: e.g. `s`.
-        typical: a size that hardware of this class shows; tests use it.
-        lower: smallest value that is physical; minus infinity where any is.
-        upper: largest.
+        typical: a size that hardware of this class shows. The report states whether the data would have shown it, and
+            gives the detectable size of several parameters in its direction; tests use it. Source: chosen, a round
+            figure for each kind of error: 1 % of a scale or a momentum, 0.01 rad of an angle, 10 to 30 ms of a delay
+            or a lag, torques and impulses of 0.1 to 1 % of what the cluster can give.
+        lower: smallest value that is searched. Source: convention, 0 where a negative value would supply energy or
+            precede its cause, -1 of a gain, which is then gone; else as `upper`.
+        upper: largest value that is searched; infinite where the fit needs no bound. Source: chosen, 16 times
+            `typical` or more, by which the motion would be another one; 1 of a share. A frequency stays within what a
+            run of 5 s and a gyro at 16 Hz show: one period in the run, and less than 8 Hz.
         absent: value at which the effect does nothing.
         scanned: whether searches start from many values of it, such as a frequency or an instant; at those starts the
             effect is next to nothing, so that this parameter changes nothing.
+        plausible: what hardware shows, from least to greatest; a name with a value beyond it carries a warning. Of
+            forces and masses, which go with the size of the platform, `PLAUSIBLE_PER_INERTIA` says it.
     """
 
     name: str
@@ -58,6 +73,28 @@ class Parameter:
     upper: float = np.inf
     absent: float = 0.0
     scanned: bool = False
+    plausible: tuple[float, float] = (-np.inf, np.inf)
+
+    def lies_at_bound(self, value: float) -> bool:
+        """Return whether a value lies where a search ends, and not where the effect is absent or as it typically is."""
+        return value in (self.lower, self.upper) and value not in (self.absent, self.typical)
+
+    def is_plausible(self, value: float) -> bool:
+        """Return whether hardware has such a value."""
+        return self.plausible[0] <= value <= self.plausible[1]
+
+
+PLAUSIBLE_PER_INERTIA = {
+    "N·m": 10.0,
+    "N·m·s": 10.0,
+    "N·m/rad": 1e3,
+    "N·m·s/rad": 10.0,
+    "N·m·s²/rad²": 10.0,
+    "kg·m²": 0.5,
+}
+"""Largest parameters, by their units, over the platform's mean moment of inertia: accelerations of 10 rad/s², jumps
+of 10 rad/s, a pendulum of 5 Hz, motions that stop within a tenth of a second, half of the inertia. A platform with more
+is held by more than what is looked for here; typical effects are a hundredth of it. They decide warnings alone."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,6 +143,8 @@ class NamedEffect(ABC):
         sentence: what it is, for the report; `{component}` stands for the place.
         look_alikes: ids of effects that are confounded with it: their signatures are nearly the same.
         confirm: the experiment that would distinguish it from them.
+        measured_by: channels that show what it does: with one of them it is no deviation from what is predicted.
+        yields_to: ids of effects that are named before it where the data say as much for them: the more usual ones.
         flies: whether a flying model can have it; the extension of one that cannot is empty.
         recurs: whether it acts in every run; what happened once says nothing of the other runs.
     """
@@ -117,6 +156,8 @@ class NamedEffect(ABC):
     sentence: ClassVar[str]
     look_alikes: ClassVar[tuple[str, ...]] = ()
     confirm: ClassVar[str]
+    measured_by: ClassVar[tuple[Channel, ...]] = ()
+    yields_to: ClassVar[tuple[str, ...]] = ()
     flies: ClassVar[bool] = True
     recurs: ClassVar[bool] = True
 
@@ -149,7 +190,10 @@ class NamedEffect(ABC):
 
 
 class Effect(NamedEffect):
-    """An effect on what is predicted. Adding one: a file with a class like this, its line in the registry, its test.
+    """An effect on what is predicted; a class derived from it adds one.
+
+    Another package names its class under the entry point `testbed.effects`; one of the library has a line in
+    `testbed/effects/registry.py`. docs/effects.md has an example of each.
 
     Attributes:
         confounds: ids of effects that it confounds in the same unit, by details of it that are not predicted.
@@ -173,6 +217,11 @@ class Effect(NamedEffect):
         """Least and greatest values of the parameters, each of shape (K,)."""
         return np.array([each.lower for each in self.parameters]), np.array([each.upper for each in self.parameters])
 
+    @property
+    def scans_frequencies(self) -> bool:
+        """Whether it starts from one frequency after the other, its first parameter."""
+        return self.parameters[0].scanned and self.parameters[0].unit == "Hz"
+
     def reach(self, start: Array) -> tuple[Array, Array]:  # noqa: ARG002 - for those that start at a speck
         """Return the least and greatest values that a search from a start can come to, each of shape (K,).
 
@@ -195,9 +244,14 @@ def unit_index(component: str) -> int:
     return UNITS.index(component)
 
 
-def components_in(effect: NamedEffect, units: int, thrusters: int = 0) -> tuple[str, ...]:
-    """Return where an effect can sit on a platform with so many CMG units, and thrusters whose commands are known."""
-    absent = (*UNITS[units:], *THRUSTERS[thrusters:])
+def wheel_index(component: str) -> int:
+    """Return the index, from 0, of the reaction wheel that a component such as `wheel3` names."""
+    return WHEELS.index(component)
+
+
+def components_in(effect: NamedEffect, units: int, wheels: int = 0, thrusters: int = 0) -> tuple[str, ...]:
+    """Return where an effect can sit on a platform with so many CMG units, wheels, and thrusters with commands."""
+    absent = (*UNITS[units:], *WHEELS[wheels:], *THRUSTERS[thrusters:])
     return tuple(component for component in effect.components if component not in absent)
 
 

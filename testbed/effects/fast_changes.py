@@ -5,6 +5,8 @@ Where the residual holds nothing else, all of it estimates the noise, twice as p
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from testbed.arrays import Array, Flags
@@ -30,11 +32,7 @@ def variance_ratio(readings: Readings, axes: Flags) -> tuple[float, float]:
         readings: against a model.
         axes: which count, shape (3,).
     """
-    powers = [
-        fast_power((residual / sigma)[:, axes])
-        for residual, sigma in zip(readings.residual, readings.sigma, strict=True)
-        if len(residual) >= FEWEST
-    ]
+    powers = [fast_power(values) for values in _whitened(readings, axes) if len(values) >= FEWEST]
     number = sum(power.size for power in powers)
     if not number:
         return 1.0, 0.0
@@ -52,13 +50,22 @@ def noise_ratio(readings: Readings, axes: Flags) -> tuple[float, float]:
         axes: which count, shape (3,).
     """
     fast, fast_freedom = variance_ratio(readings, axes)
-    squares = [((left / sigma)[:, axes]) ** 2 for left, sigma in zip(readings.residual, readings.sigma, strict=True)]
-    freedom = sum(each.size for each in squares) - readings.parameters * np.mean(axes)
+    squares = [values**2 for values in _whitened(readings, axes)]
+    turning = np.any(readings.live, axis=0)
+    freedom = float(sum(each.size for each in squares) - readings.parameters * np.mean(axes[turning]))
     if not readings.white or not 0.0 < fast_freedom < freedom:
         return fast, fast_freedom
     whole = sum(float(each.sum()) for each in squares) / freedom
     doubt = whole * np.sqrt(2.0 / fast_freedom - 2.0 / freedom)
     return (whole, freedom) if abs(whole - fast) < _AGREEING * doubt else (fast, fast_freedom)
+
+
+def _whitened(readings: Readings, axes: Flags) -> Iterator[Array]:
+    """Yield each run's residual over its noise about some axes, those of them about which the run turns."""
+    live = np.broadcast_to(readings.live, readings.sigma.shape)
+    for residual, sigma, own in zip(readings.residual, readings.sigma, live, strict=True):
+        if (axes & own).any():
+            yield (residual / sigma)[:, axes & own]
 
 
 def fast_power(values: Array) -> Array:

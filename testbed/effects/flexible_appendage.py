@@ -61,9 +61,25 @@ class FlexibleAppendage(Effect):
     id = "flexible_appendage"
     components = ("platform",)
     parameters = (
-        Parameter(name="frequency_hz", unit="Hz", typical=2.0, lower=0.2, upper=6.0, absent=2.0, scanned=True),
         Parameter(
-            name="damping_ratio", unit="1", typical=0.02, lower=0.0, upper=MOST_DAMPED, absent=0.02, scanned=True
+            name="frequency_hz",
+            unit="Hz",
+            typical=2.0,
+            lower=0.2,
+            upper=6.0,
+            absent=2.0,
+            scanned=True,
+            plausible=(0.2, 6.0),
+        ),
+        Parameter(
+            name="damping_ratio",
+            unit="1",
+            typical=0.02,
+            lower=0.0,
+            upper=MOST_DAMPED,
+            absent=0.02,
+            scanned=True,
+            plausible=(0.0, MOST_DAMPED),
         ),
         *(
             Parameter(name=f"inertia_{axis}_kg_m2", unit="kg·m²", typical=typical, lower=-0.02, upper=0.02)

@@ -73,7 +73,9 @@ class GimbalBacklash(Effect):
 
     id = "gimbal_backlash"
     components = UNITS
-    parameters = (Parameter(name="dead_zone_rad", unit="rad", typical=0.02, lower=0.0, upper=0.5),)
+    parameters = (
+        Parameter(name="dead_zone_rad", unit="rad", typical=0.02, lower=0.0, upper=0.5, plausible=(0.0, 0.1)),
+    )
     needs = ("gimbal_angle",)
     sentence = "The gimbal of {component} has play between its encoder and its axis."
     look_alikes = ("gimbal_zero", "gimbal_coulomb_friction")

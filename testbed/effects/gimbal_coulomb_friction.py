@@ -33,6 +33,7 @@ class GimbalCoulombFriction(Effect):
     components = UNITS
     parameters = (Parameter(name="torque_N_m", unit="N·m", typical=1e-4, lower=0.0),)
     needs = ("gimbal_angle", "gimbal_torque")
+    measured_by = ("gimbal_angle",)
     sentence = (
         "The motor of the gimbal of {component} works against a dry friction, which jumps when the gimbal reverses."
     )

@@ -30,8 +30,11 @@ class GimbalLag(Effect):
 
     id = "gimbal_lag"
     components = (CLUSTER, *UNITS)
-    parameters = (Parameter(name="time_constant_s", unit="s", typical=0.02, lower=0.0, upper=1.0),)
+    parameters = (
+        Parameter(name="time_constant_s", unit="s", typical=0.02, lower=0.0, upper=1.0, plausible=(0.0, 0.3)),
+    )
     needs = ("gimbal_angle", "gimbal_rate_command")
+    measured_by = ("gimbal_angle",)
     sentence = "The motor of the gimbal of {component} gives the torque that it is asked for with a lag."
     look_alikes = ("gimbal_backlash",)
     confirm = "A step of that gimbal's rate: its encoder shows how it approaches what is asked."

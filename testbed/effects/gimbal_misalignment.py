@@ -40,8 +40,10 @@ class GimbalMisalignment(Effect):
     id = "gimbal_misalignment"
     components = UNITS
     parameters = (
-        Parameter(name="about_spin_axis_rad", unit="rad", typical=0.01, lower=-0.5, upper=0.5),
-        Parameter(name="about_transverse_axis_rad", unit="rad", typical=0.01, lower=-0.5, upper=0.5),
+        Parameter(name="about_spin_axis_rad", unit="rad", typical=0.01, lower=-0.5, upper=0.5, plausible=(-0.2, 0.2)),
+        Parameter(
+            name="about_transverse_axis_rad", unit="rad", typical=0.01, lower=-0.5, upper=0.5, plausible=(-0.2, 0.2)
+        ),
     )
     needs = ("gimbal_angle",)
     sentence = "The gimbal axis of {component} does not stand as it is drawn."

@@ -32,6 +32,7 @@ class GimbalViscousFriction(Effect):
     components = UNITS
     parameters = (Parameter(name="coefficient_N_m_s_rad", unit="N·m·s/rad", typical=1e-4, lower=0.0),)
     needs = ("gimbal_angle", "gimbal_torque")
+    measured_by = ("gimbal_angle",)
     sentence = "The motor of the gimbal of {component} works against a friction that grows with the gimbal's rate."
     look_alikes = ("gimbal_coulomb_friction",)
     confirm = "Turn that gimbal at half and at twice the rate: only a viscous friction stays in proportion."

@@ -32,7 +32,7 @@ class GimbalZero(Effect):
 
     id = "gimbal_zero"
     components = UNITS
-    parameters = (Parameter(name="zero_rad", unit="rad", typical=0.01, lower=-0.5, upper=0.5),)
+    parameters = (Parameter(name="zero_rad", unit="rad", typical=0.01, lower=-0.5, upper=0.5, plausible=(-0.3, 0.3)),)
     needs = ("gimbal_angle",)
     sentence = "The gimbal encoder of {component} has its zero in the wrong place."
     look_alikes = ("gimbal_misalignment", "rotor_speed")

@@ -13,6 +13,10 @@ from testbed.effects.contract import Effect, Extension, Parameter, Quantity
 from testbed.prediction.hooks import Hooks
 from testbed.scenario.scenario import Scenario
 
+_SLOWEST = 0.08
+"""s, 2 Hz: rate gyros for control pass 10 Hz and more (MEMS ones 10 to 400 Hz by their data sheets), a logger's filter
+5 Hz. A slower one is a rate that something else slowed down, such as a wheel that follows its command."""
+
 
 class _Slow(Hooks):
     @override
@@ -26,9 +30,11 @@ class GyroBandwidth(Effect):
 
     id = "gyro_bandwidth"
     components = ("gyro",)
-    parameters = (Parameter(name="time_constant_s", unit="s", typical=0.01, lower=0.0, upper=1.0),)
+    parameters = (
+        Parameter(name="time_constant_s", unit="s", typical=0.01, lower=0.0, upper=1.0, plausible=(0.0, _SLOWEST)),
+    )
     sentence = "The gyro follows fast motions late and damped, as behind a low-pass."
-    look_alikes = ("gyro_latency", "actuator_lag")
+    look_alikes = ("gyro_latency", "actuator_lag", "gyro_averaging")
     confirm = "A maneuver with faster reversals: a low-pass damps them, a delay shifts all frequencies alike."
 
     @override

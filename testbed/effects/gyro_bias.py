@@ -26,7 +26,7 @@ class GyroBias(Effect):
     id = "gyro_bias"
     components = ("gyro",)
     parameters = tuple(
-        Parameter(name=f"bias_{axis}_rad_s", unit="rad/s", typical=2e-3, lower=-0.2, upper=0.2) for axis in AXES
+        Parameter(name=f"bias_{axis}_rad_s", unit="rad/s", typical=2e-3, plausible=(-0.2, 0.2)) for axis in AXES
     )
     sentence = "The gyro reads a constant rate where there is none."
     look_alikes = ("gyro_drift", "gyro_misalignment")

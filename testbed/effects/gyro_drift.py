@@ -25,7 +25,9 @@ class GyroDrift(Effect):
 
     id = "gyro_drift"
     components = ("gyro",)
-    parameters = tuple(Parameter(name=f"drift_{axis}_rad_s2", unit="rad/s²", typical=1e-3) for axis in AXES)
+    parameters = tuple(
+        Parameter(name=f"drift_{axis}_rad_s2", unit="rad/s²", typical=1e-3, plausible=(-0.05, 0.05)) for axis in AXES
+    )
     sentence = "The gyro's bias grows as time goes on, as when it warms up."
     look_alikes = ("gyro_bias", "body_torque")
     confirm = "A longer record of the platform held still: a drift shows there, a torque does not."

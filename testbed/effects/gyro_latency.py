@@ -24,9 +24,9 @@ class GyroLatency(Effect):
 
     id = "gyro_latency"
     components = ("gyro",)
-    parameters = (Parameter(name="delay_s", unit="s", typical=0.01, lower=0.0, upper=0.5),)
+    parameters = (Parameter(name="delay_s", unit="s", typical=0.01, lower=0.0, upper=0.5, plausible=(0.0, 0.1)),)
     sentence = "The gyro's samples are late: they show the body rate of a moment ago."
-    look_alikes = ("gyro_bandwidth", "actuator_delay")
+    look_alikes = ("gyro_bandwidth", "actuator_delay", "telemetry_skew", "gyro_averaging")
     confirm = "A maneuver with faster reversals: a delay shifts all frequencies alike, a low-pass damps the fast ones."
 
     @override

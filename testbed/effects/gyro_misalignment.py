@@ -39,7 +39,9 @@ class GyroMisalignment(Effect):
 
     id = "gyro_misalignment"
     components = (TURNED, OBLIQUE)
-    parameters = tuple(Parameter(name=f"{pair}_rad", unit="rad", typical=0.01) for pair in ("yz", "xz", "xy"))
+    parameters = tuple(
+        Parameter(name=f"{pair}_rad", unit="rad", typical=0.01, plausible=(-0.2, 0.2)) for pair in ("yz", "xz", "xy")
+    )
     sentence = "The axes of the gyro do not stand along those of the body."
     look_alikes = ("gimbal_misalignment", "inertia", "gyro_scale")
     confirm = "A release with a spin about each axis in turn: what an axis reads of the others is then seen alone."

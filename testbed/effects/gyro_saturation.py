@@ -39,7 +39,7 @@ class GyroSaturation(Effect):
 
     id = "gyro_saturation"
     components = ("gyro",)
-    parameters = (Parameter(name="inverse_limit_s_rad", unit="s/rad", typical=2.0, lower=0.0),)
+    parameters = (Parameter(name="inverse_limit_s_rad", unit="s/rad", typical=2.0, lower=0.0, plausible=(0.0, 20.0)),)
     sentence = "The gyro cannot show more than a certain rate: its readings have flat tops."
     confirm = "The same maneuver at half the rate: nothing of it is clipped then."
 

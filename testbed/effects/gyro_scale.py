@@ -28,7 +28,9 @@ class GyroScale(Effect):
 
     id = "gyro_scale"
     components = AXES
-    parameters = (Parameter(name="scale_factor_error", unit="1", typical=0.01, lower=-0.5, upper=0.5),)
+    parameters = (
+        Parameter(name="scale_factor_error", unit="1", typical=0.01, lower=-0.5, upper=0.5, plausible=(-0.2, 0.2)),
+    )
     sentence = "{component} reads too much or too little of the rate."
     look_alikes = ("inertia", "gyro_misalignment")
     confirm = "A release with a spin of 0.3 rad/s: at zero total momentum a scale is the same as another inertia."

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from testbed.arrays import Array, Matrix3, Vector3
+from testbed.arrays import Array, Flags, Matrix3, Vector3
 from testbed.effects.contract import NamedEffect
 from testbed.estimation.telemetry import Telemetry
 
@@ -25,6 +25,7 @@ class Readings:
         inertia: J of the model, shape (3, 3), kg·m².
         parameters: number of those that were fitted to the readings.
         white: whether the residual is known to be noise alone; else only its fastest changes estimate the noise.
+        live: about which axes each run turns, shape (R, 3); about the others the gyro is compared with nothing.
     """
 
     measured: Sequence[Array]
@@ -34,6 +35,7 @@ class Readings:
     inertia: Matrix3
     parameters: int
     white: bool = False
+    live: Flags = field(default_factory=lambda: np.ones((1, 3), dtype=bool))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

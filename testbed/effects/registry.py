@@ -9,10 +9,12 @@ from testbed.effects.actuator_delay import ActuatorDelay
 from testbed.effects.actuator_gain import ActuatorGain
 from testbed.effects.actuator_lag import ActuatorLag
 from testbed.effects.actuator_misaligned import ActuatorMisaligned
+from testbed.effects.actuator_rate_limit import ActuatorRateLimit
 from testbed.effects.actuator_weak import ActuatorWeak
 from testbed.effects.body_torque import BodyTorque
 from testbed.effects.contact import Contact
 from testbed.effects.contract import Effect
+from testbed.effects.dry_friction import DryFriction
 from testbed.effects.flexible_appendage import FlexibleAppendage
 from testbed.effects.gimbal_backlash import GimbalBacklash
 from testbed.effects.gimbal_coulomb_friction import GimbalCoulombFriction
@@ -20,6 +22,7 @@ from testbed.effects.gimbal_lag import GimbalLag
 from testbed.effects.gimbal_misalignment import GimbalMisalignment
 from testbed.effects.gimbal_viscous_friction import GimbalViscousFriction
 from testbed.effects.gimbal_zero import GimbalZero
+from testbed.effects.gyro_averaging import GyroAveraging
 from testbed.effects.gyro_bandwidth import GyroBandwidth
 from testbed.effects.gyro_bias import GyroBias
 from testbed.effects.gyro_drift import GyroDrift
@@ -38,15 +41,20 @@ from testbed.effects.rotor_imbalance import RotorImbalance
 from testbed.effects.rotor_speed import RotorSpeed
 from testbed.effects.rotor_spin_down import RotorSpinDown
 from testbed.effects.slosh import Slosh
+from testbed.effects.telemetry_skew import TelemetrySkew
 from testbed.effects.tether import Tether
 from testbed.effects.thrust_offset import ThrustOffset
 from testbed.effects.viscous_drag import ViscousDrag
+from testbed.effects.wheel_inertia import WheelInertia
+from testbed.effects.wheel_misalignment import WheelMisalignment
+from testbed.effects.wheel_speed_bias import WheelSpeedBias
 from testbed.errors import InputError
 
 _PREDICTED: tuple[Effect, ...] = (
     Inertia(),
     ViscousDrag(),
     QuadraticDrag(),
+    DryFriction(),
     BodyTorque(),
     InertialTorque(),
     Tether(),
@@ -61,19 +69,25 @@ _PREDICTED: tuple[Effect, ...] = (
     GimbalViscousFriction(),
     GimbalCoulombFriction(),
     GimbalBacklash(),
+    WheelInertia(),
+    WheelMisalignment(),
+    WheelSpeedBias(),
     ActuatorLag(),
     ActuatorDelay(),
     ActuatorGain(),
+    ActuatorRateLimit(),
     ActuatorWeak(),
     ActuatorMisaligned(),
     ThrustOffset(),
     RotorAccelerationReaction(),
+    TelemetrySkew(),
     GyroBias(),
     GyroDrift(),
     GyroScale(),
     GyroMisalignment(),
     GyroLatency(),
     GyroBandwidth(),
+    GyroAveraging(),
     GyroSaturation(),
 )
 

@@ -8,7 +8,7 @@ import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.effects.contract import AXES, Effect, Extension, Parameter
+from testbed.effects.contract import AXES, HOLDING_MOMENTUM, Effect, Extension, Parameter
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.smooth import node_slopes
@@ -36,6 +36,7 @@ class RotorAccelerationReaction(Effect):
     components = AXES
     parameters = (Parameter(name="lead_s", unit="s", typical=0.03, lower=0.0, upper=2.0),)
     needs = ("applied_torque",)
+    measured_by = HOLDING_MOMENTUM
     sentence = "Rotors turn the body about its {component} axis by their own acceleration, ahead of their drag."
     look_alikes = ("actuator_lag", "actuator_delay")
     confirm = "Steps of the torque about this axis: the body's rate jumps at once by what the rotors took up."

@@ -1,4 +1,4 @@
-"""One rotor turns at a speed that differs from its tachometer's, or has a different inertia: its momentum is off."""
+"""The momentum of one rotor differs from nominal: its speed from the tachometer's reading, or its spin inertia."""
 
 from __future__ import annotations
 
@@ -32,7 +32,9 @@ class RotorSpeed(Effect):
 
     id = "rotor_speed"
     components = UNITS
-    parameters = (Parameter(name="relative_error", unit="1", typical=0.01, lower=-0.5, upper=0.5),)
+    parameters = (
+        Parameter(name="relative_error", unit="1", typical=0.01, lower=-0.5, upper=0.5, plausible=(-0.3, 0.3)),
+    )
     needs = ("gimbal_angle",)
     sentence = "The rotor of {component} carries another momentum than its tachometer and its drawing say."
     look_alikes = ("inertia", "gimbal_zero")

@@ -33,7 +33,7 @@ class RotorSpinDown(Effect):
 
     id = "rotor_spin_down"
     components = UNITS
-    parameters = (Parameter(name="decay_1_s", unit="1/s", typical=0.01, lower=0.0, upper=10.0),)
+    parameters = (Parameter(name="decay_1_s", unit="1/s", typical=0.01, lower=0.0, upper=10.0, plausible=(0.0, 1.0)),)
     needs = ("gimbal_angle",)
     sentence = "The rotor of {component} slows down during the flight and its telemetry does not say so."
     look_alikes = ("rotor_speed", "gyro_drift")

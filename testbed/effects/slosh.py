@@ -70,12 +70,28 @@ class Slosh(Effect):
     id = "slosh"
     components = ("platform",)
     parameters = (
-        Parameter(name="frequency_hz", unit="Hz", typical=1.0, lower=0.2, upper=5.0, absent=1.0, scanned=True),
         Parameter(
-            name="damping_ratio", unit="1", typical=0.05, lower=0.0, upper=MOST_DAMPED, absent=0.05, scanned=True
+            name="frequency_hz",
+            unit="Hz",
+            typical=1.0,
+            lower=0.2,
+            upper=5.0,
+            absent=1.0,
+            scanned=True,
+            plausible=(0.2, 5.0),
+        ),
+        Parameter(
+            name="damping_ratio",
+            unit="1",
+            typical=0.05,
+            lower=0.0,
+            upper=MOST_DAMPED,
+            absent=0.05,
+            scanned=True,
+            plausible=(0.0, MOST_DAMPED),
         ),
         *(
-            Parameter(name=f"mass_{axis}_kg", unit="kg", typical=typical, lower=-0.9, upper=0.9)
+            Parameter(name=f"mass_{axis}_kg", unit="kg", typical=typical, lower=-0.9, upper=0.9, plausible=(-0.9, 0.9))
             for axis, typical in zip("xyz", (0.04, 0.03, -0.05), strict=True)
         ),
     )

@@ -52,7 +52,7 @@ class Tether(Effect):
         Parameter(name="damping_N_m_s_rad", unit="N·m·s/rad", typical=5e-5, lower=0.0),
     )
     sentence = "A cable or cord turns the platform back to the attitude of its release and damps it."
-    look_alikes = ("viscous_drag", "inertial_torque")
+    look_alikes = ("viscous_drag", "inertial_torque", "dry_friction")
     confirm = "Release it at rest and turned away from where the cable is slack: only a tether turns it back."
 
     @override

@@ -8,7 +8,7 @@ import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.effects.contract import Effect, Extension, Parameter
+from testbed.effects.contract import HOLDING_MOMENTUM, Effect, Extension, Parameter
 from testbed.effects.single_actuator import thrusters_of
 from testbed.prediction.algebra import cross
 from testbed.prediction.grid import Grid
@@ -34,6 +34,7 @@ class ThrustOffset(Effect):
         Parameter(name=f"offset_{axis}_m", unit="m", typical=1e-3, lower=-10.0, upper=10.0) for axis in "xyz"
     )
     needs = ("thrust",)
+    measured_by = HOLDING_MOMENTUM
     sentence = "The centre of mass lies beside where it is stated, so that the summed thrust turns the platform."
     look_alikes = ("body_torque", "actuator_weak")
     confirm = (

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from testbed.arrays import Matrices3, Series, UnitSeries, Vectors3
+from testbed.arrays import Axes, Matrices3, Series, UnitSeries, Vectors3
 from testbed.cmg.cluster import Cluster, cluster_momentum, inertia_change
 from testbed.estimation.telemetry import GimbalRun, Telemetry, has_gimbals
 
@@ -93,6 +93,8 @@ class _Splines(NamedTuple):
     """Through the samples of what a run has; None of what it has not."""
 
     gimbals: _GimbalSplines | None
+    wheels: CubicSpline | None
+    wheel_axes_B: Axes
     momentum: CubicSpline | None
     torque: CubicSpline | None
 
@@ -101,9 +103,13 @@ class _Splines(NamedTuple):
 def _splines(telemetry: Telemetry) -> _Splines:
     reported, torque = telemetry.cluster_momentum, telemetry.applied_torque
     gimbals = _gimbal_splines(telemetry) if has_gimbals(telemetry) else None
+    wheels = telemetry.wheels
+    known = gimbals is not None or wheels is not None
     return _Splines(
         gimbals=gimbals,
-        momentum=telemetry.through(reported) if gimbals is None and reported is not None else None,
+        wheels=None if wheels is None else telemetry.through(wheels.momentum),
+        wheel_axes_B=np.zeros((0, 3)) if wheels is None else wheels.wheels.axis_B,
+        momentum=None if known or reported is None else telemetry.through(reported),
         torque=None if torque is None else telemetry.through(torque),
     )
 
@@ -119,6 +125,8 @@ def _gimbal_splines(run: GimbalRun) -> _GimbalSplines:
 
 def _actuation(splines: _Splines, time: Series) -> Actuation:
     momentum_B, change_B = _momentum_and_change(splines, time)
+    if splines.wheels is not None:
+        momentum_B = momentum_B + splines.wheels(time) @ splines.wheel_axes_B
     return Actuation(
         cluster_momentum_B=momentum_B,
         inertia_change_B=change_B,

@@ -78,7 +78,9 @@ def estimated_alignments(telemetry: Telemetry, settings: EstimationSettings) -> 
     Source: paper eqs. (1), (4), (12), (13).
     """
     if telemetry.initial_momentum == "zero":
-        raise InputError('alignments need initial_momentum = "estimated": a cluster out of alignment has one at rest')
+        raise InputError(
+            'alignments need initial_momentum = "estimated": a misaligned cluster holds momentum even at rest'
+        )
     part = identifiable_part(telemetry, settings)
     record = sampled_gimbals(part)
     theta = likely_theta(part, settings.nominal_theta)

@@ -79,7 +79,7 @@ class Observability:
 
 
 def observability(columns: Regressor, gyro_noise: float, theta: Theta, working: Flags) -> Observability:
-    """Return what the sensitivities of a record's rates say of each direction.
+    """Return which directions of the parameters a record determines, by the sensitivities of its rates.
 
     Args:
         columns: ∂ω/∂(θ, alignments), the unknown momentum's share taken out, shape (3N, P), SI.

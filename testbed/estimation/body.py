@@ -1,4 +1,4 @@
-"""The inertia as a body's: which inertias a body can have, and the one among them that is nearest to an estimate.
+"""Physically consistent inertia: which θ a rigid body can have, and the most likely of them given an estimate.
 
 A body's inertia is J = tr(Σ) I - Σ with the second moments of its mass Σ = ∫ r rᵀ dm, which are positive semidefinite.
 So J is positive definite and its principal moments obey the triangle inequalities. A flat plate has a Σ of rank 2: its
@@ -48,6 +48,8 @@ def nearest_body(theta: Theta, covariance: Covariance) -> Theta:
         return theta
     whiten = np.linalg.inv(cholesky(covariance, lower=True))
     size = np.trace(inertia_of(theta)) / 2.0
+    if size <= 0.0:  # of records that are in other units an estimate may be the negative of a body's
+        size = float(np.linalg.norm(theta))
 
     def misfit(factor: Array) -> Array:
         return np.asarray(whiten @ (_theta(factor * np.sqrt(size)) - theta))

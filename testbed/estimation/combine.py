@@ -22,7 +22,7 @@ class CombinedEstimate:
         theta: θ̂, shape (6,), kg·m².
         covariance: P, by the gyro's noise alone, shape (6, 6), kg²·m⁴.
         considered: shift of θ̂ by one standard deviation of each quantity that is not estimated, shape (6, K), kg·m².
-        spread: covariance beyond that, by which estimates differ that should agree, shape (6, 6), kg²·m⁴.
+        spread: further covariance, where estimates that should agree differ by more than that, shape (6, 6), kg²·m⁴.
     """
 
     theta: Theta
@@ -35,7 +35,7 @@ class CombinedEstimate:
 
     @property
     def total_covariance(self) -> Covariance:
-        """Covariance of θ̂ by all of them, shape (6, 6), kg²·m⁴."""
+        """Covariance of θ̂ by noise, by what is uncertain of actuators and gyro, and by the spread, (6, 6), kg²·m⁴."""
         return np.asarray(self.covariance + self.considered @ self.considered.T + self.spread)
 
     @property

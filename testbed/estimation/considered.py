@@ -15,11 +15,12 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from testbed.arrays import Array, Theta
+from testbed.cmg.wheels import wheel_turning_directions
 from testbed.estimation.alignment_model import held_momentum_of_unit, sampled_unit
 from testbed.estimation.momentum_equation import mean_momentum
 from testbed.estimation.motion import Drive, Motion, drive_of, simulate
 from testbed.estimation.sensitivity import HeldMomentum, held_sensitivity
-from testbed.estimation.telemetry import Telemetry, has_gimbals
+from testbed.estimation.telemetry import Telemetry, WheelTelemetry, has_gimbals
 from testbed.estimation.uncertainty import Uncertainty
 
 
@@ -66,8 +67,21 @@ def _actuator_errors(telemetry: Telemetry, drive: Drive, motion: Motion, uncerta
         for unit in range(len(telemetry.gimbals.cluster.rotor_momentum)) if std.any() else ():
             held = held_momentum_of_unit(sampled_unit(telemetry, unit), motion)
             yield held_sensitivity(drive, motion, held) * std
-    elif telemetry.cluster_momentum is not None and uncertainty.rotor_momentum:
+    if telemetry.wheels is not None:
+        std = np.array([uncertainty.rotor_momentum, uncertainty.gimbal_misalignment, uncertainty.gimbal_misalignment])
+        for wheel in range(len(telemetry.wheels.wheels.spin_inertia)) if std.any() else ():
+            yield held_sensitivity(drive, motion, _held_by_wheel(telemetry, telemetry.wheels, drive, wheel)) * std
+    elif not has_gimbals(telemetry) and telemetry.cluster_momentum is not None and uncertainty.rotor_momentum:
         yield held_sensitivity(drive, motion, _momentum_scale(drive)) * uncertainty.rotor_momentum
+
+
+def _held_by_wheel(telemetry: Telemetry, sent: WheelTelemetry, drive: Drive, wheel: int) -> HeldMomentum:
+    """Return ∂h/∂(k, α, β): of the scale k of a wheel's momentum, and of two turns of its axis."""
+    along = telemetry.through(sent.momentum[:, wheel])
+    axis_B = sent.wheels.axis_B[wheel]
+    directions = np.stack([axis_B, *wheel_turning_directions(axis_B[None])[:, 0]], axis=-1)
+    nodes, samples = along(drive.grid_time[::2]), along(drive.time)
+    return HeldMomentum(at_nodes=nodes[:, None, None] * directions, at_samples=samples[:, None, None] * directions)
 
 
 def _momentum_scale(drive: Drive) -> HeldMomentum:

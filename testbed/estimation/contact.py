@@ -194,19 +194,24 @@ def likeliest_jumps(run: Telemetry, count: int) -> list[tuple[float, float]]:
         count: of instants, at most.
     """
     equation = momentum_equation(run, run.body_rate)
-    rows = equation.regressor[..., :9].reshape(-1, 9)
-    basis = np.linalg.qr(rows / np.linalg.norm(rows, axis=0))[0]
-    response = equation.response.ravel()
+    live = np.array(run.live)
+    rows = equation.regressor[:, live, :9].reshape(-1, 9)
+    shown = np.linalg.norm(rows, axis=0) > 0.0  # about an axis that a bearing holds nothing is
+    basis = np.linalg.qr(rows[:, shown] / np.linalg.norm(rows[:, shown], axis=0))[0]
+    response = equation.response[:, live].ravel()
     residual = response - basis @ (basis.T @ response)
     later = np.arange(len(run.gyro_time))
-    scores = np.array([_explained(rows[:, 6:], later >= first, basis, residual) for first in later[1:]])
+    turned = rows[:, 6:][:, shown[6:]]
+    scores = np.array(
+        [_explained(turned, np.repeat(later >= first, live.sum()), basis, residual) for first in later[1:]]
+    )
     share = np.clip(scores / max(float(residual @ residual), np.finfo(float).tiny), 0.0, 1.0 - np.finfo(float).eps)
     return _peaks(-len(residual) * np.log1p(-share), (run.gyro_time[1:] + run.gyro_time[:-1]) / 2.0, count)
 
 
 def _explained(turned: Array, after: Flags, basis: Array, residual: Array) -> float:
     """Return by how much a jump lowers the sum of squares."""
-    jump = turned * np.repeat(after, 3)[:, None]
+    jump = turned * after[:, None]
     free = jump - basis @ (basis.T @ jump)
     step = np.linalg.lstsq(free, residual, rcond=1e-9)[0]
     return float(residual @ (free @ step))

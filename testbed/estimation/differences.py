@@ -24,7 +24,7 @@ def weights(order: int) -> Array:
 
 
 def squared_differences(values: Array, order: int) -> Array:
-    """Return the squared differences of columns of even samples, of unit weight, shape (N - order, W).
+    """Return the squared differences of columns of even samples, weights of unit length, shape (N - order, W).
 
     Args:
         values: shape (N, W), N more than the order.
@@ -49,7 +49,7 @@ def median_std(differences: Array) -> Array:
 
 
 def divided_differences(time: Series, values: Array, order: int) -> Array:
-    """Return the differences of columns of uneven samples, of unit weight, shape (N - order, W).
+    """Return the differences of columns of uneven samples, weights of unit length, shape (N - order, W).
 
     Args:
         time: of the samples, shape (N,), s.

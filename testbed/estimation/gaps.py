@@ -1,4 +1,4 @@
-"""Gaps in time: which intervals between samples are too long for what is made of them, and the samples between gaps."""
+"""Gaps in time: which intervals between samples are too long to interpolate over, and the samples between gaps."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ def gyro_noise_of(time: Series, body_rate: Vectors3) -> float | None:
 
 
 def noise_freedom(time: Series) -> float:
-    """Return the degrees of freedom of the variance that `gyro_noise_of` answers: of a sample variance as certain.
+    """Return the degrees of freedom of the variance that `gyro_noise_of` returns, by its precision.
 
     Args:
         time: of the samples, shape (N,), s.

@@ -14,7 +14,7 @@ from testbed.estimation.telemetry import Telemetry
 
 
 def zero_momentum_p_value(telemetry: Telemetry, theta: Theta) -> float:
-    """Return the chance of a residual that goes along with an initial momentum as much, if there was none.
+    """Return the p-value of the hypothesis that the initial momentum is zero, by a score test.
 
     The residual is that of the motion without momentum; what of the momentum's sensitivities the inertia takes up is
     projected out. Of a χ² of three degrees of freedom.

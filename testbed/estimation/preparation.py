@@ -28,7 +28,7 @@ NOISE_SHARE = np.diag([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
 
 @lru_cache(maxsize=1)  # all estimators ask for the same one in turn
 def identifiable_part(telemetry: Telemetry, settings: EstimationSettings) -> Telemetry:
-    """Return the usable part of the telemetry, after a look at what its motion can tell.
+    """Return the usable part of the telemetry, after a test of which parameters its motion identifies.
 
     The look is at a simulated motion: gyro noise excites every direction, and a fit to it would answer with confidence
     where there is nothing to see.

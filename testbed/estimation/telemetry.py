@@ -17,9 +17,12 @@ from typing_extensions import TypeVar
 from testbed.arrays import Array, Series, UnitSeries, Vectors3
 from testbed.cmg.cluster import Cluster, cluster_part
 from testbed.cmg.servo_law import ServoLaw
+from testbed.cmg.wheels import Wheels
 from testbed.errors import InputError
 from testbed.estimation.gaps import FEWEST_SAMPLES, covered_by, stretches
 
+ALL_AXES = (True, True, True)
+"""A platform that turns freely."""
 ConstantTorque: TypeAlias = Literal["none", "body", "inertial", "both"]
 
 
@@ -126,6 +129,26 @@ class Thrusters:
         return np.asarray(np.cross(self.position_B, direction_B) + self.reaction[:, None] * direction_B)
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class WheelTelemetry:
+    """What W reaction wheels sent, at the actuators' times, and what is known of them.
+
+    Attributes:
+        wheels: the array.
+        momentum: tachometers times Jw, shape (K, W), N·m·s.
+        torque: of their motors, shape (K, W), N·m; None where it was not sent.
+    """
+
+    wheels: Wheels
+    momentum: UnitSeries
+    torque: UnitSeries | None = None
+
+    def with_samples(self, change: Callable[[Array], Array]) -> WheelTelemetry:
+        """Return the wheels with every sampled channel changed alike."""
+        torque = None if self.torque is None else change(self.torque)
+        return replace(self, momentum=change(self.momentum), torque=torque)
+
+
 Gimbals_co = TypeVar("Gimbals_co", bound=GimbalTelemetry | None, default=GimbalTelemetry | None, covariant=True)
 """Whether gimbals are known, by the type: None, a `GimbalTelemetry`, or either."""
 
@@ -142,8 +165,9 @@ class Telemetry(Generic[Gimbals_co]):
         gyro_noise: standard deviation of its white noise per sample, rad/s.
         actuator_time: shape (K,), s, strictly increasing; may differ from the gyro's in rate, start and end.
         gimbals: what the control moment gyros sent.
-        cluster_momentum: h as the platform itself reports it, shape (K, 3), N·m·s, body axes; used where `gimbals` is
-            None, and then the inertia's change with the gimbal angles is left out.
+        wheels: what the reaction wheels sent, beside the gyros or without any.
+        cluster_momentum: h as the platform itself reports it, shape (K, 3), N·m·s, body axes; used where `gimbals` and
+            `wheels` are None, and then the inertia's change with the gimbal angles is left out.
         applied_torque: torque of actuators that store no momentum, shape (K, 3), N·m, body axes; beside either.
         thrust: of single actuators as commanded, shape (K, M), N; what they make together is in `applied_torque`.
         thrusters: where these are.
@@ -152,6 +176,8 @@ class Telemetry(Generic[Gimbals_co]):
             inertial axes, or both.
         noise_freedom: degrees of freedom with which `gyro_noise` is known; infinite where it is stated.
         gyro_error: what of `body_rate` is known to be the gyro's own, shape (N, 3), rad/s; nothing where None.
+        live: about which body axes the platform turns; about the others a rig's bearing holds it, their rates are zero
+            and compared with nothing.
     """
 
     gyro_time: Series
@@ -159,6 +185,7 @@ class Telemetry(Generic[Gimbals_co]):
     gyro_noise: float
     actuator_time: Series
     gimbals: Gimbals_co
+    wheels: WheelTelemetry | None = None
     cluster_momentum: Vectors3 | None = None
     applied_torque: Vectors3 | None = None
     thrust: Array | None = None
@@ -167,6 +194,7 @@ class Telemetry(Generic[Gimbals_co]):
     constant_torque: ConstantTorque = "none"
     noise_freedom: float = np.inf
     gyro_error: Vectors3 | None = None
+    live: tuple[bool, bool, bool] = ALL_AXES
 
     @property
     def momentum_unknowns(self) -> int:
@@ -204,10 +232,16 @@ class Telemetry(Generic[Gimbals_co]):
             self,
             actuator_time=time,
             gimbals=None if self.gimbals is None else self.gimbals.with_samples(change),
+            wheels=None if self.wheels is None else self.wheels.with_samples(change),
             cluster_momentum=None if momentum is None else change(momentum),
             applied_torque=None if torque is None else change(torque),
             thrust=None if self.thrust is None else change(self.thrust),
         )
+
+
+def has_momentum(run: Telemetry) -> bool:
+    """Return whether what the actuators hold is known, by gimbals, wheels, or as the platform reports it."""
+    return run.gimbals is not None or run.wheels is not None or run.cluster_momentum is not None
 
 
 GimbalRun: TypeAlias = Telemetry[GimbalTelemetry]

@@ -12,7 +12,7 @@ from testbed.arrays import Array, Theta, Vector3
 from testbed.cmg.cluster import transverse_axes
 from testbed.dynamics.inertia import inertia_of
 from testbed.estimation.differences import median_variance
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import Telemetry, WheelTelemetry
 
 _ORDER = 8
 """Of the differences: of a gimbal swinging by 0.3 rad at 1.5 Hz, they take 3e-5 rad for noise at 16 Hz."""
@@ -25,17 +25,31 @@ def predicted_rate_variance(run: Telemetry, theta: Theta) -> Vector3:
         run: its telemetry.
         theta: inertia parameters, shape (6,), kg·m².
     """
-    inverse = np.linalg.inv(inertia_of(theta))
+    live = np.ix_(run.live, run.live)  # what a bearing holds does not turn
+    inverse = np.zeros((3, 3))
+    inverse[live] = np.linalg.inv(inertia_of(theta)[live])
     return np.diag(inverse @ momentum_covariance(run) @ inverse.T)
 
 
 def momentum_covariance(run: Telemetry) -> Array:
     """Return the covariance of a sample of the cluster's momentum by its telemetry's noise, (N·m·s)², shape (3, 3)."""
+    return _covariance_of_gimbals(run) + _covariance_of_wheels(run.wheels)
+
+
+def _covariance_of_wheels(sent: WheelTelemetry | None) -> Array:
+    if sent is None:
+        return np.zeros((3, 3))
+    axes_B = sent.wheels.axis_B
+    return np.asarray((axes_B.T * _variance(sent.momentum)) @ axes_B)
+
+
+def _covariance_of_gimbals(run: Telemetry) -> Array:
+    """Return the covariance of the gyros' momentum, or of the one that the platform reports."""
     if run.gimbals is not None:
         cluster, angle = run.gimbals.cluster, run.gimbals.angle
         slopes = cluster.rotor_momentum[:, None] * transverse_axes(cluster, angle)
         return np.asarray(np.einsum("kui,kuj,u->ij", slopes, slopes, _variance(angle)) / len(slopes))
-    if run.cluster_momentum is not None:
+    if run.cluster_momentum is not None and run.wheels is None:
         return np.diag(_variance(run.cluster_momentum))
     return np.zeros((3, 3))
 

@@ -30,7 +30,7 @@ from testbed.scenario.values import per_unit
 
 @dataclass(frozen=True, kw_only=True)
 class Aligning:
-    """What a flight tells of the alignments.
+    """The alignments as estimated from a flight.
 
     Attributes:
         estimate: None where there is none.

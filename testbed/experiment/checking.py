@@ -1,4 +1,4 @@
-"""What vouches for a record's estimates: residuals like noise, estimators that agree, the size of what is neglected."""
+"""Checks of a record's estimates: residuals like noise, estimators that agree, the size of what is neglected."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Compared:
 
 @dataclass(frozen=True, kw_only=True)
 class Checks:
-    """What vouches for the estimates of one record, or does not.
+    """Results of the checks of one record's estimates.
 
     Attributes:
         best: the estimator whose residual was tested: the most efficient one that answered.
@@ -165,7 +165,7 @@ def _compared(efficient: tuple[str, Estimate], robust: tuple[str, Estimate], par
 def agreement_of(
     efficient: Estimate | CombinedEstimate, robust: Estimate | CombinedEstimate, covariance: Covariance
 ) -> Agreement:
-    """Test that two estimators answer alike.
+    """Test that two estimators agree.
 
     Args:
         efficient: the answer of the one.

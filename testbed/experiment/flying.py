@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from testbed.assembly.control import flight_clock, flight_controller, preferred_gimbal_angle
-from testbed.assembly.platform import PlatformModel, initial_momentum, true_plant
+from testbed.assembly.platform import PlatformModel, each_wheel, initial_momentum, true_plant
 from testbed.assembly.sensors import flight_sensors
 from testbed.maneuver.maneuver import Maneuver
 from testbed.records.record import Record, RunDetails
@@ -121,7 +121,7 @@ def fly_sorties(
 def _flown(sortie: Sortie, outcome: Outcome, flight: Flight) -> FlownRun:
     """Make the record and the figures of one flight."""
     scenario, truth = sortie.scenario, sortie.truth
-    channels = channels_of(outcome.log, flight, truth.model, truth.cluster)
+    channels = channels_of(outcome.log, flight, truth.model, truth.cluster, truth.wheels)
     time = flight.clock.tick_times[: len(outcome.log.gyro)]
     touched = np.flatnonzero(outcome.log.contacts)
     record = Record(
@@ -151,9 +151,11 @@ def flight_limits(scenario: Scenario) -> FlightLimits:
         gimbal_torque=scenario.cluster.gimbal_torque_limit_N_m,
         cluster_momentum=np.array(scenario.limits.cluster_momentum_N_m_s),
         cluster_torque=np.array(scenario.limits.cluster_torque_N_m),
+        wheel_torque=each_wheel(scenario, "torque_limit_N_m"),
+        wheel_speed=each_wheel(scenario, "momentum_limit_N_m_s") / each_wheel(scenario, "spin_inertia_kg_m2"),
     )
 
 
 def _summary(scenario: Scenario, truth: PlatformModel, record: Record, clock: Clock) -> FlightSummary:
-    total_rotor_momentum = float(np.abs(truth.cluster.rotor_momentum).sum())
+    total_rotor_momentum = float(np.abs(truth.cluster.rotor_momentum).sum() + truth.wheels.momentum_limit.sum())
     return summarize(record.channels, clock.period, flight_limits(scenario), total_rotor_momentum)

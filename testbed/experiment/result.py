@@ -62,7 +62,7 @@ def estimates_of(by_name: Mapping[str, Estimate] | Mapping[str, CombinedEstimate
 
 
 def checks_result(checks: Checks | None) -> dict[str, Any] | None:
-    """Return what vouches for a record's estimates; p-values are chances of what was seen if all is well."""
+    """Return the checks of a record's estimates; p-values hold for a complete model and the stated noise."""
     if checks is None:
         return None
     residual = checks.residual

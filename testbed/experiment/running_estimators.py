@@ -15,7 +15,7 @@ from testbed.errors import InputError
 from testbed.estimation.bound import cramer_rao_bound
 from testbed.estimation.estimate import Estimate, EstimationSettings
 from testbed.estimation.registry import ESTIMATORS
-from testbed.estimation.telemetry import GimbalTelemetry, Telemetry
+from testbed.estimation.telemetry import GimbalTelemetry, Telemetry, WheelTelemetry
 from testbed.experiment.checking import checks_of, considered, with_spread
 from testbed.experiment.experiment import Estimation
 from testbed.maneuver.maneuver import Maneuver
@@ -24,7 +24,7 @@ from testbed.rotation.quaternion import quaternion_inverse, turned
 from testbed.scenario.scenario import Scenario
 
 _DOUBTFUL_STDS = 5.0
-"""Standard deviations by which an answer may miss what is physical before it is called none."""
+"""Standard deviations by which an estimate may miss what is physical before it is rejected."""
 _ROUNDING = 1e-9
 """How far a correlation matrix's smallest eigenvalue may lie below zero: six numbers of order 1, inverted once."""
 
@@ -95,7 +95,7 @@ def estimate_telemetry(scenario: Scenario, nominal: PlatformModel, telemetry: Te
 def run_estimators(
     scenario: Scenario, telemetry: Telemetry, settings: EstimationSettings, *, checked: bool
 ) -> Estimation:
-    """Run every estimator that the scenario names; one that cannot answer does not stop the others.
+    """Run every estimator that the scenario names; one that gives no estimate does not stop the others.
 
     Args:
         scenario: names the estimators.
@@ -124,7 +124,7 @@ def run_estimators(
 
 
 def _answer(name: str, telemetry: Telemetry, settings: EstimationSettings) -> Estimate | str:
-    """Return an estimator's answer, or why there is none."""
+    """Return an estimator's estimate, or why there is none."""
     try:
         estimate = ESTIMATORS[name](telemetry, settings)
     except InputError as error:
@@ -135,15 +135,15 @@ def _answer(name: str, telemetry: Telemetry, settings: EstimationSettings) -> Es
 
 
 def doubt_of(estimate: Estimate) -> str:
-    """Return why an answer is none: not finite, or no inertia that a body can have, however wide the bands."""
+    """Return why an estimate is rejected: not finite, or no inertia that a body can have, however wide the bands."""
     if not (np.isfinite(estimate.theta).all() and _is_covariance(estimate.covariance)):
-        return "its answer is no finite inertia with a covariance; the record does not fit the model"
+        return "its estimate is no finite inertia with a covariance; the record does not fit the model"
     smallest, middle, largest = np.linalg.eigvalsh(inertia_of(estimate.theta))
     slack = _DOUBTFUL_STDS * float(estimate.std.max())
     if smallest < -slack or largest > smallest + middle + 3.0 * slack:
         return (
-            f"its answer, with principal moments {smallest:.3g}, {middle:.3g}, {largest:.3g} kg m2, is the inertia of "
-            "no body: check the signs and units of gyro and actuators, and that the scenario is of this platform"
+            f"its estimate, with principal moments {smallest:.3g}, {middle:.3g}, {largest:.3g} kg m2, is no rigid "
+            "body's inertia: check the signs and units of gyro and actuators, and that the scenario is of this platform"
         )
     return ""
 
@@ -173,14 +173,18 @@ def bound_std(telemetry: Telemetry, theta: Theta, initial_momentum_B: Vector3) -
 
 
 def _true_bound_std(truth: PlatformModel, telemetry: Telemetry, record: Record) -> Theta | None:
-    """The bound of the motion as it was: true gimbal angles and rotor speeds, at the telemetry's times."""
-    rows = np.searchsorted(record.time, telemetry.actuator_time)
-    gimbals = GimbalTelemetry(
-        cluster=truth.cluster,
-        angle=record.channels["true_gimbal_angle"][rows],
-        rotor_momentum=record.channels["true_rotor_speed"][rows] * truth.cluster.rotor_spin_inertia,
-    )
-    actual = replace(telemetry, gimbals=gimbals)
+    """The bound of the motion as it was: true gimbal angles, rotor and wheel speeds, at the telemetry's times."""
+    rows, gimbals, wheels = np.searchsorted(record.time, telemetry.actuator_time), None, None
+    if truth.units:
+        gimbals = GimbalTelemetry(
+            cluster=truth.cluster,
+            angle=record.channels["true_gimbal_angle"][rows],
+            rotor_momentum=record.channels["true_rotor_speed"][rows] * truth.cluster.rotor_spin_inertia,
+        )
+    if len(truth.wheels.spin_inertia):
+        momentum = record.channels["true_wheel_speed"][rows] * truth.wheels.spin_inertia
+        wheels = WheelTelemetry(wheels=truth.wheels, momentum=momentum)
+    actual = replace(telemetry, gimbals=gimbals, wheels=wheels)
     first = int(np.searchsorted(record.time, telemetry.gyro_time[0]))
     attitude_BN = quaternion_inverse(record.channels["true_attitude"][first])
     momentum_B = turned(attitude_BN, record.channels["true_total_momentum"][first])

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from testbed.formats.parts import Part, Provenance, Six, SixOrNull, Three
+from testbed.formats.parts import Part, Provenance, Six, SixOrNull, ThreeOrNull
 
 
 class PlacedEffect(Part):
@@ -94,12 +94,16 @@ class Step(PlacedEffect):
     """By name, such as `delay_s`."""
     probability: float | None
     """Posterior probability of this effect at this component, 0 to 1."""
-    j_theta_kg_m2: Six
-    """Inertia J11, J22, J33, J23, J13, J12 estimated together with this effect and those before it, kg·m²."""
+    j_theta_kg_m2: SixOrNull
+    """Inertia J11, J22, J33, J23, J13, J12 estimated together with this effect and those before it, kg·m²; null where
+    it is about axes that no run turns about."""
     j_std_kg_m2: SixOrNull
     """Its standard deviations, kg·m²; null where the data do not show a parameter."""
     indistinguishable_from: list[PlacedEffect]
     """Effects that these data cannot distinguish from it."""
+    doubts: list[str]
+    """Why it is to be doubted in spite of its probability: a value that no hardware has, or at the end of its search,
+    or a confounded effect that these data cannot test."""
     gap_before: float | None
     """Gap of the fitted runs without it, a pure number."""
     heldout_gap_before: float | None
@@ -159,8 +163,17 @@ class Untestable(Part):
     """What it would take to test for it: a channel, a size, or another motion."""
 
 
+class SizeAtFrequency(Part):
+    """The smallest size of an effect that these data would have shown at one frequency."""
+
+    smallest: dict[str, Size]
+    """Its parameters at that size, its frequency among them; empty where this motion shows nothing of it."""
+    multiple_of_typical: float | None
+    """That size over the typical one, a pure number; null where this motion shows nothing of it."""
+
+
 class DetectableSize(PlacedEffect):
-    """The smallest size of an effect that these data would have shown."""
+    """The smallest size of an effect that these data would have shown, whatever its frequency."""
 
     smallest: dict[str, Size]
     """Its parameters at that size, by name; empty where this motion shows nothing of it."""
@@ -168,6 +181,8 @@ class DetectableSize(PlacedEffect):
     """Its parameters at their typical size, by name."""
     multiple_of_typical: float | None
     """The smallest size over the typical one, a pure number; null where this motion shows nothing of it."""
+    by_frequency: list[SizeAtFrequency]
+    """The same at each frequency that was looked at, about the axis that shows the least; empty of effects without."""
 
 
 class Pair(Part):
@@ -191,8 +206,8 @@ class RunByRun(PlacedEffect):
 class Theta(Part):
     """An estimated inertia."""
 
-    theta_kg_m2: Six
-    """J11, J22, J33, J23, J13, J12, kg·m²."""
+    theta_kg_m2: SixOrNull
+    """J11, J22, J33, J23, J13, J12, kg·m²; null where no run turns about the axes that it takes."""
     std_kg_m2: SixOrNull
     """Standard deviations, kg·m²; null where the data do not show a parameter."""
 
@@ -213,10 +228,10 @@ class Inertia(Part):
 class Noise(Part):
     """The gyro's noise in the records against what is stated."""
 
-    ratio_to_stated: Three
-    """Measured over stated standard deviation about each body axis, a pure number."""
-    std: Three
-    """Standard deviation of the ratio, a pure number."""
+    ratio_to_stated: ThreeOrNull
+    """Measured over stated standard deviation about each body axis, a pure number; null where no run turns about it."""
+    std: ThreeOrNull
+    """Standard deviation of the ratio, a pure number; null likewise."""
 
 
 class LatentTorque(Part):

@@ -26,6 +26,8 @@ SixOrNull: TypeAlias = Annotated[list[float | None], _SIX]
 """The same; null where there is no finite number."""
 Three: TypeAlias = Annotated[list[float], _THREE]
 """A number for each body axis: x, y, z."""
+ThreeOrNull: TypeAlias = Annotated[list[float | None], _THREE]
+"""The same; null where there is none."""
 
 
 class InputFile(Part):

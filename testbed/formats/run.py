@@ -21,20 +21,25 @@ class Tracking(Part):
 class Limits(Part):
     """How far the actuators were driven; fractions of a limit are the largest of the flight, 1 at the limit."""
 
-    gimbal_rate: float
-    """Fraction of the gimbal rate's limit."""
-    gimbal_torque: float
-    """Fraction of the gimbal torque's limit."""
+    gimbal_rate: float | None = None
+    """Fraction of the gimbal rate's limit; absent without control moment gyros."""
+    gimbal_torque: float | None = None
+    """Fraction of the gimbal torque's limit; absent without control moment gyros."""
     cluster_momentum: float
     """Fraction of the cluster momentum's limit about the worst body axis."""
     cluster_torque: float
     """Fraction of the cluster torque's limit about the worst body axis."""
+    wheel_torque: float | None = None
+    """Fraction of the reaction wheels' torque limit; absent without wheels."""
+    wheel_speed: float | None = None
+    """Fraction of the speed at which a wheel is at its momentum limit; absent without wheels."""
     saturated_s: float
-    """Time in which any gimbal was at a limit, s."""
+    """Time in which any gimbal, or the torque of any wheel, was at a limit, s."""
     rotor_clamped_s: float
-    """Time in which any rotor was at its momentum limit, s."""
-    min_singularity_measure: float
-    """Smallest singularity measure on the way; 1 at the best, 0 where a direction of torque is lost."""
+    """Time in which any rotor or wheel was at its momentum limit, s."""
+    min_singularity_measure: float | None
+    """Smallest singularity measure on the way; 1 at the best, 0 where a direction of torque is lost; null without
+    control moment gyros."""
 
 
 class Conservation(Part):

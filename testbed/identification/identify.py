@@ -9,8 +9,10 @@ import numpy as np
 
 from testbed.assembly.contact import cut_at_contact
 from testbed.assembly.platform import PlatformModel
+from testbed.diagnosis.data import Runs
 from testbed.diagnosis.reading import gated, grouped
 from testbed.diagnosis.windows import STAND_ALONE, outliers_notice
+from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.errors import InputError
 from testbed.experiment.combining import combine_estimations
 from testbed.experiment.experiment import CombinedEstimation, Estimation
@@ -59,8 +61,11 @@ def identify(scenario: Scenario, nominal: PlatformModel, records: Sequence[Recor
     """
     notices: list[tuple[str, str]] = []
     cut = [_cut(scenario, nominal, telemetry_only(record), notices) for record in records]
-    plain = scenario.model_copy(update={"diagnosis": Diagnosis()})  # neither averaged nor cut into windows
+    plain = scenario.model_copy(
+        update={"diagnosis": Diagnosis(accept=scenario.diagnosis.accept)}
+    )  # neither averaged nor cut into windows
     passed = gated([_looked_at(record) for record in cut], plain, nominal, at_rest=True)
+    _require_free(passed.together)
     notices += [(record.details.name, _unused(record)) for record in records if record.extra_columns]
     notices += [
         notice for notice in passed.notices if not notice[1].endswith(STAND_ALONE)
@@ -81,9 +86,24 @@ def identify(scenario: Scenario, nominal: PlatformModel, records: Sequence[Recor
         records=tuple(part for part in parts if part.details.name in estimations),
         estimations=estimations,
         combined=combine_estimations(estimations),
-        notices=tuple(grouped(notices)),
+        notices=(*grouped(notices), *passed.doubts),
         refused=tuple(refused),
     )
+
+
+def _require_free(runs: Runs) -> None:
+    """Refuse rigs that turn about some axes only: the estimators here are for all six parameters.
+
+    Raises:
+        InputError: what such runs determine of the inertia is named.
+    """
+    shown = runs.inertia_shown
+    if not runs.live.all():
+        names = ", ".join(name for name, yes in zip(PARAMETER_NAMES, shown, strict=True) if yes)
+        raise InputError(
+            f"the runs turn about some axes only, which shows {names} of the inertia: `testbed diagnose` estimates "
+            "what they show and leaves the rest out; an estimate needs runs that turn freely"
+        )
 
 
 def _cut(scenario: Scenario, nominal: PlatformModel, record: Record, notices: list[tuple[str, str]]) -> Record:

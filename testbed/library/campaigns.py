@@ -218,5 +218,5 @@ def executor_of(scheduler: str | None, workers: int | None) -> Executor:
 
 
 def origin_of(scenario: Scenario, seed: int, runs: int, command: str) -> Provenance:
-    """Return what makes a campaign."""
+    """Return the provenance of a campaign."""
     return provenance(scenario, scenario.file, command, deciding={"seed": str(seed), "runs": str(runs)})

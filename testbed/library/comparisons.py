@@ -109,7 +109,7 @@ def _read(folder: Path) -> tuple[Literal["run", "campaign"], Mapping[str, Any], 
                 content = json.loads(file.text)
                 content["estimates"]
             except (ValueError, KeyError, TypeError, RecursionError) as error:
-                raise InputError(f"{path}: is not what testbed wrote there ({error}); make it again") from error
+                raise InputError(f"{path}: is not as testbed wrote it ({error}); run that command again") from error
             return kind, content, file.stamp
     raise InputError(f"{folder}: holds neither {' nor '.join(_RESULTS)}: name the folder of a run or of a campaign")
 

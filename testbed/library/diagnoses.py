@@ -17,6 +17,7 @@ from testbed.diagnosis.findings import (
     Agreement,
     additions,
     agreements,
+    doubt_words,
     model_notices,
     noise_notices,
     reference_of,
@@ -24,7 +25,7 @@ from testbed.diagnosis.findings import (
 from testbed.diagnosis.keeping import Store, keeping
 from testbed.diagnosis.location import ResidualSegment, located
 from testbed.diagnosis.method import diagnosed
-from testbed.diagnosis.reading import DataSet, data_set_of, require_explicable
+from testbed.diagnosis.reading import DataSet, Gate, data_set_of, require_explicable
 from testbed.diagnosis.result import result_of
 from testbed.diagnosis.run_residuals import residuals_of
 from testbed.diagnosis.settings import SETTINGS
@@ -118,7 +119,9 @@ class PreparedRecords:
         )
         for state in stages:
             if state.complete:
-                require_explicable(state.runs, state.gap_before.fit, state.gap.fit)
+                gate = Gate(accepted=self.scenario.diagnosis.accept)
+                require_explicable(state.runs, state.gap_before.fit, state.model, gate)
+                state = replace(state, notices=(*state.notices, *gate.notices))  # noqa: PLW2901
             yield state
 
 
@@ -166,8 +169,10 @@ class DiagnosisResult(Shown, Saved):
     def closing_notices(self) -> tuple[str, ...]:
         """Those notices that the diagnosis itself gives rise to."""
         return (
+            *self.state.notices,
             *noise_notices(self.state),
             *model_notices(self.state),
+            *doubt_words(self.state),
             *disagreement_words(self.state, self.agreements),
             *self.why_no_flight,
         )

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -65,6 +66,8 @@ class Records(Shown):
     def save(self, folder: str | Path, *, format: Literal["parquet", "mcap"] = "parquet") -> Path:  # noqa: A002
         """Write the runs into a folder, a file each, from which they can be read again.
 
+        Of runs with the same name, the second becomes NAME-2, the third NAME-3, and so on.
+
         Args:
             folder: made where it is missing.
             format: NAME.parquet each; or NAME.mcap, with NAME.map.toml, with which `import_log` reads it again.
@@ -72,13 +75,27 @@ class Records(Shown):
         Raises:
             InputError: a name can be no file's, the folder cannot be written, or the extra `testbed[logs]` is missing.
         """
-        for record in self.runs:
+        for record in _named_apart(self.runs):
             path = table_path(record, Path(folder))
             if format == "mcap":
                 write_mcap(record, path.with_suffix(".mcap"))
             else:
                 write_record(record, path)
         return Path(folder)
+
+
+def _named_apart(runs: Sequence[Record]) -> Iterator[Record]:
+    """Yield the runs, numbered from the second on where they share a name: no file is written twice."""
+    taken = {record.details.name for record in runs}
+    seen: set[str] = set()
+    for record in runs:
+        name = record.details.name
+        if name in seen:
+            name = next(each for number in count(2) if (each := f"{name}-{number}") not in taken)
+            record = replace(record, details=replace(record.details, name=name))  # noqa: PLW2901
+        seen.add(name)
+        taken.add(name)
+        yield record
 
 
 def read_records(folder: str | Path) -> Records:
@@ -121,9 +138,6 @@ def records_from(
         >>> tb.records_from({"flight 1": table, "flight 2": table}).runs[1].details.name
         'flight 2'
     """
-    named: Mapping[str, Columns] = {"run": tables} if "time_s" in tables else tables  # type: ignore[assignment,dict-item]
-    if not named:
-        raise InputError("there is no run: give a table with the column time_s, or several by name")
     return Records(
         tuple(
             record_of(
@@ -131,9 +145,24 @@ def records_from(
                 RunDetails(name=str(name), source=source, gyro_noise=gyro_noise_rad_s),
                 {column: np.asarray(table[column]) for column in table if column not in NUMERIC_COLUMNS},
             )
-            for name, table in named.items()
+            for name, table in _by_name(tables).items()
         )
     )
+
+
+def _by_name(tables: Columns | Mapping[str, Columns]) -> Mapping[str, Columns]:
+    one = _is_table(tables) and (hasattr(tables, "columns") or "time_s" in tables)
+    named: Any = {"run": tables} if one else tables
+    if not isinstance(named, Mapping) or not named or not all(map(_is_table, named.values())):
+        raise InputError(
+            "there is no run: give a table with the column time_s, or several by name, such as {'flight 1': table}"
+        )
+    return named
+
+
+def _is_table(given: object) -> bool:
+    """Return whether something is a data frame, or columns by name."""
+    return hasattr(given, "columns") or isinstance(given, Mapping)
 
 
 def frame_of(record: Record) -> pd.DataFrame:
@@ -149,5 +178,13 @@ def _numbers(name: str, table: Columns) -> dict[str, Any]:
 
 
 def stamps_of(records: Records) -> list[FileStamp]:
-    """Return the files that records were read from; none of tables that a program held."""
+    """Return the files that records were read from; none of tables that a program held.
+
+    Raises:
+        InputError: these are no records.
+    """
+    if not isinstance(records, Records):
+        raise InputError(
+            f"{type(records).__name__}: is no Records; give tb.records_from(tables) or tb.read_records(folder)"
+        )
     return [stamp for record in records for stamp in record.files]

@@ -79,7 +79,7 @@ def overridden(file: TextFile, overrides: Mapping[str, object]) -> TextFile:
         _set(tree, key, value, file.path)
     said = ", ".join(f"{key} = {value!r}" for key, value in overrides.items())
     text = f"# {file.path.name} with {said}\n{tomli_w.dumps(tree)}"
-    return TextFile(path=file.path, content=text.encode("utf-8"), text=text)
+    return TextFile(path=file.path, content=text.encode("utf-8"), text=text, changes=said)
 
 
 def override_of(assignment: str) -> tuple[str, object]:

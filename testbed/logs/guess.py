@@ -1,4 +1,4 @@
-"""A map proposed from the names and units of a log: a beginning, which a person checks."""
+"""A log map proposed from the names and units of a log: a draft for a person to check."""
 
 from __future__ import annotations
 

@@ -54,7 +54,12 @@ def factor_to(unit: str, target: str) -> float:
 
 
 def is_unit_of(unit: str, target: str) -> bool:
-    """Tell whether a text is a unit that converts to another."""
+    """Return whether a text is a unit that converts to another.
+
+    Raises:
+        InputError: the units library is not installed.
+    """
+    _registry()  # before the block: without the library no text would be a unit
     try:
         return _converts(_parsed(unit), target)
     except InputError:

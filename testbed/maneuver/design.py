@@ -122,13 +122,13 @@ class Start:
 
     @property
     def number(self) -> int:
-        """What people call it: the first one is 1."""
+        """Number of the start in outputs, from 1."""
         return self.index + 1
 
 
 @dataclass(frozen=True, kw_only=True)
 class Search:
-    """How the optimum is looked for.
+    """Settings of the multi-start search.
 
     Attributes:
         starts: number of random starts.

@@ -1,4 +1,4 @@
-"""The information matrix that a design's criterion is taken of: its metric, and what counts alike in it.
+"""The information matrix whose criterion a design optimises: its metric and its scaling.
 
 The paper's metric is Ψ_fᵀΨ_f behind the prefilter, as if the torque equation's noise were white. The gyro's noise is
 white in the body rate, and the momentum equation keeps it so: its information, inverted, is the Cramér-Rao bound.
@@ -17,7 +17,7 @@ from testbed.maneuver.information import SampledFilter
 
 
 def design_information(problem: DesignProblem, sampling: SampledFilter, body_rate: ca.MX) -> ca.MX:
-    """Return the information matrix that a problem asks about, shape (6, 6), (rad/s)².
+    """Return the information matrix of a design problem, shape (6, 6), (rad/s)².
 
     Args:
         problem: metric, target and inertia.

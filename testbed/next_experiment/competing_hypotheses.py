@@ -34,8 +34,8 @@ class CompetingHypothesis:
 
     Attributes:
         key: effect and component that make it differ, or `inertia`.
-        fits: to the fitted runs and, its initial rates alone, to those held out where they say something of it.
-        log_bayes_factor: of the step that it could be, against the model without it.
+        fits: to the fitted runs; then to the held-out runs, only their initial rates, unless it acts in single runs.
+        log_bayes_factor: of the model with its effect against the model without it.
     """
 
     key: str
@@ -55,7 +55,7 @@ class CompetingHypothesis:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Pair:
-    """A model that is true, and one that imitates it.
+    """A model that is taken as true, and a false one that is fitted to it.
 
     Attributes:
         truth: index of the model.

@@ -1,4 +1,4 @@
-"""How far apart two models' predictions are, after one of them has done its best to look like the other.
+"""Distance between two models' predictions after one of them is fitted to the other.
 
 With d the whitened difference of the predictions and X the imitator's derivatives, the distance is
 min over δ of |d - X δ|, in sigma. Of each flight XᵀX, Xᵀd and dᵀd say all, and those of several flights add up; a
@@ -19,7 +19,9 @@ of columns, 1e-16 of some 1e4 samples; a direction as little known would take a 
 
 
 class Contrast(NamedTuple):
-    """What data say of the difference between two models, for F flights side by side.
+    """Normal equations of the fit of a false model to a true one, for F flights side by side.
+
+    X are the whitened derivatives of the false model's prediction, d is the whitened difference of the predictions.
 
     Attributes:
         information: XᵀX, shape (F, C, C).

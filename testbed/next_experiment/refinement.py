@@ -1,4 +1,4 @@
-"""A flight's path made better: distances and limits linearised in the control points, the best step in a trust region.
+"""Refinement of a flight's path: distances and limits linearised in the control points, in a trust region.
 
 Each round is a linear program: the smallest margin of all pairs as large as it can be, all limits kept.
 """

@@ -1,4 +1,4 @@
-"""The flight that tells the closest pair of models apart best: drawn flights compared, then the best one refined.
+"""The flight that best distinguishes the closest pair of models: the best of sampled flights, refined.
 
 What is maximised is the smallest distance of all pairs, each in shares of what is wanted of it (T-optimality).
 
@@ -23,7 +23,7 @@ one number, as of a gyro 4 ms late and one of 38 Hz bandwidth at 16 Hz (docs/sep
 def chosen_flight(
     criterion: DiscriminationCriterion, progress: Callable[[str], None] = lambda _: None
 ) -> Choice | None:
-    """Return the flight that tells all pairs apart that can be; None where no flight keeps the limits.
+    """Return the flight that best distinguishes all distinguishable pairs; None where no flight keeps the limits.
 
     A drawn one that suffices is taken as it is: its release does the work. Else the best one's path is refined.
 

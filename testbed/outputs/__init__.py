@@ -1,1 +1,1 @@
-"""The output of a command: run folders, written beside their place and renamed into it when complete."""
+"""Output folders of the commands: written under a temporary name, and renamed when complete."""

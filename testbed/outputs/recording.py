@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from math import inf
 
 import numpy as np
 
 from testbed.arrays import Series
-from testbed.cmg.singularity import envelope_fraction, sphere_directions
+from testbed.cmg.actuators import envelope_share
+from testbed.cmg.singularity import sphere_directions
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.experiment.experiment import Estimation, Experiment
 from testbed.experiment.flying import flight_limits
@@ -43,13 +45,15 @@ def recording_content(experiment: Experiment, provenance: Mapping[str, str]) -> 
 
 def _limits(experiment: Experiment) -> ShownLimits:
     limits = flight_limits(experiment.scenario)
-    spin_inertia = float(experiment.truth.cluster.rotor_spin_inertia.max())
+    momentum = np.full(experiment.truth.units, experiment.scenario.cluster.rotor_momentum_limit_N_m_s)
     return ShownLimits(
         gimbal_rate=limits.gimbal_rate,
         gimbal_torque=limits.gimbal_torque,
-        rotor_speed=experiment.scenario.cluster.rotor_momentum_limit_N_m_s / spin_inertia,
+        rotor_speed=float((momentum / experiment.truth.cluster.rotor_spin_inertia).min(initial=inf)),
         cluster_momentum=limits.cluster_momentum,
         cluster_torque=limits.cluster_torque,
+        wheel_torque=float(limits.wheel_torque.min(initial=inf)),
+        wheel_speed=float(limits.wheel_speed.min(initial=inf)),
     )
 
 
@@ -66,8 +70,8 @@ def _residuals(estimation: Estimation) -> Iterator[ShownResidual]:
 
 
 def _envelope_fraction(experiment: Experiment) -> Series:
-    momentum_B = experiment.flown.record.channels["true_cluster_momentum"]
-    return envelope_fraction(experiment.truth.cluster, momentum_B, sphere_directions(_ENVELOPE_DIRECTIONS))
+    momentum_B, truth = experiment.flown.record.channels["true_cluster_momentum"], experiment.truth
+    return envelope_share(truth.cluster, truth.wheels, momentum_B, sphere_directions(_ENVELOPE_DIRECTIONS))
 
 
 def _events(experiment: Experiment) -> Iterator[ShownEvent]:
@@ -77,6 +81,7 @@ def _events(experiment: Experiment) -> Iterator[ShownEvent]:
 
 def _result_text(experiment: Experiment) -> str:
     summary = experiment.flown.summary
+    measure = summary.min_singularity_measure
     lines = [
         f"# {experiment.scenario.name}",
         experiment.scenario.description,
@@ -86,7 +91,7 @@ def _result_text(experiment: Experiment) -> str:
         "## Flight",
         f"- tracking error, rms: {_listed(summary.tracking_rms)} rad/s",
         f"- time at a limit: {summary.saturated:.3g} s",
-        f"- smallest singularity measure: {summary.min_singularity_measure:.3f}",
+        *([] if measure is None else [f"- smallest singularity measure: {measure:.3f}"]),
         f"- momentum drift: {summary.momentum_drift:.1e}",
     ]
     return "\n\n".join(lines[:6]) + "\n\n" + "\n".join(lines[6:])

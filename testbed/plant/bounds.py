@@ -1,4 +1,4 @@
-"""What an MJCF may ask for, looked at before MuJoCo reads it: it allocates whatever a file says."""
+"""Bounds on an MJCF's memory, checked before MuJoCo reads it, which allocates whatever a file states."""
 
 from __future__ import annotations
 

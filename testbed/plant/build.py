@@ -16,7 +16,7 @@ from testbed.plant.bounds import require_bounded
 from testbed.plant.geometry import bus_inertia, composite_inertia, composite_mass, first_moment, unit_names
 from testbed.plant.misalignment import turn_units
 from testbed.plant.parts import require_parts
-from testbed.plant.properties import PlatformProperties, WheelProperties
+from testbed.plant.properties import AirBearing, PlatformProperties, WheelProperties
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 _WALL_THICKNESS = 0.05
@@ -64,6 +64,8 @@ def specification(properties: PlatformProperties, path: Path) -> mujoco.MjSpec:
     for number, wheel in enumerate(properties.wheels, start=1):
         _add_wheel(spec, f"wheel{number}", wheel)
     _apply_bus(spec, properties, path)
+    if properties.air_bearing is not None:
+        _stand_on_bearing(spec, properties.air_bearing)
     if properties.cabin_size is not None:
         _add_cabin(spec, properties.cabin_size)
     return spec
@@ -131,15 +133,24 @@ def _apply_mount(frame: mujoco.MjsFrame, index: int, properties: PlatformPropert
 
 
 def _add_wheel(spec: mujoco.MjSpec, name: str, wheel: WheelProperties) -> None:
-    """Mount a reaction wheel on the bus."""
-    mount = spec.body("bus").add_frame(name=f"{name}_mount", pos=wheel.position_B)
+    """Mount a reaction wheel on the bus; a model that has it already gets its numbers."""
+    mount = next((frame for frame in spec.frames if frame.name == f"{name}_mount"), None)
+    if mount is None:
+        mount = spec.body("bus").add_frame(name=f"{name}_mount")
+        spec.attach(_read(shipped_model().with_name("wheel.xml")), prefix=f"{name}_", frame=mount)
+    mount.pos = wheel.position_B
     mount.alt.type = mujoco.mjtOrientation.mjORIENTATION_ZAXIS
     mount.alt.zaxis = wheel.axis_B
-    spec.attach(_read(shipped_model().with_name("wheel.xml")), prefix=f"{name}_", frame=mount)
     rotor, joint, motor = spec.body(f"{name}_rotor"), spec.joint(f"{name}_rotor"), spec.actuator(f"{name}_motor")
     rotor.mass, rotor.inertia = wheel.mass, [wheel.transverse_inertia, wheel.transverse_inertia, wheel.spin_inertia]
     joint.damping[0] = wheel.viscous_friction
     motor.forcelimited, motor.forcerange = True, [-wheel.torque_limit, wheel.torque_limit]
+    if wheel.speed_loop_bandwidth:
+        motor.biastype = mujoco.mjtBias.mjBIAS_AFFINE
+        motor.biasprm[2] = -wheel.spin_inertia * wheel.speed_loop_bandwidth
+    if wheel.coulomb_friction:
+        joint.frictionloss = wheel.coulomb_friction
+        joint.solref_friction = [2.0 * spec.option.timestep, 1.0]  # the quickest that MuJoCo integrates
 
 
 def _apply_masses(gimbal: mujoco.MjsBody, rotor: mujoco.MjsBody, properties: PlatformProperties) -> None:
@@ -205,6 +216,19 @@ def _set_inertia(bus: mujoco.MjsBody, inertia: Matrix3) -> None:
         )
     bus.inertia, bus.iquat = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])  # MuJoCo takes one form of inertia only
     bus.fullinertia = [*np.diag(inertia), inertia[0, 1], inertia[0, 2], inertia[1, 2]]
+
+
+def _stand_on_bearing(spec: mujoco.MjSpec, bearing: AirBearing) -> None:
+    """Put a ball joint, at the origin of N, in the place of the free joint, and let gravity pull.
+
+    The bus frame's origin stays at the centre of mass.
+    """
+    spec.option.disableflags &= ~mujoco.mjtDisableBit.mjDSBL_GRAVITY.value
+    spec.option.gravity = [0.0, 0.0, -bearing.gravity]
+    spec.body("bus").pos = bearing.center_of_mass_B
+    joint = spec.joint("bus")
+    joint.type, joint.pos = mujoco.mjtJoint.mjJNT_BALL, -np.asarray(bearing.center_of_mass_B)
+    joint.damping[0] = bearing.drag
 
 
 def _add_cabin(spec: mujoco.MjSpec, size: Matrix3) -> None:

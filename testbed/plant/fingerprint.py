@@ -1,4 +1,4 @@
-"""A name for exactly this compiled model."""
+"""Fingerprint of a compiled model."""
 
 from __future__ import annotations
 

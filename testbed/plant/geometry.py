@@ -7,8 +7,9 @@ from itertools import count
 import mujoco
 import numpy as np
 
-from testbed.arrays import Array, Matrix3, Vector3, Vectors3
+from testbed.arrays import Array, Matrix3, Units, Vector3, Vectors3
 from testbed.cmg.cluster import Cluster
+from testbed.cmg.wheels import Wheels
 
 
 def unit_names(kind: str, units: int) -> tuple[str, ...]:
@@ -85,9 +86,29 @@ def cluster_of(model: mujoco.MjModel) -> Cluster:
     )
 
 
+def wheels_of(model: mujoco.MjModel, momentum_limit: Units) -> Wheels:
+    """Read the reaction wheels off a compiled model.
+
+    Args:
+        model: the platform.
+        momentum_limit: largest |Jw Ω| of each, shape (W,), N·m·s, which their drives know.
+    """
+    data, names = _at_rest(model), wheel_names("rotor", wheel_count(model))
+    bus_rotation = data.xmat[model.body("bus").id].reshape(3, 3)
+    axis_N = np.array([data.xaxis[model.joint(name).id] for name in names]).reshape(-1, 3)
+    motors = [model.actuator(name).id for name in wheel_names("motor", len(names))]
+    return Wheels(
+        axis_B=axis_N @ bus_rotation,
+        spin_inertia=_inertia_along(model, data, [model.body(name).id for name in names], axis_N),
+        momentum_limit=momentum_limit,
+        torque_limit=np.array(model.actuator_forcerange[motors, 1]),
+    )
+
+
 def rotor_speed_target(model: mujoco.MjModel) -> Array:
     """Return the speed that each rotor servo holds, shape (M,), rad/s."""
-    gain = np.array([model.actuator(name).gainprm[:3] for name in unit_names("rotor_motor", unit_count(model))])
+    motors = unit_names("rotor_motor", unit_count(model))
+    gain = np.array([model.actuator(name).gainprm[:3] for name in motors]).reshape(-1, 3)
     return np.asarray(gain[:, 0] / -gain[:, 2])
 
 

@@ -26,9 +26,9 @@ class Layout:
         wheel_angle: indices into qpos, shape (W,), of reaction wheels.
         wheel_speed: indices into qvel, shape (W,).
         wheel_motor: indices into ctrl, shape (W,).
-        position: slice of qpos with the bus position in N.
+        position: slice of qpos with the bus position in N; empty on an air bearing.
         attitude: slice of qpos with quat_NB.
-        velocity: slice of qvel with the bus velocity in N.
+        velocity: slice of qvel with the bus velocity in N; empty on an air bearing.
         body_rate: slice of qvel with the body rate, body axes.
     """
 
@@ -55,6 +55,7 @@ def layout_of(model: mujoco.MjModel) -> Layout:
     wheels = [model.joint(name) for name in wheel_names("rotor", wheel_count(model))]
     bus = model.joint("bus")
     qpos, qvel = int(bus.qposadr[0]), int(bus.dofadr[0])
+    places = 3 if model.jnt_type[bus.id] == mujoco.mjtJoint.mjJNT_FREE else 0  # a ball joint has none
     return Layout(
         gimbal_angle=_indices(joint.qposadr[0] for joint in gimbals),
         rotor_angle=_indices(joint.qposadr[0] for joint in rotors),
@@ -65,10 +66,10 @@ def layout_of(model: mujoco.MjModel) -> Layout:
         wheel_angle=_indices(joint.qposadr[0] for joint in wheels),
         wheel_speed=_indices(joint.dofadr[0] for joint in wheels),
         wheel_motor=_indices(model.actuator(name).id for name in wheel_names("motor", len(wheels))),
-        position=slice(qpos, qpos + 3),
-        attitude=slice(qpos + 3, qpos + 7),
-        velocity=slice(qvel, qvel + 3),
-        body_rate=slice(qvel + 3, qvel + 6),
+        position=slice(qpos, qpos + places),
+        attitude=slice(qpos + places, qpos + places + 4),
+        velocity=slice(qvel, qvel + places),
+        body_rate=slice(qvel + places, qvel + places + 3),
     )
 
 

@@ -33,7 +33,7 @@ def require_parts(spec: mujoco.MjSpec, path: Path, units: int) -> None:
 def _names_in(spec: mujoco.MjSpec) -> Mapping[str, set[str]]:
     return {
         "body": {body.name for body in spec.bodies},
-        "freejoint": _joints(spec, mujoco.mjtJoint.mjJNT_FREE),
+        "free or ball joint": _joints(spec, mujoco.mjtJoint.mjJNT_FREE) | _joints(spec, mujoco.mjtJoint.mjJNT_BALL),
         "hinge": _joints(spec, mujoco.mjtJoint.mjJNT_HINGE),
         "frame": {frame.name for frame in spec.frames},
         "actuator": {actuator.name for actuator in spec.actuators},
@@ -50,7 +50,7 @@ def _needed(units: int) -> Mapping[str, tuple[str, ...]]:
     gimbals, rotors = unit_names("gimbal", units), unit_names("rotor", units)
     return {
         "body": ("bus", *gimbals, *rotors),
-        "freejoint": ("bus",),
+        "free or ball joint": ("bus",),
         "hinge": (*gimbals, *rotors),
         "frame": unit_names("mount", units),
         "actuator": (*unit_names("gimbal_motor", units), *unit_names("rotor_motor", units)),

@@ -41,6 +41,7 @@ class Plant:
         rotor_momentum_limit: float = math.inf,
         rotors: RotorMode = "constant_speed",
         wheel_momentum: UnitSeries | None = None,
+        wheel_momentum_limit: Units | float = math.inf,
         threads: int = 1,
     ) -> None:
         """Put platforms into their initial states.
@@ -52,6 +53,7 @@ class Plant:
             rotor_momentum_limit: N·m·s.
             rotors: what the rotor servos do.
             wheel_momentum: Jw·Ω of the reaction wheels at the start, shape (B, W), N·m·s; at rest where None.
+            wheel_momentum_limit: to which their drives push them, shape (W,), N·m·s.
             threads: that step the platforms.
         """
         self.models = tuple(models)
@@ -73,6 +75,10 @@ class Plant:
         self._spin_inertia = np.stack([spin_inertia(model) for model in self.models])
         self.wheel_inertia: UnitSeries = np.stack([wheel_inertia(model) for model in self.models])
         """Jw of the reaction wheels, shape (B, W), kg·m²."""
+        self._wheel_speed_limit = wheel_momentum_limit / self.wheel_inertia
+        self._wheel_loop_gain = -np.stack([model.actuator_biasprm[self.layout.wheel_motor, 2] for model in self.models])
+        self.wheel_clamped: Flags = np.zeros_like(self.wheel_inertia, dtype=np.bool_)
+        """Which wheels are at their momentum limit and asked to go beyond, shape (B, W)."""
         self._speed_limit = rotor_momentum_limit / self._spin_inertia
         self._always_engaged = rotors == "constant_speed"
         self._place(initial, rotor_momentum)
@@ -119,13 +125,13 @@ class Plant:
         Args:
             gimbal_torque_demand: shape (B, M) or (M,), N·m, before the tachometer loop and the motor's limit.
             steps: integrator steps.
-            wheel_torque_demand: of the reaction wheels, shape (B, W) or (W,), N·m, before the motor's limit; held from
-                before where None.
+            wheel_torque_demand: of the reaction wheels, shape (B, W) or (W,), N·m, before the drive's speed loop and
+                the motor's limit; held from before where None.
         """
         self._last_time[:], self._last_qpos[:], self._last_qvel[:] = self._time, self.qpos, self.qvel
         self._control[:, self.layout.gimbal_motor] = gimbal_torque_demand
         if wheel_torque_demand is not None:
-            self._control[:, self.layout.wheel_motor] = wheel_torque_demand
+            self._control[:, self.layout.wheel_motor] = self._within_speed(wheel_torque_demand)
         if not self._always_engaged:
             self._engage_rotor_servos()
         self._batch.step(np.flatnonzero(self.flying), nstep=steps)
@@ -133,6 +139,13 @@ class Plant:
         diverged = np.flatnonzero(self.flying & ~(fastest < _RATE_BOUND))  # also true for NaN
         if diverged.size:
             self._ground(diverged)
+
+    def _within_speed(self, demand: UnitSeries) -> UnitSeries:
+        """Return the demand, without what would push a wheel beyond its momentum limit: its drive does not."""
+        speed = self.wheel_speed
+        held = self._wheel_loop_gain * speed  # at which the speed loop asks for no torque
+        self.wheel_clamped = (np.abs(speed) >= self._wheel_speed_limit) & ((demand - held) * speed > 0.0)
+        return np.where(self.wheel_clamped, held, demand)
 
     def _ground(self, diverged: Indices) -> None:
         """Put platforms back into their last finite state and leave them there."""
@@ -145,11 +158,11 @@ class Plant:
         layout = self.layout
         for platform, start in enumerate(initial):
             qpos, qvel = self.qpos[platform], self.qvel[platform]
-            qpos[layout.position] = start.position
             qpos[layout.attitude] = start.attitude / np.linalg.norm(start.attitude)
             qpos[layout.gimbal_angle] = start.gimbal_angle
-            qvel[layout.velocity] = start.velocity
             qvel[layout.body_rate] = start.body_rate
+            if qpos[layout.position].size:
+                qpos[layout.position], qvel[layout.velocity] = start.position, start.velocity
         self.qvel[:, layout.rotor_speed] = rotor_momentum / self._spin_inertia
 
     def _engage_rotor_servos(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from testbed.arrays import Array, Matrix3, Quaternion, Units, Vector3
@@ -19,8 +20,10 @@ class WheelProperties:
         spin_inertia: Jw about the axis, kg·m².
         transverse_inertia: about any axis normal to it, kg·m².
         torque_limit: of the motor, N·m.
+        momentum_limit: largest |Jw Ω| to which the drive pushes it, N·m·s.
         viscous_friction: of its bearing, N·m·s/rad.
-        momentum: Jw Ω when the flight starts, N·m·s, Ω relative to the body.
+        coulomb_friction: of its bearing, N·m.
+        speed_loop_bandwidth: of the loop on its speed inside the drive, rad/s; 0 for none.
     """
 
     axis_B: Vector3
@@ -29,8 +32,25 @@ class WheelProperties:
     spin_inertia: float
     transverse_inertia: float
     torque_limit: float
+    momentum_limit: float = math.inf
     viscous_friction: float = 0.0
-    momentum: float = 0.0
+    coulomb_friction: float = 0.0
+    speed_loop_bandwidth: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class AirBearing:
+    """A pivot that the platform stands on, free to turn, and what acts on it there.
+
+    Attributes:
+        center_of_mass_B: c, of the whole platform from the pivot, shape (3,), m, body axes.
+        gravity: m/s², along -z of N.
+        drag: of the air and the bearing, c_d in the torque -c_d ω about every axis, N·m·s/rad.
+    """
+
+    center_of_mass_B: Vector3
+    gravity: float
+    drag: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,6 +78,8 @@ class PlatformProperties:
         step: of the integrator, s.
         cabin_size: inner edges of a room with walls, m; None for no room, and no contacts.
         wheels: reaction wheels beside the CMG units.
+        air_bearing: what the platform stands on; None for a platform that floats. The inertia above is about the centre
+            of mass all the same; about the pivot it is J + m (c·c 1 - c cᵀ).
     """
 
     inertia: Matrix3 | None = None
@@ -80,6 +102,7 @@ class PlatformProperties:
     step: float | None = None
     cabin_size: Vector3 | None = None
     wheels: tuple[WheelProperties, ...] = ()
+    air_bearing: AirBearing | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,8 +112,8 @@ class InitialState:
     Attributes:
         body_rate: ω, shape (3,), rad/s, body axes.
         attitude: quat_NB, shape (4,).
-        position: of the centre of mass in N, shape (3,), m.
-        velocity: of the centre of mass in N, shape (3,), m/s.
+        position: of the centre of mass in N, shape (3,), m; without effect on an air bearing.
+        velocity: of the centre of mass in N, shape (3,), m/s; without effect on an air bearing.
         gimbal_angle: shape (M,), rad.
     """
 

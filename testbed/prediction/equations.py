@@ -13,9 +13,25 @@ from itertools import pairwise
 
 import numpy as np
 
-from testbed.arrays import Array, Series
+from testbed.arrays import Array, Flags, Series
 from testbed.prediction.algebra import applied, cross, matrix_of_quaternion, quaternion_rate
 from testbed.prediction.hooks import Hooks, Instant
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Bearing:
+    """What holds platforms about some body axes; arrays as those of `Known`.
+
+    About these axes ω is zero, and the bearing gives whatever torque that takes: their momentum is no state, but
+    follows, (J ω)_held + h_held, and turns about the others only where two of them are free.
+
+    Attributes:
+        live: about which axes each run turns, shape (R, 1, 1, 3).
+        coupling: the rows of J(d) - Ĵ of held axes in the columns of free ones, shape (R, P, T, 3, 3), kg·m².
+    """
+
+    live: Flags
+    coupling: Array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -31,6 +47,7 @@ class Known:
         torque_B: of the actuators, shape (R, P, T, 3), N·m.
         inverse: of the real part of J(d) - Ĵ, shape (R, P, T, 3, 3), 1/(kg·m²).
         inertia_step: its imaginary part, a complex step, shape (R, P, T, 3, 3), kg·m²; None where it has none.
+        bearing: what holds the platforms about some axes; None of platforms that turn freely.
     """
 
     time: Array
@@ -39,6 +56,7 @@ class Known:
     torque_B: Array
     inverse: Array
     inertia_step: Array | None
+    bearing: Bearing | None = None
 
     def at(self, instants: slice) -> Known:
         """Return the same with instants in the place of runs, W of them per run: shapes (R W, 1), (R W, P, ...)."""
@@ -50,6 +68,12 @@ class Known:
             torque_B=self._by_instant(self.torque_B, instants),
             inverse=self._by_instant(self.inverse, instants),
             inertia_step=None if self.inertia_step is None else self._by_instant(self.inertia_step, instants),
+            bearing=None
+            if self.bearing is None
+            else Bearing(
+                live=np.repeat(self.bearing.live[:, :, 0], time.shape[1], axis=0),
+                coupling=self._by_instant(self.bearing.coupling, instants),
+            ),
         )
 
     def without_steps(self) -> Known:
@@ -61,6 +85,7 @@ class Known:
             torque_B=self.torque_B[:, :1].real,
             inverse=self.inverse[:, :1],
             inertia_step=None,
+            bearing=self.bearing and Bearing(live=self.bearing.live, coupling=self.bearing.coupling[:, :1].real),
         )
 
     def _by_instant(self, values: Array, instants: slice) -> Array:
@@ -122,7 +147,7 @@ class Equations:
         """Return states at nodes, shape (R, W, P, S), with the momentum that goes with ω, shape (R, W, P, 3), rad/s."""
         flat, rates = (part.reshape(-1, *part.shape[2:]) for part in (states, body_rate))
         known = self._known.at(_half_steps(nodes, 0))
-        held_B = np.matvec(np.linalg.inv(known.inverse), rates)
+        held_B = np.matvec(_inverted(known), rates)
         if known.inertia_step is not None:
             held_B = held_B + 1j * np.matvec(known.inertia_step, rates.real)
         momentum_B = held_B + known.momentum_B + self._hidden(flat)
@@ -174,7 +199,24 @@ class Equations:
             torque_B = torque_B + hook.torque(value, at)
             if hook.states:
                 rates.append(np.broadcast_to(hook.state_rate(value, at), (*body_rate.shape[:-1], hook.states)))
-        return np.concatenate([torque_B + cross(state[..., :3], body_rate), *rates], axis=-1)
+        turning = torque_B + cross(self._whole_momentum(state, body_rate, known), body_rate)
+        if known.bearing is not None:
+            turning = np.where(known.bearing.live, turning, 0.0)
+        return np.concatenate([turning, *rates], axis=-1)
+
+    def _whole_momentum(self, state: Array, body_rate: Array, known: Known) -> Array:
+        if known.bearing is None:
+            return state[..., :3]
+        held_B = applied(known.bearing.coupling, body_rate) + known.momentum_B + self._hidden(state)
+        return np.where(known.bearing.live, state[..., :3], held_B)
+
+
+def _inverted(known: Known) -> Array:
+    """Return J(d) - Ĵ itself, of a platform on a bearing the block of its free axes."""
+    if known.bearing is None:
+        return np.asarray(np.linalg.inv(known.inverse), dtype=np.float64)
+    held = np.eye(3) * ~known.bearing.live[..., None]
+    return np.asarray(np.linalg.inv(known.inverse + held) - held, dtype=np.float64)
 
 
 def _half_steps(steps: slice, later: int) -> slice:

@@ -12,10 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.arrays import Array, Series, Vectors3
+from testbed.arrays import Array, Flags, Series, Vectors3
 from testbed.cmg.cluster import Cluster
+from testbed.cmg.wheels import Wheels, no_wheels
 from testbed.errors import InputError
 from testbed.estimation.telemetry import (
+    ALL_AXES,
     CommandedRun,
     GimbalRun,
     Telemetry,
@@ -59,7 +61,10 @@ class Grid:
         time: every half step, shape (R, T), s, T = 2M + 1; even entries are the nodes.
         step: of each run, shape (R,), s.
         gimbals: as telemetry has them; None for a platform that has none or does not send its gimbal angles.
-        cluster_momentum_B: h as the platform reports it where gimbal angles are not sent, shape (R, 1, T, 3), N·m·s.
+        wheel_momentum: Jw Ω of the reaction wheels, shape (R, 1, T, W), N·m·s.
+        wheels: the array that they are; without any, none.
+        cluster_momentum_B: h of the wheels, or as the platform reports it where neither gimbal angles nor wheel speeds
+            are sent, shape (R, 1, T, 3), N·m·s.
         applied_torque_B: shape (R, 1, L + T, 3), N·m; also at the L half steps before the first sample that telemetry
             covers in every run, because actuators that are slow still respond to them.
         thrust: of single actuators as commanded, at the times of `applied_torque_B`, shape (R, 1, L + T, M), N; None
@@ -71,6 +76,8 @@ class Grid:
     time: Array
     step: Series
     gimbals: Gimbals | None
+    wheel_momentum: Array
+    wheels: Wheels
     cluster_momentum_B: Array
     applied_torque_B: Array
     thrust: Array | None = None
@@ -80,6 +87,16 @@ class Grid:
     def thrusters(self) -> Thrusters | None:
         """Where the single actuators are, and which way they push; None where their commands are not known."""
         return self.runs[0].thrusters
+
+    @property
+    def live(self) -> Flags:
+        """About which body axes each run turns, shape (R, 3)."""
+        return np.array([run.live for run in self.runs])
+
+    @property
+    def turns_freely(self) -> bool:
+        """Whether no run is held by a bearing about any axis."""
+        return all(run.live == ALL_AXES for run in self.runs)
 
     @property
     def node_time(self) -> Array:
@@ -112,12 +129,16 @@ def grid_of(telemetry: Sequence[Telemetry], longest_step: float = LONGEST_STEP) 
     spans = np.array([run.gyro_time[-1] - run.gyro_time[0] for run in runs])
     steps = max(2, math.ceil(spans.max() / min(longest_step, _resolving_step(runs))))
     time = np.stack([np.linspace(run.gyro_time[0], run.gyro_time[-1], 2 * steps + 1) for run in runs])
+    wheel_momentum, wheels = _wheels(runs, time)
+    reported_B = _sampled(runs, [_reported_momentum(run) for run in runs], time)
     return Grid(
         runs=runs,
         time=time,
         step=spans / steps,
         gimbals=_gimbals(list(filter(has_gimbals, runs)), time),
-        cluster_momentum_B=_sampled(runs, [_reported_momentum(run) for run in runs], time),
+        wheel_momentum=wheel_momentum,
+        wheels=wheels,
+        cluster_momentum_B=reported_B + wheel_momentum @ wheels.axis_B if wheels.axis_B.size else reported_B,
         applied_torque_B=_sampled(runs, [run.applied_torque for run in runs], _with_lead(runs, time)),
         thrust=_thrust(runs, _with_lead(runs, time)),
     )
@@ -133,6 +154,11 @@ def unit_count(grid: Grid) -> int:
     return 0 if grid.gimbals is None else grid.gimbals.angle.shape[-1]
 
 
+def wheel_count(grid: Grid) -> int:
+    """Return W, how many reaction wheels the runs have."""
+    return len(grid.wheels.axis_B)
+
+
 def at_nodes(values: Array, run: int) -> Array:
     """Return what stands along the grid at the nodes of one run, shape (P, N, M) of N nodes and M units."""
     return values[run if len(values) > 1 else 0, :, ::2]
@@ -142,6 +168,7 @@ def _require_alike(runs: Sequence[Telemetry]) -> None:
     channels: dict[str, list[object]] = {
         "gimbal_angle": [run.gimbals for run in runs],
         "rotor_momentum": [run.gimbals and run.gimbals.rotor_momentum for run in runs],
+        "wheel_speed": [run.wheels for run in runs],
         "cluster_momentum": [run.cluster_momentum for run in runs],
         "applied_torque": [run.applied_torque for run in runs],
         "motor_thrust": [run.thrust for run in runs],
@@ -190,7 +217,16 @@ def _rotor_momentum(run: GimbalRun, time: Series) -> Array:
 
 
 def _reported_momentum(run: Telemetry) -> Vectors3 | None:
-    return run.cluster_momentum if run.gimbals is None else None
+    return run.cluster_momentum if run.gimbals is None and run.wheels is None else None
+
+
+def _wheels(runs: Sequence[Telemetry], time: Array) -> tuple[Array, Wheels]:
+    """Return the wheels' momenta along the grid, shape (R, 1, T, W), and the array."""
+    sent = [(run, run.wheels) for run in runs if run.wheels is not None]
+    if not sent:
+        return np.zeros((len(runs), 1, 1, 0)), no_wheels()
+    along = [run.through(wheels.momentum)(at) for (run, wheels), at in zip(sent, time, strict=True)]
+    return np.stack(along)[:, None], sent[0][1].wheels
 
 
 def _thrust(runs: Sequence[Telemetry], time: Array) -> Array | None:

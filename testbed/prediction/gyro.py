@@ -6,10 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from testbed.arrays import Array, Vectors3
+from testbed.arrays import Array, Series, Vectors3
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks, overrides
 from testbed.prediction.smooth import Smooth, node_slopes
+
+_PLACES, _WEIGHTS = 0.5 + 0.5 * np.sqrt(0.6) * np.array([-1.0, 0.0, 1.0]), np.array([5.0, 8.0, 5.0]) / 18.0
+"""Of Gauss's rule on the unit interval."""
 
 
 def readings(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates: Array) -> list[Array]:
@@ -25,14 +28,28 @@ def readings(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates
     lag = sum((hook.gyro_time_constant(value) for hook, value in pairs), np.zeros(1))
     delay = sum((hook.gyro_delay(value) for hook, value in pairs), np.zeros(1))
     behind = [np.broadcast_to(each, rates.shape[1]) for each in (lag, delay)]
+    averaging = [hook.gyro_averaging(value) for hook, value in pairs if overrides(hook, "gyro_averaging")]
     slopes = node_slopes(rates, grid.step[:, None, None, None])
     predicted = []
     for run, telemetry in enumerate(grid.runs):
-        reading = Smooth(grid.node_time[run], rates[run], slopes[run]).at(telemetry.gyro_time, *behind)
+        motion = Smooth(grid.node_time[run], rates[run], slopes[run])
+        reading = motion.at(telemetry.gyro_time, *behind)
+        if averaging:
+            window = sum(averaging, np.zeros(rates.shape[1])) * float(np.median(np.diff(telemetry.gyro_time)))
+            reading = _averaged(motion, telemetry.gyro_time, behind[0], behind[1], window)
         for hook, value in pairs:
             reading = hook.gyro_reading(reading, value, telemetry.gyro_time, run)
         predicted.append(reading)
     return predicted
+
+
+def _averaged(motion: Smooth, time: Series, lag: Array, delay: Array, window: Array) -> Array:
+    """Return the means of a motion over windows that end at times, shape (P, N, 3).
+
+    By Gauss's rule of three points, which is exact for a motion that is a quintic over the window.
+    """
+    parts = zip(_PLACES, _WEIGHTS, strict=True)
+    return np.asarray(sum(weight * motion.at(time, lag, delay + place * window) for place, weight in parts))
 
 
 def gyro_errors(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates: Array) -> list[Vectors3]:
@@ -50,4 +67,4 @@ def gyro_errors(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], ra
 
 def acts_in_gyro(hook: Hooks) -> bool:
     """Return whether an effect changes what the gyro makes of ω."""
-    return overrides(hook, "gyro_time_constant", "gyro_delay", "gyro_reading")
+    return overrides(hook, "gyro_time_constant", "gyro_delay", "gyro_averaging", "gyro_reading")

@@ -98,6 +98,10 @@ class Hooks:
         """Return the latency of the gyro's samples, shape (P,), s."""
         return np.zeros(1)
 
+    def gyro_averaging(self, value: Array) -> Array:  # noqa: ARG002
+        """Return the share of its sample period over which the gyro averages, up to the sample's time, shape (P,)."""
+        return np.zeros(1)
+
     def gyro_reading(self, reading: Array, value: Array, time: Series, run: int) -> Array:  # noqa: ARG002
         """Return what the gyro reads, shape (P, N, 3), rad/s, instead of `reading`, at times of shape (N,)."""
         return reading

@@ -11,7 +11,7 @@ Source: Chartier and Philippe, "A parallel shooting technique for solving dissip
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, reduce
 
 import numpy as np
@@ -20,7 +20,7 @@ from testbed.arrays import Array
 from testbed.dynamics.gyrostat import require_bounded
 from testbed.dynamics.inertia import symmetric_inverse
 from testbed.prediction.algebra import inertia_matrix
-from testbed.prediction.equations import Equations, Known
+from testbed.prediction.equations import Bearing, Equations, Known
 from testbed.prediction.grid import Gimbals, Grid
 from testbed.prediction.held import held_inertia, held_momentum
 from testbed.prediction.hooks import Hooks, overrides
@@ -178,7 +178,8 @@ def _known(grid: Grid, hooks: Sequence[Hooks], values: Values, *, one_motion: bo
     pairs = list(zip(hooks, values.effects, strict=True))
     gimbals = effective_gimbals(grid, hooks, values.effects)
     if gimbals is not None:
-        momentum_B, held = _held_as_recorded(gimbals) if gimbals is grid.gimbals else _held(gimbals)
+        of_gimbals_B, held = _held_as_recorded(gimbals) if gimbals is grid.gimbals else _held(gimbals)
+        momentum_B = of_gimbals_B + momentum_B if grid.wheels.axis_B.size else of_gimbals_B
         inertia.append(held)
     for hook, value in pairs:
         asked_B = hook.asked_torque(asked_B, value, grid)
@@ -192,13 +193,27 @@ def _known(grid: Grid, hooks: Sequence[Hooks], values: Values, *, one_motion: bo
         torque_B = hook.applied_torque(torque_B, value, grid)
         if overrides(hook, "hidden_inertia"):
             inertia.append(-np.broadcast_to(hook.hidden_inertia(value), (*value.shape[:1], 3, 3))[None, :, None])
-    return Known(
+    known = Known(
         time=grid.time,
         step=grid.step,
         momentum_B=momentum_B,
         torque_B=torque_B,
         inverse=symmetric_inverse(_sum(part.real[:, :1] if one_motion else part.real for part in inertia)),
         inertia_step=_sum(part.imag for part in inertia) if any(map(np.iscomplexobj, inertia)) else None,
+    )
+    return known if grid.turns_freely else _on_bearing(known, grid, _sum(inertia))
+
+
+def _on_bearing(known: Known, grid: Grid, inertia: Array) -> Known:
+    """Return the same of platforms that a bearing holds about some axes: only the others' block of J is inverted."""
+    live = grid.live[:, None, None, :]
+    block = live[..., :, None] & live[..., None, :]
+    held = np.eye(3) * ~live[..., None]
+    whole = inertia.real[:, : known.inverse.shape[1]]
+    return replace(
+        known,
+        inverse=np.where(block, symmetric_inverse(np.where(block, whole, held)), 0.0),
+        bearing=Bearing(live=live, coupling=np.where(~live[..., :, None] & live[..., None, :], inertia, 0.0)),
     )
 
 

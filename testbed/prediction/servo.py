@@ -33,7 +33,7 @@ from testbed.prediction.smoothed import body_motion, gimbal_motion
 from testbed.prediction.unit_axes import rate_across
 
 _REMEMBERED = 64
-"""Runs whose ticks, set points and nominal answers are kept, as many as in `motor_torques`; a miss costs time only."""
+"""Runs of which ticks, set points and nominal response are kept, as in `motor_torques`; a miss costs time only."""
 _RESONANT = 1e-6
 """Share of the tachometer loop's time constant from which a motor's lag is kept: the formula is 0/0 there."""
 

@@ -119,18 +119,18 @@ def _unloaded_changes(run: CommandedRun, angle: Array) -> Array:
 
 
 def by_units(run: CommandedRun, values: Array) -> Array:
-    """Return the gimbal angles to which what is compared belongs, shape (K, M), of values of shape (K, M - 3), rad."""
+    """Return compared values, shape (K, M - 3), as the gimbal angles that they stand for, shape (K, M), rad."""
     return np.asarray(np.einsum("kui,ki->ku", unloaded(run)[followed(run)], values))
 
 
 def by_stretches(run: CommandedRun, values: Array) -> list[Array]:
-    """Return values at the compared samples, shape (K, ...), as those that follow one another."""
+    """Return values at the compared samples, shape (K, ...), split into stretches of consecutive samples."""
     return np.split(values, np.cumsum([len(part) for part in stretches(run)])[:-1])
 
 
 @lru_cache(maxsize=_REMEMBERED)
 def unloaded(run: CommandedRun) -> Array:
-    """Return the directions in which gimbal angles show nothing of a load by a body rate, shape (K', M, M - 3).
+    """Return the directions of gimbal angles that the load by a body rate does not change, shape (K', M, M - 3).
 
     The servo responds to a load as late as ω_b / ω_n²: the directions are those of the angles then.
     """
@@ -141,16 +141,16 @@ def unloaded(run: CommandedRun) -> Array:
 
 
 def followed(run: CommandedRun) -> NDArray[np.intp]:
-    """Return at which samples the responses are compared, shape (K,)."""
+    """Return the indices of the samples at which the responses are compared, shape (K,)."""
     return np.concatenate([np.zeros(0, dtype=np.intp), *stretches(run)])
 
 
 @lru_cache(maxsize=_REMEMBERED)
 def stretches(run: CommandedRun) -> list[NDArray[np.intp]]:
-    """Return at which samples the responses are compared, by those that follow one another.
+    """Return the indices of the compared samples, an array for each stretch of consecutive ones.
 
-    While a command, or a set point, is cut between samples, and in a gap, nobody knows what the servo was asked for.
-    What it missed by that has settled after `_SETTLED`, but for a constant.
+    The set point is unknown while it, or a command, is clipped between samples, and in a gap. The error of the angle
+    that follows has decayed to a constant after `_SETTLED`.
     """
     time = ticks_of(run).time
     rates = np.hstack([set_point(run), ticks_of(run).command])

@@ -34,13 +34,14 @@ class Smooth:
         late = time - delay[:, None]
         begun = (late.real >= self._time[0])[..., None]
         if not np.any(time_constant):
-            return np.where(begun, self._between(late), self._values[:, :1])
+            return np.where(begun, self.between(late), self._values[:, :1])
         settled = self._settled(time_constant)
         start = self._values[:, :1] - settled._values[:, :1]
-        moving = settled._between(late) + start * decay(late - self._time[0], time_constant[:, None])[..., None]
+        elapsed = np.where(begun[..., 0], late - self._time[0], 0.0)
+        moving = settled.between(late) + start * decay(elapsed, time_constant[:, None])[..., None]
         return np.where(begun, moving, self._values[:, :1])
 
-    def _between(self, time: Array) -> Array:
+    def between(self, time: Array) -> Array:
         """Return the cubic at times of shape (P, N), s, shape (P, N, 3); times before the first count as the first."""
         place = (time - self._time[0]) / self._step
         index = np.clip(np.floor(place.real).astype(np.intp), 0, len(self._time) - 2)

@@ -22,6 +22,8 @@ TITLES = {
     "gimbal_rate": "Gimbal rate and its limit [rad/s]",
     "gimbal_torque": "Gimbal motor torque and its limit [N·m]",
     "rotor_speed": "Rotor speed and its limit [rad/s]",
+    "wheel_speed": "Wheel speed and its limit [rad/s]",
+    "wheel_torque": "Wheel motor torque and its limit [N·m]",
     "singularity_measure": "Singularity measure, 1 at the best",
     "applied_torque": "Applied torque, B [N·m]",
 }
@@ -71,9 +73,11 @@ def _actuators(traces: Sequence[Trace], others: Collection[str]) -> rrb.Horizont
     """Return three plots in a column at most: lower ones would have no room for the numbers of their axes."""
     left = _plots(traces, ("gimbal_angle", "gimbal_rate", "gimbal_torque"))
     middle = _plots(traces, ("rotor_speed", "cluster_torque", "envelope_fraction"))
-    right: list[rrb.View] = _plots(traces, ("singularity_measure",))
+    right: list[rrb.View] = _plots(traces, ("wheel_speed", "wheel_torque", "singularity_measure"))
     if "saturation" in others:
-        right.append(rrb.StateTimelineView(origin="/saturation", name="Limit that each unit is at", time_view=LINKED))
+        right.append(
+            rrb.StateTimelineView(origin="/saturation", name="Limit that each actuator is at", time_view=LINKED)
+        )
     columns = [rrb.Vertical(*views) for views in (left, middle, right) if views]
     return rrb.Horizontal(*columns, name="Actuators")
 

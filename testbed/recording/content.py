@@ -18,6 +18,8 @@ class ShownLimits:
         rotor_speed: at which a rotor reaches its momentum limit, rad/s.
         cluster_momentum: per body axis, shape (3,), N·m·s.
         cluster_torque: per body axis, shape (3,), N·m.
+        wheel_torque: of the weakest wheel, N·m.
+        wheel_speed: at which the first wheel reaches its momentum limit, rad/s.
     """
 
     gimbal_rate: float
@@ -25,6 +27,8 @@ class ShownLimits:
     rotor_speed: float
     cluster_momentum: Vector3
     cluster_torque: Vector3
+    wheel_torque: float
+    wheel_speed: float
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -22,14 +22,14 @@ _PASSED_ON = ("Content-Type", "rerun-final-length")  # the latter tells the page
 
 @contextmanager
 def offline_page(port: int, data_port: int) -> Iterator[int]:
-    """Pass a viewer's page on until the block ends.
+    """Serve a viewer's page through a local proxy with a content security policy, until the block ends.
 
     Args:
         port: at which the viewer serves its page on this machine.
         data_port: at which it serves the recording.
 
     Yields:
-        The port of the page that is passed on.
+        The port of the proxy.
     """
 
     class Handler(BaseHTTPRequestHandler):
@@ -49,7 +49,7 @@ def offline_page(port: int, data_port: int) -> Iterator[int]:
 
 
 def policy(data_port: int) -> str:
-    """Return a content security policy that knows this page, the recording, and nothing else."""
+    """Return a content security policy that allows this page and the recording only."""
     return (
         "default-src 'self' data: blob:; script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval'; "
         f"style-src 'self' 'unsafe-inline'; connect-src 'self' http://{LOOPBACK}:{data_port} data: blob:"

@@ -100,7 +100,7 @@ def _in_its_color(shape: Shape) -> Shape:
 
 
 def _unit_index(body: SceneBody) -> int:
-    return int(body.name.partition("_")[0].removeprefix("cmg")) - 1
+    return int(body.name.partition("_")[0].removeprefix("cmg").removeprefix("wheel")) - 1
 
 
 def log_pose(
@@ -143,7 +143,8 @@ def body_pose(body: SceneBody, channels: Mapping[str, Array]) -> tuple[Vectors3,
 
 def _hinge_angle(body: SceneBody, channels: Mapping[str, Array]) -> Series | None:
     """Return the angle of `cmg3_gimbal` from the third column of `true_gimbal_angle`; None where it is not known."""
-    angle = channels.get(f"true_{body.name.partition('_')[2]}_angle")
+    moving = "wheel" if body.name.startswith("wheel") else body.name.partition("_")[2]
+    angle = channels.get(f"true_{moving}_angle")
     return None if angle is None else angle[:, _unit_index(body)]
 
 

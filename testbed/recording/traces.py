@@ -25,6 +25,8 @@ PLOTS: Mapping[str, tuple[tuple[str, ...], ...]] = {
     "gimbal_rate": (("true_gimbal_rate", "gimbal_rate_command"),),
     "gimbal_torque": (("true_gimbal_torque", "gimbal_torque"),),
     "rotor_speed": (("true_rotor_speed", "rotor_speed"),),
+    "wheel_speed": (("true_wheel_speed", "wheel_speed"),),
+    "wheel_torque": (("true_wheel_torque", "wheel_torque"),),
     "singularity_measure": (("singularity_measure",),),
     "applied_torque": (("applied_torque",),),
 }
@@ -98,8 +100,9 @@ def _line_names(signal: Signal, style: Style) -> tuple[str, ...]:
     head, _, qualifier = signal.label.partition(", ")
     if style != "line":
         return (qualifier,) * signal.width
-    if SIGNALS[signal.name].per_unit:
-        return tuple(f"cmg{unit}" for unit in signal.components)
+    if signal.per_unit:
+        kind = "wheel" if signal.per == "wheel" else "cmg"
+        return tuple(f"{kind}{unit}" for unit in signal.components)
     return signal.components or (head,)
 
 
@@ -140,6 +143,8 @@ def _limits(time: Series, limits: ShownLimits) -> Iterator[Trace]:
     yield _limit("gimbal_rate", time, limits.gimbal_rate * both, colors)
     yield _limit("gimbal_torque", time, limits.gimbal_torque * both, colors)
     yield _limit("rotor_speed", time, np.array([limits.rotor_speed]), colors[:1])
+    yield _limit("wheel_speed", time, limits.wheel_speed * both, colors)
+    yield _limit("wheel_torque", time, limits.wheel_torque * both, colors)
     yield _limit("cluster_momentum", time, np.kron(both, limits.cluster_momentum), axis_colors)
     yield _limit("cluster_torque", time, np.kron(both, limits.cluster_torque), axis_colors)
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from math import degrees
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +19,9 @@ from testbed.signals import SIGNALS, Signal, present_signals
 MINIMUM_SAMPLES = 10
 """Gyro samples that a run needs: with 3 equations each, three times as many as its 9 unknowns (6 inertia, 3 rates)."""
 
-PLAUSIBLE_BODY_RATE = 20.0
-"""Largest body rate, rad/s, that is believed; 20 deg/s or more in the wrong unit would exceed it."""
+LARGEST_BODY_RATE = 1e4
+"""Largest body rate, rad/s, that is read: three times what the widest gyros show in deg/s. Whether it is in rad/s is
+asked where there is a platform to compare with (`diagnosis/reading.py`)."""
 SLOWEST_PERIOD = 10.0
 """s; the slowest sampling that is taken for seconds: 80 Hz in milliseconds is 12.5 a row."""
 LARGEST_ACTUATION = 1e9
@@ -29,7 +29,7 @@ LARGEST_ACTUATION = 1e9
 LONGEST_RUN = 2e4
 """s; a prediction takes 64 points a second, and a longer run would fill the memory."""
 
-_MOMENTUM_SOURCES = ("gimbal_angle", "cluster_momentum", "applied_torque")
+_MOMENTUM_SOURCES = ("gimbal_angle", "wheel_speed", "cluster_momentum", "applied_torque")
 _ACTUATION = (*_MOMENTUM_SOURCES, "rotor_speed")
 _LISTED = 10
 
@@ -69,9 +69,10 @@ def value_problems(time: Series, channels: Mapping[str, Array]) -> list[str]:
     """Check the numbers: the time base, then each channel."""
     problems = [*_time_problems(time), *_sampling_problems(time)]
     for name, values in channels.items():
+        empty_allowed = name == "body_rate" and bool(live_columns(values).any())  # a rig turns about some axes only
         for column, series in zip(SIGNALS[name].sized(values.shape[1]).columns, values.T, strict=True):
             problems += [
-                *_series_problems(column, series, needed=name == "body_rate"),
+                *_series_problems(column, series, needed=name == "body_rate", empty_allowed=empty_allowed),
                 *(_size_problems(column, series) if name in _ACTUATION else ()),
             ]
     return problems + list(_body_rate_problems(channels["body_rate"]))
@@ -79,10 +80,25 @@ def value_problems(time: Series, channels: Mapping[str, Array]) -> list[str]:
 
 def too_few_samples(body_rate: Array) -> str | None:
     """Return what to say where fewer rows than `MINIMUM_SAMPLES` hold a gyro sample; None where there are enough."""
-    count = int(np.isfinite(body_rate).all(axis=-1).sum())
+    count = int(sampled_rows(body_rate).sum())
     if count >= MINIMUM_SAMPLES:
         return None
     return f"body_rate has {count} samples, at least {MINIMUM_SAMPLES} are needed: take a longer part of the run"
+
+
+def live_columns(values: Array) -> Flags:
+    """Return which columns of a channel, shape (N, W), hold any value, shape (W,)."""
+    return np.asarray(~np.isnan(values).all(axis=0))
+
+
+def sampled_rows(values: Array) -> Flags:
+    """Return in which rows a channel was sampled, shape (N,): all its columns that hold any value have one there.
+
+    Args:
+        values: shape (N, W); an axis that a rig does not turn about may be empty throughout.
+    """
+    live = live_columns(values)
+    return np.asarray(np.isfinite(values[:, live]).all(axis=1) & live.any())
 
 
 def too_long(time: Series) -> str | None:
@@ -99,19 +115,18 @@ def _half_present(signal: Signal, present: set[str]) -> str | None:
     missing = [column for column in signal.columns if column not in present]
     if not missing or len(missing) == signal.width:
         return None
-    return f"channel {signal.name} is incomplete: add {', '.join(missing)}, or take its other columns out"
+    empty = " (empty where a rig does not turn about them)" if signal.name == "body_rate" else ""
+    return f"channel {signal.name} is incomplete: add {', '.join(missing)}{empty}, or take its other columns out"
 
 
 def _uneven(present: set[str]) -> Iterator[str]:
-    """Find channels of the units that differ in how many units they have."""
-    widths = {
-        signal.name: signal.width
-        for signal in present_signals(present)
-        if signal.per_unit and signal.telemetry and signal.name != "motor_thrust"
-    }
-    if len(set(widths.values())) > 1:
-        said = ", ".join(f"{name} {width}" for name, width in widths.items())
-        yield f"channels differ in the number of units: {said}; give each unit a column in every channel"
+    """Find channels of the units, or of the wheels, that differ in how many of them they have."""
+    sent = [signal for signal in present_signals(present) if signal.telemetry]
+    for kind in ("unit", "wheel"):
+        widths = {signal.name: signal.width for signal in sent if signal.per == kind}
+        if len(set(widths.values())) > 1:
+            said = ", ".join(f"{name} {width}" for name, width in widths.items())
+            yield f"channels differ in the number of {kind}s: {said}; give each {kind} a column in every channel"
 
 
 def _missing_channels(present: set[str]) -> Iterator[str]:
@@ -137,8 +152,8 @@ def _sampling_problems(time: Series) -> Iterator[str]:
         yield f"time_s grows by {period:.4g} a row, not as seconds do: divide it by 1e3 (ms), 1e6 (us) or 1e9 (ns)"
 
 
-def _series_problems(column: str, series: Series, *, needed: bool) -> Iterator[str]:
-    if series.size and np.isnan(series).all():
+def _series_problems(column: str, series: Series, *, needed: bool, empty_allowed: bool) -> Iterator[str]:
+    if series.size and np.isnan(series).all() and not empty_allowed:
         remedy = "fill it, no run is of use without it" if needed else "fill it, or take the channel out"
         yield f"column {column} has no value in any row: {remedy}"
     if np.isinf(series).any():
@@ -155,13 +170,13 @@ def _size_problems(column: str, series: Series) -> Iterator[str]:
 def _body_rate_problems(body_rate: Array) -> Iterator[str]:
     if problem := too_few_samples(body_rate):
         yield problem
-    beyond = np.isfinite(body_rate) & (np.abs(body_rate) > PLAUSIBLE_BODY_RATE)
-    for column, rate, fast in zip(SIGNALS["body_rate"].columns, body_rate.T, beyond.T, strict=True):
+    for column, rate in zip(SIGNALS["body_rate"].columns, body_rate.T, strict=True):
+        fast = np.isfinite(rate) & (np.abs(rate) > LARGEST_BODY_RATE)
         if fast.any():
             peak = np.abs(rate[fast]).max()
             yield (
-                f"column {column} reaches {peak:.4g} rad/s ({degrees(peak):.0f} deg/s) in {_rows(fast)}, which looks "
-                f"like deg/s: multiply it by {np.pi / 180:.10g}"
+                f"column {column} reaches {peak:.4g} rad/s in {_rows(fast)}: bring it to rad/s, or leave faulty values "
+                "empty"
             )
 
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError, model_validator
 from pydantic_core import ErrorDetails
 
 from testbed.errors import InputError
@@ -17,7 +18,7 @@ from testbed.records.checks import listing
 from testbed.records.record import RunDetails
 
 _LARGEST = 100_000
-"""Bytes of NAME.toml; its six keys take a few hundred."""
+"""Bytes of NAME.toml; its seven keys take a few hundred."""
 _Seconds = Annotated[float, Field(allow_inf_nan=False)]
 
 
@@ -32,6 +33,7 @@ class _DetailsFile(BaseModel):
     usable_from: _Seconds | None = Field(default=None, alias="usable_from_s")
     usable_to: _Seconds | None = Field(default=None, alias="usable_to_s")
     role: Literal["fit", "heldout"] | None = None
+    axes: Annotated[tuple[Literal["x", "y", "z"], ...], Strict(False), Field(min_length=1)] | None = None
 
     @model_validator(mode="after")
     def _usable_span_is_ordered(self) -> Self:
@@ -94,7 +96,9 @@ def _problem(error: ErrorDetails) -> str:
     return f"{place} = {error['input']!r}: {error['msg'].lower()}"
 
 
-def _toml(value: str | float) -> str:
+def _toml(value: str | float | Sequence[str]) -> str:
+    if not isinstance(value, str | float | int):
+        return f"[{', '.join(map(_toml, value))}]"
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")  # JSON leaves DEL, TOML refuses it
     return repr(float(value))

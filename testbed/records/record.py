@@ -25,6 +25,7 @@ class RunDetails:
         usable_from: first usable time, s.
         usable_to: last usable time, s.
         role: whether a diagnosis may fit the run or holds it out.
+        axes: body axes about which the platform can turn in this run, such as z; all that the scenario has where None.
     """
 
     name: str
@@ -33,6 +34,7 @@ class RunDetails:
     usable_from: float | None = None
     usable_to: float | None = None
     role: Literal["fit", "heldout"] | None = None
+    axes: tuple[str, ...] | None = None
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

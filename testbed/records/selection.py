@@ -9,7 +9,7 @@ import numpy as np
 
 from testbed.arrays import Array, Flags, Series
 from testbed.errors import InputError
-from testbed.records.checks import too_few_samples, too_long
+from testbed.records.checks import sampled_rows, too_few_samples, too_long
 from testbed.records.record import Record, RunDetails
 from testbed.signals import SIGNALS
 
@@ -36,7 +36,7 @@ def in_parts(record: Record, most: int) -> list[Record]:
         most: gyro samples of a part.
     """
     start, end = _usable_span(record.details)
-    time = record.time[np.isfinite(record.channels["body_rate"]).all(axis=1)]
+    time = record.time[sampled_rows(record.channels["body_rate"])]
     time = time[(time >= start) & (time <= end)]
     count = -(-len(time) // most)
     if count <= 1:
@@ -58,6 +58,8 @@ def in_parts(record: Record, most: int) -> list[Record]:
 def sampled(record: Record, name: str) -> tuple[Series, Array]:
     """Return the times at which a channel was sampled, shape (N,), s, and its values there, shape (N, width).
 
+    A column that is empty throughout, of an axis that a rig does not turn about, stays empty (NaN).
+
     Raises:
         InputError: the record does not hold the channel; the message lists those that it does.
     """
@@ -65,7 +67,7 @@ def sampled(record: Record, name: str) -> tuple[Series, Array]:
         held = ", ".join(record.channels)
         raise InputError(f"{record.details.name}: channel {name} is needed; the record holds {held}")
     values = record.channels[name]
-    rows = np.isfinite(values).all(axis=1)
+    rows = sampled_rows(values)
     return record.time[rows], values[rows]
 
 

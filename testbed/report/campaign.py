@@ -83,7 +83,9 @@ def _estimates(table: pa.Table, statistics: CampaignStatistics) -> Iterator[Sect
 
 def _notices(statistics: CampaignStatistics) -> Iterator[Notice]:
     if statistics.failed:
-        text = f"{statistics.failed} of {statistics.runs} runs failed; they are listed below and count in no figure."
+        text = (
+            f"{statistics.failed} of {statistics.runs} runs failed; they are listed below and left out of the figures."
+        )
         yield Notice(tone="warn", text=text)
     for name, estimator in statistics.estimators.items():
         missing = statistics.runs - statistics.failed - estimator.runs

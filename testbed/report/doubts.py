@@ -34,7 +34,7 @@ def estimation_doubts(estimation: Estimation) -> Iterator[str]:
 
 
 def combination_doubts(combined: CombinedEstimation) -> Iterator[str]:
-    """Yield what puts the combination of records in doubt."""
+    """Yield notices on a combined estimate: records or estimators that disagree, an inertia that no body has."""
     for name, agreement in combined.runs_agreement.items():
         if agreement.refused:
             yield (
@@ -74,7 +74,7 @@ def _residual_doubts(check: ResidualCheck, best: str) -> Iterator[str]:
     if check.whiteness_p_value < REFUSED:
         yield (
             f"The residual of {best} is not white ({chance_words(check.whiteness_p_value)}): what is missing in the "
-            f"model moves the platform, or the gyro's noise has memory; {DIAGNOSE}."
+            f"model moves the platform, or the gyro's noise is correlated in time; {DIAGNOSE}."
         )
 
 
@@ -97,8 +97,8 @@ def _body_doubts(by_name: Mapping[str, Estimate] | Mapping[str, CombinedEstimate
         if apart[worst] > _FAR:
             yield (
                 f"No body has the inertia that {estimator_name(name)} estimates; the nearest one that a body has is "
-                f"{figures(apart[worst], 2)} standard deviations off in {PARAMETER_NAMES[worst]}. The motion says "
-                "little there, or something is missing in the model."
+                f"{figures(apart[worst], 2)} standard deviations off in {PARAMETER_NAMES[worst]}. The motion "
+                "identifies it poorly, or something is missing in the model."
             )
 
 

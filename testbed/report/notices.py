@@ -14,6 +14,7 @@ from testbed.report.frame.blocks import Notice
 from testbed.report.sections.inertias import Inertias
 from testbed.report.sections.limits_table import LIMIT_NAMES
 from testbed.report.wording import capitalized, estimator_name, figures, listed
+from testbed.signals import SIGNALS
 
 NEAR_SINGULARITY = 0.05
 """Singularity measure below which steering is poor; 1 at the best."""
@@ -26,7 +27,12 @@ _FLAGS = {
     "gimbal_rate_saturated": "at the gimbal-rate limit",
     "gimbal_torque_saturated": "at the gimbal-torque limit",
     "rotor_momentum_clamped": "clamped at the rotor-momentum limit",
+    "wheel_torque_saturated": "at the wheel-torque limit",
+    "wheel_momentum_clamped": "held at the wheel-momentum limit",
 }
+
+
+_KINDS = {"unit": "CMG", "wheel": "Wheel"}
 
 
 def flight_notices(flown: FlownRun) -> Iterator[Notice]:
@@ -38,7 +44,7 @@ def flight_notices(flown: FlownRun) -> Iterator[Notice]:
     beyond = [LIMIT_NAMES[name] for name, share in summary.limit_use.items() if share > 1.0]
     if beyond:
         yield _warning(f"Beyond its limit: {listed(beyond)}; the table of limits says by how much.")
-    if summary.min_singularity_measure < NEAR_SINGULARITY:
+    if summary.min_singularity_measure is not None and summary.min_singularity_measure < NEAR_SINGULARITY:
         measure = figures(summary.min_singularity_measure, 2)
         yield _warning(f"The cluster came close to a singularity: its measure fell to {measure}, 1 is the best.")
     if summary.momentum_drift > LARGE_DRIFT:
@@ -75,11 +81,13 @@ def _errors(inertias: Inertias) -> Iterator[Notice]:
 
 def _saturation(flown: FlownRun) -> Iterator[Notice]:
     for flag, where in _FLAGS.items():
+        if flag not in flown.record.channels:
+            continue
         raised = flown.record.channels[flag] > 0.5
         if raised.any():
             units = listed(str(index + 1) for index in np.flatnonzero(raised.any(axis=0)))
             seconds = figures(raised.any(axis=1).sum() * flown.period)
-            yield _warning(f"CMG {units}: {seconds} s {where}.")
+            yield _warning(f"{_KINDS[SIGNALS[flag].per]} {units}: {seconds} s {where}.")
 
 
 def _warning(text: str) -> Notice:

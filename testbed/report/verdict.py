@@ -1,4 +1,4 @@
-"""The run's answer in one plain sentence."""
+"""The verdict on a run, in one sentence."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def measured_verdict(inertias: Inertias, records: int, doubts: Sequence[str] = (
 
 
 def campaign_verdict(statistics: CampaignStatistics) -> Notice:
-    """Return the verdict on a campaign: how honest the closest estimator is, and how near the bound."""
+    """Return the verdict on a campaign: coverage, scatter and bias of the estimator with the least squared error."""
     if not statistics.estimators:
         return Notice(tone="bad", text="No estimator gave two estimates: there is no scatter to speak of.")
     best = min(statistics.estimators, key=lambda name: _mean_square_error(statistics.estimators[name]))

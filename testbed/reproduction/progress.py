@@ -1,4 +1,4 @@
-"""How the parts of a reproduction tell how far they are."""
+"""Progress callbacks of a reproduction's parts."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ Treatment = Callable[[FilteredEquation, Telemetry], FilteredEquation]
 
 
 def from_zero(equation: FilteredEquation, _: Telemetry) -> FilteredEquation:
-    """Take the start for rest: the filter from zero state, and nothing said of it."""
+    """Assume a start at rest: the filter begins with zero state."""
     return replace(equation, regressor=equation.regressor[:, :6])
 
 

@@ -1,4 +1,4 @@
-"""A platform that is measured but not flown: all that a diagnosis of records from elsewhere has to know of it."""
+"""The scenario of a platform that is measured but not flown, for the diagnosis of its records."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from testbed.signals import MOST_UNITS
 
 
 class BodyScenario(Section):
-    """A platform as believed and its gyro. With a cluster of control moment gyros it can be flown: `Scenario`."""
+    """A nominal platform and its gyro. With a cluster of control moment gyros it can be flown: `Scenario`."""
 
     schema_version: Annotated[Literal[1], Field(alias="schema")]
     """Version of this file format."""

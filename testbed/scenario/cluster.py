@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Annotated, Literal
 
@@ -104,6 +105,18 @@ class Cluster(Section):
         if len(self.failed) > self.units // 2:
             text = f"names {len(self.failed)} of {self.units} units; at most half of them may have failed"
             yield Conflict(key="failed", text=text)
+
+
+NO_CLUSTER = Cluster.model_construct(
+    units=0,
+    rotor_momentum_N_m_s=0.0,
+    rotor_momentum_limit_N_m_s=math.inf,
+    gimbal_rate_limit_rad_s=1.0,
+    gimbal_torque_limit_N_m=math.inf,
+    gimbal_servo_bandwidth_rad_s=1.0,
+    rotors="constant_speed",
+)
+"""The cluster of a platform without control moment gyros: no unit, so that none of its numbers matters."""
 
 
 def stated_conflicts(cluster: Cluster, model: object) -> Iterator[Conflict]:

@@ -6,9 +6,9 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field
 
-from testbed.quantities import Gain, PositiveGain, RateLimit, Weight
+from testbed.quantities import Gain, PositiveGain, RateLimit, SignedMomentum, Weight
 from testbed.scenario.section import Section
-from testbed.scenario.values import Angles, Many, ManyOrOne, One
+from testbed.scenario.values import Angles, Many, ManyOrOne, One, PerUnit
 
 
 class _Steering(Section):
@@ -69,6 +69,18 @@ Steering: TypeAlias = Annotated[
 ]
 
 
+class WheelAllocation(Section):
+    """How the wheels of a redundant array share what they hold: all of it is null motion, which gives no torque."""
+
+    null_motion: Literal["none", "minimax", "preferred"] = "none"
+    """Where null motion takes the wheels: nowhere; to the momenta whose largest share of its limit is least; or to
+    preferred momenta, which keep wheels away from standing still or let them turn for excitation."""
+    gain_1_s: Gain = 0.5
+    """Rate at which it takes them there."""
+    preferred_momentum_N_m_s: PerUnit[SignedMomentum] = ()
+    """Preferred momentum of each wheel; an empty list: none. What differs from them by a torque stays as it is."""
+
+
 class Controller(Section):
     """Tracks the maneuver's body rate; its model is the nominal platform."""
 
@@ -77,4 +89,6 @@ class Controller(Section):
     feedback_gain_1_s: PositiveGain | None = None
     """Rate feedback gain per unit of inertia; omitted: chosen from the gyro's noise."""
     steering: Steering
-    """Which gimbal rates give the wanted torque."""
+    """Which gimbal rates, and torques of wheels, give the wanted torque."""
+    wheels: WheelAllocation = WheelAllocation()
+    """How the reaction wheels share it."""

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated
+from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field, model_validator
+from pydantic import Field, Strict, model_validator
 
 from testbed.scenario.maneuver import MIN_SAMPLES
 from testbed.scenario.section import Conflict, Section, refuse
-from testbed.scenario.values import Rate
+from testbed.scenario.values import Distinct, Rate
+
+Doubt: TypeAlias = Literal["body_rate", "unit", "inertia", "telemetry", "clocks", "rest", "stuck", "gap"]
+"""Of the gate, that a person may know better."""
 
 
 class Diagnosis(Section):
@@ -22,6 +25,13 @@ class Diagnosis(Section):
     sample_rate_hz: Rate | None = None
     """Gyro and actuators are averaged down to about this rate, for records with more samples than the motion needs;
     omitted: as they were sampled."""
+    accept: Annotated[tuple[Doubt, ...], Strict(False), Distinct] = ()
+    """Doubts in spite of which records are used, as somebody knows better than the gate that refuses them for one; its
+    message names the word. `body_rate`: they turn faster than 20 rad/s; `unit`: the gyro seems to be in another unit;
+    `inertia`: they show another inertia by far; `telemetry`: the actuators do not explain the motion; `clocks`: the
+    clocks of gyro and actuators differ between runs; `rest`: the platform hardly turns; `stuck`: an axis reads one and
+    the same rate; `gap`: no effect of the library comes near explaining them. What is accepted stands among the
+    notices."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Diagnosis:

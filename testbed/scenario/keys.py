@@ -60,6 +60,10 @@ def _sections_at(place: Place, parsed: Parsed) -> list[type[Section]]:
     sections: list[type[Section]] = [parsed.form]
     value: object = parsed.tree
     for part in place:
+        if isinstance(part, int):  # an entry of a list of tables is of the list's own form
+            value = value[part] if isinstance(value, list) and part < len(value) else None
+            sections = [section for section in sections if _is_chosen(section, value)]
+            continue
         value = value.get(part) if isinstance(value, dict) else None
         fields = (_fields(section).get(str(part)) for section in sections)
         sections = [form for field in fields if field is not None for form in _sections_in(field.annotation)]

@@ -7,10 +7,11 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import AfterValidator, Field
 
-from testbed.quantities import Edge, Mass, Momentum, Room, SmallAngle
+from testbed.quantities import Edge, Factor, Mass, Momentum, Room, SignedMomentum, SmallAngle
 from testbed.scenario.section import Section
 from testbed.scenario.values import (
     Angles,
+    Axes,
     BodyRates,
     File,
     Inertia,
@@ -56,6 +57,11 @@ class Platform(Section):
     """Mass of the whole platform."""
     edge_m: Edge | None = None
     """Edge of the cube-shaped bus."""
+    axes: Annotated[Axes, Field(min_length=1, max_length=3)] | None = None
+    """Body axes about which a rig can turn, such as `["z"]` on a bearing; omitted: all three, as in free flight. Of
+    measured records, what the gyro shows about the others is not compared, and about an axis of a run whose channel
+    is empty or constant neither; runs about different axes are estimated from together. What no run determines of the
+    inertia is left out."""
 
 
 class Thruster(Section):
@@ -83,6 +89,11 @@ class Truth(Section):
     gimbal_axis_misalignment_rad: PerUnit[Pair[SmallAngle]] = ()
     """Turns of each unit out of its place: a pair for each, about its spin axis at gimbal angle zero, then about its
     transverse axis; a turn about the gimbal axis is an encoder.zero_rad."""
+    wheel_spin_inertia_factor: PerUnit[Factor] = ()
+    """True spin inertia of each reaction wheel over the believed one; an empty list: 1; a pure number."""
+    wheel_axis_misalignment_rad: PerUnit[Pair[SmallAngle]] = ()
+    """Turns of each wheel's axis, a pair for each: about two axes normal to it, the first of them also normal to body
+    z; body x for a wheel along z."""
 
 
 class Initial(Section):
@@ -92,6 +103,8 @@ class Initial(Section):
     """Body rate, body axes."""
     gimbal_angle_rad: Angles = ()
     """Gimbal angles, one for each unit; an empty list: all at zero."""
+    wheel_momentum_N_m_s: PerUnit[SignedMomentum] = ()
+    """Momentum of each reaction wheel from its speed relative to the body; an empty list: at rest."""
     attitude_quat_NB: UnitQuaternion = (1.0, 0.0, 0.0, 0.0)
     """Attitude, scalar first, from body to inertial components."""
     position_m: Places = (0.0, 0.0, 0.0)

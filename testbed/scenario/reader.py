@@ -103,7 +103,7 @@ def _validated(file: TextFile, tree: dict[str, Any], form: type[_Form]) -> _Form
 
 
 def problem_listing(file: TextFile, error: ValidationError, tree: Mapping[str, Any], form: type[Section]) -> str:
-    """Return everything that is wrong with a file as one message, each problem with its line.
+    """Return everything that is wrong with a file as one message; each problem with its line, unless keys were changed.
 
     Args:
         file: as it was read.
@@ -111,10 +111,12 @@ def problem_listing(file: TextFile, error: ValidationError, tree: Mapping[str, A
         tree: the file as parsed.
         form: the section that it should be.
     """
-    problems, lines = problems_of(error, Parsed(tree=tree, form=form)), key_lines(file.text)
+    problems = problems_of(error, Parsed(tree=tree, form=form))
+    lines = {} if file.changes else key_lines(file.text)
+    name = f"{file.path} with {file.changes}" if file.changes else f"{file.path}"
     count = f"{len(problems)} problem" + "s" * (len(problems) > 1)
     ordered = sorted(problems, key=lambda problem: line_of(problem.place, lines) or 0)
-    return "\n".join([f"{file.path}: {count}", *(_entry(problem, lines) for problem in ordered)])
+    return "\n".join([f"{name}: {count}", *(_entry(problem, lines) for problem in ordered)])
 
 
 def _entry(problem: Problem, lines: Mapping[Place, int]) -> str:

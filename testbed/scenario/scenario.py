@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import chain
+from typing import Annotated
 
-from pydantic import ValidationInfo, field_validator
+from pydantic import Field, Strict, ValidationInfo, field_validator
 
+from testbed.scenario.actuators import ReactionWheels, actuator_conflicts
 from testbed.scenario.body import BodyScenario
-from testbed.scenario.cluster import Cluster, Limits, stated_conflicts
+from testbed.scenario.cluster import NO_CLUSTER, Cluster, Limits, stated_conflicts
 from testbed.scenario.control import Controller
 from testbed.scenario.dispersion import Dispersion
 from testbed.scenario.maneuver import BasicManeuver, BodyRateDesign, BodyRatePoints, CsvManeuver, Maneuver
 from testbed.scenario.platform import Cabin, Initial, Truth
 from testbed.scenario.section import Conflict, Section, refuse
-from testbed.scenario.sensors import Encoder, Tachometer, TorqueSensor
+from testbed.scenario.sensors import Encoder, Tachometer, TorqueSensor, WheelTachometer, WheelTorqueSensor
 from testbed.scenario.simulation import Simulation
 from testbed.scenario.start import (
     dispersion_conflicts,
@@ -22,17 +24,23 @@ from testbed.scenario.start import (
     locked_conflicts,
     momentum_conflicts,
     room_conflicts,
+    wheel_start_conflicts,
 )
 from testbed.scenario.timing import clock_conflicts, sample_conflicts, size_conflicts, stiffness_conflicts
 from testbed.scenario.unit_counts import count_conflicts
+from testbed.signals import MOST_UNITS
 
 
 class Scenario(BodyScenario):
     """Everything that decides a run, in the units of its keys."""
 
     # In this order each check finds the sections that it compares with already read.
-    cluster: Cluster
-    """The control moment gyros."""
+    cluster: Cluster = NO_CLUSTER
+    """The control moment gyros; omitted: none, but [[actuators]]."""
+    actuators: Annotated[
+        tuple[ReactionWheels, ...], Strict(False), Field(max_length=MOST_UNITS, validate_default=True)
+    ] = ()
+    """Actuators beside the cluster, each entry a wheel or an array of wheels."""
     limits: Limits
     """What the cluster may be asked for."""
     truth: Truth = Truth()
@@ -47,6 +55,10 @@ class Scenario(BodyScenario):
     """The rotor tachometers."""
     torque_sensor: TorqueSensor = TorqueSensor()
     """The gimbal motors' torque measurement."""
+    wheel_tachometer: WheelTachometer = WheelTachometer()
+    """The reaction wheels' tachometers."""
+    wheel_torque_sensor: WheelTorqueSensor = WheelTorqueSensor()
+    """The wheel motors' torque measurement."""
     dispersion: Dispersion | None = None
     """What each flight of a campaign draws anew."""
     maneuver: Maneuver
@@ -63,16 +75,27 @@ class Scenario(BodyScenario):
         refuse(stated_conflicts(cluster, platform and platform.model), from_root=True)
         return cluster
 
-    @field_validator("truth", "initial", "encoder", "tachometer", "maneuver", "controller")
+    @field_validator("actuators")
+    @classmethod
+    def _can_turn(cls, actuators: tuple[ReactionWheels, ...], info: ValidationInfo) -> tuple[ReactionWheels, ...]:
+        refuse(actuator_conflicts(actuators, info.data.get("cluster")), from_root=True)
+        return actuators
+
+    @field_validator("truth", "initial", "encoder", "tachometer", "wheel_tachometer", "maneuver", "controller")
     @classmethod
     def _one_for_each_unit(cls, section: Section, info: ValidationInfo) -> Section:
-        refuse(count_conflicts(str(info.field_name), section, info.data.get("cluster")), from_root=True)
+        units = (info.data.get("cluster"), info.data.get("actuators"))
+        refuse(count_conflicts(str(info.field_name), section, *units), from_root=True)
         return section
 
     @field_validator("initial")
     @classmethod
     def _locked(cls, initial: Initial, info: ValidationInfo) -> Initial:
-        refuse(locked_conflicts(initial, info.data.get("cluster")), from_root=True)
+        conflicts = (
+            locked_conflicts(initial, info.data.get("cluster")),
+            wheel_start_conflicts(initial, info.data.get("actuators")),
+        )
+        refuse(chain.from_iterable(conflicts), from_root=True)
         return initial
 
     @field_validator("cabin")
@@ -94,7 +117,7 @@ class Scenario(BodyScenario):
         gyro = info.data.get("gyro")
         conflicts = (
             clock_conflicts(simulation, gyro),
-            stiffness_conflicts(simulation, info.data.get("cluster")),
+            stiffness_conflicts(simulation, info.data.get("cluster"), info.data.get("actuators")),
             sample_conflicts(simulation, gyro, info.data.get("maneuver")),
             size_conflicts(simulation, info.data.get("maneuver")),
         )
@@ -106,7 +129,7 @@ class Scenario(BodyScenario):
     def _preference_and_momentum(cls, controller: Controller, info: ValidationInfo) -> Controller:
         """Check on the last section, with all others read, what the start has to agree with too."""
         estimation = info.data.get("estimation")
-        start = (info.data.get(section) for section in ("initial", "cluster", "platform", "truth"))
+        start = (info.data.get(section) for section in ("initial", "cluster", "actuators", "platform", "truth"))
         conflicts = (
             _preference_conflicts(controller, info.data.get("maneuver")),
             momentum_conflicts(estimation, *start),
@@ -116,8 +139,14 @@ class Scenario(BodyScenario):
         return controller
 
 
-FLIGHT = {key for key, field in Scenario.model_fields.items() if field.is_required()} - BodyScenario.model_fields.keys()
-"""Sections that a platform needs to be flown: all of them, or none of a platform that is only measured."""
+NEEDED_TO_FLY = {
+    key for key, field in Scenario.model_fields.items() if field.is_required()
+} - BodyScenario.model_fields.keys()
+"""Sections that a platform needs to be flown, beside its actuators."""
+ACTUATORS = ("cluster", "actuators")
+"""Sections of its actuators; one of them is needed."""
+FLIGHT = NEEDED_TO_FLY | set(ACTUATORS)
+"""Sections of a flight; a platform that is only measured has none of them."""
 
 
 def _preference_conflicts(controller: Controller, maneuver: Maneuver | None) -> Iterator[Conflict]:

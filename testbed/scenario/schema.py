@@ -9,7 +9,8 @@ from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
-from testbed.scenario.scenario import FLIGHT, Scenario
+from testbed.scenario.cluster import NO_CLUSTER
+from testbed.scenario.scenario import ACTUATORS, FLIGHT, NEEDED_TO_FLY, Scenario
 
 
 class _TomlSchema(GenerateJsonSchema):
@@ -19,7 +20,7 @@ class _TomlSchema(GenerateJsonSchema):
         return self.generate_inner(schema["schema"])
 
     def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:
-        if self.get_default_value(schema) is None:
+        if self.get_default_value(schema) in (None, NO_CLUSTER):
             return self.generate_inner(schema["schema"])
         return super().default_schema(schema)
 
@@ -34,8 +35,15 @@ def scenario_schema() -> dict[str, Any]:
     """Return the JSON Schema of a scenario: of one that can be flown, or of one without any section of a flight."""
     schema = schema_of(Scenario)
     required = [key for key in schema["required"] if key not in FLIGHT]
-    dependent = {key: sorted(FLIGHT - {key}) for key in sorted(FLIGHT)}
-    return {"$schema": _TomlSchema.schema_dialect, **schema, "required": required, "dependentRequired": dependent}
+    dependent = {key: sorted(NEEDED_TO_FLY - {key}) for key in sorted(FLIGHT)}
+    any_actuator = {"anyOf": [{"required": [key]} for key in ACTUATORS]}
+    return {
+        "$schema": _TomlSchema.schema_dialect,
+        **schema,
+        "required": required,
+        "dependentRequired": dependent,
+        "dependentSchemas": dict.fromkeys(sorted(NEEDED_TO_FLY), any_actuator),
+    }
 
 
 def schema_of(form: type[BaseModel]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What all sections of a scenario share: strictness, and how keys that do not go together are reported."""
+"""What all sections of a scenario share: strict validation, and reports of inconsistent keys."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Section(BaseModel):
 
 @dataclass(frozen=True, kw_only=True)
 class Conflict:
-    """A key whose value does not go together with the rest of the scenario.
+    """A key whose value is inconsistent with the rest of the scenario.
 
     Attributes:
         key: the key to mend, dotted; from the section being checked, or from the root of the file.

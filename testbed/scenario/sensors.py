@@ -8,6 +8,7 @@ from pydantic import model_validator
 
 from testbed.quantities import (
     AngleNoise,
+    BodyRate,
     Corner,
     CorrelationTime,
     Drift,
@@ -94,6 +95,24 @@ class Tachometer(Section):
     scale_factor_error: PerUnit[ScaleError] = ()
     """Relative scale factor error s of each tachometer: it reads (1 + s) times the speed; a pure number; an empty list:
     none."""
+
+
+class WheelTachometer(Section):
+    """Tachometers of the reaction wheels, one on each; perfect unless given."""
+
+    noise_rad_s: RateNoise = 0.0
+    """Standard deviation of the white noise of a sample."""
+    bias_rad_s: PerUnit[BodyRate] = ()
+    """Reading of each tachometer where its wheel stands still; an empty list: none."""
+    scale_factor_error: PerUnit[ScaleError] = ()
+    """Relative scale factor error s of each tachometer, as of the rotors'; a pure number; an empty list: none."""
+
+
+class WheelTorqueSensor(Section):
+    """Measurement of each wheel motor's torque, from its current; perfect unless given."""
+
+    noise_N_m: TorqueNoise = 0.0
+    """Standard deviation of the white noise of a sample."""
 
 
 class TorqueSensor(Section):

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from testbed.arrays import Units, Vector3
 from testbed.cmg.arrays import unit_places
 from testbed.cmg.misalignment import turned_axes
+from testbed.scenario.actuators import ReactionWheels, wheel_count
 from testbed.scenario.cluster import Cluster
 from testbed.scenario.dispersion import Dispersion
 from testbed.scenario.estimation import Estimation
@@ -31,6 +32,17 @@ def locked_conflicts(initial: Initial, cluster: Cluster | None) -> Iterator[Conf
         if angle != 0.0:
             text = f"has {angle} for unit {unit}, which has failed and is locked at zero; write 0 there"
             yield Conflict(key="initial.gimbal_angle_rad", text=text)
+
+
+def wheel_start_conflicts(initial: Initial, wheels: Sequence[ReactionWheels] | None) -> Iterator[Conflict]:
+    """Find wheels that start with more momentum than they may carry."""
+    if not wheels or len(initial.wheel_momentum_N_m_s) != wheel_count(wheels):
+        return
+    limits = [each.momentum_limit_N_m_s for each in wheels for _ in range(each.wheels)]
+    for number, (momentum, limit) in enumerate(zip(initial.wheel_momentum_N_m_s, limits, strict=True), start=1):
+        if abs(momentum) > limit:
+            text = f"is {momentum} for wheel {number}, beyond its momentum_limit_N_m_s = {limit}; lower it"
+            yield Conflict(key="initial.wheel_momentum_N_m_s", text=text)
 
 
 def room_conflicts(cabin: Cabin, platform: Platform | None, initial: Initial | None) -> Iterator[Conflict]:
@@ -60,15 +72,18 @@ def momentum_conflicts(
     estimation: Estimation | None,
     initial: Initial | None,
     cluster: Cluster | None,
+    wheels: Sequence[ReactionWheels] | None,
     platform: Platform | None,
     truth: Truth | None,
 ) -> Iterator[Conflict]:
-    """Find a flight that starts with momentum while the estimators take it to be zero: wrong, and too sure of it."""
-    if not _starts_at_rest(estimation) or not (initial and cluster and platform and truth):
+    """Find a flight that starts with momentum which the estimators take to be zero: their estimates would be biased."""
+    if not _starts_at_rest(estimation) or not (initial and cluster and platform and truth) or wheels is None:
         return
     rotors = _rotor_momenta(cluster, truth)
-    momentum = np.linalg.norm(_of_body(initial, platform, truth) + _of_rotors(rotors, initial, cluster, truth))
-    if momentum > _NO_MOMENTUM * rotors.sum():
+    actuators = _of_rotors(rotors, initial, cluster, truth) + _of_wheels(initial, wheels)
+    momentum = np.linalg.norm(_of_body(initial, platform, truth) + actuators)
+    capacity = rotors.sum() + sum(each.wheels * each.momentum_limit_N_m_s for each in wheels)
+    if momentum > _NO_MOMENTUM * capacity:
         amount = f" of {momentum:.3g} N·m·s" if math.isfinite(momentum) else ""
         text = f'is "zero", but the flight starts with momentum{amount}; use "estimated"'
         yield Conflict(key="estimation.initial_momentum", text=text)
@@ -104,9 +119,18 @@ def _of_body(initial: Initial, platform: Platform, truth: Truth) -> Vector3:
     return np.full(3, np.inf) if inertia is None else np.array(inertia) @ rate
 
 
+def _of_wheels(initial: Initial, wheels: Sequence[ReactionWheels]) -> Vector3:
+    """Σ Jw·Ω a, N·m·s, body axes."""
+    if not wheels or not initial.wheel_momentum_N_m_s:
+        return np.zeros(3)
+    return np.asarray(np.array(initial.wheel_momentum_N_m_s) @ np.concatenate([each.axes_B for each in wheels]))
+
+
 def _of_rotors(momenta: Units, initial: Initial, cluster: Cluster, truth: Truth) -> Vector3:
     """Σ Js·Ω s(d), s(d) = s0 cos d + t0 sin d, N·m·s, body axes; zero where it takes a skew of the MJCF's own."""
     units = cluster.units
+    if units == 0:
+        return np.zeros(3)
     angle = np.array(per_unit(initial.gimbal_angle_rad, units, 0.0))
     turned = np.array(per_unit(truth.gimbal_axis_misalignment_rad, units, (0.0, 0.0)))
     if cluster.skew_deg is None and cluster.array != "box" and (angle.any() or turned.any()):

@@ -13,6 +13,7 @@ Node: TypeAlias = Mapping[str, Any]
 
 UNITS = {
     "_rad_s_per_sqrt_s": "rad/s/√s",
+    "_N_m_s_rad": "N·m·s/rad",
     "_N_m_s": "N·m·s",
     "_kg_m2": "kg·m²",
     "_rad_s2": "rad/s²",
@@ -49,25 +50,30 @@ def unit_of(key: str) -> str:
 
 def _section(name: str, section: Node, definitions: Node) -> Iterator[str]:
     nested = {key: _forms(node, definitions) for key, node in section["properties"].items()}
-    needed = dict.fromkeys(section.get("dependentRequired", ()), "required to fly")
+    needed = dict.fromkeys(section.get("dependentSchemas", ()), "required to fly")
     needed |= dict.fromkeys(section.get("required", ()), "required")
     yield from (_heading(name, section), "", section["description"], "")
     if section["properties"].keys() - set(DISCRIMINATORS):
         yield from ("| key | value | unit | default | meaning |", "|---|---|---|---|---|")
     for key, node in section["properties"].items():
         if key not in DISCRIMINATORS:  # those stand in the heading
-            value = ("tables" if "items" in node else "table") if nested[key] else _value(node)
-            yield _row(key, value, node, needed.get(key))
+            table = "list of tables" if _repeats(node) else "table"
+            yield _row(key, table if nested[key] else _value(node), node, needed.get(key))
     yield ""
     for key, forms in nested.items():
+        brackets = "[[{}]]" if _repeats(section["properties"][key]) else "[{}]"
         for form in forms:
-            bracketed = f"[{key}]" if "items" in section["properties"][key] else key
-            yield from _section(f"{name}.{bracketed}".removeprefix("."), form, definitions)
+            yield from _section(brackets.format(f"{name.strip('[]')}.{key}".removeprefix(".")), form, definitions)
+
+
+def _repeats(node: Node) -> bool:
+    """Return whether a key holds a list of tables."""
+    return node.get("type") == "array" and isinstance(node.get("items"), Mapping) and "$ref" in node["items"]
 
 
 def _forms(node: Node, definitions: Node) -> list[Node]:
     """The tables that a key may hold; none where it holds a plain value."""
-    if "$ref" in node.get("items", ()):
+    if _repeats(node):
         return _forms(node["items"], definitions)
     if "$ref" in node:
         return [definitions[node["$ref"].rpartition("/")[2]]]
@@ -77,7 +83,7 @@ def _forms(node: Node, definitions: Node) -> list[Node]:
 def _heading(name: str, section: Node) -> str:
     properties = section["properties"]
     chosen = [f"`{key} = {json.dumps(properties[key]['const'])}`" for key in DISCRIMINATORS if key in properties]
-    title = f"### `[{name}]`" if name else "### Top level"
+    title = f"### `{name}`" if name else "### Top level"
     return f"{title} with {', '.join(chosen)}" if chosen else title
 
 

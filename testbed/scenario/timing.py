@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
+from testbed.scenario.actuators import ReactionWheels
 from testbed.scenario.clocks import duration_conflicts, order_conflicts, rate_conflicts, step_conflicts
 from testbed.scenario.cluster import Cluster
 from testbed.scenario.maneuver import MIN_SAMPLES, CsvManeuver, Maneuver
@@ -63,13 +64,19 @@ def too_large(simulation: Simulation, duration: float) -> str:
     return ""
 
 
-def stiffness_conflicts(simulation: Simulation, cluster: Cluster | None) -> Iterator[Conflict]:
+def stiffness_conflicts(
+    simulation: Simulation, cluster: Cluster | None, wheels: Sequence[ReactionWheels] | None
+) -> Iterator[Conflict]:
     """Find a step too long for the fastest servo that is always at work."""
-    if cluster is None:
+    if cluster is None or wheels is None:
         return
-    servos = {"gimbal": cluster.gimbal_servo_bandwidth_rad_s}
-    if cluster.rotors == "constant_speed":
-        servos["rotor"] = ROTOR_SERVO_BANDWIDTH
+    servos = {"wheel": max((each.speed_loop_bandwidth_rad_s or 0.0 for each in wheels), default=0.0)}
+    if cluster.units:
+        servos["gimbal"] = cluster.gimbal_servo_bandwidth_rad_s
+        if cluster.rotors == "constant_speed":
+            servos["rotor"] = ROTOR_SERVO_BANDWIDTH
+    if not any(servos.values()):
+        return
     fastest = max(servos, key=lambda servo: servos[servo])
     longest = _STABILITY_LIMIT / servos[fastest]
     if simulation.step_s >= longest:

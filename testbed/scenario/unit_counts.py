@@ -1,10 +1,11 @@
-"""Lists with one entry for each unit of the cluster: as long as there are units."""
+"""Lists with one entry for each unit of the cluster, or for each wheel: as long as there are units."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from testbed.scenario.actuators import ReactionWheels, wheel_count
 from testbed.scenario.cluster import Cluster
 from testbed.scenario.section import Conflict, Section
 
@@ -16,29 +17,42 @@ _LISTS: Mapping[str, tuple[str, ...]] = {
     "controller": ("steering.preferred_gimbal_angle_rad",),
 }
 """Keys of such lists, by section; a maneuver's are rows of them."""
+_WHEEL_LISTS: Mapping[str, tuple[str, ...]] = {
+    "truth": ("wheel_spin_inertia_factor", "wheel_axis_misalignment_rad"),
+    "initial": ("wheel_momentum_N_m_s",),
+    "wheel_tachometer": ("bias_rad_s", "scale_factor_error"),
+    "controller": ("wheels.preferred_momentum_N_m_s",),
+}
+"""The same of the reaction wheels."""
 _ROWS = "gimbal_angle_rad"
 """Key of a maneuver's rows."""
 
 
-def count_conflicts(name: str, section: Section, cluster: Cluster | None) -> Iterator[Conflict]:
-    """Find lists that are longer or shorter than the cluster has units; an empty one stands for no entry.
+def count_conflicts(
+    name: str, section: Section, cluster: Cluster | None, wheels: Sequence[ReactionWheels] | None
+) -> Iterator[Conflict]:
+    """Find lists that are longer or shorter than there are units or wheels; an empty one stands for no entry.
 
     Args:
         name: of the section.
         section: as read.
         cluster: the units; None where it is wrong itself.
+        wheels: likewise.
     """
+    units = None if cluster is None else cluster.units
+    wheel_units = None if wheels is None else wheel_count(wheels)
     for key in _LISTS.get(name, ()):
-        yield from _conflicts(f"{name}.{key}", _value(section, key), cluster)
+        yield from _conflicts(f"{name}.{key}", _value(section, key), units, "unit")
+    for key in _WHEEL_LISTS.get(name, ()):
+        yield from _conflicts(f"{name}.{key}", _value(section, key), wheel_units, "wheel")
     if name == "maneuver":
         for number, row in enumerate(getattr(section, _ROWS, ()), start=1):
-            yield from _conflicts(f"{name}.{_ROWS}", row or (None,), cluster, f"row {number} ")
+            yield from _conflicts(f"{name}.{_ROWS}", row or (None,), units, "unit", f"row {number} ")
 
 
-def _conflicts(key: str, value: object, cluster: Cluster | None, where: str = "") -> Iterator[Conflict]:
-    if cluster is not None and isinstance(value, tuple) and len(value) not in {0, cluster.units}:
-        text = f"{where}has {len(value)} entries instead of {cluster.units}, one for each unit"
-        yield Conflict(key=key, text=text)
+def _conflicts(key: str, value: object, units: int | None, kind: str, where: str = "") -> Iterator[Conflict]:
+    if units is not None and isinstance(value, tuple) and len(value) not in {0, units}:
+        yield Conflict(key=key, text=f"{where}has {len(value)} entries instead of {units}, one for each {kind}")
 
 
 def _value(section: Section, key: str) -> Any:  # noqa: ANN401 - of any type that a key may have

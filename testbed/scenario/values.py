@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, TypeAlias, TypeVar
+from typing import Annotated, Any, Literal, TypeAlias, TypeVar
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Strict, Tag, ValidationInfo
@@ -56,6 +56,13 @@ def _unit_quaternion(quat: tuple[float, ...]) -> tuple[float, ...]:
     return quat
 
 
+def _unit_vector(vector: tuple[float, ...]) -> tuple[float, ...]:
+    norm = float(np.linalg.norm(vector))
+    if abs(norm - 1.0) > 1e-6:  # as of a quaternion
+        raise ValueError(f"has the length {norm:.6g} instead of 1; divide it by that")
+    return vector
+
+
 def _located(path: Path, info: ValidationInfo) -> Path:
     if info.context is None:
         return path
@@ -89,6 +96,8 @@ Seed: TypeAlias = Annotated[int, Field(ge=0, le=2**63 - 1)]
 Three: TypeAlias = Annotated[tuple[_Entry, _Entry, _Entry], Strict(False), _entries(3)]
 Four: TypeAlias = Annotated[tuple[_Entry, _Entry, _Entry, _Entry], Strict(False), _entries(4)]
 Six: TypeAlias = Annotated[tuple[_Entry, _Entry, _Entry, _Entry, _Entry, _Entry], Strict(False), _entries(6)]
+Axes: TypeAlias = Annotated[tuple[Literal["x", "y", "z"], ...], Strict(False), AfterValidator(_distinct)]
+"""Body axes, each once."""
 Places: TypeAlias = Three[Place]
 Velocities: TypeAlias = Three[Velocity]
 BodyRates: TypeAlias = Three[BodyRate]
@@ -105,6 +114,7 @@ Inertia: TypeAlias = Annotated[
     AfterValidator(_physical_inertia),
 ]
 UnitQuaternion: TypeAlias = Annotated[Four[_Component], AfterValidator(_unit_quaternion)]
+UnitVector: TypeAlias = Annotated[Three[_Component], AfterValidator(_unit_vector)]
 File: TypeAlias = Annotated[Path, Strict(False), AfterValidator(_located)]
 Distinct = AfterValidator(_distinct)
 ManyOrOne = Discriminator(_many_or_one)

@@ -1,4 +1,4 @@
-"""Whether what is said with a probability p is right in a share p of the cases."""
+"""Calibration: whether diagnoses with a stated probability p are right in a share p of the cases."""
 
 from __future__ import annotations
 

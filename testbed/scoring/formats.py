@@ -24,7 +24,7 @@ _PLACES = {"gyro_cross_axis": "gyro"}
 
 
 def place_key(key: str) -> str:
-    """Return the name of an effect at a component, whatever kind of it is meant, e.g. `gyro_misalignment:gyro`."""
+    """Return the name of an effect at a component, without its variant, e.g. `gyro_misalignment:gyro`."""
     effect, colon, component = key.partition(":")
     return f"{effect}{colon}{_PLACES.get(component, component)}"
 

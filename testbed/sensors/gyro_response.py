@@ -78,7 +78,7 @@ def gyro_on_clock(parameters: GyroParameters, control_rate: float) -> Gyro:
 
 
 def gyro_at_start(gyro: Gyro, true_body_rate: Vector3) -> GyroState:
-    """Return the state of a gyro whose body has turned at one rate for long.
+    """Return the steady state of a gyro at a constant body rate.
 
     Args:
         gyro: the gyro.

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.arrays import Array, Flags, UnitSeries, Vectors3
+from testbed.arrays import Array, Flags, Series, UnitSeries, Vectors3
+from testbed.cmg.actuators import Actuators
 from testbed.cmg.cluster import Cluster, cluster_momentum, momentum_jacobian
 from testbed.cmg.singularity import singularity_measure
+from testbed.cmg.wheels import Wheels, wheel_momentum
 from testbed.plant.geometry import total_momentum
 from testbed.plant.layout import Layout, layout_of
 from testbed.plant.plant import Model
@@ -15,7 +17,9 @@ from testbed.simulation.flight import Flight
 from testbed.simulation.log import FlightLog
 
 
-def channels_of(log: FlightLog, flight: Flight, model: Model, true_cluster: Cluster) -> dict[str, Array]:
+def channels_of(
+    log: FlightLog, flight: Flight, model: Model, true_cluster: Cluster, true_wheels: Wheels
+) -> dict[str, Array]:
     """Return every channel of a flown record by signal name, each of shape (N, width), one row per control tick.
 
     Args:
@@ -23,15 +27,17 @@ def channels_of(log: FlightLog, flight: Flight, model: Model, true_cluster: Clus
         flight: clock, sensors and targets.
         model: the flown platform.
         true_cluster: its units.
+        true_wheels: its reaction wheels.
     """
     layout = layout_of(model)
-    return (
+    channels = (
         _telemetry(log, flight, layout)
         | _true_state(log, layout)
-        | _true_momentum(log, flight, model, layout, true_cluster)
+        | _true_momentum(log, flight, model, layout, true_cluster, true_wheels)
         | _reference(log, flight)
         | _saturation(log, model, layout)
     )
+    return {name: values for name, values in channels.items() if values.shape[1]}  # without units: none of theirs
 
 
 def _telemetry(log: FlightLog, flight: Flight, layout: Layout) -> dict[str, Array]:
@@ -45,6 +51,12 @@ def _telemetry(log: FlightLog, flight: Flight, layout: Layout) -> dict[str, Arra
         "gimbal_rate_command": _where(sampled, log.rate_command),
         "gimbal_torque": _where(sampled, _read(sensors.torque_sensor, torque, sensors.torque_errors)),
         "rotor_speed": _where(sampled, _read(sensors.tachometer, speed, sensors.tachometer_errors)),
+        "wheel_speed": _where(sampled, log.wheel_seen),
+        "wheel_torque_command": _where(sampled, log.wheel_torque),
+        "wheel_torque": _where(
+            sampled,
+            _read(sensors.wheel_torque_sensor, log.joint_torque[:, layout.wheel_speed], sensors.wheel_torque_errors),
+        ),
     }
 
 
@@ -64,28 +76,60 @@ def _true_state(log: FlightLog, layout: Layout) -> dict[str, Array]:
         "true_gimbal_torque": log.joint_torque[:, layout.gimbal_rate],
         "true_rotor_angle": log.qpos[:, layout.rotor_angle],
         "true_rotor_speed": log.qvel[:, layout.rotor_speed],
+        "true_wheel_angle": log.qpos[:, layout.wheel_angle],
+        "true_wheel_speed": log.qvel[:, layout.wheel_speed],
+        "true_wheel_torque": log.joint_torque[:, layout.wheel_speed],
         "true_attitude": log.qpos[:, layout.attitude],
-        "true_position": log.qpos[:, layout.position],
-    }
+    } | _true_position(log, layout)
 
 
-def _true_momentum(log: FlightLog, flight: Flight, model: Model, layout: Layout, cluster: Cluster) -> dict[str, Array]:
+def _true_position(log: FlightLog, layout: Layout) -> dict[str, Array]:
+    position = log.qpos[:, layout.position]
+    return {"true_position": position} if position.size else {}  # none on an air bearing
+
+
+def _true_momentum(
+    log: FlightLog, flight: Flight, model: Model, layout: Layout, cluster: Cluster, wheels: Wheels
+) -> dict[str, Array]:
     angle, rate = log.qpos[:, layout.gimbal_angle], log.qvel[:, layout.gimbal_rate]
     rotor_momentum = cluster.rotor_spin_inertia * log.qvel[:, layout.rotor_speed]
     jacobian = momentum_jacobian(cluster, angle, rotor_momentum)
-    return {
-        "true_cluster_momentum": cluster_momentum(cluster, angle, rate, rotor_momentum),
+    period = flight.clock.period
+    momentum_B, torque_B = (
+        cluster_momentum(cluster, angle, rate, rotor_momentum),
+        -_rate(cluster, jacobian, rate, period),
+    )
+    if len(wheels.spin_inertia):
+        of_wheels_B = wheel_momentum(wheels, wheels.spin_inertia * log.qvel[:, layout.wheel_speed])
+        momentum_B, torque_B = momentum_B + of_wheels_B, torque_B - _slope(of_wheels_B, period)
+    known = {
+        "true_cluster_momentum": momentum_B,
         "true_total_momentum": total_momentum(model, log.qpos, log.qvel),
-        "true_cluster_torque": -_momentum_rate(cluster, jacobian, rate, flight.clock.period),
-        "singularity_measure": singularity_measure(jacobian, cluster.rotor_momentum)[:, None],
+        "true_cluster_torque": torque_B,
     }
+    if len(cluster.rotor_momentum):
+        known["singularity_measure"] = _measure(jacobian, cluster, flight.controller.actuators)[:, None]
+    return known
 
 
-def _momentum_rate(cluster: Cluster, jacobian: Array, rate: UnitSeries, period: float) -> Vectors3:
+def _measure(jacobian: Array, cluster: Cluster, actuators: Actuators) -> Series:
+    """Return the singularity measure of gyros and wheels together, each at the same share of its limit."""
+    strengths = cluster.rotor_momentum
+    if len(actuators.wheel_scale):
+        columns = np.broadcast_to(actuators.wheel_columns, (len(jacobian), *actuators.wheel_columns.shape))
+        jacobian = np.concatenate([jacobian, columns], axis=-1)
+        strengths = np.concatenate([strengths, actuators.wheel_scale])
+    return singularity_measure(jacobian, strengths)
+
+
+def _rate(cluster: Cluster, jacobian: Array, rate: UnitSeries, period: float) -> Vectors3:
     """ḣ = A ḋ + Σ (Jg + Jt) d̈ g; the small second term from differences of the simulation's own smooth rates."""
-    acceleration = np.gradient(rate, period, axis=0) if len(rate) > 1 else np.zeros_like(rate)
     turning = (jacobian @ rate[..., None])[..., 0]
-    return np.asarray(turning + (cluster.gimbal_axis_inertia * acceleration) @ cluster.gimbal_axis_B)
+    return np.asarray(turning + (cluster.gimbal_axis_inertia * _slope(rate, period)) @ cluster.gimbal_axis_B)
+
+
+def _slope(values: Array, period: float) -> Array:
+    return np.gradient(values, period, axis=0) if len(values) > 1 else np.zeros_like(values)
 
 
 def _reference(log: FlightLog, flight: Flight) -> dict[str, Array]:
@@ -98,9 +142,13 @@ def _reference(log: FlightLog, flight: Flight) -> dict[str, Array]:
 
 def _saturation(log: FlightLog, model: Model, layout: Layout) -> dict[str, Array]:
     limit = model.jnt_actfrcrange[model.dof_jntid[layout.gimbal_rate], 1]
+    wheel_torque = log.joint_torque[:, layout.wheel_speed]
+    wheel_limit = model.actuator_forcerange[layout.wheel_motor, 1]
     at_limit = np.abs(log.joint_torque[:, layout.gimbal_rate]) >= limit * (1.0 - 1e-9)
     return {
         "gimbal_rate_saturated": log.rate_saturated.astype(np.float64),
         "gimbal_torque_saturated": at_limit.astype(np.float64),
         "rotor_momentum_clamped": log.rotor_clamped.astype(np.float64),
+        "wheel_torque_saturated": (np.abs(wheel_torque) >= wheel_limit * (1.0 - 1e-9)).astype(np.float64),
+        "wheel_momentum_clamped": log.wheel_clamped.astype(np.float64),
     }

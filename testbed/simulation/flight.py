@@ -15,7 +15,14 @@ from testbed.maneuver.maneuver import Maneuver
 from testbed.sensors.gyro_response import Gyro
 from testbed.sensors.units import UnitSensor
 
-_ERRORS = ("gyro_errors", "encoder_errors", "tachometer_errors", "torque_errors")
+_ERRORS = (
+    "gyro_errors",
+    "encoder_errors",
+    "tachometer_errors",
+    "torque_errors",
+    "wheel_speed_errors",
+    "wheel_torque_errors",
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,6 +69,10 @@ class Sensors:
         tachometer_errors: shape (ticks + 1, M), rad/s.
         torque_sensor: gimbal motor torque.
         torque_errors: shape (ticks + 1, M), N·m.
+        wheel_tachometer: speed of the reaction wheels, read at every control tick.
+        wheel_speed_errors: shape (ticks + 1, W), rad/s.
+        wheel_torque_sensor: torque of their motors.
+        wheel_torque_errors: shape (ticks + 1, W), N·m.
     """
 
     gyro: Gyro
@@ -73,6 +84,10 @@ class Sensors:
     tachometer_errors: UnitSeries
     torque_sensor: UnitSensor
     torque_errors: UnitSeries
+    wheel_tachometer: UnitSensor
+    wheel_speed_errors: UnitSeries
+    wheel_torque_sensor: UnitSensor
+    wheel_torque_errors: UnitSeries
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,7 +109,7 @@ class Targets:
 
 @dataclass(frozen=True, kw_only=True)
 class Flight:
-    """Everything about a flight but the plant.
+    """All that defines a flight except the plant.
 
     Attributes:
         clock: integer clocks.
@@ -153,9 +168,9 @@ def targets_of(
     middle = maneuver.reference(clock.tick_times[:-1] + clock.period / 2)
     if preferred_gimbal_angle is None and at_ticks.gimbal_angle is not None and middle.gimbal_rate is not None:
         angle, rate, follows = at_ticks.gimbal_angle, middle.gimbal_rate, True
-        momentum_B = momentum_of_gimbals(controller.cluster, angle)
+        momentum_B = momentum_of_gimbals(controller.actuators.cluster, angle)
     else:
-        units = len(controller.cluster.rotor_momentum)
+        units = len(controller.actuators.cluster.rotor_momentum)
         constant = np.zeros(units) if preferred_gimbal_angle is None else preferred_gimbal_angle
         angle, rate, follows = np.tile(constant, (clock.ticks + 1, 1)), np.zeros((clock.ticks, units)), False
         inertia = controller.tracker.inertia

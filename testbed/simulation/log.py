@@ -19,11 +19,14 @@ class FlightLog:
         qpos: MuJoCo's positions, shape (N, nq).
         qvel: MuJoCo's velocities, shape (N, nv).
         joint_torque: actuator torque in the last step before the tick, shape (N, nv), N·m.
-        encoder: measured gimbal angles, shape (N, 6), rad.
+        encoder: measured gimbal angles, shape (N, M), rad.
         gyro: measured body rate, shape (N, 3), rad/s; NaN between samples.
-        rate_command: gimbal rates asked for from this tick on, shape (N, 6), rad/s.
-        rate_saturated: shape (N, 6).
-        rotor_clamped: shape (N, 6).
+        rate_command: gimbal rates asked for from this tick on, shape (N, M), rad/s.
+        rate_saturated: shape (N, M).
+        rotor_clamped: shape (N, M).
+        wheel_seen: measured speeds of the reaction wheels, shape (N, W), rad/s.
+        wheel_torque: that their motors should give from this tick on, shape (N, W), N·m.
+        wheel_clamped: which of them were at their momentum limit in the control period before, shape (N, W).
         contacts: with the cabin, shape (N,).
     """
 
@@ -35,6 +38,9 @@ class FlightLog:
     rate_command: UnitSeries
     rate_saturated: Flags
     rotor_clamped: Flags
+    wheel_seen: UnitSeries
+    wheel_torque: UnitSeries
+    wheel_clamped: Flags
     contacts: Series
 
     def of_platform(self, platform: int, rows: int) -> FlightLog:
@@ -44,8 +50,8 @@ class FlightLog:
         )
 
 
-def empty_log(rows: int, platforms: int, nq: int, nv: int, units: int) -> FlightLog:
-    """Allocate a log of so many rows for platforms with nq positions, nv velocities and so many CMG units each."""
+def empty_log(rows: int, platforms: int, nq: int, nv: int, units: int, wheels: int) -> FlightLog:
+    """Allocate a log of so many rows for platforms with nq positions, nv velocities, units and wheels each."""
     shape = (rows, platforms)
     return FlightLog(
         qpos=np.zeros((*shape, nq)),
@@ -56,5 +62,8 @@ def empty_log(rows: int, platforms: int, nq: int, nv: int, units: int) -> Flight
         rate_command=np.zeros((*shape, units)),
         rate_saturated=np.zeros((*shape, units), dtype=np.bool_),
         rotor_clamped=np.zeros((*shape, units), dtype=np.bool_),
+        wheel_seen=np.zeros((*shape, wheels)),
+        wheel_torque=np.zeros((*shape, wheels)),
+        wheel_clamped=np.zeros((*shape, wheels), dtype=np.bool_),
         contacts=np.zeros(shape),
     )

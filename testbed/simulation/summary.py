@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.arrays import Array, Vector3
+from testbed.arrays import Array, Units, Vector3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,12 +19,16 @@ class FlightLimits:
         gimbal_torque: N·m.
         cluster_momentum: per body axis, shape (3,), N·m·s.
         cluster_torque: per body axis, shape (3,), N·m.
+        wheel_torque: of each reaction wheel, shape (W,), N·m.
+        wheel_speed: at which each wheel is at its momentum limit, shape (W,), rad/s.
     """
 
     gimbal_rate: float
     gimbal_torque: float
     cluster_momentum: Vector3
     cluster_torque: Vector3
+    wheel_torque: Units
+    wheel_speed: Units
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,9 +39,10 @@ class FlightSummary:
         tracking_rms: of true rate minus reference, shape (3,), rad/s.
         tracking_max: largest magnitude of it, shape (3,), rad/s.
         limit_use: largest fraction of each limit, by the limit's name.
-        saturated: time in which any gimbal was at a limit, s.
-        rotor_clamped: time in which any rotor was beyond its momentum limit, s.
-        min_singularity_measure: smallest on the way; 1 at the best, 0 where a torque direction is lost.
+        saturated: time in which any gimbal, or the torque of any wheel, was at a limit, s.
+        rotor_clamped: time in which any rotor or wheel was at its momentum limit, s.
+        min_singularity_measure: smallest on the way; 1 at the best, 0 where a torque direction is lost; None without
+            control moment gyros.
         momentum_drift: max |H_N(t) - H_N(0)| over the sum of the rotors' momenta; MuJoCo's own momentum.
     """
 
@@ -46,7 +51,7 @@ class FlightSummary:
     limit_use: Mapping[str, float]
     saturated: float
     rotor_clamped: float
-    min_singularity_measure: float
+    min_singularity_measure: float | None
     momentum_drift: float
 
 
@@ -66,25 +71,36 @@ def summarize(
         tracking_rms=np.sqrt((error**2).mean(axis=0)),
         tracking_max=np.abs(error).max(axis=0),
         limit_use=_limit_use(channels, limits),
-        saturated=_flagged_time(channels, ("gimbal_rate_saturated", "gimbal_torque_saturated"), period),
-        rotor_clamped=_flagged_time(channels, ("rotor_momentum_clamped",), period),
-        min_singularity_measure=float(channels["singularity_measure"].min()),
+        saturated=_flagged_time(channels, _AT_LIMIT, period),
+        rotor_clamped=_flagged_time(channels, ("rotor_momentum_clamped", "wheel_momentum_clamped"), period),
+        min_singularity_measure=_least_measure(channels),
         momentum_drift=_momentum_drift(channels["true_total_momentum"], total_rotor_momentum),
     )
 
 
+_LIMITED = ("gimbal_rate", "gimbal_torque", "cluster_momentum", "cluster_torque", "wheel_torque", "wheel_speed")
+"""Quantities that have a limit, of those that a platform has."""
+
+
+_AT_LIMIT = ("gimbal_rate_saturated", "gimbal_torque_saturated", "wheel_torque_saturated")
+
+
+def _least_measure(channels: Mapping[str, Array]) -> float | None:
+    measure = channels.get("singularity_measure")
+    return None if measure is None else float(measure.min())
+
+
 def _limit_use(channels: Mapping[str, Array], limits: FlightLimits) -> dict[str, float]:
     used = {
-        "gimbal_rate": np.abs(channels["true_gimbal_rate"]) / limits.gimbal_rate,
-        "gimbal_torque": np.abs(channels["true_gimbal_torque"]) / limits.gimbal_torque,
-        "cluster_momentum": np.abs(channels["true_cluster_momentum"]) / limits.cluster_momentum,
-        "cluster_torque": np.abs(channels["true_cluster_torque"]) / limits.cluster_torque,
+        name: np.abs(channels[f"true_{name}"]) / getattr(limits, name)
+        for name in _LIMITED
+        if f"true_{name}" in channels
     }
     return {name: float(fraction.max()) for name, fraction in used.items()}
 
 
 def _flagged_time(channels: Mapping[str, Array], names: tuple[str, ...], period: float) -> float:
-    flags = np.concatenate([channels[name] for name in names], axis=1)
+    flags = np.concatenate([channels[name] for name in names if name in channels], axis=1)
     return float(flags.any(axis=1).sum() * period)
 
 

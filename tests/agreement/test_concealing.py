@@ -185,5 +185,5 @@ def test_physics_effects_and_sensors_use_nothing_of_the_testbed():
         for path in package.glob("*.py")
         if re.search(r"^\s*(from|import) testbed", path.read_text(), re.MULTILINE)
     }
-    # The controller and its maneuvers, writing records, and the nominal MJCF that another engine flies.
-    assert users == {"guidance.py", "make_maneuvers.py", "files.py", "mujoco_craft.py"}
+    # The controller and its maneuvers, writing records, also of a rig, and the nominal MJCF that another engine flies.
+    assert users == {"guidance.py", "make_maneuvers.py", "files.py", "rig.py", "mujoco_craft.py"}

@@ -34,8 +34,10 @@ SHARES = {"rotor_spin_down": 0.02, "gimbal_backlash": 0.02, "gimbal_coulomb_fric
 """A rotor that is not driven keeps its speed in space, too: the body's 0.6 rad/s are a tenth of what it loses here.
 A servo that hunts in the play moves the gimbal between samples: true angles at 160 Hz leave 1.1 % themselves.
 A gimbal that sticks puts the fitted age of its torques wrong. What a rotor's tremor does to gimbals is left out."""
-PREDICTED = [pytest.param(effect, id=effect.id) for effect in EFFECTS.values()]
-EVERY = [pytest.param(effect, id=effect.id) for effect in (*EFFECTS.values(), *NOISE_EFFECTS.values())]
+OF_GYROS = [each for each in (*EFFECTS.values(), *NOISE_EFFECTS.values()) if "wheel_speed" not in each.needs]
+"""Those of reaction wheels are in test_wheel_effects.py."""
+PREDICTED = [pytest.param(effect, id=effect.id) for effect in OF_GYROS if isinstance(effect, Effect)]
+EVERY = [pytest.param(effect, id=effect.id) for effect in OF_GYROS]
 INNER = [each for each in PREDICTED if {"gimbal_torque", "gimbal_rate_command"} & set(each.values[0].needs)]
 """Effects inside the units: with measured gimbal angles they leave the body's motion explained."""
 ON_GYRO = [each for each in PREDICTED if each not in INNER]
@@ -48,7 +50,7 @@ def typical(effect: NamedEffect) -> Array:
 
 def place(effect: NamedEffect) -> str:
     """One of its components: not the first, which an index that is forgotten would hit too."""
-    components = components_in(effect, 6) or components_in(effect, 6, 4)
+    components = components_in(effect, 6) or components_in(effect, 6, thrusters=4)
     return components[len(components) // 2]
 
 
@@ -80,6 +82,9 @@ def synthetic_run() -> Telemetry:
 @pytest.mark.parametrize("effect", ON_GYRO)
 def test_derivatives_agree_with_differences(effect: Effect):
     run = synthetic_run()
+    if "cluster_momentum" in effect.needs:
+        wheels_B = 0.02 * np.sin(np.outer(run.actuator_time, [3.0, 4.0, 5.0]))
+        run = replace(run, gimbals=None, cluster_momentum=wheels_B, applied_torque=None)
     grid, hooks, at = grid_of([run]), [effect.hooks(place(effect))], typical(effect)
 
     def values(sizes: Array) -> Values:
@@ -121,7 +126,9 @@ def test_mujoco_and_the_prediction_show_the_same_signature(effect: Effect, tmp_p
     print(f"{effect.id}: signature {signature:.1e} rad/s, left {left:.1e}")
     allowed = LEFT + SHARES.get(effect.id, SHARE) * signature
     assert left < allowed
-    if "applied_torque" not in effect.needs:  # this platform applies none
+    if (
+        "applied_torque_or_cluster_momentum" not in effect.needs
+    ):  # the encoders of this platform show what its actuators do
         assert signature > 10.0 * allowed
 
 
@@ -171,18 +178,27 @@ def test_a_model_with_an_effect_on_readings_flies(effect: NamedEffect, tmp_path)
     assert flight.residual([]) > LEFT
 
 
-def test_only_what_happened_once_is_not_flown():
-    effects = [each.values[0] for each in EVERY]
-    # The platform that flies has gimbals and no thrusters of its own.
-    on_actuators = {effect.id for effect in effects if {"applied_torque", "thrust"} & set(effect.needs)}
-    assert [effect.id for effect in effects if not effect.flies and effect.id not in on_actuators] == ["contact"]
-    contact = EFFECTS["contact"]
-    assert contact.extension(place(contact), typical(contact), scenario()) == Extension()
+def test_only_what_no_flight_can_have_is_not_flown():
+    grounded = [each.values[0] for each in EVERY if not each.values[0].flies]
+    assert [effect.id for effect in grounded] == [
+        "dry_friction",
+        "contact",
+        "actuator_gain",
+        "actuator_rate_limit",
+        "actuator_weak",
+        "actuator_misaligned",
+        "thrust_offset",
+        "rotor_acceleration_reaction",
+        "telemetry_skew",
+        "gyro_averaging",
+    ]
+    for effect in grounded:
+        assert effect.extension(place(effect), typical(effect), scenario()) == Extension()
 
 
 def test_effects_of_no_size_change_nothing(tmp_path):
     extensions, present = [], scenario()
-    for effect in (*EFFECTS.values(), *NOISE_EFFECTS.values()):
+    for effect in OF_GYROS:
         absent = np.array([parameter.absent for parameter in effect.parameters])
         extensions.append(effect.extension(place(effect), absent, present))
         present = extended(present, extensions[-1])

@@ -69,7 +69,7 @@ def found(runs: Runs, effect: str, component: str):
     return fit.effect_values[0], np.sqrt(np.diag(fit.covariance)[6])
 
 
-def test_the_noise_of_inner_channels_is_told_and_the_model_leaves_no_more():
+def test_the_noise_of_inner_channels_is_estimated_and_the_model_leaves_no_more():
     runs = runs_with()
     np.testing.assert_allclose(runs.inner_sigma[0], TORQUE_NOISE, rtol=0.4)  # 79 samples: 13 % standard error
     fit = fitted(runs, [], TRUE_THETA, [])
@@ -150,8 +150,8 @@ def test_gimbals_answer_their_commands_as_their_servo_does():
 def test_a_late_or_braked_motor_shows_between_command_and_angle(effect, size, value, std):
     runs = runs_of(["a", "b", "c"], flown_runs(effect, "cmg4", **{size: value}))
     assert runs.grid.follows_commands
-    told, error = found(runs, effect, "cmg4")
-    assert abs(told - value) < SIGMAS * error
+    estimate, error = found(runs, effect, "cmg4")
+    assert abs(estimate - value) < SIGMAS * error
     assert error < std
 
 
@@ -214,10 +214,10 @@ def test_behind_a_hole_in_the_telemetry_answers_are_compared_once_the_servo_has_
 
 
 @pytest.mark.parametrize("lag", [0.01, 0.02])
-def test_a_late_motor_is_told_by_its_answers_behind_a_rate_at_its_limit(lag):
+def test_a_late_motor_is_identified_by_its_answers_behind_a_rate_at_its_limit(lag):
     runs = flown_runs("gimbal_lag", "cmg4", seed=AT_LIMIT, seconds=4.0, time_constant=lag)
-    told, error = found(runs_of(["a", "b", "c"], runs), "gimbal_lag", "cmg4")
-    assert abs(told - lag) < SIGMAS * error
+    estimate, error = found(runs_of(["a", "b", "c"], runs), "gimbal_lag", "cmg4")
+    assert abs(estimate - lag) < SIGMAS * error
     assert error < 0.05 * lag
     assert [len(stretches(run)) for run in runs] == [2, 2, 1]  # two of them reach a limit
 
@@ -240,7 +240,7 @@ def test_play_shows_in_the_motion_of_the_body():
     assert value > 3.0 * std
 
 
-def test_a_trembling_rotor_is_told_from_the_others_and_from_noise():
+def test_a_trembling_rotor_is_distinguished_from_the_others_and_from_noise():
     static = 4e-6
     runs = runs_of(["a", "b", "c"], flown_runs("rotor_imbalance", "cmg4", static=static, dynamic=1e-8, phase=1.0))
     scatter = noise_tests(runs, fitted(runs, [], TRUE_THETA, []), NOISE_EFFECTS, others=100).found
@@ -249,7 +249,7 @@ def test_a_trembling_rotor_is_told_from_the_others_and_from_noise():
     assert scatter[0].finding.std[0] < 0.1 * static
 
 
-def test_a_line_that_is_told_is_taken_out_of_every_run_with_its_own_phase():
+def test_a_line_that_is_named_is_taken_out_of_every_run_with_its_own_phase():
     """Left in as wider noise, it had been called a flexible part."""
     runs = flown_runs("rotor_imbalance", "cmg4", static=2e-5, dynamic=1e-8, phase=1.0)
     fit_runs, heldout = runs_of(["a", "b"], runs[:2]), runs_of(["c"], runs[2:])
@@ -258,11 +258,11 @@ def test_a_line_that_is_told_is_taken_out_of_every_run_with_its_own_phase():
     found = noise_tests(fit_runs, fit, NOISE_EFFECTS, others=100).found
     assert [each.key for each in found] == ["rotor_imbalance:cmg4"]
     for each, of in ((fit_runs, fit), (heldout, seen)):
-        told = with_noise_model(each, of, found)
+        with_noise = with_noise_model(each, of, found)
         assert np.sqrt(np.mean(of.residual[: each.samples] ** 2)) > 2.0
-        left = told.by_run(told.whitened(_predicted(each, of)))
+        left = with_noise.by_run(with_noise.whitened(_predicted(each, of)))
         assert [float(np.mean(part**2)) for part in left] == pytest.approx([1.0] * len(left), abs=0.45)
-        np.testing.assert_array_equal(told.sigma, each.sigma)
+        np.testing.assert_array_equal(with_noise.sigma, each.sigma)
 
 
 def _predicted(runs: Runs, fit) -> list[np.ndarray]:
@@ -273,7 +273,7 @@ def _predicted(runs: Runs, fit) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("ratio", [1.0, 1.25])
-def test_noise_beyond_what_is_stated_is_told(ratio):
+def test_noise_beyond_what_is_stated_is_named(ratio):
     run = replace(with_gimbals(plain(), torque=None), gyro_noise=GYRO_NOISE / ratio)
     others = [
         replace(noisy(exact_telemetry(FLIGHT, *[run.gyro_time] * 2, GYRO_NOISE), seed=seed, encoder_noise=1e-4),
@@ -287,7 +287,7 @@ def test_noise_beyond_what_is_stated_is_told(ratio):
     assert noise_level(runs, fit).understated == (ratio > 1.0)
 
 
-def test_steps_of_the_gyro_are_told_exactly():
+def test_steps_of_the_gyro_are_estimated_exactly():
     step = 0.004
     runs = runs_with(gyro={"body_rate": step * np.round(plain().body_rate / step)}, torque=None)
     scatter = noise_tests(runs, fitted(runs, [], TRUE_THETA, []), NOISE_EFFECTS, others=60).found

@@ -10,9 +10,9 @@ SEED, CASE = 2026, "case_0788"
 """Of `make blind`: 0.0011 rad/s that the records do not state, which had been said to be an unknown oscillation."""
 
 
-def test_noise_stated_too_small_is_told_before_what_it_makes_of_torques(tmp_path):
+def test_noise_stated_too_small_is_named_before_the_torques_it_would_pass_for(tmp_path):
     (order,) = (each for each in orders(Counts(), SEED) if case_name(each) == CASE)
     make(order, SEED, SCENARIO, tmp_path / "data", tmp_path / "answers")
-    told = diagnosis_of(SCENARIO, tmp_path / "data" / CASE)
-    assert [step["effect"] for step in told["steps"] if step["effect"] != "inertia"] == ["gyro_noise"]
-    assert told["verdict"] == "named"
+    diagnosis = diagnosis_of(SCENARIO, tmp_path / "data" / CASE)
+    assert [step["effect"] for step in diagnosis["steps"] if step["effect"] != "inertia"] == ["gyro_noise"]
+    assert diagnosis["verdict"] == "named"

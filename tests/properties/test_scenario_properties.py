@@ -79,6 +79,6 @@ def test_no_typo_passes_and_the_key_meant_is_named(tmp_path_factory, section, ke
     path.write_text(text, encoding="utf-8")
     rows = text.splitlines()
     line = 1 + next(number for number, row in enumerate(rows) if row.startswith(f"{typo} ="))
-    told = f"line {line}, {section}.{typo}: unknown key; did you mean {key}\\?"
-    with pytest.raises(InputError, match=told):
+    message = f"line {line}, {section}.{typo}: unknown key; did you mean {key}\\?"
+    with pytest.raises(InputError, match=message):
         read_scenario(path)

@@ -97,8 +97,8 @@ def test_a_command_that_refuses_with_a_reason_has_no_fault():
         ({"left": frozenset({"out"})}, "left out"),
     ],
 )
-def test_every_fault_is_told(change, fault):
-    assert any(fault in told for told in faults(CASE, [ended(**change)]))
+def test_every_fault_is_reported(change, fault):
+    assert any(fault in reported for reported in faults(CASE, [ended(**change)]))
 
 
 def test_what_a_case_leaves_behind_is_removed(tmp_path, monkeypatch):

@@ -109,7 +109,8 @@ def test_the_result_has_its_form_and_sense(flown):
     for parameter in (result["alignments"] or {"parameters": {}})["parameters"].values():
         # Thirty parameters: beyond 4.5 standard deviations once in 5,000 suites.
         assert abs(parameter["value"] - parameter["true"]) < 4.5 * parameter["std"]
-    assert result["limits"]["min_singularity_measure"] > 0.05
+    measure = result["limits"]["min_singularity_measure"]
+    assert measure is None or measure > 0.05  # none of wheels alone
     drift = result["conservation"]["momentum_drift_relative"]
     if scenario.cabin is not None:  # the flight meets its wall, and is neither free nor tracked from then on
         assert drift > 1e-3

@@ -49,7 +49,7 @@ def test_runs_are_named_and_the_held_out_ones_are_among_them(alike):
     assert alike[0].heldout.sum() == 1
 
 
-def test_a_torque_that_changes_from_run_to_run_is_told():
+def test_a_torque_that_changes_from_run_to_run_is_detected():
     one, other = (records(4, hooks=[TORQUE.hooks], values=[size]) for size in (SIZE, 2.0 * SIZE))
     found = agreement([one[0], other[1], one[2], other[3]])
     assert found.disagrees

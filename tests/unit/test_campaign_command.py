@@ -202,7 +202,7 @@ def test_failed_flights_do_not_stop_the_rest(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "refused"),
     [
         (("--runs", 1), "--runs"),
         (("--runs", 2, "--resume"), "--out"),
@@ -210,10 +210,10 @@ def test_failed_flights_do_not_stop_the_rest(tmp_path, capsys):
         (("--runs", 2, "--scheduler", "tcp://127.0.0.1:1", "--workers", 2), "omit one"),
     ],
 )
-def test_options_that_cannot_be_used(path, arguments, told, capsys, tmp_path, monkeypatch):
+def test_options_that_cannot_be_used(path, arguments, refused, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert run("montecarlo", path, *arguments) == 2
-    assert told in capsys.readouterr().err
+    assert refused in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 
 

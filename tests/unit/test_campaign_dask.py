@@ -101,7 +101,7 @@ def montecarlo(path, folder, address):
     return exit_code_of(lambda: app([str(argument) for argument in arguments]))
 
 
-def test_a_dead_address_is_told_within_ten_seconds(path, tmp_path, capsys):
+def test_a_dead_address_is_reported_within_ten_seconds(path, tmp_path, capsys):
     with socket.create_server(("127.0.0.1", 0)) as server:
         address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
     began = time.monotonic()

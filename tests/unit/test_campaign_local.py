@@ -45,27 +45,27 @@ def pairs(plan):
 
 
 def test_a_killed_worker_loses_nothing_and_counts_nothing_twice(plan):
-    told: list[str] = []
+    notices: list[str] = []
     done = []
-    finished = LocalExecutor(workers=2).finished(plan, pairs(plan), told.append)
+    finished = LocalExecutor(workers=2).finished(plan, pairs(plan), notices.append)
     for block in finished:
         done.append(block)
         if len(done) == 1:
             os.kill(multiprocessing.active_children()[0].pid, signal.SIGKILL)
     assert sorted(block.block.index for block in done) == [0, 1, 2, 3, 4, 5]
-    assert len(told) == 1
-    assert "killed by SIGKILL" in told[0]
-    flown_again = int(told[0].split("runs ")[1].split()[0]) // 2
+    assert len(notices) == 1
+    assert "killed by SIGKILL" in notices[0]
+    flown_again = int(notices[0].split("runs ")[1].split()[0]) // 2
     (again,) = [block for block in done if block.block.index == flown_again]
     assert again.rows == block_rows(plan, again.block)
     assert multiprocessing.active_children() == []
 
 
 def test_a_block_that_kills_every_worker_is_given_up():
-    told: list[str] = []
+    notices: list[str] = []
     with pytest.raises(InputError, match=r"3 worker processes in a row died on runs 0 to 1 .*exit code 9"):
-        list(LocalExecutor(workers=1).finished(Deadly(), [Block(index=0, first=0, seeds=(1, 2))], told.append))
-    assert len(told) == 2
+        list(LocalExecutor(workers=1).finished(Deadly(), [Block(index=0, first=0, seeds=(1, 2))], notices.append))
+    assert len(notices) == 2
     assert multiprocessing.active_children() == []
 
 

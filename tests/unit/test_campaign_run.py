@@ -63,11 +63,11 @@ def test_an_interrupted_campaign_is_marked_and_flies_only_what_is_missing(plan, 
     with pytest.raises(KeyboardInterrupt):
         run_campaign(plan, tmp_path / "twice", Pretended(most=2))
     assert not read_manifest(tmp_path / "twice").complete
-    told: list[int] = []
+    counts: list[int] = []
     second = Pretended()
-    run_campaign(plan, tmp_path / "twice", second, Progress(kept=told.append))
+    run_campaign(plan, tmp_path / "twice", second, Progress(kept=counts.append))
     assert second.flown == [2, 3]
-    assert told == [2 * BLOCK_RUNS, BLOCK_RUNS, BLOCK_RUNS - 10]
+    assert counts == [2 * BLOCK_RUNS, BLOCK_RUNS, BLOCK_RUNS - 10]
     assert parts(tmp_path / "twice") == parts(tmp_path / "straight")
     assert read_manifest(tmp_path / "twice").complete
 
@@ -93,10 +93,10 @@ def flip(path: Path) -> bytes:
 
 def resumed(plan, folder: Path) -> tuple[list[int], list[str]]:
     """Resume a campaign; returns the blocks that were flown, and what was said."""
-    told: list[str] = []
+    notices: list[str] = []
     again = Pretended()
-    run_campaign(plan, folder, again, Progress(notify=told.append))
-    return again.flown, told
+    run_campaign(plan, folder, again, Progress(notify=notices.append))
+    return again.flown, notices
 
 
 def test_every_part_has_its_checksum_in_the_manifest(plan, tmp_path):
@@ -114,7 +114,7 @@ def test_damaged_and_foreign_parts_are_set_aside_and_flown_again(plan, tmp_path)
     flipped = flip(fourth)
     (tmp_path / "runs" / "part-junk.parquet").write_bytes(b"junk")
     (tmp_path / "runs" / "part-99999.parquet").write_bytes(whole[third.name])
-    flown, told = resumed(plan, tmp_path)
+    flown, notices = resumed(plan, tmp_path)
     assert flown == [0, 1, 3]
     assert parts(tmp_path) == whole
     assert set_aside(tmp_path) == {
@@ -124,8 +124,8 @@ def test_damaged_and_foreign_parts_are_set_aside_and_flown_again(plan, tmp_path)
         "part-junk.parquet": b"junk",
         "part-99999.parquet": whole[third.name],
     }
-    assert len(told) == 5
-    assert all(any(name in text for text in told) for name in set_aside(tmp_path))
+    assert len(notices) == 5
+    assert all(any(name in text for text in notices) for name in set_aside(tmp_path))
 
 
 def test_what_is_set_aside_twice_overwrites_nothing(plan, tmp_path):
@@ -148,9 +148,9 @@ def test_a_campaign_begun_before_there_were_checksums_is_read_and_gets_them(plan
     whole = parts(tmp_path)
     (tmp_path / "runs" / "part-00000.parquet").write_bytes(whole["part-00000.parquet"][:1000])
     (tmp_path / "runs" / "part-99999.parquet").write_bytes(whole["part-00001.parquet"])
-    flown, told = resumed(plan, tmp_path)
+    flown, notices = resumed(plan, tmp_path)
     assert flown == [0]
-    assert len(told) == 2
+    assert len(notices) == 2
     assert parts(tmp_path) == whole
     assert read_manifest(tmp_path).parts == sums
 

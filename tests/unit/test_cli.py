@@ -56,6 +56,20 @@ def test_a_missing_scenario(here, capsys):
     assert list(here.iterdir()) == []
 
 
+def test_a_changed_key_is_named_without_a_line_that_the_file_does_not_have(capsys):
+    assert run("check", "basic", "--set", "gyro.nois=0.01") == 2
+    message = capsys.readouterr().err
+    assert "basic.toml with gyro.nois = 0.01: 1 problem" in message
+    assert "gyro.nois: unknown key" in message
+    assert "line" not in message
+
+
+def test_a_copied_scenario_is_valid_and_names_no_schema_that_is_not_there(here):
+    assert run("new", "mine", "--from", "zero_g") == 0
+    assert "#:schema" not in (here / "mine.toml").read_text(encoding="utf-8")
+    assert run("check", "mine.toml") == 0
+
+
 def test_an_unknown_key_names_the_nearest(here, capsys):
     path = scenario(here, ("mass_kg", "mas_kg"))
     assert run("check", path) == 2
@@ -223,7 +237,7 @@ def test_an_overspeeding_rotor_is_clamped_and_said_so(here, capsys):
     truth = ("[gyro]", f"[truth]\nrotor_momentum_N_m_s = {momenta}\n\n[gyro]")
     path = scenario(here, truth, ('initial_momentum = "zero"', 'initial_momentum = "estimated"'))
     assert run("run", path, "--out", "out") == 0
-    assert "with a rotor at its momentum limit" in capsys.readouterr().out
+    assert "with a rotor or wheel at its momentum limit" in capsys.readouterr().out
     record = read_record(here / "out" / "record.parquet")
     clamped = record.channels["rotor_momentum_clamped"].any(axis=0)
     assert clamped.tolist() == [False, False, True, False, False, False]

@@ -24,17 +24,17 @@ def test_it_writes_as_many_runs_as_asked_for_and_seals_what_it_hid(tmp_path):
     data, answer = tmp_path / "one" / "data", tmp_path / "one" / "answer"
     assert sorted(path.name for path in data.glob("*.csv")) == ["run_1.csv", "run_2.csv"]
     assert is_sealed(data, answer)
-    told = json.loads((answer / "answer.json").read_text(encoding="utf-8"))
-    assert [each["effect"] for each in told["effects"]] == ["gyro_latency"]
-    assert told["notes"]["detectable_sizes"] == 2.0
+    answer_file = json.loads((answer / "answer.json").read_text(encoding="utf-8"))
+    assert [each["effect"] for each in answer_file["effects"]] == ["gyro_latency"]
+    assert answer_file["notes"]["detectable_sizes"] == 2.0
     conceal(tmp_path / "same", "--effect", "gyro_latency", "--size", "2", "--runs", "2", "--seed", "7")
     assert (tmp_path / "same" / "data" / "run_2.csv").read_bytes() == (data / "run_2.csv").read_bytes()
 
 
 def test_without_an_effect_it_hides_none(tmp_path):
     conceal(tmp_path / "null", "--runs", "1", "--seed", "1")
-    told = json.loads((tmp_path / "null" / "answer" / "answer.json").read_text(encoding="utf-8"))
-    assert (told["stratum"], told["effects"]) == ("null", [])
+    answer_file = json.loads((tmp_path / "null" / "answer" / "answer.json").read_text(encoding="utf-8"))
+    assert (answer_file["stratum"], answer_file["effects"]) == ("null", [])
 
 
 @pytest.mark.parametrize(
@@ -58,5 +58,5 @@ def test_without_a_checkout_it_says_what_to_do(tmp_path, monkeypatch):
         raise ModuleNotFoundError(f"No module named {name!r}", name="concealing")
 
     monkeypatch.setattr(testbed.cli.conceal, "import_module", missing)
-    with pytest.raises(InputError, match="take a checkout"):
+    with pytest.raises(InputError, match="run this in a checkout"):
         conceal(tmp_path / "out", "--seed", "1")

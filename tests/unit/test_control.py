@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from support.platforms import initial, plant, shipped
+from testbed.cmg.actuators import Actuators
 from testbed.cmg.cluster import cluster_momentum, inertia_change, momentum_jacobian
 from testbed.cmg.steering import MoorePenrose
-from testbed.control.controller import Controller, Target, command, controller_at_rest
+from testbed.cmg.wheels import no_wheels
+from testbed.control.controller import Controller, Seen, Target, command, controller_at_rest
 from testbed.control.servo import gimbal_servo, torque_demand
 from testbed.control.tracker import (
     Tracker,
@@ -18,6 +20,7 @@ from testbed.control.tracker import (
     momentum_of_gimbals,
     momentum_of_rates,
 )
+from testbed.control.wheels import WheelDrive
 from testbed.plant.geometry import cluster_of, composite_inertia
 from testbed.plant.layout import layout_of
 from testbed.rotation.kinematics import integrate_attitude
@@ -29,13 +32,17 @@ INERTIA = composite_inertia(MODEL)
 ANGLE = np.array([0.3, -1.1, 0.8, 0.7, -0.9, 1.4])
 
 
+NONE = np.zeros(0)
+NO_DRIVE = WheelDrive(viscous_friction=NONE, loop_gain=NONE, null_motion="none", null_gain=0.0, preferred=NONE)
+
+
 def controller(**changes) -> Controller:
     settings = {
-        "cluster": CLUSTER,
+        "actuators": Actuators(cluster=CLUSTER, wheels=no_wheels(), gimbal_rate_limit=changes.pop("limit", 2.0)),
         "tracker": Tracker(inertia=INERTIA, gain=1.0),
         "law": MoorePenrose(),
         "servo": gimbal_servo(CLUSTER, 50.0, 0.7, 2.0),
-        "gimbal_rate_limit": 2.0,
+        "drive": NO_DRIVE,
         "momentum_gain": 9.0,
         "null_motion_gain": 0.0,
         "period": 0.0125,
@@ -108,19 +115,19 @@ def test_servo_poles_are_where_they_were_asked_for():
 
 def test_commanded_rates_give_the_wanted_torque():
     acceleration = (0.3, -0.2, 0.4)
-    state = controller_at_rest(ANGLE)
-    _, asked = command(controller(), state, target(acceleration=acceleration), np.zeros(3), ANGLE, 0.0)
+    state = controller_at_rest(ANGLE, NONE)
+    _, asked = command(controller(), state, target(acceleration=acceleration), np.zeros(3), Seen(ANGLE, NONE), 0.0)
     torque_B = -momentum_jacobian(CLUSTER, ANGLE) @ asked.gimbal_rate
     np.testing.assert_allclose(torque_B, INERTIA @ acceleration, rtol=1e-9)
     assert not asked.rate_saturated.any()
 
 
 def test_rates_beyond_the_limit_are_scaled_alike_and_flagged():
-    state = controller_at_rest(ANGLE)
+    state = controller_at_rest(ANGLE, NONE)
     _, free = command(
-        controller(gimbal_rate_limit=1e3), state, target(acceleration=(3.0, 1.0, 0.0)), np.zeros(3), ANGLE, 0.0
+        controller(limit=1e3), state, target(acceleration=(3.0, 1.0, 0.0)), np.zeros(3), Seen(ANGLE, NONE), 0.0
     )
-    _, limited = command(controller(), state, target(acceleration=(3.0, 1.0, 0.0)), np.zeros(3), ANGLE, 0.0)
+    _, limited = command(controller(), state, target(acceleration=(3.0, 1.0, 0.0)), np.zeros(3), Seen(ANGLE, NONE), 0.0)
     assert np.abs(free.gimbal_rate).max() > 2.0
     assert np.abs(limited.gimbal_rate).max() == pytest.approx(2.0)
     cosine = free.gimbal_rate @ limited.gimbal_rate
@@ -130,9 +137,11 @@ def test_rates_beyond_the_limit_are_scaled_alike_and_flagged():
 
 
 def test_the_commanded_angle_does_not_run_away_from_a_stuck_gimbal():
-    state = controller_at_rest(np.zeros(6))
+    state = controller_at_rest(np.zeros(6), NONE)
     for _ in range(200):
-        state, _ = command(controller(), state, target((0.5, 0.0, 0.0), np.zeros(6)), np.zeros(3), np.zeros(6), 0.0)
+        state, _ = command(
+            controller(), state, target((0.5, 0.0, 0.0), np.zeros(6)), np.zeros(3), Seen(np.zeros(6), NONE), 0.0
+        )
     bound = controller().servo.angle_error_bound
     assert np.abs(state.commanded_angle).max() <= bound + 2.0 * 0.0125 + 1e-12
 
@@ -141,9 +150,11 @@ def test_a_batch_is_commanded_like_its_members():
     rng = np.random.default_rng(4)
     angles, errors = rng.uniform(-0.5, 0.5, (5, 6)), rng.normal(0.0, 0.02, (5, 3))
     asked_for = target((0.2, 0.1, 0.0))
-    state = controller_at_rest(angles)
-    _, together = command(controller(), state, asked_for, errors, angles, 0.0)
-    _, alone = command(controller(), controller_at_rest(angles[3]), asked_for, errors[3], angles[3], 0.0)
+    state = controller_at_rest(angles, np.zeros((5, 0)))
+    _, together = command(controller(), state, asked_for, errors, Seen(angles, np.zeros((5, 0))), 0.0)
+    _, alone = command(
+        controller(), controller_at_rest(angles[3], NONE), asked_for, errors[3], Seen(angles[3], NONE), 0.0
+    )
     for name in ("gimbal_rate", "torque", "rate_saturated"):
         np.testing.assert_allclose(getattr(together, name)[3], getattr(alone, name), rtol=1e-12, err_msg=name)
 
@@ -156,9 +167,16 @@ def test_null_motion_goes_to_the_preferred_angles_without_turning_the_body():
     preferred = 0.3 * null / np.abs(null).max()
     wanted = target(angle=np.zeros(6))._replace(gimbal_angle=preferred)
     tuned = controller(null_motion_gain=2.0)
-    state = controller_at_rest(flown.gimbal_angle)
+    state = controller_at_rest(flown.gimbal_angle, flown.wheel_speed)
     for tick in range(240):
-        state, asked = command(tuned, state, wanted, np.zeros(3) - flown.body_rate, flown.gimbal_angle, tick * 0.0125)
+        state, asked = command(
+            tuned,
+            state,
+            wanted,
+            np.zeros(3) - flown.body_rate,
+            Seen(flown.gimbal_angle, flown.wheel_speed),
+            tick * 0.0125,
+        )
         flown.advance(asked.torque, 10)
     moved = flown.gimbal_angle
     assert moved @ preferred / (preferred @ preferred) > 0.9

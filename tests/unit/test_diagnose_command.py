@@ -29,6 +29,7 @@ STEP_KEYS = {
     "j_theta_kg_m2",
     "j_std_kg_m2",
     "indistinguishable_from",
+    "doubts",
     "gap_before",
     "gap_after",
     "heldout_gap_before",
@@ -87,7 +88,7 @@ def test_a_late_gyro_is_named_and_everything_is_written(late, tmp_path, capsys):
     assert read_scenario(out / answer["scenario"]).gyro.latency_s == pytest.approx(delay["value"])
     assert (out / answer["model"]).is_file()
     page = (out / "report.html").read_text(encoding="utf-8")
-    for told in (
+    for expected in (
         "gyro_latency",
         "Misfit after each step",
         "Effects, ranked",
@@ -95,11 +96,11 @@ def test_a_late_gyro_is_named_and_everything_is_written(late, tmp_path, capsys):
         "With 1 added",
         "Run by run",
     ):
-        assert told in page
+        assert expected in page
     assert "the 3 runs differ by no more than chance makes them" in printed
     (agreed,) = answer["run_by_run"]
     assert agreed["p_value"] > 0.01
-    own = {name: told["delay_s"] for name, told in agreed["runs"].items()}
+    own = {name: estimate["delay_s"] for name, estimate in agreed["runs"].items()}
     assert own.keys() == {"run1", "run2", "run3"}
     assert all(abs(each["value"] - DELAY) < 4.0 * each["std"] for each in own.values())
     assert (out / "recording.rrd").stat().st_size > 0
@@ -129,7 +130,7 @@ def notices_of(folder):
 
 
 @pytest.mark.usefixtures("few_effects")
-def test_a_single_run_gets_no_name_and_the_reason_is_told(late, tmp_path, capsys):
+def test_a_single_run_gets_no_name_and_the_reason_is_stated(late, tmp_path, capsys):
     alone = tmp_path / "alone"
     alone.mkdir()
     shutil.copyfile(late / "run1.csv", alone / "run1.csv")

@@ -127,10 +127,10 @@ def test_other_data_are_refused_with_what_differs(data, interrupted, tmp_path, c
     (changed / "run1.csv").write_text(text + text.splitlines()[-1].replace("2,", "2.0625,", 1) + "\n", encoding="utf-8")
     kept = (interrupted / PARTS).read_bytes()
     assert diagnose(changed, interrupted, "--resume") == 2
-    told = capsys.readouterr().err
-    assert "holds another diagnosis" in told
-    assert "files.run1.csv" in told
-    assert "files.run2.csv" not in told
+    message = capsys.readouterr().err
+    assert "holds another diagnosis" in message
+    assert "files.run1.csv" in message
+    assert "files.run2.csv" not in message
     assert (interrupted / PARTS).read_bytes() == kept
 
 
@@ -150,7 +150,7 @@ def test_other_settings_are_refused_by_name(data, interrupted, whole, monkeypatc
 def test_a_damaged_first_line_is_refused(data, interrupted, capsys):
     (interrupted / PARTS).write_bytes(b"no json\n" + (interrupted / PARTS).read_bytes().partition(b"\n")[2])
     assert diagnose(data, interrupted, "--resume") == 2
-    assert "first line is damaged" in capsys.readouterr().err
+    assert "first line, which names the diagnosis, is damaged" in capsys.readouterr().err
 
 
 def test_a_complete_diagnosis_is_not_gone_on_with(data, whole, capsys):

@@ -1,4 +1,4 @@
-"""What is not told from the best hypothesis: by evidence, and where all models are wrong, by how runs agree."""
+"""Hypotheses that are indistinguishable from the best: by evidence; where all models are wrong, by how runs agree."""
 
 from __future__ import annotations
 
@@ -6,17 +6,26 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from testbed.diagnosis.candidates import NONE, Candidate, Screening, accepted, probabilities_of
 from testbed.diagnosis.settings import SETTINGS
+from testbed.effects.registry import EFFECTS
+from testbed.report.diagnosis.ranking import ranking_rows
 
 RUNS = 40
 
 
-def candidate(evidence, by_run):
+def candidate(evidence, by_run, effect=EFFECTS["gyro_latency"], value=0.01):
     return Candidate(
-        placed=SimpleNamespace(key=f"{evidence}", size=1),
-        fit=SimpleNamespace(chi_square=float(np.sum(by_run)), freedom=3 * RUNS, placed=("its own",)),
+        placed=SimpleNamespace(key=f"{evidence}", size=1, effect=effect, component="gyro"),
+        fit=SimpleNamespace(
+            chi_square=float(np.sum(by_run)),
+            freedom=3 * RUNS,
+            placed=("its own",),
+            effect_values=np.array([value]),
+            own=lambda _: slice(0, 1),
+        ),
         chi_square_reduction=evidence,
         rank=1,
         trials_penalty=0.0,
@@ -38,7 +47,7 @@ def test_evidence_tells_two_models_apart_where_one_of_them_is_right():
     assert close(candidate(100.0, left), candidate(96.0, other))
 
 
-def test_wrong_models_are_told_apart_by_what_runs_agree_on():
+def test_wrong_models_are_distinguished_by_what_runs_agree_on():
     left = np.full(RUNS, 300.0)
     scattered = left + np.random.default_rng(1).normal(20.0, 200.0, RUNS)
     agreed = left + np.random.default_rng(1).normal(200.0, 200.0, RUNS)
@@ -65,7 +74,7 @@ def test_of_a_class_the_one_that_fits_best_is_added_if_it_is_there():
 
 
 def test_what_is_less_likely_than_that_nothing_is_missing_is_not_added():
-    """Nothing is likelier beforehand than all effects together; those that are not told apart count together."""
+    """Nothing is likelier beforehand than all effects together; those that are indistinguishable count together."""
     left, tested = np.full(RUNS, 3.0), 50
     even = 2.0 * np.log(SETTINGS.null_prior_odds * tested)
     one, twin = candidate(even - 0.5, left), candidate(even - 0.7, left)
@@ -76,5 +85,56 @@ def test_what_is_less_likely_than_that_nothing_is_missing_is_not_added():
     assert accepted(replace(alone, candidates=(candidate(even + 0.1, left),))) is not None
     assert accepted(replace(alone, candidates=(one, twin))) is not None
     assert probabilities_of(alone)[NONE] > probabilities_of(alone)[one.key]
-    beside = replace(one, fit=SimpleNamespace(**vars(one.fit) | {"placed": ("another", "its own")}))
-    assert accepted(replace(alone, candidates=(beside,))) is beside
+
+
+def beside_another(one):
+    return replace(one, fit=SimpleNamespace(**vars(one.fit) | {"placed": ("another", "its own")}))
+
+
+def test_a_further_name_needs_odds_of_four_over_its_class():
+    left, tested = np.full(RUNS, 3.0), 50
+    needed = 2.0 * np.log(SETTINGS.further_name_odds * tested)
+    likely = beside_another(candidate(needed + 0.1, left))
+    doubtful, twin = (beside_another(candidate(needed - less, left)) for less in (0.5, 0.7))
+    among = Screening(signatures=(), tested=tested, candidates=(likely,))
+    assert accepted(among) is likely
+    assert accepted(replace(among, candidates=(doubtful,))) is None
+    assert accepted(replace(among, candidates=(doubtful, twin))) is doubtful
+
+
+def test_what_no_hardware_is_gives_way_to_what_it_looks_like():
+    """A gyro of half a hertz fits a slow wheel a little better than the wheel does."""
+    left = np.full(RUNS, 3.0)
+    gyro = replace(candidate(100.0, left, EFFECTS["gyro_bandwidth"], 0.3), chi_square_reduction=110.0)
+    wheel = replace(candidate(99.5, left, EFFECTS["actuator_lag"], 0.3), chi_square_reduction=109.0)
+    among = Screening(signatures=(), tested=50, candidates=(gyro, wheel))
+    assert accepted(among) is wheel
+    prompt = replace(candidate(100.0, left, EFFECTS["gyro_bandwidth"], 0.02), chi_square_reduction=110.0)
+    assert accepted(replace(among, candidates=(prompt, wheel))) is prompt
+
+
+def test_what_is_unusual_yields_to_what_fits_as_well():
+    left = np.full(RUNS, 3.0)
+    skew = replace(candidate(100.0, left, EFFECTS["telemetry_skew"], -0.01), chi_square_reduction=110.4)
+    late = replace(candidate(99.5, left, EFFECTS["gyro_latency"], 0.01), chi_square_reduction=110.0)
+    among = Screening(signatures=(), tested=50, candidates=(skew, late))
+    assert accepted(among) is late
+    better = replace(skew, chi_square_reduction=112.0)
+    assert accepted(replace(among, candidates=(better, late))) is better
+
+
+def test_a_class_that_is_larger_than_what_is_listed_is_ranked():
+    """A step back adds a ninth candidate, and effects on the noise push others out: KeyError 'gyro_scale:z'."""
+    left = np.full(RUNS, 3.0)
+    many = tuple(candidate(100.0 - 0.1 * number, left) for number in range(SETTINGS.most_refits + 2))
+    rows = list(ranking_rows(Screening(signatures=(), tested=50, candidates=many)))
+    assert len(rows) == SETTINGS.most_refits
+    assert rows[0][2] == "1.000"
+
+
+def test_a_look_alike_that_cannot_be_tested_keeps_its_share():
+    left = np.full(RUNS, 3.0)
+    one = candidate(100.0, left)
+    among = Screening(signatures=(), tested=50, candidates=(one,))
+    probability = probabilities_of(among, others={"actuator_lag:untested": one.log_bayes_factor})
+    assert probability[one.key] == pytest.approx(0.5, abs=1e-6)

@@ -62,7 +62,7 @@ def test_without_held_out_runs_nothing_is_said():
         (Pulsing(), 4e-3, "comes in a pulse every 0.8", 1.25),
     ],
 )
-def test_a_torque_of_no_effect_is_told_by_its_shape(hook, size, words, frequency):
+def test_an_unmodelled_torque_is_described_by_its_shape(hook, size, words, frequency):
     data, fit = baseline(records(3, hooks=[hook], values=[np.array([size])]))
     best = torque_shapes(*on_all_runs(data.runs, data.heldout, fit))[0]
     assert words in best.words

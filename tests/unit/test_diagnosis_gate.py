@@ -77,7 +77,7 @@ def test_a_spike_beside_the_largest_reading_of_another_axis_is_left_out(good):
     assert set(good[0].time) - set(run.gyro_time) == {good[0].time[20]}
 
 
-def test_unstated_noise_is_told_from_all_runs_together_and_known_as_well_as_that(good):
+def test_unstated_noise_is_estimated_from_all_runs_together_and_known_as_well_as_that(good):
     data = read([unstated(record) for record in good])
     assert data.runs.sigma == pytest.approx(NOISE, rel=0.15)
     assert np.ptp(data.runs.sigma) == 0.0

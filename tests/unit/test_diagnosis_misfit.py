@@ -62,7 +62,7 @@ def test_a_late_gyro_is_all_of_the_misfit_and_as_large_as_what_its_model_takes_o
     assert "% explained) on those held out" in misfit_change_words(before, after)
 
 
-def test_where_the_misfit_is_no_more_than_noise_no_share_of_it_is_told(null):
+def test_where_the_misfit_is_no_more_than_noise_no_share_of_it_is_reported(null):
     quiet = next(gap for gap in null if not shows_in_gyro(gap))
     assert explained(quiet.misfit, quiet.misfit) is None
     assert "explained" not in misfit_change_words(quiet, quiet)
@@ -75,7 +75,7 @@ def test_a_noise_that_is_only_estimated_makes_a_larger_misfit_by_chance():
     assert replace(known, noise_freedom=20.0).p_value > 0.05
 
 
-def test_what_only_the_gimbals_show_is_told_of_their_channels(null):
+def test_what_only_the_gimbals_show_is_reported_of_their_channels(null):
     quiet = next(gap for gap in null if not shows_in_gyro(gap))
     before, after = (replace(quiet, misfit=replace(quiet.misfit, gimbals=chi_square)) for chi_square in (900.0, 400.0))
     assert gimbals_words(before, after) == "χ² of the gimbals' own channels: 900 -> 400"

@@ -7,11 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from concealing.rig import Rig
 from support.diagnosed_records import NOISE, nominal, records
-from testbed.diagnosis.reading import data_set_of, require_explicable
+from support.rigs import rig_records, rig_scenario
+from testbed.assembly.platform import nominal_body
+from testbed.diagnosis.model import fitted
+from testbed.diagnosis.reading import Gate, data_set_of, require_explicable
+from testbed.dynamics.inertia import theta_of
 from testbed.effects.gyro_latency import GyroLatency
 from testbed.errors import InputError
 from testbed.records.record import Record, RunDetails
+from testbed.scenario.diagnosis import Diagnosis
 
 
 @pytest.fixture(scope="module")
@@ -163,9 +169,68 @@ def test_a_gap_of_the_gyro_costs_only_its_samples(good):
     assert data.runs.samples == 3 * int((~hole).sum())
 
 
-def test_a_gap_that_hardly_shrinks_gives_no_names(good):
+@pytest.fixture(scope="module")
+def fit(good):
+    """The nominal model fitted to good records."""
+    return fitted(read(good).runs, [], theta_of(nominal()[1].inertia), [])
+
+
+def with_gap(fit, gap):
+    return replace(fit, residual=fit.residual * gap / fit.root_mean_square)
+
+
+def test_a_gap_that_hardly_shrinks_gives_no_names(good, fit):
     runs = read(good).runs
-    require_explicable(runs, before=12.0, after=1.1)
-    require_explicable(runs, before=4.0, after=3.9)
-    with pytest.raises(InputError, match="not of the scenario's platform"):
-        require_explicable(runs, before=12.0, after=8.0)
+    require_explicable(runs, before=12.0, after=with_gap(fit, 1.1), gate=Gate())
+    require_explicable(runs, before=4.0, after=with_gap(fit, 3.9), gate=Gate())
+    with pytest.raises(InputError, match=r"not of the scenario's platform.*add \"gap\" to accept"):
+        require_explicable(runs, before=12.0, after=with_gap(fit, 8.0), gate=Gate())
+    known = Gate(accepted=("gap",))
+    require_explicable(runs, before=12.0, after=with_gap(fit, 8.0), gate=known)
+    assert known.notices[0].startswith("accepted by the scenario: the gap is 12 times")
+
+
+def test_a_gap_of_the_gimbal_channels_alone_is_not_put_down_to_the_platform(good, fit):
+    runs = read(good).runs
+    with_gimbals = replace(fit, residual=np.concatenate([fit.residual, np.full(runs.samples, 20.0)]))
+    with pytest.raises(
+        InputError, match=r"in the gyro's samples alone.*leave gimbal_torque and gimbal_rate_command out"
+    ):
+        require_explicable(runs, before=15.0, after=with_gimbals, gate=Gate())
+
+
+@pytest.mark.parametrize(
+    ("doubt", "spoil"),
+    [
+        ("unit", lambda good: [scaled(record, -1.0) for record in good]),
+        ("inertia", lambda good: [scaled(record, 1.0 / 3.0) for record in good]),
+        ("clocks", lambda good: [delayed(record, 0.06 * index) for index, record in enumerate(good)]),
+        ("body_rate", lambda good: [scaled(record, 300.0) for record in good]),
+    ],
+)
+def test_what_the_gate_refuses_passes_by_the_word_that_its_message_names(good, doubt, spoil):
+    scenario, platform = nominal()
+    records = spoil(good)
+    with pytest.raises(InputError, match=f'add "{doubt}" to accept in'):
+        data_set_of(records, scenario, platform)
+    every = ("body_rate", "unit", "inertia", "telemetry", "clocks", "rest", "stuck")
+    accepting = scenario.model_copy(update={"diagnosis": Diagnosis(accept=every)})
+    notices = data_set_of(records, accepting, platform).notices
+    assert any(notice.startswith("accepted by the scenario: ") for notice in notices)
+
+
+def test_a_fast_rig_that_its_actuators_predict_is_in_rad_s():
+    """22 rad/s looked like deg/s: where momentum and gyro agree in SI, the rate is what it is."""
+    rig = Rig(inertia=0.001)
+    scenario = rig_scenario()
+    platform = replace(nominal_body(scenario), inertia=0.001 * np.eye(3))
+    fast = rig_records([rig] * 3)
+    assert max(np.nanmax(np.abs(record.channels["body_rate"])) for record in fast) > 22.0
+    assert len(data_set_of(fast, scenario, platform).runs.names) == 2
+
+
+def test_friction_that_passes_for_inertia_is_no_other_platform():
+    """A bearing makes the inertia of the bare model twice the stated one: its gap says that something is missing."""
+    scenario = rig_scenario()
+    data = data_set_of(rig_records([Rig(viscous=0.15)] * 3), scenario, nominal_body(scenario))
+    assert any("times the scenario's inertia" in notice for notice in data.notices)

@@ -1,4 +1,4 @@
-"""What the recording of a diagnosis draws over each other can be told apart, and the platform turns as measured."""
+"""What the recording of a diagnosis draws over each other can be distinguished, and the platform turns as measured."""
 
 from __future__ import annotations
 

@@ -16,6 +16,8 @@ import pytest
 
 from support.diagnosed_records import nominal, records
 from testbed.diagnosis.settings import SETTINGS, DiagnosisSettings
+from testbed.effects import registered
+from testbed.effects.contract import Parameter
 from testbed.library.diagnoses import origin_of
 from testbed.library.records import Records
 
@@ -133,6 +135,45 @@ def test_every_setting_has_its_meaning_and_its_source():
         assert not says_nothing(name, meaning), name
         assert source.startswith(KINDS) or re.search(r"\([12]\d{3}\)", source), name
         assert not source.startswith("calibrated") or "seed" in source or "sets of" in source, name
+
+
+def numbers_of_classes(source: str) -> list[str]:
+    """Return the attributes of classes that hold numbers and are not explained; `parameters` are, by the contract."""
+    bodies = [node.body for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ClassDef)]
+    return [
+        name
+        for body in bodies
+        for name, value, text in assigned(body)
+        if name != "parameters" and set(floats_in(value)) - PLAIN and says_nothing(name, text)
+    ]
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda path: f"{path.parent.name}.{path.stem}")
+def test_every_number_of_a_class_is_explained(path):
+    assert numbers_of_classes(path.read_text(encoding="utf-8")) == []
+
+
+def test_a_number_of_a_class_that_is_not_explained_is_found():
+    assert numbers_of_classes("class Effect:\n    limit = 0.01\n") == ["limit"]
+
+
+def test_the_contract_states_the_source_of_sizes_and_bounds():
+    _, *fields_of_contract = re.split(r"\n\s+(?=\w+: )", Parameter.__doc__)
+    texts = {text.partition(":")[0]: text for text in fields_of_contract}
+    for name in ("typical", "lower", "upper"):
+        assert "Source: " in texts[name], name
+
+
+@pytest.mark.parametrize("effect", registered().values(), ids=registered())
+def test_sizes_and_bounds_are_as_the_contract_states(effect):
+    for parameter in effect.parameters:
+        assert parameter.typical != 0.0
+        assert parameter.lower <= parameter.typical <= parameter.upper
+        assert parameter.lower in {0.0, -1.0, -parameter.upper} or parameter.scanned  # -1: a gain that is gone
+        if not parameter.scanned and "share" not in parameter.name:  # a share has all of 0 to 1
+            assert parameter.upper >= 16.0 * abs(parameter.typical)
+        elif parameter.unit == "Hz":
+            assert 1.0 / 5.0 <= parameter.lower < parameter.upper < 16.0 / 2.0
 
 
 def test_settings_do_not_change():

@@ -127,6 +127,6 @@ def test_a_long_record_is_estimated_from_in_parts_and_combined(flown, tmp_path, 
     monkeypatch.setattr("testbed.identification.identify.MOST_AT_ONCE", 60)
     write(tmp_path / "data", "long", *flown)
     assert run("estimate", SCENARIO, "--data", tmp_path / "data", "--out", tmp_path / "out") == 0
-    told = json.loads((tmp_path / "out" / "estimates.json").read_text(encoding="utf-8"))
-    assert set(told["records"]) == {"long part 1", "long part 2"}
+    estimates = json.loads((tmp_path / "out" / "estimates.json").read_text(encoding="utf-8"))
+    assert set(estimates["records"]) == {"long part 1", "long part 2"}
     assert "2 records combined" in capsys.readouterr().out

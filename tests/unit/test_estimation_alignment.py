@@ -126,26 +126,26 @@ def test_errors_are_as_large_as_claimed():
 
 
 def test_only_a_common_scale_stays_open_with_null_motion():
-    told = estimated_alignments(record(restless()), SETTINGS).observability
-    assert not told.others
-    assert told.determined.all()
-    assert told.common_scale.name == COMMON_SCALE
-    assert told.common_scale.std > 0.2  # of J and of all momenta: nobody would call that known
-    np.testing.assert_allclose(told.common_scale.direction[6:24], 0.0)
-    np.testing.assert_allclose(told.basis.T @ told.basis, np.eye(29), atol=1e-12)
-    assert np.abs(told.basis[-6:].sum(axis=0)).max() < 1e-12  # no step changes the mean momentum scale
+    observability = estimated_alignments(record(restless()), SETTINGS).observability
+    assert not observability.others
+    assert observability.determined.all()
+    assert observability.common_scale.name == COMMON_SCALE
+    assert observability.common_scale.std > 0.2  # of J and of all momenta: nobody would call that known
+    np.testing.assert_allclose(observability.common_scale.direction[6:24], 0.0)
+    np.testing.assert_allclose(observability.basis.T @ observability.basis, np.eye(29), atol=1e-12)
+    assert np.abs(observability.basis[-6:].sum(axis=0)).max() < 1e-12  # no step changes the mean momentum scale
 
 
 def test_gimbals_in_step_leave_directions_open_and_say_which():
     """All six along one path but for small differences, which turn the body: hardly any null motion."""
     small = restless(3).spline.c * 0.12
-    told = estimated_alignments(record(SplineGimbals(small)), SETTINGS).observability
-    assert told.others
-    named = " ".join(direction.name for direction in told.others)
+    observability = estimated_alignments(record(SplineGimbals(small)), SETTINGS).observability
+    assert observability.others
+    named = " ".join(direction.name for direction in observability.others)
     assert "axis about t of cmg" in named
-    assert not told.determined.all()
-    for direction in told.others:
-        assert np.abs(direction.direction @ told.basis).max() < 1e-9  # nothing is moved along it
+    assert not observability.determined.all()
+    for direction in observability.others:
+        assert np.abs(direction.direction @ observability.basis).max() < 1e-9  # nothing is moved along it
 
 
 def test_a_failed_unit_shows_nothing_of_its_alignment():

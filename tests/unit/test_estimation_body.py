@@ -79,3 +79,9 @@ def test_second_moments_are_those_of_the_masses():
     theta = theta_of(np.trace(moments) * np.eye(3) - moments)
     np.testing.assert_allclose(second_moments(theta), moments, atol=1e-12)
     np.testing.assert_allclose(np.trace(second_moments(theta)), np.trace(inertia_of(theta)) / 2.0)
+
+
+def test_an_estimate_without_any_inertia_has_a_nearest_body_too():
+    """Its search began at the root of a negative number, and ended in a traceback."""
+    theta = np.array([-0.02, -0.02, -0.03, 0.0, 0.0, 0.0])
+    assert is_body(nearest_body(theta, 1e-6 * np.eye(6)))

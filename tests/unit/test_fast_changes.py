@@ -1,4 +1,4 @@
-"""The gyro's noise told from a residual: from all of it where it is white, from its fastest changes where it is not."""
+"""The gyro's noise, estimated from all of a residual that is white, otherwise from its fastest changes."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ def noise(seed):
     return 2.0 * np.random.default_rng(seed).normal(size=(SAMPLES, 3))
 
 
-def test_white_noise_is_told_from_all_of_the_residual():
-    told = [noise_ratio(readings(1.2 * noise(seed)), ALL) for seed in range(40)]
-    ratio, freedom = np.transpose(told)
+def test_white_noise_is_estimated_from_all_of_the_residual():
+    ratios = [noise_ratio(readings(1.2 * noise(seed)), ALL) for seed in range(40)]
+    ratio, freedom = np.transpose(ratios)
     usual = 3 * SAMPLES - PARAMETERS
     assert np.median(freedom) == usual
     assert abs(ratio.mean() - 1.44) < 4.0 * 1.44 * np.sqrt(2.0 / usual / 40)
@@ -51,6 +51,6 @@ def test_noise_of_one_axis_takes_its_share_of_the_parameters():
     assert 1.8 < ratio < 2.8
 
 
-def test_until_all_else_is_told_only_the_fastest_changes_count():
+def test_until_all_else_is_explained_only_the_fastest_changes_count():
     early = readings(1.2 * noise(5), white=False)
     assert noise_ratio(early, ALL) == variance_ratio(early, ALL)

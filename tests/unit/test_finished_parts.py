@@ -43,8 +43,8 @@ def jobs(folder: Path) -> list[Job]:
     return [Job(name=name, part="Jobs", items=1, call=touched, arguments=(str(folder), name)) for name in KEPT]
 
 
-def opened(out: Path, identity=IDENTITY, told=None):
-    return finished_parts(out, identity, (told if told is not None else []).append)
+def opened(out: Path, identity=IDENTITY, notices=None):
+    return finished_parts(out, identity, (notices if notices is not None else []).append)
 
 
 def results(out: Path) -> dict[str, bytes]:
@@ -104,14 +104,14 @@ def test_what_no_codec_knows_is_refused():
 
 
 def test_finished_jobs_are_not_done_again_and_count_as_progress(tmp_path):
-    told: list[int] = []
+    counts: list[int] = []
     with opened(tmp_path / "out") as parts:
         first = done_by_workers(jobs(tmp_path)[:2], 1, silent, parts)
     with opened(tmp_path / "out") as parts:
-        again = done_by_workers(jobs(tmp_path), 1, lambda *_: told.append, parts)
+        again = done_by_workers(jobs(tmp_path), 1, lambda *_: counts.append, parts)
     assert {path.name for path in tmp_path.glob("*-*")} == {"first-0", "second-0", "third-0"}
     assert equal(again[:2], first)
-    assert sum(told) == 3
+    assert sum(counts) == 3
 
 
 def test_damaged_and_foreign_parts_are_set_aside_and_made_again(tmp_path):
@@ -123,13 +123,13 @@ def test_damaged_and_foreign_parts_are_set_aside_and_made_again(tmp_path):
     flipped[len(flipped) // 2] ^= 1
     (folder / "second.json").write_bytes(flipped)
     (folder / "junk.json").write_bytes(b"junk")
-    told: list[str] = []
-    with opened(tmp_path / "out", told=told) as parts:
+    notices: list[str] = []
+    with opened(tmp_path / "out", notices=notices) as parts:
         done_by_workers(jobs(tmp_path), 1, silent, parts)
     assert results(tmp_path / "out") == whole
     aside = {path.name: path.read_bytes() for path in (folder.parent / "set_aside").iterdir()}
     assert aside == {"second.json": bytes(flipped), "junk.json": b"junk"}
-    assert all(any(name in text for text in told) for name in aside)
+    assert all(any(name in text for text in notices) for name in aside)
     assert len(list(tmp_path.glob("second-*"))) == 2
 
 

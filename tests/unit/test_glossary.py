@@ -24,6 +24,9 @@ PAGES = [
     *(page for page in sorted((ROOT / "docs").rglob("*.md")) if page.parent != NOTES),
     *sorted((ROOT / "testbed").rglob("*.html")),
 ]
+BESIDE = sorted(
+    path for room in ("benchmarks", "concealing", "support", "tests") for path in (ROOT / room).rglob("*.py")
+)
 INSTEAD = {
     r"\btold\b": "estimated, reported, identified, printed, distinguished",
     r"\bsought\b": "searched, tested for",
@@ -101,6 +104,15 @@ def paragraphs_of(path: Path) -> Iterator[tuple[int, str]]:
 def test_the_package_uses_the_words_of_the_field(path):
     found = [f"{path.relative_to(ROOT)}:{line}: {word}" for line, text in pieces_of(path) for word in found_in(text)]
     assert not found, "\n".join(found)
+
+
+def test_identifiers_beside_the_package_use_the_words_of_the_field():
+    assert not [
+        f"{path.relative_to(ROOT)}:{token.start[0]}: {token.string}"
+        for path in BESIDE
+        for token in tokenize.generate_tokens(io.StringIO(path.read_text(encoding="utf-8")).readline)
+        if token.type == tokenize.NAME and "told" in words_of(token.string).split()
+    ]
 
 
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)

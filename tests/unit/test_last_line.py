@@ -46,7 +46,7 @@ def test_a_bug_ends_with_one_sentence_a_log_and_a_code_of_its_own(bug, capsys):
     assert "a bug of ours" in kept
 
 
-def test_a_bug_is_told_in_full_where_there_is_no_room_for_a_log(bug, capsys, monkeypatch):
+def test_a_bug_is_reported_in_full_where_there_is_no_room_for_a_log(bug, capsys, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(bug / "nowhere"))
     assert exit_code_of(lambda: app(["check", str(BASIC)])) == BUG
     assert "a bug of ours" in capsys.readouterr().err

@@ -6,6 +6,7 @@ import doctest
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from importlib import import_module
 
 import numpy as np
@@ -103,11 +104,38 @@ def test_a_viewer_without_its_package_says_what_to_install(runs, monkeypatch):
         runs[0].viewer()
 
 
+def test_runs_of_one_name_are_saved_in_a_file_each(runs, tmp_path):
+    first, second = (run.record for run in runs[:2])
+    other = replace(first, details=replace(first.details, name=f"{first.details.name}-2"))
+    saved = tb.Records((first, other, second, first)).save(tmp_path / "data")
+    assert {path.stem for path in saved.glob("*.parquet")} == {"basic", "basic-2", "basic-3", "basic-4"}
+    assert (tb.read_records(saved)["basic-3"].time == second.time).all()
+
+
+@pytest.mark.parametrize("name", ["frame without time", "list", "columns without a name", "nothing"])
+def test_what_is_no_table_is_refused_with_what_to_give(runs, name):
+    frame = tb.frame_of(runs[0].record)
+    given, words = {
+        "frame without time": (frame.drop(columns="time_s"), "time_s"),
+        "list": ([frame], "such as {'flight 1': table}"),
+        "columns without a name": ({"body_rate_x_rad_s": frame["body_rate_x_rad_s"]}, "such as {'flight 1': table}"),
+        "nothing": ({}, "there is no run"),
+    }[name]
+    with pytest.raises(tb.InputError, match=words):
+        tb.records_from(given)
+
+
+def test_a_frame_is_no_records(scenario, runs):
+    for use in (tb.estimate, tb.diagnose):
+        with pytest.raises(tb.InputError, match="records_from"):
+            use(scenario, tb.frame_of(runs[0].record))
+
+
 def test_a_frame_becomes_records_and_an_estimate(scenario, runs):
     frame = tb.frame_of(runs[0].record)
     assert isinstance(frame, pd.DataFrame)
-    told = frame[[column for column in frame if not column.startswith("true_")]]
-    records = tb.records_from({"a": told, "b": tb.frame_of(runs[1].record)}, gyro_noise_rad_s=1e-3)
+    measured = frame[[column for column in frame if not column.startswith("true_")]]
+    records = tb.records_from({"a": measured, "b": tb.frame_of(runs[1].record)}, gyro_noise_rad_s=1e-3)
     estimate = tb.estimate(scenario, records)
     error = estimate.combined["output_error"].theta - runs[0].truth
     assert np.abs(error / estimate.combined["output_error"].std).max() < 4.5

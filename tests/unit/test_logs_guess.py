@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import sys
 import tomllib
 
 import numpy as np
@@ -10,9 +11,19 @@ import pytest
 
 import testbed as tb
 from support import logs
+from testbed.logs import units
 from tests.unit.test_logs_reading import WRITERS
 
 TORQUE = ["torque_x_mNm", "torque_y_mNm", "torque_z_mNm"]
+
+
+def test_without_the_units_library_the_message_names_what_installs_it(tmp_path, monkeypatch):
+    path = tmp_path / "log.csv"
+    path.write_text("t_us,gyro_x_dps,gyro_y_dps,gyro_z_dps\n0,1,2,3\n10,1,2,3\n", encoding="utf-8")
+    units._registry.cache_clear()
+    monkeypatch.setitem(sys.modules, "pint", None)
+    with pytest.raises(tb.InputError, match=r"needs the package pint.*pip install 'testbed\[logs\]'"):
+        tb.guess_map(path)
 
 
 def guessed(path) -> dict:

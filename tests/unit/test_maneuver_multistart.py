@@ -34,12 +34,12 @@ def test_the_best_of_the_starts_wins():
     assert best.variables[0] == pytest.approx(-1.036, abs=1e-3)
 
 
-def test_each_start_is_told_as_it_ends():
-    told = []
-    best = best_of_starts((stage(),), draw, Search(starts=3, seed=0, progress=told.append))
-    assert tuple(told) == best.starts
-    assert [start.index for start in told] == [0, 1, 2]
-    assert all(start.status == "Solve_Succeeded" and start.seconds > 0.0 for start in told)
+def test_each_start_is_reported_as_it_ends():
+    reported = []
+    best = best_of_starts((stage(),), draw, Search(starts=3, seed=0, progress=reported.append))
+    assert tuple(reported) == best.starts
+    assert [start.index for start in reported] == [0, 1, 2]
+    assert all(start.status == "Solve_Succeeded" and start.seconds > 0.0 for start in reported)
 
 
 def test_a_later_stage_starts_from_the_earlier_ones_optimum():

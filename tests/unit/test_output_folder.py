@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from support.processes import PATIENCE
 from testbed.errors import InputError, OutputError
 from testbed.outputs.folder import SCRATCH, reserved_folder
 
@@ -54,7 +55,7 @@ def test_processes_at_once_each_get_a_folder_of_their_own(here):
     holders = [holder("") for _ in range(4)]
     paths = {process.stdout.readline().strip() for process in holders}
     for process in holders:
-        process.communicate("", timeout=60)
+        process.communicate("", timeout=PATIENCE)
     assert paths == {"runs/run", "runs/run-2", "runs/run-3", "runs/run-4"}
     assert {(here / path / "result").read_text() for path in paths} == paths
 
@@ -63,7 +64,7 @@ def test_of_processes_with_one_out_one_gets_it_and_the_others_are_refused(here):
     holders = [holder("out") for _ in range(3)]
     granted = [process for process in holders if process.stdout.readline()]
     assert len(granted) == 1
-    ends = [process.communicate("", timeout=60) for process in holders]
+    ends = [process.communicate("", timeout=PATIENCE) for process in holders]
     assert sum("another command is writing to it" in errors for _, errors in ends) == 2
     assert names(here) == ["out", "out/result"]
 
@@ -73,7 +74,7 @@ def test_what_a_killed_process_left_is_removed_by_the_next_one(here):
     process.stdout.readline()
     (here / "out" / SCRATCH / "half").write_text("half of it")
     process.kill()
-    process.communicate(timeout=60)
+    process.communicate(timeout=PATIENCE)
     assert names(here) == ["out", f"out/{SCRATCH}", f"out/{SCRATCH}/half"]
     with reserved_folder(Path("out"), "run") as folder:
         folder.deliver(write)
@@ -85,7 +86,7 @@ def test_a_killed_process_frees_its_number():
     process = holder("")
     assert process.stdout.readline() == "runs/run\n"
     process.kill()
-    process.communicate(timeout=60)
+    process.communicate(timeout=PATIENCE)
     with reserved_folder(None, "run") as folder:
         assert folder.path == Path("runs/run")
 

@@ -20,7 +20,7 @@ DIAGNOSED = """
 import json
 import numpy as np
 from testbed.effects.registry import EFFECTS
-for name in set(EFFECTS) - {"inertia", "viscous_drag", "gyro_latency", "body_torque", "dry_friction"}:
+for name in set(EFFECTS) - {"inertia", "viscous_drag", "gyro_latency", "body_torque", "bearing_friction"}:
     del EFFECTS[name]
 import testbed as tb
 from support.diagnosed_records import records
@@ -57,7 +57,7 @@ def test_an_installed_effect_is_named_with_its_size(tmp_path):
     )
     assert ran.returncode == 0, ran.stderr
     verdict, effect, value, std = json.loads(ran.stdout)
-    assert (verdict, effect) == ("named", "dry_friction")
+    assert (verdict, effect) == ("named", "bearing_friction")
     assert abs(value - 4e-5) < 4.0 * std + 0.02 * 4e-5  # the two laws differ by 2 % below 5e-3 rad/s
 
 

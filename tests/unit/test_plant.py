@@ -57,12 +57,12 @@ def test_divergence_names_time_and_last_finite_state(tmp_path, monkeypatch):
     message = r"(?s)t = [\d.]+ s and [\d.]+ s.*last finite state"
     with pytest.raises(AssertionError, match=message) as caught:
         flown.advance(restless_torque(0.1), 4000)
-    told = str(caught.value)
-    assert "nan" not in told
-    assert "\n" not in told
+    divergence = str(caught.value)
+    assert "nan" not in divergence
+    assert "\n" not in divergence
     for name in ("position", "attitude", "gimbal angles", "body rate", "gimbal rates", "rotor speeds [471.4, "):
-        assert name in told
-    assert "qpos" not in told
+        assert name in divergence
+    assert "qpos" not in divergence
     assert list(tmp_path.iterdir()) == [], "MuJoCo leaves no log file behind"
 
 

@@ -52,11 +52,11 @@ def test_gimbals_are_moved_by_the_body_and_not_by_what_a_late_gyro_shows():
     late, delay = EFFECTS["gyro_latency"].hooks("gyro"), replace(values(0.012), initial_rate=INITIAL_RATE[:1])
     grid = grid_of([RUN])
     late_grid = replace(grid, runs=(replace(RUN, body_rate=predicted(grid, [late], delay)[0][0]),))
-    told = without_gyro_errors(late_grid, [late], delay)
-    missed = [np.abs(body_motion(each.runs[0])(RUN.gyro_time) - RUN.body_rate).max() for each in (late_grid, told)]
+    restored = without_gyro_errors(late_grid, [late], delay)
+    missed = [np.abs(body_motion(each.runs[0])(RUN.gyro_time) - RUN.body_rate).max() for each in (late_grid, restored)]
     assert missed[0] > 3e-3  # rad/s
     assert missed[1] < 1e-4  # what smoothing costs
-    assert without_gyro_errors(told, [], delay).runs[0].gyro_error is None
+    assert without_gyro_errors(restored, [], delay).runs[0].gyro_error is None
 
 
 def test_an_effect_outside_the_gyro_tells_nothing_of_it():

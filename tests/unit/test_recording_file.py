@@ -9,6 +9,7 @@ import rerun as rr
 from rerun.chunk import RrdReader
 
 from support.flights import STEP_NS, STEPS_PER_SAMPLE, content, flown
+from support.processes import PATIENCE
 from testbed.plant.scene import scene_of
 from testbed.recording import writer
 from testbed.recording.stream import BLOCK_ROWS, durations
@@ -160,7 +161,7 @@ def test_the_blueprint_is_inside_with_its_tabs(recording):
         check=True,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE,
     ).stdout
     assert [tab for tab in TABS if tab not in printed] == []
 

@@ -40,7 +40,7 @@ def test_a_page_fetches_nothing():
     assert all(value.startswith(("#", "data:")) for value in links)
 
 
-def test_the_browser_is_told_to_refuse_every_request():
+def test_the_browser_has_to_refuse_every_request():
     parsed = ParsedPage(render_page(page()))
     policy = next(value for tag, name, value in parsed.attributes if tag == "meta" and "default-src" in value)
     rules = dict(rule.split(maxsplit=1) for rule in policy.split("; "))

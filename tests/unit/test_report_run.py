@@ -115,7 +115,7 @@ def test_the_scenario_stands_there_verbatim(tmp_path):
     assert '"outcome": "completed"' in page.texts["provenance"]
 
 
-def test_saturation_is_told_and_shaded(tmp_path):
+def test_saturation_is_stated_and_shaded(tmp_path):
     experiment = flight(1.2)
     page = page_of(experiment, tmp_path)
     seconds = experiment.flown.record.channels["gimbal_rate_saturated"].any(axis=1).sum() * experiment.flown.period
@@ -141,7 +141,7 @@ def test_a_diverged_run_shows_what_there_is_and_says_so_in_red(tmp_path, spin, r
     assert any("shorten" in text or "simulation.step_s" in text for text in page.said_with("notice bad"))
 
 
-def test_a_failed_estimator_is_told_first_and_explained_last(tmp_path):
+def test_a_failed_estimator_is_reported_first_and_explained_last(tmp_path):
     experiment = flight()
     by_name = {name: estimate for name, estimate in experiment.estimation.by_name.items() if name != "iv"}
     estimation = replace(experiment.estimation, by_name=by_name, failures={"iv": "J12 cannot be determined"})

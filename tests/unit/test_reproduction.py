@@ -194,10 +194,15 @@ def test_fewer_than_two_runs_are_refused(tmp_path, runs):
 
 
 def test_workers_give_answers_in_the_order_of_their_jobs():
-    told = []
+    started = []
     jobs = [Job(name=None, part="Squares", items=1, call=pow, arguments=(value, 2)) for value in range(4)]
-    assert done_by_workers(jobs, 2, lambda part, items: told.append((part, items)) or (lambda _: None)) == [0, 1, 4, 9]
-    assert told == [("Squares", 4)]
+    assert done_by_workers(jobs, 2, lambda part, items: started.append((part, items)) or (lambda _: None)) == [
+        0,
+        1,
+        4,
+        9,
+    ]
+    assert started == [("Squares", 4)]
 
 
 def test_a_worker_that_dies_is_a_message():

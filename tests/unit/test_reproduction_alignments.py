@@ -32,17 +32,17 @@ def maneuver():
     )
 
 
-def test_platforms_are_built_as_drawn_and_their_truth_is_told():
+def test_platforms_are_built_as_drawn_and_their_truth_is_reported():
     built, nominal = as_built(SHIPPED, 5), nominal_platform(SHIPPED)
     truth = true_platform(built)
     drawn = np.array(built.truth.gimbal_axis_misalignment_rad)
     np.testing.assert_allclose(truth.cluster.spin_axis_B, misaligned(nominal.cluster, drawn).spin_axis_B, atol=1e-12)
-    told = dict(zip(parameter_names(6), true_parameters(built, nominal, truth), strict=True))
-    assert told["axis about t of cmg4"] == drawn[3, 1]
-    assert told["encoder zero of cmg6"] == built.encoder.zero_rad[5]
+    true_values = dict(zip(parameter_names(6), true_parameters(built, nominal, truth), strict=True))
+    assert true_values["axis about t of cmg4"] == drawn[3, 1]
+    assert true_values["encoder zero of cmg6"] == built.encoder.zero_rad[5]
     # The servo holds what its tachometer reads, so that the rotor carries h/(1 + s) where the tachometer says h.
     carried = truth.cluster.rotor_momentum / nominal.cluster.rotor_momentum
-    scales = np.array([told[f"momentum scale of cmg{unit}"] for unit in range(1, 7)])
+    scales = np.array([true_values[f"momentum scale of cmg{unit}"] for unit in range(1, 7)])
     np.testing.assert_allclose(1.0 + scales, carried / carried.mean(), rtol=1e-12)
     assert as_built(SHIPPED, 5) == built
     assert as_built(SHIPPED, 6) != built

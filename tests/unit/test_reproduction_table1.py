@@ -16,11 +16,11 @@ from testbed.reproduction.table1 import CRITERIA, PAPER, table1
 @pytest.fixture(scope="module")
 def table():
     """The table without its gimbal-space rows, which take half a minute and have tests of their own."""
-    told = []
+    progress = []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "_gimbal_tasks", lambda _quick: [])
-        made = table1(lambda part, items: told.append((part, items)) or told.append, quick=True)
-    assert told == [("Table 1, designs", 8), *[1] * 8]
+        made = table1(lambda part, items: progress.append((part, items)) or progress.append, quick=True)
+    assert progress == [("Table 1, designs", 8), *[1] * 8]
     return made
 
 

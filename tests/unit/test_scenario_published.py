@@ -12,6 +12,8 @@ from testbed.scenario.tables import UNITS, unit_of
 
 DOCS = Path(__file__).parents[2] / "docs"
 PURE_NUMBERS = {
+    "axis",
+    "wheel_spin_inertia_factor",
     "attitude_quat_NB",
     "cluster_torque_fraction",
     "control_points",

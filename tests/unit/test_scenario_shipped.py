@@ -44,7 +44,7 @@ REQUIRED = {
     "crazyflie",
     "crazypad",
 }
-OTHER_PLATFORMS = {"orbit", "crazyflie", "crazypad", "pyramid4", "box_roof"}
+OTHER_PLATFORMS = {"orbit", "crazyflie", "crazypad", "pyramid4", "box_roof", "cubesat_wheels", "mixed"}
 """A satellite, two quadcopters and other arrays of units, with gyros of their own."""
 
 

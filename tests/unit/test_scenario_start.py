@@ -60,7 +60,7 @@ def test_momentum_that_is_zero_or_unknown_is_not(tmp_path, case):
 
 
 @pytest.mark.parametrize("case", MOVING)
-def test_the_momentum_told_is_that_of_the_simulated_platform(tmp_path, case):
+def test_the_momentum_stated_is_that_of_the_simulated_platform(tmp_path, case):
     scenario = read_scenario(started(tmp_path, *MOVING[case], momentum="estimated"))
     platform, start = true_platform(scenario), scenario.initial
     momentum = platform_momentum(
@@ -72,8 +72,8 @@ def test_the_momentum_told_is_that_of_the_simulated_platform(tmp_path, case):
     )
     with pytest.raises(InputError) as caught:
         read_scenario(started(tmp_path, *MOVING[case]))
-    told = f"starts with momentum of {np.linalg.norm(momentum):.3g} N·m·s"
-    assert (told in str(caught.value)) != ("inertia of the model" in case)
+    message = f"starts with momentum of {np.linalg.norm(momentum):.3g} N·m·s"
+    assert (message in str(caught.value)) != ("inertia of the model" in case)
 
 
 def test_a_start_whose_body_balances_its_rotors_has_no_momentum(tmp_path):

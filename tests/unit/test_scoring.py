@@ -136,13 +136,17 @@ def test_where_nothing_is_named_the_set_is_that_of_the_probabilities(scored):
     assert not said_right(missed)
 
 
-def test_an_exact_alias_is_right_where_its_class_is_told_and_the_momentum_is_zero(scored):
+def test_an_exact_alias_is_right_where_its_class_is_stated_and_the_momentum_is_zero(scored):
     scale = ("gyro_scale", "x")
     still = hidden(scale, detectable_sizes=2.0, rates=((0.01, 0.0, 0.0), (0.0, 0.02, 0.0)))
     spinning = hidden(scale, detectable_sizes=2.0)
-    told = said(step("inertia", "platform", like=[scale]), verdict="none")
+    named_inertia = said(step("inertia", "platform", like=[scale]), verdict="none")
     bare = said(step("inertia", "platform"), verdict="none")
-    assert [said_right(case) for case in scored((still, told), (still, bare), (spinning, told))] == [True, False, False]
+    assert [said_right(case) for case in scored((still, named_inertia), (still, bare), (spinning, named_inertia))] == [
+        True,
+        False,
+        False,
+    ]
 
 
 def test_unknown_is_the_verdict_and_names_beside_it_are_shown_apart(scored):
@@ -272,12 +276,12 @@ def test_a_gyro_turned_or_oblique_is_the_same_effect_at_the_same_component(score
 
 
 @pytest.mark.parametrize(
-    ("told", "covered"), [((0.6, -0.8), [True, True]), ((-0.6, 0.8), [True, True]), ((0.8, 0.6), [False] * 2)]
+    ("axis", "covered"), [((0.6, -0.8), [True, True]), ((-0.6, 0.8), [True, True]), ((0.8, 0.6), [False] * 2)]
 )
-def test_an_axis_told_the_other_way_round_is_the_same_axis(scored, told, covered):
+def test_an_axis_stated_the_other_way_round_is_the_same_axis(scored, axis, covered):
     answer = hidden(("flexible_appendage", "platform"), detectable_sizes=4.0)
     answer["effects"][0]["parameters"] = {"axis_x": {"value": 0.6}, "axis_z": {"value": -0.8}}
-    found = step("flexible_appendage", "platform", axis_x=(told[0], 0.02), axis_z=(told[1], 0.02))
+    found = step("flexible_appendage", "platform", axis_x=(axis[0], 0.02), axis_z=(axis[1], 0.02))
     (case,) = scored((answer, said(found)))
     assert [*parameters_covered(case, 2.0)] == covered
 

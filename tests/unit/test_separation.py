@@ -142,9 +142,9 @@ def test_a_forecast_is_the_motion_that_conserves_momentum(design_limits, runs, b
     chosen = [flights[0], flights[20], flights[-1]]
     nominal_fit = replace(baseline, values=replace(baseline.values, theta=theta_of(design_limits.inertia)[None]))
     blank = blank_runs(chosen, runs, design_limits.cluster)
-    told = forecast(nominal_fit, chosen, blank).reshape(3, -1, 3)
+    forecasts = forecast(nominal_fit, chosen, blank).reshape(3, -1, 3)
     time = blank.grid.runs[0].gyro_time
-    for flight, reading in zip(chosen, told, strict=True):
+    for flight, reading in zip(chosen, forecasts, strict=True):
         total = platform_momentum(
             design_limits.cluster, design_limits.inertia, flight.body_rate, flight.initial_gimbal_angle, np.zeros(6)
         )
@@ -164,9 +164,9 @@ def test_what_the_gyro_got_wrong_so_far_is_no_part_of_a_flight_to_come(runs, bas
     rng = np.random.default_rng(1)
     torques = [with_gimbals(run, torque=rng.normal(0.0, 1e-3, run.gimbals.angle.shape)) for run in runs.grid.runs]
     with_torques = runs_of(runs.names, torques)
-    told = corrected(with_torques, fitted(with_torques, [late], baseline.theta, [np.array([0.01])]))
-    assert told.grid.runs[0].gyro_error is not None
-    blank = blank_runs(flights[:2], told, design_limits.cluster)
+    corrected_runs = corrected(with_torques, fitted(with_torques, [late], baseline.theta, [np.array([0.01])]))
+    assert corrected_runs.grid.runs[0].gyro_error is not None
+    blank = blank_runs(flights[:2], corrected_runs, design_limits.cluster)
     usual = blank_runs(flights[:2], with_torques, design_limits.cluster)
     np.testing.assert_array_equal(forecast(baseline, flights[:2], blank), forecast(baseline, flights[:2], usual))
 
@@ -215,7 +215,7 @@ def test_the_scenario_flies_as_it_stands(flights, tmp_path):
     assert max(flown.summary.limit_use.values()) < 1.0
 
 
-def test_words_and_result_say_what_is_told_apart_and_what_is_not(flights):
+def test_words_and_result_say_what_is_distinguished_and_what_is_not(flights):
     apart = Separation(
         keys=("viscous_drag:platform", "quadratic_drag:platform"), now=2.1, after=5.0, wanted=4.6, separable=True
     )

@@ -1,4 +1,4 @@
-"""The size of every effect in each run by itself: what is missing acts alike in all of them."""
+"""The size of every effect, estimated run by run: an effect that acts in all runs has one size."""
 
 from __future__ import annotations
 

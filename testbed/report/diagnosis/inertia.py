@@ -34,7 +34,7 @@ def inertia_section(diagnosis: Diagnosis) -> Section:
     model = "With all effects in the model" if diagnosis.steps else "Without any effect in the model"
     text = (
         f"{model}, the inertia {said} the nominal one: a difference as large comes by chance with "
-        f"{chance_words(change.p_value)} (Wald test of all six parameters). It is re-estimated at every step."
+        f"{chance_words(change.p_value)} (Wald test of {_tested_words(diagnosis)}). It is re-estimated at every step."
     )
     fits = inertia_estimates(diagnosis)
     chart = go.Figure(layout=layout("", f"estimate - nominal, {INERTIA_UNIT}"))
@@ -46,6 +46,14 @@ def inertia_section(diagnosis: Diagnosis) -> Section:
     return Section(title="Inertia", blocks=(Paragraph(text=text), figure, _table(diagnosis)))
 
 
+def _tested_words(diagnosis: Diagnosis) -> str:
+    shown = diagnosis.model.shown[:6]
+    if shown.all():
+        return "all six parameters"
+    names = ", ".join(name for name, yes in zip(PARAMETER_NAMES, shown, strict=True) if yes)
+    return f"{names}, as the axes of the runs show no more"
+
+
 def inertia_estimates(diagnosis: Diagnosis) -> tuple[tuple[str, Fit], ...]:
     """Return the fits in which the inertia was estimated: without effects, and with them where there are any."""
     return (("re-estimated", diagnosis.baseline), ("with the effects", diagnosis.model))[: 1 + bool(diagnosis.steps)]
@@ -53,15 +61,16 @@ def inertia_estimates(diagnosis: Diagnosis) -> tuple[tuple[str, Fit], ...]:
 
 def estimate_words(fit: Fit, decimals: int) -> Iterator[str]:
     """Yield the six inertia parameters of a fit with their standard deviations, 1e-3 kg·m²."""
-    for value, std in zip(fit.theta, stds_of(fit)[:6], strict=True):
-        yield f"{milli(value, decimals)} ± {milli(std, decimals) if np.isfinite(std) else '?'}"
+    for value, std, shown in zip(fit.theta, stds_of(fit)[:6], fit.shown[:6], strict=True):
+        known = f"{milli(value, decimals)} ± {milli(std, decimals) if np.isfinite(std) else '?'}"
+        yield known if shown else "not determined"
 
 
 def _add(chart: go.Figure, name: str, fit: Fit, nominal: Theta, stroke: str, shift: float) -> None:
     reach = 1e3 * BAND * stds_of(fit)[:6]
     chart.add_scatter(
         x=_PLACES + shift,
-        y=1e3 * (fit.theta - nominal),
+        y=np.where(fit.shown[:6], 1e3 * (fit.theta - nominal), np.nan),
         error_y={"array": np.where(np.isfinite(reach), reach, 0.0), "color": color(stroke), "thickness": 1.5},
         mode="markers",
         marker={"color": color(stroke), "size": 7},

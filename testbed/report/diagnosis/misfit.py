@@ -6,7 +6,7 @@ from testbed.diagnosis.misfit import BANDWIDTH, Misfit, explained
 from testbed.diagnosis.state import Gap
 
 MEANING = (
-    f"what a torque on the body or an error of the gyro, of any shape up to {BANDWIDTH:g} Hz, would take up of the "
+    f"what a torque on the body or an error of the gyro, of any shape up to {BANDWIDTH:g} Hz, would explain of the "
     "gyro's samples beyond noise"
 )
 """Of the misfit, for the reader."""

@@ -32,7 +32,7 @@ def distance_words(separation: Separation) -> str:
 def flight_words(proposal: Proposal) -> str:
     """Return how to fly next, in a sentence or two."""
     if proposal.flight is None:
-        return "No flight within this cluster's limits tells them apart."
+        return "No flight within this cluster's limits distinguishes them."
     path = "its gimbals on the path that the scenario holds"
     often = f"Fly it {_TIMES[proposal.times]} and add the records to the data."
     short = "" if proposal.enough else " Even then they may look alike: a stronger effect or a better gyro would tell."
@@ -42,7 +42,7 @@ def flight_words(proposal: Proposal) -> str:
 def purpose_words(proposal: Proposal) -> str:
     """Return what the next flight is for, in a sentence."""
     pairs = dict.fromkeys(pair_words(each) for each in proposal.separations if each.separable)
-    return f"Tells apart what the records so far do not: {'; '.join(pairs)}."
+    return f"Distinguishes what the records so far do not: {'; '.join(pairs)}."
 
 
 def no_gimbals_words(diagnosis: Diagnosis) -> Iterator[str]:

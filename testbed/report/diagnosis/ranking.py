@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 
 from testbed.diagnosis.candidates import Candidate, Screening, accepted, probabilities_of
 from testbed.diagnosis.noise import NoiseHypothesis
@@ -25,7 +26,9 @@ def ranking_section(diagnosis: Diagnosis) -> Iterator[Section]:
     if diagnosis.remaining is not None:
         screenings.append(diagnosis.remaining)
     tables: list[Block] = [
-        _table(added, each, on_the_noise(diagnosis)) for added, each in enumerate(screenings) if each.candidates
+        _table(added, each, on_the_noise(diagnosis), diagnosis.untested(each))
+        for added, each in enumerate(screenings)
+        if each.candidates
     ]
     if tables:
         yield Section(title="Effects, ranked", blocks=(Paragraph(text=_MEANING), *tables))
@@ -40,15 +43,23 @@ def on_the_noise(diagnosis: Diagnosis) -> tuple[NoiseHypothesis, ...]:
     return () if diagnosis.added else diagnosis.noise_candidates
 
 
-def ranking_rows(screening: Screening, noise: Sequence[NoiseHypothesis] = ()) -> Iterator[tuple[str, ...]]:
+def ranking_rows(
+    screening: Screening,
+    noise: Sequence[NoiseHypothesis] = (),
+    untested: Mapping[str, float] = MappingProxyType({}),
+) -> Iterator[tuple[str, ...]]:
     """Yield an effect and what stands under `RANKING`; an equivalence class has one probability.
 
     Args:
         screening: whose candidates are ranked.
         noise: effects on the gyro's noise, which take the places of others that have less evidence.
+        untested: evidence of effects for which a channel is missing, by name (`Diagnosis.untested`).
     """
-    probability = probabilities_of(screening, others={each.key: each.log_bayes_factor for each in noise})
-    members = [candidate.key for candidate in screening.close] if accepted(screening) is not None else []
+    others = {each.key: each.log_bayes_factor for each in noise} | dict(untested)
+    probability = probabilities_of(screening, others=others)
+    close = screening.close if accepted(screening) is not None else ()
+    # A class may be larger than what is listed, as steps back and effects on the noise add to what was refitted.
+    members = [candidate.key for candidate in close if candidate.key in probability]
     both: list[Candidate | NoiseHypothesis] = [*screening.candidates, *noise]
     ranked = sorted((each for each in both if each.key in probability), key=lambda each: -each.log_bayes_factor)
     first = next((each.key for each in ranked if each.key in members), None)
@@ -64,7 +75,7 @@ def ranking_rows(screening: Screening, noise: Sequence[NoiseHypothesis] = ()) ->
         )
 
 
-def _table(added: int, screening: Screening, noise: Sequence[NoiseHypothesis]) -> Table:
+def _table(added: int, screening: Screening, noise: Sequence[NoiseHypothesis], untested: Mapping[str, float]) -> Table:
     titles = (f"With {added} added" if added else "Nothing added", *RANKING)
-    rows = tuple(tuple(Cell(text=text) for text in row) for row in ranking_rows(screening, noise))
+    rows = tuple(tuple(Cell(text=text) for text in row) for row in ranking_rows(screening, noise, untested))
     return Table(columns=tuple(Column(title=title) for title in titles), rows=rows, numeric=False)

@@ -44,15 +44,19 @@ def size_lines(diagnosis: Diagnosis) -> Iterator[SizeLine]:
     """Yield a line for each effect that was looked at."""
     confounded = _confounded(diagnosis)
     for effect, group in groupby(detectable_sizes(diagnosis), key=lambda size: size.placed.effect.id):
-        sizes = sorted(group, key=lambda size: size.multiple)
+        members = list(group)
+        places = len(members)
+        sizes = sorted(
+            (one for size in members for one in size.by_frequency or (size,)), key=lambda size: size.multiple
+        )
         yield SizeLine(
             effect=effect,
-            components=len(sizes),
+            components=places,
             typical=typical_words(sizes[0]),
             smallest=smallest_words(sizes),
             multiple=_multiple(sizes),
             confounded=confounded.get(effect, ""),
-            seen=sum(size.seen_when_typical for size in sizes),
+            seen=sum(size.seen_when_typical for size in members),
         )
 
 
@@ -74,7 +78,14 @@ def smallest_words(sizes: Sequence[Detectable]) -> str:
     if not seen:
         return "not by this motion"
     quantities = zip(seen[0].smallest, seen[-1].smallest, seen[0].typical, strict=True)
-    return _listed([(least, most) for least, most, typical in quantities if not isclose(least.value, typical.value)])
+    own = seen[0].sized_by
+    return _listed(
+        [
+            (least, most)
+            for least, most, typical in quantities
+            if (least.name in own if own else not isclose(least.value, typical.value))
+        ]
+    )
 
 
 def typical_words(size: Detectable) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from math import isfinite
 
-from testbed.diagnosis.findings import Addition, Agreement
+from testbed.diagnosis.findings import Addition, Agreement, doubt_words
 from testbed.diagnosis.state import Diagnosis, Gap
 from testbed.effects.contract import NamedEffect, Quantity
 from testbed.report.diagnosis.misfit import gimbals_words, misfit_change_words, misfit_words, shows_in_gyro
@@ -27,7 +27,11 @@ def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
         text += f"{misfit_words(diagnosis.gap)}, and a gap of {gap_words(diagnosis.gap)}; noise alone gives 1."
         return Notice(tone="good", text=f"{text}{_far_words(diagnosis.gap)}")
     if diagnosis.verdict == "named":
-        return Notice(tone="good", text=f"Missing in the nominal model: {listed(names)}. {gap}")
+        doubts = list(doubt_words(diagnosis))
+        doubtful = f" Doubtful: {'; '.join(doubts)}." if doubts else ""
+        return Notice(
+            tone="warn" if doubts else "good", text=f"Missing in the nominal model: {listed(names)}. {gap}{doubtful}"
+        )
     if diagnosis.verdict == "ambiguous":
         others = [effect_name(other.effect, other.component) for other in diagnosis.added[0].look_alikes]
         alike = f"These data cannot distinguish {names[0]} from {listed(others)}."
@@ -69,7 +73,7 @@ def share_words(diagnosis: Diagnosis) -> str:
     return (
         ""
         if share is None
-        else f"Of what a torque of any shape would explain, the effects explain {100.0 * share:.0f} %."
+        else f"The effects explain {100.0 * share:.0f} % of what a torque of any shape would explain."
     )
 
 
@@ -88,7 +92,7 @@ def _far_words(gap: Gap) -> str:
     """Say of held-out runs that are missed, though by no more than the fitted ones leave open."""
     if not gap.heldout > _FAR * gap.fit:
         return ""
-    return " The fitted runs leave the inertia too uncertain to predict those held out: fly longer, or livelier."
+    return " The fitted runs leave the inertia too uncertain to predict those held out: fly longer, or turn faster."
 
 
 def _so_far(names: list[str]) -> str:
@@ -131,6 +135,7 @@ def addition_words(addition: Addition) -> Iterator[str]:
     """Yield lines on an effect: description, parameters, its equivalence class, the experiment that resolves it."""
     yield addition.effect.described(addition.component)
     yield from (quantity_words(quantity) for quantity in addition.quantities)
+    yield from (f"doubtful: {doubt}" for doubt in addition.doubts)
     if addition.look_alikes:
         others = listed(effect_name(other.effect, other.component) for other in addition.look_alikes)
         yield f"indistinguishable from: {others}"

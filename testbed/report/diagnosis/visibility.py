@@ -32,7 +32,7 @@ def visibility_section(diagnosis: Diagnosis) -> Iterator[Section]:
     sizes = detectable_sizes(diagnosis)
     seen = tuple(each for each in shown_signatures(first_screening(diagnosis)) if each.rank)
     blocks: list[Block] = [_heat_map(seen)] if seen else []
-    blocks += [_lines_table(diagnosis), _sizes_table(sizes)]
+    blocks += [_lines_table(diagnosis), *_frequencies(sizes), _sizes_table(sizes)]
     yield Section(title="What these data can show", blocks=tuple(blocks))
     rows = tuple(_untestable(diagnosis, sizes))
     if rows:
@@ -98,9 +98,35 @@ def _lines_table(diagnosis: Diagnosis) -> Table:
     )
     note = (
         "The size that is found in nine of ten such data sets at 5 % false alarms over all effects together, inertia "
-        "and initial rates re-estimated; of effects with several components, from the most to the least visible one."
+        "and initial rates re-estimated; of effects with several components, from the most to the least visible one, "
+        "of effects whose frequency is not known, from the best to the worst frequency."
     )
     return Table(columns=tuple(Column(title=title) for title in titles), rows=rows, note=note, numeric=False)
+
+
+def _frequencies(sizes: Sequence[Detectable]) -> Iterator[Figure]:
+    """Yield the smallest detectable sizes over the frequency of effects that have one."""
+    scanned = [size for size in sizes if size.by_frequency]
+    if not scanned:
+        return
+    chart = go.Figure(layout=layout("frequency, Hz", "smallest detectable size, times typical"))
+    for size, stroke in zip(scanned, ("fitted", "held-out", "extended", "nominal"), strict=False):
+        seen = [one for one in size.by_frequency if one.smallest]
+        chart.add_scatter(
+            x=[one.smallest[0].value for one in seen],
+            y=[one.multiple for one in seen],
+            name=size.placed.effect.id,
+            mode="lines+markers",
+            line={"color": color(stroke), "width": 1.5},
+            hovertemplate="%{y:.3~g} times typical at %{x:.3~g} Hz",
+        )
+    chart.update_xaxes(type="log")
+    chart.update_yaxes(type="log")
+    note = (
+        "An effect whose frequency is not known is looked for at each of these; shown is the axis that "
+        "shows it the least. The table has the range."
+    )
+    yield Figure(title="Smallest detectable size by frequency", chart=chart, note=note, wide=True)
 
 
 def _sizes_table(sizes: Sequence[Detectable]) -> Table:

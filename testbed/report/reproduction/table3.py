@@ -128,6 +128,6 @@ def _cuts_paragraph(campaign: Table3) -> Paragraph:
     return Paragraph(
         text=f"Of {cuts.flights} flights of the repetitions, {cuts.touched} met the wall and {cuts.too_short} were too "
         f"short to be used; {cuts.missed} were cut more than one sample late or not at all, {cuts.one_late} one sample "
-        f"late, {cuts.one_early} one early, and {cuts.false_alarms} gave more away. Usable time: {usable.min():.1f} to "
-        f"{usable.max():.1f} s, median {np.median(usable):.1f} s."
+        f"late, {cuts.one_early} one early, and {cuts.false_alarms} more than one sample early. Usable time: "
+        f"{usable.min():.1f} to {usable.max():.1f} s, median {np.median(usable):.1f} s."
     )

@@ -1,8 +1,8 @@
-"""The actuators: what the gimbals, the rotors and the cluster did, against what they may do."""
+"""The actuators: what gimbals, rotors, wheels and all of them together did, against what they may do."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -20,17 +20,33 @@ from testbed.signals import AXES, SIGNALS, unit_numbers
 def actuators_section(experiment: Experiment) -> Section:
     """Return the section of gimbals, rotors and cluster; stretches of saturation are shaded."""
     limits = flight_limits(experiment.scenario)
-    gimbal_rate, gimbal_torque = _both_ways(limits.gimbal_rate), _both_ways(limits.gimbal_torque)
-    blocks = (
-        limits_table(experiment.flown.summary, limits),
-        _signal_figure(experiment, "true_gimbal_rate", gimbal_rate, flag="gimbal_rate_saturated"),
-        _signal_figure(experiment, "true_gimbal_torque", gimbal_torque, flag="gimbal_torque_saturated"),
+    figures = (
+        *(_gimbal_figures(experiment) if experiment.truth.units else ()),
         _signal_figure(experiment, "true_cluster_momentum", _axis_levels(limits.cluster_momentum)),
         _signal_figure(experiment, "true_cluster_torque", _axis_levels(limits.cluster_torque)),
-        _rotor_figure(experiment),
-        _signal_figure(experiment, "singularity_measure", ()),
+        *(_rotor_figures(experiment) if experiment.truth.units else ()),
+        *(_wheel_figures(experiment) if len(experiment.truth.wheels.spin_inertia) else ()),
     )
-    return Section(title="Actuators", blocks=blocks)
+    return Section(title="Actuators", blocks=(limits_table(experiment.flown.summary, limits), *figures))
+
+
+def _gimbal_figures(experiment: Experiment) -> Iterator[Figure]:
+    limits = flight_limits(experiment.scenario)
+    rate, torque = _both_ways(limits.gimbal_rate), _both_ways(limits.gimbal_torque)
+    yield _signal_figure(experiment, "true_gimbal_rate", rate, flag="gimbal_rate_saturated")
+    yield _signal_figure(experiment, "true_gimbal_torque", torque, flag="gimbal_torque_saturated")
+
+
+def _rotor_figures(experiment: Experiment) -> Iterator[Figure]:
+    yield _rotor_figure(experiment)
+    yield _signal_figure(experiment, "singularity_measure", ())
+
+
+def _wheel_figures(experiment: Experiment) -> Iterator[Figure]:
+    limits = flight_limits(experiment.scenario)
+    speed, torque = _both_ways(*sorted(set(limits.wheel_speed))), _both_ways(*sorted(set(limits.wheel_torque)))
+    yield _signal_figure(experiment, "true_wheel_speed", speed, flag="wheel_momentum_clamped")
+    yield _signal_figure(experiment, "true_wheel_torque", torque, flag="wheel_torque_saturated")
 
 
 def _signal_figure(experiment: Experiment, name: str, levels: Iterable[Level], flag: str | None = None) -> Figure:
@@ -71,8 +87,8 @@ def _shading_note(shaded: tuple[Span, ...]) -> str:
     return "Shaded: a unit is at this limit." if shaded else ""
 
 
-def _both_ways(limit: float) -> tuple[Level, ...]:
-    return (Level(name="limit", values=(limit, -limit)),)
+def _both_ways(*limits: float) -> tuple[Level, ...]:
+    return tuple(Level(name="limit", values=(limit, -limit)) for limit in limits)
 
 
 def _axis_levels(limit: Vector3) -> tuple[Level, ...]:

@@ -37,14 +37,14 @@ def estimators_table(statistics: CampaignStatistics) -> Table:
 
 
 def statistics_tables(statistics: CampaignStatistics) -> tuple[Table, ...]:
-    """Return the tables of bias, efficiency, honesty and coverage."""
+    """Return the tables of bias, efficiency, stated over actual scatter, and coverage."""
     chance = f"{_standard_error_of_scatter(statistics):.1%}"
     return (
         _table(
             statistics,
             "Bias, std errors",
             _bias,
-            f"Mean error over its standard error; marked beyond {_NOTABLE_BIAS:.0f}, which chance gives to one in 370.",
+            f"Mean error over its standard error; marked beyond {_NOTABLE_BIAS:.0f}, which chance exceeds once in 370.",
         ),
         _table(
             statistics,

@@ -23,7 +23,7 @@ def conservation_section(record: Record, summary: FlightSummary, truth: Platform
         truth: the platform that flew, for the momentum of its rotors.
     """
     momentum_N = record.channels["true_total_momentum"]
-    scale = float(np.abs(truth.cluster.rotor_momentum).sum())
+    scale = float(np.abs(truth.cluster.rotor_momentum).sum() + truth.wheels.momentum_limit.sum())
     drift = np.asarray(momentum_N - momentum_N[0]) / scale
     text = Paragraph(
         text="Nothing outside turns a free platform: its total momentum H, in inertial axes, stays as it was at the "

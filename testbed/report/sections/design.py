@@ -1,4 +1,4 @@
-"""The design: how the maneuver was found, and how much it tells."""
+"""The design: how the maneuver was found, and its information."""
 
 from __future__ import annotations
 

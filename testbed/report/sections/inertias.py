@@ -17,10 +17,10 @@ AnyEstimate: TypeAlias = Estimate | CombinedEstimate
 
 @dataclass(frozen=True, kw_only=True)
 class Inertias:
-    """What is known of the inertia before, after and beside the estimates.
+    """The estimates of the inertia beside the nominal and the true one.
 
     Attributes:
-        by_name: each estimator's answer.
+        by_name: each estimator's estimate.
         bound_std: square root of the Cramér-Rao bound's diagonal, shape (6,), kg·m²; None where there is none.
         nominal: θ of the model before the flight, kg·m².
         truth: θ of the simulated platform, kg·m²; None for measured records.

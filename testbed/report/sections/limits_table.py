@@ -14,10 +14,19 @@ LIMIT_NAMES = {
     "gimbal_torque": "gimbal motor torque",
     "cluster_momentum": "cluster momentum",
     "cluster_torque": "cluster torque",
+    "wheel_torque": "wheel motor torque",
+    "wheel_speed": "wheel speed",
 }
 """Limits by the name that a flight's summary gives them."""
 
-_UNITS = {"gimbal_rate": "rad/s", "gimbal_torque": "N·m", "cluster_momentum": "N·m·s", "cluster_torque": "N·m"}
+_UNITS = {
+    "gimbal_rate": "rad/s",
+    "gimbal_torque": "N·m",
+    "cluster_momentum": "N·m·s",
+    "cluster_torque": "N·m",
+    "wheel_torque": "N·m",
+    "wheel_speed": "rad/s",
+}
 
 
 def limits_table(summary: FlightSummary, limits: FlightLimits) -> Table:
@@ -43,6 +52,8 @@ def _tone(share: float) -> Tone:
 
 
 def _note(summary: FlightSummary) -> str:
+    if summary.min_singularity_measure is None:
+        return f"Time in which a wheel was at its torque limit: {summary.saturated:.4g} s."
     return (
         f"Time in which a gimbal was at its rate or torque limit: {summary.saturated:.4g} s. "
         f"Smallest singularity measure: {figures(summary.min_singularity_measure)}."

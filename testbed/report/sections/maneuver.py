@@ -1,4 +1,4 @@
-"""The maneuver: what the platform was asked to do."""
+"""The maneuver: the reference body rate and gimbal angles."""
 
 from __future__ import annotations
 
@@ -28,18 +28,22 @@ def maneuver_section(maneuver: Maneuver, record: Record) -> Section:
         chart=line_chart(rates, y_title="body rate, rad/s"),
         shares_time=True,
     )
-    return Section(title="Maneuver", blocks=(rate_figure, _gimbal_figure(maneuver, record)))
+    return Section(title="Maneuver", blocks=(rate_figure, *_gimbal_figures(maneuver, record)))
 
 
-def _gimbal_figure(maneuver: Maneuver, record: Record) -> Figure:
+def _gimbal_figures(maneuver: Maneuver, record: Record) -> tuple[Figure, ...]:
+    """Return the chart of the gimbal angles; none of a platform without gimbals."""
+    if "true_gimbal_angle" not in record.channels:
+        return ()
     flown = signal_lines("true_gimbal_angle", record.time, record.channels["true_gimbal_angle"])
     note = "" if maneuver.gimbal_angle is None else "Dashed: as designed. Solid: as flown."
-    return Figure(
+    figure = Figure(
         title="Gimbal angles",
         chart=line_chart((*_designed(maneuver), *flown), y_title="gimbal angle, rad"),
         note=note,
         shares_time=True,
     )
+    return (figure,)
 
 
 def _designed(maneuver: Maneuver) -> tuple[Line, ...]:

@@ -19,6 +19,9 @@ _SHOWN = (
     "gimbal_rate_command",
     "gimbal_torque",
     "rotor_speed",
+    "wheel_speed",
+    "wheel_torque_command",
+    "wheel_torque",
 )
 
 

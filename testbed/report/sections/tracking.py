@@ -1,4 +1,4 @@
-"""The tracking: what the platform did, beside what it was asked to do and what the gyro saw of it."""
+"""The tracking: true body rate beside the reference and the gyro's samples."""
 
 from __future__ import annotations
 
