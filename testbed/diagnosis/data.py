@@ -14,7 +14,7 @@ from testbed.arrays import Array, Flags, Matrix3, Theta, Units, Vector3
 from testbed.diagnosis.settings import SETTINGS
 from testbed.dynamics.inertia import inertia_of, log_ratio, of_log_ratio, slopes_of_log_ratio, theta_of
 from testbed.effects.fast_changes import FEWEST, fast_power
-from testbed.estimation.telemetry import Telemetry, has_momentum
+from testbed.estimation.telemetry import ALL_AXES, Telemetry, has_momentum
 from testbed.estimation.torque_noise import covariance
 from testbed.prediction.grid import Grid, grid_of, unit_count
 from testbed.prediction.motor_torques import has_torques, measured_torques
@@ -248,6 +248,11 @@ class Runs:
         return self.grid.runs[0].applied_torque is not None and not self.driven_by_momentum
 
     @property
+    def known_in_part(self) -> bool:
+        """Whether the torque is known in part, so that runs are windows: what turns the platform beside it is noise."""
+        return bool(self.windowed) and self.trimmed
+
+    @property
     def mean_torque(self) -> Array:
         """Mean of the applied torque over the record of every run, shape (R, 1, 3), N·m."""
         by_run = self.grid.applied_torque_B[:, 0].mean(axis=1)
@@ -353,11 +358,12 @@ class Runs:
     def _white(self, block: int, values: Array) -> Array:
         """Return what is in the unit of a block in units of its noise, (N, width) or (N, width, C), where compared."""
         if self.torque_noise is None or block >= len(self.names):
-            sigma = self._sigmas[block]
+            sigma = self.sigma[block] if block < len(self.names) else self.inner_sigma[block - len(self.names)]
             white = values / (sigma if values.ndim == 2 else sigma[:, None])
         else:
-            white = np.einsum("anm,ma...->na...", self._whiteners[block], values)
-        return np.asarray(white[:, self._compared[block]])
+            by_axis = np.moveaxis(values.reshape(*values.shape[:2], -1), 1, 0)
+            white = np.moveaxis(self._whiteners[block] @ by_axis, 0, 1).reshape(values.shape)
+        return np.asarray(white[:, self._compared(block)])
 
     @cached_property
     def _factors(self) -> list[Array]:
@@ -370,15 +376,10 @@ class Runs:
         """Their inverses."""
         return [np.asarray(np.linalg.inv(factor)) for factor in self._factors]
 
-    @property
-    def _sigmas(self) -> tuple[Array, ...]:
-        return (*self.sigma, *self.inner_sigma)
-
-    @property
-    def _compared(self) -> tuple[Flags | slice, ...]:
-        """Which columns of each block are compared."""
-        gyro: list[Flags | slice] = [slice(None) if live.all() else live for live in self.live]
-        return (*gyro, *(slice(None) for _ in self.inner))
+    def _compared(self, block: int) -> Flags | slice:
+        """Return which columns of a block are compared."""
+        live = self.grid.runs[block].live if block < len(self.names) else ALL_AXES
+        return slice(None) if live == ALL_AXES else np.array(live)
 
 
 def _on_all_axes(part: Array, live: Flags) -> Array:

@@ -223,13 +223,13 @@ def evaluated(runs: Runs, placed: tuple[Hypothesis, ...], values: Values) -> Fit
     """Return residual and Jacobian at given parameters."""
     hooks = [each.hooks for each in placed]
     samples, derivatives = predicted_with_derivatives(runs.grid, hooks, values, predict=predicted_channels)
-    residual, jacobian = runs.whitened(samples), stacked(runs, derivatives, common_size(values.effects))
-    away, slopes = _believed(runs, placed, values, jacobian.shape[1])
+    residual, common = runs.whitened(samples), common_size(values.effects)
+    away, slopes = _believed(runs, placed, values, common + parameters_of_runs(runs))
     return Fit(
         placed=placed,
         values=values,
         residual=np.concatenate([residual, away]) if len(away) else residual,
-        jacobian=np.concatenate([jacobian, slopes]) if len(away) else jacobian,
+        jacobian=stacked(runs, derivatives, common, slopes),
         at_bound=_at_bound(placed, values),
         believed=len(away),
         record_of=runs.record_of,
@@ -237,18 +237,24 @@ def evaluated(runs: Runs, placed: tuple[Hypothesis, ...], values: Values) -> Fit
     )
 
 
-def stacked(runs: Runs, derivatives: Sequence[Array], common: int) -> Array:
+def parameters_of_runs(runs: Runs) -> int:
+    """Return the number of parameters that runs or records have of their own: initial rates, and trims if free."""
+    return 3 * (len(runs.names) + (len(runs.record_names) if runs.trimmed else 0))
+
+
+def stacked(runs: Runs, derivatives: Sequence[Array], common: int, beliefs: Array) -> Array:
     """Put the whitened derivatives of all blocks below each other, what is a run's or a record's own in own columns.
 
     Args:
         runs: with their sigma.
         derivatives: of each block, shape (N, 3 or 6, common + 3), or common + 6 where trims are free.
         common: columns that all runs share.
+        beliefs: rows that stand below, shape (B, columns).
     """
-    number, blocks = len(runs.names), runs.whitened_columns(derivatives)
+    number, blocks, trims = len(runs.names), runs.whitened_columns(derivatives), runs.trimmed
     edges = np.cumsum([0, *map(len, blocks)]).tolist()
-    trims = 3 * len(runs.record_names) if blocks[0].shape[1] > common + 3 else 0
-    matrix = np.zeros((edges[-1], common + 3 * number + trims))
+    matrix = np.zeros((edges[-1] + len(beliefs), beliefs.shape[1]))
+    matrix[edges[-1] :] = beliefs
     for index, (block, rows) in enumerate(zip(blocks, starmap(slice, pairwise(edges)), strict=True)):
         own = common + 3 * (index % number)
         matrix[rows, :common] = block[:, :common]
@@ -544,7 +550,7 @@ def in_torque_noise(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, R
         heldout: not fitted; they are whitened alike.
         fit: of the model to the former.
     """
-    if not runs.windowed or not runs.trimmed:
+    if not runs.known_in_part:
         return runs, heldout, fit
     for _ in range(_NOISE_ROUNDS):
         noise = torque_noise([run.gyro_time for run in runs.grid.runs], runs.deviations(fit.residual))

@@ -354,8 +354,8 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
     if not at_rest:
         require_motion(together, gate)
     require_si(together, theta, gate)
-    given = _given(together)
-    baseline = fitted(together, given, theta, starts_of(together, given))
+    # Where torque is known in part no inertia is refused, and a sample's spike stands out of any motion.
+    baseline = nominal_fit(together, theta) if together.known_in_part else fitted(together, [], theta, [])
     require_this_platform(together, baseline, theta, gate)
     return Gated(
         usable=usable,
@@ -403,7 +403,7 @@ def belief_of(runs: Runs, scenario: BodyScenario, theta: Theta) -> Belief | None
 
 def _given(runs: Runs) -> tuple[Hypothesis, ...]:
     """Return the effects that every model of runs has: over windows, torque per command is known in part."""
-    if not runs.windowed or not runs.trimmed:
+    if not runs.known_in_part:
         return ()
     return (Hypothesis(effect=EFFECTS["actuator_gain"], component="actuators", given=True),)
 
