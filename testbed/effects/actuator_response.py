@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.arrays import Array
+from testbed.arrays import Array, Indices
 from testbed.prediction.grid import Grid
 from testbed.prediction.smooth import Smooth, decay
 
@@ -35,7 +35,7 @@ def late_torque(asked_B: Array, grid: Grid, time_constant: Array, delay: Array) 
     return np.asarray(late.reshape(len(asked_B), -1, *asked_B.shape[2:])[:, place])
 
 
-def _distinct(asked_B: Array, times: list[Array]) -> tuple[Array, Array]:
+def _distinct(asked_B: Array, times: list[Array]) -> tuple[Indices, Indices]:
     """Return which parameter sets differ in what is late or by how much, and which of these each set is.
 
     Most sets are a step in a parameter that changes neither, and splines cost more than all else.
