@@ -61,6 +61,35 @@ class Telemetry:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Instruments:
+    """What the instruments do that no model of them says: nothing, by default.
+
+    Attributes:
+        noise_correlation: of neighbouring samples of the gyro's noise, a first-order autoregression.
+        tail_freedom: degrees of freedom of Student's t distribution that the gyro's noise has; None for a normal one.
+        noise_by_run: largest share by which the gyro's noise differs from the stated one, in every run by its own.
+        jitter: standard deviation of the instant of a gyro sample, s.
+        averaging: whether a gyro sample is the mean over the period that ends with it.
+        anti_alias: -3 dB of the gyro's second-order (Butterworth) filter in shares of its rate; None for none.
+        eccentricity: amplitude of the encoders' error once a turn, rad.
+        encoder_delay: by which the encoders' samples are later than the other channels', in periods of the gyro.
+        telemetry_delay: by which all samples of the actuators are late, s; negative where they are early.
+        clock_skew: by which the gyro's clock is behind at the end of a run, s; it is right at release.
+    """
+
+    noise_correlation: float = 0.0
+    tail_freedom: float | None = None
+    noise_by_run: float = 0.0
+    jitter: float = 0.0
+    averaging: bool = False
+    anti_alias: float | None = None
+    eccentricity: float = 0.0
+    encoder_delay: float = 0.0
+    telemetry_delay: float = 0.0
+    clock_skew: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
 class Case:
     """One data set.
 
@@ -71,6 +100,8 @@ class Case:
         effects: hidden in it.
         theta_error: true minus nominal J11, J22, J33, J23, J13, J12 without any effect, kg·m².
         telemetry: what is written down.
+        instruments: what they do that no model of them says; for flights by this package's own equations only, but for
+            the gyro's noise and late telemetry.
         actuation: CMGs, or a torque that is applied and known.
         feedback: whether the gyro closes the loop; without, only the encoders do.
         simulator: what flies it: this package's equations of motion, or MuJoCo.
@@ -84,6 +115,7 @@ class Case:
     effects: tuple[HiddenEffect, ...] = ()
     theta_error: tuple[float, ...] = (0.0,) * 6
     telemetry: Telemetry = field(default_factory=Telemetry)
+    instruments: Instruments = field(default_factory=Instruments)
     actuation: Literal["cmg", "applied_torque"] = "cmg"
     feedback: bool = True
     simulator: Literal["equations", "mujoco"] = "equations"

@@ -157,6 +157,7 @@ class GyroErrors:
         extra_noise: (3,), standard deviation of white noise beside the nominal, rad/s.
         quantization: rad/s.
         saturation: rad/s.
+        noise_correlation: of neighbouring samples of the nominal noise.
         averaging: share of the sample period over which a reading is the mean.
     """
 
@@ -169,6 +170,7 @@ class GyroErrors:
     extra_noise: Array = field(default_factory=lambda: np.zeros(3))
     quantization: float = 0.0
     saturation: float = inf
+    noise_correlation: float = 0.0
     averaging: float = 0.0
 
 

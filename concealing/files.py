@@ -11,8 +11,9 @@ import numpy as np
 
 from concealing.case import Case
 from concealing.craft import Array, nominal_craft
-from concealing.flown import Flown, applied_torque, fly_case, generator, theta
+from concealing.flown import Flown, FlownCase, applied_torque, fly_case, generator, theta
 from concealing.guidance import software_of
+from concealing.instruments import encoder_error, gyro_error
 from concealing.library import KINDS
 from concealing.mujoco_flight import fly_in_mujoco
 from testbed.records.record import Record, RunDetails
@@ -63,6 +64,8 @@ def record(flown: Flown, index: int) -> Record:
     case, telemetry = flown.case, flown.case.telemetry
     ticks = np.arange(0, round(case.runs[index].duration / flown.clock.period) + 1, flown.clock.gyro_ticks)
     channels = {"body_rate": flown.log.gyro[ticks, index]}
+    if isinstance(flown, FlownCase):
+        channels["body_rate"] = channels["body_rate"] + gyro_error(case, flown.log, flown.mechanics, index, ticks)
     channels["body_rate"] = _spiked(case, index, channels["body_rate"], flown.sensors.gyro_noise)
     channels |= _actuation(flown, index, ticks)
     kept = _kept(case, index, len(ticks))
@@ -117,13 +120,13 @@ def _actuation(flown: Flown, index: int, ticks: Array) -> dict[str, Array]:
     case, log = flown.case, flown.log
     if case.actuation == "applied_torque":
         asked = applied_torque(case)
-        return {
-            "applied_torque": np.array([asked(time)[index] for time in log.time[ticks] - flown.craft.telemetry_late])
-        }
-    telemetry = case.telemetry
+        return {"applied_torque": np.array([asked(time)[index] for time in log.time[ticks] - _late(flown)])}
+    telemetry, angle = case.telemetry, log.encoder[:, index]
+    if isinstance(flown, FlownCase):
+        angle = angle + encoder_error(case, flown.log, flown.mechanics, index)
     if telemetry.momentum == "cluster_momentum":
-        return {"cluster_momentum": _recorded(flown, _cluster_momentum(flown, index), ticks)}
-    channels = {"gimbal_angle": log.encoder[:, index]}
+        return {"cluster_momentum": _recorded(flown, _cluster_momentum(flown, angle, index), ticks)}
+    channels = {"gimbal_angle": angle}
     if telemetry.rate_command:
         channels["gimbal_rate_command"] = log.rate_order[:, index]
     if telemetry.gimbal_torque:
@@ -133,21 +136,26 @@ def _actuation(flown: Flown, index: int, ticks: Array) -> dict[str, Array]:
     return {name: _recorded(flown, values, ticks) for name, values in channels.items()}
 
 
+def _late(flown: Flown) -> float:
+    """Return by how much the actuators' channels are late, s: by a hidden effect, and by what no model says."""
+    return flown.craft.telemetry_late + flown.case.instruments.telemetry_delay
+
+
 def _recorded(flown: Flown, values: Array, ticks: Array) -> Array:
     """Return what is written down at ticks of a channel at all of them; late, between its samples.
 
     A straight line between two samples takes up to half of their noise's variance away.
     """
-    if flown.craft.telemetry_late == 0.0:
+    late = _late(flown)
+    if late == 0.0:
         return values[ticks]
-    time, shown = flown.log.time, flown.log.time[ticks] - flown.craft.telemetry_late
+    time, shown = flown.log.time, flown.log.time[ticks] - late
     return np.stack([np.interp(shown, time, column) for column in values.T], axis=1)
 
 
-def _cluster_momentum(flown: Flown, index: int) -> Array:
+def _cluster_momentum(flown: Flown, angle: Array, index: int) -> Array:
     """h = Σ (Js Ω s + (Jg + Jt) ḋ g) as a flight computer sends it: from encoders, tachometers and nominal axes."""
     units = nominal_craft(software_of(flown.case.scenario).platform).units
-    angle = flown.log.encoder[:, index]
     rate = np.gradient(angle, flown.clock.period, axis=0)
     cos, sin = np.cos(angle)[..., None], np.sin(angle)[..., None]
     spin = units.spin_axis * cos + units.transverse_axis * sin

@@ -11,6 +11,7 @@ from concealing.case import Case
 from concealing.craft import Array, Craft, nominal_craft
 from concealing.flight import Clock, FlightLog, Guidance, Recording, fly
 from concealing.guidance import NoGuidance, OnBoard, Software, planned_maneuver, software_of
+from concealing.instruments import gyro_noise
 from concealing.library import with_effects
 from concealing.mechanics import Mechanics
 from concealing.sensors import Noise, SensorNumbers, draw_noise
@@ -122,7 +123,9 @@ def released_rates(case: Case) -> Array:
 
 def noise_of(case: Case, clock: Clock, units: int) -> Noise:
     """Return the noise of all sensors, drawn."""
-    return draw_noise(generator(case, _NOISE), clock.ticks + 1, len(case.runs), units, clock.period)
+    white = draw_noise(generator(case, _NOISE), clock.ticks + 1, len(case.runs), units, clock.period)
+    correlation = true_craft(case, software_of(case.scenario)).gyro.noise_correlation
+    return gyro_noise(case, white, clock.gyro_ticks, correlation)
 
 
 def applied_torque(case: Case) -> Callable[[float], Array]:

@@ -82,6 +82,11 @@ def gyro_saturation(craft: Craft, _: str, parameters: Parameters) -> Craft:
     return _with_gyro(craft, saturation=parameters["limit"])
 
 
+def gyro_noise_color(craft: Craft, _: str, parameters: Parameters) -> Craft:
+    """Neighbouring samples of the nominal noise are correlated, a first-order autoregression of the same variance."""
+    return _with_gyro(craft, noise_correlation=parameters["correlation"])
+
+
 def _with_gyro(craft: Craft, **changes: Array | float) -> Craft:
     return replace(craft, gyro=replace(craft.gyro, **changes))
 
@@ -140,3 +145,9 @@ KINDS = {
     "gyro_saturation": _gyro({"limit": "rad/s"}, gyro_saturation, lambda _: {"limit": 0.6}, shrinking=("limit",)),
 }
 """By id."""
+FURTHER = {
+    "gyro_noise_color": _gyro(
+        {"correlation": "1"}, gyro_noise_color, lambda rng: {"correlation": 0.3 * sign(rng)}, growing=("correlation",)
+    ),
+}
+"""Effects that random sets do not draw, so that a seed makes the set that it always made; they are asked for."""

@@ -26,7 +26,7 @@ LISTED: dict[str, EffectKind] = {
 """The effects of the published table."""
 UNLISTED: dict[str, EffectKind] = unlisted_effects.KINDS
 """Effects that are in no library."""
-FURTHER: dict[str, EffectKind] = further_effects.KINDS
+FURTHER: dict[str, EffectKind] = further_effects.KINDS | gyro_effects.FURTHER
 """Effects of the published table that only a set which is asked for has."""
 KINDS = LISTED | UNLISTED | FURTHER
 

@@ -21,7 +21,8 @@ _TRIALS = 15
 _GROWTH = 30.0
 _NOTHING = 1e-2
 """sigma"""
-_NOISES = {"gyro_noise", "gyro_quantization"}
+_NOISES = {"gyro_noise", "gyro_noise_color", "gyro_quantization"}
+_MOST_CORRELATED = 0.9
 
 
 class UnreachableError(Exception):
@@ -104,6 +105,11 @@ def _noise_sized(case: Case, hidden: HiddenEffect, target: float) -> HiddenEffec
     """Size what has no signature by the excess of variance that the samples show in as many sigma."""
     samples = sum(run.duration * case.telemetry.gyro_rate for run in case.runs)
     noise = software_of(case.scenario).sensors.gyro_noise
+    if hidden.effect == "gyro_noise_color":
+        correlation = float(np.copysign(target / np.sqrt(3.0 * samples), hidden.parameters["correlation"]))
+        if abs(correlation) > _MOST_CORRELATED:
+            raise UnreachableError(f"{hidden.effect}: a correlation of {correlation:.2f}")
+        return replace(hidden, parameters={"correlation": correlation})
     if hidden.effect == "gyro_noise":
         axes = 3 if hidden.component == "gyro" else 1
         excess = target * np.sqrt(2.0 / (axes * samples))

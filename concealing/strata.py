@@ -168,6 +168,20 @@ def hidden_effect(rng: np.random.Generator, case: Case, effect: str, times: floa
     return sized(case, typical, times * detectable(case, typical))
 
 
+def small_effects(rng: np.random.Generator, case: Case, count: int, times: float) -> tuple[HiddenEffect, ...]:
+    """Draw so many listed effects of different ids for a CMG platform, each of so many detectable sizes alone.
+
+    What is drawn shows in what the case records; no two look alike.
+    """
+    possible = [name for name, kind in LISTED.items() if "cmg" in kind.actuation and not _sits_inside(name)]
+    names: list[str] = []
+    for name in rng.permutation([each for each in possible if each not in NEVER_HIDDEN]):
+        if len(names) < count and not any(_alike(str(name), other) for other in names):
+            names.append(str(name))
+    bare = replace(case, effects=())
+    return tuple(hidden_effect(rng, bare, name, times)[0] for name in names)
+
+
 def unlisted_effect(rng: np.random.Generator, case: Case, effect: str, sigma: float) -> tuple[HiddenEffect, float]:
     """Draw an effect of no library whose signature has a norm in sigma; return it and the norm that it has."""
     return sized(case, HiddenEffect(effect=effect, component=PLATFORM, parameters=KINDS[effect].draw(rng)), sigma)

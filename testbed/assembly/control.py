@@ -53,18 +53,11 @@ def flight_clock(scenario: Scenario, maneuver_duration: float) -> Clock:
 
 def flight_controller(scenario: Scenario, nominal: PlatformModel) -> Controller:
     """Return the controller; it knows the nominal platform only."""
-    cluster, steering = scenario.cluster, scenario.controller.steering
+    gyros, steering = scenario.gyros, scenario.controller.steering
     period = 1.0 / scenario.simulation.control_rate_hz
-    servo = gimbal_servo(
-        nominal.cluster,
-        cluster.gimbal_servo_bandwidth_rad_s,
-        cluster.gimbal_servo_damping_ratio,
-        cluster.gimbal_rate_limit_rad_s,
-    )
+    servo = gimbal_servo(nominal.cluster, gyros.servo_bandwidth, gyros.servo_damping_ratio, gyros.gimbal_rate_limit)
     return Controller(
-        actuators=Actuators(
-            cluster=nominal.cluster, wheels=nominal.wheels, gimbal_rate_limit=cluster.gimbal_rate_limit_rad_s
-        ),
+        actuators=Actuators(cluster=nominal.cluster, wheels=nominal.wheels, gimbal_rate_limit=gyros.gimbal_rate_limit),
         tracker=Tracker(inertia=nominal.inertia, gain=_gain(scenario)),
         law=steering_law(steering),
         servo=servo,
@@ -91,7 +84,7 @@ def preferred_gimbal_angle(scenario: Scenario) -> Units | None:
     preferred = scenario.controller.steering.preferred_gimbal_angle_rad
     if preferred == "maneuver":
         return None
-    return np.array(per_unit(() if preferred == "zero" else preferred, scenario.cluster.units, 0.0))
+    return np.array(per_unit(() if preferred == "zero" else preferred, scenario.gyros.units, 0.0))
 
 
 def steering_law(steering: schema.Steering) -> SteeringLaw:

@@ -69,7 +69,7 @@ def _rotors(scenario: Scenario, spread: Dispersion, rng: np.random.Generator) ->
     if spread.rotor_momentum_relative == 0.0:
         return {}
     stated = scenario.truth.rotor_momentum_N_m_s
-    mean = np.broadcast_to(scenario.cluster.rotor_momentum_N_m_s if stated is None else stated, scenario.cluster.units)
+    mean = np.broadcast_to(scenario.gyros.rotor_momentum if stated is None else stated, scenario.gyros.units)
     return {
         "rotor_momentum_N_m_s": _plain(mean * (1.0 + spread.rotor_momentum_relative * rng.standard_normal(len(mean))))
     }

@@ -44,10 +44,10 @@ def body_rate_limits(scenario: Scenario, section: BodyRateDesign) -> BodyRateLim
 
 def gimbal_limits(scenario: Scenario, section: GimbalDesign) -> GimbalLimits:
     """Return what a gimbal-space design may use: shares of the gimbals' and of the cluster's own limits."""
-    cluster = scenario.cluster
+    gyros = scenario.gyros
     return GimbalLimits(
-        gimbal_rate=section.gimbal_rate_fraction * cluster.gimbal_rate_limit_rad_s,
-        gimbal_torque=cluster.gimbal_torque_limit_N_m,
+        gimbal_rate=section.gimbal_rate_fraction * gyros.gimbal_rate_limit,
+        gimbal_torque=gyros.gimbal_torque_limit,
         gimbal_acceleration=_or_unlimited(section.gimbal_acceleration_limit_rad_s2),
         cluster_torque=section.cluster_torque_fraction * np.array(scenario.limits.cluster_torque_N_m),
         cluster_momentum=np.array(scenario.limits.cluster_momentum_N_m_s),

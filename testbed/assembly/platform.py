@@ -15,9 +15,10 @@ from testbed.errors import InputError, UnphysicalPlatformError
 from testbed.plant.build import build
 from testbed.plant.geometry import cluster_of, composite_inertia, wheels_of
 from testbed.plant.plant import Model, Plant
-from testbed.plant.properties import InitialState, PlatformProperties, WheelProperties
-from testbed.scenario.actuators import ReactionWheels, wheel_count
+from testbed.plant.properties import GyroProperties, InitialState, PlatformProperties, WheelProperties
+from testbed.scenario.actuators import ReactionWheels, control_moment_gyros, wheel_count
 from testbed.scenario.body import BodyScenario
+from testbed.scenario.gyros import ControlMomentGyros
 from testbed.scenario.platform import Truth
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.values import per_unit
@@ -109,13 +110,13 @@ def true_plant(flown: Sequence[tuple[Scenario, PlatformModel]], threads: int = 1
         flown: each platform with its scenario; what all share is taken from the first.
         threads: that step the platforms.
     """
-    cluster = flown[0][0].cluster
+    gyros = flown[0][0].gyros
     return Plant(
         [platform.model for _, platform in flown],
         initial=[initial_state(scenario) for scenario, _ in flown],
         rotor_momentum=np.stack([_starting_momentum(scenario) for scenario, _ in flown]),
-        rotor_momentum_limit=cluster.rotor_momentum_limit_N_m_s,
-        rotors=cluster.rotors,
+        rotor_momentum_limit=gyros.rotor_momentum_limit,
+        rotors=gyros.rotors,
         wheel_momentum=np.stack([_starting_wheel_momentum(scenario) for scenario, _ in flown]),
         wheel_momentum_limit=each_wheel(flown[0][0], "momentum_limit_N_m_s"),
         threads=threads,
@@ -124,16 +125,17 @@ def true_plant(flown: Sequence[tuple[Scenario, PlatformModel]], threads: int = 1
 
 def nominal_properties(scenario: Scenario) -> PlatformProperties:
     """Return the scenario's nominal numbers; those it leaves out stay None and keep the MJCF's."""
-    platform, cluster = scenario.platform, scenario.cluster
+    platform, cluster, gyros = scenario.platform, scenario.cluster, scenario.gyros
     return PlatformProperties(
         inertia=None if platform.inertia_kg_m2 is None else np.array(platform.inertia_kg_m2),
         mass=platform.mass_kg,
         edge=platform.edge_m,
-        units=cluster.units,
+        units=gyros.units,
+        gyros=tuple(gyro for entry in control_moment_gyros(scenario.actuators) for gyro in _gyros(entry)),
         array=cluster.array,
         skew=None if cluster.skew_deg is None else math.radians(cluster.skew_deg),
         mounting_radius=cluster.mounting_radius_m,
-        rotor_momentum=_spinning(np.full(cluster.units, cluster.rotor_momentum_N_m_s), scenario),
+        rotor_momentum=_spinning(gyros.rotor_momentum.copy(), scenario),
         rotor_momentum_limit=cluster.rotor_momentum_limit_N_m_s,
         rotor_spin_inertia=cluster.rotor_spin_inertia_kg_m2,
         rotor_transverse_inertia=cluster.rotor_transverse_inertia_kg_m2,
@@ -141,17 +143,35 @@ def nominal_properties(scenario: Scenario) -> PlatformProperties:
         gimbal_inertia=cluster.gimbal_inertia_kg_m2,
         gimbal_mass=cluster.gimbal_mass_kg,
         gimbal_torque_limit=cluster.gimbal_torque_limit_N_m,
-        gimbal_servo_bandwidth=cluster.gimbal_servo_bandwidth_rad_s,
+        gimbal_servo_bandwidth=gyros.servo_bandwidth,
         step=scenario.simulation.step_s,
         cabin_size=None if scenario.cabin is None else np.array(scenario.cabin.size_m),
-        wheels=tuple(wheel for array in scenario.actuators for wheel in _wheels(array)),
+        wheels=tuple(wheel for array in scenario.wheels for wheel in _wheels(array)),
     )
 
 
 def each_wheel(scenario: Scenario, key: str) -> Units:
     """Return what the entries of [[actuators]] state at a key for each wheel, shape (W,); 0 where it is omitted."""
-    stated = [getattr(array, key) or 0.0 for array in scenario.actuators for _ in range(array.wheels)]
+    stated = [getattr(array, key) or 0.0 for array in scenario.wheels for _ in range(array.wheels)]
     return np.array(stated, dtype=np.float64)
+
+
+def _gyros(entry: ControlMomentGyros) -> Iterator[GyroProperties]:
+    """Yield the control moment gyros of an entry."""
+    places = entry.places
+    for gimbal_B, spin_B, position_B in zip(places.gimbal_axis_B, places.spin_axis_B, entry.positions_B, strict=True):
+        yield GyroProperties(
+            gimbal_axis_B=gimbal_B,
+            spin_axis_B=spin_B,
+            position_B=position_B,
+            rotor_momentum_limit=entry.rotor_momentum_limit_N_m_s,
+            rotor_spin_inertia=entry.rotor_spin_inertia_kg_m2,
+            rotor_transverse_inertia=entry.transverse_inertia_kg_m2,
+            rotor_mass=entry.rotor_mass_kg,
+            gimbal_inertia=entry.gimbal_inertia_kg_m2,
+            gimbal_mass=entry.gimbal_mass_kg,
+            gimbal_torque_limit=entry.gimbal_torque_limit_N_m,
+        )
 
 
 def _wheels(array: ReactionWheels) -> Iterator[WheelProperties]:
@@ -180,7 +200,7 @@ def true_properties(scenario: Scenario) -> PlatformProperties:
     if truth.mass_kg is not None:
         nominal = replace(nominal, mass=truth.mass_kg)
     if truth.rotor_momentum_N_m_s is not None:
-        momentum = np.broadcast_to(np.array(truth.rotor_momentum_N_m_s, dtype=np.float64), scenario.cluster.units)
+        momentum = np.broadcast_to(np.array(truth.rotor_momentum_N_m_s, dtype=np.float64), scenario.gyros.units)
         nominal = replace(nominal, rotor_momentum=_spinning(momentum.copy(), scenario))
     if truth.gimbal_axis_misalignment_rad:
         nominal = replace(nominal, misalignment=np.array(truth.gimbal_axis_misalignment_rad))
@@ -218,7 +238,7 @@ def initial_state(scenario: Scenario) -> InitialState:
 
 def first_gimbal_angle(scenario: Scenario) -> Units:
     """Return the gimbal angles at the start of the flight, shape (M,), rad."""
-    return np.array(per_unit(scenario.initial.gimbal_angle_rad, scenario.cluster.units, 0.0))
+    return np.array(per_unit(scenario.initial.gimbal_angle_rad, scenario.gyros.units, 0.0))
 
 
 def initial_momentum(scenario: Scenario, platform: PlatformModel) -> Vector3:
@@ -243,7 +263,7 @@ def _starting_momentum(scenario: Scenario) -> Units:
 
 def _spinning(momentum: Units, scenario: Scenario) -> Units:
     """Stop the rotors of failed units: without momentum the steering law asks nothing of them."""
-    momentum[[unit - 1 for unit in scenario.cluster.failed]] = 0.0
+    momentum[[unit - 1 for unit in scenario.gyros.failed]] = 0.0
     return momentum
 
 

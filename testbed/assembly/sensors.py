@@ -22,6 +22,7 @@ def gyro_parameters(scenario: Scenario) -> GyroParameters:
     return GyroParameters(
         sample_rate=gyro.sample_rate_hz,
         white_noise=np.hypot(gyro.noise_rad_s, gyro.extra_noise_rad_s),
+        noise_correlation=gyro.noise_correlation,
         bias=np.array(gyro.bias_rad_s),
         drift=np.array(gyro.drift_rad_s2),
         bias_instability=gyro.bias_instability_rad_s,
@@ -54,7 +55,7 @@ def flight_sensors(scenario: Scenario, clock: Clock, seed: int) -> Sensors:
     parameters = gyro_parameters(scenario)
     gyro = gyro_on_clock(parameters, scenario.simulation.control_rate_hz)
     sensors = _unit_sensors(scenario)
-    counts = [scenario.cluster.units] * 3 + [wheel_count(scenario.actuators)] * 2
+    counts = [scenario.gyros.units] * 3 + [wheel_count(scenario.actuators)] * 2
     errors = [
         unit_errors(sensor, clock.ticks + 1, count, child)
         for sensor, count, child in zip(sensors, counts, unit_seeds, strict=True)
@@ -65,7 +66,7 @@ def flight_sensors(scenario: Scenario, clock: Clock, seed: int) -> Sensors:
         gyro_errors=gyro_errors(parameters, clock.ticks // gyro.ticks_per_sample + 1, gyro_seed),
         encoder=encoder,
         encoder_errors=errors[0],
-        encoder_dead_zone=np.array(per_unit(scenario.encoder.dead_zone_rad, scenario.cluster.units, 0.0)),
+        encoder_dead_zone=np.array(per_unit(scenario.encoder.dead_zone_rad, scenario.gyros.units, 0.0)),
         tachometer=tachometer,
         tachometer_errors=errors[1],
         torque_sensor=torque_sensor,
@@ -78,7 +79,7 @@ def flight_sensors(scenario: Scenario, clock: Clock, seed: int) -> Sensors:
 
 
 def _unit_sensors(scenario: Scenario) -> tuple[UnitSensor, ...]:
-    encoder, tachometer, units = scenario.encoder, scenario.tachometer, scenario.cluster.units
+    encoder, tachometer, units = scenario.encoder, scenario.tachometer, scenario.gyros.units
     wheels, wheel_units = scenario.wheel_tachometer, wheel_count(scenario.actuators)
     return (
         UnitSensor(

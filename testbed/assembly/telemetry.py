@@ -209,12 +209,12 @@ def _servo(scenario: Scenario, time: Series) -> Servo:
 
     Samples are taken on the control clock, so that one which is too slow for them is taken as fast as it has to be.
     """
-    cluster, interval = scenario.cluster, float(np.median(np.diff(time)))
-    bandwidth = cluster.gimbal_servo_bandwidth_rad_s
+    gyros, interval = scenario.gyros, float(np.median(np.diff(time)))
+    bandwidth = gyros.servo_bandwidth
     return Servo(
         bandwidth=bandwidth,
-        stiffness=stiffness_of(bandwidth, cluster.gimbal_servo_damping_ratio),
-        rate_limit=cluster.gimbal_rate_limit_rad_s,
+        stiffness=stiffness_of(bandwidth, gyros.servo_damping_ratio),
+        rate_limit=gyros.gimbal_rate_limit,
         period=interval / ceil(interval * scenario.simulation.control_rate_hz - _CLOCK_JITTER),
     )
 

@@ -32,4 +32,4 @@ def check_scenario(source: str, changes: Sequence[str]) -> None:
 def _read_table(scenario: Scenario) -> None:
     """Read the table of a maneuver that is one, which decides how long is flown."""
     if isinstance(scenario.maneuver, CsvManeuver):
-        flight_clock(scenario, read_profile(scenario.maneuver.file, scenario.cluster.units).duration)
+        flight_clock(scenario, read_profile(scenario.maneuver.file, scenario.gyros.units).duration)

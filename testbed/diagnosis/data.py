@@ -14,6 +14,7 @@ from testbed.arrays import Array, Flags, Matrix3, Theta, Units, Vector3
 from testbed.diagnosis.settings import SETTINGS
 from testbed.dynamics.inertia import inertia_of, log_ratio, of_log_ratio, slopes_of_log_ratio, theta_of
 from testbed.effects.fast_changes import FEWEST, fast_power
+from testbed.estimation.noise_spectrum import correlated, decorrelated
 from testbed.estimation.telemetry import ALL_AXES, Telemetry, has_momentum
 from testbed.estimation.torque_noise import covariance
 from testbed.prediction.grid import Grid, grid_of, unit_count
@@ -208,6 +209,9 @@ class Runs:
         belief: what is known of the parameters a priori; None where the runs alone decide them.
         torque_noise: noise of the samples and of a torque that nobody commanded, as `estimation.torque_noise` has it,
             by which windows are whitened instead of by sigma, shape (3, 3); None where it is not estimated.
+        noise_uncertainty: share by which the stated standard deviation may be wrong, one standard deviation.
+        correlation: of neighbouring samples of the gyro's noise, each axis, shape (3,); None where it is white.
+        stated_sigma: sigma before the noise was estimated, shape (R, 3), rad/s; None where it was not.
     """
 
     names: tuple[str, ...]
@@ -220,6 +224,9 @@ class Runs:
     estimated_noise: tuple[Array, ...] = ()
     belief: Belief | None = None
     torque_noise: Array | None = None
+    noise_uncertainty: float = SETTINGS.noise_uncertainty
+    correlation: Vector3 | None = None
+    stated_sigma: Array | None = None
 
     @property
     def measured(self) -> list[Array]:
@@ -307,9 +314,8 @@ class Runs:
         Args:
             predicted: blocks of all channels, each of shape (N, 3), (N, M) or (N, M - 3).
         """
-        measured = (*self.measured, *self.inner)
-        pairs = enumerate(zip(measured, predicted, strict=True))
-        return np.concatenate([self._white(block, values - guess).ravel() for block, (values, guess) in pairs])
+        pairs = zip((*self.measured, *self.inner), predicted, strict=True)
+        return np.concatenate([block.ravel() for block in self._whitened([values - guess for values, guess in pairs])])
 
     def by_run(self, residual: Array) -> list[Array]:
         """Return the gyro's part of a whitened residual in each run, shapes (N, 3), or (N, 3, C) of C columns.
@@ -321,6 +327,24 @@ class Runs:
         """
         parts = np.split(residual[: self.samples], np.cumsum(self.sizes)[:-1])
         return [_on_all_axes(part, live) for part, live in zip(parts, self.live, strict=True)]
+
+    def gyro_residual(self, residual: Array) -> list[Array]:
+        """Return what of a whitened residual is the gyro's in each run, in rad/s and with its colour, shapes (N, 3)."""
+        if self.torque_noise is not None:
+            parts = zip(self._factors, self.by_run(residual), strict=True)
+            return [np.einsum("anm,ma->na", factor, part) for factor, part in parts]
+        pairs = zip(self.by_run(residual), self.sigma, strict=True)
+        if self.correlation is None:
+            return [part * sigma for part, sigma in pairs]
+        times = [run.gyro_time for run in self.grid.runs]
+        return [
+            correlated(part, time, self.correlation) * sigma for (part, sigma), time in zip(pairs, times, strict=True)
+        ]
+
+    def as_stated(self) -> Runs:
+        """Return the same runs with the noise that is stated."""
+        sigma = self.sigma if self.stated_sigma is None else self.stated_sigma
+        return replace(self, sigma=sigma, stated_sigma=None, correlation=None, estimated_noise=(), torque_noise=None)
 
     def gimbals_by_run(self, residual: Array) -> list[tuple[Array, ...]]:
         """Return the gimbal channels' part of a whitened residual in each run, one channel after the other.
@@ -346,24 +370,24 @@ class Runs:
         Args:
             derivatives: of each block, or of the gyro's alone, shape (N, 3, C), (N, M, C) or (N, M - 3, C).
         """
-        return [self._white(index, block).reshape(-1, block.shape[-1]) for index, block in enumerate(derivatives)]
+        return [block.reshape(-1, block.shape[-1]) for block in self._whitened(derivatives)]
 
-    def deviations(self, residual: Array) -> list[Array]:
-        """Return by how much a whitened residual's gyro samples differ from a prediction, shapes (N, 3), rad/s."""
-        parts = self.by_run(residual)
-        if self.torque_noise is None:
-            return [part * sigma for part, sigma in zip(parts, self.sigma, strict=True)]
-        return [np.einsum("anm,ma->na", factor, part) for factor, part in zip(self._factors, parts, strict=True)]
+    def _whitened(self, blocks: Sequence[Array]) -> list[Array]:
+        """Return what is in the blocks' units in units of their noise, without its colour, and where it is compared."""
+        white = [self._in_noise(index, block) for index, block in enumerate(blocks)]
+        if self.correlation is not None:
+            gyro = zip(white, self.grid.runs, strict=False)  # the gimbals' blocks come behind
+            own = [decorrelated(block, run.gyro_time, self.correlation) for block, run in gyro]
+            white = [*own, *white[len(own) :]]
+        return [block[:, self._compared(index)] for index, block in enumerate(white)]
 
-    def _white(self, block: int, values: Array) -> Array:
-        """Return what is in the unit of a block in units of its noise, (N, width) or (N, width, C), where compared."""
+    def _in_noise(self, block: int, values: Array) -> Array:
+        """Return a block's values, shape (N, width) or (N, width, C), in units of σ, or without the torque's noise."""
         if self.torque_noise is None or block >= len(self.names):
             sigma = self.sigma[block] if block < len(self.names) else self.inner_sigma[block - len(self.names)]
-            white = values / (sigma if values.ndim == 2 else sigma[:, None])
-        else:
-            by_axis = np.moveaxis(values.reshape(*values.shape[:2], -1), 1, 0)
-            white = np.moveaxis(self._whiteners[block] @ by_axis, 0, 1).reshape(values.shape)
-        return np.asarray(white[:, self._compared(block)])
+            return np.asarray(values / (sigma if values.ndim == 2 else sigma[:, None]))
+        by_axis = np.moveaxis(values.reshape(*values.shape[:2], -1), 1, 0)
+        return np.moveaxis(self._whiteners[block] @ by_axis, 0, 1).reshape(values.shape)
 
     @cached_property
     def _factors(self) -> list[Array]:
@@ -420,6 +444,7 @@ def joined(runs: Runs, heldout: Runs | None) -> Runs:
         sigma=np.concatenate([each.sigma for each in both]),
         noise_freedom=runs.noise_freedom,
         estimated_noise=[noise for each in both for noise in each.estimated_noise],
+        correlation=runs.correlation,
         windowed=[name for each in both for name in each.windowed],
         belief=runs.belief,
         torque_noise=runs.torque_noise,
@@ -434,6 +459,7 @@ def chosen(runs: Runs, which: Sequence[int]) -> Runs:
         sigma=runs.sigma[list(which)],
         noise_freedom=runs.noise_freedom,
         estimated_noise=[runs.estimated_noise[index] for index in which if runs.estimated_noise],
+        correlation=runs.correlation,
         windowed=[runs.windowed[index] for index in which if runs.windowed],
         belief=runs.belief,
         torque_noise=runs.torque_noise,
@@ -446,6 +472,7 @@ def _gyro_only(
     sigma: Array,
     noise_freedom: float,
     estimated_noise: Sequence[Array],
+    correlation: Vector3 | None,
     windowed: Sequence[str],
     belief: Belief | None,
     torque_noise: Array | None,
@@ -458,6 +485,7 @@ def _gyro_only(
         sigma=sigma,
         noise_freedom=noise_freedom,
         estimated_noise=tuple(estimated_noise),
+        correlation=correlation,
         windowed=tuple(windowed),
         belief=belief,
         torque_noise=torque_noise,

@@ -16,7 +16,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from itertools import combinations_with_replacement, groupby, pairwise
-from math import exp, log
+from math import exp, isinf, log, log1p
 from typing import Literal, TypeAlias, final
 
 import numpy as np
@@ -30,7 +30,7 @@ from testbed.arrays import Array
 from testbed.diagnosis.candidates import log_p_value, p_value, scale_evidence
 from testbed.diagnosis.data import Runs, chosen, joined
 from testbed.diagnosis.keeping import Content, array_from_content, array_to_content, part
-from testbed.diagnosis.model import Fit, evaluated, fitted_initial_rates, orthonormal, projected_out
+from testbed.diagnosis.model import NEGLIGIBLE, Fit, evaluated, fitted_initial_rates, orthonormal, projected_out
 from testbed.diagnosis.settings import SETTINGS
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
@@ -102,8 +102,8 @@ class LatentTorque:
     """An unmodelled torque, estimated from the residual.
 
     Attributes:
-        likelihood_ratio: 2 (log L(q̂) - log L(0)).
-        p_value: of the ratio if there is no such torque; q cannot be negative.
+        likelihood_ratio: 2 (log L(q̂) - log L(0)), the noise as the model has it.
+        p_value: of the ratio if there is no such torque, the noise known as well as it is; q cannot be negative.
         runs: names of those that were used.
         knot_time: of each run, shape (R, T), s.
         torque_B: the smoothed torque, shape (R, T, 3), N·m, body axes; zero where q̂ = 0.
@@ -148,14 +148,14 @@ def _latent_torque(runs: Runs, fit: Fit) -> LatentTorque:
     # From its increments to the torque at the knots.
     walk = np.asarray(np.kron(np.tril(np.ones((knots, knots))), np.eye(3)), dtype=np.float64)
     power, slope, directions = _spread(runs, fit, torque_response(runs, fit, knots), walk)
-    variance = _likeliest(power, slope)
+    variance, ratio = latent_torque_ratio(power, slope, np.inf)
+    _, surely = latent_torque_ratio(power, slope, runs.noise_freedom)
     increments = directions @ (variance * slope / (1.0 + variance * power))
     torque_B = (increments.reshape(len(runs.names), -1) @ walk.T).reshape(len(runs.names), knots, 3)
-    ratio = 2.0 * _log_likelihood(variance, power, slope)
     ends = runs.grid.node_time[:, [0, -1]]
     return LatentTorque(
         likelihood_ratio=ratio,
-        p_value=0.5 * float(chi2.sf(ratio, 1)) if variance > 0.0 else 1.0,
+        p_value=0.5 * float(chi2.sf(surely, 1)) if surely > 0.0 else 1.0,
         runs=runs.names,
         knot_time=np.linspace(ends[:, 0], ends[:, 1], knots, axis=1),
         torque_B=torque_B,
@@ -225,21 +225,45 @@ def torque_response(runs: Runs, fit: Fit, knots: int) -> Array:
     return np.asarray(block_diag(*runs.whitened_columns(derivatives)))
 
 
-def _log_likelihood(variance: float, power: Array, slope: Array) -> float:
-    """Log L(q) - log L(0) of independent components with variances 1 + q s², and slopes s times their values."""
-    return float(0.5 * (slope**2 * variance / (1.0 + variance * power) - np.log1p(variance * power)).sum())
+def _log_likelihood(variance: float, power: Array, slope: Array, noise_freedom: float) -> float:
+    """Return log L(q) - log L(0) of independent components, whose variances are 1 + q s² times that of the noise.
+
+    If that is known with ν degrees of freedom only, all components share a factor, ν over which is χ²(ν): their values
+    y are of Student's t distribution, and Σ y² counts as (ν + n) log(1 + Σ y² / ν).
+
+    Args:
+        variance: q.
+        power: s² of the components, shape (n,).
+        slope: s times their values, shape (n,).
+        noise_freedom: ν; infinite where the noise is known.
+    """
+    seen = power > NEGLIGIBLE * power.max(initial=0.0)
+    power, slope = power[seen], slope[seen]
+    explained = float((slope**2 * variance / (1.0 + variance * power)).sum())
+    widened = float(np.log1p(variance * power).sum())
+    if isinf(noise_freedom):
+        return 0.5 * (explained - widened)
+    whole = noise_freedom + float((slope**2 / power).sum())
+    return -0.5 * ((noise_freedom + len(power)) * log1p(-explained / whole) + widened)
 
 
-def _likeliest(power: Array, slope: Array) -> float:
-    """Return q̂ >= 0."""
+def latent_torque_ratio(power: Array, slope: Array, noise_freedom: float) -> tuple[float, float]:
+    """Return the likeliest variance of a torque's increments, q̂ >= 0, and 2 (log L(q̂) - log L(0)).
+
+    Args:
+        power: what components do to the residual, s², shape (n,).
+        slope: s times their values, shape (n,).
+        noise_freedom: degrees of freedom with which the noise is known; infinite where it is stated.
+    """
     scale = 1.0 / max(power.max(initial=0.0), np.finfo(float).tiny)
     found = minimize_scalar(
-        lambda exponent: -_log_likelihood(scale * np.exp(exponent), power, slope),
+        lambda exponent: -_log_likelihood(scale * np.exp(exponent), power, slope, noise_freedom),
         bounds=_VARIANCES,
         method="bounded",
     )
     variance = scale * float(np.exp(found.x))
-    return variance if _log_likelihood(variance, power, slope) > 0.0 else 0.0
+    ratio = 2.0 * _log_likelihood(variance, power, slope, noise_freedom)
+    return (variance, ratio) if ratio > 0.0 else (0.0, 0.0)
 
 
 _KNOTS_PER_SECOND = 12.0
@@ -318,7 +342,7 @@ def _torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
 def evidence_of_any(shapes: Sequence[TorqueShape], tested: int) -> float:
     """Return twice the logarithm of the posterior odds of a torque of one of the shapes against none.
 
-    Each kind has the prior of one effect of the library; its shapes share that prior equally.
+    Each kind has the prior of one effect of the library, times the settings' odds; its shapes share that equally.
 
     Args:
         shapes: all that were tried.
@@ -326,7 +350,7 @@ def evidence_of_any(shapes: Sequence[TorqueShape], tested: int) -> float:
     """
     by_kind = groupby(sorted(shapes, key=lambda shape: shape.kind), key=lambda shape: shape.kind)
     averages = [_log_mean_exp([0.5 * shape.evidence for shape in group]) for _, group in by_kind]
-    return 2.0 * float(logsumexp(averages)) - 2.0 * log(tested)
+    return 2.0 * float(logsumexp(averages)) - 2.0 * log(tested / SETTINGS.unmodelled_prior_odds)
 
 
 def _log_mean_exp(values: Sequence[float]) -> float:

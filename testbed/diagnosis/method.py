@@ -11,15 +11,14 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
-from scipy.special import logsumexp
 
 from testbed.arrays import Theta
 from testbed.diagnosis.candidates import Candidate, Screening, accepted
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.latent import evidence_of_any, goodness, latent_torque, on_all_runs, torque_shapes
 from testbed.diagnosis.model import Hypothesis, fitted, fitted_initial_rates, in_torque_noise, refit, starts_of
-from testbed.diagnosis.noise import noise_level, noise_tests, with_noise_model
-from testbed.diagnosis.search import Search, gap_of, odds_together, with_effect, with_model
+from testbed.diagnosis.noise import Residuals, noise_level, noise_tests, readings_of, with_noise_model
+from testbed.diagnosis.search import Search, gap_of, log_odds_of_all, log_odds_of_class, with_effect, with_model
 from testbed.diagnosis.signatures import hypotheses, without
 from testbed.diagnosis.state import Diagnosis
 from testbed.effects.contract import Effect
@@ -56,8 +55,7 @@ def diagnosed(
     testable, untestable = hypotheses(runs, effects)
     progress("baseline")
     first = replace(baseline(runs, heldout, nominal_theta, given), untestable=tuple(untestable), alone=alone)
-    unnamed = alone or first.runs.torque_noise is not None  # which is estimated with the noise of the samples
-    noise = _NoiseStep(stated=first, effects={} if unnamed else noise_effects, others=len(testable))
+    noise = _NoiseStep(stated=first, effects={} if alone else noise_effects, others=len(testable))
     state = noise.explained(first)
     yield state
     search = Search(testable=tuple(without(testable, given)), progress=progress)
@@ -73,7 +71,7 @@ def diagnosed(
             yield state
         if not state.unnamed:
             progress("residual")
-            state = check_residual(state, noise)
+            state = check_residual(state, noise, search)
     except (InputError, np.linalg.LinAlgError) as error:  # the numbers leave a model that explained much: it stays
         state = replace(state, notices=(*state.notices, f"the diagnosis ended early, with what it had: {error}"))
     yield replace(state, complete=True)
@@ -96,7 +94,7 @@ def baseline(runs: Runs, heldout: Runs | None, nominal_theta: Theta, given: Sequ
         model=model,
         gap_before=gap,
         gap=gap_of(runs, model, heldout),
-        noise=noise_level(runs, model),
+        noise=noise_level(readings_of(runs, model)),
     )
 
 
@@ -105,16 +103,24 @@ def add(search: Search, state: Diagnosis, chosen: Candidate, screening: Screenin
     return search.reconsidered(with_effect(replace(state, remaining=None), chosen, screening))
 
 
-def check_residual(state: Diagnosis, noise: _NoiseStep) -> Diagnosis:
+def check_residual(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagnosis:
     """Test the residual of the final model for unmodelled torques, and its χ².
 
-    If the residual is noise alone, all of it estimates the noise level, twice as precisely as its fourth differences.
+    If the residual is noise alone, all of it estimates the noise level, twice as precisely as its fourth differences;
+    effects that do not stand out of the noise so estimated are taken out.
     """
     state = _retracted(state)
+    if state.runs.known_in_part:  # all of the residual estimates the noise with every model
+        return state
     noisier = noise.explained(state, white=True)
-    if noisier.scatter:
+    if noisier.scatter or state.left_over:
         noisier = _residual_tested(noisier)
-    return state if noisier.structure_left else noisier
+        if not noisier.steps and noisier.remaining is not None:
+            noisier = replace(noisier, unmodelled=evidence_of_any(noisier.shapes, noisier.remaining.tested))
+    if noisier.structure_left:
+        return state
+    standing = search.standing(noisier)
+    return noisier if standing is noisier else check_residual(noise.explained(standing), noise, search)
 
 
 def _retracted(state: Diagnosis) -> Diagnosis:
@@ -128,8 +134,8 @@ def _retracted(state: Diagnosis) -> Diagnosis:
     bare = replace(bare, steps=(), remaining=screening, unmodelled=evidence_of_any(bare.shapes, screening.tested))
     if not state.steps:
         return bare
-    state = replace(state, unmodelled=bare.unmodelled, explained=_log_odds_of_all(state, bare))
-    if state.unmodelled > _log_odds_of_class(state):
+    state = replace(state, unmodelled=bare.unmodelled, explained=log_odds_of_all(state, bare))
+    if state.unmodelled > log_odds_of_class(state):
         return replace(bare, retracted=tuple(step.placed for step in state.steps))
     return replace(_residual_tested(state), latent_before=bare.latent)
 
@@ -143,19 +149,6 @@ def _residual_tested(state: Diagnosis) -> Diagnosis:
         shapes=torque_shapes(everything, fit),
         goodness=goodness(fit, everything.noise_freedom),
     )
-
-
-def _log_odds_of_all(state: Diagnosis, bare: Diagnosis) -> float:
-    """Return twice the logarithm of the odds of all effects in the model together against the nominal one."""
-    effects, tested = [step.candidate for step in state.steps], state.steps[0].screening.tested
-    return odds_together((bare.heldout, bare.model), (state.heldout, state.model), tested, effects)
-
-
-def _log_odds_of_class(state: Diagnosis) -> float:
-    """Return the same, summed over the equivalence class of the first effect."""
-    first = state.steps[0]
-    further = [each.log_bayes_factor - first.candidate.log_bayes_factor for each in first.screening.close]
-    return state.explained + 2.0 * float(logsumexp(0.5 * np.array(further)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -175,24 +168,26 @@ class _NoiseStep:
     def explained(self, state: Diagnosis, *, white: bool = False) -> Diagnosis:
         """Return the diagnosis with the noise that its residual shows: all of it if white, else its fastest part."""
         runs, heldout, model = state.runs, state.heldout, state.model
-        if state.scatter:
-            runs = _with_noise_of(self.stated.runs, runs)
-            if heldout is not None and self.stated.heldout is not None:
-                heldout = _with_noise_of(self.stated.heldout, heldout)
+        if runs.known_in_part:  # what is not known of the torque is noise as well
+            runs, heldout, model = in_torque_noise(runs, heldout, model)
+            return replace(state, runs=runs, heldout=heldout, model=model, gap=gap_of(runs, model, heldout))
+        runs = replace(runs.as_stated(), noise_freedom=self.stated.runs.noise_freedom)
+        if state.runs.stated_sigma is not None:
             model = refit(runs, model)
-        runs, heldout, model = in_torque_noise(runs, heldout, model)
-        scatter = noise_tests(runs, model, self.effects, self.others, white=white)
-        found = scatter.found
-        if found:
-            heldout = heldout and with_noise_model(heldout, fitted_initial_rates(heldout, model), found)
-            runs = with_noise_model(runs, model, found)
-            model = refit(runs, model)
-        candidates = state.noise_candidates if state.steps else scatter.tested
-        gap = gap_of(runs, model, heldout)
+        if heldout is not None:
+            heldout = replace(heldout.as_stated(), noise_freedom=self.stated.runs.noise_freedom)
+        seen = None if heldout is None else fitted_initial_rates(heldout, model)
+        residuals = Residuals(runs=runs, fit=model, heldout=heldout, seen=seen, white=white)
+        scatter = noise_tests(residuals, self.effects, self.others)
+        runs, heldout = with_noise_model(residuals, scatter.found)
+        model = refit(runs, model)
         return replace(
-            state, runs=runs, heldout=heldout, model=model, gap=gap, noise_candidates=candidates, scatter=found
+            state,
+            runs=runs,
+            heldout=heldout,
+            model=model,
+            gap=gap_of(runs, model, heldout),
+            noise=state.noise if state.steps else scatter.level,
+            noise_candidates=state.noise_candidates if state.steps else scatter.tested,
+            scatter=scatter.found,
         )
-
-
-def _with_noise_of(stated: Runs, runs: Runs) -> Runs:
-    return replace(runs, sigma=stated.sigma, noise_freedom=stated.noise_freedom, estimated_noise=stated.estimated_noise)

@@ -553,7 +553,7 @@ def in_torque_noise(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, R
     if not runs.known_in_part:
         return runs, heldout, fit
     for _ in range(_NOISE_ROUNDS):
-        noise = torque_noise([run.gyro_time for run in runs.grid.runs], runs.deviations(fit.residual))
+        noise = torque_noise([run.gyro_time for run in runs.grid.runs], runs.gyro_residual(fit.residual))
         runs = replace(runs, torque_noise=noise)
         fit = refit(runs, fit)
     freedom = min(runs.noise_freedom, _freedom_of_scatter(runs, fit))

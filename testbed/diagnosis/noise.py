@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import log
+from math import isinf, log
 
 import numpy as np
 from scipy.stats import chi2
@@ -24,6 +24,7 @@ from testbed.dynamics.inertia import inertia_of
 from testbed.effects.fast_changes import variance_ratio
 from testbed.effects.gyro_saturation import flat_tops
 from testbed.effects.noise_effect import Finding, NoiseEffect, Readings
+from testbed.estimation.noise_spectrum import NoiseSpectrum, SpectrumPrior, noise_spectrum
 from testbed.estimation.outliers import outliers
 from testbed.estimation.telemetry import Telemetry
 from testbed.estimation.telemetry_noise import predicted_rate_variance
@@ -55,9 +56,8 @@ class NoiseLevel:
         return self.p_value < SETTINGS.noise_level_p_value and bool(np.nanmean(self.ratio) < 1.0)
 
 
-def noise_level(runs: Runs, fit: Fit) -> NoiseLevel:
+def noise_level(readings: Readings) -> NoiseLevel:
     """Compare the residual's fourth differences with those of white noise of the stated standard deviation."""
-    readings = readings_of(runs, fit)
     ratios = [variance_ratio(readings, axis) for axis in np.eye(3, dtype=bool)]
     known = np.array([freedom for _, freedom in ratios]) > 0.0
     if not known.any():
@@ -73,14 +73,14 @@ def noise_level(runs: Runs, fit: Fit) -> NoiseLevel:
 
 def readings_of(runs: Runs, fit: Fit) -> Readings:
     """Return what the gyro gave against what a model predicts."""
-    whitened = runs.by_run(fit.residual)
     return Readings(
         measured=[run.body_rate for run in runs.grid.runs],
-        residual=[part * sigma for part, sigma in zip(whitened, runs.sigma, strict=True)],
+        residual=runs.gyro_residual(fit.residual),
         sigma=runs.sigma,
         runs=runs.grid.runs,
         inertia=inertia_of(fit.theta),
         parameters=int((np.diag(fit.normal) > 0.0).sum()),
+        stated=isinf(runs.noise_freedom),
         live=runs.live,
     )
 
@@ -135,7 +135,8 @@ def with_pooled_noise(runs: Runs, level: tuple[float, float]) -> Runs:
         level: as `pooled_noise`.
     """
     noise, freedom = level
-    return replace(runs.with_sigma(np.full(3, noise)), noise_freedom=freedom)
+    uncertainty = SETTINGS.unstated_noise_uncertainty
+    return replace(runs.with_sigma(np.full(3, noise)), noise_freedom=freedom, noise_uncertainty=uncertainty)
 
 
 def with_telemetry_noise(runs: Runs, theta: Theta) -> Runs:
@@ -207,26 +208,52 @@ class NoiseTests:
     Attributes:
         tested: every hypothesis against the stated noise, the one with the most evidence first.
         found: the significant ones, the clearest first, each tested with those before it in the model.
+        level: the noise against what is stated, without its colour.
     """
 
+    level: NoiseLevel
     tested: tuple[NoiseHypothesis, ...] = ()
     found: tuple[NoiseHypothesis, ...] = ()
 
 
-def noise_tests(
-    runs: Runs, fit: Fit, effects: Mapping[str, NoiseEffect], others: int, *, white: bool = False
-) -> NoiseTests:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Residuals:
+    """Runs and held-out ones with a model's residual in each: both tell how the gyro's noise is.
+
+    Attributes:
+        runs: that were fitted, with the noise that is stated.
+        fit: of the present model to them.
+        heldout: that were not; None where there are none.
+        seen: the model with the initial rates of these.
+        white: whether the fit is known to leave nothing but noise.
+    """
+
+    runs: Runs
+    fit: Fit
+    heldout: Runs | None = None
+    seen: Fit | None = None
+    white: bool = False
+
+    @property
+    def readings(self) -> list[Readings]:
+        """What the gyro gave against the model, the fitted runs first."""
+        pairs = ((self.runs, self.fit), (self.heldout, self.seen))
+        both = [readings_of(runs, fit) for runs, fit in pairs if runs is not None and fit is not None]
+        return [replace(each, white=self.white) for each in both]
+
+
+def noise_tests(residuals: Residuals, effects: Mapping[str, NoiseEffect], others: int) -> NoiseTests:
     """Test the noise effects on the samples, and return which of them are present.
 
     Args:
-        runs: with the noise that is stated.
-        fit: of the present model to them.
+        residuals: of the present model.
         effects: by id.
         others: number of further hypotheses by which the family-wise error is divided.
-        white: whether the fit is known to leave nothing but noise.
     """
+    runs = residuals.runs
     hypotheses = [(effect, component) for effect in effects.values() for component in components_on(runs, effect)]
-    readings = replace(readings_of(runs, fit), white=white)
+    both = residuals.readings
+    readings = replace(both[0], spectrum=_spectrum(both, runs.noise_uncertainty))
     tested = others + len(hypotheses)
     candidates = first = _tested(readings, hypotheses, tested)
     found: list[NoiseHypothesis] = []
@@ -238,20 +265,69 @@ def noise_tests(
         taken = {each.key for each in found}
         hypotheses = [each for each in hypotheses if _key(*each) not in taken]
         candidates = _tested(_without_explained(readings, found), hypotheses, tested)
-    return NoiseTests(tested=first, found=tuple(found))
+    return NoiseTests(level=noise_level(readings), tested=first, found=tuple(found))
 
 
-def with_noise_model(runs: Runs, fit: Fit, found: Sequence[NoiseHypothesis]) -> Runs:
-    """Return runs with the noise effects applied: less the noise estimated sample by sample, σ widened by the rest.
+def with_noise_model(residuals: Residuals, found: Sequence[NoiseHypothesis]) -> tuple[Runs, Runs | None]:
+    """Return fitted and held-out runs with the noise as it is estimated.
+
+    The noise effects are applied: less the noise estimated sample by sample, σ widened by the rest. Then level and
+    colour are those of the residual's fast part, what is stated being a prior; where that part is no noise of this gyro
+    they stay as they are.
 
     Args:
-        runs: any of them, with the noise that is stated.
-        fit: of the present model to them, or of their initial rates alone.
+        residuals: of the present model.
         found: effects that are there.
     """
-    freedom = min([runs.noise_freedom, *(each.finding.noise_freedom for each in found)])
-    wider = runs.with_sigma(_widened(runs.sigma, found))
-    return replace(wider, noise_freedom=freedom, estimated_noise=_estimated_noise(readings_of(runs, fit), found))
+    runs = [each for each in (residuals.runs, residuals.heldout) if each is not None]
+    both = [_applied(each, found) for each in residuals.readings]
+    spectrum = _spectrum([readings for readings, _ in both], residuals.runs.noise_uncertainty)
+    freedom = min([residuals.runs.noise_freedom, *(each.finding.noise_freedom for each in found)])
+    changed, first = [], 0
+    for each, (readings, lines) in zip(runs, both, strict=True):
+        wider = each.with_sigma(readings.sigma)
+        wider = replace(wider, noise_freedom=freedom, estimated_noise=lines, stated_sigma=each.sigma)
+        changed.append(wider if spectrum is None else _with_spectrum(wider, spectrum, first))
+        first += len(each.names)
+    return changed[0], changed[1] if len(changed) > 1 else None
+
+
+def _applied(readings: Readings, found: Sequence[NoiseHypothesis]) -> tuple[Readings, tuple[Array, ...]]:
+    """Return readings with noise effects, and the noise that these estimate sample by sample, of every run."""
+    lines = _estimated_noise(readings, found)
+    left = readings.residual
+    if lines:
+        left = [residual - noise for residual, noise in zip(readings.residual, lines, strict=True)]
+    return replace(readings, residual=left, sigma=_widened(readings.sigma, found)), lines
+
+
+def _with_spectrum(runs: Runs, spectrum: NoiseSpectrum, first: int) -> Runs:
+    """Return runs with a level and a colour of their noise; they are those of the spectrum from one on."""
+    own = spectrum.variance_ratio[first : first + len(runs.names)]
+    farthest = np.exp(2.0 * SETTINGS.noise_farthest_std * runs.noise_uncertainty)
+    return replace(
+        runs,
+        sigma=runs.sigma * np.sqrt(np.clip(own, 1.0 / farthest, farthest)),
+        correlation=spectrum.correlation,
+        noise_freedom=min(runs.noise_freedom, spectrum.freedom),
+    )
+
+
+def _spectrum(both: Sequence[Readings], uncertainty: float) -> NoiseSpectrum | None:
+    """Return the spectrum of the noise in readings; None where their residual is another thing, or too short."""
+    prior = SpectrumPrior(
+        level=2.0 * uncertainty,
+        deviation=2.0 * min(uncertainty, SETTINGS.noise_uncertainty),
+        correlation=SETTINGS.noise_correlation_std,
+        correlation_deviation=SETTINGS.noise_correlation_axis_std,
+        color=SETTINGS.noise_color_prior,
+        slowest=SETTINGS.noise_slowest_of_all_hz if both[0].white else SETTINGS.noise_slowest_hz,
+        share_of_rate=SETTINGS.noise_share_of_rate,
+        most_power=SETTINGS.noise_most_power,
+    )
+    whitened = [values for readings in both for values in readings.whitened_residual]
+    times = [run.gyro_time for readings in both for run in readings.runs]
+    return noise_spectrum(whitened, times, prior, np.concatenate([readings.live for readings in both]))
 
 
 def _estimated_noise(readings: Readings, found: Sequence[NoiseHypothesis]) -> tuple[Array, ...]:

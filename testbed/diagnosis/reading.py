@@ -21,7 +21,7 @@ from testbed.arrays import Array, Flags, Series, Theta
 from testbed.assembly.platform import Body
 from testbed.diagnosis.data import Belief, Runs, runs_of
 from testbed.diagnosis.findings import Reference
-from testbed.diagnosis.model import Fit, Hypothesis, fitted, nominal_fit, orthonormal, starts_of
+from testbed.diagnosis.model import Fit, Hypothesis, fitted, nominal_fit, orthonormal
 from testbed.diagnosis.noise import pooled_noise, with_pooled_noise, with_telemetry_noise, without_spikes
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.windows import Part, outliers_notice, parts_of
@@ -475,14 +475,17 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
     passed = gated(records, scenario, nominal)
     theta, notices = theta_of(nominal.inertia), list(passed.notices)
     usable = _without_spikes(passed, notices)
-    stated = all(_states_noise(record) for record, _ in usable)
+    states = all(_states_noise(record) for record, _ in usable)
     everything = replace(runs_together(usable, range(len(usable))), belief=passed.belief)
-    level = None if stated else pooled_noise(everything, theta)
+    level = None if states else pooled_noise(everything, theta)
     fit, heldout = by_role([(record, [part.telemetry for part in parts]) for record, parts in usable])
 
     def of(chosen: Sequence[int], belief: Belief | None) -> Runs:
         runs = replace(runs_together(usable, chosen), belief=belief)
-        return with_telemetry_noise(runs, passed.baseline.theta) if level is None else with_pooled_noise(runs, level)
+        if level is not None:
+            return with_pooled_noise(runs, level)
+        stated = replace(runs, noise_uncertainty=scenario.gyro.noise_uncertainty)
+        return with_telemetry_noise(stated, passed.baseline.theta)
 
     return DataSet(
         runs=of(fit, passed.belief),

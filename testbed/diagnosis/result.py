@@ -71,10 +71,7 @@ def result_of(
         ],
         "run_by_run": [_agreement(each) for each in agreements],
         "inertia": _inertia(diagnosis),
-        "noise": {
-            "ratio_to_stated": [_number(each) for each in diagnosis.noise.ratio.tolist()],
-            "std": [_number(each) for each in diagnosis.noise.std.tolist()],
-        },
+        "noise": _noise(diagnosis),
         "latent_torque": _latent(diagnosis),
         "torque_left": None if diagnosis.shape_left is None else asdict(diagnosis.shape_left),
         "taken_back": [_named(each) for each in diagnosis.retracted],
@@ -83,6 +80,21 @@ def result_of(
             "heldout": [] if diagnosis.heldout is None else diagnosis.heldout.record_names,
         },
         "notices": list(notices),
+    }
+
+
+def _noise(diagnosis: Diagnosis) -> Content:
+    runs, level = diagnosis.runs, diagnosis.noise
+    turns = runs.live.any(axis=0)
+    squares = np.where(runs.live, (runs.sigma / runs.as_stated().sigma) ** 2, 0.0).sum(axis=0)
+    ratio = np.sqrt(squares / np.where(turns, runs.live.sum(axis=0), np.nan))
+    correlation = np.where(turns, 0.0 if runs.correlation is None else runs.correlation, np.nan)
+    return {
+        "ratio_to_stated": [_number(each) for each in level.ratio.tolist()],
+        "std": [_number(each) for each in level.std.tolist()],
+        "level": [_number(each) for each in ratio.tolist()],
+        "correlation": [_number(each) for each in correlation.tolist()],
+        "degrees_of_freedom": None if np.isinf(runs.noise_freedom) else runs.noise_freedom,
     }
 
 

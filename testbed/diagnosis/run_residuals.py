@@ -11,7 +11,6 @@ import numpy as np
 from testbed.arrays import Array, Series, UnitSeries, Vectors3
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit, evaluated, fitted_initial_rates
-from testbed.diagnosis.noise import added_variance
 from testbed.diagnosis.state import Diagnosis
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.compared import compared
@@ -71,15 +70,17 @@ class RunResiduals:
 
 def residuals_of(diagnosis: Diagnosis) -> tuple[RunResiduals, ...]:
     """Return every run, put together from its windows, against both models, held-out ones last."""
-    baseline = diagnosis.baseline
-    if diagnosis.runs.torque_noise is not None:  # which is estimated anew with every model
-        baseline = evaluated(_as_stated(diagnosis, diagnosis.runs), baseline.placed, baseline.values)
-    shown = list(_residuals(diagnosis, diagnosis.runs, (baseline, diagnosis.model), held_out=False))
-    heldout = diagnosis.heldout
+    runs, model, heldout, baseline = diagnosis.runs, diagnosis.model, diagnosis.heldout, diagnosis.baseline
+    if runs.torque_noise is not None:  # which is estimated anew with every model
+        baseline = evaluated(runs.as_stated(), baseline.placed, baseline.values)
+    if not diagnosis.added:  # the two models differ by their noise alone
+        runs, model = runs.as_stated(), baseline
+        heldout = None if heldout is None else heldout.as_stated()
+    shown = list(_residuals(runs, (baseline, model), held_out=False))
     if heldout is not None:
-        before = fitted_initial_rates(_as_stated(diagnosis, heldout), diagnosis.baseline)
-        after = fitted_initial_rates(heldout, diagnosis.model)
-        shown += _residuals(diagnosis, heldout, (before, after), held_out=True)
+        before = fitted_initial_rates(heldout.as_stated(), baseline)
+        after = fitted_initial_rates(heldout, model)
+        shown += _residuals(heldout, (before, after), held_out=True)
     if not diagnosis.runs.windowed:
         return tuple(shown)
     return tuple(_together(list(windows)) for _, windows in groupby(shown, lambda run: run.name))
@@ -113,15 +114,9 @@ def _channel_together(windows: Sequence[GimbalResiduals]) -> GimbalResiduals:
     )
 
 
-def _as_stated(diagnosis: Diagnosis, runs: Runs) -> Runs:
-    """Return runs with the stated noise: without added variance, and without noise estimated sample by sample."""
-    return replace(runs.with_sigma(np.sqrt(runs.sigma**2 - added_variance(diagnosis.scatter))), estimated_noise=())
-
-
-def _residuals(diagnosis: Diagnosis, runs: Runs, fits: tuple[Fit, Fit], *, held_out: bool) -> Iterator[RunResiduals]:
+def _residuals(runs: Runs, fits: tuple[Fit, Fit], *, held_out: bool) -> Iterator[RunResiduals]:
     before, after = (runs.by_run(fit.residual) for fit in fits)
-    stated = _as_stated(diagnosis, runs)
-    missed, left = stated.deviations(fits[0].residual), runs.deviations(fits[1].residual)
+    nominal, extended = runs.as_stated().gyro_residual(fits[0].residual), runs.gyro_residual(fits[1].residual)
     names = runs.windowed or runs.names
     for index, (name, run) in enumerate(zip(names, runs.grid.runs, strict=True)):
         yield RunResiduals(
@@ -129,8 +124,8 @@ def _residuals(diagnosis: Diagnosis, runs: Runs, fits: tuple[Fit, Fit], *, held_
             held_out=held_out,
             time=run.gyro_time,
             measured=run.body_rate,
-            nominal=run.body_rate - missed[index],
-            extended=run.body_rate - left[index],
+            nominal=run.body_rate - nominal[index],
+            extended=run.body_rate - extended[index],
             before=before[index],
             after=after[index],
             gimbal_angle=_angle_at_gyro(run),

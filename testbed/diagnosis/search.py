@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from math import exp, inf, log
 
 import numpy as np
+from scipy.special import logsumexp
 
 from testbed.arrays import Array, Vectors3
 from testbed.diagnosis.candidates import (
@@ -57,6 +58,19 @@ def odds_together(
     gain, rank = before.chi_square - after.chi_square, sum(each.rank for each in effects)
     heldout_gain = _held_out_evidence(after_heldout, after) - log_evidence(before_heldout, before)
     return scale_evidence(gain, rank) + heldout_gain - 2.0 * sum(log(tested) + each.trials_penalty for each in effects)
+
+
+def log_odds_of_all(state: Diagnosis, bare: Diagnosis) -> float:
+    """Return twice the logarithm of the odds of all effects in the model together against the nominal one."""
+    effects, tested = [step.candidate for step in state.steps], state.steps[0].screening.tested
+    return odds_together((bare.heldout, bare.model), (state.heldout, state.model), tested, effects)
+
+
+def log_odds_of_class(state: Diagnosis) -> float:
+    """Return the same, summed over the equivalence class of the first effect."""
+    first = state.steps[0]
+    further = [each.log_bayes_factor - first.candidate.log_bayes_factor for each in first.screening.close]
+    return state.explained + 2.0 * float(logsumexp(0.5 * np.array(further)))
 
 
 def screened(
@@ -282,6 +296,19 @@ class Search:
                 return with_effect(self._rebuilt(state, kept), chosen, screening)
         return state
 
+    def standing(self, state: Diagnosis) -> Diagnosis:
+        """Return the diagnosis without an effect that does not stand out of its noise; the same one where all do.
+
+        Effects are found in noise of which the fastest part of the residual tells; this one is known from all of it.
+        The newest effect is tested first.
+        """
+        for index, step in reversed(list(enumerate(state.steps))):
+            kept = [other.placed for other in (*state.steps[:index], *state.steps[index + 1 :])]
+            less = with_model(state, _less(state, kept))
+            if accepted(_again(less, step)) is None and accepted(screening := self.screened(less)) is None:
+                return replace(self._rebuilt(state, kept), remaining=screening)
+        return state
+
     def _rebuilt(self, state: Diagnosis, placed: Sequence[Hypothesis]) -> Diagnosis:
         """Return a diagnosis with just these effects, added to the baseline one after the other."""
         bare = state.baseline
@@ -304,9 +331,21 @@ def _less(state: Diagnosis, kept: Sequence[Hypothesis]) -> Fit:
     return fitted(state.runs, kept, state.model.theta, [values[each.key][0] for each in kept])
 
 
+def _again(state: Diagnosis, step: Step) -> Screening:
+    """Return the screening of an effect that is in the model no more, with it alone refitted in the present noise."""
+    bare = replace(step.screening, candidates=())
+    try:
+        again = refitted(state.runs, state.heldout, state.model, bare, step.placed)
+    except (InputError, np.linalg.LinAlgError):  # with it the motion runs away
+        return bare
+    return bare if again is None else replace(bare, candidates=(again,))
+
+
 def _has_equal_noise(one: Runs, other: Runs) -> bool:
-    """Return whether two sets of the same runs have equal noise and, but for rounding, equal gyro errors."""
-    if not np.array_equal(one.sigma, other.sigma) or len(one.estimated_noise) != len(other.estimated_noise):
+    """Return whether two sets of the same runs have the same noise and gyro errors, as near as nobody sees."""
+    if np.abs(np.log(one.sigma / other.sigma)).max() > _UNSEEN or not _has_equal_color(one, other):
+        return False
+    if len(one.estimated_noise) != len(other.estimated_noise):
         return False
     if one.torque_noise is not other.torque_noise:
         return False
@@ -314,6 +353,12 @@ def _has_equal_noise(one: Runs, other: Runs) -> bool:
     errors = all(_is_nearly(run.gyro_error, twin.gyro_error, run.gyro_noise) for run, twin in both)
     estimated = zip(one.estimated_noise, other.estimated_noise, one.grid.runs, strict=False)  # of every run, or of none
     return errors and all(_is_nearly(mine, theirs, run.gyro_noise) for mine, theirs, run in estimated)
+
+
+def _has_equal_color(one: Runs, other: Runs) -> bool:
+    if one.correlation is None or other.correlation is None:
+        return one.correlation is other.correlation
+    return float(np.abs(one.correlation - other.correlation).max()) < _UNSEEN
 
 
 def _is_nearly(one: Vectors3 | None, other: Vectors3 | None, noise: float) -> bool:

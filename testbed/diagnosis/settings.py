@@ -23,6 +23,11 @@ class DiagnosisSettings:
     look at the sets of seeds 1, 2026 and 4102: `none` had a mean probability of 0.76 and was right in 0.80 to 0.83 of
     them. Tested on seed 5230: calibration error 0.033, no name in 200 sets without an effect.
     """
+    unmodelled_prior_odds: float = 1.0
+    """Prior odds of each kind of unmodelled torque against one effect of the library.
+
+    Source: convention: a kind of torque that nobody listed is no less and no more usual than one that is listed.
+    """
     further_name_odds: float = 4.0
     """Posterior odds that the class of a second or third name needs against the model without it, its prior odds
     included.
@@ -104,6 +109,65 @@ class DiagnosisSettings:
 
     Source: convention. Of 40 simulated sets without an effect (`python -m benchmarks.misfit`, seeds 900 on) one
     misfit of fitted runs and one of held-out runs lie below it.
+    """
+    noise_uncertainty: float = 0.1
+    """Share by which the gyro's noise may differ from what is stated, one standard deviation, where the scenario gives
+    no gyro.noise_uncertainty; by as much again those of an axis and of a run differ from it.
+
+    Source: chosen: what data sheets and records at rest of gyros of this class agree to.
+    """
+    unstated_noise_uncertainty: float = 0.5
+    """The same of a noise that is estimated from fourth differences, because nobody states it.
+
+    Source: formula: noise whose neighbouring samples are correlated by ±0.5 has fourth differences of 0.6 and 1.6 times
+    its standard deviation; half to a factor 1.6 is one standard deviation of log σ of 0.5.
+    """
+    noise_farthest_std: float = 3.0
+    """Of these uncertainties by which the noise in the model differs from what is stated at most; what is beyond is no
+    uncertainty, but an effect, which `gyro_noise` names.
+
+    Source: convention: three standard deviations.
+    """
+    noise_slowest_hz: float = 2.0
+    """Frequency above which the residual tells the noise's level and colour.
+
+    Source: formula: functions up to here take up at least 92 % of every effect of the library that the gyro shows
+    (`misfit.BANDWIDTH`).
+    """
+    noise_slowest_of_all_hz: float = 0.5
+    """The same where the model is complete, or where what it lacks may be the noise's colour: the residual's test is
+    repeated with the noise so estimated, and an unmodelled torque or an effect that is none in it is not reported.
+
+    Source: formula: three half periods of a run of 3 s, which its initial rates take up; chosen on null sets of seeds
+    6200 and 6300 whose noise was correlated by 0.2 and 0.3: above 2 Hz that was estimated as 0.05 and 0.16, above
+    0.5 Hz as 0.14 and 0.24, ± 0.04.
+    """
+    noise_share_of_rate: float = 0.25
+    """Share of the gyro's rate above which it does in any case.
+
+    Source: formula: half of Nyquist's frequency; of a gyro below 8 Hz nothing else would be left.
+    """
+    noise_color_prior: float = 0.5
+    """Prior probability that the gyro's noise has a colour.
+
+    Source: convention: even odds; estimates are averaged over both.
+    """
+    noise_correlation_std: float = 0.3
+    """Standard deviation of the correlation of neighbouring samples, if there is any.
+
+    Source: chosen: an anti-alias filter at 0.4 of the rate makes 0.13, one at 0.2 of the rate 0.52.
+    """
+    noise_correlation_axis_std: float = 0.1
+    """The same of what an axis adds to it: the axes of a gyro have filters of one design.
+
+    Source: chosen with `noise_correlation_std`, a third of it.
+    """
+    noise_most_power: float = 4.0
+    """Power of the residual's fast part, over what is stated, beyond which it is not the gyro's noise, but what the
+    model lacks: neither level nor colour are taken from it.
+
+    Source: chosen: twice the standard deviation. Noise that is stated 20 % small has 1.6, and one correlated by 0.5
+    whose fourth differences tell its level 2.7.
     """
     noise_level_p_value: float = 0.01
     """Two-sided p-value, of three axes (Bonferroni), below which the stated noise is reported as wrong.

@@ -57,8 +57,8 @@ class Parameter:
         lower: smallest value that is searched. Source: convention, 0 where a negative value would supply energy or
             precede its cause, -1 of a gain, which is then gone; else as `upper`.
         upper: largest value that is searched; infinite where the fit needs no bound. Source: chosen, 16 times
-            `typical` or more, by which the motion would be another one; 1 of a share. A frequency stays within what a
-            run of 5 s and a gyro at 16 Hz show: one period in the run, and less than 8 Hz.
+            `typical` or more, by which the motion would be another one; 1 of a share, 0.9 of a correlation. A frequency
+            stays within what a run of 5 s and a gyro at 16 Hz show: one period in the run, and less than 8 Hz.
         absent: value at which the effect does nothing.
         scanned: whether searches start from many values of it, such as a frequency or an instant; at those starts the
             effect is next to nothing, so that this parameter changes nothing.

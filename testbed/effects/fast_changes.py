@@ -61,11 +61,11 @@ def noise_ratio(readings: Readings, axes: Flags) -> tuple[float, float]:
 
 
 def _whitened(readings: Readings, axes: Flags) -> Iterator[Array]:
-    """Yield each run's residual over its noise about some axes, those of them about which the run turns."""
+    """Yield each run's whitened residual about some axes, those of them about which the run turns."""
     live = np.broadcast_to(readings.live, readings.sigma.shape)
-    for residual, sigma, own in zip(readings.residual, readings.sigma, live, strict=True):
+    for whitened, own in zip(readings.whitened_residual, live, strict=True):
         if (axes & own).any():
-            yield (residual / sigma)[:, axes & own]
+            yield whitened[:, axes & own]
 
 
 def fast_power(values: Array) -> Array:

@@ -92,6 +92,6 @@ class GimbalBacklash(Effect):
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
-        units, present = scenario.cluster.units, scenario.encoder.dead_zone_rad
+        units, present = scenario.gyros.units, scenario.encoder.dead_zone_rad
         dead_zone = np.array(per_unit(present, units, 0.0)) + only_unit(component, values[:1], units)[0]
         return Extension(scenario={"encoder": {"dead_zone_rad": dead_zone.tolist()}})

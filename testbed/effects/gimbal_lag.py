@@ -45,5 +45,5 @@ class GimbalLag(Effect):
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
-        units = range(scenario.cluster.units) if component == CLUSTER else (unit_index(component),)
+        units = range(scenario.gyros.units) if component == CLUSTER else (unit_index(component),)
         return Extension(platform=[GimbalMotorLag(unit=unit, time_constant=float(values[0])) for unit in units])

@@ -56,7 +56,7 @@ class GimbalMisalignment(Effect):
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
-        units = scenario.cluster.units
+        units = scenario.gyros.units
         turns = np.array(per_unit(scenario.truth.gimbal_axis_misalignment_rad, units, (0.0, 0.0)))
         turns = turns + only_unit(component, values, units).T
         return Extension(scenario={"truth": {"gimbal_axis_misalignment_rad": turns.tolist()}})

@@ -44,6 +44,6 @@ class GimbalZero(Effect):
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
-        units = scenario.cluster.units
+        units = scenario.gyros.units
         zero = np.array(per_unit(scenario.encoder.zero_rad, units, 0.0)) + only_unit(component, values[:1], units)[0]
         return Extension(scenario={"encoder": {"zero_rad": zero.tolist()}})

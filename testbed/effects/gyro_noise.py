@@ -35,7 +35,7 @@ class GyroNoise(NoiseEffect):
     def found(self, component: str, readings: Readings) -> Finding | None:
         axes = _axes(component)
         ratio, freedom = noise_ratio(readings, axes)
-        if freedom <= 0.0:
+        if freedom <= 0.0 or not readings.stated:
             return None
         variance = np.mean(readings.sigma[:, axes] ** 2)
         extra = max(ratio - 1.0, 0.0)

@@ -10,6 +10,7 @@ import numpy as np
 
 from testbed.arrays import Array, Flags, Matrix3, Vector3
 from testbed.effects.contract import NamedEffect
+from testbed.estimation.noise_spectrum import NoiseSpectrum
 from testbed.estimation.telemetry import Telemetry
 
 
@@ -24,6 +25,8 @@ class Readings:
         runs: their telemetry.
         inertia: J of the model, shape (3, 3), kg·m².
         parameters: number of those that were fitted to the readings.
+        spectrum: level and colour of the noise, estimated from the residual's fast part; None where that was not done.
+        stated: whether the standard deviation is stated; else it is an estimate, beyond which there is no noise.
         white: whether the residual is known to be noise alone; else only its fastest changes estimate the noise.
         live: about which axes each run turns, shape (R, 3); about the others the gyro is compared with nothing.
     """
@@ -34,8 +37,25 @@ class Readings:
     runs: Sequence[Telemetry]
     inertia: Matrix3
     parameters: int
+    spectrum: NoiseSpectrum | None = None
+    stated: bool = True
     white: bool = False
     live: Flags = field(default_factory=lambda: np.ones((1, 3), dtype=bool))
+
+    def whitened(self, values: Array, run: int) -> Array:
+        """Return what stands in one run's samples over the standard deviation, as if the noise had no colour.
+
+        Args:
+            values: shape (N, 3) or (N, 3, C), rad/s.
+            run: its index.
+        """
+        scaled: Array = values / self.sigma[run].reshape(3, *[1] * (values.ndim - 2))
+        return scaled if self.spectrum is None else self.spectrum.decorrelated(scaled, self.runs[run].gyro_time)
+
+    @property
+    def whitened_residual(self) -> list[Array]:
+        """Residual of each run likewise, shape (N, 3)."""
+        return [self.whitened(residual, run) for run, residual in enumerate(self.residual)]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -29,6 +29,7 @@ from testbed.effects.gyro_drift import GyroDrift
 from testbed.effects.gyro_latency import GyroLatency
 from testbed.effects.gyro_misalignment import GyroMisalignment
 from testbed.effects.gyro_noise import GyroNoise
+from testbed.effects.gyro_noise_color import GyroNoiseColor
 from testbed.effects.gyro_quantization import GyroQuantization
 from testbed.effects.gyro_saturation import GyroSaturation
 from testbed.effects.gyro_scale import GyroScale
@@ -91,7 +92,12 @@ _PREDICTED: tuple[Effect, ...] = (
     GyroSaturation(),
 )
 
-_ON_READINGS: tuple[NoiseEffect, ...] = (GyroNoise(), GyroQuantization(), RotorImbalance())
+_ON_READINGS: tuple[NoiseEffect, ...] = (
+    GyroNoise(),
+    GyroNoiseColor(),
+    GyroQuantization(),
+    RotorImbalance(),
+)
 
 _GROUP = "testbed.effects"
 """Entry points of other packages: each is an effect, or a class of one."""

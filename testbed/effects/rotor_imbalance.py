@@ -69,13 +69,13 @@ class RotorImbalance(NoiseEffect):
 
 def _line_fit(part: int, readings: Readings, unit: int) -> tuple[Array, float, Array, Array] | None:
     """Return a run's (U cos φ₀, U sin φ₀), kg·m, the χ² that they explain, their covariance, and what they explain."""
-    run, sigma = readings.runs[part], readings.sigma[part]
+    run = readings.runs[part]
     if not has_gimbals(run) or run.gimbals.cluster.position_B is None:
         return None
     columns = np.stack(list(_tremor(run, unit, run.gimbals.cluster.position_B[unit], readings.inertia)), axis=-1)
-    white = (columns / sigma[:, None]).reshape(-1, 2)
-    residual = (readings.residual[part] / sigma).ravel()
-    covariance = np.linalg.pinv(white.T @ white, rcond=_ALIASED)
+    white = readings.whitened(columns, part).reshape(-1, 2)
+    residual = readings.whitened(readings.residual[part], part).ravel()
+    covariance = np.asarray(np.linalg.pinv(white.T @ white, rcond=_ALIASED))
     values = covariance @ (white.T @ residual)
     return values, float(values @ (white.T @ residual)), covariance, columns @ values
 

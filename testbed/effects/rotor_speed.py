@@ -46,10 +46,10 @@ class RotorSpeed(Effect):
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
-        units = scenario.cluster.units
+        units = scenario.gyros.units
         scale = 1.0 + only_unit(component, values[0], units)
         stated = scenario.truth.rotor_momentum_N_m_s
-        momentum = np.broadcast_to(scenario.cluster.rotor_momentum_N_m_s if stated is None else stated, units)
+        momentum = np.broadcast_to(scenario.gyros.rotor_momentum if stated is None else stated, units)
         shown = 1.0 + np.array(per_unit(scenario.tachometer.scale_factor_error, units, 0.0))
         return Extension(
             scenario={

@@ -65,7 +65,7 @@ def align_flight(scenario: Scenario, nominal: PlatformModel, truth: PlatformMode
 
 def true_parameters(scenario: Scenario, nominal: PlatformModel, truth: PlatformModel) -> Array:
     """Return inertia and alignments as built, relative to a mean momentum scale of zero, shape (P,)."""
-    units = scenario.cluster.units
+    units = scenario.gyros.units
     scale = 1.0 + np.array(per_unit(scenario.tachometer.scale_factor_error, units, 0.0))
     read = scale * nominal.cluster.rotor_spin_inertia
     built = Alignment(

@@ -72,7 +72,7 @@ def plan_maneuver(
         case BasicManeuver() as section:
             return Plan(maneuver=basic_profile(duration=section.duration_s, scale=section.scale))
         case CsvManeuver() as section:
-            return Plan(maneuver=read_profile(section.file, scenario.cluster.units))
+            return Plan(maneuver=read_profile(section.file, scenario.gyros.units))
         case BodyRatePoints() as section:
             spline = clamped_spline(section.duration_s, np.array(section.body_rate_rad_s))
             return Plan(maneuver=Maneuver(name=scenario.name, duration=section.duration_s, body_rate=spline))

@@ -232,6 +232,12 @@ class Noise(Part):
     """Measured over stated standard deviation about each body axis, a pure number; null where no run turns about it."""
     std: ThreeOrNull
     """Standard deviation of the ratio, a pure number; null likewise."""
+    level: ThreeOrNull
+    """Standard deviation in the final model over the stated one about each body axis, a pure number; null likewise."""
+    correlation: ThreeOrNull
+    """Correlation of neighbouring samples in the final model, a pure number: 0 for white noise; null likewise."""
+    degrees_of_freedom: float | None
+    """A pure number: with how many the noise is known at low frequencies; null where what is stated is certain."""
 
 
 class LatentTorque(Part):

@@ -68,7 +68,7 @@ def _duration(scenario: Scenario) -> float:
     if scenario.simulation.duration_s is not None:
         return scenario.simulation.duration_s
     own = scenario.maneuver
-    return read_profile(own.file, scenario.cluster.units).duration if isinstance(own, CsvManeuver) else own.duration_s
+    return read_profile(own.file, scenario.gyros.units).duration if isinstance(own, CsvManeuver) else own.duration_s
 
 
 def limit_shares(design_limits: DesignLimits, body_rate: Array, points: Array) -> Array:

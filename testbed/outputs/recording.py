@@ -45,7 +45,7 @@ def recording_content(experiment: Experiment, provenance: Mapping[str, str]) -> 
 
 def _limits(experiment: Experiment) -> ShownLimits:
     limits = flight_limits(experiment.scenario)
-    momentum = np.full(experiment.truth.units, experiment.scenario.cluster.rotor_momentum_limit_N_m_s)
+    momentum = experiment.scenario.gyros.rotor_momentum_limit
     return ShownLimits(
         gimbal_rate=limits.gimbal_rate,
         gimbal_torque=limits.gimbal_torque,

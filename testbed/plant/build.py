@@ -9,14 +9,14 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from testbed.arrays import Matrix3
+from testbed.arrays import Matrix3, Vector3
 from testbed.cmg.arrays import BOX_SKEW, azimuths, unit_places
 from testbed.errors import InputError, UnphysicalPlatformError
 from testbed.plant.bounds import require_bounded
 from testbed.plant.geometry import bus_inertia, composite_inertia, composite_mass, first_moment, unit_names
 from testbed.plant.misalignment import turn_units
 from testbed.plant.parts import require_parts
-from testbed.plant.properties import AirBearing, PlatformProperties, WheelProperties
+from testbed.plant.properties import AirBearing, GyroProperties, PlatformProperties, WheelProperties
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 _WALL_THICKNESS = 0.05
@@ -109,10 +109,29 @@ def _apply_units(spec: mujoco.MjSpec, properties: PlatformProperties) -> None:
     frames = {frame.name: frame for frame in spec.frames}
     for index, mount in enumerate(unit_names("mount", properties.units)):
         unit = mount.removesuffix("_mount")
-        _apply_mount(frames[mount], index, properties)
-        _apply_masses(spec.body(f"{unit}_gimbal"), spec.body(f"{unit}_rotor"), properties)
-        _apply_gimbal_motor(spec, unit, properties)
-        _apply_rotor_motor(spec, unit, index, properties)
+        if properties.gyros:
+            _place_gyro(frames[mount], properties.gyros[index])
+        else:
+            _apply_mount(frames[mount], index, properties)
+        numbers = properties.gyros[index] if properties.gyros else properties
+        _apply_masses(spec.body(f"{unit}_gimbal"), spec.body(f"{unit}_rotor"), numbers)
+        if numbers.gimbal_torque_limit is not None:
+            spec.joint(f"{unit}_gimbal").actfrcrange = [-numbers.gimbal_torque_limit, numbers.gimbal_torque_limit]
+        if properties.gimbal_servo_bandwidth is not None:
+            _apply_gimbal_servo(spec, unit, properties.gimbal_servo_bandwidth)
+        if properties.rotor_momentum is not None:
+            _apply_rotor_motor(spec, unit, properties.rotor_momentum[index], numbers.rotor_momentum_limit)
+
+
+def _place_gyro(frame: mujoco.MjsFrame, gyro: GyroProperties) -> None:
+    frame.pos = gyro.position_B
+    _turn(frame, gyro.gimbal_axis_B, gyro.spin_axis_B)
+
+
+def _turn(frame: mujoco.MjsFrame, gimbal_axis_B: Vector3, spin_axis_B: Vector3) -> None:
+    """Put a unit's frame along its axes: x is the spin axis, z the gimbal axis."""
+    frame.alt.type = mujoco.mjtOrientation.mjORIENTATION_XYAXES
+    frame.alt.xyaxes = [*spin_axis_B, *np.cross(gimbal_axis_B, spin_axis_B)]
 
 
 def _apply_mount(frame: mujoco.MjsFrame, index: int, properties: PlatformProperties) -> None:
@@ -127,9 +146,7 @@ def _apply_mount(frame: mujoco.MjsFrame, index: int, properties: PlatformPropert
         frame.alt.type = mujoco.mjtOrientation.mjORIENTATION_EULER
         frame.alt.euler = [azimuths(properties.units)[index] + 90.0, math.degrees(skew), 0.0]
     else:
-        gimbal, spin = places.gimbal_axis_B[index], places.spin_axis_B[index]
-        frame.alt.type = mujoco.mjtOrientation.mjORIENTATION_XYAXES
-        frame.alt.xyaxes = [*spin, *np.cross(gimbal, spin)]
+        _turn(frame, places.gimbal_axis_B[index], places.spin_axis_B[index])
 
 
 def _add_wheel(spec: mujoco.MjSpec, name: str, wheel: WheelProperties) -> None:
@@ -153,36 +170,30 @@ def _add_wheel(spec: mujoco.MjSpec, name: str, wheel: WheelProperties) -> None:
         joint.solref_friction = [2.0 * spec.option.timestep, 1.0]  # the quickest that MuJoCo integrates
 
 
-def _apply_masses(gimbal: mujoco.MjsBody, rotor: mujoco.MjsBody, properties: PlatformProperties) -> None:
-    if properties.gimbal_mass is not None:
-        gimbal.mass = properties.gimbal_mass
-    if properties.rotor_mass is not None:
-        rotor.mass = properties.rotor_mass
-    if properties.gimbal_inertia is not None:
-        gimbal.inertia = [properties.gimbal_inertia] * 3
-    spin, transverse = properties.rotor_spin_inertia, properties.rotor_transverse_inertia
+def _apply_masses(gimbal: mujoco.MjsBody, rotor: mujoco.MjsBody, numbers: GyroProperties | PlatformProperties) -> None:
+    if numbers.gimbal_mass is not None:
+        gimbal.mass = numbers.gimbal_mass
+    if numbers.rotor_mass is not None:
+        rotor.mass = numbers.rotor_mass
+    if numbers.gimbal_inertia is not None:
+        gimbal.inertia = [numbers.gimbal_inertia] * 3
+    spin, transverse = numbers.rotor_spin_inertia, numbers.rotor_transverse_inertia
     rotor.inertia = [
         rotor.inertia[0] if spin is None else spin,
         *([rotor.inertia[1]] * 2 if transverse is None else [transverse] * 2),
     ]
 
 
-def _apply_gimbal_motor(spec: mujoco.MjSpec, unit: str, properties: PlatformProperties) -> None:
-    if properties.gimbal_torque_limit is not None:
-        spec.joint(f"{unit}_gimbal").actfrcrange = [-properties.gimbal_torque_limit, properties.gimbal_torque_limit]
-    if properties.gimbal_servo_bandwidth is not None:
-        inertia = spec.body(f"{unit}_gimbal").inertia[2] + spec.body(f"{unit}_rotor").inertia[2]
-        motor = spec.actuator(f"{unit}_gimbal_motor")
-        motor.biasprm[2] = -inertia * properties.gimbal_servo_bandwidth
+def _apply_gimbal_servo(spec: mujoco.MjSpec, unit: str, bandwidth: float) -> None:
+    inertia = spec.body(f"{unit}_gimbal").inertia[2] + spec.body(f"{unit}_rotor").inertia[2]
+    spec.actuator(f"{unit}_gimbal_motor").biasprm[2] = -inertia * bandwidth
 
 
-def _apply_rotor_motor(spec: mujoco.MjSpec, unit: str, index: int, properties: PlatformProperties) -> None:
+def _apply_rotor_motor(spec: mujoco.MjSpec, unit: str, momentum: float, stated_limit: float | None) -> None:
     """Set torque = ctrl · kv · (target - speed), the target clamped to the rotor's momentum limit."""
-    if properties.rotor_momentum is None:
-        return
     spin_inertia = spec.body(f"{unit}_rotor").inertia[0]
-    limit = math.inf if properties.rotor_momentum_limit is None else properties.rotor_momentum_limit
-    target = float(np.clip(properties.rotor_momentum[index], -limit, limit)) / spin_inertia
+    limit = math.inf if stated_limit is None else stated_limit
+    target = float(np.clip(momentum, -limit, limit)) / spin_inertia
     gain = spin_inertia * ROTOR_SERVO_BANDWIDTH
     spec.actuator(f"{unit}_rotor_motor").gainprm[:3] = [gain * target, 0.0, -gain]
 
@@ -196,7 +207,7 @@ def _apply_bus(spec: mujoco.MjSpec, properties: PlatformProperties, path: Path) 
         bus.mass = bus.mass + properties.mass - composite_mass(compiled)
     if bus.mass <= 0.0:
         raise UnphysicalPlatformError("mass_kg", f" = {properties.mass}: the units alone weigh as much; raise it")
-    if properties.wheels:
+    if properties.wheels or properties.gyros:
         bus.ipos = -first_moment(compiled) / bus.mass  # the whole platform's centre of mass stays at the bus's origin
         compiled = _compile(spec, path)
     if properties.inertia is not None:

@@ -38,7 +38,7 @@ class Plant:
         *,
         initial: Sequence[InitialState],
         rotor_momentum: UnitSeries,
-        rotor_momentum_limit: float = math.inf,
+        rotor_momentum_limit: Units | float = math.inf,
         rotors: RotorMode = "constant_speed",
         wheel_momentum: UnitSeries | None = None,
         wheel_momentum_limit: Units | float = math.inf,
@@ -50,7 +50,7 @@ class Plant:
             models: compiled platforms of one layout, B of them; the same object where they are alike.
             initial: pose, rates and gimbal angles of each at the start; the gimbals stand still.
             rotor_momentum: Js·Ω at the start, shape (B, M), N·m·s.
-            rotor_momentum_limit: N·m·s.
+            rotor_momentum_limit: of each, shape (M,), or of all, N·m·s.
             rotors: what the rotor servos do.
             wheel_momentum: Jw·Ω of the reaction wheels at the start, shape (B, W), N·m·s; at rest where None.
             wheel_momentum_limit: to which their drives push them, shape (W,), N·m·s.

@@ -39,6 +39,35 @@ class WheelProperties:
 
 
 @dataclass(frozen=True, kw_only=True)
+class GyroProperties:
+    """A control moment gyro on the bus, with axes of its own.
+
+    Attributes:
+        gimbal_axis_B: g, shape (3,), unit vector, body axes.
+        spin_axis_B: s at gimbal angle zero, shape (3,), unit vector, body axes.
+        position_B: of the centre of mass of gimbal and rotor from the bus's origin, shape (3,), m, body axes.
+        rotor_momentum_limit: what the rotor's servo may carry, N·m·s.
+        rotor_spin_inertia: Js, kg·m².
+        rotor_transverse_inertia: Jt, kg·m².
+        rotor_mass: kg.
+        gimbal_inertia: Jg about each axis of the gimbal body, rotor not included, kg·m².
+        gimbal_mass: kg.
+        gimbal_torque_limit: of the gimbal motor, N·m.
+    """
+
+    gimbal_axis_B: Vector3
+    spin_axis_B: Vector3
+    position_B: Vector3
+    rotor_momentum_limit: float
+    rotor_spin_inertia: float
+    rotor_transverse_inertia: float
+    rotor_mass: float
+    gimbal_inertia: float
+    gimbal_mass: float
+    gimbal_torque_limit: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class AirBearing:
     """A pivot that the platform stands on, free to turn, and what acts on it there.
 
@@ -62,6 +91,8 @@ class PlatformProperties:
         mass: of the whole platform, kg.
         edge: of the bus cube, m.
         units: how many CMG units.
+        gyros: each of them, where they are not alike; what is said of all below up to gimbal_torque_limit is then
+            without effect, but for misalignment and rotor_momentum.
         array: how they stand.
         skew: angle between body z and every gimbal axis, rad.
         mounting_radius: of a pyramid every unit's distance from body z, of rows that of the outermost ones, m.
@@ -86,6 +117,7 @@ class PlatformProperties:
     mass: float | None = None
     edge: float | None = None
     units: int = 6
+    gyros: tuple[GyroProperties, ...] = ()
     array: ArrayKind = "pyramid"
     skew: float | None = None
     mounting_radius: float | None = None

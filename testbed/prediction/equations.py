@@ -14,7 +14,8 @@ from itertools import pairwise
 import numpy as np
 
 from testbed.arrays import Array, Flags, Series
-from testbed.prediction.algebra import applied, cross, matrix_of_quaternion, quaternion_rate
+from testbed.prediction import kernels
+from testbed.prediction.algebra import applied, matrix_of_quaternion, quaternion_rate
 from testbed.prediction.hooks import Hooks, Instant
 
 
@@ -120,6 +121,7 @@ class Equations:
             for (hook, value), own in zip(self._pairs, self._own, strict=True)
             if hook.states or type(hook).torque is not Hooks.torque
         ]
+        self._hides = any(hook.states for hook, _, _ in self._acting)
 
     @property
     def groups(self) -> list[slice]:
@@ -184,10 +186,10 @@ class Equations:
         return held
 
     def _body_rate(self, state: Array, known: Known) -> Array:
-        body_rate = applied(known.inverse, state[..., :3] - known.momentum_B - self._hidden(state))
+        held_B = known.momentum_B + self._hidden(state) if self._hides else known.momentum_B
         if known.inertia_step is None:
-            return body_rate
-        return body_rate - 1j * applied(known.inverse, applied(known.inertia_step, body_rate.real))
+            return kernels.body_rate(state[..., :3], held_B, known.inverse)
+        return kernels.stepped_body_rate(state[..., :3], held_B, known.inverse, known.inertia_step)
 
     def _slope(self, state: Array, known: Known) -> Array:
         body_rate = self._body_rate(state, known)
@@ -199,10 +201,10 @@ class Equations:
             torque_B = torque_B + hook.torque(value, at)
             if hook.states:
                 rates.append(np.broadcast_to(hook.state_rate(value, at), (*body_rate.shape[:-1], hook.states)))
-        turning = torque_B + cross(self._whole_momentum(state, body_rate, known), body_rate)
+        turning = kernels.turning(torque_B, self._whole_momentum(state, body_rate, known), body_rate)
         if known.bearing is not None:
             turning = np.where(known.bearing.live, turning, 0.0)
-        return np.concatenate([turning, *rates], axis=-1)
+        return np.concatenate([turning, *rates], axis=-1) if rates else turning
 
     def _whole_momentum(self, state: Array, body_rate: Array, known: Known) -> Array:
         if known.bearing is None:

@@ -24,6 +24,7 @@ from testbed.prediction.equations import Bearing, Equations, Known
 from testbed.prediction.grid import Gimbals, Grid
 from testbed.prediction.held import held_inertia, held_momentum
 from testbed.prediction.hooks import Hooks, overrides
+from testbed.prediction.kernels import carried
 
 COMPLEX_STEP = 1e-20
 """The derivative is the imaginary part over it: no difference is taken, so that it is exact to rounding.
@@ -119,7 +120,7 @@ def _found(grid: Grid, hooks: Sequence[Hooks], values: Values, known: Known) -> 
     states = _guess(grid, equations, equations.initial(values.initial_rate[:, :1].real, 1))
     for _ in range(_ROUNDS):
         ahead, tangents = _linearised(equations, states[:, :-1])
-        change = _carried(tangents, np.zeros_like(states[:, :1]), ahead - states[:, 1:])
+        change = carried(tangents, np.zeros_like(states[:, 0]), ahead - states[:, 1:])
         states = states + change
         size = [np.abs(states[..., group]).max() for group in equations.groups]
         if not np.isfinite(size).all():
@@ -153,7 +154,7 @@ def _disturbed(equations: Equations, start: Array, states: Array, tangents: Arra
     if not np.iscomplexobj(start):
         return states
     before = np.broadcast_to(states[:, :-1], (*tangents.shape[:2], *start.shape[2:]))
-    return states + 1j * _carried(tangents, start.imag, _in_blocks(equations, before).imag)
+    return states + 1j * carried(tangents, start.imag[:, 0], _in_blocks(equations, before).imag)
 
 
 def _in_blocks(equations: Equations, states: Array) -> Array:
@@ -162,14 +163,6 @@ def _in_blocks(equations: Equations, states: Array) -> Array:
     size = max(1, _AT_ONCE // (runs * sets))
     blocks = [slice(first, min(first + size, steps)) for first in range(0, steps, size)]
     return np.concatenate([equations.stepped(states[:, block], block) for block in blocks], axis=1)
-
-
-def _carried(tangents: Array, start: Array, added: Array) -> Array:
-    """Return the changes of the states at all nodes, each the tangent of the one before and what a step adds."""
-    changes = np.concatenate([start, added], axis=1)
-    for step in range(added.shape[1]):
-        changes[:, step + 1] += changes[:, step] @ tangents[:, step]
-    return changes
 
 
 def _known(grid: Grid, hooks: Sequence[Hooks], values: Values, *, one_motion: bool) -> Known:

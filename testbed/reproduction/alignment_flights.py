@@ -64,10 +64,10 @@ def as_built(scenario: Scenario, seed: int) -> Scenario:
 
     A rotor's servo goes by its tachometer, so that a tachometer that reads too much leaves it too slow.
     """
-    rng, units = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(0,))), scenario.cluster.units
+    rng, units = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(0,))), scenario.gyros.units
     axes, zeros = AXIS_SPREAD * rng.standard_normal((units, 2)), AXIS_SPREAD * rng.standard_normal(units)
     scales = SCALE_SPREAD * rng.standard_normal(units)
-    momenta = scenario.cluster.rotor_momentum_N_m_s / (1.0 + scales)
+    momenta = scenario.gyros.rotor_momentum / (1.0 + scales)
     truth = {"gimbal_axis_misalignment_rad": axes.tolist(), "rotor_momentum_N_m_s": tuple(momenta.tolist())}
     return scenario.model_copy(
         update={

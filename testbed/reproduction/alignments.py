@@ -125,8 +125,8 @@ def alignments(
         *(pair for block in done_by_workers(jobs, workers, progress, parts) for pair in block), strict=True
     )
     return Alignments(
-        names=parameter_names(scenario.cluster.units),
-        units=parameter_units(scenario.cluster.units),
+        names=parameter_names(scenario.gyros.units),
+        units=parameter_units(scenario.gyros.units),
         runs=runs,
         null_motion=_statistics("null motion as designed", null_motion),
         pseudo_inverse=_statistics("pseudo-inverse, the same body rates", pseudo_inverse),

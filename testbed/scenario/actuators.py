@@ -1,18 +1,19 @@
-"""Actuators beside the cluster of control moment gyros: reaction wheels, single or in arrays."""
+"""Actuators as a list: reaction wheels, single or in arrays, beside control moment gyros."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import radians
-from typing import Annotated, Literal
+from math import pi, radians
+from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from testbed.arrays import Axes
+from testbed.arrays import Array, Axes
 from testbed.cmg.wheels import WheelArrayKind, wheel_axes
 from testbed.quantities import Bandwidth, Friction, FrictionTorque, Mass, Moment, Momentum, Radius, Torque
 from testbed.scenario.cluster import Cluster
+from testbed.scenario.gyros import ControlMomentGyros, Gyros, gyro_conflicts, gyros_of
 from testbed.scenario.section import Conflict, Section, refuse
 from testbed.scenario.values import Places, UnitVector
 from testbed.signals import MOST_UNITS
@@ -22,6 +23,8 @@ _USUAL = {"orthogonal": 3, "tetrahedron": 4, "pyramid": 4}
 _LOST = 1e-6
 """Smallest singular value of the axes, as a share of the largest, below which a direction of torque is lost: an axis
 that is written with six decimals is rounded by less."""
+_DRAWN = 4
+"""Sets of gimbal angles, one of which at the least is no singularity of an array that has torque about every axis."""
 
 
 class ReactionWheels(Section):
@@ -103,12 +106,26 @@ class ReactionWheels(Section):
             yield Conflict(key="transverse_inertia_kg_m2", text=text)
 
 
-def wheel_count(actuators: Sequence[ReactionWheels]) -> int:
+Actuator: TypeAlias = Annotated[ReactionWheels | ControlMomentGyros, Field(discriminator="kind")]
+"""An entry of [[actuators]]."""
+
+
+def reaction_wheels(actuators: Sequence[Actuator]) -> tuple[ReactionWheels, ...]:
+    """Return the entries that are reaction wheels."""
+    return tuple(each for each in actuators if isinstance(each, ReactionWheels))
+
+
+def control_moment_gyros(actuators: Sequence[Actuator]) -> tuple[ControlMomentGyros, ...]:
+    """Return the entries that are control moment gyros."""
+    return tuple(each for each in actuators if isinstance(each, ControlMomentGyros))
+
+
+def wheel_count(actuators: Sequence[Actuator]) -> int:
     """Return how many wheels there are in all; they are numbered in the order of the file."""
-    return sum(each.wheels for each in actuators)
+    return sum(each.wheels for each in reaction_wheels(actuators))
 
 
-def actuator_conflicts(actuators: Sequence[ReactionWheels], cluster: Cluster | None) -> Iterator[Conflict]:
+def actuator_conflicts(actuators: Sequence[Actuator], cluster: Cluster | None) -> Iterator[Conflict]:
     """Find a platform without actuators, with too many of them, or with a direction about which it has no torque.
 
     Args:
@@ -117,23 +134,60 @@ def actuator_conflicts(actuators: Sequence[ReactionWheels], cluster: Cluster | N
     """
     if cluster is None:
         return
-    wheels = wheel_count(actuators)
+    wheels, entries = wheel_count(actuators), control_moment_gyros(actuators)
     if wheels > MOST_UNITS:
         yield Conflict(key="actuators", text=f"have {wheels} wheels in all; at most {MOST_UNITS} are flown")
-    if cluster.units == 0 and wheels == 0:
+    yield from gyro_conflicts(entries, cluster)
+    if cluster.units == 0 and not actuators:
         text = "is missing; add it: The control moment gyros; or [[actuators]] of another kind"
         yield Conflict(key="cluster", text=text)
     elif cluster.units == 0:
-        yield from _lost_directions(np.concatenate([each.axes_B for each in actuators]))
+        axes_B = [each.axes_B for each in reaction_wheels(actuators)]
+        yield from _lost_directions(np.concatenate([np.zeros((0, 3)), *axes_B]), gyros_of(cluster, entries))
 
 
-def _lost_directions(axes_B: Axes) -> Iterator[Conflict]:
-    _, strengths, directions = np.linalg.svd(np.vstack([axes_B, np.zeros((3, 3))]))
-    lost = directions[strengths[:3] < _LOST * strengths[0]]
-    if len(lost):
-        shown = " and ".join("[" + ", ".join(f"{part + 0.0:.3g}" for part in _signed(row)) + "]" for row in lost)
-        text = f"give no torque about {shown} in body axes: all axes are normal to it; add a wheel, or turn one"
-        yield Conflict(key="actuators", text=text)
+def _lost_directions(wheel_axis_B: Axes, gyros: Gyros) -> Iterator[Conflict]:
+    """Find directions about which no actuator gives torque, whatever the gimbal angles."""
+    torques_B = _torques(wheel_axis_B, gyros)
+    if any(_lost(each).size == 0 for each in torques_B):
+        return
+    always = _lost(np.concatenate(torques_B))
+    if not always.size:
+        text = (
+            f"give torque about no more than two axes at a time: with all gimbals at zero not about "
+            f"{_shown(_lost(torques_B[0]))} in body axes; add an actuator"
+        )
+    elif gyros.units:
+        text = f"give no torque about {_shown(always)} in body axes at any gimbal angles; add an actuator, or turn one"
+    else:
+        text = (
+            f"give no torque about {_shown(always)} in body axes: all axes are normal to it; add a wheel, or turn one"
+        )
+    yield Conflict(key="actuators", text=text)
+
+
+def _torques(wheel_axis_B: Axes, gyros: Gyros) -> list[Array]:
+    """Return the directions of all torques, each of shape (W + M, 3): with gimbals at zero, and at some other angles.
+
+    Where an array can give torque about every axis at all, it can at all angles but those of its singularities, which
+    angles drawn at random miss.
+    """
+    working = np.setdiff1d(np.arange(gyros.units), np.array(gyros.failed, dtype=np.intp) - 1)
+    spin_B = gyros.places.spin_axis_B[working]
+    transverse_B = np.cross(gyros.places.gimbal_axis_B[working], spin_B)
+    drawn = np.random.default_rng(0).uniform(-pi, pi, (_DRAWN, len(working), 1))
+    angles = [np.zeros((len(working), 1)), *drawn] if len(working) else [np.zeros((0, 1))]
+    return [np.concatenate([wheel_axis_B, np.cos(d) * transverse_B - np.sin(d) * spin_B]) for d in angles]
+
+
+def _lost(torques_B: Axes) -> Axes:
+    """Return directions, shape (L, 3), normal to all torques."""
+    _, strengths, directions = np.linalg.svd(np.vstack([torques_B, np.zeros((3, 3))]))
+    return np.asarray(directions[strengths[:3] < _LOST * strengths[0]])
+
+
+def _shown(directions: Axes) -> str:
+    return " and ".join("[" + ", ".join(f"{part + 0.0:.3g}" for part in _signed(row)) + "]" for row in directions)
 
 
 def _signed(direction: np.ndarray) -> np.ndarray:

@@ -18,35 +18,13 @@ _ROWS = ("roof", "box")
 """Arrays of two equal rows."""
 
 
-class Cluster(Section):
-    """Equal control moment gyros in an array about body z; by default the paper's, a hexagonal pyramid.
+class GyroNumbers(Section):
+    """Numbers of equal control moment gyros, wherever they stand."""
 
-    A number marked "omitted: the model's own" keeps the value of the MJCF model.
-    """
-
-    array: ArrayKind = "pyramid"
-    """How the units stand: gimbal axes on a cone about z; in two rows, tilted to either side (a box: by 45°); in a
-    line, all along z."""
-    units: Annotated[int, Field(ge=2, le=MOST_UNITS)] = 6
-    """Number of units."""
-    skew_deg: Annotated[float, Field(ge=0.1, le=90)] | None = None
-    """Angle between body z and every gimbal axis; omitted: the model's own."""
-    mounting_radius_m: Radius | None = None
-    """Distance of every unit from body z; omitted: the model's own."""
     rotor_momentum_N_m_s: Momentum
     """Momentum of each rotor about its spin axis, from its speed relative to the gimbal."""
     rotor_momentum_limit_N_m_s: Momentum
     """What a rotor's servo may carry; a rotor that would exceed it is clamped there."""
-    rotor_spin_inertia_kg_m2: Moment | None = None
-    """Inertia of a rotor about its spin axis; omitted: the model's own."""
-    rotor_transverse_inertia_kg_m2: Moment | None = None
-    """Inertia of a rotor about an axis normal to its spin axis; omitted: the model's own."""
-    rotor_mass_kg: Mass | None = None
-    """Mass of a rotor; omitted: the model's own."""
-    gimbal_inertia_kg_m2: Moment | None = None
-    """Inertia of a gimbal body about each axis, rotor not included; omitted: the model's own."""
-    gimbal_mass_kg: Mass | None = None
-    """Mass of a gimbal body, rotor not included; omitted: the model's own."""
     gimbal_rate_limit_rad_s: RateLimit
     """Largest gimbal rate; the steering law scales all rates alike to keep it."""
     gimbal_torque_limit_N_m: Torque
@@ -62,26 +40,68 @@ class Cluster(Section):
     ] = ()
     """Numbers, from 1, of failed units, at most half of all: rotor at rest, gimbal locked at zero."""
 
-    @model_validator(mode="after")
-    def _consistent(self) -> Cluster:
-        refuse(self._conflicts())
-        return self
+    def number_conflicts(self, units: int, spin: float | None, transverse: float | None) -> Iterator[Conflict]:
+        """Find numbers that do not go together.
 
-    def _conflicts(self) -> Iterator[Conflict]:
+        Args:
+            units: how many there are of them.
+            spin: inertia of a rotor about its spin axis, kg·m²; None where it is not stated.
+            transverse: likewise about an axis normal to it.
+        """
         if self.rotor_momentum_N_m_s > self.rotor_momentum_limit_N_m_s:
             yield Conflict(
                 key="rotor_momentum_N_m_s",
                 text=f"{self.rotor_momentum_N_m_s} exceeds rotor_momentum_limit_N_m_s = "
                 f"{self.rotor_momentum_limit_N_m_s}; lower the one or raise the other",
             )
-        yield from self._array_conflicts()
-        yield from self._failed_conflicts()
-        spin, transverse = self.rotor_spin_inertia_kg_m2, self.rotor_transverse_inertia_kg_m2
+        beyond = [unit for unit in self.failed if unit > units]
+        if beyond:
+            yield Conflict(key="failed", text=f"names unit {beyond[0]}, but there are {units}")
+        if len(self.failed) > units // 2:
+            text = f"names {len(self.failed)} of {units} units; at most half of them may have failed"
+            yield Conflict(key="failed", text=text)
         if spin is not None and transverse is not None and spin > 2.0 * transverse:
             yield Conflict(
                 key="rotor_transverse_inertia_kg_m2",
                 text=f"{transverse} is less than half of rotor_spin_inertia_kg_m2 = {spin}; no rigid rotor has that",
             )
+
+
+class Cluster(GyroNumbers):
+    """Equal control moment gyros in an array about body z; by default the paper's, a hexagonal pyramid.
+
+    A number marked "omitted: the model's own" keeps the value of the MJCF model.
+    """
+
+    array: ArrayKind = "pyramid"
+    """How the units stand: gimbal axes on a cone about z; in two rows, tilted to either side (a box: by 45°); in a
+    line, all along z."""
+    units: Annotated[int, Field(ge=2, le=MOST_UNITS)] = 6
+    """Number of units."""
+    skew_deg: Annotated[float, Field(ge=0.1, le=90)] | None = None
+    """Angle between body z and every gimbal axis; omitted: the model's own."""
+    mounting_radius_m: Radius | None = None
+    """Distance of every unit from body z; omitted: the model's own."""
+    rotor_spin_inertia_kg_m2: Moment | None = None
+    """Inertia of a rotor about its spin axis; omitted: the model's own."""
+    rotor_transverse_inertia_kg_m2: Moment | None = None
+    """Inertia of a rotor about an axis normal to its spin axis; omitted: the model's own."""
+    rotor_mass_kg: Mass | None = None
+    """Mass of a rotor; omitted: the model's own."""
+    gimbal_inertia_kg_m2: Moment | None = None
+    """Inertia of a gimbal body about each axis, rotor not included; omitted: the model's own."""
+    gimbal_mass_kg: Mass | None = None
+    """Mass of a gimbal body, rotor not included; omitted: the model's own."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Cluster:
+        refuse(self._conflicts())
+        return self
+
+    def _conflicts(self) -> Iterator[Conflict]:
+        yield from self._array_conflicts()
+        spin, transverse = self.rotor_spin_inertia_kg_m2, self.rotor_transverse_inertia_kg_m2
+        yield from self.number_conflicts(self.units, spin, transverse)
 
     def _array_conflicts(self) -> Iterator[Conflict]:
         if self.array == "line":
@@ -97,14 +117,6 @@ class Cluster(Section):
         if self.array == "box" and self.skew_deg is not None:
             text = 'has no effect on a box, whose axes are tilted by 45°; omit it, or use the array "roof"'
             yield Conflict(key="skew_deg", text=text)
-
-    def _failed_conflicts(self) -> Iterator[Conflict]:
-        beyond = [unit for unit in self.failed if unit > self.units]
-        if beyond:
-            yield Conflict(key="failed", text=f"names unit {beyond[0]}, but there are {self.units}")
-        if len(self.failed) > self.units // 2:
-            text = f"names {len(self.failed)} of {self.units} units; at most half of them may have failed"
-            yield Conflict(key="failed", text=text)
 
 
 NO_CLUSTER = Cluster.model_construct(

@@ -8,11 +8,18 @@ from typing import Annotated
 
 from pydantic import Field, Strict, ValidationInfo, field_validator
 
-from testbed.scenario.actuators import ReactionWheels, actuator_conflicts
+from testbed.scenario.actuators import (
+    Actuator,
+    ReactionWheels,
+    actuator_conflicts,
+    control_moment_gyros,
+    reaction_wheels,
+)
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.cluster import NO_CLUSTER, Cluster, Limits, stated_conflicts
 from testbed.scenario.control import Controller
 from testbed.scenario.dispersion import Dispersion
+from testbed.scenario.gyros import Gyros, gyros_of
 from testbed.scenario.maneuver import BasicManeuver, BodyRateDesign, BodyRatePoints, CsvManeuver, Maneuver
 from testbed.scenario.platform import Cabin, Initial, Truth
 from testbed.scenario.section import Conflict, Section, refuse
@@ -37,10 +44,8 @@ class Scenario(BodyScenario):
     # In this order each check finds the sections that it compares with already read.
     cluster: Cluster = NO_CLUSTER
     """The control moment gyros; omitted: none, but [[actuators]]."""
-    actuators: Annotated[
-        tuple[ReactionWheels, ...], Strict(False), Field(max_length=MOST_UNITS, validate_default=True)
-    ] = ()
-    """Actuators beside the cluster, each entry a wheel or an array of wheels."""
+    actuators: Annotated[tuple[Actuator, ...], Strict(False), Field(max_length=MOST_UNITS, validate_default=True)] = ()
+    """Reaction wheels beside the cluster, or all actuators without it: each entry is one, or an array of them."""
     limits: Limits
     """What the cluster may be asked for."""
     truth: Truth = Truth()
@@ -68,6 +73,16 @@ class Scenario(BodyScenario):
     controller: Controller
     """The rate tracker."""
 
+    @property
+    def gyros(self) -> Gyros:
+        """All control moment gyros, of whichever form."""
+        return gyros_of(self.cluster, control_moment_gyros(self.actuators))
+
+    @property
+    def wheels(self) -> tuple[ReactionWheels, ...]:
+        """Entries of reaction wheels."""
+        return reaction_wheels(self.actuators)
+
     @field_validator("cluster")
     @classmethod
     def _stated(cls, cluster: Cluster, info: ValidationInfo) -> Cluster:
@@ -77,23 +92,22 @@ class Scenario(BodyScenario):
 
     @field_validator("actuators")
     @classmethod
-    def _can_turn(cls, actuators: tuple[ReactionWheels, ...], info: ValidationInfo) -> tuple[ReactionWheels, ...]:
+    def _can_turn(cls, actuators: tuple[Actuator, ...], info: ValidationInfo) -> tuple[Actuator, ...]:
         refuse(actuator_conflicts(actuators, info.data.get("cluster")), from_root=True)
         return actuators
 
     @field_validator("truth", "initial", "encoder", "tachometer", "wheel_tachometer", "maneuver", "controller")
     @classmethod
     def _one_for_each_unit(cls, section: Section, info: ValidationInfo) -> Section:
-        units = (info.data.get("cluster"), info.data.get("actuators"))
-        refuse(count_conflicts(str(info.field_name), section, *units), from_root=True)
+        refuse(count_conflicts(str(info.field_name), section, _gyros(info), _wheels(info)), from_root=True)
         return section
 
     @field_validator("initial")
     @classmethod
     def _locked(cls, initial: Initial, info: ValidationInfo) -> Initial:
         conflicts = (
-            locked_conflicts(initial, info.data.get("cluster")),
-            wheel_start_conflicts(initial, info.data.get("actuators")),
+            locked_conflicts(initial, _gyros(info)),
+            wheel_start_conflicts(initial, _wheels(info)),
         )
         refuse(chain.from_iterable(conflicts), from_root=True)
         return initial
@@ -108,7 +122,7 @@ class Scenario(BodyScenario):
     @field_validator("maneuver")
     @classmethod
     def _first_angle(cls, maneuver: Maneuver, info: ValidationInfo) -> Maneuver:
-        refuse(first_angle_conflicts(maneuver, info.data.get("initial"), info.data.get("cluster")), from_root=True)
+        refuse(first_angle_conflicts(maneuver, info.data.get("initial"), _gyros(info)), from_root=True)
         return maneuver
 
     @field_validator("simulation")
@@ -117,7 +131,7 @@ class Scenario(BodyScenario):
         gyro = info.data.get("gyro")
         conflicts = (
             clock_conflicts(simulation, gyro),
-            stiffness_conflicts(simulation, info.data.get("cluster"), info.data.get("actuators")),
+            stiffness_conflicts(simulation, _gyros(info), _wheels(info)),
             sample_conflicts(simulation, gyro, info.data.get("maneuver")),
             size_conflicts(simulation, info.data.get("maneuver")),
         )
@@ -129,14 +143,27 @@ class Scenario(BodyScenario):
     def _preference_and_momentum(cls, controller: Controller, info: ValidationInfo) -> Controller:
         """Check on the last section, with all others read, what the start has to agree with too."""
         estimation = info.data.get("estimation")
-        start = (info.data.get(section) for section in ("initial", "cluster", "actuators", "platform", "truth"))
+        initial, platform, truth = (info.data.get(section) for section in ("initial", "platform", "truth"))
         conflicts = (
             _preference_conflicts(controller, info.data.get("maneuver")),
-            momentum_conflicts(estimation, *start),
+            momentum_conflicts(estimation, initial, _gyros(info), _wheels(info), platform, truth),
             dispersion_conflicts(estimation, info.data.get("dispersion")),
         )
         refuse(chain.from_iterable(conflicts), from_root=True)
         return controller
+
+
+def _gyros(info: ValidationInfo) -> Gyros | None:
+    """Return the gyros of what is read so far; None where they are wrong themselves."""
+    cluster, actuators = info.data.get("cluster"), info.data.get("actuators")
+    if cluster is None or (actuators is None and not cluster.units):
+        return None
+    return gyros_of(cluster, control_moment_gyros(actuators or ()))
+
+
+def _wheels(info: ValidationInfo) -> tuple[ReactionWheels, ...] | None:
+    actuators = info.data.get("actuators")
+    return None if actuators is None else reaction_wheels(actuators)
 
 
 NEEDED_TO_FLY = {

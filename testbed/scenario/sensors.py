@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Annotated
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from testbed.quantities import (
     AngleNoise,
@@ -30,6 +31,12 @@ class Gyro(Section):
     """Samples per second."""
     noise_rad_s: RateNoise
     """Standard deviation of the white noise of a sample, each axis."""
+    noise_uncertainty: Annotated[float, Field(gt=0, le=1)] = 0.1
+    """Share by which that may be wrong, one standard deviation: a diagnosis estimates the noise, what is stated is its
+    prior."""
+    noise_correlation: Annotated[float, Field(ge=-0.9, le=0.9)] = 0.0
+    """Correlation of neighbouring samples of that noise, a first-order autoregression; the estimators do not know of
+    it."""
     extra_noise_rad_s: Three[RateNoise] = (0.0, 0.0, 0.0)
     """White noise of each axis beyond noise_rad_s, independent of it; the estimators do not know of it."""
     bias_rad_s: BodyRates = (0.0, 0.0, 0.0)

@@ -8,12 +8,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from testbed.arrays import Units, Vector3
-from testbed.cmg.arrays import unit_places
 from testbed.cmg.misalignment import turned_axes
 from testbed.scenario.actuators import ReactionWheels, wheel_count
-from testbed.scenario.cluster import Cluster
 from testbed.scenario.dispersion import Dispersion
 from testbed.scenario.estimation import Estimation
+from testbed.scenario.gyros import Gyros
 from testbed.scenario.maneuver import GimbalPoints, Maneuver
 from testbed.scenario.platform import Cabin, Initial, Platform, Truth
 from testbed.scenario.section import Conflict
@@ -25,10 +24,10 @@ _SAME_ANGLE = 1e-6
 """rad. Six decimals written in the file pass."""
 
 
-def locked_conflicts(initial: Initial, cluster: Cluster | None) -> Iterator[Conflict]:
+def locked_conflicts(initial: Initial, gyros: Gyros | None) -> Iterator[Conflict]:
     """Find failed units that start off their lock."""
-    for unit in cluster.failed if cluster else ():
-        angle = per_unit(initial.gimbal_angle_rad, cluster.units, 0.0)[unit - 1] if cluster else 0.0
+    for unit in gyros.failed if gyros else ():
+        angle = per_unit(initial.gimbal_angle_rad, gyros.units, 0.0)[unit - 1] if gyros else 0.0
         if angle != 0.0:
             text = f"has {angle} for unit {unit}, which has failed and is locked at zero; write 0 there"
             yield Conflict(key="initial.gimbal_angle_rad", text=text)
@@ -58,11 +57,11 @@ def room_conflicts(cabin: Cabin, platform: Platform | None, initial: Initial | N
             yield Conflict(key="cabin.size_m", text=text)
 
 
-def first_angle_conflicts(maneuver: Maneuver, initial: Initial | None, cluster: Cluster | None) -> Iterator[Conflict]:
+def first_angle_conflicts(maneuver: Maneuver, initial: Initial | None, gyros: Gyros | None) -> Iterator[Conflict]:
     """Find a gimbal-angle spline that starts elsewhere than the gimbals; a clamped spline starts at its first point."""
-    if initial is None or cluster is None or not isinstance(maneuver, GimbalPoints):
+    if initial is None or gyros is None or not isinstance(maneuver, GimbalPoints):
         return
-    first, start = maneuver.gimbal_angle_rad[0], per_unit(initial.gimbal_angle_rad, cluster.units, 0.0)
+    first, start = maneuver.gimbal_angle_rad[0], per_unit(initial.gimbal_angle_rad, gyros.units, 0.0)
     if np.abs(np.subtract(first, start)).max() > _SAME_ANGLE:
         text = f"starts at {list(first)}, the gimbals at {list(start)}; make them equal"
         yield Conflict(key="maneuver.gimbal_angle_rad", text=f"{text}, here or in initial.gimbal_angle_rad")
@@ -71,16 +70,16 @@ def first_angle_conflicts(maneuver: Maneuver, initial: Initial | None, cluster: 
 def momentum_conflicts(
     estimation: Estimation | None,
     initial: Initial | None,
-    cluster: Cluster | None,
+    gyros: Gyros | None,
     wheels: Sequence[ReactionWheels] | None,
     platform: Platform | None,
     truth: Truth | None,
 ) -> Iterator[Conflict]:
     """Find a flight that starts with momentum which the estimators take to be zero: their estimates would be biased."""
-    if not _starts_at_rest(estimation) or not (initial and cluster and platform and truth) or wheels is None:
+    if not _starts_at_rest(estimation) or not (initial and gyros and platform and truth) or wheels is None:
         return
-    rotors = _rotor_momenta(cluster, truth)
-    actuators = _of_rotors(rotors, initial, cluster, truth) + _of_wheels(initial, wheels)
+    rotors = _rotor_momenta(gyros, truth)
+    actuators = _of_rotors(rotors, initial, gyros, truth) + _of_wheels(initial, wheels)
     momentum = np.linalg.norm(_of_body(initial, platform, truth) + actuators)
     capacity = rotors.sum() + sum(each.wheels * each.momentum_limit_N_m_s for each in wheels)
     if momentum > _NO_MOMENTUM * capacity:
@@ -103,11 +102,11 @@ def _starts_at_rest(estimation: Estimation | None) -> bool:
     return estimation is not None and estimation.initial_momentum == "zero"
 
 
-def _rotor_momenta(cluster: Cluster, truth: Truth) -> Units:
+def _rotor_momenta(gyros: Gyros, truth: Truth) -> Units:
     """Rotor momenta as flown, shape (M,), N·m·s; those of failed units are zero."""
-    flown = cluster.rotor_momentum_N_m_s if truth.rotor_momentum_N_m_s is None else truth.rotor_momentum_N_m_s
-    momenta = np.array(np.broadcast_to(flown, cluster.units), dtype=np.float64)
-    momenta[[unit - 1 for unit in cluster.failed]] = 0.0
+    flown = gyros.rotor_momentum if truth.rotor_momentum_N_m_s is None else truth.rotor_momentum_N_m_s
+    momenta = np.array(np.broadcast_to(flown, gyros.units), dtype=np.float64)
+    momenta[[unit - 1 for unit in gyros.failed]] = 0.0
     return momenta
 
 
@@ -126,17 +125,16 @@ def _of_wheels(initial: Initial, wheels: Sequence[ReactionWheels]) -> Vector3:
     return np.asarray(np.array(initial.wheel_momentum_N_m_s) @ np.concatenate([each.axes_B for each in wheels]))
 
 
-def _of_rotors(momenta: Units, initial: Initial, cluster: Cluster, truth: Truth) -> Vector3:
+def _of_rotors(momenta: Units, initial: Initial, gyros: Gyros, truth: Truth) -> Vector3:
     """Σ Js·Ω s(d), s(d) = s0 cos d + t0 sin d, N·m·s, body axes; zero where it takes a skew of the MJCF's own."""
-    units = cluster.units
+    units = gyros.units
     if units == 0:
         return np.zeros(3)
     angle = np.array(per_unit(initial.gimbal_angle_rad, units, 0.0))
     turned = np.array(per_unit(truth.gimbal_axis_misalignment_rad, units, (0.0, 0.0)))
-    if cluster.skew_deg is None and cluster.array != "box" and (angle.any() or turned.any()):
+    if not gyros.skewed and (angle.any() or turned.any()):
         return np.zeros(3)
     # Where the skew is omitted all angles are zero, and it has no effect.
-    places = unit_places(cluster.array, units, math.radians(cluster.skew_deg or 0.0))
-    axes = turned_axes(places.gimbal_axis_B, places.spin_axis_B, turned)
+    axes = turned_axes(gyros.places.gimbal_axis_B, gyros.places.spin_axis_B, turned)
     along, across = momenta * np.cos(angle), momenta * np.sin(angle)
     return np.asarray(along @ axes.spin_axis_B + across @ axes.transverse_axis_B)

@@ -68,7 +68,8 @@ def _section(name: str, section: Node, definitions: Node) -> Iterator[str]:
 
 def _repeats(node: Node) -> bool:
     """Return whether a key holds a list of tables."""
-    return node.get("type") == "array" and isinstance(node.get("items"), Mapping) and "$ref" in node["items"]
+    items = node.get("items") if node.get("type") == "array" else None
+    return isinstance(items, Mapping) and ("$ref" in items or any("$ref" in form for form in items.get("oneOf", ())))
 
 
 def _forms(node: Node, definitions: Node) -> list[Node]:

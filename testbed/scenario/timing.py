@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from testbed.scenario.actuators import ReactionWheels
 from testbed.scenario.clocks import duration_conflicts, order_conflicts, rate_conflicts, step_conflicts
-from testbed.scenario.cluster import Cluster
+from testbed.scenario.gyros import Gyros
 from testbed.scenario.maneuver import MIN_SAMPLES, CsvManeuver, Maneuver
 from testbed.scenario.section import Conflict
 from testbed.scenario.sensors import Gyro
@@ -65,15 +65,15 @@ def too_large(simulation: Simulation, duration: float) -> str:
 
 
 def stiffness_conflicts(
-    simulation: Simulation, cluster: Cluster | None, wheels: Sequence[ReactionWheels] | None
+    simulation: Simulation, gyros: Gyros | None, wheels: Sequence[ReactionWheels] | None
 ) -> Iterator[Conflict]:
     """Find a step too long for the fastest servo that is always at work."""
-    if cluster is None or wheels is None:
+    if gyros is None or wheels is None:
         return
     servos = {"wheel": max((each.speed_loop_bandwidth_rad_s or 0.0 for each in wheels), default=0.0)}
-    if cluster.units:
-        servos["gimbal"] = cluster.gimbal_servo_bandwidth_rad_s
-        if cluster.rotors == "constant_speed":
+    if gyros.units:
+        servos["gimbal"] = gyros.servo_bandwidth
+        if gyros.rotors == "constant_speed":
             servos["rotor"] = ROTOR_SERVO_BANDWIDTH
     if not any(servos.values()):
         return

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from testbed.scenario.actuators import ReactionWheels, wheel_count
-from testbed.scenario.cluster import Cluster
+from testbed.scenario.gyros import Gyros
 from testbed.scenario.section import Conflict, Section
 
 _LISTS: Mapping[str, tuple[str, ...]] = {
@@ -29,17 +29,17 @@ _ROWS = "gimbal_angle_rad"
 
 
 def count_conflicts(
-    name: str, section: Section, cluster: Cluster | None, wheels: Sequence[ReactionWheels] | None
+    name: str, section: Section, gyros: Gyros | None, wheels: Sequence[ReactionWheels] | None
 ) -> Iterator[Conflict]:
     """Find lists that are longer or shorter than there are units or wheels; an empty one stands for no entry.
 
     Args:
         name: of the section.
         section: as read.
-        cluster: the units; None where it is wrong itself.
+        gyros: the units; None where they are wrong themselves.
         wheels: likewise.
     """
-    units = None if cluster is None else cluster.units
+    units = None if gyros is None else gyros.units
     wheel_units = None if wheels is None else wheel_count(wheels)
     for key in _LISTS.get(name, ()):
         yield from _conflicts(f"{name}.{key}", _value(section, key), units, "unit")

@@ -8,7 +8,7 @@ from math import inf, sqrt
 import numpy as np
 
 from testbed.arrays import Matrix3, Vector3, Vectors3
-from testbed.sensors.noise import angle_quantization, gauss_markov, random_walk, white_noise
+from testbed.sensors.noise import angle_quantization, autoregression, gauss_markov, random_walk, white_noise
 from testbed.sensors.sampling import generators
 
 
@@ -21,6 +21,7 @@ class GyroParameters:
     Attributes:
         sample_rate: Hz; has to divide the control rate.
         white_noise: σ per sample, of all axes or shape (3,), rad/s. Source: paper eq. (4).
+        noise_correlation: of neighbouring samples of it.
         bias: b at the start, shape (3,), rad/s.
         drift: ḃ, shape (3,), rad/s².
         bias_instability: stationary standard deviation of the first-order Gauss-Markov bias, rad/s.
@@ -38,6 +39,7 @@ class GyroParameters:
 
     sample_rate: float
     white_noise: Vector3 | float = 0.0
+    noise_correlation: float = 0.0
     bias: Vector3 = field(default_factory=lambda: np.zeros(3))
     drift: Vector3 = field(default_factory=lambda: np.zeros(3))
     bias_instability: float = 0.0
@@ -73,7 +75,7 @@ def gyro_errors(parameters: GyroParameters, samples: int, seed: np.random.SeedSe
     return np.asarray(
         parameters.bias
         + parameters.drift * (dt * np.arange(samples)[:, None])
-        + white_noise(parameters.white_noise, shape, white)  # eq. (4)
+        + autoregression(parameters.noise_correlation, white_noise(parameters.white_noise, shape, white))  # eq. (4)
         + gauss_markov(parameters.bias_instability, parameters.bias_correlation_time, dt, shape, instability)
         + random_walk(parameters.rate_random_walk, dt, shape, walk)
         + angle_quantization(parameters.angle_quantization, dt, shape, quantization)

@@ -25,6 +25,20 @@ def white_noise(std: Array | float, shape: Shape, rng: np.random.Generator) -> A
     return std * rng.standard_normal(shape)
 
 
+def autoregression(correlation: float, white: Array) -> Array:
+    """Return noise whose neighbouring samples are correlated, of the variance of the white noise that it is made of.
+
+    Args:
+        correlation: of neighbouring samples.
+        white: samples first.
+    """
+    if correlation == 0.0:
+        return white
+    driven = np.sqrt(1.0 - correlation**2) * white
+    driven[0] = white[0]
+    return np.asarray(lfilter([1.0], [1.0, -correlation], driven, axis=0))
+
+
 def gauss_markov(std: float, correlation_time: float, dt: float, shape: Shape, rng: np.random.Generator) -> Array:
     """Draw a first-order Gauss-Markov process with correlation std²·exp(-|t|/T), stationary from the first sample on.
 

@@ -171,11 +171,21 @@ def test_an_unbalanced_rotor_draws_the_line_that_is_sought(tmp_path):
     assert np.abs(left).max() < SHARES[effect.id] * np.abs(missed).max()
 
 
-@pytest.mark.parametrize("effect", [each for each in EVERY if each not in PREDICTED and each.values[0].flies])
+@pytest.mark.parametrize("effect", [each for each in EVERY if each not in PREDICTED and each.id != "gyro_noise_color"])
 def test_a_model_with_an_effect_on_readings_flies(effect: NamedEffect, tmp_path):
     flight = flown([effect.extension(place(effect), typical(effect), scenario())], tmp_path)
     assert flight.experiment.outcome == "completed"
     assert flight.residual([]) > LEFT
+
+
+def test_a_model_flies_with_noise_of_a_colour(tmp_path):
+    noise, color = (NOISE_EFFECTS[name].extension("gyro", np.array([0.5]), scenario()) for name in _NOISE)
+    flight = flown([noise, color], tmp_path)
+    shown = flight.missed_from_any_start()
+    assert np.mean(shown[1:] * shown[:-1]) == pytest.approx(0.5 * np.mean(shown**2), rel=0.4)
+
+
+_NOISE = ("gyro_noise", "gyro_noise_color")
 
 
 def test_only_what_no_flight_can_have_is_not_flown():

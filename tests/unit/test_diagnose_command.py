@@ -82,7 +82,9 @@ def test_a_late_gyro_is_named_and_everything_is_written(late, tmp_path, capsys):
     assert misfit["before"]["sigma"] > 3.0 * misfit["before"]["noise_limit_sigma"]
     assert misfit["after"]["sigma"] < misfit["after"]["noise_limit_sigma"]
     assert min(misfit["explained"], misfit["heldout_explained"]) > 0.9
-    assert step["misfit"] == misfit  # the only step
+    before_after = step["misfit"]  # the only step, before and after it the noise is estimated anew
+    assert before_after["before"]["sigma"] == pytest.approx(misfit["before"]["sigma"], rel=0.1)
+    assert before_after["after"]["sigma"] < before_after["after"]["noise_limit_sigma"]
     assert "% explained) on the fitted runs" in printed
     assert answer["where"][0]["depends_on"].startswith("body_acceleration")
     assert read_scenario(out / answer["scenario"]).gyro.latency_s == pytest.approx(delay["value"])
@@ -223,8 +225,12 @@ def test_look_alikes_of_a_platform_without_gimbals_end_with_the_reason_why_no_fl
 
 
 def quadcopter(folder):
-    """Write the quadcopter's scenario without its windows: the torque of these records is exact."""
+    """Write the quadcopter's scenario without its windows, as the torque of these records is exact, and rolling alone.
+
+    Nothing turns about the other axes: their inertia had been any number, and whether held-out runs bear it was chance.
+    """
     text = (SCENARIO.parent / "crazyflie.toml").read_text(encoding="utf-8").split("[diagnosis]")[0]
+    text = text.replace("[platform]", '[platform]\naxes = ["x"]\n#')
     path = folder / "quadcopter.toml"
     path.write_text(text, encoding="utf-8")
     return path

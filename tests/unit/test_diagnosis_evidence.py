@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from support.diagnosed_records import nominal, records
 from support.unlisted_torques import Growing, Humming, Pulsing
-from testbed.diagnosis.latent import TorqueShape, evidence_of_any, goodness, on_all_runs, torque_shapes
+from testbed.diagnosis.latent import (
+    TorqueShape,
+    evidence_of_any,
+    goodness,
+    latent_torque_ratio,
+    on_all_runs,
+    torque_shapes,
+)
 from testbed.diagnosis.misfit import log_evidence
 from testbed.diagnosis.model import Hypothesis, fitted
 from testbed.diagnosis.reading import data_set_of
+from testbed.diagnosis.settings import SETTINGS
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 
@@ -91,3 +102,32 @@ def test_a_kind_of_many_shapes_is_no_likelier_beforehand_than_one_of_few():
     assert evidence_of_any(alike, tested=60) == pytest.approx(20.0 + 2.0 * np.log(2 / 60))
     either = np.exp(10.0) + np.exp(15.0) / 100.0
     assert evidence_of_any(one_of_many, tested=60) == pytest.approx(2.0 * np.log(either / 60), abs=1e-3)
+
+
+def test_unmodelled_torques_are_as_probable_a_priori_as_the_settings_say(monkeypatch):
+    alone = [shape("growing", 20.0)]
+    monkeypatch.setattr("testbed.diagnosis.latent.SETTINGS", replace(SETTINGS, unmodelled_prior_odds=3.0))
+    assert evidence_of_any(alone, tested=60) == pytest.approx(20.0 - 2.0 * np.log(20.0))
+
+
+@pytest.mark.parametrize(("known", "most"), [(20.0, 0.03), (np.inf, 1.0)])
+def test_noise_of_another_level_than_is_known_is_rarely_a_torque(known, most):
+    """Taken for known, noise that is known with 20 degrees of freedom makes a torque at p < 0.01 in a fifth of sets."""
+    rng = np.random.default_rng(0)
+    power, found = 1e4 * 0.97 ** np.arange(480), 0
+    for _ in range(SETS_OF_NOISE):
+        level = 20.0 / rng.chisquare(20.0)
+        ratio = latent_torque_ratio(power, np.sqrt(level * power) * rng.standard_normal(len(power)), known)[1]
+        found += ratio > chi2.isf(0.02, 1)
+    assert found <= most * SETS_OF_NOISE
+    assert np.isfinite(known) or found > 0.1 * SETS_OF_NOISE
+
+
+SETS_OF_NOISE = 200
+
+
+@pytest.mark.parametrize("known", [20.0, np.inf])
+def test_a_torque_stands_out_of_noise_however_well_that_is_known(known):
+    power = 1e4 * 0.97 ** np.arange(480)
+    values = np.sqrt(1.0 + 3e-3 * power) * np.random.default_rng(1).standard_normal(len(power))
+    assert latent_torque_ratio(power, np.sqrt(power) * values, known)[1] > 30.0

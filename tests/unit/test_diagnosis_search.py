@@ -10,6 +10,7 @@ import pytest
 from support.diagnosed_records import nominal, records
 from testbed.diagnosis.candidates import accepted
 from testbed.diagnosis.method import diagnosed
+from testbed.diagnosis.model import refit
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.search import Search, odds_together, refitted, with_candidate, with_effect
 from testbed.diagnosis.signatures import hypotheses
@@ -51,6 +52,31 @@ def test_all_effects_that_another_makes_needless_are_taken_out(start, search):
 def test_what_stands_stays(start, search):
     state = added(search, start, TRUE)
     assert search.reconsidered(state) is state
+
+
+def with_noise(state, times):
+    """Return a diagnosis whose noise is known to be so many times as large."""
+    runs, heldout = (each.with_sigma(times * each.sigma) for each in (state.runs, state.heldout))
+    return replace(state, runs=runs, heldout=heldout, model=refit(runs, state.model))
+
+
+def test_what_does_not_stand_out_of_the_noise_in_the_end_is_taken_out(start, search):
+    state = added(search, start, TRUE)
+    assert search.standing(state) is state
+    larger = with_noise(state, 1.3)
+    assert search.standing(larger) is larger
+    left = search.standing(with_noise(state, 1000.0))
+    assert not left.steps
+    assert not left.model.placed
+    assert accepted(left.remaining) is None
+
+
+def test_of_two_effects_the_one_that_does_not_stand_out_is_taken_out(start, search):
+    state = added(search, added(search, start, TRUE), "body_torque:platform")
+    left = search.standing(state)
+    assert [step.placed.key for step in left.steps] == [TRUE]
+    assert [placed.key for placed in left.model.placed] == [TRUE]
+    assert not left.unnamed
 
 
 def test_one_effect_is_as_likely_as_the_screening_says(start, search):

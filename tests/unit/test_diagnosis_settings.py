@@ -170,7 +170,9 @@ def test_sizes_and_bounds_are_as_the_contract_states(effect):
         assert parameter.typical != 0.0
         assert parameter.lower <= parameter.typical <= parameter.upper
         assert parameter.lower in {0.0, -1.0, -parameter.upper} or parameter.scanned  # -1: a gain that is gone
-        if not parameter.scanned and "share" not in parameter.name:  # a share has all of 0 to 1
+        if parameter.name == "correlation":  # it stays below 1
+            assert parameter.upper == 0.9
+        elif not parameter.scanned and "share" not in parameter.name:  # a share has all of 0 to 1
             assert parameter.upper >= 16.0 * abs(parameter.typical)
         elif parameter.unit == "Hz":
             assert 1.0 / 5.0 <= parameter.lower < parameter.upper < 16.0 / 2.0

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from testbed.effects.fast_changes import noise_ratio, variance_ratio
+from testbed.effects.gyro_noise import GyroNoise
 from testbed.effects.noise_effect import Readings
 
 ALL = np.ones(3, dtype=bool)
@@ -35,6 +38,12 @@ def test_white_noise_is_estimated_from_all_of_the_residual():
     assert abs(ratio.mean() - 1.44) < 4.0 * 1.44 * np.sqrt(2.0 / usual / 40)
     fast = [variance_ratio(readings(1.2 * noise(seed)), ALL)[0] for seed in range(40)]
     assert ratio.std() < 0.85 * np.std(fast)
+
+
+def test_no_noise_is_beyond_one_that_nobody_states():
+    loud = readings(1.5 * noise(6))
+    assert GyroNoise().found("gyro", loud).p_value < 1e-6
+    assert GyroNoise().found("gyro", replace(loud, stated=False)) is None
 
 
 def test_what_is_slow_is_not_taken_for_noise():

@@ -14,11 +14,12 @@ from concealing.rig import Rig
 from support.diagnosed_records import nominal
 from support.rigs import rig_records, rig_scenario
 from testbed.assembly.platform import nominal_body
+from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.model import fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.signatures import hypotheses
 from testbed.dynamics.inertia import theta_of
-from testbed.effects.registry import EFFECTS
+from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.errors import InputError
 from testbed.estimation.telemetry import Telemetry
 from testbed.formats.diagnosis import DiagnosisFile
@@ -140,8 +141,22 @@ def test_a_rig_is_diagnosed_and_what_it_leaves_open_is_left_out(monkeypatch, tmp
     assert drag["parameters"]["coefficient_z_N_m_s_rad"]["value"] == pytest.approx(3e-3, rel=0.02)
     for part in ("theta_kg_m2", "std_kg_m2"):
         assert [value is not None for value in result["inertia"]["after"][part]] == ABOUT_Z
-    assert result["noise"]["ratio_to_stated"][:2] == [None, None]
+    for part in ("ratio_to_stated", "level", "correlation"):
+        assert [value is not None for value in result["noise"][part]] == [False, False, True]
     assert "not determined" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_colour_of_the_noise_is_estimated_about_the_axis_that_turns():
+    data = data_of(rig_records([Rig(inertia=HEAVY, correlation=0.5, held="noise")] * 3, seconds=20.0))
+    effects = {"viscous_drag": EFFECTS["viscous_drag"]}
+    color = {"gyro_noise_color": NOISE_EFFECTS["gyro_noise_color"]}
+    *_, last = diagnosed(data.runs, data.heldout, effects, theta_of(0.05 * np.eye(3)), noise_effects=color)
+    assert [each.key for each in last.scatter] == ["gyro_noise_color:gyro"]
+    assert not last.steps
+    assert last.runs.correlation[2] == pytest.approx(0.5, abs=0.1)
+    left = np.concatenate([part[:, 2] for part in last.runs.by_run(last.model.residual)])
+    assert abs(np.corrcoef(left[1:], left[:-1])[0, 1]) < 0.1
+    assert np.mean(left**2) == pytest.approx(1.0, abs=0.15)
 
 
 def test_an_estimate_says_what_such_runs_determine():

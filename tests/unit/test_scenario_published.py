@@ -12,7 +12,11 @@ from testbed.scenario.tables import UNITS, unit_of
 
 DOCS = Path(__file__).parents[2] / "docs"
 PURE_NUMBERS = {
+    "noise_correlation",
+    "noise_uncertainty",
     "axis",
+    "gimbal_axis",
+    "spin_axis",
     "wheel_spin_inertia_factor",
     "attitude_quat_NB",
     "cluster_torque_fraction",

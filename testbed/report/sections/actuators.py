@@ -67,7 +67,7 @@ def _signal_figure(experiment: Experiment, name: str, levels: Iterable[Level], f
 def _rotor_figure(experiment: Experiment) -> Figure:
     record, shaded = experiment.flown.record, _at_limit(experiment, "rotor_momentum_clamped")
     momentum = experiment.truth.cluster.rotor_spin_inertia * record.channels["true_rotor_speed"]
-    limit = Level(name="limit", values=(experiment.scenario.cluster.rotor_momentum_limit_N_m_s,))
+    limit = Level(name="limit", values=tuple(dict.fromkeys(experiment.scenario.gyros.rotor_momentum_limit.tolist())))
     lines = component_lines(unit_numbers(momentum.shape[1]), record.time, np.asarray(momentum))
     return Figure(
         title="Rotor momentum",

@@ -1,0 +1,50 @@
+"""The gyro's noise has a colour: neighbouring samples are correlated."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+from scipy.stats import chi2
+from typing_extensions import override
+
+from testbed.arrays import Array
+from testbed.effects.contract import Extension, Parameter
+from testbed.effects.noise_effect import Finding, NoiseEffect, Readings
+from testbed.scenario.scenario import Scenario
+
+
+@final
+class GyroNoiseColor(NoiseEffect):
+    """Noise of which neighbouring samples have the correlation ρ: z_k = ρ z_(k-1) + e_k, its variance as it was.
+
+    ρ is the mean of the axes, estimated from the residual's fast part (`estimation/noise_spectrum.py`); every test is
+    on samples that are whitened by it.
+    """
+
+    id = "gyro_noise_color"
+    components = ("gyro",)
+    parameters = (Parameter(name="correlation", unit="1", typical=0.3, lower=-0.9, upper=0.9),)
+    sentence = "Neighbouring samples of the noise of {component} are correlated."
+    look_alikes = ("gyro_noise", "gyro_bandwidth")
+    confirm = "A record of the platform held still: its autocorrelation at one sample is the parameter."
+
+    @override
+    def found(self, component: str, readings: Readings) -> Finding | None:
+        spectrum = readings.spectrum
+        if spectrum is None:
+            return None
+        square = (spectrum.color / spectrum.color_std) ** 2
+        return Finding(
+            values=np.array([spectrum.color]),
+            std=np.array([spectrum.color_std]),
+            chi_square_reduction=square,
+            freedom=1,
+            p_value=float(chi2.sf(square, 1)),
+            variance=np.zeros(3),
+            noise_freedom=spectrum.freedom,
+        )
+
+    @override
+    def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
+        return Extension(scenario={"gyro": {"noise_correlation": float(values[0])}})

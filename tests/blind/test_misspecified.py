@@ -1,0 +1,34 @@
+"""Null sets whose noise is not as stated: a colour or a level is named as what it is, or not at all."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from benchmarks.blind_diagnosis import diagnosis_of
+from concealing.case import Instruments
+from concealing.files import conceal
+from support.blind_cases import blind_case
+from support.diagnosed_records import SCENARIO
+
+SEED = 2
+"""Of a set that was `unexplained` in both cases while noise was white and as stated."""
+
+
+@pytest.mark.parametrize(
+    ("correlation", "stated", "right"),
+    [(0.3, 1.0, "gyro_noise_color"), (0.0, 0.87, "gyro_noise")],
+    ids=["colour", "level"],
+)
+def test_noise_that_is_not_as_stated_is_neither_another_effect_nor_unexplained(tmp_path, correlation, stated, right):
+    case = blind_case(SEED)
+    case = replace(
+        case,
+        instruments=Instruments(noise_correlation=correlation),
+        telemetry=replace(case.telemetry, stated_noise=stated),
+    )
+    conceal(case, tmp_path / "data", tmp_path / "answer")
+    content = diagnosis_of(SCENARIO, tmp_path / "data")
+    assert content["verdict"] in ("none", "named")
+    assert {step["effect"] for step in content["steps"]} <= {"inertia", right}

@@ -1,0 +1,110 @@
+"""Level and colour of noise, estimated from a residual's fast part; whitening with them, and back."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from testbed.estimation.noise_spectrum import SpectrumPrior, correlated, decorrelated, noise_spectrum
+from testbed.sensors.noise import autoregression
+
+PRIOR = SpectrumPrior(
+    level=0.2,
+    deviation=0.2,
+    correlation=0.3,
+    correlation_deviation=0.1,
+    color=0.5,
+    slowest=2.0,
+    share_of_rate=0.25,
+    most_power=4.0,
+)
+RATE = 16.0
+LENGTHS = (80, 56, 32, 63, 39, 59)
+"""Samples of six runs, 20 s together: what a data set of the blind cases has."""
+SETS = 40
+
+
+def sets(correlation=0.0, levels=None, slow=0.0):
+    """Yield the spectra of sets of residuals, each with its seed."""
+    for seed in range(SETS):
+        rng = np.random.default_rng(seed)
+        runs = [autoregression(correlation, rng.standard_normal((length + 50, 3)))[50:] for length in LENGTHS]
+        if levels is not None:
+            runs = [level * run for level, run in zip(levels, runs, strict=True)]
+        times = [np.arange(length) / RATE for length in LENGTHS]
+        runs = [run + slow * np.sin(2.0 * np.pi * 0.7 * time)[:, None] for run, time in zip(runs, times, strict=True)]
+        yield noise_spectrum(runs, times, PRIOR)
+
+
+@pytest.mark.parametrize("correlation", [-0.5, -0.2, 0.0, 0.2, 0.5])
+def test_the_correlation_of_neighbouring_samples_is_estimated_within_its_standard_error(correlation):
+    found = list(sets(correlation))
+    errors = np.array([(each.color - correlation) / each.color_std for each in found])
+    assert abs(errors.mean()) < 1.0  # the prior draws it to zero
+    assert errors.std() < 1.3
+
+
+def test_white_noise_as_stated_stays_nearly_white_and_nearly_as_stated():
+    found = list(sets())
+    assert np.mean([np.abs(each.correlation).max() for each in found]) < 0.05
+    assert np.mean([each.variance_ratio for each in found]) == pytest.approx(1.0, abs=0.03)
+    assert np.median([each.freedom for each in found]) > 200.0
+
+
+def test_a_level_that_is_stated_wrong_in_one_run_is_estimated():
+    levels = (1.0, 1.2, 1.0, 0.8, 1.0, 1.0)
+    ratio = np.mean([each.variance_ratio for each in sets(levels=levels)], axis=(0, 2))
+    assert 1.1 < ratio[1] < 1.45
+    assert 0.6 < ratio[3] < 0.9
+
+
+def test_what_is_slow_is_taken_neither_for_a_level_nor_for_a_colour():
+    plain, moved = list(sets()), list(sets(slow=3.0))
+    assert np.mean([each.variance_ratio for each in moved]) < 1.05 * np.mean([each.variance_ratio for each in plain])
+    assert np.mean([abs(each.color) for each in moved]) < 0.1
+
+
+def test_what_is_no_noise_of_this_gyro_is_left_alone():
+    rng = np.random.default_rng(4)
+    assert noise_spectrum([3.0 * rng.standard_normal((200, 3))], [np.arange(200) / RATE], PRIOR) is None
+
+
+def test_nothing_is_estimated_from_too_few_samples():
+    assert noise_spectrum([np.ones((6, 3))], [np.arange(6) / RATE], PRIOR) is None
+
+
+def test_axes_that_a_bearing_holds_say_nothing_of_the_noise():
+    """Zeros had passed for a level far below the stated one, and the readings there for a colour of the others."""
+    live = np.tile([False, False, True], (len(LENGTHS), 1))
+    times = [np.arange(length) / RATE for length in LENGTHS]
+    errors = []
+    for seed in range(SETS):
+        rng = np.random.default_rng(seed)
+        runs = [autoregression(0.4, rng.standard_normal((length + 50, 3)))[50:] for length in LENGTHS]
+        held, empty = (noise_spectrum([run * on for run in runs], times, PRIOR, live) for on in (1.0, live[0]))
+        assert (held.color, held.color_std, held.freedom) == (empty.color, empty.color_std, empty.freedom)
+        np.testing.assert_array_equal(held.variance_ratio, empty.variance_ratio)
+        assert np.isfinite(held.correlation).all()
+        errors.append((held.color - 0.4) / held.color_std)
+    assert abs(np.mean(errors)) < 1.0  # the prior draws it to zero
+    assert np.std(errors) < 1.3
+
+
+def test_whitened_noise_is_white_and_has_its_colour_again_across_gaps():
+    rng = np.random.default_rng(1)
+    kept = rng.random(4000) > 0.1
+    time = np.arange(4000.0)[kept] / RATE
+    correlation = np.array([0.5, -0.4, 0.0])
+    colored = np.column_stack([autoregression(each, rng.standard_normal(4000))[kept] for each in correlation])
+    white = decorrelated(colored, time, correlation)
+    assert white.var(axis=0) == pytest.approx(np.ones(3), abs=0.1)
+    assert np.mean(white[1:] * white[:-1], axis=0) == pytest.approx(np.zeros(3), abs=0.06)
+    np.testing.assert_allclose(correlated(white, time, correlation), colored, rtol=1e-9, atol=1e-12)
+
+
+def test_columns_are_whitened_as_samples_are():
+    time, correlation = np.arange(30) / RATE, np.array([0.3, 0.2, -0.1])
+    columns = np.random.default_rng(2).standard_normal((30, 3, 4))
+    together = decorrelated(columns, time, correlation)
+    for index in range(4):
+        np.testing.assert_allclose(together[..., index], decorrelated(columns[..., index], time, correlation))

@@ -1,0 +1,80 @@
+"""The integration's inner loops give what NumPy gives, with real numbers and with those that carry a derivative."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numba.core.caching import CacheImpl
+from scipy.interpolate import CubicSpline
+
+from testbed.compiled import elementwise
+from testbed.prediction import kernels
+from testbed.prediction.smooth import node_slopes
+
+RUNS, NODES, SETS = 4, 7, 5
+STEP = 1e-20j
+
+
+def _drawn(*shape, carries):
+    rng = np.random.default_rng(sum(shape) + carries)
+    values = rng.standard_normal(shape)
+    return values + STEP * rng.standard_normal(shape) if carries else values
+
+
+def _alike(one, other):
+    """To rounding, of the derivative as of the value."""
+    assert one.shape == other.shape
+    np.testing.assert_allclose(one.real, other.real, rtol=1e-13, atol=1e-13)
+    np.testing.assert_allclose(one.imag, other.imag, rtol=1e-13, atol=1e-33)
+
+
+@pytest.mark.parametrize("carries", [False, True])
+@pytest.mark.parametrize("sets", [1, SETS])
+def test_a_body_rate_is_the_inverse_times_the_momentum_that_is_left(carries, sets):
+    momentum, held = _drawn(NODES, SETS, 3, carries=carries), _drawn(NODES, 1, 3, carries=False)
+    inverse = _drawn(1, sets, 3, 3, carries=False)
+    _alike(kernels.body_rate(momentum, held, inverse), np.matvec(inverse, momentum - held))
+
+
+def test_a_step_of_the_inertia_turns_up_as_the_derivative_of_its_inverse():
+    momentum, held = _drawn(NODES, SETS, 3, carries=True), _drawn(NODES, 1, 3, carries=True)
+    inertia = np.diag([2.0, 3.0, 4.0]) + 0.1 * np.ones((3, 3))
+    change = STEP.imag * _drawn(1, SETS, 3, 3, carries=False)
+    rate = kernels.stepped_body_rate(momentum, held, np.linalg.inv(inertia)[None, None], change)
+    nudge = 1e-6  # of a central difference, whose error is its square
+    either = [np.linalg.inv(inertia + sign * nudge * change / STEP.imag) for sign in (1.0, -1.0)]
+    slope = np.matvec(np.subtract(*either) / (2.0 * nudge), (momentum - held).real)
+    passed_on = np.matvec(np.linalg.inv(inertia), (momentum - held).imag)
+    np.testing.assert_allclose(rate.imag / STEP.imag, slope + passed_on / STEP.imag, rtol=1e-8, atol=1e-8)
+
+
+@pytest.mark.parametrize("carries", [False, True])
+def test_momentum_turns_by_the_torque_and_with_the_body(carries):
+    torque, momentum, rate = (_drawn(NODES, SETS, 3, carries=carries) for _ in range(3))
+    _alike(kernels.turning(torque[:, :1], momentum, rate), torque[:, :1] + np.cross(momentum, rate))
+
+
+def test_changes_are_carried_from_node_to_node():
+    tangents, start = _drawn(RUNS, NODES, 6, 6, carries=False), _drawn(RUNS, SETS, 6, carries=False)
+    added = _drawn(RUNS, NODES, SETS, 6, carries=False)
+    expected = [start]
+    for step in range(NODES):
+        expected.append(expected[-1] @ tangents[:, step] + added[:, step])
+    np.testing.assert_allclose(kernels.carried(tangents, start, added), np.stack(expected, axis=1), rtol=1e-11)
+
+
+@pytest.mark.parametrize("carries", [False, True])
+@pytest.mark.parametrize("nodes", [2, 3, 4, 5, 60])
+def test_slopes_at_nodes_are_those_of_the_cubic_spline(nodes, carries):
+    values, at = _drawn(RUNS, SETS, nodes, 3, carries=carries), np.arange(nodes)
+    _alike(node_slopes(values, 0.25), CubicSpline(at, values, axis=-2)(at, 1) / 0.25)
+
+
+def test_where_nothing_can_be_kept_a_function_is_compiled_all_the_same(monkeypatch):
+    monkeypatch.setattr(CacheImpl, "_locator_classes", [])
+
+    def doubled(value, result):
+        result[0] = 2.0 * value[0]
+
+    function = elementwise(doubled, "(n)->(n)", ("void(f8[:], f8[:])",))
+    np.testing.assert_array_equal(function(np.array([[1.0], [2.0]])), [[2.0], [4.0]])
