@@ -415,6 +415,25 @@ def runs_together(usable: Usable, chosen: Sequence[int]) -> Runs:
     return replace(runs, windowed=tuple(part.stretch for part in parts if part.stretch is not None))
 
 
+def _enough(runs: Runs) -> Runs:
+    """Return windows of half-known torque, evenly chosen of many and with fewer samples; all others as they are.
+
+    What turns the platform beside the known torque decides what they show, and that is slow: neighbouring samples, and
+    neighbouring windows, say nearly the same.
+    """
+    if not runs.known_in_part:
+        return runs
+    count = len(runs.names)
+    which = np.unique(np.linspace(0, count - 1, min(count, SETTINGS.most_windows)).round().astype(int)).tolist()
+    fewer = runs_of([runs.names[index] for index in which], [_thinned(runs.grid.runs[index]) for index in which])
+    return replace(fewer, windowed=tuple(runs.windowed[index] for index in which))
+
+
+def _thinned(run: Telemetry) -> Telemetry:
+    every = max(1, int(1.0 / (np.median(np.diff(run.gyro_time)) * SETTINGS.window_rate_hz)))
+    return replace(run, gyro_time=run.gyro_time[::every], body_rate=run.body_rate[::every])
+
+
 def grouped(notices: Sequence[tuple[str, str]]) -> Iterator[str]:
     """Yield the notices on records; records with the same notice are named together."""
     for text in dict.fromkeys(text for _, text in notices):
@@ -481,7 +500,7 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
     fit, heldout = by_role([(record, [part.telemetry for part in parts]) for record, parts in usable])
 
     def of(chosen: Sequence[int], belief: Belief | None) -> Runs:
-        runs = replace(runs_together(usable, chosen), belief=belief)
+        runs = replace(_enough(runs_together(usable, chosen)), belief=belief)
         if level is not None:
             return with_pooled_noise(runs, level)
         stated = replace(runs, noise_uncertainty=scenario.gyro.noise_uncertainty)
