@@ -145,6 +145,7 @@ class Belief:
         trim: mean of the actuators' constant torque in a record, shape (3,), N·m.
         trim_std: its scatter from record to record, shape (3,), N·m; infinite where any trim is as likely.
         effects: key, mean and standard deviation of the parameters of effects that are known to be there.
+        scatter: key of other effects, and how many times the χ² of noise each explains in single healthy records.
     """
 
     nominal_theta: Theta
@@ -154,6 +155,17 @@ class Belief:
     trim: Vector3
     trim_std: Vector3
     effects: tuple[tuple[str, Array, Array], ...] = ()
+    scatter: tuple[tuple[str, float], ...] = ()
+
+    def share_beyond_scatter(self, key: str) -> float:
+        """Return which share of the χ² that an effect explains counts, as healthy records show as much by themselves.
+
+        Source: McCullagh and Nelder, "Generalized Linear Models" (1989), section 4.5: overdispersion divides χ².
+
+        Args:
+            key: of the effect.
+        """
+        return 1.0 / max(1.0, dict(self.scatter).get(key, 1.0))
 
     @property
     def nominal(self) -> Matrix3:

@@ -19,10 +19,26 @@ from testbed.arrays import Array, Flags, Indices, Theta, Vector3
 from testbed.diagnosis.candidates import Screening, p_value, probabilities_of
 from testbed.diagnosis.data import Belief, Runs
 from testbed.diagnosis.misfit import Misfit, misfit_of
-from testbed.diagnosis.model import Fit, Hypothesis, fitted_initial_rates, nominal_fit, orthonormal, projected_out
+from testbed.diagnosis.model import (
+    Fit,
+    Hypothesis,
+    evaluated,
+    fitted_initial_rates,
+    nominal_fit,
+    orthonormal,
+    projected_out,
+)
 from testbed.diagnosis.noise import NoiseHypothesis
+from testbed.diagnosis.search import most_telling
 from testbed.diagnosis.settings import SETTINGS
-from testbed.diagnosis.signatures import Signature, confounding, distinguishability, smallest_detectable
+from testbed.diagnosis.signatures import (
+    Signature,
+    confounding,
+    distinguishability,
+    signatures,
+    smallest_detectable,
+    without,
+)
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.dynamics.inertia import slopes_of_log_ratio
 from testbed.effects.contract import PLAUSIBLE_PER_INERTIA, NamedEffect, Parameter, Quantity
@@ -389,11 +405,12 @@ def reference_of(diagnosis: Diagnosis) -> Reference:
     belief = replace(
         prior,
         log_ratio=prior.log_ratio_of(model.theta),
-        log_ratio_std=inertia_std,
+        log_ratio_std=min(inertia_std, prior.log_ratio_std),
         trim=trims.mean(axis=0) if count else prior.trim,
         trim_std=trims.std(axis=0, ddof=1) * np.sqrt(1.0 + 1.0 / count) if count else prior.trim_std,
         effects=tuple(effects),
     )
+    belief = replace(belief, scatter=tuple(_scatter_of_others(diagnosis, belief)))
     return Reference(
         belief=belief,
         given=given,
@@ -401,6 +418,48 @@ def reference_of(diagnosis: Diagnosis) -> Reference:
         noise_freedom=diagnosis.runs.noise_freedom,
         records=tuple(seen),
     )
+
+
+def _scatter_of_others(diagnosis: Diagnosis, belief: Belief) -> Iterator[tuple[str, float]]:
+    """Yield how many times the χ² of noise effects that are not in the model explain in single healthy records.
+
+    What a feedback, a pilot or draughts make of healthy flights looks like one effect in this record and like another
+    in that: such names are as likely in suspect ones. Of few records it is known badly, and half of what is taken is
+    the mean over all effects.
+
+    Args:
+        diagnosis: of the healthy records.
+        belief: what is known of their trims, beside which such effects are seen.
+    """
+    screening = first_screening(diagnosis)
+    if screening is None or not diagnosis.runs.known_in_part:
+        return
+    runs = replace(diagnosis.runs, belief=belief)
+    fit = evaluated(runs, diagnosis.model.placed, diagnosis.model.values)
+    others = without([each.placed for each in screening.signatures], fit.placed)
+    rows = _rows_of_records(runs, len(fit.residual))
+    found: dict[str, float] = {}
+    for signature in most_telling(list(signatures(runs, fit, others))):
+        bases = [orthonormal(signature.columns[own]) for own in rows]
+        explained = sum(
+            float(np.sum((basis.T @ fit.residual[own]) ** 2)) for basis, own in zip(bases, rows, strict=True)
+        )
+        if rank := sum(basis.shape[1] for basis in bases):
+            found[signature.placed.key] = explained / rank
+    usual = float(np.mean(list(found.values()))) if found else 1.0
+    yield from ((key, 0.5 * (own + usual)) for key, own in found.items())
+
+
+def _rows_of_records(runs: Runs, count: int) -> list[Indices]:
+    """Return which numbers of a residual, of so many, are of each record: its windows' samples, its trim's belief."""
+    by_run = list(_rows_of(runs))
+    trims = count - 3 * len(runs.record_names)
+    return [
+        np.concatenate(
+            [*(by_run[run] for run in np.flatnonzero(runs.record_of == number)), trims + 3 * number + np.arange(3)]
+        )
+        for number in range(len(runs.record_names))
+    ]
 
 
 def _no_belief(theta: Theta) -> Belief:
@@ -472,6 +531,15 @@ def _given_words(diagnosis: Diagnosis) -> Iterator[str]:
 def _inertia_words(diagnosis: Diagnosis) -> Iterator[str]:
     belief = diagnosis.model.belief
     if belief is None:
+        return
+    if belief.reach < SETTINGS.least_reference_scatter:
+        yield (
+            "the inertia is taken as it is stated, and its interval says nothing: over windows only its ratio to the "
+            "torque per command shows, and that has a factor of its own about each axis; platform.inertia_uncertainty "
+            "lets it be estimated"
+            if diagnosis.runs.known_in_part
+            else 'the inertia is taken as it is stated: inertia = "known"'
+        )
         return
     _, limits = belief.ways(diagnosis.model.theta)
     if limits.any():

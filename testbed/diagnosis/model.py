@@ -17,6 +17,7 @@ from scipy.sparse import csr_array
 from testbed.arrays import Array, Flags, Theta
 from testbed.diagnosis.data import Belief, Runs
 from testbed.diagnosis.keeping import Content, array_from_content, array_to_content, part
+from testbed.diagnosis.settings import SETTINGS
 from testbed.dynamics.inertia import slopes_of_log_ratio
 from testbed.effects.contract import Effect
 from testbed.errors import InputError
@@ -387,10 +388,9 @@ better than what turns it fits as if it were ever heavier."""
 
 def _inertia_starts(belief: Belief, theta: Theta) -> list[Theta]:
     """Return the inertias from which to search, each once, shapes (6,), kg·m²."""
-    reached = [min(np.log(factor), belief.reach) for factor in _INERTIA_STARTS]
-    return [
-        np.asarray(belief.moved(theta, np.expm1(size) * theta)) if size else theta for size in dict.fromkeys(reached)
-    ]
+    reached = dict.fromkeys(min(np.log(factor), belief.reach) for factor in _INERTIA_STARTS)
+    farther = [size for size in reached if size > SETTINGS.least_reference_scatter]
+    return [theta, *(np.asarray(belief.moved(theta, np.expm1(size) * theta)) for size in farther)]
 
 
 def starts_of(runs: Runs, given: Sequence[Hypothesis]) -> list[Array]:

@@ -384,6 +384,8 @@ def belief_of(runs: Runs, scenario: BodyScenario, theta: Theta) -> Belief | None
     """
     platform = scenario.platform
     stated = _KNOWN if platform.inertia == "known" else platform.inertia_uncertainty
+    if stated is None and runs.known_in_part:
+        stated = _KNOWN  # only its ratio to the torque per command shows, which has a scale of its own about each axis
     if stated is None and not runs.trimmed:
         return None
     std = SETTINGS.inertia_uncertainty if stated is None else stated

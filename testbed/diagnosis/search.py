@@ -92,7 +92,8 @@ def screened(
     every = list(signatures(runs, fit, hypotheses))
     best = most_telling(every)
     tested = max(len(best), 1)
-    order = sorted(best, key=lambda each: -_anywhere(runs, each, scale_evidence(each.score, each.rank)))
+    scores = {id(each): each.score * _share_of(runs, each) for each in best}
+    order = sorted(best, key=lambda each: -_anywhere(runs, each, scale_evidence(scores[id(each)], each.rank)))
     promising = [each for each in order[: SETTINGS.most_refits] if each.rank]
     candidates, aside, without = [], [], log_evidence(heldout, fit)
     for signature in promising:
@@ -167,8 +168,10 @@ def _candidate(
         return None
     if not _is_of_a_body(model):
         return None
-    gain = max(fit.chi_square - model.chi_square, 0.0)
+    share = _share_of(runs, signature)
+    gain = share * max(fit.chi_square - model.chi_square, 0.0)
     heldout_gain = _held_out_evidence(heldout, model) - without if placed.effect.recurs else 0.0
+    heldout_gain *= share if heldout_gain > 0.0 else 1.0
     here = scale_evidence(gain, signature.rank) + heldout_gain
     evidence = _anywhere(runs, signature, here)
     alone = log_p_value(gain, max(signature.rank, 1), runs.noise_freedom)
@@ -185,6 +188,11 @@ def _candidate(
         by_run=np.array([float((part**2).sum()) for part in runs.by_run(model.residual)]),
         p_value=exp(min(together, 0.0)),
     )
+
+
+def _share_of(runs: Runs, signature: Signature) -> float:
+    """Return which share of a hypothesis's χ² is beyond what healthy records differ by."""
+    return 1.0 if runs.belief is None else runs.belief.share_beyond_scatter(signature.placed.key)
 
 
 def _is_of_a_body(model: Fit) -> bool:

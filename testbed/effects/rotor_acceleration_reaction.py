@@ -34,7 +34,7 @@ class RotorAccelerationReaction(Effect):
 
     id = "rotor_acceleration_reaction"
     components = AXES
-    parameters = (Parameter(name="lead_s", unit="s", typical=0.03, lower=0.0, upper=2.0),)
+    parameters = (Parameter(name="lead_s", unit="s", typical=0.03, lower=0.0, upper=2.0, plausible=(0.0, 0.5)),)
     needs = ("applied_torque",)
     measured_by = HOLDING_MOMENTUM
     sentence = "Rotors turn the body about its {component} axis by their own acceleration, ahead of their drag."

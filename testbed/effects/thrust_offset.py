@@ -31,7 +31,8 @@ class ThrustOffset(Effect):
     id = "thrust_offset"
     components = ("platform",)
     parameters = tuple(
-        Parameter(name=f"offset_{axis}_m", unit="m", typical=1e-3, lower=-10.0, upper=10.0) for axis in "xyz"
+        Parameter(name=f"offset_{axis}_m", unit="m", typical=1e-3, lower=-10.0, upper=10.0, plausible=(-0.5, 0.5))
+        for axis in "xyz"
     )
     needs = ("thrust",)
     measured_by = HOLDING_MOMENTUM

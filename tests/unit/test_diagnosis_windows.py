@@ -152,7 +152,7 @@ def test_the_windows_of_a_record_are_shown_as_one_run():
     for run in shown:
         assert run.time[0] == pytest.approx(0.2, abs=0.02)
         assert run.time[-1] == pytest.approx(3.0, abs=0.02)
-        assert np.diff(run.time).max() < 0.025  # 10 ms, and what a lone wild sample leaves
+        assert np.diff(run.time).max() < 0.045  # three samples of 10 ms are one, and what a lone wild sample leaves
         assert len(run.time) == len(run.measured) == len(run.extended) == len(run.after)
 
 
