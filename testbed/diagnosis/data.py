@@ -145,7 +145,11 @@ class Belief:
         trim: mean of the actuators' constant torque in a record, shape (3,), N·m.
         trim_std: its scatter from record to record, shape (3,), N·m; infinite where any trim is as likely.
         effects: key, mean and standard deviation of the parameters of effects that are known to be there.
-        scatter: key of other effects, and how many times the χ² of noise each explains in single healthy records.
+        scatter: key of other effects, and the covariance by which their parameters differ between healthy records, noise
+            apart, shape (K, K).
+        records: number of the healthy records that show it.
+        torque_noise: the least that there is, as `Runs` has it: what turned the healthy platform turns it still; None
+            where that is not known.
     """
 
     nominal_theta: Theta
@@ -155,17 +159,28 @@ class Belief:
     trim: Vector3
     trim_std: Vector3
     effects: tuple[tuple[str, Array, Array], ...] = ()
-    scatter: tuple[tuple[str, float], ...] = ()
+    scatter: tuple[tuple[str, Array], ...] = ()
+    records: int = 0
+    torque_noise: Array | None = None
 
-    def share_beyond_scatter(self, key: str) -> float:
-        """Return which share of the χ² that an effect explains counts, as healthy records show as much by themselves.
+    def share_beyond_scatter(self, key: str, columns: Array, values: Array, records: int) -> float:
+        """Return which share of the χ² of an effect is beyond what healthy records differ by.
 
-        Source: McCullagh and Nelder, "Generalized Linear Models" (1989), section 4.5: overdispersion divides χ².
+        As of the Wald statistic of its parameters, whose covariance N⁻¹ grows by that of their scatter.
 
         Args:
             key: of the effect.
+            columns: whitened ∂prediction/∂parameters, shape (samples, K).
+            values: of its parameters, from where it is absent, shape (K,).
+            records: number of those that show it now.
         """
-        return 1.0 / max(1.0, dict(self.scatter).get(key, 1.0))
+        scatter, normal = dict(self.scatter).get(key), columns.T @ columns
+        whole = float(values @ normal @ values)
+        if scatter is None or whole <= 0.0:
+            return 1.0
+        spread = scatter * (1.0 / records + 1.0 / self.records)
+        beyond = values @ normal @ np.linalg.solve(np.eye(len(values)) + spread @ normal, values)
+        return float(np.clip(beyond / whole, 0.0, 1.0))
 
     @property
     def nominal(self) -> Matrix3:

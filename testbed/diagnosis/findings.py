@@ -29,7 +29,6 @@ from testbed.diagnosis.model import (
     projected_out,
 )
 from testbed.diagnosis.noise import NoiseHypothesis
-from testbed.diagnosis.search import most_telling
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import (
     Signature,
@@ -410,7 +409,8 @@ def reference_of(diagnosis: Diagnosis) -> Reference:
         trim_std=trims.std(axis=0, ddof=1) * np.sqrt(1.0 + 1.0 / count) if count else prior.trim_std,
         effects=tuple(effects),
     )
-    belief = replace(belief, scatter=tuple(_scatter_of_others(diagnosis, belief)))
+    scatter = tuple(_scatter_of_others(diagnosis, belief))
+    belief = replace(belief, scatter=scatter, records=len(seen), torque_noise=diagnosis.runs.torque_noise)
     return Reference(
         belief=belief,
         given=given,
@@ -420,12 +420,13 @@ def reference_of(diagnosis: Diagnosis) -> Reference:
     )
 
 
-def _scatter_of_others(diagnosis: Diagnosis, belief: Belief) -> Iterator[tuple[str, float]]:
-    """Yield how many times the χ² of noise effects that are not in the model explain in single healthy records.
+def _scatter_of_others(diagnosis: Diagnosis, belief: Belief) -> Iterator[tuple[str, Array]]:
+    """Yield the covariance by which effects that are not in the model differ between healthy records, beyond noise.
 
     What a feedback, a pilot or draughts make of healthy flights looks like one effect in this record and like another
-    in that: such names are as likely in suspect ones. Of few records it is known badly, and half of what is taken is
-    the mean over all effects.
+    in that: such names are as likely in suspect ones. What effects explain of single records over what they explain of
+    noise is known badly of few records; half of what is taken is its mean over all effects (overdispersion: McCullagh
+    and Nelder, "Generalized Linear Models" (1989), section 4.5).
 
     Args:
         diagnosis: of the healthy records.
@@ -438,16 +439,25 @@ def _scatter_of_others(diagnosis: Diagnosis, belief: Belief) -> Iterator[tuple[s
     fit = evaluated(runs, diagnosis.model.placed, diagnosis.model.values)
     others = without([each.placed for each in screening.signatures], fit.placed)
     rows = _rows_of_records(runs, len(fit.residual))
-    found: dict[str, float] = {}
-    for signature in most_telling(list(signatures(runs, fit, others))):
-        bases = [orthonormal(signature.columns[own]) for own in rows]
-        explained = sum(
-            float(np.sum((basis.T @ fit.residual[own]) ** 2)) for basis, own in zip(bases, rows, strict=True)
-        )
-        if rank := sum(basis.shape[1] for basis in bases):
-            found[signature.placed.key] = explained / rank
-    usual = float(np.mean(list(found.values()))) if found else 1.0
-    yield from ((key, 0.5 * (own + usual)) for key, own in found.items())
+    by_key: dict[str, list[tuple[float, Array]]] = {}
+    for signature in signatures(runs, fit, others):
+        by_key.setdefault(signature.placed.key, []).append(_explained_of_noise(signature, fit.residual, rows))
+    best = {key: max(of_starts, key=lambda each: each[0]) for key, of_starts in by_key.items()}
+    usual = float(np.mean([ratio for ratio, _ in best.values()]))
+    for key, (ratio, covariance) in best.items():
+        yield key, max(0.5 * (ratio + usual) - 1.0, 0.0) * covariance
+
+
+def _explained_of_noise(signature: Signature, residual: Array, rows: Sequence[Indices]) -> tuple[float, Array]:
+    """Return how many times the χ² of noise an effect explains of single records, and its covariance in one, (K, K)."""
+    explained, directions, covariances = 0.0, 0, []
+    for own in rows:
+        columns = signature.columns[own]
+        basis = orthonormal(columns)
+        explained += float(np.sum((basis.T @ residual[own]) ** 2))
+        directions += basis.shape[1]
+        covariances.append(np.linalg.pinv(columns.T @ columns, rcond=_UNDETERMINED, hermitian=True))
+    return explained / max(directions, 1), np.asarray(np.median(covariances, axis=0))
 
 
 def _rows_of_records(runs: Runs, count: int) -> list[Indices]:

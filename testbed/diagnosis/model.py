@@ -554,6 +554,8 @@ def in_torque_noise(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, R
         return runs, heldout, fit
     for _ in range(_NOISE_ROUNDS):
         noise = torque_noise([run.gyro_time for run in runs.grid.runs], runs.gyro_residual(fit.residual))
+        if runs.belief is not None and runs.belief.torque_noise is not None:
+            noise = np.maximum(noise, runs.belief.torque_noise)
         runs = replace(runs, torque_noise=noise)
         fit = refit(runs, fit)
     freedom = min(runs.noise_freedom, _freedom_of_scatter(runs, fit))

@@ -192,7 +192,10 @@ def _candidate(
 
 def _share_of(runs: Runs, signature: Signature) -> float:
     """Return which share of a hypothesis's χ² is beyond what healthy records differ by."""
-    return 1.0 if runs.belief is None else runs.belief.share_beyond_scatter(signature.placed.key)
+    if runs.belief is None:
+        return 1.0
+    key, records = signature.placed.key, len(runs.record_names)
+    return runs.belief.share_beyond_scatter(key, signature.columns, signature.step, records)
 
 
 def _is_of_a_body(model: Fit) -> bool:
@@ -212,7 +215,8 @@ def _anywhere(runs: Runs, signature: Signature, here: float) -> float:
         signature: of the hypothesis.
         here: its evidence at the start that it is best at.
     """
-    elsewhere = [scale_evidence(score, signature.rank) for score in signature.elsewhere]
+    share = _share_of(runs, signature)
+    elsewhere = [scale_evidence(share * score, signature.rank) for score in signature.elsewhere]
     return mean_over_scan(here, elsewhere, _scan_count(runs, signature.placed))
 
 
@@ -267,7 +271,8 @@ class Search:
 
     def has_room(self, state: Diagnosis) -> bool:
         """Return whether another effect may be added."""
-        return len(state.steps) < SETTINGS.most_effects
+        most = SETTINGS.most_effects_in_part if state.runs.known_in_part else SETTINGS.most_effects
+        return len(state.steps) < most
 
     def screened(self, state: Diagnosis) -> Screening:
         """Compare all hypotheses with the present model."""

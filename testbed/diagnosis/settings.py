@@ -197,6 +197,13 @@ class DiagnosisSettings:
 
     Source: formula: at the uncertainty above a factor of 2, from which on `largest_inertia_ratio` refuses records.
     """
+    most_effects_in_part: int = 1
+    """Effects that are added to the model at most where torque is known in part.
+
+    Source: chosen on the healthy flights of data/crazypad: behind the delay of the loop, drags, sloshing and the like
+    were found beside it that differ from flight to flight by twice to six times the noise. A second name is no
+    more than these.
+    """
     most_windows: int = 60
     """Windows of half-known torque, evenly chosen of more, that are fitted, and that are held out.
 

@@ -166,7 +166,8 @@ def test_gimbal_angles_without_a_cluster_are_refused():
 def test_late_motors_come_first_and_shrink_the_gap_of_a_flight_that_was_held_out():
     """Three seconds to fit and three to verify; all seven flights: python -m benchmarks.crazyflie."""
     data = short(("roll_pitch_3", "yaw_1", "roll_pitch_4"))
-    stages = diagnosed(data.runs, data.heldout, {name: EFFECTS[name] for name in TESTED}, theta_of(NOMINAL.inertia))
+    tested, theta = {name: EFFECTS[name] for name in TESTED}, theta_of(NOMINAL.inertia)
+    stages = diagnosed(data.runs, data.heldout, tested, theta, given=data.given)
     named = next(stage for stage in stages if stage.steps)
     (step,) = named.steps
     assert step.placed.effect.id in ("actuator_lag", "actuator_delay")
