@@ -145,8 +145,8 @@ class Belief:
         trim: mean of the actuators' constant torque in a record, shape (3,), N·m.
         trim_std: its scatter from record to record, shape (3,), N·m; infinite where any trim is as likely.
         effects: key, mean and standard deviation of the parameters of effects that are known to be there.
-        scatter: key of other effects, and the covariance by which their parameters differ between healthy records, noise
-            apart, shape (K, K).
+        scatter: key of other effects, and the covariance by which their parameters differ between healthy records,
+            noise apart, shape (K, K).
         records: number of the healthy records that show it.
         torque_noise: the least that there is, as `Runs` has it: what turned the healthy platform turns it still; None
             where that is not known.
