@@ -7,11 +7,14 @@ from dataclasses import replace
 import numpy as np
 
 from support.platforms import shipped
+from testbed.cmg.actuators import Actuators
 from testbed.cmg.cluster import Cluster
+from testbed.cmg.wheels import no_wheels
 from testbed.maneuver.design import BodyRateLimits, DesignProblem, GimbalLimits
 from testbed.plant.geometry import cluster_of, composite_inertia
 
 CLUSTER = cluster_of(shipped())
+GYROS = Actuators(cluster=CLUSTER, wheels=no_wheels(), gimbal_rate_limit=2.0)
 INERTIA = composite_inertia(shipped())
 TORQUE_LIMIT, MOMENTUM_LIMIT = np.array([0.040, 0.040, 0.047]), np.array([0.0210, 0.0210, 0.0254])  # eq. (31)
 

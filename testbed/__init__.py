@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from testbed.effects.contract import Parameter as Parameter
     from testbed.effects.registry import register_effect as register_effect
     from testbed.errors import InputError as InputError
+    from testbed.library.adoption import Adoption as Adoption
+    from testbed.library.adoption import adopt as adopt
     from testbed.library.campaigns import Campaign as Campaign
     from testbed.library.campaigns import monte_carlo as monte_carlo
     from testbed.library.comparisons import Comparison as Comparison
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from testbed.library.diagnoses import diagnose as diagnose
     from testbed.library.estimates import InertiaEstimate as InertiaEstimate
     from testbed.library.estimates import estimate as estimate
+    from testbed.library.exporting import export as export
     from testbed.library.imports import ImportedRecords as ImportedRecords
     from testbed.library.imports import guess_map as guess_map
     from testbed.library.imports import import_log as import_log
@@ -53,6 +56,8 @@ _HOMES = {
     "Hooks": "testbed.prediction.hooks",
     "Instant": "testbed.prediction.hooks",
     "InputError": "testbed.errors",
+    "Adoption": "testbed.library.adoption",
+    "adopt": "testbed.library.adoption",
     "Campaign": "testbed.library.campaigns",
     "monte_carlo": "testbed.library.campaigns",
     "Comparison": "testbed.library.comparisons",
@@ -61,6 +66,7 @@ _HOMES = {
     "diagnose": "testbed.library.diagnoses",
     "InertiaEstimate": "testbed.library.estimates",
     "estimate": "testbed.library.estimates",
+    "export": "testbed.library.exporting",
     "ImportedRecords": "testbed.library.imports",
     "guess_map": "testbed.library.imports",
     "import_log": "testbed.library.imports",

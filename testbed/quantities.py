@@ -51,6 +51,18 @@ Friction: TypeAlias = Annotated[float, Field(ge=0, le=1e3), _zero_or(1e-15)]
 """N·m·s/rad; of a bearing. A CubeSat's wheel has 1e-9, the gimbal of a large gyro 1."""
 FrictionTorque: TypeAlias = Annotated[float, Field(ge=0, le=1e3), _zero_or(1e-12)]
 """N·m; of a bearing that is hardly loaded."""
+SignedTorque: TypeAlias = Annotated[float, Field(ge=-1e6, le=1e6)]
+"""N·m."""
+Gravity: TypeAlias = Annotated[float, Field(ge=0.01, le=100)]
+"""m/s²; small moons have 0.01, Jupiter 25."""
+Offset: TypeAlias = Annotated[float, Field(ge=-10, le=10)]
+"""m; from a pivot to the centre of mass."""
+Drag: TypeAlias = Annotated[float, Field(ge=0, le=1e3), _zero_or(1e-15)]
+"""N·m·s/rad; of air and an air bearing's film."""
+Dipole: TypeAlias = Annotated[float, Field(ge=-1e4, le=1e4)]
+"""A·m²; magnetorquers of large satellites reach 1e3."""
+MagneticField: TypeAlias = Annotated[float, Field(ge=-1, le=1)]
+"""T; the Earth's is 6e-5 at the ground."""
 SignedMomentum: TypeAlias = Annotated[float, Field(ge=-1e6, le=1e6)]
 """N·m·s; of a wheel that turns either way."""
 Angle: TypeAlias = Annotated[float, Field(ge=-1e3, le=1e3)]

@@ -131,6 +131,7 @@ _SIMULATION = (
     _signal("true_cluster_torque", "N·m", AXES, "cluster torque -dh/dt, true", "B"),
     _signal("reference_body_rate", "rad/s", AXES, "body rate, reference", "B"),
     _per_unit("reference_gimbal_angle", "rad", "gimbal angle, preferred"),
+    _per_wheel("reference_wheel_speed", "rad/s", "wheel speed, preferred"),
     _signal("singularity_measure", "", (), "singularity measure, 1 at the best"),
     _per_unit("gimbal_rate_saturated", "", "gimbal rate at its limit"),
     _per_unit("gimbal_torque_saturated", "", "gimbal torque at its limit"),

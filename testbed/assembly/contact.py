@@ -27,7 +27,7 @@ def cut_at_contact(record: Record, scenario: BodyScenario, nominal: Body) -> tup
     """
     if record.details.usable_to is not None:
         return record, None
-    contact = first_contact(telemetry_of(record, scenario, nominal), theta_of(nominal.inertia))
+    contact = first_contact(telemetry_of(record, scenario, nominal), theta_of(nominal.turned_inertia))
     if contact is None:
         return record, None
     return replace(record, details=replace(record.details, usable_to=contact.last_free)), contact

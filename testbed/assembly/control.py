@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.arrays import Units
+from testbed.arrays import Matrices3, Series, Units, Vectors3
 from testbed.assembly.platform import PlatformModel, each_wheel
 from testbed.cmg.actuators import Actuators
 from testbed.cmg.steering import (
@@ -19,7 +19,11 @@ from testbed.control.controller import Controller
 from testbed.control.servo import gimbal_servo, momentum_gain
 from testbed.control.tracker import Tracker, feedback_gain
 from testbed.control.wheels import WheelDrive
+from testbed.dynamics.environment import outside_torque
 from testbed.errors import InputError
+from testbed.maneuver.maneuver import Maneuver
+from testbed.rotation.kinematics import integrate_attitude
+from testbed.rotation.quaternion import matrix_of
 from testbed.scenario import control as schema
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.timing import too_large
@@ -58,7 +62,7 @@ def flight_controller(scenario: Scenario, nominal: PlatformModel) -> Controller:
     servo = gimbal_servo(nominal.cluster, gyros.servo_bandwidth, gyros.servo_damping_ratio, gyros.gimbal_rate_limit)
     return Controller(
         actuators=Actuators(cluster=nominal.cluster, wheels=nominal.wheels, gimbal_rate_limit=gyros.gimbal_rate_limit),
-        tracker=Tracker(inertia=nominal.inertia, gain=_gain(scenario)),
+        tracker=Tracker(inertia=nominal.turned_inertia, gain=_gain(scenario)),
         law=steering_law(steering),
         servo=servo,
         drive=_wheel_drive(scenario, nominal.wheels),
@@ -66,6 +70,36 @@ def flight_controller(scenario: Scenario, nominal: PlatformModel) -> Controller:
         null_motion_gain=steering.null_motion_gain_1_s,
         period=period,
     )
+
+
+def expected_torque(scenario: Scenario, nominal: PlatformModel, maneuver: Maneuver, time: Series) -> Vectors3 | None:
+    """Return what the controller expects to act on the platform along its reference; None where nothing does.
+
+    Args:
+        scenario: how the flight starts.
+        nominal: with its environment.
+        maneuver: the reference.
+        time: shape (N,), s.
+
+    Returns:
+        Shape (N, 3), N·m, body axes.
+    """
+    if nominal.environment is None:
+        return None
+    body_rate = maneuver.reference(time).body_rate
+    matrix_NB = reference_attitude(scenario, time, body_rate)
+    return outside_torque(nominal.environment, nominal.inertia, time, matrix_NB, body_rate)
+
+
+def reference_attitude(scenario: Scenario, time: Series, body_rate: Vectors3) -> Matrices3:
+    """Return R_NB along a reference body rate from the scenario's start, shape (N, 3, 3)."""
+    return matrix_of(np.array(scenario.initial.attitude_quat_NB)) @ matrix_of(integrate_attitude(time, body_rate))
+
+
+def tilts_along(scenario: Scenario, maneuver: Maneuver, time: Series) -> Series:
+    """Return the angle between the body z axis and the vertical along a reference, shape (N,), rad."""
+    up_B = reference_attitude(scenario, time, maneuver.reference(time).body_rate)[:, 2]
+    return np.asarray(np.arctan2(np.hypot(up_B[:, 0], up_B[:, 1]), up_B[:, 2]))
 
 
 def _wheel_drive(scenario: Scenario, wheels: Wheels) -> WheelDrive:

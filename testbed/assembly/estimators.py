@@ -27,7 +27,7 @@ def estimation_settings(scenario: Scenario, nominal: PlatformModel, maneuver: Ma
     if maneuver is None and instrument == "reference":
         instrument = "iterated"
     return EstimationSettings(
-        nominal_theta=theta_of(nominal.inertia),
+        nominal_theta=theta_of(nominal.turned_inertia),
         prefilter_time=scenario.estimation.prefilter_time_constant_s,
         instrument=instrument,
         reference_rate=None if maneuver is None else lambda time: maneuver.reference(time).body_rate,

@@ -6,13 +6,17 @@ from math import inf
 
 import numpy as np
 
-from testbed.assembly.platform import PlatformModel, first_gimbal_angle
+from testbed.assembly.platform import PlatformModel, each_wheel, first_gimbal_angle, first_wheel_momentum
 from testbed.maneuver.design import BodyRateLimits, DesignProblem, GimbalLimits
-from testbed.scenario.maneuver import BodyRateDesign, GimbalDesign
+from testbed.maneuver.maneuver import Maneuver
+from testbed.maneuver.profiles import read_profile
+from testbed.scenario.maneuver import ActuatorDesign, BodyRateDesign, CsvManeuver, GimbalDesign
 from testbed.scenario.scenario import Scenario
 
 
-def design_problem(scenario: Scenario, section: BodyRateDesign | GimbalDesign, nominal: PlatformModel) -> DesignProblem:
+def design_problem(
+    scenario: Scenario, section: BodyRateDesign | GimbalDesign | ActuatorDesign, nominal: PlatformModel
+) -> DesignProblem:
     """Return what to design, for the nominal platform in the scenario's initial state."""
     target = section.target_std_kg_m2
     return DesignProblem(
@@ -26,10 +30,22 @@ def design_problem(scenario: Scenario, section: BodyRateDesign | GimbalDesign, n
         cluster=nominal.cluster,
         initial_body_rate=np.array(scenario.initial.body_rate_rad_s),
         initial_gimbal_angle=first_gimbal_angle(scenario),
+        wheels=nominal.wheels,
+        initial_wheel_momentum=first_wheel_momentum(scenario),
+        gimbal_rate_limit=scenario.gyros.gimbal_rate_limit,
         metric=section.metric,
         target_std=None if target is None else np.array(target),
         parameters=section.parameters if isinstance(section, GimbalDesign) else "inertia",
     )
+
+
+def profile_of(section: CsvManeuver, scenario: Scenario) -> Maneuver:
+    """Return the maneuver of a table.
+
+    Raises:
+        InputError: the table cannot be used.
+    """
+    return read_profile(section.file, scenario.gyros.units, each_wheel(scenario, "spin_inertia_kg_m2"))
 
 
 def body_rate_limits(scenario: Scenario, section: BodyRateDesign) -> BodyRateLimits:
@@ -42,8 +58,8 @@ def body_rate_limits(scenario: Scenario, section: BodyRateDesign) -> BodyRateLim
     )
 
 
-def gimbal_limits(scenario: Scenario, section: GimbalDesign) -> GimbalLimits:
-    """Return what a gimbal-space design may use: shares of the gimbals' and of the cluster's own limits."""
+def gimbal_limits(scenario: Scenario, section: GimbalDesign | ActuatorDesign) -> GimbalLimits:
+    """Return what a design of gimbal angles and wheel momenta may use: shares of the actuators' own limits."""
     gyros = scenario.gyros
     return GimbalLimits(
         gimbal_rate=section.gimbal_rate_fraction * gyros.gimbal_rate_limit,
@@ -54,6 +70,9 @@ def gimbal_limits(scenario: Scenario, section: GimbalDesign) -> GimbalLimits:
         envelope_fraction=section.envelope_fraction,
         min_singularity_measure=section.min_singularity_measure,
         body_rate=_or_unlimited(section.body_rate_limit_rad_s),
+        wheel_momentum_fraction=section.wheel_momentum_fraction if isinstance(section, ActuatorDesign) else 1.0,
+        wheel_torque_fraction=section.wheel_torque_fraction if isinstance(section, ActuatorDesign) else 1.0,
+        wheel_friction=each_wheel(scenario, "viscous_friction_N_m_s_rad"),
     )
 
 

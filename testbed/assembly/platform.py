@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -11,11 +11,13 @@ import numpy as np
 from testbed.arrays import Matrix3, Units, Vector3
 from testbed.cmg.cluster import Cluster, platform_momentum
 from testbed.cmg.wheels import Wheels, no_wheels, turned_wheel_axes, wheel_momentum
+from testbed.dynamics.environment import Environment, Orbiting, Pivoted, local_axes, orbit_torque
 from testbed.errors import InputError, UnphysicalPlatformError
 from testbed.plant.build import build
-from testbed.plant.geometry import cluster_of, composite_inertia, wheels_of
-from testbed.plant.plant import Model, Plant
-from testbed.plant.properties import GyroProperties, InitialState, PlatformProperties, WheelProperties
+from testbed.plant.geometry import cluster_of, composite_inertia, composite_mass, wheels_of
+from testbed.plant.plant import Model, OrbitTorque, Plant
+from testbed.plant.properties import AirBearing, GyroProperties, InitialState, PlatformProperties, WheelProperties
+from testbed.scenario import environment as surroundings
 from testbed.scenario.actuators import ReactionWheels, control_moment_gyros, wheel_count
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.gyros import ControlMomentGyros
@@ -32,11 +34,20 @@ class Body:
         cluster: its units; None of a platform without control moment gyros.
         inertia: J at zero gimbal angles, wheels locked, kg·m², body axes.
         wheels: its reaction wheels.
+        environment: what acts on it; None of a platform that flies freely.
     """
 
     cluster: Cluster | None
     inertia: Matrix3
     wheels: Wheels = field(default_factory=no_wheels)
+    environment: Environment | None = None
+
+    @property
+    def turned_inertia(self) -> Matrix3:
+        """J about the point that the platform turns about: its centre of mass, or the pivot that it stands on."""
+        return (
+            self.inertia if not isinstance(self.environment, Pivoted) else self.inertia + self.environment.added_inertia
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,7 +81,8 @@ def nominal_body(scenario: BodyScenario) -> Body:
             f"{scenario.name}: platform.inertia_kg_m2 is missing; add it: without a [cluster] there is no model of the "
             "platform to take it from"
         )
-    return Body(cluster=None, inertia=np.array(scenario.platform.inertia_kg_m2))
+    environment = nominal_environment(scenario, scenario.platform.mass_kg or 0.0)  # on a bearing it is there
+    return Body(cluster=None, inertia=np.array(scenario.platform.inertia_kg_m2), environment=environment)
 
 
 def nominal_platform(scenario: Scenario) -> PlatformModel:
@@ -80,7 +92,7 @@ def nominal_platform(scenario: Scenario) -> PlatformModel:
         InputError: the MJCF cannot be used, or the numbers belong to no body.
     """
     try:
-        return _compiled(scenario, nominal_properties(scenario))
+        return _compiled(scenario, nominal_properties(scenario), nominal_environment)
     except UnphysicalPlatformError as error:
         raise UnphysicalPlatformError(f"platform.{error.key}", error.text) from None
 
@@ -92,7 +104,7 @@ def true_platform(scenario: Scenario) -> PlatformModel:
         InputError: as `nominal_platform`.
     """
     try:
-        return _compiled(scenario, true_properties(scenario))
+        return _compiled(scenario, true_properties(scenario), true_environment)
     except UnphysicalPlatformError as error:
         section = "platform" if getattr(scenario.truth, error.key) is None else "truth"
         raise UnphysicalPlatformError(f"{section}.{error.key}", error.text) from None
@@ -117,8 +129,9 @@ def true_plant(flown: Sequence[tuple[Scenario, PlatformModel]], threads: int = 1
         rotor_momentum=np.stack([_starting_momentum(scenario) for scenario, _ in flown]),
         rotor_momentum_limit=gyros.rotor_momentum_limit,
         rotors=gyros.rotors,
-        wheel_momentum=np.stack([_starting_wheel_momentum(scenario) for scenario, _ in flown]),
+        wheel_momentum=np.stack([first_wheel_momentum(scenario) for scenario, _ in flown]),
         wheel_momentum_limit=each_wheel(flown[0][0], "momentum_limit_N_m_s"),
+        orbit_torque=_orbit_torque([platform for _, platform in flown]),
         threads=threads,
     )
 
@@ -147,7 +160,60 @@ def nominal_properties(scenario: Scenario) -> PlatformProperties:
         step=scenario.simulation.step_s,
         cabin_size=None if scenario.cabin is None else np.array(scenario.cabin.size_m),
         wheels=tuple(wheel for array in scenario.wheels for wheel in _wheels(array)),
+        air_bearing=_bearing(nominal_environment(scenario, _ANY_MASS)),
     )
+
+
+def nominal_environment(scenario: BodyScenario, mass: float) -> Environment | None:
+    """Return what acts on the nominal platform, of a mass in kg; None where nothing does."""
+    match scenario.environment:
+        case surroundings.AirBearing() as section:
+            return Pivoted(
+                mass=mass,
+                gravity=section.gravity_m_s2,
+                offset_B=np.array(section.center_of_mass_offset_m),
+                drag=section.drag_N_m_s_rad,
+            )
+        case surroundings.Orbit() as section:
+            return Orbiting(
+                rate=section.rate,
+                field_L=np.array(section.magnetic_field_T),
+                torque_L=np.array(section.torque_N_m),
+                dipole_B=np.array(section.magnetic_dipole_A_m2),
+            )
+        case _:
+            return None
+
+
+def true_environment(scenario: Scenario, mass: float) -> Environment | None:
+    """Return what acts on the flown platform: what acts on the nominal one, with [truth] written over it."""
+    nominal, truth = nominal_environment(scenario, mass), scenario.truth
+    if isinstance(nominal, Pivoted):
+        offset, drag = truth.center_of_mass_offset_m, truth.drag_N_m_s_rad
+        return replace(
+            nominal,
+            offset_B=nominal.offset_B if offset is None else np.array(offset),
+            drag=nominal.drag if drag is None else drag,
+        )
+    if isinstance(nominal, Orbiting):
+        dipole, factor = truth.magnetic_dipole_A_m2, truth.gravity_gradient_factor
+        return replace(
+            nominal,
+            dipole_B=nominal.dipole_B if dipole is None else np.array(dipole),
+            gradient=nominal.gradient if factor is None else factor,
+        )
+    return None
+
+
+def _bearing(environment: Environment | None) -> AirBearing | None:
+    """Return what the platform stands on; None where it floats."""
+    if not isinstance(environment, Pivoted):
+        return None
+    return AirBearing(center_of_mass_B=environment.offset_B, gravity=environment.gravity, drag=environment.drag)
+
+
+_ANY_MASS = 1.0
+"""kg, for what of an environment does not depend on it."""
 
 
 def each_wheel(scenario: Scenario, key: str) -> Units:
@@ -204,7 +270,8 @@ def true_properties(scenario: Scenario) -> PlatformProperties:
         nominal = replace(nominal, rotor_momentum=_spinning(momentum.copy(), scenario))
     if truth.gimbal_axis_misalignment_rad:
         nominal = replace(nominal, misalignment=np.array(truth.gimbal_axis_misalignment_rad))
-    return replace(nominal, wheels=_true_wheels(nominal.wheels, truth))
+    bearing = _bearing(true_environment(scenario, _ANY_MASS))
+    return replace(nominal, wheels=_true_wheels(nominal.wheels, truth), air_bearing=bearing)
 
 
 def _true_wheels(wheels: tuple[WheelProperties, ...], truth: Truth) -> tuple[WheelProperties, ...]:
@@ -245,11 +312,11 @@ def initial_momentum(scenario: Scenario, platform: PlatformModel) -> Vector3:
     """Return the total angular momentum that a platform has in the scenario's initial state, N·m·s, body axes."""
     start = initial_state(scenario)
     at_rest = np.zeros_like(start.gimbal_angle)
-    carried = platform_momentum(platform.cluster, platform.inertia, start.body_rate, start.gimbal_angle, at_rest)
-    return carried + wheel_momentum(platform.wheels, _starting_wheel_momentum(scenario))
+    carried = platform_momentum(platform.cluster, platform.turned_inertia, start.body_rate, start.gimbal_angle, at_rest)
+    return carried + wheel_momentum(platform.wheels, first_wheel_momentum(scenario))
 
 
-def _starting_wheel_momentum(scenario: Scenario) -> Units:
+def first_wheel_momentum(scenario: Scenario) -> Units:
     """Jw·Ω of the wheels when the flight starts, by the believed spin inertia, shape (W,), N·m·s."""
     return np.array(per_unit(scenario.initial.wheel_momentum_N_m_s, wheel_count(scenario.actuators), 0.0))
 
@@ -267,11 +334,27 @@ def _spinning(momentum: Units, scenario: Scenario) -> Units:
     return momentum
 
 
-def _compiled(scenario: Scenario, properties: PlatformProperties) -> PlatformModel:
+def _compiled(
+    scenario: Scenario,
+    properties: PlatformProperties,
+    environment_of: Callable[[Scenario, float], Environment | None],
+) -> PlatformModel:
     model = build(properties, scenario.platform.model, visuals=False)
     return PlatformModel(
         model=model,
         cluster=cluster_of(model),
         inertia=composite_inertia(model),
         wheels=wheels_of(model, each_wheel(scenario, "momentum_limit_N_m_s")),
+        environment=environment_of(scenario, composite_mass(model)),
+    )
+
+
+def _orbit_torque(platforms: Sequence[PlatformModel]) -> OrbitTorque | None:
+    """Return what an orbit does to flown platforms, which all are on the same; None where they are on none."""
+    orbit = platforms[0].environment
+    if not isinstance(orbit, Orbiting):
+        return None
+    inertia = np.stack([platform.inertia for platform in platforms])
+    return lambda time, matrix_NB: orbit_torque(
+        orbit, inertia, np.swapaxes(matrix_NB, -1, -2) @ local_axes(orbit, np.asarray(time))
     )

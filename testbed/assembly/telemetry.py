@@ -8,6 +8,7 @@ import numpy as np
 
 from testbed.arrays import Array, Flags, Series, UnitSeries, Vectors3
 from testbed.assembly.platform import Body
+from testbed.assembly.surroundings import surroundings_of
 from testbed.assembly.time_base import require_time_in_seconds
 from testbed.cmg.cluster import Cluster
 from testbed.cmg.servo_law import stiffness_of
@@ -63,6 +64,7 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
         constant_torque=scenario.estimation.constant_torque,
         noise_freedom=np.inf if noise is None or noise == part.details.gyro_noise else noise_freedom(gyro_time),
         live=(bool(live[0]), bool(live[1]), bool(live[2])),
+        surroundings=surroundings_of(record, scenario, nominal),
     )
 
 

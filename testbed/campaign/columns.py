@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import pyarrow as pa
 
 from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.scenario.environment import AirBearing
 from testbed.scenario.scenario import Scenario
 
 _FLIGHT = (
@@ -27,6 +28,15 @@ def parameter_columns(prefix: str) -> tuple[str, ...]:
     return tuple(f"{prefix}_{name}_kg_m2" for name in PARAMETER_NAMES)
 
 
+def offset_columns(prefix: str) -> tuple[str, ...]:
+    """Return the three columns of the place of the centre of mass on an air bearing, or of its standard deviations.
+
+    Args:
+        prefix: as in `parameter_columns`.
+    """
+    return tuple(f"{prefix}_center_of_mass_offset_{axis}_m" for axis in "xyz")
+
+
 def schema_of(scenario: Scenario) -> pa.Schema:
     """Return the columns of a scenario's campaigns; a run that has no such value leaves it null."""
     return pa.schema(list(_fields(scenario)))
@@ -40,5 +50,7 @@ def _fields(scenario: Scenario) -> Iterator[pa.Field]:
     estimators = scenario.estimation.estimators
     for prefix in ("true", "bound_std", *(part for name in estimators for part in (name, f"{name}_std"))):
         yield from (pa.field(column, pa.float64()) for column in parameter_columns(prefix))
+        if isinstance(scenario.environment, AirBearing):
+            yield from (pa.field(column, pa.float64()) for column in offset_columns(prefix))
     yield from (pa.field(f"{name}_failure", pa.string()) for name in estimators)
     yield from (pa.field(column, pa.float64()) for column in _FLIGHT)

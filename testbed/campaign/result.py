@@ -58,6 +58,18 @@ def _estimator(figures: EstimatorStatistics) -> dict[str, Any]:
         "bias_in_standard_errors": _numbers(figures.bias_in_standard_errors),
         "coverage_95": _numbers(figures.coverage),
         "scatter_over_bound": _numbers(figures.scatter_over_bound),
+        **({} if figures.offset is None else {"center_of_mass_offset": _offset(figures.offset)}),
+    }
+
+
+def _offset(figures: EstimatorStatistics) -> dict[str, Any]:
+    return {
+        "mean_m": _numbers(figures.mean),
+        "std_m": _numbers(figures.std),
+        "claimed_std_m": _numbers(figures.claimed_std),
+        "bias_in_standard_errors": _numbers(figures.bias_in_standard_errors),
+        "coverage_95": _numbers(figures.coverage),
+        "scatter_over_bound": _numbers(figures.scatter_over_bound),
     }
 
 

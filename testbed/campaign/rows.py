@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import Any, TypeAlias
 
-from testbed.arrays import Theta
+from testbed.arrays import Theta, Vector3
 from testbed.assembly.control import flight_clock
 from testbed.assembly.platform import PlatformModel, nominal_platform
+from testbed.campaign.columns import offset_columns
 from testbed.campaign.flights import DispersedFlight, fly_seeds
 from testbed.campaign.plan import Block, CampaignPlan
+from testbed.dynamics.environment import Pivoted
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.experiment.experiment import Estimation
 from testbed.experiment.running_estimators import try_estimate_flight
@@ -48,6 +50,8 @@ def _row(plan: CampaignPlan, nominal: PlatformModel, flight: DispersedFlight) ->
     row: Row = {"seed": flight.seed, "outcome": "failed" if flight.message else "completed", "message": flight.message}
     if flight.truth is not None:
         row |= _parameters("true", theta_of(flight.truth.inertia))
+        if isinstance(flight.truth.environment, Pivoted):
+            row |= _offset("true", flight.truth.environment.offset_B)
     if flight.flown is None or flight.truth is None:
         return row
     row |= _flight(flight.flown.summary) | {"first_contact_s": flight.flown.first_contact}
@@ -62,13 +66,22 @@ def _estimates(estimation: Estimation) -> Row:
     row: Row = {}
     for name, estimate in estimation.by_name.items():
         row |= _parameters(name, estimate.theta) | _parameters(f"{name}_std", estimate.std)
+        if estimation.pivot is not None:
+            row |= _offset(name, estimation.pivot.offset_B + estimate.offset_error)
+            row |= _offset(f"{name}_std", estimate.offset_std)
     if estimation.bound_std is not None:
         row |= _parameters("bound_std", estimation.bound_std)
+    if estimation.offset_bound_std is not None:
+        row |= _offset("bound_std", estimation.offset_bound_std)
     return row | {f"{name}_failure": message for name, message in estimation.failures.items()}
 
 
 def _parameters(prefix: str, theta: Theta) -> Row:
     return {f"{prefix}_{name}_kg_m2": float(value) for name, value in zip(PARAMETER_NAMES, theta, strict=True)}
+
+
+def _offset(prefix: str, offset: Vector3) -> Row:
+    return {name: float(value) for name, value in zip(offset_columns(prefix), offset, strict=True)}
 
 
 def _flight(summary: FlightSummary) -> Row:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
 from testbed.arrays import Array, Theta
-from testbed.campaign.columns import parameter_columns
+from testbed.campaign.columns import offset_columns, parameter_columns
 
 _FAILURE = "_failure"
 NORMAL_95 = 1.96
@@ -32,6 +32,7 @@ class EstimatorStatistics:
         coverage: share of the 95 % intervals that hold the truth.
         claimed_std: mean of the standard deviations that it states, kg·m².
         scatter_over_bound: std over the bound's.
+        offset: the same figures of the centre of mass on an air bearing, in shape (3,) and m; None without one.
     """
 
     runs: int
@@ -42,6 +43,7 @@ class EstimatorStatistics:
     coverage: Theta
     claimed_std: Theta
     scatter_over_bound: Theta
+    offset: EstimatorStatistics | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,7 +96,11 @@ def parameters(table: pa.Table, prefix: str) -> Array:
         table: runs.
         prefix: as in `parameter_columns`.
     """
-    columns = [table[name].to_numpy(zero_copy_only=False) for name in parameter_columns(prefix)]
+    return _columns(table, parameter_columns(prefix))
+
+
+def _columns(table: pa.Table, names: Sequence[str]) -> Array:
+    columns = [table[name].to_numpy(zero_copy_only=False) for name in names]
     return np.stack(columns, axis=1).astype(np.float64)
 
 
@@ -106,6 +112,17 @@ def errors_of(table: pa.Table, name: str) -> Array:
 
 def _estimator(flown: pa.Table, name: str, bound_std: Theta) -> EstimatorStatistics | None:
     truth, estimate, claimed = (parameters(flown, prefix) for prefix in ("true", name, f"{name}_std"))
+    figures = _figures(truth, estimate, claimed, bound_std)
+    if figures is None or offset_columns("true")[0] not in flown.column_names:
+        return figures
+    truth, estimate, claimed, bound = (
+        _columns(flown, offset_columns(prefix)) for prefix in ("true", name, f"{name}_std", "bound_std")
+    )
+    offset_bound = np.sqrt(_mean(bound[np.isfinite(bound).all(axis=1)] ** 2))
+    return replace(figures, offset=_figures(truth, estimate, claimed, offset_bound))
+
+
+def _figures(truth: Array, estimate: Array, claimed: Array, bound_std: Array) -> EstimatorStatistics | None:
     given = np.isfinite(estimate).all(axis=1)
     runs = int(given.sum())
     if runs < 2:  # no scatter

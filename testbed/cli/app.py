@@ -328,11 +328,54 @@ def new(
 
 
 @app.command()
+def adopt(
+    model: Annotated[Path, typer.Argument(metavar="FILE", help="MJCF (.xml) or URDF.", show_default=False)],
+    out: Annotated[
+        Path | None, typer.Option(metavar="SCENARIO.toml", help="New file; by default the model's name, here.")
+    ] = None,
+    wheel: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="This joint is a reaction wheel; repeatable.")
+    ] = None,
+    rotor: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="This joint is a gyro's rotor; repeatable.")
+    ] = None,
+    ignore: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="This joint is locked as drawn; repeatable.")
+    ] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Write a scenario from a model of your own, and say what was taken for what."""
+    from testbed.cli.adopt import adopt_model  # noqa: PLC0415
+
+    _choose_output(json=False, quiet=quiet)
+    adopt_model(model, out, wheel or (), rotor or (), ignore or ())
+
+
+@app.command()
 def check(scenario: ScenarioName, changes: Changes = None) -> None:
     """Check a scenario: everything that is wrong with it at once."""
     from testbed.cli.check import check_scenario  # noqa: PLC0415
 
     check_scenario(scenario, changes or ())
+
+
+@app.command()
+def export(
+    folder: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="Of a run, of estimates or of a diagnosis.", show_default=False)
+    ],
+    mjcf: Annotated[Path | None, typer.Option(metavar="FILE", help="New file, for MuJoCo.")] = None,
+    urdf: Annotated[Path | None, typer.Option(metavar="FILE", help="New file; URDF knows no motors.")] = None,
+    estimator: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Whose estimate; by default the most efficient one.")
+    ] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Write the estimated platform as MJCF or URDF, for other programs."""
+    from testbed.cli.export import export_platform  # noqa: PLC0415
+
+    _choose_output(json=False, quiet=quiet)
+    export_platform(folder, mjcf, urdf, estimator)
 
 
 @app.command()

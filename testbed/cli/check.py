@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from testbed.assembly.control import flight_clock
-from testbed.assembly.platform import nominal_body, true_platform
+from testbed.assembly.maneuver import profile_of
+from testbed.assembly.platform import PlatformModel, nominal_body, true_platform
 from testbed.cli.console import say
 from testbed.cli.options import changed_scenario
+from testbed.experiment.planning import plan_maneuver, starts_of
 from testbed.library.scenarios import naming
-from testbed.maneuver.profiles import read_profile
 from testbed.scenario.maneuver import CsvManeuver
 from testbed.scenario.scenario import Scenario
 
@@ -22,14 +23,16 @@ def check_scenario(source: str, changes: Sequence[str]) -> None:
     """
     scenario = changed_scenario(source, changes)
     with naming(scenario):
-        nominal_body(scenario)
+        nominal = nominal_body(scenario)
         if isinstance(scenario, Scenario):
             true_platform(scenario)
             _read_table(scenario)
+            if isinstance(nominal, PlatformModel) and not starts_of(scenario):
+                plan_maneuver(scenario, nominal)  # of a design, limits are known when it is done
     say(f"{scenario.file.path}: a valid scenario ({scenario.name}). {scenario.description}")
 
 
 def _read_table(scenario: Scenario) -> None:
     """Read the table of a maneuver that is one, which decides how long is flown."""
     if isinstance(scenario.maneuver, CsvManeuver):
-        flight_clock(scenario, read_profile(scenario.maneuver.file, scenario.gyros.units).duration)
+        flight_clock(scenario, profile_of(scenario.maneuver, scenario).duration)

@@ -38,7 +38,12 @@ def conceal_effects(
             data set shows it as much as asked for.
     """
     path = located(source)
-    read_scenario(path)
+    kind = read_scenario(path).environment.kind
+    if kind != "free":
+        raise InputError(
+            f'{path}: environment.kind is "{kind}", but the concealing engine flies platforms on which nothing acts; '
+            "leave [environment] out"
+        )
     if drawn and effects:
         raise InputError("--random: draws the effect; leave --effect out, or --random")
     asked, files = _engine("asked"), _engine("files")

@@ -10,7 +10,7 @@ from testbed.cli.console import command_line, design_progress, print_as_json, sa
 from testbed.cli.failures import COMPLETED, INTERRUPTED
 from testbed.cli.notices import print_verdict
 from testbed.cli.options import changed_flight, print_folder, require_folder
-from testbed.cli.tables import statistics_table
+from testbed.cli.tables import offset_lines, statistics_table
 from testbed.experiment.planning import starts_of
 from testbed.library.campaigns import Campaign, executor_of, flown_into, origin_of, planned_in
 from testbed.outputs.folder import reserved_folder
@@ -60,6 +60,8 @@ def _print_result(source: str, folder: Path, campaign: Campaign) -> None:
     statistics, failures = campaign.statistics, campaign.failures
     show(statistics_table(statistics))
     say()
+    for text in offset_lines(statistics):
+        say(text)
     flown = statistics.runs - statistics.failed
     say(f"Runs       {flown} of {statistics.runs} completed")
     for failure in failures[:_MOST_LISTED]:

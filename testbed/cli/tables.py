@@ -64,6 +64,19 @@ def statistics_table(statistics: CampaignStatistics) -> Table:
     return table
 
 
+def offset_lines(statistics: CampaignStatistics) -> Iterator[str]:
+    """Return what a campaign says of the centre of mass on an air bearing, a line for each estimator."""
+    for name, figures in statistics.estimators.items():
+        if figures.offset is None:
+            continue
+        offset = figures.offset
+        found = ", ".join(f"{1e6 * at:.3f} ± {1e6 * std:.3f}" for at, std in zip(offset.mean, offset.std, strict=True))
+        yield f"Centre of mass by {estimator_name(name)}: {found} µm"
+        covered = ", ".join(_plain(offset.coverage, ".1%"))
+        ratio = ", ".join(_plain(offset.scatter_over_bound, ".2f"))
+        yield f"           scatter / bound {ratio}; in its 95 % interval {covered}"
+
+
 def parameter_table(title: str) -> Table:
     """Return an empty table with a column for each inertia parameter."""
     table = Table(
@@ -117,6 +130,8 @@ def flight_lines(flown: FlownRun) -> Iterator[str]:
         yield f"Rotors     {summary.rotor_clamped:.3g} s with a rotor or wheel at its momentum limit"
     if flown.first_contact is not None:
         yield f"Contact    with the cabin at {flown.first_contact:.3f} s; the estimates use the record up to there"
+    if flown.tilt_limit is not None:
+        yield f"Tilt       {summary.largest_tilt:.3g} rad from the vertical at the most"
     yield f"Momentum   drift {summary.momentum_drift:.1e} of the rotors' total"
 
 

@@ -37,6 +37,11 @@ class Actuators:
         """M, number of control moment gyros."""
         return len(self.cluster.rotor_momentum)
 
+    @property
+    def count(self) -> int:
+        """M + W, number of all actuators."""
+        return self.units + len(self.wheels.spin_inertia)
+
     @cached_property
     def wheel_scale(self) -> Array:
         """Torque of each wheel for a command of 1 rad/s, shape (W,), N·m·s/rad."""

@@ -16,7 +16,13 @@ from testbed.cmg.servo_law import next_commanded_angle
 from testbed.cmg.steering import SteeringLaw, limit_rates, preferred_rates, steer
 from testbed.control.servo import GimbalServo, rate_set_point, torque_demand
 from testbed.control.tracker import Tracker, feedback_momentum_rate
-from testbed.control.wheels import WheelDrive, next_commanded_momentum, preferred_torques, wheel_demand
+from testbed.control.wheels import (
+    WheelDrive,
+    WheelReference,
+    next_commanded_momentum,
+    preferred_torques,
+    wheel_demand,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,6 +60,8 @@ class Target(NamedTuple):
         momentum_rate_B: its rate of change, shape (3,), N·m.
         gimbal_angle: preferred angles at the start of the period, shape (M,), rad.
         gimbal_rate: their rate, shape (M,), rad/s.
+        wheel_momentum: that the maneuver prescribes at the start of the period, shape (W,), N·m·s.
+        wheel_momentum_rate: its rate, shape (W,), N·m.
     """
 
     body_rate: Vector3
@@ -62,6 +70,8 @@ class Target(NamedTuple):
     momentum_rate_B: Vector3
     gimbal_angle: Units
     gimbal_rate: Units
+    wheel_momentum: Units
+    wheel_momentum_rate: Units
 
 
 class ControllerState(NamedTuple):
@@ -189,7 +199,8 @@ def _steered(
     actuators = controller.actuators
     preferred = preferred_rates(seen.gimbal_angle, target.gimbal_angle, target.gimbal_rate, controller.null_motion_gain)
     if len(actuators.wheel_scale):
-        torques = preferred_torques(controller.drive, actuators.wheels, seen.wheel_momentum)
+        reference = WheelReference(target.wheel_momentum, target.wheel_momentum_rate)
+        torques = preferred_torques(controller.drive, actuators.wheels, seen.wheel_momentum, reference)
         preferred = np.concatenate([preferred, torques / actuators.wheel_scale], axis=-1)
     return steer(controller.law, jacobian, momentum_rate_B, preferred, actuators.momentum_scale, time)
 

@@ -11,9 +11,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Matrix3, Series, UnitSeries, Vector3, Vectors3
-from testbed.cmg.cluster import Cluster, cluster_momentum
+from testbed.cmg.actuators import Actuators
+from testbed.cmg.cluster import cluster_momentum
+from testbed.cmg.wheels import wheel_momentum
 from testbed.rotation.kinematics import integrate_attitude
 from testbed.rotation.quaternion import quaternion_inverse, turned
 
@@ -65,15 +68,26 @@ def feedback_momentum_rate(tracker: Tracker, rate_error: Vectors3) -> Vectors3:
     return np.asarray(-tracker.gain * np.vecmat(rate_error, tracker.inertia))
 
 
-def momentum_of_gimbals(cluster: Cluster, gimbal_angle: UnitSeries) -> Vectors3:
-    """Return the spin momentum Σ Js Ω s(d) along reference gimbal angles, shape (N, 3), N·m·s, body axes."""
-    return cluster_momentum(cluster, gimbal_angle, np.zeros_like(gimbal_angle))
+def momentum_of_actuators(actuators: Actuators, gimbal_angle: UnitSeries, wheel_momenta: UnitSeries) -> Vectors3:
+    """Return the spin momentum Σ Js Ω s(d) + Σ Jw Ω a along a reference motion, shape (N, 3), N·m·s, body axes.
+
+    Args:
+        actuators: gyros and wheels.
+        gimbal_angle: shape (N, M), rad.
+        wheel_momenta: Jw Ω, shape (N, W), N·m·s.
+    """
+    of_gyros_B = cluster_momentum(actuators.cluster, gimbal_angle, np.zeros_like(gimbal_angle))
+    return of_gyros_B + wheel_momentum(actuators.wheels, wheel_momenta) if len(actuators.wheel_scale) else of_gyros_B
 
 
 def momentum_of_rates(
-    inertia: Matrix3, time: Series, reference_rate: Vectors3, initial_momentum_B: Vector3
+    inertia: Matrix3,
+    time: Series,
+    reference_rate: Vectors3,
+    initial_momentum_B: Vector3,
+    outside_torque_B: Vectors3 | None = None,
 ) -> Vectors3:
-    """Return the momentum Rᵀ H₀ - J ω_ref that the cluster has to hold along a reference, shape (N, 3), N·m·s.
+    """Return the momentum Rᵀ (H₀ + ∫ R τ dt) - J ω_ref to hold along a reference, shape (N, 3), N·m·s.
 
     Which gimbal angles will hold it is open, so J stands for J(d) and the gimbals' own turning is left out: 1e-3 of
     the reference rate, which the feedback takes up.
@@ -83,9 +97,14 @@ def momentum_of_rates(
         time: shape (N,), s.
         reference_rate: ω_ref, shape (N, 3), rad/s, body axes.
         initial_momentum_B: total angular momentum at the first time, shape (3,), N·m·s, body axes.
+        outside_torque_B: τ along the reference, shape (N, 3), N·m, body axes; none where None.
     """
     total_B = np.zeros_like(reference_rate)
-    if np.any(initial_momentum_B):
+    if outside_torque_B is not None:
+        attitude = integrate_attitude(time, reference_rate)
+        impulse = CubicSpline(time, turned(attitude, outside_torque_B)).antiderivative()(time)
+        total_B = turned(quaternion_inverse(attitude), initial_momentum_B + impulse)
+    elif np.any(initial_momentum_B):
         attitude = integrate_attitude(time, reference_rate)
         total_B = turned(quaternion_inverse(attitude), initial_momentum_B)
     return total_B - reference_rate @ inertia

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
 from testbed.arrays import Units, UnitSeries, Vectors3
 from testbed.cmg.wheels import Wheels, minimax_allocation, wheel_momentum
+
+WheelNullMotion: TypeAlias = Literal["none", "minimax", "preferred", "maneuver"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,25 +20,38 @@ class WheelDrive:
     Attributes:
         viscous_friction: of each bearing, shape (W,), N·m·s/rad; it is made up for.
         loop_gain: of the loop on a wheel's speed inside its drive, shape (W,), N·m·s/rad; 0 for none.
-        null_motion: nowhere, to the minimax allocation, or to preferred momenta.
+        null_motion: nowhere, to the minimax allocation, to preferred momenta, or along the maneuver's.
         null_gain: rate at which it takes them there, 1/s.
         preferred: momenta, shape (W,), N·m·s.
     """
 
     viscous_friction: Units
     loop_gain: Units
-    null_motion: Literal["none", "minimax", "preferred"]
+    null_motion: WheelNullMotion
     null_gain: float
     preferred: Units
 
 
-def preferred_torques(drive: WheelDrive, wheels: Wheels, momentum: UnitSeries) -> UnitSeries:
+class WheelReference(NamedTuple):
+    """What a maneuver prescribes of W wheels.
+
+    Attributes:
+        momentum: Jw Ω, shape (W,), N·m·s.
+        rate: of it, shape (W,), N·m.
+    """
+
+    momentum: Units
+    rate: Units
+
+
+def preferred_torques(drive: WheelDrive, wheels: Wheels, momentum: UnitSeries, reference: WheelReference) -> UnitSeries:
     """Return torques toward what null motion prefers, shape (..., W), N·m; only their share without torque is flown.
 
     Args:
         drive: what it prefers.
         wheels: the array.
         momentum: Jw Ω as measured, shape (..., W), N·m·s.
+        reference: of the maneuver; it is looked at where null motion goes along it.
     """
     match drive.null_motion:
         case "none":
@@ -45,6 +60,8 @@ def preferred_torques(drive: WheelDrive, wheels: Wheels, momentum: UnitSeries) -
             wanted = minimax_allocation(wheels, wheel_momentum(wheels, momentum), wheels.momentum_limit)
         case "preferred":
             wanted = drive.preferred
+        case "maneuver":
+            return np.asarray(reference.rate + drive.null_gain * (reference.momentum - momentum))
     return np.asarray(drive.null_gain * (wanted - momentum))
 
 

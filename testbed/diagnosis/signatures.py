@@ -16,6 +16,7 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import NEGLIGIBLE, Fit, Hypothesis, orthonormal, projected_out
 from testbed.diagnosis.settings import SETTINGS
 from testbed.effects.contract import AXES, CLUSTER, Channel, Effect, NamedEffect, components_in
+from testbed.prediction.environment import environment_kind
 from testbed.prediction.grid import thruster_count, unit_count, wheel_count
 from testbed.prediction.motor_torques import has_torques
 from testbed.prediction.prediction import (
@@ -268,13 +269,15 @@ def hypotheses(runs: Runs, effects: Mapping[str, Effect]) -> tuple[list[Hypothes
 
     Args:
         runs: to be explained.
-        effects: by id.
+        effects: by id; those of another environment are neither.
     """
-    present = channels_of(runs)
+    present, environments = channels_of(runs), {"", environment_kind(runs.grid)}
     testable, not_testable = [], []
     for effect in effects.values():
         if runs.belief is not None and effect.id == "inertia":
             continue  # as an effect it would be one of no body
+        if effect.environment not in environments:
+            continue
         missing = [need for need in effect.needs if need not in present]
         if missing:
             not_testable.append(

@@ -15,8 +15,8 @@ def gravity_gradient_torque(inertia: Matrix3, outward_B: Vectors3, orbit_rate: f
 
     Args:
         inertia: J about the centre of mass, shape (3, 3) or (..., 3, 3), kg·m², body axes.
-        outward_B: r, unit vectors from the Earth's centre to the body, shape (..., 3), body axes.
+        outward_B: r, unit vectors from the Earth's centre to the body, or reversed, shape (..., 3), body axes.
         orbit_rate: n, rad/s.
     """
-    outward_B = np.asarray(outward_B, dtype=np.float64)
+    outward_B = np.asarray(outward_B)
     return np.asarray(3.0 * orbit_rate**2 * np.cross(outward_B, np.matvec(inertia, outward_B)))

@@ -28,6 +28,7 @@ class BodyTorque(Effect):
     parameters = tuple(Parameter(name=f"torque_{axis}_N_m", unit="N·m", typical=5e-5) for axis in "xyz")
     sentence = "A constant torque that turns with the body drives it, as a leak or a jet does."
     look_alikes = ("inertial_torque", "gyro_drift")
+    yields_to = ("center_of_mass_offset",)
     confirm = "A slow turn by half a revolution: a torque fixed in the body turns with it."
 
     @override

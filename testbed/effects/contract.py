@@ -146,6 +146,7 @@ class NamedEffect(ABC):
         measured_by: channels that show what it does: with one of them it is no deviation from what is predicted.
         yields_to: ids of effects that are named before it where the data say as much for them: the more usual ones.
         flies: whether a flying model can have it; the extension of one that cannot is empty.
+        environment: `kind` of the one in which it acts; empty where it may act in any.
         recurs: whether it acts in every run; what happened once says nothing of the other runs.
     """
 
@@ -159,6 +160,7 @@ class NamedEffect(ABC):
     measured_by: ClassVar[tuple[Channel, ...]] = ()
     yields_to: ClassVar[tuple[str, ...]] = ()
     flies: ClassVar[bool] = True
+    environment: ClassVar[Literal["", "air_bearing", "orbit"]] = ""
     recurs: ClassVar[bool] = True
 
     def described(self, component: str) -> str:

@@ -32,6 +32,7 @@ class InertialTorque(Effect):
     parameters = tuple(Parameter(name=f"torque_{axis}_N_m", unit="N·m", typical=5e-5) for axis in "xyz")
     sentence = "A constant torque that does not turn with the body drives it, as a magnetic field outside does."
     look_alikes = ("body_torque", "tether")
+    yields_to = ("center_of_mass_offset", "magnetic_dipole")
     confirm = (
         "A slow turn by half a revolution: a torque fixed in space stays where it was and changes sign in the body."
     )

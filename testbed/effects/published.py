@@ -40,7 +40,7 @@ def _rows(effects: list[NamedEffect]) -> Iterator[str]:
             f"`{effect.id}`",
             _components(effect.components),
             "; ".join(_parameters(effect.parameters)),
-            ", ".join(need.replace("_", " ") for need in effect.needs),
+            ", ".join(need.replace("_", " ") for need in (*effect.needs, *filter(None, [effect.environment]))),
             effect.described(effect.components[0]),
             ", ".join(f"`{other}`" for other in effect.look_alikes),
         )

@@ -11,7 +11,9 @@ from testbed.effects.actuator_lag import ActuatorLag
 from testbed.effects.actuator_misaligned import ActuatorMisaligned
 from testbed.effects.actuator_rate_limit import ActuatorRateLimit
 from testbed.effects.actuator_weak import ActuatorWeak
+from testbed.effects.air_drag import AirDrag
 from testbed.effects.body_torque import BodyTorque
+from testbed.effects.center_of_mass_offset import CenterOfMassOffset
 from testbed.effects.contact import Contact
 from testbed.effects.contract import Effect
 from testbed.effects.dry_friction import DryFriction
@@ -22,6 +24,7 @@ from testbed.effects.gimbal_lag import GimbalLag
 from testbed.effects.gimbal_misalignment import GimbalMisalignment
 from testbed.effects.gimbal_viscous_friction import GimbalViscousFriction
 from testbed.effects.gimbal_zero import GimbalZero
+from testbed.effects.gravity_gradient import GravityGradient
 from testbed.effects.gyro_averaging import GyroAveraging
 from testbed.effects.gyro_bandwidth import GyroBandwidth
 from testbed.effects.gyro_bias import GyroBias
@@ -35,6 +38,7 @@ from testbed.effects.gyro_saturation import GyroSaturation
 from testbed.effects.gyro_scale import GyroScale
 from testbed.effects.inertia import Inertia
 from testbed.effects.inertial_torque import InertialTorque
+from testbed.effects.magnetic_dipole import MagneticDipole
 from testbed.effects.noise_effect import NoiseEffect
 from testbed.effects.quadratic_drag import QuadraticDrag
 from testbed.effects.rotor_acceleration_reaction import RotorAccelerationReaction
@@ -62,6 +66,10 @@ _PREDICTED: tuple[Effect, ...] = (
     Contact(),
     FlexibleAppendage(),
     Slosh(),
+    CenterOfMassOffset(),
+    AirDrag(),
+    GravityGradient(),
+    MagneticDipole(),
     RotorSpeed(),
     RotorSpinDown(),
     GimbalZero(),

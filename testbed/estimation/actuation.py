@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
@@ -24,7 +25,7 @@ class Actuation:
     Attributes:
         cluster_momentum_B: h, shape (N, 3), N·m·s.
         inertia_change_B: J(d) - J(0), shape (N, 3, 3), kg·m².
-        applied_torque_B: shape (N, 3), N·m.
+        applied_torque_B: of actuators and, by the attitude as it is known, of the environment, shape (N, 3), N·m.
     """
 
     cluster_momentum_B: Vectors3
@@ -97,6 +98,7 @@ class _Splines(NamedTuple):
     wheel_axes_B: Axes
     momentum: CubicSpline | None
     torque: CubicSpline | None
+    outside: Callable[[Series], Vectors3] | None
 
 
 @lru_cache(maxsize=1)  # every grid of an estimate asks for the same run's
@@ -111,7 +113,16 @@ def _splines(telemetry: Telemetry) -> _Splines:
         wheel_axes_B=np.zeros((0, 3)) if wheels is None else wheels.wheels.axis_B,
         momentum=None if known or reported is None else telemetry.through(reported),
         torque=None if torque is None else telemetry.through(torque),
+        outside=_outside(telemetry),
     )
+
+
+def _outside(telemetry: Telemetry) -> Callable[[Series], Vectors3] | None:
+    surroundings = telemetry.surroundings
+    if surroundings is None:
+        return None
+    body_rate = CubicSpline(telemetry.gyro_time, telemetry.body_rate)
+    return lambda time: surroundings.torque(time, body_rate(time))
 
 
 def _gimbal_splines(run: GimbalRun) -> _GimbalSplines:
@@ -127,11 +138,10 @@ def _actuation(splines: _Splines, time: Series) -> Actuation:
     momentum_B, change_B = _momentum_and_change(splines, time)
     if splines.wheels is not None:
         momentum_B = momentum_B + splines.wheels(time) @ splines.wheel_axes_B
-    return Actuation(
-        cluster_momentum_B=momentum_B,
-        inertia_change_B=change_B,
-        applied_torque_B=np.zeros((len(time), 3)) if splines.torque is None else splines.torque(time),
-    )
+    torque_B = np.zeros((len(time), 3)) if splines.torque is None else splines.torque(time)
+    if splines.outside is not None:
+        torque_B = torque_B + splines.outside(time)
+    return Actuation(cluster_momentum_B=momentum_B, inertia_change_B=change_B, applied_torque_B=torque_B)
 
 
 def _momentum_and_change(splines: _Splines, time: Series) -> tuple[Vectors3, Matrices3]:

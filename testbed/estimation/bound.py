@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.arrays import Covariance, Regressor, Theta, Vector3
+from testbed.arrays import Array, Covariance, Regressor, Theta, Vector3
 from testbed.estimation.identifiability import inertia_size, require_identifiable, without_momentum
-from testbed.estimation.motion import Drive, Motion, drive_of, simulate
-from testbed.estimation.sensitivity import rate_sensitivity, torque_sensitivity
+from testbed.estimation.motion import Drive, Motion, drive_of, simulate, with_torque
+from testbed.estimation.sensitivity import acting_basis, rate_sensitivity, torque_sensitivity
 from testbed.estimation.telemetry import Telemetry, covered_part
 
 
-def cramer_rao_bound(telemetry: Telemetry, theta: Theta, initial_momentum_B: Vector3) -> Covariance:
+def cramer_rao_bound(
+    telemetry: Telemetry, theta: Theta, initial_momentum_B: Vector3, acting: Array | None = None
+) -> Covariance:
     """Return the smallest covariance of θ that gyro noise allows, shape (6, 6), kg²·m⁴.
+
+    On a pivot three rows and columns more are of the offset of the centre of mass, m, which is estimated with it.
 
     The gyro's noise is white, eq. (4), and enters the rates alone, so that the Fisher information is SᵀS/σ² with the
     sensitivities S of the rates; an unknown initial momentum costs what its columns explain of the inertia's.
@@ -22,6 +26,7 @@ def cramer_rao_bound(telemetry: Telemetry, theta: Theta, initial_momentum_B: Vec
             the initial momentum is known to be zero.
         theta: true inertia parameters, kg·m².
         initial_momentum_B: true momentum of the whole platform at the first sample, N·m·s, body axes.
+        acting: true torques and offset's error, as `Telemetry.torque_of`; none where None.
 
     Raises:
         InputError: too few samples.
@@ -30,11 +35,12 @@ def cramer_rao_bound(telemetry: Telemetry, theta: Theta, initial_momentum_B: Vec
     Source: paper eqs. (9), (12), (13).
     """
     part = covered_part(telemetry)
-    drive = drive_of(part)
+    drive = drive_of(part) if acting is None else with_torque(drive_of(part), acting)
     motion = simulate(drive, theta, initial_momentum_B)
     columns = rate_columns(part, drive, motion)
     require_identifiable(columns, 0.0, inertia_size(theta), motion.body_rate)
-    columns = without_momentum(columns)
+    wanted = 6 if part.pivot is None else 9
+    columns = without_momentum(np.hstack([columns[:, :6], np.roll(columns[:, 6:], wanted - 6, axis=1)]), wanted)
     return np.asarray(part.gyro_noise**2 * np.linalg.inv(columns.T @ columns))  # eqs. (12), (13)
 
 
@@ -43,5 +49,5 @@ def rate_columns(telemetry: Telemetry, drive: Drive, motion: Motion) -> Regresso
     known = rate_sensitivity(drive, motion)[..., : 6 + telemetry.momentum_unknowns]
     if not telemetry.torque_unknowns:
         return known.reshape(-1, known.shape[-1])
-    columns = np.concatenate([known, torque_sensitivity(drive, motion, drive.torque_basis)], axis=2)
+    columns = np.concatenate([known, torque_sensitivity(drive, motion, acting_basis(drive, motion))], axis=2)
     return columns.reshape(-1, columns.shape[-1])

@@ -17,8 +17,8 @@ import numpy as np
 from testbed.arrays import Array, Theta
 from testbed.cmg.wheels import wheel_turning_directions
 from testbed.estimation.alignment_model import held_momentum_of_unit, sampled_unit
-from testbed.estimation.momentum_equation import mean_momentum
-from testbed.estimation.motion import Drive, Motion, drive_of, simulate
+from testbed.estimation.momentum_equation import likely_motion
+from testbed.estimation.motion import Drive, Motion
 from testbed.estimation.sensitivity import HeldMomentum, held_sensitivity
 from testbed.estimation.telemetry import Telemetry, WheelTelemetry, has_gimbals
 from testbed.estimation.uncertainty import Uncertainty
@@ -29,13 +29,15 @@ def considered_shifts(
 ) -> Mapping[str, Array]:
     """Return by how much each considered quantity's standard deviation moves each estimate, shapes (6, K), kg·m².
 
+    On a pivot three rows more say by how much it moves the offset of the centre of mass, m.
+
     Args:
         telemetry: the covered part of one run.
         theta: likely inertia, at which the motion is linearised, kg·m².
         uncertainty: of actuators and gyro.
-        influences: ∂θ̂/∂e of each estimate, shape (6, 3N), by its name; e in the order of the gyro's samples.
+        influences: ∂θ̂/∂e of each estimate, shape (6 or 9, 3N), by its name; e in the order of the gyro's samples.
     """
-    shifts: dict[str, list[Array]] = {name: [np.zeros((6, 0))] for name in influences}
+    shifts = {name: [np.zeros((len(influence), 0))] for name, influence in influences.items()}
     for errors in considered_errors(telemetry, theta, uncertainty):
         columns = errors.reshape(-1, errors.shape[-1])
         for name, influence in influences.items():
@@ -53,8 +55,7 @@ def considered_errors(telemetry: Telemetry, theta: Theta, uncertainty: Uncertain
     """
     if uncertainty.nothing:
         return
-    drive = drive_of(telemetry)
-    motion = simulate(drive, theta, mean_momentum(telemetry, theta))
+    drive, motion = likely_motion(telemetry, theta)
     yield from _actuator_errors(telemetry, drive, motion, uncertainty)
     yield from _gyro_errors(motion, uncertainty)
 

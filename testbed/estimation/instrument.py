@@ -9,7 +9,7 @@ import numpy as np
 from testbed.arrays import Array, Theta, Vector3, Vectors3
 from testbed.errors import InputError
 from testbed.estimation.estimate import EstimationSettings
-from testbed.estimation.momentum_equation import mean_momentum
+from testbed.estimation.momentum_equation import likely_motion
 from testbed.estimation.motion import drive_of, is_physical, simulate, with_torque
 from testbed.estimation.regression import Solution
 from testbed.estimation.telemetry import Telemetry
@@ -44,8 +44,8 @@ def refined(
 
 def _first_rate(telemetry: Telemetry, settings: EstimationSettings) -> Vectors3:
     if settings.instrument != "reference":
-        theta = settings.nominal_theta
-        return _simulated_rate(telemetry, theta, mean_momentum(telemetry, theta), np.zeros(0))
+        _, motion = likely_motion(telemetry, settings.nominal_theta)
+        return motion.body_rate
     if settings.reference_rate is None:
         raise InputError("the reference instrument needs the maneuver's reference rate, which is not given")
     return settings.reference_rate(telemetry.gyro_time)

@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Array, Matrices3, Series, Theta, Vector3, Vectors3
 from testbed.dynamics.inertia import momentum_regressor
-from testbed.estimation.motion import drive_of, torque_basis
+from testbed.estimation.motion import Drive, Motion, drive_of, simulate, torque_basis, with_torque
 from testbed.estimation.telemetry import Telemetry
 from testbed.rotation.kinematics import integrate_attitude
 from testbed.rotation.quaternion import matrix_of
@@ -69,12 +69,39 @@ def mean_momentum(telemetry: Telemetry, theta: Theta) -> Vector3:
     """Return H₀ that fits an inertia and the measured rates best, shape (3,), N·m·s; zero where the run says so."""
     if telemetry.initial_momentum == "zero":
         return np.zeros(3)
+    if telemetry.torque_unknowns:
+        return _momentum_and_torque(telemetry, theta)[:3]
     equation = measured_equation(telemetry)
     momentum_B = equation.regressor[..., :6] @ theta - equation.response
-    if telemetry.torque_unknowns:
-        others = equation.regressor[..., 6:]
-        return np.asarray(np.linalg.lstsq(-others.reshape(-1, others.shape[-1]), momentum_B.ravel())[0][:3])
     return np.asarray(np.matvec(equation.matrix_NB, momentum_B).mean(axis=0))
+
+
+def likely_motion(telemetry: Telemetry, theta: Theta) -> tuple[Drive, Motion]:
+    """Return the motion of an inertia with the momentum, and on a pivot the offset, that fit the measured rates best.
+
+    A believed offset may be wrong by so much that the motion would be another one; other torques are corrections.
+
+    Args:
+        telemetry: one run.
+        theta: kg·m².
+
+    Returns:
+        What acts, and the motion.
+    """
+    drive, momentum_B = drive_of(telemetry), mean_momentum(telemetry, theta)
+    if telemetry.pivot is not None:
+        acting = np.zeros(telemetry.torque_unknowns)
+        acting[-3:] = _momentum_and_torque(telemetry, theta)[-3:]
+        drive = with_torque(drive, acting)
+    return drive, simulate(drive, theta, momentum_B)
+
+
+def _momentum_and_torque(telemetry: Telemetry, theta: Theta) -> Array:
+    """Return the unknown momentum and torques that fit an inertia and the measured rates best, shape (P - 6,)."""
+    equation = measured_equation(telemetry)
+    momentum_B = equation.regressor[..., :6] @ theta - equation.response
+    others = unknown_columns(telemetry, equation.regressor)[..., 6:]
+    return np.asarray(np.linalg.lstsq(-others.reshape(-1, others.shape[-1]), momentum_B.ravel())[0])
 
 
 def _impulse(time: Series, torque_N: Array) -> Array:

@@ -16,7 +16,7 @@ from testbed.estimation.momentum_equation import (
     unknown_columns,
 )
 from testbed.estimation.motion import drive_of
-from testbed.estimation.noise_image import attitude_noise
+from testbed.estimation.noise_image import attitude_noise, pendulum_of
 from testbed.estimation.preparation import identifiable_part
 from testbed.estimation.regression import Solution, covariance_of, noise_gain, residual_sigma, solution_of
 from testbed.estimation.telemetry import Telemetry
@@ -79,10 +79,21 @@ def _rows(telemetry: Telemetry, scale: Matrices3, equation: MomentumEquation) ->
 
 def _noise_image(telemetry: Telemetry, equation: MomentumEquation, solution: Solution) -> Array:
     """Return MᵀZ of the scaled equation's noise, shape (3N, P): Z itself without momentum."""
-    if telemetry.initial_momentum == "zero":
+    pendulum = pendulum_of(telemetry, solution, telemetry.gyro_time)
+    if telemetry.initial_momentum == "zero" and pendulum is None:
         return solution.instrument
     scale = _inertia_inverse(telemetry, solution.parameters[:6])
-    momentum_B = np.swapaxes(equation.matrix_NB, 1, 2) @ solution.parameters[6:9]
+    if pendulum is None:
+        momentum_B = np.swapaxes(equation.matrix_NB, 1, 2) @ solution.parameters[6:9]
+    else:
+        momentum_B = _whole_momentum(telemetry, solution.parameters[:6])
     rows = solution.instrument.reshape(len(scale), 3, -1)
-    image = attitude_noise(rows, scale, telemetry.gyro_time, equation.matrix_NB, momentum_B)
+    image = attitude_noise(rows, scale, telemetry.gyro_time, equation.matrix_NB, momentum_B, pendulum)
     return image.reshape(solution.instrument.shape)
+
+
+def _whole_momentum(telemetry: Telemetry, theta: Theta) -> Vectors3:
+    """Return L = J(d) ω + h as measured, shape (N, 3), N·m·s, body axes: gravity changes it on a pivot."""
+    known = drive_of(telemetry).samples
+    turning = np.matvec(inertia_of(theta) + known.inertia_change_B, telemetry.body_rate)
+    return np.asarray(turning + known.cluster_momentum_B)

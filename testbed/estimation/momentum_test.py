@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 from scipy.stats import chi2
 
-from testbed.arrays import Theta
+from testbed.arrays import Array, Theta
 from testbed.estimation.bound import rate_columns
-from testbed.estimation.motion import drive_of, simulate
+from testbed.estimation.motion import drive_of, simulate, with_torque
 from testbed.estimation.telemetry import Telemetry
 
 
-def zero_momentum_p_value(telemetry: Telemetry, theta: Theta) -> float:
+def zero_momentum_p_value(telemetry: Telemetry, theta: Theta, acting: Array | None = None) -> float:
     """Return the p-value of the hypothesis that the initial momentum is zero, by a score test.
 
     The residual is that of the motion without momentum; what of the momentum's sensitivities the inertia takes up is
@@ -22,12 +22,13 @@ def zero_momentum_p_value(telemetry: Telemetry, theta: Theta) -> float:
     Args:
         telemetry: the covered part of one run.
         theta: estimated with zero initial momentum, kg·m².
+        acting: what was estimated along, as `Telemetry.torque_of`; nothing where None.
     """
-    drive = drive_of(telemetry)
+    drive = drive_of(telemetry) if acting is None else with_torque(drive_of(telemetry), acting)
     motion = simulate(drive, theta, np.zeros(3))
     columns = rate_columns(replace(telemetry, initial_momentum="estimated"), drive, motion)
-    inertia, _ = np.linalg.qr(columns[:, :6])
-    own, _ = np.linalg.qr(columns[:, 6:] - inertia @ (inertia.T @ columns[:, 6:]))
+    inertia, _ = np.linalg.qr(np.delete(columns, slice(6, 9), axis=1))
+    own, _ = np.linalg.qr(columns[:, 6:9] - inertia @ (inertia.T @ columns[:, 6:9]))
     residual = (telemetry.body_rate - motion.body_rate).ravel() / telemetry.gyro_noise
     residual -= inertia @ (inertia.T @ residual)  # of an estimate that is not quite the most likely one
     return float(chi2.sf(float(np.sum((own.T @ residual) ** 2)), 3))

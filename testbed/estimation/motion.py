@@ -16,6 +16,7 @@ from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from testbed.arrays import Array, Matrices3, Series, Theta, Vector3, Vectors3
 from testbed.compiled import LONG, compiled
+from testbed.dynamics.environment import gravity_torque
 from testbed.dynamics.gyrostat import require_bounded
 from testbed.dynamics.inertia import inertia_of, symmetric_inverse
 from testbed.estimation.actuation import Actuation, actuation
@@ -29,6 +30,25 @@ SMALLEST_SHARE = 0.01
 """Least ratio of principal moments that is simulated; no real body comes near it."""
 
 
+_Row: TypeAlias = list[float] | Array
+_Rows: TypeAlias = list[list[float]] | Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pendulum:
+    """Gravity on a pivot, where the attitude is no sensor's but follows from the motion.
+
+    Attributes:
+        weight: m g, N.
+        up_B: u, against gravity, at the first output time, shape (3,), body axes.
+        offset_B: c, from the pivot to the centre of mass, shape (3,), m, body axes.
+    """
+
+    weight: float
+    up_B: Vector3
+    offset_B: Vector3
+
+
 @dataclass(frozen=True, kw_only=True)
 class Drive:
     """What the actuators impose on a motion, sampled once for all evaluations.
@@ -40,6 +60,7 @@ class Drive:
         grid: the actuators at these times.
         torque_basis: of the constant torques that are estimated jointly, at the times of the integration, shape
             (4P+1, 3, K): a torque per unit of each unknown, body axes.
+        pendulum: gravity whose torque follows from the motion; the grid's torque is without it.
     """
 
     time: Series
@@ -47,6 +68,7 @@ class Drive:
     grid_time: Series
     grid: Actuation
     torque_basis: Array
+    pendulum: Pendulum | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,6 +81,7 @@ class Motion:
         inertia_inverse: J(d)⁻¹ at the output times, shape (N, 3, 3), 1/(kg·m²).
         node_inverse: J(d)⁻¹ at the ends of the steps, shape (2P+1, 3, 3).
         node_rate: ω at the ends of the steps, shape (2P+1, 3), rad/s.
+        up_B: u of a pendulum at the ends of the steps, shape (2P+1, 3); None without one.
     """
 
     body_rate: Vectors3
@@ -66,6 +89,7 @@ class Motion:
     inertia_inverse: Matrices3
     node_inverse: Matrices3
     node_rate: Vectors3
+    up_B: Vectors3 | None = None
 
 
 @lru_cache(maxsize=2)  # a run's telemetry, and the one of its true motion that the bound is taken of
@@ -74,17 +98,37 @@ def drive_of(telemetry: Telemetry) -> Drive:
     start, stop = telemetry.gyro_time[0], telemetry.gyro_time[-1]
     step_pairs = int(np.ceil((stop - start) / (2.0 * LONGEST_STEP)))
     grid_time = np.linspace(start, stop, 4 * step_pairs + 1)
-    return Drive(
+    drive = Drive(
         time=telemetry.gyro_time,
         samples=actuation(telemetry, telemetry.gyro_time),
         grid_time=grid_time,
         grid=actuation(telemetry, grid_time),
         torque_basis=torque_basis(telemetry, grid_time),
     )
+    return _as_pendulum(drive, telemetry)
+
+
+def _as_pendulum(drive: Drive, telemetry: Telemetry) -> Drive:
+    """Leave gravity's torque to the motion, unless a sensor measures the attitude.
+
+    Along the gyro's own integral it would carry that one's error: 1e-3 rad after a minute of a good MEMS gyro are
+    2e-5 N·m of a table of 20 kg whose centre of mass is 0.1 mm off, and as much again as the gyro's noise in the rate.
+    """
+    around, pivot = telemetry.surroundings, telemetry.pivot
+    if around is None or pivot is None or around.measured:
+        return drive
+    torque_B = drive.grid.applied_torque_B - around.gravity(drive.grid_time)
+    return replace(
+        drive,
+        grid=replace(drive.grid, applied_torque_B=torque_B),
+        pendulum=Pendulum(weight=pivot.weight, up_B=around.up_B(drive.time[:1])[0], offset_B=pivot.offset_B),
+    )
 
 
 def torque_basis(telemetry: Telemetry, time: Series) -> Array:
     """Return the unit torques of a run's constant torques, shape (N, 3, K), body axes; the body's own come first.
+
+    Behind them stand, on a pivot, those of an offset of the centre of mass.
 
     The attitude is the integral of the measured rate: its error, 0.014 rad after 5 s of the paper's noise, matters
     little to a torque that is itself a small correction.
@@ -99,6 +143,8 @@ def torque_basis(telemetry: Telemetry, time: Series) -> Array:
         parts.append(fixed)
     if telemetry.constant_torque in {"inertial", "both"}:
         parts.append(matrix_BN(telemetry, time))
+    if telemetry.surroundings is not None:
+        parts.append(telemetry.surroundings.gravity_basis(time))
     return np.concatenate(parts, axis=2)
 
 
@@ -110,9 +156,14 @@ def matrix_BN(telemetry: Telemetry, time: Series) -> Matrices3:
 
 
 def with_torque(drive: Drive, torque: Array) -> Drive:
-    """Return what acts on the platform with constant torques of the given sizes, shape (K,), N·m."""
+    """Return what acts on the platform with constant torques, N·m, and an error of the offset, m, shape (K,)."""
     if not torque.size:
         return drive
+    pendulum = drive.pendulum
+    if pendulum is not None:
+        moved = replace(drive, pendulum=replace(pendulum, offset_B=pendulum.offset_B + torque[-3:]))
+        torque_B = drive.grid.applied_torque_B + drive.torque_basis[..., :-3] @ torque[:-3]
+        return replace(moved, grid=replace(drive.grid, applied_torque_B=torque_B))
     torque_B = drive.grid.applied_torque_B + drive.torque_basis @ torque
     return replace(drive, grid=replace(drive.grid, applied_torque_B=torque_B))
 
@@ -137,10 +188,12 @@ def simulate(drive: Drive, theta: Theta, initial_momentum_B: Vector3) -> Motion:
     grid, samples = drive.grid, drive.samples
     inverse = _inverse(theta, grid)
     with np.errstate(over="ignore", invalid="ignore"):
-        momentum_B = _runge_kutta(drive, inverse, initial_momentum_B)
+        momentum_B, up_B = _integrated(drive, inverse, initial_momentum_B)
     require_bounded(momentum_B)
     node_rate = np.matvec(inverse[::2], momentum_B - grid.cluster_momentum_B[::2])
     slope = grid.applied_torque_B[::2] + np.cross(momentum_B, node_rate)
+    if drive.pendulum is not None and up_B is not None:
+        slope = slope + gravity_torque(drive.pendulum.weight, up_B, drive.pendulum.offset_B)
     at_samples = CubicHermiteSpline(drive.grid_time[::2], momentum_B, slope)(drive.time)
     sample_inverse = _inverse(theta, samples)
     return Motion(
@@ -149,11 +202,79 @@ def simulate(drive: Drive, theta: Theta, initial_momentum_B: Vector3) -> Motion:
         inertia_inverse=sample_inverse,
         node_inverse=inverse[::2],
         node_rate=node_rate,
+        up_B=up_B,
     )
 
 
 def _inverse(theta: Theta, known: Actuation) -> Matrices3:
     return symmetric_inverse(inertia_of(theta) + known.inertia_change_B)
+
+
+def _integrated(drive: Drive, inverse: Matrices3, initial_momentum_B: Vector3) -> tuple[Vectors3, Vectors3 | None]:
+    """Return L at the ends of the steps, and u of a pendulum."""
+    if drive.pendulum is None:
+        return _runge_kutta(drive, inverse, initial_momentum_B), None
+    states = _swing(drive, drive.pendulum, inverse, initial_momentum_B)
+    return states[:, :3], states[:, 3:]
+
+
+def _swing(drive: Drive, pendulum: Pendulum, inverse: Matrices3, initial_momentum_B: Vector3) -> Array:
+    """Integrate L̇ = τ + L × ω + m g u × c and u̇ = u × ω as `_runge_kutta` does, shape (2P+1, 6)."""
+    step = float(drive.grid_time[2] - drive.grid_time[0])
+    free_rate = np.matvec(inverse, drive.grid.cluster_momentum_B)
+    inputs = np.concatenate([inverse.reshape(-1, 9), free_rate, drive.grid.applied_torque_B], axis=1)
+    history = np.zeros((len(inputs) // 2 + 1, 6))
+    history[0] = [*initial_momentum_B, *pendulum.up_B]
+    moment_B = pendulum.weight * pendulum.offset_B
+    if len(history) > LONG:
+        compiled(_march_pendulum)(compiled(_pendulum_slope), inputs, history, step, moment_B)
+        return history
+    rows = history.tolist()
+    _march_pendulum(_pendulum_slope, inputs.tolist(), rows, step, moment_B.tolist())
+    return np.array(rows)
+
+
+def _march_pendulum(
+    slope: Callable[..., tuple[float, ...]], inputs: _Rows, history: _Rows, step: float, moment: _Row
+) -> None:
+    """Fill in a history of (L, u) from its first row on; a step begins at every other row of the inputs."""
+    half = step / 2
+    for index in range(len(history) - 1):
+        start, middle, end = inputs[2 * index], inputs[2 * index + 1], inputs[2 * index + 2]
+        at, after = history[index], history[index + 1]
+        x, y, z, p, q, r = at[0], at[1], at[2], at[3], at[4], at[5]
+        a = slope(x, y, z, p, q, r, start, moment)
+        b = slope(
+            x + half * a[0], y + half * a[1], z + half * a[2], p + half * a[3], q + half * a[4], r + half * a[5],
+            middle, moment,
+        )  # fmt: skip
+        c = slope(
+            x + half * b[0], y + half * b[1], z + half * b[2], p + half * b[3], q + half * b[4], r + half * b[5],
+            middle, moment,
+        )  # fmt: skip
+        d = slope(
+            x + step * c[0], y + step * c[1], z + step * c[2], p + step * c[3], q + step * c[4], r + step * c[5],
+            end, moment,
+        )  # fmt: skip
+        for part in range(6):
+            after[part] = at[part] + step / 6 * (a[part] + 2 * b[part] + 2 * c[part] + d[part])
+
+
+def _pendulum_slope(
+    x: float, y: float, z: float, p: float, q: float, r: float, of: _Row, moment: _Row
+) -> tuple[float, ...]:
+    """Return the rates of L = (x, y, z) and u = (p, q, r), of a row of J⁻¹, J⁻¹ h and τ, and of m g c."""
+    rate_x = of[0] * x + of[1] * y + of[2] * z - of[9]
+    rate_y = of[3] * x + of[4] * y + of[5] * z - of[10]
+    rate_z = of[6] * x + of[7] * y + of[8] * z - of[11]
+    return (
+        of[12] + y * rate_z - z * rate_y + q * moment[2] - r * moment[1],
+        of[13] + z * rate_x - x * rate_z + r * moment[0] - p * moment[2],
+        of[14] + x * rate_y - y * rate_x + p * moment[1] - q * moment[0],
+        q * rate_z - r * rate_y,
+        r * rate_x - p * rate_z,
+        p * rate_y - q * rate_x,
+    )
 
 
 def _runge_kutta(drive: Drive, inverse: Matrices3, initial_momentum_B: Vector3) -> Vectors3:
@@ -172,10 +293,6 @@ def _runge_kutta(drive: Drive, inverse: Matrices3, initial_momentum_B: Vector3) 
     rows = history.tolist()
     _march(_slope, inputs.tolist(), rows, step)
     return np.array(rows)
-
-
-_Row: TypeAlias = list[float] | Array
-_Rows: TypeAlias = list[list[float]] | Array
 
 
 def _march(slope: Callable[..., tuple[float, float, float]], inputs: _Rows, history: _Rows, step: float) -> None:

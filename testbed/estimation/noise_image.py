@@ -51,9 +51,68 @@ def filtered_noise(
     rows = solution.instrument.reshape(len(equation.time), 3, -1)
     parts = [transposed_lag(part, step, prefilter_time) for part in np.split(rows, equation.breaks)]
     image = _transposed(direct) @ rows + _transposed(lagged) @ np.concatenate(parts)
+    pendulum = pendulum_of(telemetry, solution, equation.time)
+    if pendulum is not None:
+        image += pendulum.integrated_back(pendulum.turned(_transposed(pendulum.torque_B) @ np.concatenate(parts)))
     first, later = impulse_power(step, prefilter_time)
     power = np.sum((direct + first * lagged) ** 2) + later * np.sum(lagged**2)
     return NoiseImage(image=image.reshape(solution.instrument.shape), power=float(power) / solution.residual.size)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PendulumNoise:
+    """How gravity on a pivot carries the gyro's noise: its torque is taken along the noisy gyro's own integral.
+
+    With the attitude's error φ = Rᵀ ∫ R e dt, body axes, the vertical is off by u × φ, and the torque m g u × c by
+    -m g c × (u × φ).
+
+    Attributes:
+        time: shape (N,), s.
+        matrix_NB: R, shape (N, 3, 3).
+        torque_B: m g c× u×, by which an error of the attitude enters -τ, shape (N, 3, 3), N·m.
+        impulse_B: m g u× c×, by which it enters -R τ, turned back, shape (N, 3, 3), N·m.
+    """
+
+    time: Series
+    matrix_NB: Matrices3
+    torque_B: Matrices3
+    impulse_B: Matrices3
+
+    def turned(self, rows_B: Array) -> Array:
+        """Return R times rows in body axes, shape (N, 3, P)."""
+        return np.asarray(self.matrix_NB @ rows_B)
+
+    def integrated_back(self, rows_N: Array) -> Array:
+        """Return (∫ R e dt)ᵀ of rows in N, shape (N, 3, P): Rᵀ times what follows each sample."""
+        return np.asarray(_transposed(self.matrix_NB) @ following(self.time, rows_N))
+
+
+def pendulum_of(telemetry: Telemetry, solution: Solution, time: Series) -> PendulumNoise | None:
+    """Return what gravity on a pivot does with the gyro's noise; None where it does nothing.
+
+    Args:
+        telemetry: with the surroundings.
+        solution: with the offset's error behind all other unknowns.
+        time: shape (N,), s.
+    """
+    around, pivot = telemetry.surroundings, telemetry.pivot
+    if around is None or pivot is None or around.measured:
+        return None
+    matrix_NB = around.attitude(time)
+    up, offset = cross_matrix(matrix_NB[:, 2]), cross_matrix(pivot.offset_B + solution.parameters[-3:])
+    return PendulumNoise(
+        time=time,
+        matrix_NB=matrix_NB,
+        torque_B=pivot.weight * offset @ up,
+        impulse_B=pivot.weight * up @ offset,
+    )
+
+
+def following(time: Series, rows: Array) -> Array:
+    """Return the transpose of an integral from the first sample, by the trapezoidal rule, shape (N, 3, P)."""
+    later = np.cumsum(rows[::-1], axis=0)[::-1] - rows / 2.0
+    weight = np.gradient(time) * np.where(time == time[0], 0.5, 1.0)
+    return np.asarray(weight[:, None, None] * later)
 
 
 def _inertia_and_momentum(
@@ -66,7 +125,12 @@ def _inertia_and_momentum(
 
 
 def attitude_noise(
-    instrument: Array, scale: Matrices3, time: Series, matrix_NB: Matrices3, momentum_B: Vectors3
+    instrument: Array,
+    scale: Matrices3,
+    time: Series,
+    matrix_NB: Matrices3,
+    momentum_B: Vectors3,
+    pendulum: PendulumNoise | None = None,
 ) -> Array:
     """Return Mᵀ Z of the scaled momentum equation, M e = e - J⁻¹ L × Rᵀ ∫ R e dt, shape (N, 3, P).
 
@@ -76,12 +140,18 @@ def attitude_noise(
         time: shape (N,), s.
         matrix_NB: R, shape (N, 3, 3).
         momentum_B: L, shape (N, 3), N·m·s.
+        pendulum: gravity on a pivot, whose impulse carries the noise too; None without one.
     """
     effect = scale @ cross_matrix(momentum_B) @ _transposed(matrix_NB)
     seen = _transposed(effect) @ instrument
-    following = np.cumsum(seen[::-1], axis=0)[::-1] - seen / 2.0  # the trapezoidal rule, transposed
+    after = np.cumsum(seen[::-1], axis=0)[::-1] - seen / 2.0  # the trapezoidal rule, transposed
     weight = np.gradient(time) * np.where(time == time[0], 0.5, 1.0)
-    return np.asarray(instrument - weight[:, None, None] * (_transposed(matrix_NB) @ following))
+    image = instrument - weight[:, None, None] * (_transposed(matrix_NB) @ after)
+    if pendulum is None:
+        return np.asarray(image)
+    impulse = following(time, pendulum.turned(scale @ instrument))
+    rows_B = _transposed(pendulum.impulse_B) @ (_transposed(pendulum.matrix_NB) @ impulse)
+    return np.asarray(image + pendulum.integrated_back(pendulum.turned(rows_B)))
 
 
 def _transposed(matrices: Array) -> Array:

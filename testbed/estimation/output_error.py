@@ -12,7 +12,7 @@ from testbed.estimation.estimate import Estimate, EstimationSettings, estimate_o
 from testbed.estimation.identifiability import inertia_size
 from testbed.estimation.likelihood import most_likely, require_physical
 from testbed.estimation.momentum_equation import mean_momentum
-from testbed.estimation.motion import Motion, drive_of, simulate, with_torque
+from testbed.estimation.motion import Drive, Motion, drive_of, simulate, with_torque
 from testbed.estimation.preparation import identifiable_part, likely_theta
 from testbed.estimation.telemetry import Telemetry
 
@@ -56,12 +56,15 @@ def _search(telemetry: Telemetry, start: Array) -> optimize.OptimizeResult:
     """Minimise the squares of predicted minus measured rates over the unknowns."""
     drive = drive_of(telemetry)
 
+    def acting(unknowns: Array) -> Drive:
+        return with_torque(drive, telemetry.torque_of(unknowns))
+
     def motion(unknowns: Array) -> Motion:
         require_physical(unknowns[:6])
-        return simulate(with_torque(drive, telemetry.torque_of(unknowns)), unknowns[:6], _momentum(telemetry, unknowns))
+        return simulate(acting(unknowns), unknowns[:6], _momentum(telemetry, unknowns))
 
-    def sensitivity(_: Array, at: Motion) -> Regressor:
-        return rate_columns(telemetry, drive, at)
+    def sensitivity(unknowns: Array, at: Motion) -> Regressor:
+        return rate_columns(telemetry, acting(unknowns), at)  # gravity's feedback goes with the offset
 
     return most_likely(telemetry.body_rate, start, motion, sensitivity)
 

@@ -17,8 +17,8 @@ from testbed.estimation.identifiability import (
     require_identifiable,
     without_momentum,
 )
-from testbed.estimation.momentum_equation import mean_momentum, measured_equation, unknown_columns
-from testbed.estimation.motion import drive_of, is_physical, simulate
+from testbed.estimation.momentum_equation import likely_motion, measured_equation, unknown_columns
+from testbed.estimation.motion import is_physical
 from testbed.estimation.telemetry import Telemetry, covered_part
 from testbed.signals import AXES
 
@@ -38,9 +38,8 @@ def identifiable_part(telemetry: Telemetry, settings: EstimationSettings) -> Tel
         UnidentifiableError: the motion leaves directions of the inertia open, or the gyro shows none of it.
     """
     part = covered_part(telemetry)
-    drive = drive_of(part)
     theta = likely_theta(part, settings.nominal_theta)
-    motion = simulate(drive, theta, mean_momentum(part, theta))
+    drive, motion = likely_motion(part, theta)
     require_identifiable(rate_columns(part, drive, motion), part.gyro_noise, inertia_size(theta), motion.body_rate)
     _require_live_gyro(part.body_rate)
     return part

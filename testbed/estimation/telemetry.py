@@ -18,8 +18,10 @@ from testbed.arrays import Array, Series, UnitSeries, Vectors3
 from testbed.cmg.cluster import Cluster, cluster_part
 from testbed.cmg.servo_law import ServoLaw
 from testbed.cmg.wheels import Wheels
+from testbed.dynamics.environment import Pivoted
 from testbed.errors import InputError
 from testbed.estimation.gaps import FEWEST_SAMPLES, covered_by, stretches
+from testbed.estimation.surroundings import Surroundings
 
 ALL_AXES = (True, True, True)
 """A platform that turns freely."""
@@ -176,6 +178,8 @@ class Telemetry(Generic[Gimbals_co]):
             inertial axes, or both.
         noise_freedom: degrees of freedom with which `gyro_noise` is known; infinite where it is stated.
         gyro_error: what of `body_rate` is known to be the gyro's own, shape (N, 3), rad/s; nothing where None.
+        surroundings: what acts on the platform from outside, and its attitude; None where nothing does. On a pivot the
+            place of the centre of mass is estimated jointly, and all inertias are about the pivot.
         live: about which body axes the platform turns; about the others a rig's bearing holds it, their rates are zero
             and compared with nothing.
     """
@@ -195,6 +199,13 @@ class Telemetry(Generic[Gimbals_co]):
     noise_freedom: float = np.inf
     gyro_error: Vectors3 | None = None
     live: tuple[bool, bool, bool] = ALL_AXES
+    surroundings: Surroundings | None = None
+
+    @property
+    def pivot(self) -> Pivoted | None:
+        """The pivot that the platform is believed to stand on; None of one that floats."""
+        environment = self.surroundings and self.surroundings.environment
+        return environment if isinstance(environment, Pivoted) else None
 
     @property
     def momentum_unknowns(self) -> int:
@@ -209,11 +220,11 @@ class Telemetry(Generic[Gimbals_co]):
 
     @property
     def torque_unknowns(self) -> int:
-        """Number of unknowns that constant torques make."""
-        return len(self.torque_names)
+        """Number of unknowns of constant torques and, on a pivot, of the place of the centre of mass, behind them."""
+        return len(self.torque_names) + (0 if self.pivot is None else 3)
 
     def torque_of(self, unknowns: Array) -> Array:
-        """Return the constant torques among an estimator's unknowns, shape (K,), N·m."""
+        """Return the constant torques among an estimator's unknowns, N·m, then the offset's error, m, shape (K,)."""
         return unknowns[len(unknowns) - self.torque_unknowns :]
 
     def through(self, samples: Array) -> CubicSpline:

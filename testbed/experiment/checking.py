@@ -94,7 +94,10 @@ def considered(
     part = identifiable_part(telemetry, settings)
     influences = {name: _influence(estimate, part) for name, estimate in by_name.items()}
     shifts = considered_shifts(part, likely_theta(part, settings.nominal_theta), settings.uncertainty, influences)
-    return {name: replace(estimate, considered=shifts[name]) for name, estimate in by_name.items()}
+    return {
+        name: replace(estimate, considered=shifts[name][:6], offset_considered=shifts[name][6:])
+        for name, estimate in by_name.items()
+    }
 
 
 def checks_of(by_name: Mapping[str, Estimate], telemetry: Telemetry, settings: EstimationSettings) -> Checks | None:
@@ -110,7 +113,7 @@ def checks_of(by_name: Mapping[str, Estimate], telemetry: Telemetry, settings: E
     part = identifiable_part(telemetry, settings)
     best = _first(_EFFICIENT, by_name) or min(by_name, key=lambda name: float(np.trace(by_name[name].covariance)))
     estimate = by_name[best]
-    drive = with_torque(drive_of(part), estimate.constant_torque)
+    drive = with_torque(drive_of(part), estimate.acting)
     motion = simulate(drive, estimate.theta, estimate.initial_momentum_B)
     robust = _first(tuple(name for name in _ROBUST if name != best), by_name) if best in _EFFICIENT else None
     return Checks(
@@ -126,14 +129,15 @@ def _first(names: tuple[str, ...], by_name: Mapping[str, Estimate]) -> str | Non
 
 
 def _influence(estimate: Estimate, part: Telemetry) -> Array:
-    """Return ∂θ̂/∂e of all of the part's samples, shape (6, 3N); zero of those that the estimator left out."""
+    """Return ∂θ̂/∂e of all of the part's samples, shape (6 or 9, 3N); zero of those that the estimator left out."""
     assert estimate.influence is not None
     if len(estimate.residual_time) == len(part.gyro_time):
         return estimate.influence
-    influence = np.zeros((6, len(part.gyro_time), 3))
+    rows = len(estimate.influence)
+    influence = np.zeros((rows, len(part.gyro_time), 3))
     used = np.searchsorted(part.gyro_time, estimate.residual_time)
-    influence[:, used] = estimate.influence.reshape(6, -1, 3)
-    return influence.reshape(6, -1)
+    influence[:, used] = estimate.influence.reshape(rows, -1, 3)
+    return influence.reshape(rows, -1)
 
 
 def _residual(part: Telemetry, settings: EstimationSettings, drive: Drive, motion: Motion) -> ResidualCheck:
@@ -152,7 +156,7 @@ def _residual(part: Telemetry, settings: EstimationSettings, drive: Drive, motio
 
 
 def _compared(efficient: tuple[str, Estimate], robust: tuple[str, Estimate], part: Telemetry) -> Compared:
-    influence = np.vstack([_influence(estimate, part) for _, estimate in (efficient, robust)])
+    influence = np.vstack([_influence(estimate, part)[:6] for _, estimate in (efficient, robust)])
     covariance = efficient[1].residual_sigma ** 2 * influence @ influence.T
     return Compared(
         efficient=efficient[0],
@@ -196,9 +200,9 @@ def _neglected(estimate: Estimate, part: Telemetry, drive: Drive, motion: Motion
         "both": (),
     }
     for frame in estimated[part.constant_torque]:
-        basis = torque_basis(replace(part, constant_torque=frame), drive.grid_time)
+        basis = torque_basis(replace(part, constant_torque=frame, surroundings=None), drive.grid_time)
         columns = torque_sensitivity(drive, motion, basis)
-        shift = _influence(estimate, part) @ columns.reshape(-1, columns.shape[-1])
+        shift = _influence(estimate, part)[:6] @ columns.reshape(-1, columns.shape[-1])
         moved: Theta = np.abs(shift).max(axis=1) / estimate.std
         worst = int(np.argmax(moved))
         yield NeglectedTorque(frame=frame, size=float(1.0 / moved[worst]), parameter=PARAMETER_NAMES[worst])

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from testbed.arrays import Theta
+from testbed.arrays import Theta, Vector3
 from testbed.assembly.platform import PlatformModel
+from testbed.dynamics.environment import Pivoted
 from testbed.estimation.agreement import Agreement
 from testbed.estimation.combine import CombinedEstimate
 from testbed.estimation.estimate import Estimate
@@ -26,6 +27,8 @@ class Estimation:
         by_name: each estimator's answer; an estimator that failed is absent.
         failures: why an estimator is absent, by its name.
         bound_std: square root of the Cramér-Rao bound's diagonal, shape (6,), kg·m²; None where it does not exist.
+        offset_bound_std: the same of the centre of mass on a pivot, shape (3,), m; None without one.
+        pivot: that the platform is believed to stand on; None of one that floats.
         checks: what vouches for the estimates; None where they were not tested, or there are none.
         zero_momentum_p_value: of a record that goes along with an initial momentum as much, if there was none; None
             where none was assumed.
@@ -36,6 +39,8 @@ class Estimation:
     by_name: Mapping[str, Estimate]
     failures: Mapping[str, str]
     bound_std: Theta | None
+    offset_bound_std: Vector3 | None = None
+    pivot: Pivoted | None = None
     checks: Checks | None = None
     zero_momentum_p_value: float | None = None
     initial_momentum: Literal["estimated", "zero"] = "estimated"

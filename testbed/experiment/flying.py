@@ -6,12 +6,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
-from testbed.assembly.control import flight_clock, flight_controller, preferred_gimbal_angle
+from testbed.arrays import Vectors3
+from testbed.assembly.control import expected_torque, flight_clock, flight_controller, preferred_gimbal_angle
 from testbed.assembly.platform import PlatformModel, each_wheel, initial_momentum, true_plant
 from testbed.assembly.sensors import flight_sensors
+from testbed.dynamics.environment import outside_torque
 from testbed.maneuver.maneuver import Maneuver
 from testbed.records.record import Record, RunDetails
+from testbed.rotation.quaternion import matrix_of
+from testbed.scenario.environment import AirBearing
 from testbed.scenario.scenario import Scenario
 from testbed.simulation.channels import channels_of
 from testbed.simulation.flight import Clock, Flight, flight_of, side_by_side, targets_of
@@ -29,6 +34,7 @@ class FlownRun:
         divergence: what went wrong and when; empty for a completed flight.
         first_contact: time of the first contact with the cabin, s; None where there was none.
         period: between rows of the record, s.
+        tilt_limit: that a bearing allows, rad, infinite where none is stated; None of a platform that floats.
     """
 
     record: Record
@@ -36,6 +42,7 @@ class FlownRun:
     divergence: str
     first_contact: float | None
     period: float
+    tilt_limit: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,6 +84,7 @@ def prepare_flight(scenario: Scenario, sorties: Sequence[Sortie], nominal: Platf
             controller,
             preferred_gimbal_angle=preferred_gimbal_angle(scenario),
             initial_momentum_B=initial_momentum(scenario, nominal),
+            outside_torque_B=expected_torque(scenario, nominal, maneuver, clock.tick_times),
         ),
     )
 
@@ -141,6 +149,7 @@ def _flown(sortie: Sortie, outcome: Outcome, flight: Flight) -> FlownRun:
         divergence=outcome.divergence,
         first_contact=float(time[touched[0]]) if touched.size else None,
         period=flight.clock.period,
+        tilt_limit=_tilt_limit(scenario),
     )
 
 
@@ -156,6 +165,26 @@ def flight_limits(scenario: Scenario) -> FlightLimits:
     )
 
 
+def _tilt_limit(scenario: Scenario) -> float | None:
+    environment = scenario.environment
+    if not isinstance(environment, AirBearing):
+        return None
+    return np.inf if environment.tilt_limit_rad is None else environment.tilt_limit_rad
+
+
 def _summary(scenario: Scenario, truth: PlatformModel, record: Record, clock: Clock) -> FlightSummary:
     total_rotor_momentum = float(np.abs(truth.cluster.rotor_momentum).sum() + truth.wheels.momentum_limit.sum())
-    return summarize(record.channels, clock.period, flight_limits(scenario), total_rotor_momentum)
+    return summarize(
+        record.channels, clock.period, flight_limits(scenario), total_rotor_momentum, _outside_impulse(truth, record)
+    )
+
+
+def _outside_impulse(truth: PlatformModel, record: Record) -> Vectors3 | None:
+    """Return ∫ R τ dt of the environment along the flight as flown, shape (N, 3), N·m·s, in N; None without one."""
+    if truth.environment is None or len(record.time) < 2:
+        return None
+    matrix_NB = matrix_of(record.channels["true_attitude"])
+    torque_B = outside_torque(
+        truth.environment, truth.inertia, record.time, matrix_NB, record.channels["true_body_rate"]
+    )
+    return np.asarray(CubicSpline(record.time, np.matvec(matrix_NB, torque_B)).antiderivative()(record.time))

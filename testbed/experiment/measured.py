@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from testbed.arrays import Array, Flags
+from testbed.arrays import Array, Flags, Theta
 from testbed.assembly.platform import PlatformModel
 from testbed.assembly.telemetry import telemetry_of
 from testbed.effects.gyro_saturation import flat_tops
@@ -70,7 +70,7 @@ def _with_tested_momentum(
     estimation: Estimation, telemetry: Telemetry, estimated: Callable[[Telemetry], Estimation]
 ) -> Estimation:
     """Return the estimates with the momentum estimated jointly, where the record refuses that there was none."""
-    p_value = zero_momentum_p_value(covered_part(telemetry), _best_theta(estimation))
+    p_value = zero_momentum_p_value(covered_part(telemetry), *_best(estimation, telemetry))
     if p_value < MOMENTUM_REFUSED:
         with suppress(UnidentifiableError):  # a motion that does not identify them: the checks report the residual
             estimation = estimated(replace(telemetry, initial_momentum="estimated"))
@@ -104,6 +104,8 @@ def _without(telemetry: Telemetry, found: Flags) -> Telemetry:
     return replace(telemetry, gyro_time=telemetry.gyro_time[~gone], body_rate=telemetry.body_rate[~gone])
 
 
-def _best_theta(estimation: Estimation) -> Array:
+def _best(estimation: Estimation, telemetry: Telemetry) -> tuple[Theta, Array | None]:
+    """Return the most efficient estimate's inertia, on a pivot about that, and what was estimated to act there."""
     assert estimation.checks is not None
-    return estimation.by_name[estimation.checks.best].theta
+    best = estimation.by_name[estimation.checks.best]
+    return best.turned_theta(telemetry.pivot), None if telemetry.pivot is None else best.acting

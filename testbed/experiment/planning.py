@@ -4,21 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
-from testbed.assembly.maneuver import body_rate_limits, design_problem, gimbal_limits
-from testbed.assembly.platform import PlatformModel
-from testbed.cmg.cluster import platform_momentum
+from testbed.assembly.control import tilts_along
+from testbed.assembly.maneuver import body_rate_limits, design_problem, gimbal_limits, profile_of
+from testbed.assembly.platform import PlatformModel, initial_momentum
+from testbed.errors import InputError
 from testbed.maneuver.body_rate_design import body_rate_design
 from testbed.maneuver.design import Design, Search, Start
 from testbed.maneuver.gimbal_design import gimbal_design
-from testbed.maneuver.gimbal_maneuver import gimbal_maneuver
+from testbed.maneuver.gimbal_maneuver import WheelMotion, gimbal_maneuver
 from testbed.maneuver.maneuver import Maneuver
 from testbed.maneuver.penalty import Penalty
-from testbed.maneuver.profiles import basic_profile, read_profile
+from testbed.maneuver.profiles import basic_profile
 from testbed.maneuver.splines import clamped_spline
+from testbed.scenario.environment import AirBearing
 from testbed.scenario.maneuver import (
+    ActuatorDesign,
+    ActuatorPoints,
     BasicManeuver,
     BodyRateDesign,
     BodyRatePoints,
@@ -27,6 +32,8 @@ from testbed.scenario.maneuver import (
     GimbalPoints,
 )
 from testbed.scenario.scenario import Scenario
+
+Designed: TypeAlias = BodyRateDesign | GimbalDesign | ActuatorDesign
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +52,7 @@ class Plan:
 def starts_of(scenario: Scenario) -> int:
     """Return how many starts the scenario's design has; 0 where the maneuver is given."""
     section = scenario.maneuver
-    return section.starts if isinstance(section, BodyRateDesign | GimbalDesign) else 0
+    return section.starts if isinstance(section, Designed) else 0
 
 
 def plan_maneuver(
@@ -63,51 +70,91 @@ def plan_maneuver(
         seed: of the starts; the maneuver section's own where None.
 
     Raises:
-        InputError: a file cannot be read, or the limits cannot be met.
+        InputError: a file cannot be read, the limits cannot be met, or the maneuver tilts the platform beyond what its
+            bearing allows.
     """
+    plan = _planned(scenario, nominal, progress, seed)
+    require_tilt(scenario, plan.maneuver)
+    return plan
+
+
+def require_tilt(scenario: Scenario, maneuver: Maneuver) -> None:
+    """Refuse a maneuver whose reference tilts the platform beyond what its bearing allows.
+
+    Raises:
+        InputError: with the largest tilt, and when it is reached.
+    """
+    environment = scenario.environment
+    if not isinstance(environment, AirBearing) or environment.tilt_limit_rad is None:
+        return
+    time = np.linspace(0.0, maneuver.duration, max(2, round(maneuver.duration * _LOOKED_AT)))
+    tilt = tilts_along(scenario, maneuver, time)
+    worst = int(np.argmax(tilt))
+    if tilt[worst] > environment.tilt_limit_rad:
+        raise InputError(
+            f"{scenario.name}: the maneuver tilts the platform by {tilt[worst]:.3g} rad at {time[worst]:.3g} s, beyond "
+            f"environment.tilt_limit_rad = {environment.tilt_limit_rad}: lower its rates about x and y, turn back "
+            "earlier, or start more upright"
+        )
+
+
+_LOOKED_AT = 50.0
+"""Hz. Between two instants a body of 1 rad/s turns by 0.02 rad, and a spline at its largest tilt by far less."""
+
+
+def _planned(scenario: Scenario, nominal: PlatformModel, progress: Callable[[Start], None], seed: int | None) -> Plan:
     match scenario.maneuver:
-        case BodyRateDesign() | GimbalDesign() as section:
+        case BodyRateDesign() | GimbalDesign() | ActuatorDesign() as section:
             design = _design(scenario, section, nominal, _search(section, progress, seed))
             return Plan(maneuver=design.maneuver, design=design)
         case BasicManeuver() as section:
             return Plan(maneuver=basic_profile(duration=section.duration_s, scale=section.scale))
         case CsvManeuver() as section:
-            return Plan(maneuver=read_profile(section.file, scenario.gyros.units))
+            return Plan(maneuver=profile_of(section, scenario))
         case BodyRatePoints() as section:
             spline = clamped_spline(section.duration_s, np.array(section.body_rate_rad_s))
             return Plan(maneuver=Maneuver(name=scenario.name, duration=section.duration_s, body_rate=spline))
-        case GimbalPoints() as section:
-            return Plan(maneuver=_gimbal_points(scenario, section, nominal))
+        case GimbalPoints() | ActuatorPoints() as section:
+            return Plan(maneuver=_actuator_points(scenario, section, nominal))
 
 
 def design_seed(scenario: Scenario, seed: int | None) -> int | None:
     """Return the seed of a design's starts: the given one, or else that of the maneuver section, if it has one."""
     section = scenario.maneuver
-    return section.seed if seed is None and isinstance(section, BodyRateDesign | GimbalDesign) else seed
+    return section.seed if seed is None and isinstance(section, Designed) else seed
 
 
-def _search(section: BodyRateDesign | GimbalDesign, progress: Callable[[Start], None], seed: int | None) -> Search:
+def _search(section: Designed, progress: Callable[[Start], None], seed: int | None) -> Search:
     return Search(starts=section.starts, seed=section.seed if seed is None else seed, progress=progress)
 
 
 def _design(
-    scenario: Scenario, section: BodyRateDesign | GimbalDesign, nominal: PlatformModel, search: Search
+    scenario: Scenario,
+    section: Designed,
+    nominal: PlatformModel,
+    search: Search,
 ) -> Design:
     problem = design_problem(scenario, section, nominal)
-    if isinstance(section, GimbalDesign):
+    if not isinstance(section, BodyRateDesign):
         return gimbal_design(problem, gimbal_limits(scenario, section), search)
     penalty = Penalty() if section.constraint == "penalty" else None
     initial = basic_profile(duration=section.duration_s) if section.start_from == "basic" else None
     return body_rate_design(problem, body_rate_limits(scenario, section), search, penalty, initial)
 
 
-def _gimbal_points(scenario: Scenario, section: GimbalPoints, nominal: PlatformModel) -> Maneuver:
-    """Fly given gimbal angles from the scenario's initial body rate."""
-    angle, rate = np.array(section.gimbal_angle_rad), np.array(scenario.initial.body_rate_rad_s)
+def _actuator_points(scenario: Scenario, section: GimbalPoints | ActuatorPoints, nominal: PlatformModel) -> Maneuver:
+    """Fly given gimbal angles and wheel momenta from the scenario's initial body rate."""
+    if isinstance(section, GimbalPoints):
+        rows, turning = section.gimbal_angle_rad, None
+    else:
+        rows = section.gimbal_angle_rad or ((),) * len(section.wheel_momentum_N_m_s)
+        momenta = clamped_spline(section.duration_s, np.array(section.wheel_momentum_N_m_s))
+        turning = WheelMotion(nominal.wheels, momenta)
     return gimbal_maneuver(
         scenario.name,
-        clamped_spline(section.duration_s, angle),
+        clamped_spline(section.duration_s, np.array(rows)),
         inertia=nominal.inertia,
         cluster=nominal.cluster,
-        total_momentum_B=platform_momentum(nominal.cluster, nominal.inertia, rate, angle[0], np.zeros_like(angle[0])),
+        total_momentum_B=initial_momentum(scenario, nominal),
+        wheel_motion=turning,
     )

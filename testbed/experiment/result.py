@@ -8,15 +8,17 @@ from typing import Any
 import numpy as np
 
 from testbed.arrays import Array
+from testbed.assembly.platform import Body
+from testbed.dynamics.environment import Pivoted
 from testbed.dynamics.inertia import theta_of
 from testbed.estimation.agreement import Agreement
 from testbed.estimation.combine import CombinedEstimate
 from testbed.estimation.estimate import Estimate
 from testbed.experiment.aligning import aligning_result
 from testbed.experiment.checking import Checks, Compared
-from testbed.experiment.experiment import Experiment
+from testbed.experiment.experiment import Estimation, Experiment
+from testbed.experiment.flying import FlownRun
 from testbed.maneuver.design import Design
-from testbed.simulation.summary import FlightSummary
 
 SCHEMA = 1
 
@@ -31,23 +33,40 @@ def result_of(experiment: Experiment) -> dict[str, Any]:
         "seed": experiment.seed,
         "outcome": experiment.outcome,
         "message": experiment.flown.divergence or None,
-        "truth": {"theta_kg_m2": _numbers(theta_of(experiment.truth.inertia))},
-        "nominal": {"theta_kg_m2": _numbers(theta_of(experiment.nominal.inertia))},
-        "estimates": {} if estimation is None else estimates_of(estimation.by_name),
+        "truth": parameters_of(experiment.truth),
+        "nominal": parameters_of(experiment.nominal),
+        "estimates": {} if estimation is None else estimates_of(estimation.by_name, estimation.pivot),
         "alignments": None if experiment.aligning is None else aligning_result(experiment.aligning),
         "failures": {} if estimation is None else dict(estimation.failures),
         "checks": None if estimation is None else checks_result(estimation.checks),
         "bound_std_kg_m2": None if bound is None else _numbers(bound),
-        **_flight(experiment.flown.summary),
+        **({} if estimation is None else offset_bound_of(estimation)),
+        **_flight(experiment.flown),
         "design": None if design is None else design_of(design),
     }
 
 
-def estimates_of(by_name: Mapping[str, Estimate] | Mapping[str, CombinedEstimate]) -> dict[str, Any]:
+def parameters_of(body: Body) -> dict[str, Any]:
+    """Return a platform's inertia, and where on a pivot its centre of mass is."""
+    offset = {}
+    if isinstance(body.environment, Pivoted):
+        offset = {"center_of_mass_offset_m": _numbers(body.environment.offset_B)}
+    return {"theta_kg_m2": _numbers(theta_of(body.inertia)), **offset}
+
+
+def offset_bound_of(estimation: Estimation) -> dict[str, Any]:
+    """Return the bound of the offset of the centre of mass; nothing without a pivot."""
+    bound = estimation.offset_bound_std
+    return {} if bound is None else {"bound_center_of_mass_offset_std_m": _numbers(bound)}
+
+
+def estimates_of(
+    by_name: Mapping[str, Estimate] | Mapping[str, CombinedEstimate], pivot: Pivoted | None = None
+) -> dict[str, Any]:
     """Return each estimator's answer by its name.
 
     θ̂ with its standard deviations, everything considered; those by the gyro's noise alone; the most likely inertia that
-    a body has; and the constant torques that were estimated jointly.
+    a body has; and what was estimated jointly, constant torques and on a pivot the place of the centre of mass.
     """
     return {
         name: {
@@ -56,6 +75,7 @@ def estimates_of(by_name: Mapping[str, Estimate] | Mapping[str, CombinedEstimate
             "noise_std_kg_m2": _numbers(estimate.noise_std),
             "body_theta_kg_m2": _numbers(estimate.body_theta),
             **_constant_torque(estimate),
+            **_offset(estimate, pivot),
         }
         for name, estimate in by_name.items()
     }
@@ -102,6 +122,15 @@ def _constant_torque(estimate: Estimate | CombinedEstimate) -> dict[str, Any]:
     }
 
 
+def _offset(estimate: Estimate | CombinedEstimate, pivot: Pivoted | None) -> dict[str, Any]:
+    if pivot is None or not isinstance(estimate, Estimate):
+        return {}
+    return {
+        "center_of_mass_offset_m": _numbers(pivot.offset_B + estimate.offset_error),
+        "center_of_mass_offset_std_m": _numbers(estimate.offset_std),
+    }
+
+
 def design_of(design: Design) -> dict[str, Any]:
     """Return the metrics of Ψ_fᵀΨ_f and the time of one start."""
     information = design.information
@@ -129,7 +158,8 @@ def starts_of_design(design: Design) -> list[dict[str, Any]]:
     ]
 
 
-def _flight(summary: FlightSummary) -> dict[str, Any]:
+def _flight(flown: FlownRun) -> dict[str, Any]:
+    summary = flown.summary
     return {
         "tracking": {"rms_rad_s": _numbers(summary.tracking_rms), "max_rad_s": _numbers(summary.tracking_max)},
         "limits": {
@@ -137,6 +167,7 @@ def _flight(summary: FlightSummary) -> dict[str, Any]:
             "saturated_s": summary.saturated,
             "rotor_clamped_s": summary.rotor_clamped,
             "min_singularity_measure": summary.min_singularity_measure,
+            **({"largest_tilt_rad": summary.largest_tilt} if flown.tilt_limit is not None else {}),
         },
         "conservation": {"momentum_drift_relative": summary.momentum_drift},
     }

@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from testbed.arrays import Covariance, Theta, Vector3
+from testbed.arrays import Array, Covariance, Theta, Vector3
 from testbed.assembly.estimators import estimation_settings
 from testbed.assembly.platform import PlatformModel
 from testbed.assembly.telemetry import telemetry_of
+from testbed.dynamics.environment import Pivoted
 from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.errors import InputError
 from testbed.estimation.bound import cramer_rao_bound
@@ -51,7 +52,7 @@ def estimate_flight(
     telemetry = telemetry_of(record, scenario, nominal)
     settings = estimation_settings(scenario, nominal, maneuver)
     estimation = run_estimators(scenario, telemetry, settings, checked=checked)
-    return replace(estimation, bound_std=_true_bound_std(truth, telemetry, record))
+    return _with_bound(estimation, _true_bound_std(truth, telemetry, record))
 
 
 def try_estimate_flight(
@@ -89,7 +90,16 @@ def estimate_telemetry(scenario: Scenario, nominal: PlatformModel, telemetry: Te
         reasons = "; ".join(dict.fromkeys(estimation.failures.values()))  # often all for the same reason
         raise InputError(f"{name}: no estimator gave an estimate ({reasons})")
     best = min(estimation.by_name.values(), key=lambda estimate: float(np.trace(estimate.covariance)))
-    return replace(estimation, bound_std=bound_std(telemetry, best.theta, best.initial_momentum_B))
+    acting = None if telemetry.pivot is None else best.acting
+    bound = bound_std(telemetry, best.turned_theta(telemetry.pivot), best.initial_momentum_B, acting)
+    return _with_bound(estimation, bound)
+
+
+def _with_bound(estimation: Estimation, std: Array | None) -> Estimation:
+    """Return the estimation with the bound's standard deviations, shape (6,), on a pivot (9,)."""
+    if std is None:
+        return estimation
+    return replace(estimation, bound_std=std[:6], offset_bound_std=std[6:] if std[6:].size else None)
 
 
 def run_estimators(
@@ -115,9 +125,13 @@ def run_estimators(
     checks = checks_of(by_name, telemetry, settings) if checked else None
     by_name = with_spread(by_name, None if checks is None else checks.compared)
     return Estimation(
-        by_name={name: replace(estimate, influence=None) for name, estimate in by_name.items()},
+        by_name={
+            name: replace(estimate, influence=None).about_center_of_mass(telemetry.pivot)
+            for name, estimate in by_name.items()
+        },
         failures=failures,
         bound_std=None,
+        pivot=telemetry.pivot,
         checks=checks,
         initial_momentum=telemetry.initial_momentum,
     )
@@ -157,22 +171,27 @@ def _is_covariance(covariance: Covariance) -> bool:
     return bool(np.linalg.eigvalsh(covariance / np.outer(scale, scale))[0] >= -_ROUNDING)
 
 
-def bound_std(telemetry: Telemetry, theta: Theta, initial_momentum_B: Vector3) -> Theta | None:
+def bound_std(
+    telemetry: Telemetry, theta: Theta, initial_momentum_B: Vector3, acting: Array | None = None
+) -> Array | None:
     """Return the square root of the Cramér-Rao bound's diagonal, kg·m²; None where the motion leaves θ undetermined.
+
+    Shape (6,); on a pivot (9,), the last three of the offset of the centre of mass, m.
 
     Args:
         telemetry: times, noise and actuators of the motion.
         theta: at which the bound is taken.
         initial_momentum_B: at which the bound is taken, N·m·s.
+        acting: as of `cramer_rao_bound`.
     """
     try:
-        covariance = cramer_rao_bound(telemetry, theta, initial_momentum_B)
+        covariance = cramer_rao_bound(telemetry, theta, initial_momentum_B, acting)
     except (InputError, np.linalg.LinAlgError):
         return None
     return np.sqrt(np.diag(covariance)) if _is_covariance(covariance) else None
 
 
-def _true_bound_std(truth: PlatformModel, telemetry: Telemetry, record: Record) -> Theta | None:
+def _true_bound_std(truth: PlatformModel, telemetry: Telemetry, record: Record) -> Array | None:
     """The bound of the motion as it was: true gimbal angles, rotor and wheel speeds, at the telemetry's times."""
     rows, gimbals, wheels = np.searchsorted(record.time, telemetry.actuator_time), None, None
     if truth.units:
@@ -188,4 +207,12 @@ def _true_bound_std(truth: PlatformModel, telemetry: Telemetry, record: Record) 
     first = int(np.searchsorted(record.time, telemetry.gyro_time[0]))
     attitude_BN = quaternion_inverse(record.channels["true_attitude"][first])
     momentum_B = turned(attitude_BN, record.channels["true_total_momentum"][first])
-    return bound_std(actual, theta_of(truth.inertia), momentum_B)
+    return bound_std(actual, theta_of(truth.turned_inertia), momentum_B, _true_acting(truth, telemetry))
+
+
+def _true_acting(truth: PlatformModel, telemetry: Telemetry) -> Array | None:
+    """Return what acts in truth beside what is believed, as `Telemetry.torque_of`; None without a pivot."""
+    if telemetry.pivot is None or not isinstance(truth.environment, Pivoted):
+        return None
+    offset_error = truth.environment.offset_B - telemetry.pivot.offset_B
+    return np.concatenate([np.zeros(len(telemetry.torque_names)), offset_error])

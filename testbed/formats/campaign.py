@@ -6,7 +6,24 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from testbed.formats.parts import Part, Provenance, SixOrNull
+from testbed.formats.parts import Part, Provenance, SixOrNull, ThreeOrNull
+
+
+class OffsetFigures(Part):
+    """The centre of mass on an air bearing, from the pivot, over the completed runs; lists in body axes x, y, z."""
+
+    mean_m: ThreeOrNull
+    """Mean truth plus mean error, m."""
+    std_m: ThreeOrNull
+    """Scatter: standard deviation of the errors, m."""
+    claimed_std_m: ThreeOrNull
+    """Mean of the standard deviations that the estimator states, m."""
+    bias_in_standard_errors: ThreeOrNull
+    """Mean error over its standard error, a pure number."""
+    coverage_95: ThreeOrNull
+    """Share of its 95 % intervals that hold the truth, 0 to 1."""
+    scatter_over_bound: ThreeOrNull
+    """Scatter over the Cramér-Rao bound's standard deviation, a pure number."""
 
 
 class EstimatorFigures(Part):
@@ -29,6 +46,8 @@ class EstimatorFigures(Part):
     """Share of its 95 % intervals that hold the truth, 0 to 1."""
     scatter_over_bound: SixOrNull
     """Scatter over the Cramér-Rao bound's standard deviation, a pure number."""
+    center_of_mass_offset: OffsetFigures | None = None
+    """The same figures of the centre of mass; absent but on an air bearing."""
 
 
 class FailedRun(Part):

@@ -6,7 +6,17 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from testbed.formats.parts import Agreement, Checks, Estimate, EstimatorsAgreement, Parameters, Part, Provenance, Six
+from testbed.formats.parts import (
+    Agreement,
+    Checks,
+    Estimate,
+    EstimatorsAgreement,
+    Parameters,
+    Part,
+    Provenance,
+    Six,
+    Three,
+)
 
 
 class RecordEstimates(Part):
@@ -18,6 +28,8 @@ class RecordEstimates(Part):
     """Why an estimator gave no estimate, by estimator."""
     bound_std_kg_m2: Six | None
     """Square root of the Cramér-Rao bound's diagonal at the most efficient estimate, kg·m²; null without one."""
+    bound_center_of_mass_offset_std_m: Three | None = None
+    """The same of the centre of mass on an air bearing, m; absent in another environment."""
     initial_momentum: Literal["estimated", "zero"]
     """Whether the initial momentum was estimated, or taken to be zero."""
     zero_momentum_p_value: float | None

@@ -72,7 +72,9 @@ class Parameters(Part):
     """The inertia of a platform."""
 
     theta_kg_m2: Six
-    """θ = J11, J22, J33, J23, J13, J12 in body axes, kg·m²."""
+    """θ = J11, J22, J33, J23, J13, J12 in body axes, about the centre of mass, kg·m²."""
+    center_of_mass_offset_m: Three | None = Field(default=None)
+    """Where the centre of mass is from the pivot of an air bearing, body axes, m; absent in another environment."""
 
 
 class Estimate(Part):
@@ -90,6 +92,11 @@ class Estimate(Part):
     """Constant torques estimated together with θ, by frame and axis such as `inertial_x`, N·m; absent without."""
     constant_torque_std_N_m: dict[str, float] | None = Field(default=None)
     """Their standard deviations, N·m; absent without."""
+    center_of_mass_offset_m: Three | None = Field(default=None)
+    """Where the centre of mass is from the pivot of an air bearing, estimated together with θ, body axes, m; absent in
+    another environment."""
+    center_of_mass_offset_std_m: Three | None = Field(default=None)
+    """Its standard deviations, everything considered, m; absent likewise."""
 
 
 class Agreement(Part):

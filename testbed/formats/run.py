@@ -40,13 +40,15 @@ class Limits(Part):
     min_singularity_measure: float | None
     """Smallest singularity measure on the way; 1 at the best, 0 where a direction of torque is lost; null without
     control moment gyros."""
+    largest_tilt_rad: float | None = None
+    """Largest angle between the body z axis and the vertical, rad; absent but on an air bearing."""
 
 
 class Conservation(Part):
     """How well the simulation conserves momentum."""
 
     momentum_drift_relative: float
-    """max |H_N(t) - H_N(0)| over the sum of the rotors' momenta, a pure number."""
+    """max |H_N(t) - H_N(0)| over the sum of the rotors' momenta, without what the environment did; a pure number."""
 
 
 class Design(Part):
@@ -54,7 +56,7 @@ class Design(Part):
 
     criterion: Literal["D", "A", "E", "condition"]
     """What was optimised."""
-    parametrization: Literal["gimbal", "body_rate"]
+    parametrization: Literal["gimbal", "body_rate", "actuator"]
     """What the splines describe."""
     min_eigenvalue: float
     """Smallest eigenvalue of Ψ_fᵀΨ_f, 1/s⁴."""
@@ -119,6 +121,8 @@ class RunResult(Part):
     """Null where there is no estimate to check."""
     bound_std_kg_m2: Six | None
     """Square root of the Cramér-Rao bound's diagonal for the motion as flown, kg·m²; null where there is no bound."""
+    bound_center_of_mass_offset_std_m: Three | None = None
+    """The bound's standard deviations of the centre of mass on an air bearing, m; absent in another environment."""
     tracking: Tracking
     """How well the maneuver was flown."""
     limits: Limits

@@ -6,7 +6,14 @@ from typing import Any
 
 from testbed.arrays import Theta
 from testbed.experiment.experiment import Estimation
-from testbed.experiment.result import SCHEMA, agreement_result, checks_result, compared_result, estimates_of
+from testbed.experiment.result import (
+    SCHEMA,
+    agreement_result,
+    checks_result,
+    compared_result,
+    estimates_of,
+    offset_bound_of,
+)
 from testbed.identification.identify import Identification
 from testbed.scenario.scenario import Scenario
 
@@ -38,9 +45,10 @@ def identification_result(identification: Identification, scenario: Scenario, no
 def _record(estimation: Estimation) -> dict[str, object]:
     bound = estimation.bound_std
     return {
-        "estimates": estimates_of(estimation.by_name),
+        "estimates": estimates_of(estimation.by_name, estimation.pivot),
         "failures": dict(estimation.failures),
         "bound_std_kg_m2": None if bound is None else bound.tolist(),
+        **offset_bound_of(estimation),
         "initial_momentum": estimation.initial_momentum,
         "zero_momentum_p_value": estimation.zero_momentum_p_value,
         "outliers": estimation.outliers,

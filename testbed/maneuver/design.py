@@ -9,13 +9,15 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from testbed.arrays import Matrix3, Theta, Units, Vector3
+from testbed.arrays import Array, Matrix3, Theta, Units, Vector3
+from testbed.cmg.actuators import Actuators
 from testbed.cmg.cluster import Cluster, platform_momentum
+from testbed.cmg.wheels import Wheels, no_wheels, wheel_momentum
 from testbed.maneuver.criteria import Criterion
 from testbed.maneuver.information import Information
 from testbed.maneuver.maneuver import Maneuver
 
-Parametrization: TypeAlias = Literal["body_rate", "gimbal"]
+Parametrization: TypeAlias = Literal["body_rate", "gimbal", "actuator"]
 Metric: TypeAlias = Literal["torque", "momentum"]
 """Of the information: the paper's Ψ_fᵀΨ_f, or that of the momentum equation, which is the Cramér-Rao bound's."""
 
@@ -37,7 +39,10 @@ class DesignProblem:
         inertia: J with all gimbals at zero, kg·m², body axes.
         cluster: units; one whose rotor carries no momentum has failed and keeps its gimbal angle.
         initial_body_rate: ω(0), shape (3,), rad/s, body axes.
-        initial_gimbal_angle: d(0), shape (6,), rad.
+        initial_gimbal_angle: d(0), shape (M,), rad.
+        wheels: reaction wheels beside the units, or without any.
+        initial_wheel_momentum: Jw Ω at the start, shape (W,), N·m·s.
+        gimbal_rate_limit: of the units, rad/s; the scale on which wheels count beside them in the singularity measure.
         metric: which information the criterion is taken of.
         target_std: of θ, kg·m²; the criterion counts each parameter in shares of its target; None counts all alike.
         parameters: what the criterion is about; alignments take the momentum equation and a start without momentum.
@@ -53,6 +58,9 @@ class DesignProblem:
     cluster: Cluster
     initial_body_rate: Vector3 = field(default_factory=lambda: np.zeros(3))
     initial_gimbal_angle: Units = field(default_factory=lambda: np.zeros(6))
+    wheels: Wheels = field(default_factory=no_wheels)
+    initial_wheel_momentum: Units = field(default_factory=lambda: np.zeros(0))
+    gimbal_rate_limit: float = 1.0
     metric: Metric = "torque"
     target_std: Theta | None = None
     parameters: Parameters = "inertia"
@@ -61,7 +69,23 @@ class DesignProblem:
     def total_momentum_B(self) -> Vector3:
         """J(d) ω + h at the start, N·m·s, body axes at that time; conserved in inertial axes."""
         angle = self.initial_gimbal_angle
-        return platform_momentum(self.cluster, self.inertia, self.initial_body_rate, angle, np.zeros_like(angle))
+        of_units_B = platform_momentum(self.cluster, self.inertia, self.initial_body_rate, angle, np.zeros_like(angle))
+        return of_units_B + wheel_momentum(self.wheels, self.initial_wheel_momentum)
+
+    @property
+    def actuators(self) -> Actuators:
+        """Gyros and wheels."""
+        return Actuators(cluster=self.cluster, wheels=self.wheels, gimbal_rate_limit=self.gimbal_rate_limit)
+
+    @property
+    def initial_motion(self) -> Array:
+        """What the splines start from: gimbal angles, rad, then wheel momenta in shares of their limits."""
+        return np.concatenate([self.initial_gimbal_angle, self.initial_wheel_momentum / self.wheels.momentum_limit])
+
+    @property
+    def held_momentum(self) -> float:
+        """The sum of what all rotors and wheels can hold, N·m·s."""
+        return float(np.abs(self.cluster.rotor_momentum).sum() + self.wheels.momentum_limit.sum())
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +105,7 @@ class BodyRateLimits:
 
 @dataclass(frozen=True, kw_only=True)
 class GimbalLimits:
-    """What a gimbal-space design may use; margins are taken off by the caller.
+    """What a design of gimbal angles and wheel momenta may use; margins are taken off by the caller.
 
     Attributes:
         gimbal_rate: rad/s.
@@ -92,6 +116,9 @@ class GimbalLimits:
         envelope_fraction: share of the cluster's true momentum envelope, in every direction.
         min_singularity_measure: smallest on the way, 1 at the best.
         body_rate: about each axis, rad/s.
+        wheel_momentum_fraction: share of each wheel's momentum limit.
+        wheel_torque_fraction: share of each wheel's torque limit.
+        wheel_friction: of each wheel's bearing, which its motor makes up for, shape (W,), N·m·s/rad.
     """
 
     gimbal_rate: float
@@ -102,6 +129,9 @@ class GimbalLimits:
     envelope_fraction: float = 1.0
     min_singularity_measure: float = 0.0
     body_rate: float = inf
+    wheel_momentum_fraction: float = 1.0
+    wheel_torque_fraction: float = 1.0
+    wheel_friction: Units = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""The limits of a gimbal-space design as constraints."""
+"""The limits of a design of gimbal angles and wheel momenta as constraints."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from testbed.arrays import Series
-from testbed.cmg.cluster import Cluster
 from testbed.maneuver.cluster_motion import MOTION_OUTPUTS, motion_function
 from testbed.maneuver.design import DesignProblem, GimbalLimits
 from testbed.maneuver.momentum_path import sampled
@@ -24,21 +23,23 @@ by less than 2 %, and a narrow dip of the singularity measure by 10 %."""
 
 
 def hull_limits(problem: DesignProblem, limits: GimbalLimits, points: ca.MX) -> tuple[Constraint, ...]:
-    """Bound the control points of ḋ and d̈; the convex hull property bounds the curves.
+    """Bound the control points of ḋ, d̈ and the wheels' momenta; the convex hull property bounds the curves.
 
     Args:
         problem: duration.
-        limits: of gimbal rate and acceleration.
-        points: of d, shape (n, M), rad.
+        limits: of gimbal rate, acceleration and wheel momentum.
+        points: of the motion, shape (n, M + W), rad and shares of momentum limits.
     """
+    angles, shares = points[:, : problem.actuators.units], points[:, problem.actuators.units :]
     rate, acceleration = (
-        ca.sparsify(ca.DM(derivative_points_matrix(problem.duration, problem.control_points, order))) @ points
+        ca.sparsify(ca.DM(derivative_points_matrix(problem.duration, problem.control_points, order))) @ angles
         for order in (1, 2)
     )
     return tuple(
         _finite(
             ("gimbal rate", rate, limits.gimbal_rate),
             ("gimbal acceleration", acceleration, limits.gimbal_acceleration),
+            ("wheel momentum", shares, limits.wheel_momentum_fraction),
         )
     )
 
@@ -51,12 +52,12 @@ def path_limits(
     Args:
         problem: platform and duration.
         limits: what to keep.
-        points: of d, shape (n, M), rad.
+        points: of the motion, shape (n, M + W), rad and shares of momentum limits.
         path_time: shape (N,), s, ends with the duration.
         total: L at these times, shape (3, N), N·m·s, body axes.
     """
     checked = _checked(problem, limits, len(path_time))
-    motion = motion_function(problem.cluster, problem.inertia).map(len(checked))
+    motion = motion_function(problem.actuators, problem.inertia, limits.wheel_friction).map(len(checked))
     curves = [sampled(problem, points, path_time[checked], order) for order in (0, 1, 2)]
     outputs = motion(*curves, total[:, checked.tolist()])
     values = {name: output.T for name, output in zip(MOTION_OUTPUTS, outputs, strict=True)}
@@ -66,10 +67,11 @@ def path_limits(
             ("cluster momentum", values["momentum"], limits.cluster_momentum),
             ("cluster torque", values["momentum_rate"], limits.cluster_torque),
             ("gimbal torque", values["gimbal_torque"], limits.gimbal_torque),
+            ("wheel torque", values["wheel_torque"], limits.wheel_torque_fraction),
         ),
-        *_envelope(values["envelope_share"], limits.envelope_fraction),
+        *_envelope(values["envelope_share"], limits.envelope_fraction if problem.actuators.units else 1.0),
         *_dexterity(values["dexterity"], limits.min_singularity_measure),
-        _rest(problem.cluster, values["momentum"][-1, :] - total[:, -1].T),
+        _rest(problem, values["momentum"][-1, :] - total[:, -1].T),
     )
 
 
@@ -94,12 +96,12 @@ def _dexterity(dexterity: ca.MX, measure: float) -> Iterator[Constraint]:
         yield Constraint(name="singularity measure, squared,", expression=share, lower=1.0, upper=np.inf)
 
 
-def _rest(cluster: Cluster, difference: ca.MX) -> Constraint:
-    """All momentum in the cluster at the end: the platform rests."""
-    share = difference.T / np.abs(cluster.rotor_momentum).sum()
+def _rest(problem: DesignProblem, difference: ca.MX) -> Constraint:
+    """All momentum in the actuators at the end: the platform rests."""
+    share = difference.T / problem.held_momentum
     return Constraint(name="rest at the end", expression=share, lower=0.0, upper=0.0)
 
 
 def _finite(*limits: tuple[str, ca.MX, ArrayLike]) -> Iterator[Constraint]:
-    """Leave out infinite limits; they would only cost time."""
-    return (within(name, curve, limit) for name, curve, limit in limits if np.all(np.isfinite(limit)))
+    """Leave out infinite limits, which would only cost time, and those of actuators that are not there."""
+    return (within(name, curve, limit) for name, curve, limit in limits if curve.numel() and np.all(np.isfinite(limit)))

@@ -1,4 +1,4 @@
-"""The total momentum in body axes along a gimbal motion, as an expression of its control points.
+"""The total momentum in body axes along a motion of the actuators, as an expression of its control points.
 
 L = J(d) ω + h turns with L̇ = -ω × L and keeps its length. Three numbers, so no attitude is needed; and where L starts
 at zero it stays there, so nothing is integrated.
@@ -23,7 +23,7 @@ def total_momentum(problem: DesignProblem, points: ca.MX, time: Series) -> ca.MX
 
     Args:
         problem: platform and start.
-        points: control points of the gimbal angles, shape (n, M), rad.
+        points: control points of the motion, shape (n, M + W), rad and shares of momentum limits.
         time: shape (N,), s, from 0.
     """
     start = problem.total_momentum_B
@@ -37,16 +37,15 @@ def total_momentum(problem: DesignProblem, points: ca.MX, time: Series) -> ca.MX
 
 def rests_without_momentum(problem: DesignProblem) -> bool:
     """Return whether a maneuver starts, and so stays, without total momentum."""
-    rotors = np.abs(problem.cluster.rotor_momentum).sum()
-    return bool(np.linalg.norm(problem.total_momentum_B) <= _NEGLIGIBLE * rotors)
+    return bool(np.linalg.norm(problem.total_momentum_B) <= _NEGLIGIBLE * problem.held_momentum)
 
 
 def sampled(problem: DesignProblem, points: ca.MX, time: Series, derivative: int) -> ca.MX:
-    """Return the gimbal angles, or a derivative, at given times, shape (M, N).
+    """Return the actuators' motion, or a derivative, at given times, shape (M + W, N).
 
     Args:
         problem: duration.
-        points: control points, shape (n, M), rad.
+        points: control points, shape (n, M + W), rad and shares of momentum limits.
         time: shape (N,), s.
         derivative: its order.
     """
@@ -56,10 +55,10 @@ def sampled(problem: DesignProblem, points: ca.MX, time: Series, derivative: int
 
 def _step_function(problem: DesignProblem) -> ca.Function:
     """One classical Runge-Kutta step of L, given angles and rates at its start, middle and end."""
-    body_rate = body_rate_function(problem.cluster, problem.inertia)
+    body_rate = body_rate_function(problem.actuators, problem.inertia)
     total, step = ca.SX.sym("total", 3), ca.SX.sym("step")
-    units = len(problem.cluster.rotor_momentum)
-    start, middle, end = (tuple(ca.SX.sym(name, units) for name in ("angle", "rate")) for _ in range(3))
+    count = problem.actuators.count
+    start, middle, end = (tuple(ca.SX.sym(name, count) for name in ("motion", "rate")) for _ in range(3))
 
     def slope(at: tuple[ca.SX, ...], value: ca.SX) -> ca.SX:
         return -ca.cross(body_rate(*at, value), value)

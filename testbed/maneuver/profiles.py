@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pyarrow as pa
 from pyarrow import csv
 from scipy.interpolate import BSpline, make_interp_spline
 
-from testbed.arrays import Array, Series
+from testbed.arrays import Array, Series, Units
 from testbed.errors import InputError
 from testbed.files import read_bytes, readable
 from testbed.maneuver.maneuver import Maneuver
@@ -18,7 +19,8 @@ from testbed.maneuver.splines import DEGREE, clamped_spline
 from testbed.quantities import LONGEST
 from testbed.signals import MOST_UNITS, SIGNALS
 
-_BODY_RATE, _GIMBAL_ANGLE = SIGNALS["body_rate"].columns, SIGNALS["gimbal_angle"].sized(MOST_UNITS).columns
+_BODY_RATE = SIGNALS["body_rate"].columns
+_GIMBAL_ANGLE, _WHEEL_SPEED = (SIGNALS[name].sized(MOST_UNITS).columns for name in ("gimbal_angle", "wheel_speed"))
 _TIME = "time_s"
 _FEWEST_ROWS = DEGREE + 1
 _LARGEST_TABLE = 20_000_000
@@ -57,57 +59,63 @@ def basic_profile(*, duration: float = 5.0, scale: float = 1.0) -> Maneuver:
     return Maneuver(name="basic", duration=duration, body_rate=clamped_spline(duration, scale * _BASIC_POINTS))
 
 
-def read_profile(path: Path, units: int) -> Maneuver:
-    """Return the maneuver of a CSV table: time_s, the body rate, and optionally the gimbal angles.
+def read_profile(path: Path, units: int, wheel_inertia: Units) -> Maneuver:
+    """Return the maneuver of a CSV table: time_s, the body rate, and optionally gimbal angles and wheel speeds.
 
     A cubic spline goes through the rows; its time starts at the first.
 
     Args:
         path: columns are named as in a record.
         units: how many gimbals the platform has; the table has the angles of all of them or of none.
+        wheel_inertia: of its W wheels about their axes, shape (W,), kg·m²; the table has the speeds of all of them or
+            of none.
 
     Raises:
         InputError: the file cannot be used; the message names file, column or row, and remedy.
     """
-    columns = _columns(path, units)
+    counts = {_GIMBAL_ANGLE: units, _WHEEL_SPEED: len(wheel_inertia)}
+    columns = _columns(path, counts)
     _refuse(path, _problems(columns))
     time = columns[_TIME] - columns[_TIME][0]
-    gimbals = _gimbal_columns(columns, units)
+    gimbals, turning = (_columns_of_all(columns, names, count) for names, count in counts.items())
     return Maneuver(
         name=readable(path.stem),
         duration=float(time[-1]),
         body_rate=_spline(time, columns, _BODY_RATE),
         gimbal_angle=_spline(time, columns, gimbals) if gimbals else None,
+        wheel_momentum=_spline(time, columns, turning, wheel_inertia) if turning else None,
     )
 
 
-def _columns(path: Path, units: int) -> dict[str, Array]:
+def _columns(path: Path, counts: Mapping[tuple[str, ...], int]) -> dict[str, Array]:
     """Read the columns that a profile knows, as numbers; others are passed over."""
     content = read_bytes(path, "the maneuver's table, relative to the scenario's folder", _LARGEST_TABLE)
-    known = (_TIME, *_BODY_RATE, *_GIMBAL_ANGLE)
+    known = (_TIME, *_BODY_RATE, *_GIMBAL_ANGLE, *_WHEEL_SPEED)
     numbers = csv.ConvertOptions(column_types=dict.fromkeys(known, pa.float64()))
     try:
         table = csv.read_csv(pa.BufferReader(content), convert_options=numbers)
         names = table.column_names
     except (OSError, pa.ArrowInvalid, UnicodeDecodeError) as error:
         raise InputError(f"{path}: cannot be read as a table of numbers: {error}") from error
-    _refuse(path, _name_problems(names, units))
+    _refuse(path, _name_problems(names, counts))
     return {name: table[name].to_numpy() for name in known if name in names}
 
 
-def _gimbal_columns(names: Collection[str], units: int) -> tuple[str, ...]:
-    """Return the columns of all gimbals, if a table has the angle of any."""
-    return _GIMBAL_ANGLE[:units] if set(_GIMBAL_ANGLE) & set(names) else ()
+def _columns_of_all(names: Collection[str], columns: tuple[str, ...], count: int) -> tuple[str, ...]:
+    """Return the columns of all gimbals or wheels, if a table has that of any."""
+    return columns[:count] if set(columns) & set(names) else ()
 
 
-def _name_problems(names: list[str], units: int) -> Iterator[str]:
-    wanted = (_TIME, *_BODY_RATE, *_gimbal_columns(names, units))
+def _name_problems(names: list[str], counts: Mapping[tuple[str, ...], int]) -> Iterator[str]:
+    of_actuators = [_columns_of_all(names, columns, count) for columns, count in counts.items()]
+    wanted = (_TIME, *_BODY_RATE, *chain.from_iterable(of_actuators))
     missing = [name for name in wanted if name not in names]
     if missing:
         yield f"has no column {', '.join(missing)}; its columns are {', '.join(names)}"
-    too_many = [name for name in _GIMBAL_ANGLE[units:] if name in names]
-    if too_many:
-        yield f"has column {', '.join(too_many)}, but the platform has {units} units; leave it out"
+    for (columns, count), kind in zip(counts.items(), ("units", "wheels"), strict=True):
+        too_many = [name for name in columns[count:] if name in names]
+        if too_many:
+            yield f"has column {', '.join(too_many)}, but the platform has {count} {kind}; leave it out"
     repeated = sorted({name for name in wanted if names.count(name) > 1})
     if repeated:
         yield f"has column {', '.join(repeated)} more than once; keep one of each"
@@ -143,5 +151,5 @@ def _refuse(path: Path, problems: Iterator[str]) -> None:
         raise InputError("\n".join(lines))
 
 
-def _spline(time: Series, columns: Mapping[str, Array], names: tuple[str, ...]) -> BSpline:
-    return make_interp_spline(time, np.stack([columns[name] for name in names], axis=1), k=DEGREE)
+def _spline(time: Series, columns: Mapping[str, Array], names: tuple[str, ...], scale: Array | float = 1.0) -> BSpline:
+    return make_interp_spline(time, scale * np.stack([columns[name] for name in names], axis=1), k=DEGREE)

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from testbed.arrays import Array, Matrix3
-from testbed.assembly.maneuver import gimbal_limits
+from testbed.assembly.maneuver import gimbal_limits, profile_of
 from testbed.assembly.platform import PlatformModel
 from testbed.cmg.cluster import Cluster, cluster_momentum, momentum_jacobian
 from testbed.cmg.singularity import envelope_fraction, singularity_measure, sphere_directions
 from testbed.maneuver.design import GimbalLimits
-from testbed.maneuver.profiles import read_profile
 from testbed.maneuver.splines import basis_matrix, derivative_points_matrix
 from testbed.scenario.maneuver import CsvManeuver, GimbalDesign
 from testbed.scenario.scenario import Scenario
@@ -68,7 +67,7 @@ def _duration(scenario: Scenario) -> float:
     if scenario.simulation.duration_s is not None:
         return scenario.simulation.duration_s
     own = scenario.maneuver
-    return read_profile(own.file, scenario.gyros.units).duration if isinstance(own, CsvManeuver) else own.duration_s
+    return profile_of(own, scenario).duration if isinstance(own, CsvManeuver) else own.duration_s
 
 
 def limit_shares(design_limits: DesignLimits, body_rate: Array, points: Array) -> Array:

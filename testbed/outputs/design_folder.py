@@ -7,7 +7,10 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 from pyarrow import csv
+from scipy.interpolate import BSpline
 
+from testbed.arrays import Units
+from testbed.assembly.platform import each_wheel
 from testbed.experiment.result import SCHEMA, design_of, starts_of_design
 from testbed.files import TextFile, write_json
 from testbed.maneuver.design import Design
@@ -43,29 +46,40 @@ def write_design(folder: Path, file: TextFile, origin: Provenance, scenario: Sce
     write_json(folder / "design.json", content)
     write_json(folder / "provenance.json", origin.content)
     (folder / "maneuver.toml").write_text(maneuver_section(design), encoding="utf-8")
-    csv.write_csv(maneuver_table(design.maneuver), folder / "maneuver.csv")
+    csv.write_csv(maneuver_table(design.maneuver, each_wheel(scenario, "spin_inertia_kg_m2")), folder / "maneuver.csv")
 
 
 def maneuver_section(design: Design) -> str:
     """Return a [maneuver] section with the spline's control points, every digit kept."""
     maneuver = design.maneuver
-    in_gimbal_space = design.parametrization == "gimbal"
-    spline = maneuver.gimbal_angle if in_gimbal_space else maneuver.body_rate
-    assert spline is not None
-    rows = ",\n".join(f"  {row}" for row in np.asarray(spline.c).tolist())
-    key = "gimbal_angle_rad" if in_gimbal_space else "body_rate_rad_s"
+    motion = {"gimbal_angle_rad": maneuver.gimbal_angle, "wheel_momentum_N_m_s": maneuver.wheel_momentum}
+    splines = {"body_rate_rad_s": maneuver.body_rate} if design.parametrization == "body_rate" else motion
+    lists = "".join(f"{key} = [\n{_rows(spline)},\n]\n" for key, spline in splines.items() if spline is not None)
     return (
         f"# {design.criterion}-optimal; replaces the [maneuver] of a scenario\n"
         f'[maneuver]\nkind = "control_points"\nparametrization = "{design.parametrization}"\n'
-        f"duration_s = {maneuver.duration!r}\n{key} = [\n{rows},\n]\n"
+        f"duration_s = {maneuver.duration!r}\n{lists}"
     )
 
 
-def maneuver_table(maneuver: Maneuver) -> pa.Table:
-    """Return a maneuver's reference, a column for each signal, 100 rows a second."""
+def _rows(spline: BSpline) -> str:
+    return ",\n".join(f"  {row}" for row in np.asarray(spline.c).tolist())
+
+
+def maneuver_table(maneuver: Maneuver, wheel_inertia: Units) -> pa.Table:
+    """Return a maneuver's reference, a column for each signal, 100 rows a second.
+
+    Args:
+        maneuver: to sample.
+        wheel_inertia: of the wheels about their axes, by which momenta are speeds, shape (W,), kg·m².
+    """
     time = np.linspace(0.0, maneuver.duration, round(maneuver.duration * _SAMPLES_PER_SECOND) + 1)
     reference = maneuver.reference(time)
     columns = {"time_s": time} | dict(zip(SIGNALS["body_rate"].columns, reference.body_rate.T, strict=True))
     if reference.gimbal_angle is not None:
-        columns |= dict(zip(SIGNALS["gimbal_angle"].columns, reference.gimbal_angle.T, strict=True))
+        units = reference.gimbal_angle.shape[1]
+        columns |= dict(zip(SIGNALS["gimbal_angle"].sized(units).columns, reference.gimbal_angle.T, strict=True))
+    if reference.wheel_momentum is not None:
+        speed = reference.wheel_momentum / wheel_inertia
+        columns |= dict(zip(SIGNALS["wheel_speed"].sized(speed.shape[1]).columns, speed.T, strict=True))
     return pa.table(columns)

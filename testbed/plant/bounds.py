@@ -49,9 +49,21 @@ def require_bounded(path: Path) -> None:
         raise InputError(f"{path}: {'; '.join(problems)}; mend the file")
 
 
+def xml_root(path: Path) -> ElementTree.Element:
+    """Return the root of a model's file, which is not larger than any that is read.
+
+    Raises:
+        InputError: it cannot be read, or is no XML.
+    """
+    try:
+        return ElementTree.fromstring(_COMMENT.sub(b"", read_bytes(path, "an MJCF file", MOST_TEXT)))
+    except (ElementTree.ParseError, ValueError) as error:
+        raise InputError(f"{path}: not a readable MJCF: {error}; mend it there") from None
+
+
 def _problems(path: Path, base: Path, seen: set[Path]) -> Iterator[str]:
     seen.add(path)
-    root = _root(path)
+    root = xml_root(path)
     folders = [base, *(base / folder for element in root.iter("compiler") for folder in _named(element, _FOLDERS))]
     yield from _repeated(root)
     for element in root.iter():
@@ -71,13 +83,6 @@ def _included(name: str, base: Path, seen: set[Path]) -> Iterator[str]:
         yield from _problems(base / name, base, seen)
     except InputError as error:
         yield f"of what it includes, {error}"
-
-
-def _root(path: Path) -> ElementTree.Element:
-    try:
-        return ElementTree.fromstring(_COMMENT.sub(b"", read_bytes(path, "an MJCF file", MOST_TEXT)))
-    except (ElementTree.ParseError, ValueError) as error:
-        raise InputError(f"{path}: not a readable MJCF: {error}; mend it there") from None
 
 
 def _named(element: ElementTree.Element, attributes: tuple[str, ...]) -> Iterator[str]:

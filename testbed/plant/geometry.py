@@ -113,7 +113,9 @@ def rotor_speed_target(model: mujoco.MjModel) -> Array:
 
 
 def total_momentum(model: mujoco.MjModel, qpos: Array, qvel: Array) -> Vectors3:
-    """Return MuJoCo's own angular momentum of the platform about its centre of mass, shape (N, 3), N·m·s, in N.
+    """Return MuJoCo's own angular momentum of the platform, shape (N, 3), N·m·s, in N.
+
+    About its centre of mass; of a platform on a bearing about the pivot, the origin of N.
 
     Args:
         model: the platform.
@@ -122,12 +124,15 @@ def total_momentum(model: mujoco.MjModel, qpos: Array, qvel: Array) -> Vectors3:
     """
     data, bus = mujoco.MjData(model), model.body("bus").id
     momentum_N = np.empty((len(qpos), 3))
+    pivoted, mass = model.jnt_type[model.joint("bus").id] == mujoco.mjtJoint.mjJNT_BALL, composite_mass(model)
     for row, (position, velocity) in enumerate(zip(qpos, qvel, strict=True)):
         data.qpos[:], data.qvel[:] = position, velocity
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fwdVelocity(model, data)
         mujoco.mj_subtreeVel(model, data)
         momentum_N[row] = data.subtree_angmom[bus]
+        if pivoted:
+            momentum_N[row] += mass * np.cross(data.subtree_com[bus], data.subtree_linvel[bus])
     return momentum_N
 
 

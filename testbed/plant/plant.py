@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Literal, TypeAlias
 
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from testbed.arrays import Array, Flags, Indices, Units, UnitSeries, Vectors3
+from testbed.arrays import Array, Flags, Indices, Matrices3, Units, UnitSeries, Vectors3
 from testbed.plant.geometry import unit_count, unit_names, wheel_count, wheel_names
 from testbed.plant.layout import described_state, layout_of
 from testbed.plant.properties import InitialState
+from testbed.rotation.quaternion import matrix_of
 
 Model: TypeAlias = mujoco.MjModel
 """A compiled platform, named here so that no other room has to import MuJoCo."""
 RotorMode: TypeAlias = Literal["constant_speed", "free"]
+
+OrbitTorque: TypeAlias = Callable[[float, Matrices3], Vectors3]
+"""From the time, s, and R_NB of the platforms, shape (B, 3, 3), to torques on them, shape (B, 3), N·m, body axes."""
 
 _RATE_BOUND = 1e4
 """rad/s. No rate of this platform comes near it; a state beyond it has diverged."""
@@ -42,6 +46,7 @@ class Plant:
         rotors: RotorMode = "constant_speed",
         wheel_momentum: UnitSeries | None = None,
         wheel_momentum_limit: Units | float = math.inf,
+        orbit_torque: OrbitTorque | None = None,
         threads: int = 1,
     ) -> None:
         """Put platforms into their initial states.
@@ -54,6 +59,7 @@ class Plant:
             rotors: what the rotor servos do.
             wheel_momentum: Jw·Ω of the reaction wheels at the start, shape (B, W), N·m·s; at rest where None.
             wheel_momentum_limit: to which their drives push them, shape (W,), N·m·s.
+            orbit_torque: what an orbit does to the platforms; nothing where None.
             threads: that step the platforms.
         """
         self.models = tuple(models)
@@ -72,6 +78,9 @@ class Plant:
         self.contacts: Array = self._batch.bind("ncon")
         """Live view of the number of contacts with the cabin in the last step, shape (B,)."""
         self._control, self._time = self._batch.bind("ctrl"), self._batch.bind("time")
+        self._orbit_torque = orbit_torque
+        self._torque_before: Vectors3 | None = None
+        self._applied: Array = self._batch.bind("qfrc_applied")
         self._spin_inertia = np.stack([spin_inertia(model) for model in self.models])
         self.wheel_inertia: UnitSeries = np.stack([wheel_inertia(model) for model in self.models])
         """Jw of the reaction wheels, shape (B, W), kg·m²."""
@@ -134,11 +143,26 @@ class Plant:
             self._control[:, self.layout.wheel_motor] = self._within_speed(wheel_torque_demand)
         if not self._always_engaged:
             self._engage_rotor_servos()
-        self._batch.step(np.flatnonzero(self.flying), nstep=steps)
+        self._step(steps)
         fastest = np.abs(self.qvel).max(axis=1)
         diverged = np.flatnonzero(self.flying & ~(fastest < _RATE_BOUND))  # also true for NaN
         if diverged.size:
             self._ground(diverged)
+
+    def _step(self, steps: int) -> None:
+        if self._orbit_torque is None:
+            self._batch.step(np.flatnonzero(self.flying), nstep=steps)
+            return
+        for _ in range(steps):
+            self._applied[:, self.layout.body_rate] = self._mean_orbit_torque(self._orbit_torque)
+            self._batch.step(np.flatnonzero(self.flying), nstep=1)
+
+    def _mean_orbit_torque(self, torque_of: OrbitTorque) -> Vectors3:
+        """Return the torque in the middle of the next step, by its last two values: it changes as the attitude does."""
+        torque_B = torque_of(float(self._time.flat[0]), matrix_of(self.qpos[:, self.layout.attitude]))
+        before = torque_B if self._torque_before is None else self._torque_before
+        self._torque_before = torque_B
+        return np.asarray(1.5 * torque_B - 0.5 * before)
 
     def _within_speed(self, demand: UnitSeries) -> UnitSeries:
         """Return the demand, without what would push a wheel beyond its momentum limit: its drive does not."""

@@ -8,12 +8,13 @@ measurement is differentiated.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
 
 from testbed.arrays import Array, Flags, Series
+from testbed.estimation.surroundings import Surroundings
 from testbed.prediction import kernels
 from testbed.prediction.algebra import applied, matrix_of_quaternion, quaternion_rate
 from testbed.prediction.hooks import Hooks, Instant
@@ -49,6 +50,8 @@ class Known:
         inverse: of the real part of J(d) - Ĵ, shape (R, P, T, 3, 3), 1/(kg·m²).
         inertia_step: its imaginary part, a complex step, shape (R, P, T, 3, 3), kg·m²; None where it has none.
         bearing: what holds the platforms about some axes; None of platforms that turn freely.
+        first_NB: R_NB at each run's first sample, shape (R, 1, 3, 3).
+        surroundings: of the first run; None where nothing acts from outside.
     """
 
     time: Array
@@ -58,6 +61,8 @@ class Known:
     inverse: Array
     inertia_step: Array | None
     bearing: Bearing | None = None
+    first_NB: Array = field(default_factory=lambda: np.eye(3)[None, None])
+    surroundings: Surroundings | None = None
 
     def at(self, instants: slice) -> Known:
         """Return the same with instants in the place of runs, W of them per run: shapes (R W, 1), (R W, P, ...)."""
@@ -75,6 +80,8 @@ class Known:
                 live=np.repeat(self.bearing.live[:, :, 0], time.shape[1], axis=0),
                 coupling=self._by_instant(self.bearing.coupling, instants),
             ),
+            first_NB=self.first_NB if len(self.first_NB) == 1 else np.repeat(self.first_NB, time.shape[1], axis=0),
+            surroundings=self.surroundings,
         )
 
     def without_steps(self) -> Known:
@@ -87,6 +94,8 @@ class Known:
             inverse=self.inverse[:, :1],
             inertia_step=None,
             bearing=self.bearing and Bearing(live=self.bearing.live, coupling=self.bearing.coupling[:, :1].real),
+            first_NB=self.first_NB,
+            surroundings=self.surroundings,
         )
 
     def _by_instant(self, values: Array, instants: slice) -> Array:
@@ -197,7 +206,14 @@ class Equations:
         torque_B = known.torque_B
         rates = [quaternion_rate(state[..., 3:7], body_rate)] if self._attitude else []
         for hook, value, own in self._acting:
-            at = Instant(time=known.time, body_rate=body_rate, attitude=attitude, state=state[..., own])
+            at = Instant(
+                time=known.time,
+                body_rate=body_rate,
+                attitude=attitude,
+                state=state[..., own],
+                first_NB=known.first_NB,
+                surroundings=known.surroundings,
+            )
             torque_B = torque_B + hook.torque(value, at)
             if hook.states:
                 rates.append(np.broadcast_to(hook.state_rate(value, at), (*body_rate.shape[:-1], hook.states)))

@@ -172,6 +172,7 @@ def _require_alike(runs: Sequence[Telemetry]) -> None:
         "cluster_momentum": [run.cluster_momentum for run in runs],
         "applied_torque": [run.applied_torque for run in runs],
         "motor_thrust": [run.thrust for run in runs],
+        "an environment": [run.surroundings for run in runs],
     }
     for channel, of_runs in channels.items():
         if len({each is None for each in of_runs}) > 1:

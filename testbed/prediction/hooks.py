@@ -8,11 +8,12 @@ chosen by (`sign_of` and `magnitude` are the analytic ones).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from testbed.arrays import Array, Series
+from testbed.estimation.surroundings import Surroundings
 from testbed.prediction.grid import Gimbals, Grid
 
 
@@ -26,12 +27,21 @@ class Instant:
         attitude: R_RB, shape (R, P, 3, 3): turns body components into those of the body's axes at the run's first
             sample; the identity where no effect asks for it.
         state: the effect's own states, shape (R, P, S).
+        first_NB: R_NR at each run's first sample, shape (R, 1, 3, 3); the identity where nothing acts from outside.
+        surroundings: what acts on the first run from outside; the environment is that of all. None where nothing does.
     """
 
     time: Array
     body_rate: Array
     attitude: Array
     state: Array
+    first_NB: Array = field(default_factory=lambda: np.eye(3))
+    surroundings: Surroundings | None = None
+
+    @property
+    def attitude_NB(self) -> Array:
+        """R_NB, shape (R, P, 3, 3)."""
+        return np.asarray(self.first_NB @ self.attitude)
 
 
 class Hooks:
@@ -84,6 +94,10 @@ class Hooks:
 
     def hidden_inertia(self, value: Array) -> Array:  # noqa: ARG002
         """Return what of the whole inertia does not turn with the body, shape (P, 3, 3), kg·m²."""
+        return np.zeros((3, 3))
+
+    def added_inertia(self, value: Array, grid: Grid) -> Array:  # noqa: ARG002
+        """Return what turns with the body beyond θ, shape (P, 3, 3), kg·m²."""
         return np.zeros((3, 3))
 
     def hidden_momentum(self, value: Array, state: Array) -> Array:  # noqa: ARG002

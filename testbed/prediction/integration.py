@@ -20,6 +20,7 @@ from testbed.arrays import Array
 from testbed.dynamics.gyrostat import require_bounded
 from testbed.dynamics.inertia import symmetric_inverse
 from testbed.prediction.algebra import inertia_matrix
+from testbed.prediction.environment import environment_hooks
 from testbed.prediction.equations import Bearing, Equations, Known
 from testbed.prediction.grid import Gimbals, Grid
 from testbed.prediction.held import held_inertia, held_momentum
@@ -81,6 +82,9 @@ def node_rates(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Array:
     Raises:
         InputError: the motion leaves the finite numbers.
     """
+    outside = environment_hooks(grid)
+    if outside is not None:
+        hooks, values = [outside, *hooks], replace(values, effects=(values.theta, *values.effects))
     one_motion = _is_one_motion(values)
     known = _known(grid, hooks, values, one_motion=one_motion)
     equations = Equations(hooks, values.effects, known)
@@ -186,6 +190,8 @@ def _known(grid: Grid, hooks: Sequence[Hooks], values: Values, *, one_motion: bo
         torque_B = hook.applied_torque(torque_B, value, grid)
         if overrides(hook, "hidden_inertia"):
             inertia.append(-np.broadcast_to(hook.hidden_inertia(value), (*value.shape[:1], 3, 3))[None, :, None])
+        if overrides(hook, "added_inertia"):
+            inertia.append(np.broadcast_to(hook.added_inertia(value, grid), (*value.shape[:1], 3, 3))[None, :, None])
     known = Known(
         time=grid.time,
         step=grid.step,
@@ -194,7 +200,15 @@ def _known(grid: Grid, hooks: Sequence[Hooks], values: Values, *, one_motion: bo
         inverse=symmetric_inverse(_sum(part.real[:, :1] if one_motion else part.real for part in inertia)),
         inertia_step=_sum(part.imag for part in inertia) if any(map(np.iscomplexobj, inertia)) else None,
     )
+    if grid.runs[0].surroundings is not None:
+        known = replace(known, first_NB=_first_attitudes(grid), surroundings=grid.runs[0].surroundings)
     return known if grid.turns_freely else _on_bearing(known, grid, _sum(inertia))
+
+
+def _first_attitudes(grid: Grid) -> Array:
+    """Return R_NB at each run's first sample, shape (R, 1, 3, 3)."""
+    pairs = [(run.surroundings, run.gyro_time[:1]) for run in grid.runs]
+    return np.stack([around.attitude(time) for around, time in pairs if around is not None])
 
 
 def _on_bearing(known: Known, grid: Grid, inertia: Array) -> Known:

@@ -25,7 +25,7 @@ PLOTS: Mapping[str, tuple[tuple[str, ...], ...]] = {
     "gimbal_rate": (("true_gimbal_rate", "gimbal_rate_command"),),
     "gimbal_torque": (("true_gimbal_torque", "gimbal_torque"),),
     "rotor_speed": (("true_rotor_speed", "rotor_speed"),),
-    "wheel_speed": (("true_wheel_speed", "wheel_speed"),),
+    "wheel_speed": (("true_wheel_speed", "wheel_speed"), ("reference_wheel_speed",)),
     "wheel_torque": (("true_wheel_torque", "wheel_torque"),),
     "singularity_measure": (("singularity_measure",),),
     "applied_torque": (("applied_torque",),),

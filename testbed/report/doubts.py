@@ -7,6 +7,7 @@ from itertools import groupby
 
 import numpy as np
 
+from testbed.dynamics.environment import Pivoted
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.estimation.agreement import REFUSED, Agreement
 from testbed.estimation.body import is_body
@@ -47,6 +48,9 @@ def combination_doubts(combined: CombinedEstimation) -> Iterator[str]:
         yield from _body_doubts(combined.by_name)
 
 
+_MICRO = 1e6
+
+
 def neglected_words(neglected: NeglectedTorque) -> str:
     """Return what a constant torque that is not estimated would do."""
     where, size = _WHERE[neglected.frame], figures(neglected.size, 2)
@@ -62,6 +66,15 @@ def torque_words(estimate: Estimate) -> Iterator[str]:
     for frame, components in groupby(rows, key=lambda row: row[0].partition("_")[0]):
         listing = ", ".join(f"{figures(value, 2)} ± {figures(std, 2)}" for _, value, std in components)
         yield f"Constant torque fixed {_WHERE[frame]}, estimated jointly: {listing} N·m about x, y, z."
+
+
+def offset_words(estimate: Estimate, pivot: Pivoted | None) -> Iterator[str]:
+    """Yield where on a pivot the centre of mass was found."""
+    if pivot is None:
+        return
+    pairs = zip(pivot.offset_B + estimate.offset_error, estimate.offset_std, strict=True)
+    listing = ", ".join(f"{figures(_MICRO * value, 4)} ± {figures(_MICRO * std, 2)}" for value, std in pairs)
+    yield f"Centre of mass, from the pivot, estimated jointly: {listing} µm along x, y, z."
 
 
 def _residual_doubts(check: ResidualCheck, best: str) -> Iterator[str]:

@@ -13,7 +13,7 @@ from testbed.experiment.checking import NeglectedTorque
 from testbed.experiment.experiment import Estimation
 from testbed.identification.identify import Identification
 from testbed.records.record import Record
-from testbed.report.doubts import combination_doubts, estimation_doubts, neglected_words
+from testbed.report.doubts import combination_doubts, estimation_doubts, neglected_words, offset_words
 from testbed.report.frame.blocks import Notice, Page, Section
 from testbed.report.frame.page import write_page
 from testbed.report.sections.estimates import estimates_blocks
@@ -104,7 +104,16 @@ def identification_notices(identification: Identification) -> Iterator[Notice]:
             text = f"{name}: {capitalized(estimator_name(estimator))} gave no estimate: {message}"
             yield Notice(tone="warn", text=text)
     yield from (Notice(tone="warn", text=doubt) for doubt in identification_doubts(identification))
+    yield from _offset_notices(identification)
     yield from (Notice(tone="plain", text=neglected_words(each)) for each in _neglected(identification))
+
+
+def _offset_notices(identification: Identification) -> Iterator[Notice]:
+    """Yield where on a pivot the centre of mass was found, a notice for each record."""
+    for name, estimation in identification.estimations.items():
+        if estimation.checks is not None:
+            for text in offset_words(estimation.by_name[estimation.checks.best], estimation.pivot):
+                yield Notice(tone="plain", text=f"{name}: {text}")
 
 
 def _neglected(identification: Identification) -> list[NeglectedTorque]:

@@ -9,7 +9,7 @@ import numpy as np
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.experiment.experiment import Estimation
 from testbed.experiment.flying import FlownRun
-from testbed.report.doubts import estimation_doubts, neglected_words, torque_words
+from testbed.report.doubts import estimation_doubts, neglected_words, offset_words, torque_words
 from testbed.report.frame.blocks import Notice
 from testbed.report.sections.inertias import Inertias
 from testbed.report.sections.limits_table import LIMIT_NAMES
@@ -47,6 +47,9 @@ def flight_notices(flown: FlownRun) -> Iterator[Notice]:
     if summary.min_singularity_measure is not None and summary.min_singularity_measure < NEAR_SINGULARITY:
         measure = figures(summary.min_singularity_measure, 2)
         yield _warning(f"The cluster came close to a singularity: its measure fell to {measure}, 1 is the best.")
+    if flown.tilt_limit is not None and summary.largest_tilt > flown.tilt_limit:
+        tilt, limit = figures(summary.largest_tilt, 3), figures(flown.tilt_limit, 3)
+        yield _warning(f"The platform tilted by {tilt} rad, but its bearing allows {limit} rad.")
     if summary.momentum_drift > LARGE_DRIFT:
         drift = figures(summary.momentum_drift, 2)
         yield _warning(f"The total momentum changed by {drift} of the rotors': a contact, or too long a step.")
@@ -60,7 +63,8 @@ def estimation_notices(inertias: Inertias, estimation: Estimation) -> Iterator[N
     yield from _errors(inertias)
     if estimation.checks is None or estimation.checks.best not in estimation.by_name:
         return
-    for text in torque_words(estimation.by_name[estimation.checks.best]):
+    best = estimation.by_name[estimation.checks.best]
+    for text in (*torque_words(best), *offset_words(best, estimation.pivot)):
         yield Notice(tone="plain", text=text)
     for neglected in estimation.checks.neglected:
         yield Notice(tone="plain", text=neglected_words(neglected))

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from testbed.arrays import Matrices3, Quaternions, Vectors3
+from testbed.arrays import Matrices3, Quaternions, Series, Vectors3
 
 
 def quaternion_product(left: Quaternions, right: Quaternions) -> Quaternions:
@@ -43,6 +43,11 @@ def exponential(rotation_vector: Vectors3) -> Quaternions:
         rotation_vector: φ, shape (..., 3), rad.
     """
     return _quaternion(Rotation.from_rotvec(rotation_vector))
+
+
+def tilts(quat_NB: Quaternions) -> Series:
+    """Return the angles between the body z axis and that of N, shape (...,), rad."""
+    return np.asarray(2.0 * np.arcsin(np.minimum(1.0, np.hypot(quat_NB[..., 1], quat_NB[..., 2]))))
 
 
 def _rotation(quat_AB: Quaternions) -> Rotation:

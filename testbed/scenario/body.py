@@ -6,13 +6,14 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import tomli_w
-from pydantic import Field, PrivateAttr, Strict
+from pydantic import Field, PrivateAttr, Strict, ValidationInfo, field_validator
 
 from testbed.files import TextFile
 from testbed.scenario.diagnosis import Diagnosis
+from testbed.scenario.environment import FREE, Environment, mass_conflicts
 from testbed.scenario.estimation import Estimation
 from testbed.scenario.platform import Platform, Thruster
-from testbed.scenario.section import Section
+from testbed.scenario.section import Section, refuse
 from testbed.scenario.sensors import Gyro
 from testbed.scenario.values import Seed
 from testbed.signals import MOST_UNITS
@@ -31,6 +32,8 @@ class BodyScenario(Section):
     """Seed of all noise; the same seed gives the same run."""
     platform: Platform = Platform()
     """The nominal platform."""
+    environment: Annotated[Environment, Field(validate_default=True)] = FREE
+    """What the platform flies in; omitted: free."""
     thrusters: Annotated[tuple[Thruster, ...], Strict(False), Field(max_length=MOST_UNITS)] = ()
     """Motors with propellers or jets, in the order of the records' columns motor_thrust_1_N, _2_N, ...; with them a
     diagnosis names the one that is weak, late or tilted by its number."""
@@ -40,6 +43,13 @@ class BodyScenario(Section):
     """How the inertia is estimated."""
     diagnosis: Diagnosis = Diagnosis()
     """How measured records are compared with the nominal platform."""
+
+    @field_validator("environment")
+    @classmethod
+    def _has_mass(cls, environment: Environment, info: ValidationInfo) -> Environment:
+        refuse(mass_conflicts(environment, info.data.get("platform")), from_root=True)
+        return environment
+
     _source: tuple[TextFile, dict[str, Any]] | None = PrivateAttr(default=None)
 
     def __repr__(self) -> str:

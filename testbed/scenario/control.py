@@ -72,9 +72,10 @@ Steering: TypeAlias = Annotated[
 class WheelAllocation(Section):
     """How the wheels of a redundant array share what they hold: all of it is null motion, which gives no torque."""
 
-    null_motion: Literal["none", "minimax", "preferred"] = "none"
-    """Where null motion takes the wheels: nowhere; to the momenta whose largest share of its limit is least; or to
-    preferred momenta, which keep wheels away from standing still or let them turn for excitation."""
+    null_motion: Literal["none", "minimax", "preferred", "maneuver"] = "none"
+    """Where null motion takes the wheels: nowhere; to the momenta whose largest share of its limit is least; to
+    preferred momenta, which keep wheels away from standing still or let them turn for excitation; or along the momenta
+    that the maneuver prescribes."""
     gain_1_s: Gain = 0.5
     """Rate at which it takes them there."""
     preferred_momentum_N_m_s: PerUnit[SignedMomentum] = ()

@@ -7,9 +7,9 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field, Strict, model_validator
 
-from testbed.quantities import Acceleration, Factor, Moment, RateLimit
+from testbed.quantities import Acceleration, Factor, Moment, RateLimit, SignedMomentum
 from testbed.scenario.section import Conflict, Section, refuse
-from testbed.scenario.values import Angles, BodyRates, Duration, File, PrefilterTime, Rate, Seed, Share, Six
+from testbed.scenario.values import Angles, BodyRates, Duration, File, PerUnit, PrefilterTime, Rate, Seed, Share, Six
 
 _MIN_CONTROL_POINTS = 4
 """A cubic spline has no fewer."""
@@ -113,7 +113,21 @@ class BodyRateDesign(_Design):
         return 3.0 * _KILOBYTE * 3 * self.control_points  # second derivatives by each of them
 
 
-class GimbalDesign(_Design):
+class _MotionDesign(_Design):
+    envelope_fraction: Share
+    """Share of the cluster's true momentum envelope that the design may use, in every direction."""
+    cluster_torque_fraction: Share = 1.0
+    """Share of the cluster's torque limits that the design may use; a small one leaves most to null motion."""
+    gimbal_acceleration_limit_rad_s2: Acceleration | None = None
+    """Largest gimbal acceleration, to spare the servo; omitted: only the gimbal torque limits it."""
+
+    def _bytes_per_sample(self) -> float:
+        if self.criterion == "condition":
+            return 5.0 * _KILOBYTE * 6 * self.control_points  # second derivatives by each of them
+        return 150.0 * _KILOBYTE if self.criterion == "E" else 17.0 * _KILOBYTE
+
+
+class GimbalDesign(_MotionDesign):
     """Splines for the gimbal angles; the body rate follows from zero total momentum, so it can be flown."""
 
     parametrization: Literal["gimbal"]
@@ -121,14 +135,8 @@ class GimbalDesign(_Design):
     parameters: Literal["inertia", "alignments"] = "inertia"
     """What the criterion is about: the inertia, or together with it every unit's gimbal-axis misalignment, encoder zero
     and momentum scale."""
-    envelope_fraction: Share
-    """Share of the cluster's true momentum envelope that the design may use, in every direction."""
-    cluster_torque_fraction: Share = 1.0
-    """Share of the cluster's torque limits that the design may use; a small one leaves most to null motion."""
     gimbal_rate_fraction: Share
     """Share of the gimbal-rate limit that the design may use; the rest is the tracker's margin."""
-    gimbal_acceleration_limit_rad_s2: Acceleration | None = None
-    """Largest gimbal acceleration, to spare the servo; omitted: only the gimbal torque limits it."""
     min_singularity_measure: Annotated[float, Field(ge=0, lt=1)]
     """Smallest singularity measure on the way; a pure number, 1 at the best."""
 
@@ -143,10 +151,24 @@ class GimbalDesign(_Design):
             text = f'is "{self.criterion}", but 29 parameters of three units are designed for; use "D", which has none'
             yield Conflict(key="criterion", text=text)
 
-    def _bytes_per_sample(self) -> float:
-        if self.criterion == "condition":
-            return 5.0 * _KILOBYTE * 6 * self.control_points  # second derivatives by each of them
-        return 150.0 * _KILOBYTE if self.criterion == "E" else 17.0 * _KILOBYTE
+
+class ActuatorDesign(_MotionDesign):
+    """Splines for the angle of every gimbal and the momentum of every wheel; the body rate follows from conservation.
+
+    To fly along all of it, null motion has to go along the maneuver too: of gimbals by
+    controller.steering.preferred_gimbal_angle_rad, of wheels by controller.wheels.null_motion.
+    """
+
+    parametrization: Literal["actuator"]
+    """What the splines describe: actuator (an angle for each gimbal and a momentum for each wheel)."""
+    gimbal_rate_fraction: Share = 0.8
+    """Share of the gimbal-rate limit that the design may use; the rest is the tracker's margin."""
+    wheel_momentum_fraction: Share = 0.9
+    """Share of each wheel's momentum limit that the design may use."""
+    wheel_torque_fraction: Share = 0.8
+    """Share of each wheel's torque limit that the design may use; the rest is the tracker's margin."""
+    min_singularity_measure: Annotated[float, Field(ge=0, lt=1)] = 0.0
+    """Smallest singularity measure of gyros and wheels together on the way; a pure number, 1 at the best."""
 
 
 class BasicManeuver(Section):
@@ -166,7 +188,8 @@ class CsvManeuver(Section):
     kind: Literal["csv"]
     """Where the maneuver comes from: a table of samples."""
     file: File
-    """Table with time_s and the body rate columns of a record; relative to the scenario's folder."""
+    """Table with time_s and the body rate columns of a record, and those of all gimbal angles or wheel speeds where it
+    prescribes them; relative to the scenario's folder."""
 
 
 class _ControlPoints(Section):
@@ -185,6 +208,17 @@ class BodyRatePoints(_ControlPoints):
     """Control points of the body rate, one row of 3 each."""
 
 
+class ActuatorPoints(_ControlPoints):
+    """A spline of gimbal angles and wheel momenta; the body rate follows from conservation of momentum."""
+
+    parametrization: Literal["actuator"]
+    """What the spline describes: actuator (an angle for each gimbal and a momentum for each wheel)."""
+    gimbal_angle_rad: Annotated[tuple[Angles, ...], Strict(False), Field(max_length=_MOST_CONTROL_POINTS)] = ()
+    """Control points of the gimbal angles: rows with one for each unit; omitted on a platform with wheels alone."""
+    wheel_momentum_N_m_s: Annotated[tuple[PerUnit[SignedMomentum], ...], Strict(False), _SEVERAL]
+    """Control points of the wheels' momenta: rows with one for each wheel, as many as of the gimbals."""
+
+
 class GimbalPoints(_ControlPoints):
     """A gimbal-angle spline; the body rate follows from zero total momentum."""
 
@@ -195,9 +229,9 @@ class GimbalPoints(_ControlPoints):
 
 
 Maneuver: TypeAlias = Annotated[
-    Annotated[BodyRateDesign | GimbalDesign, Field(discriminator="parametrization")]
+    Annotated[BodyRateDesign | GimbalDesign | ActuatorDesign, Field(discriminator="parametrization")]
     | BasicManeuver
     | CsvManeuver
-    | Annotated[BodyRatePoints | GimbalPoints, Field(discriminator="parametrization")],
+    | Annotated[BodyRatePoints | GimbalPoints | ActuatorPoints, Field(discriminator="parametrization")],
     Field(discriminator="kind"),
 ]

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import AfterValidator, Field
 
-from testbed.quantities import Edge, Factor, Mass, Momentum, Room, SignedMomentum, SmallAngle
+from testbed.quantities import Dipole, Drag, Edge, Factor, Mass, Momentum, Offset, Room, SignedMomentum, SmallAngle
 from testbed.scenario.section import Section
 from testbed.scenario.values import (
     Angles,
@@ -94,6 +94,15 @@ class Truth(Section):
     wheel_axis_misalignment_rad: PerUnit[Pair[SmallAngle]] = ()
     """Turns of each wheel's axis, a pair for each: about two axes normal to it, the first of them also normal to body
     z; body x for a wheel along z."""
+    center_of_mass_offset_m: Three[Offset] | None = None
+    """True place of the centre of mass from the pivot of an air bearing, body axes."""
+    drag_N_m_s_rad: Drag | None = None
+    """True torque of air and bearing film over the body rate, on an air bearing."""
+    magnetic_dipole_A_m2: Three[Dipole] | None = None
+    """True magnetic dipole of a platform in orbit, body axes."""
+    gravity_gradient_factor: Annotated[float, Field(ge=0, le=1e3)] | None = None
+    """True torque of an orbit's gravity gradient over that of the true inertia at the believed mean motion; a pure
+    number."""
 
 
 class Initial(Section):

@@ -19,15 +19,24 @@ from testbed.scenario.body import BodyScenario
 from testbed.scenario.cluster import NO_CLUSTER, Cluster, Limits, stated_conflicts
 from testbed.scenario.control import Controller
 from testbed.scenario.dispersion import Dispersion
+from testbed.scenario.environment import conservation_conflicts, start_conflicts, truth_conflicts
 from testbed.scenario.gyros import Gyros, gyros_of
-from testbed.scenario.maneuver import BasicManeuver, BodyRateDesign, BodyRatePoints, CsvManeuver, Maneuver
+from testbed.scenario.maneuver import (
+    ActuatorDesign,
+    ActuatorPoints,
+    BasicManeuver,
+    BodyRateDesign,
+    BodyRatePoints,
+    CsvManeuver,
+    Maneuver,
+)
 from testbed.scenario.platform import Cabin, Initial, Truth
 from testbed.scenario.section import Conflict, Section, refuse
 from testbed.scenario.sensors import Encoder, Tachometer, TorqueSensor, WheelTachometer, WheelTorqueSensor
 from testbed.scenario.simulation import Simulation
 from testbed.scenario.start import (
     dispersion_conflicts,
-    first_angle_conflicts,
+    first_point_conflicts,
     locked_conflicts,
     momentum_conflicts,
     room_conflicts,
@@ -102,12 +111,19 @@ class Scenario(BodyScenario):
         refuse(count_conflicts(str(info.field_name), section, _gyros(info), _wheels(info)), from_root=True)
         return section
 
+    @field_validator("truth")
+    @classmethod
+    def _of_environment(cls, truth: Truth, info: ValidationInfo) -> Truth:
+        refuse(truth_conflicts(info.data.get("environment"), truth), from_root=True)
+        return truth
+
     @field_validator("initial")
     @classmethod
     def _locked(cls, initial: Initial, info: ValidationInfo) -> Initial:
         conflicts = (
             locked_conflicts(initial, _gyros(info)),
             wheel_start_conflicts(initial, _wheels(info)),
+            start_conflicts(info.data.get("environment"), initial),
         )
         refuse(chain.from_iterable(conflicts), from_root=True)
         return initial
@@ -121,8 +137,9 @@ class Scenario(BodyScenario):
 
     @field_validator("maneuver")
     @classmethod
-    def _first_angle(cls, maneuver: Maneuver, info: ValidationInfo) -> Maneuver:
-        refuse(first_angle_conflicts(maneuver, info.data.get("initial"), _gyros(info)), from_root=True)
+    def _first_point(cls, maneuver: Maneuver, info: ValidationInfo) -> Maneuver:
+        conflicts = first_point_conflicts(maneuver, info.data.get("initial"), _gyros(info), _wheels(info))
+        refuse(conflicts, from_root=True)
         return maneuver
 
     @field_validator("simulation")
@@ -148,6 +165,7 @@ class Scenario(BodyScenario):
             _preference_conflicts(controller, info.data.get("maneuver")),
             momentum_conflicts(estimation, initial, _gyros(info), _wheels(info), platform, truth),
             dispersion_conflicts(estimation, info.data.get("dispersion")),
+            conservation_conflicts(info.data.get("environment"), info.data.get("maneuver"), estimation),
         )
         refuse(chain.from_iterable(conflicts), from_root=True)
         return controller
@@ -182,3 +200,7 @@ def _preference_conflicts(controller: Controller, maneuver: Maneuver | None) -> 
     if steering.preferred_gimbal_angle_rad == "maneuver" and open_gimbals:
         text = 'is "maneuver", but this maneuver leaves the gimbal angles open; use "zero" or a list'
         yield Conflict(key="controller.steering.preferred_gimbal_angle_rad", text=text)
+    open_wheels = maneuver is not None and not isinstance(maneuver, ActuatorDesign | ActuatorPoints | CsvManeuver)
+    if controller.wheels.null_motion == "maneuver" and open_wheels:
+        text = 'is "maneuver", but this maneuver leaves the wheels open; use "none", "minimax" or "preferred"'
+        yield Conflict(key="controller.wheels.null_motion", text=text)

@@ -13,7 +13,7 @@ from testbed.scenario.actuators import ReactionWheels, wheel_count
 from testbed.scenario.dispersion import Dispersion
 from testbed.scenario.estimation import Estimation
 from testbed.scenario.gyros import Gyros
-from testbed.scenario.maneuver import GimbalPoints, Maneuver
+from testbed.scenario.maneuver import ActuatorPoints, GimbalDesign, GimbalPoints, Maneuver
 from testbed.scenario.platform import Cabin, Initial, Platform, Truth
 from testbed.scenario.section import Conflict
 from testbed.scenario.values import per_unit
@@ -22,6 +22,8 @@ _NO_MOMENTUM = 1e-4
 """Share of the rotors' momenta that is as good as none: it moves an estimate by less than its scatter."""
 _SAME_ANGLE = 1e-6
 """rad. Six decimals written in the file pass."""
+_SAME_MOMENTUM = 1e-9
+"""N·m·s. Six figures of a wheel of 1 mN·m·s pass."""
 
 
 def locked_conflicts(initial: Initial, gyros: Gyros | None) -> Iterator[Conflict]:
@@ -57,14 +59,39 @@ def room_conflicts(cabin: Cabin, platform: Platform | None, initial: Initial | N
             yield Conflict(key="cabin.size_m", text=text)
 
 
-def first_angle_conflicts(maneuver: Maneuver, initial: Initial | None, gyros: Gyros | None) -> Iterator[Conflict]:
-    """Find a gimbal-angle spline that starts elsewhere than the gimbals; a clamped spline starts at its first point."""
-    if initial is None or gyros is None or not isinstance(maneuver, GimbalPoints):
+def first_point_conflicts(
+    maneuver: Maneuver, initial: Initial | None, gyros: Gyros | None, wheels: Sequence[ReactionWheels] | None
+) -> Iterator[Conflict]:
+    """Find a spline that starts elsewhere than the actuators, or is of others than there are.
+
+    A clamped spline starts at its first point.
+    """
+    if initial is None or gyros is None or wheels is None:
         return
-    first, start = maneuver.gimbal_angle_rad[0], per_unit(initial.gimbal_angle_rad, gyros.units, 0.0)
-    if np.abs(np.subtract(first, start)).max() > _SAME_ANGLE:
-        text = f"starts at {list(first)}, the gimbals at {list(start)}; make them equal"
-        yield Conflict(key="maneuver.gimbal_angle_rad", text=f"{text}, here or in initial.gimbal_angle_rad")
+    if isinstance(maneuver, GimbalDesign | GimbalPoints) and (wheels or not gyros.units):
+        text = 'is "gimbal", but the platform has wheels; use "actuator", which describes all of them'
+        yield Conflict(key="maneuver.parametrization", text=text)
+    elif isinstance(maneuver, GimbalPoints | ActuatorPoints):
+        yield from _rows_conflicts(maneuver, gyros)
+        starts = {
+            "gimbal_angle_rad": (per_unit(initial.gimbal_angle_rad, gyros.units, 0.0), _SAME_ANGLE),
+            "wheel_momentum_N_m_s": (per_unit(initial.wheel_momentum_N_m_s, wheel_count(wheels), 0.0), _SAME_MOMENTUM),
+        }
+        for key, (start, same) in starts.items():
+            rows = getattr(maneuver, key, ())
+            if rows and len(rows[0]) == len(start) and np.abs(np.subtract(rows[0], start)).max(initial=0.0) > same:
+                text = f"starts at {list(rows[0])}, the platform at {list(start)}; make them equal"
+                yield Conflict(key=f"maneuver.{key}", text=f"{text}, here or in initial.{key}")
+
+
+def _rows_conflicts(maneuver: GimbalPoints | ActuatorPoints, gyros: Gyros) -> Iterator[Conflict]:
+    """Find splines of gimbals and wheels that have different knots."""
+    if isinstance(maneuver, ActuatorPoints):
+        points = len(maneuver.wheel_momentum_N_m_s) if gyros.units else 0
+        if len(maneuver.gimbal_angle_rad) != points:
+            why = "as many as of the wheels' momenta" if gyros.units else "because there are no gimbals"
+            text = f"has {len(maneuver.gimbal_angle_rad)} rows instead of {points}, {why}"
+            yield Conflict(key="maneuver.gimbal_angle_rad", text=text)
 
 
 def momentum_conflicts(

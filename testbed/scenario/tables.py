@@ -17,6 +17,8 @@ UNITS = {
     "_N_m_s": "N·m·s",
     "_kg_m2": "kg·m²",
     "_rad_s2": "rad/s²",
+    "_A_m2": "A·m²",
+    "_m_s2": "m/s²",
     "_rad_s": "rad/s",
     "_N_m": "N·m",
     "_m_s": "m/s",
@@ -27,6 +29,7 @@ UNITS = {
     "_kg": "kg",
     "_s": "s",
     "_m": "m",
+    "_T": "T",
 }
 """Unit that the end of a key names; longer ends first."""
 

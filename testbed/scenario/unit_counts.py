@@ -24,8 +24,8 @@ _WHEEL_LISTS: Mapping[str, tuple[str, ...]] = {
     "controller": ("wheels.preferred_momentum_N_m_s",),
 }
 """The same of the reaction wheels."""
-_ROWS = "gimbal_angle_rad"
-"""Key of a maneuver's rows."""
+_ROWS, _WHEEL_ROWS = "gimbal_angle_rad", "wheel_momentum_N_m_s"
+"""Keys of a maneuver's rows."""
 
 
 def count_conflicts(
@@ -48,6 +48,8 @@ def count_conflicts(
     if name == "maneuver":
         for number, row in enumerate(getattr(section, _ROWS, ()), start=1):
             yield from _conflicts(f"{name}.{_ROWS}", row or (None,), units, "unit", f"row {number} ")
+        for number, row in enumerate(getattr(section, _WHEEL_ROWS, ()), start=1):
+            yield from _conflicts(f"{name}.{_WHEEL_ROWS}", row or (None,), wheel_units, "wheel", f"row {number} ")
 
 
 def _conflicts(key: str, value: object, units: int | None, kind: str, where: str = "") -> Iterator[Conflict]:

@@ -137,6 +137,9 @@ def _reference(log: FlightLog, flight: Flight) -> dict[str, Array]:
     channels = {"reference_body_rate": flight.targets.tick_rate[:rows]}
     if flight.targets.has_gimbal_reference:
         channels["reference_gimbal_angle"] = flight.targets.tick_gimbal_angle[:rows]
+    if flight.targets.has_wheel_reference:
+        speed = flight.targets.tick_wheel_momentum[:rows] / flight.controller.actuators.wheels.spin_inertia
+        channels["reference_wheel_speed"] = speed
     return channels
 
 

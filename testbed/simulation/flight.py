@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from testbed.arrays import Series, Units, UnitSeries, Vector3, Vectors3
+from testbed.arrays import Array, Series, Units, UnitSeries, Vector3, Vectors3
 from testbed.control.controller import Controller, Target
-from testbed.control.tracker import momentum_of_gimbals, momentum_of_rates
-from testbed.maneuver.maneuver import Maneuver
+from testbed.control.tracker import momentum_of_actuators, momentum_of_rates
+from testbed.errors import InputError
+from testbed.maneuver.maneuver import Maneuver, Reference
 from testbed.sensors.gyro_response import Gyro
 from testbed.sensors.units import UnitSensor
 
@@ -99,12 +100,16 @@ class Targets:
         tick_gimbal_angle: preferred angles there, shape (ticks + 1, M), rad.
         by_tick: what each control period asks for.
         has_gimbal_reference: whether the maneuver itself prescribes gimbal angles.
+        tick_wheel_momentum: of the wheels, as the maneuver prescribes it, shape (ticks + 1, W), N·m·s.
+        has_wheel_reference: whether it does.
     """
 
     tick_rate: Vectors3
     tick_gimbal_angle: UnitSeries
     by_tick: tuple[Target, ...]
     has_gimbal_reference: bool
+    tick_wheel_momentum: UnitSeries
+    has_wheel_reference: bool
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,6 +159,7 @@ def targets_of(
     *,
     preferred_gimbal_angle: UnitSeries | None,
     initial_momentum_B: Vector3,
+    outside_torque_B: Vectors3 | None = None,
 ) -> Targets:
     """Sample a maneuver: at the ticks for errors, in the middle of each period for what is held through it.
 
@@ -163,18 +169,25 @@ def targets_of(
         controller: its model turns body rates into cluster momentum.
         preferred_gimbal_angle: constant preferred angles, shape (M,), rad; None to follow the maneuver's own.
         initial_momentum_B: total angular momentum that the controller expects at the start, shape (3,), N·m·s, body.
+        outside_torque_B: what it expects to act on the platform at the ticks, shape (ticks + 1, 3), N·m, body axes;
+            nothing where None.
     """
     at_ticks = maneuver.reference(clock.tick_times)
     middle = maneuver.reference(clock.tick_times[:-1] + clock.period / 2)
+    actuators, ticks = controller.actuators, clock.ticks
+    wheel_momenta, wheel_rate, wheels_follow = _wheel_reference(controller, at_ticks, middle)
     if preferred_gimbal_angle is None and at_ticks.gimbal_angle is not None and middle.gimbal_rate is not None:
         angle, rate, follows = at_ticks.gimbal_angle, middle.gimbal_rate, True
-        momentum_B = momentum_of_gimbals(controller.actuators.cluster, angle)
     else:
-        units = len(controller.actuators.cluster.rotor_momentum)
-        constant = np.zeros(units) if preferred_gimbal_angle is None else preferred_gimbal_angle
-        angle, rate, follows = np.tile(constant, (clock.ticks + 1, 1)), np.zeros((clock.ticks, units)), False
+        constant = np.zeros(actuators.units) if preferred_gimbal_angle is None else preferred_gimbal_angle
+        angle, rate, follows = np.tile(constant, (ticks + 1, 1)), np.zeros((ticks, actuators.units)), False
+    if (follows or not actuators.units) and (wheels_follow or not len(actuators.wheel_scale)):
+        momentum_B = momentum_of_actuators(actuators, angle, wheel_momenta)
+    else:
         inertia = controller.tracker.inertia
-        momentum_B = momentum_of_rates(inertia, clock.tick_times, at_ticks.body_rate, initial_momentum_B)
+        momentum_B = momentum_of_rates(
+            inertia, clock.tick_times, at_ticks.body_rate, initial_momentum_B, outside_torque_B
+        )
     momentum_rate_B = np.diff(momentum_B, axis=0) / clock.period
     return Targets(
         tick_rate=at_ticks.body_rate,
@@ -188,7 +201,24 @@ def targets_of(
                 momentum_rate_B,
                 angle[:-1],
                 rate,
+                wheel_momenta[:-1],
+                wheel_rate,
             )
         ),
         has_gimbal_reference=follows,
+        tick_wheel_momentum=wheel_momenta,
+        has_wheel_reference=wheels_follow,
     )
+
+
+def _wheel_reference(controller: Controller, at_ticks: Reference, middle: Reference) -> tuple[Array, Array, bool]:
+    """Return the wheels' momenta at the ticks, their rates between them, and whether null motion goes along them."""
+    if controller.drive.null_motion != "maneuver":
+        wheels, ticks = len(controller.actuators.wheel_scale), len(middle.time)
+        return np.zeros((ticks + 1, wheels)), np.zeros((ticks, wheels)), False
+    if at_ticks.wheel_momentum is None or middle.wheel_momentum_rate is None:
+        raise InputError(
+            'controller.wheels.null_motion is "maneuver", but the maneuver prescribes no momenta of wheels; design it '
+            'with parametrization = "actuator", give its wheel speeds, or write "none" there'
+        )
+    return at_ticks.wheel_momentum, middle.wheel_momentum_rate, True

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.arrays import Array, Units, Vector3
+from testbed.arrays import Array, Units, Vector3, Vectors3
+from testbed.rotation.quaternion import tilts
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,7 +44,9 @@ class FlightSummary:
         rotor_clamped: time in which any rotor or wheel was at its momentum limit, s.
         min_singularity_measure: smallest on the way; 1 at the best, 0 where a torque direction is lost; None without
             control moment gyros.
-        momentum_drift: max |H_N(t) - H_N(0)| over the sum of the rotors' momenta; MuJoCo's own momentum.
+        momentum_drift: max |H_N(t) - H_N(0)|, without what the environment's torque changed, over the sum of the
+            rotors' momenta; MuJoCo's own momentum.
+        largest_tilt: of the body's z axis from the vertical, rad.
     """
 
     tracking_rms: Vector3
@@ -53,10 +56,15 @@ class FlightSummary:
     rotor_clamped: float
     min_singularity_measure: float | None
     momentum_drift: float
+    largest_tilt: float
 
 
 def summarize(
-    channels: Mapping[str, Array], period: float, limits: FlightLimits, total_rotor_momentum: float
+    channels: Mapping[str, Array],
+    period: float,
+    limits: FlightLimits,
+    total_rotor_momentum: float,
+    outside_impulse_N: Vectors3 | None = None,
 ) -> FlightSummary:
     """Condense the channels of a flown record.
 
@@ -65,7 +73,12 @@ def summarize(
         period: between rows, s.
         limits: to express use in.
         total_rotor_momentum: Σ |Js Ω|, N·m·s.
+        outside_impulse_N: what the environment has changed of the total momentum, shape (N, 3), N·m·s; nothing where
+            None.
     """
+    momentum_N = channels["true_total_momentum"]
+    if outside_impulse_N is not None:
+        momentum_N = momentum_N - outside_impulse_N
     error = channels["true_body_rate"] - channels["reference_body_rate"]
     return FlightSummary(
         tracking_rms=np.sqrt((error**2).mean(axis=0)),
@@ -74,7 +87,8 @@ def summarize(
         saturated=_flagged_time(channels, _AT_LIMIT, period),
         rotor_clamped=_flagged_time(channels, ("rotor_momentum_clamped", "wheel_momentum_clamped"), period),
         min_singularity_measure=_least_measure(channels),
-        momentum_drift=_momentum_drift(channels["true_total_momentum"], total_rotor_momentum),
+        momentum_drift=_momentum_drift(momentum_N, total_rotor_momentum),
+        largest_tilt=float(tilts(channels["true_attitude"]).max()),
     )
 
 

@@ -16,7 +16,7 @@ OF_THRUSTERS = {"actuator_weak", "actuator_misaligned", "thrust_offset", "rotor_
 KNOWN = {
     name: effect
     for name, effect in {**EFFECTS, **NOISE_EFFECTS}.items()
-    if "wheel_speed" not in effect.needs and name not in OF_RIGS | OF_THRUSTERS
+    if "wheel_speed" not in effect.needs and not effect.environment and name not in OF_RIGS | OF_THRUSTERS
 }
 """The platform on which effects are hidden by name has gyros alone."""
 ONLY_HIDDEN = {

@@ -34,8 +34,12 @@ SHARES = {"rotor_spin_down": 0.02, "gimbal_backlash": 0.02, "gimbal_coulomb_fric
 """A rotor that is not driven keeps its speed in space, too: the body's 0.6 rad/s are a tenth of what it loses here.
 A servo that hunts in the play moves the gimbal between samples: true angles at 160 Hz leave 1.1 % themselves.
 A gimbal that sticks puts the fitted age of its torques wrong. What a rotor's tremor does to gimbals is left out."""
-OF_GYROS = [each for each in (*EFFECTS.values(), *NOISE_EFFECTS.values()) if "wheel_speed" not in each.needs]
-"""Those of reaction wheels are in test_wheel_effects.py."""
+OF_GYROS = [
+    each
+    for each in (*EFFECTS.values(), *NOISE_EFFECTS.values())
+    if "wheel_speed" not in each.needs and not each.environment
+]
+"""Those of reaction wheels are in test_wheel_effects.py, those of an environment in test_environment_effects.py."""
 PREDICTED = [pytest.param(effect, id=effect.id) for effect in OF_GYROS if isinstance(effect, Effect)]
 EVERY = [pytest.param(effect, id=effect.id) for effect in OF_GYROS]
 INNER = [each for each in PREDICTED if {"gimbal_torque", "gimbal_rate_command"} & set(each.values[0].needs)]

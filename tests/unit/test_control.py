@@ -17,7 +17,7 @@ from testbed.control.tracker import (
     Tracker,
     feedback_gain,
     feedback_momentum_rate,
-    momentum_of_gimbals,
+    momentum_of_actuators,
     momentum_of_rates,
 )
 from testbed.control.wheels import WheelDrive
@@ -33,6 +33,7 @@ ANGLE = np.array([0.3, -1.1, 0.8, 0.7, -0.9, 1.4])
 
 
 NONE = np.zeros(0)
+ACTUATORS = Actuators(cluster=CLUSTER, wheels=no_wheels(), gimbal_rate_limit=2.0)
 NO_DRIVE = WheelDrive(viscous_friction=NONE, loop_gain=NONE, null_motion="none", null_gain=0.0, preferred=NONE)
 
 
@@ -52,9 +53,9 @@ def controller(**changes) -> Controller:
 
 def target(acceleration=(0.0, 0.0, 0.0), angle=ANGLE) -> Target:
     """Speed the body up from rest, gimbals where they are."""
-    momentum_B = momentum_of_gimbals(CLUSTER, angle)
+    momentum_B = momentum_of_actuators(ACTUATORS, angle, NONE)
     torque_B = INERTIA @ np.array(acceleration)
-    return Target(np.zeros(3), np.array(acceleration), momentum_B, -torque_B, np.zeros(6), np.zeros(6))
+    return Target(np.zeros(3), np.array(acceleration), momentum_B, -torque_B, np.zeros(6), np.zeros(6), NONE, NONE)
 
 
 def test_gain_follows_the_gyros_noise():

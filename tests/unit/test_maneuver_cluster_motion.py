@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from support.maneuvers import CLUSTER, INERTIA, without_units
+from support.maneuvers import CLUSTER, GYROS, INERTIA, without_units
 from support.platforms import shipped
 from testbed.cmg.cluster import cluster_momentum, momentum_jacobian, platform_momentum
 from testbed.cmg.singularity import envelope_fraction, singularity_measure, sphere_directions
@@ -20,12 +20,12 @@ TOTAL = np.array([0.004, -0.003, 0.006])
 
 
 def motion(angle=ANGLE, rate=RATE, acceleration=ACCELERATION, total=TOTAL):
-    outputs = motion_function(CLUSTER, INERTIA)(angle, rate, acceleration, total)
+    outputs = motion_function(GYROS, INERTIA, np.zeros(0))(angle, rate, acceleration, total)
     return {name: output.full().ravel() for name, output in zip(MOTION_OUTPUTS, outputs, strict=True)}
 
 
 def test_the_body_rate_conserves_momentum():
-    body_rate = body_rate_function(CLUSTER, INERTIA)(ANGLE, RATE, TOTAL).full().ravel()
+    body_rate = body_rate_function(GYROS, INERTIA)(ANGLE, RATE, TOTAL).full().ravel()
     np.testing.assert_allclose(platform_momentum(CLUSTER, INERTIA, body_rate, ANGLE, RATE), TOTAL, atol=1e-16)
 
 

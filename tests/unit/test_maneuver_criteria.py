@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from support.maneuvers import CLUSTER, INERTIA, design_problem
+from support.maneuvers import CLUSTER, GYROS, INERTIA, design_problem
 from testbed.cmg.cluster import cluster_momentum, inertia_change
 from testbed.maneuver.cluster_motion import body_rate_function
 from testbed.maneuver.criteria import criterion_terms, information_matrix
@@ -37,7 +37,7 @@ def body_rate_of_angles(points):
 def symbolic_body_rate(points):
     if points.shape[1] == 3:
         return ca.DM(BASIS) @ points
-    rate = body_rate_function(CLUSTER, INERTIA).map(len(SAMPLING.fine_time))
+    rate = body_rate_function(GYROS, INERTIA).map(len(SAMPLING.fine_time))
     return rate((ca.DM(BASIS) @ points).T, (ca.DM(SLOPES) @ points).T, np.zeros((3, len(SAMPLING.fine_time)))).T
 
 

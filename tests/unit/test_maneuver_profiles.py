@@ -9,7 +9,7 @@ from testbed.errors import InputError
 from testbed.maneuver.profiles import basic_profile, read_profile
 
 HEAD = "time_s,body_rate_x_rad_s,body_rate_y_rad_s,body_rate_z_rad_s"
-UNITS = 6
+UNITS, NO_WHEELS = 6, np.zeros(0)
 GIMBALS = ",".join(f"gimbal_angle_{unit}_rad" for unit in range(1, UNITS + 1))
 ROWS = ["2.0,0,0,0", "2.5,0.1,0,0.2", "3.0,0.1,-0.1,0.2", "3.5,0,0,0.1", "4.0,0,0,0"]
 
@@ -36,7 +36,7 @@ def test_the_basic_profile_scales_and_stretches():
 
 
 def test_a_table_is_met_at_its_rows(tmp_path):
-    maneuver = read_profile(table(tmp_path, HEAD, *ROWS), UNITS)
+    maneuver = read_profile(table(tmp_path, HEAD, *ROWS), UNITS, NO_WHEELS)
     assert maneuver.name == "profile"
     assert maneuver.duration == 2.0
     assert maneuver.gimbal_angle is None
@@ -46,7 +46,8 @@ def test_a_table_is_met_at_its_rows(tmp_path):
 
 def test_gimbal_angles_come_along_and_other_columns_do_not_matter(tmp_path):
     rows = [f"{row},{step},1,2,3,4,5,left" for step, row in enumerate(ROWS)]
-    reference = read_profile(table(tmp_path, f"{HEAD},{GIMBALS},remark", *rows), UNITS).reference(np.array([0.5]))
+    maneuver = read_profile(table(tmp_path, f"{HEAD},{GIMBALS},remark", *rows), UNITS, NO_WHEELS)
+    reference = maneuver.reference(np.array([0.5]))
     np.testing.assert_allclose(reference.gimbal_angle, [[1, 1, 2, 3, 4, 5]], atol=1e-12)
 
 
@@ -75,16 +76,16 @@ def test_gimbal_angles_come_along_and_other_columns_do_not_matter(tmp_path):
 )
 def test_a_bad_table_is_refused_with_its_place(tmp_path, lines, message):
     with pytest.raises(InputError, match=message) as caught:
-        read_profile(table(tmp_path, *lines), UNITS)
+        read_profile(table(tmp_path, *lines), UNITS, NO_WHEELS)
     assert str(tmp_path / "profile.csv") in str(caught.value)
 
 
 def test_all_faults_of_a_table_are_named_at_once(tmp_path):
     with pytest.raises(InputError) as caught:
-        read_profile(table(tmp_path, HEAD, "1,0,,0", "1,0,0,0"), UNITS)
+        read_profile(table(tmp_path, HEAD, "1,0,,0", "1,0,0,0"), UNITS, NO_WHEELS)
     assert len(str(caught.value).splitlines()) == 3
 
 
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(InputError, match=r"nowhere\.csv: cannot be read \(No such file"):
-        read_profile(tmp_path / "nowhere.csv", UNITS)
+        read_profile(tmp_path / "nowhere.csv", UNITS, NO_WHEELS)

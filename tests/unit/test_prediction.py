@@ -198,8 +198,8 @@ def without_angles():
     return replace(RUN, gimbals=None, cluster_momentum=np.zeros((len(RUN.actuator_time), 3)))
 
 
-ON_GIMBALS = [effect for effect in EFFECTS.values() if "thrust" not in effect.needs]
-"""Those of a platform without thrusters."""
+ON_GIMBALS = [each for each in EFFECTS.values() if not each.environment and "thrust" not in each.needs]
+"""Those of a platform without thrusters, that flies freely."""
 
 
 @pytest.mark.parametrize("effect", ON_GIMBALS, ids=lambda effect: effect.id)

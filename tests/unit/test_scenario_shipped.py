@@ -44,8 +44,18 @@ REQUIRED = {
     "crazyflie",
     "crazypad",
 }
-OTHER_PLATFORMS = {"orbit", "crazyflie", "crazypad", "pyramid4", "box_roof", "cubesat_wheels", "mixed"}
-"""A satellite, two quadcopters and other arrays of units, with gyros of their own."""
+OTHER_PLATFORMS = {
+    "orbit",
+    "crazyflie",
+    "crazypad",
+    "pyramid4",
+    "box_roof",
+    "cubesat_wheels",
+    "mixed",
+    "adopted",
+    "air_bearing",
+}
+"""Satellites, two quadcopters, a table on a bearing and other arrays of units, with gyros of their own."""
 
 
 def test_the_promised_scenarios_are_shipped():

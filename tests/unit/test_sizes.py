@@ -95,7 +95,7 @@ def test_a_table_of_samples_that_takes_an_hour_at_a_high_rate_is_refused_by_chec
     tree["maneuver"] = {"kind": "csv", "file": "profile.csv"}
     del tree["simulation"]["duration_s"]
     tree["simulation"]["control_rate_hz"] = 800.0
-    assert read_profile(tmp_path / "profile.csv", 6).duration == 3600.0
+    assert read_profile(tmp_path / "profile.csv", 6, np.zeros(0)).duration == 3600.0
     assert "the flight: 3600 s at control_rate_hz = 800 are 2,880,000 control periods" in refusal(
         tree, tmp_path, capsys
     )

@@ -33,6 +33,7 @@ NO_GYROS = Cluster(
     rotor_transverse_inertia=NONE,
     gimbal_inertia=NONE,
 )
+AT_REST = np.zeros(4)
 MOMENTUM = np.array([2e-3, -1e-3, 3e-3, 0.0])
 
 
@@ -56,9 +57,9 @@ def controller(loop_gain=0.0, friction=0.0, null_motion="none", preferred=0.0) -
     )
 
 
-def target(acceleration=(0.0, 0.0, 0.0), momentum=MOMENTUM) -> Target:
-    held_B = wheel_momentum(WHEELS, momentum)
-    return Target(np.zeros(3), np.array(acceleration), held_B, -INERTIA @ np.array(acceleration), NONE, NONE)
+def target(acceleration=(0.0, 0.0, 0.0), momentum=MOMENTUM, reference=AT_REST, rate=AT_REST) -> Target:
+    held_B, torque_B = wheel_momentum(WHEELS, momentum), INERTIA @ np.array(acceleration)
+    return Target(np.zeros(3), np.array(acceleration), held_B, -torque_B, NONE, NONE, reference, rate)
 
 
 def asked(controlled: Controller, wanted: Target, momentum=MOMENTUM) -> tuple[ControllerState, np.ndarray, np.ndarray]:
@@ -116,6 +117,17 @@ def test_null_motion_shares_the_momentum_without_torque(null_motion):
         null = np.linalg.svd(WHEELS.axis_B.T)[2][3]
         wanted = MOMENTUM + null * (null @ (preferred - MOMENTUM))
     np.testing.assert_allclose(momentum, wanted, atol=1e-7)
+
+
+def test_null_motion_along_the_maneuver_follows_a_moving_reference_without_torque():
+    null, momentum = np.linalg.svd(WHEELS.axis_B.T)[2][3], MOMENTUM
+    controlled, held_B = controller(null_motion="maneuver"), wheel_momentum(WHEELS, MOMENTUM)
+    for period in range(100):
+        at = MOMENTUM + 2e-5 * period * PERIOD * null
+        _, torque, _ = asked(controlled, target(reference=at, rate=2e-5 * null), momentum)
+        momentum = momentum + torque * PERIOD
+    np.testing.assert_allclose(momentum, MOMENTUM + 2e-5 * 100 * PERIOD * null, atol=1e-12)
+    np.testing.assert_allclose(wheel_momentum(WHEELS, momentum), held_B, atol=1e-12)
 
 
 def test_a_drive_with_a_speed_loop_is_sent_what_it_is_at_rest_with():

@@ -17,7 +17,11 @@ CRITERIA = {
     "E": "E: largest smallest eigenvalue",
     "condition": "smallest condition number",
 }
-_PARAMETRIZATIONS = {"body_rate": "splines of the body rate", "gimbal": "splines of the gimbal angles"}
+_PARAMETRIZATIONS = {
+    "body_rate": "splines of the body rate",
+    "gimbal": "splines of the gimbal angles",
+    "actuator": "splines of gimbal angles and wheel momenta",
+}
 _FEWEST_DRAWN = 2
 
 

@@ -1,9 +1,12 @@
-"""The maneuver: the reference body rate and gimbal angles."""
+"""The maneuver: the reference body rate, gimbal angles and wheel speeds."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
+from testbed.arrays import Array, Series
 from testbed.maneuver.maneuver import Maneuver
 from testbed.records.record import Record
 from testbed.report.frame.blocks import Figure, Section
@@ -15,11 +18,11 @@ _POINTS = 501
 
 
 def maneuver_section(maneuver: Maneuver, record: Record) -> Section:
-    """Return the section of the reference body rate and the gimbal angles.
+    """Return the section of the reference body rate, the gimbal angles and the wheel speeds.
 
     Args:
         maneuver: the reference.
-        record: of the flight, for the gimbal angles that it took.
+        record: of the flight, for what gimbals and wheels did.
     """
     time = np.linspace(0.0, maneuver.duration, _POINTS)
     rates = signal_lines("reference_body_rate", time, maneuver.reference(time).body_rate)
@@ -28,27 +31,31 @@ def maneuver_section(maneuver: Maneuver, record: Record) -> Section:
         chart=line_chart(rates, y_title="body rate, rad/s"),
         shares_time=True,
     )
-    return Section(title="Maneuver", blocks=(rate_figure, *_gimbal_figures(maneuver, record)))
+    return Section(title="Maneuver", blocks=(rate_figure, *_actuator_figures(maneuver, record)))
 
 
-def _gimbal_figures(maneuver: Maneuver, record: Record) -> tuple[Figure, ...]:
-    """Return the chart of the gimbal angles; none of a platform without gimbals."""
-    if "true_gimbal_angle" not in record.channels:
-        return ()
-    flown = signal_lines("true_gimbal_angle", record.time, record.channels["true_gimbal_angle"])
-    note = "" if maneuver.gimbal_angle is None else "Dashed: as designed. Solid: as flown."
-    figure = Figure(
-        title="Gimbal angles",
-        chart=line_chart((*_designed(maneuver), *flown), y_title="gimbal angle, rad"),
-        note=note,
+def _actuator_figures(maneuver: Maneuver, record: Record) -> Iterator[Figure]:
+    """Yield the chart of the gimbal angles, and that of wheels whose speeds the maneuver prescribes."""
+    channels, time = record.channels, np.linspace(0.0, maneuver.duration, _POINTS)
+    if "true_gimbal_angle" in channels:
+        angle = maneuver.reference(time).gimbal_angle
+        designed = () if angle is None else _pale("reference_gimbal_angle", time, angle)
+        flown = signal_lines("true_gimbal_angle", record.time, channels["true_gimbal_angle"])
+        yield _figure("Gimbal angles", "gimbal angle, rad", designed, flown)
+    if "reference_wheel_speed" in channels:
+        designed = _pale("reference_wheel_speed", record.time, channels["reference_wheel_speed"])
+        flown = signal_lines("true_wheel_speed", record.time, channels["true_wheel_speed"])
+        yield _figure("Wheel speeds", "wheel speed, rad/s", designed, flown)
+
+
+def _figure(title: str, y_title: str, designed: tuple[Line, ...], flown: tuple[Line, ...]) -> Figure:
+    return Figure(
+        title=title,
+        chart=line_chart((*designed, *flown), y_title=y_title),
+        note="Dashed: as designed. Solid: as flown." if designed else "",
         shares_time=True,
     )
-    return (figure,)
 
 
-def _designed(maneuver: Maneuver) -> tuple[Line, ...]:
-    time = np.linspace(0.0, maneuver.duration, _POINTS)
-    angle = maneuver.reference(time).gimbal_angle
-    if angle is None:
-        return ()
-    return signal_lines("reference_gimbal_angle", time, angle, style="dashed", pale=True, listed=False)
+def _pale(signal: str, time: Series, values: Array) -> tuple[Line, ...]:
+    return signal_lines(signal, time, values, style="dashed", pale=True, listed=False)

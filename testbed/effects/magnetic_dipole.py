@@ -1,0 +1,57 @@
+"""On orbit the platform has a magnetic dipole that is not known of: the Earth's field turns it."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+from typing_extensions import override
+
+from testbed.arrays import Array
+from testbed.dynamics.environment import Orbiting
+from testbed.effects.contract import Effect, Extension, Parameter
+from testbed.prediction.algebra import cross
+from testbed.prediction.environment import local_B
+from testbed.prediction.hooks import Hooks, Instant
+from testbed.scenario.environment import Orbit
+from testbed.scenario.scenario import Scenario
+
+
+class _Magnet(Hooks):
+    needs_attitude = True
+
+    @override
+    def torque(self, value: Array, at: Instant) -> Array:
+        assert at.surroundings is not None
+        orbit = at.surroundings.environment
+        assert isinstance(orbit, Orbiting)
+        field_B = np.matvec(local_B(orbit, at), orbit.field_L)
+        return cross(np.broadcast_to(value, field_B.shape), field_B)
+
+
+@final
+class MagneticDipole(Effect):
+    """T = m × B, m fixed in the body and B in the local axes of the orbit."""
+
+    id = "magnetic_dipole"
+    components = ("platform",)
+    # CubeSats have some 0.01 A·m² left over from their wires and magnets; 1e4 is beyond any magnetorquer.
+    parameters = tuple(
+        Parameter(name=f"dipole_{axis}_A_m2", unit="A·m²", typical=0.01, lower=-1e4, upper=1e4) for axis in "xyz"
+    )
+    sentence = "{component} has a magnetic dipole that is not known of: the Earth's field turns it."
+    look_alikes = ("inertial_torque", "body_torque", "gravity_gradient")
+    confirm = "The same flight along another field line: about the field itself a dipole has no torque."
+    environment = "orbit"
+
+    @override
+    def hooks(self, component: str) -> Hooks:
+        return _Magnet()
+
+    @override
+    def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
+        believed = scenario.truth.magnetic_dipole_A_m2
+        if believed is None:
+            assert isinstance(scenario.environment, Orbit)
+            believed = scenario.environment.magnetic_dipole_A_m2
+        return Extension(scenario={"truth": {"magnetic_dipole_A_m2": (np.array(believed) + values).tolist()}})

@@ -1,0 +1,79 @@
+"""What acts on the platform from outside, in the prediction: as the scenario believes, along the predicted attitude."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+from typing_extensions import override
+
+from testbed.arrays import Array
+from testbed.dynamics.environment import Orbiting, Pivoted, dipole_torque, gradient_torque, local_axes
+from testbed.prediction.algebra import cross, inertia_matrix
+from testbed.prediction.grid import Grid
+from testbed.prediction.hooks import Hooks, Instant
+
+
+@final
+class PivotHooks(Hooks):
+    """Gravity and drag on a pivot; its parameters are θ, about the centre of mass."""
+
+    needs_attitude = True
+
+    def __init__(self, pivot: Pivoted) -> None:
+        """Take the pivot with the believed centre of mass."""
+        self._pivot = pivot
+
+    @override
+    def torque(self, value: Array, at: Instant) -> Array:
+        pivot = self._pivot
+        gravity_B = cross(up_B(at), np.broadcast_to(pivot.weight * pivot.offset_B, at.body_rate.shape))
+        return gravity_B - pivot.drag * at.body_rate if pivot.drag else gravity_B
+
+    @override
+    def added_inertia(self, value: Array, grid: Grid) -> Array:
+        return self._pivot.added_inertia
+
+
+@final
+class OrbitHooks(Hooks):
+    """Gravity gradient, field and constant torque on orbit; its parameters are θ."""
+
+    needs_attitude = True
+
+    def __init__(self, orbit: Orbiting) -> None:
+        """Take the orbit with the believed dipole."""
+        self._orbit = orbit
+
+    @override
+    def torque(self, value: Array, at: Instant) -> Array:
+        orbit, local = self._orbit, local_B(self._orbit, at)
+        torque_B = gradient_torque(orbit, inertia_matrix(value), local) + dipole_torque(orbit, orbit.dipole_B, local)
+        return np.asarray(torque_B + np.matvec(local, orbit.torque_L))
+
+
+def environment_hooks(grid: Grid) -> Hooks | None:
+    """Return what acts on the runs from outside; None where nothing does."""
+    surroundings = grid.runs[0].surroundings
+    if surroundings is None:
+        return None
+    environment = surroundings.environment
+    return PivotHooks(environment) if isinstance(environment, Pivoted) else OrbitHooks(environment)
+
+
+def environment_kind(grid: Grid) -> str:
+    """Return `environment.kind` of the runs; empty where they fly freely."""
+    surroundings = grid.runs[0].surroundings
+    if surroundings is None:
+        return ""
+    return "air_bearing" if isinstance(surroundings.environment, Pivoted) else "orbit"
+
+
+def up_B(at: Instant) -> Array:
+    """Return the z axis of N in body axes, shape (R, P, 3)."""
+    return np.asarray((at.first_NB[..., 2:3, :] @ at.attitude)[..., 0, :])
+
+
+def local_B(orbit: Orbiting, at: Instant) -> Array:
+    """Return the local axes of the orbit in body axes, shape (R, P, 3, 3)."""
+    return np.asarray(np.swapaxes(at.attitude_NB, -1, -2) @ local_axes(orbit, at.time))

@@ -1,0 +1,63 @@
+"""Diagnoses of a table on an air bearing: the offset of its centre of mass is named, and of none nothing is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from testbed.assembly.platform import nominal_platform, true_platform
+from testbed.diagnosis.method import diagnosed
+from testbed.diagnosis.reading import data_set_of
+from testbed.diagnosis.signatures import hypotheses
+from testbed.dynamics.inertia import theta_of
+from testbed.effects.registry import EFFECTS
+from testbed.experiment.flying import fly_maneuver
+from testbed.experiment.planning import plan_maneuver
+from testbed.records.selection import telemetry_only
+from testbed.scenario.reader import read_scenario
+from testbed.scenario.scenario import Scenario
+from testbed.scenario.shipped import shipped_scenario
+
+FEW = {name: EFFECTS[name] for name in ("center_of_mass_offset", "body_torque")}
+NOMINAL_OFFSET = [0.0, 0.0, -1e-4]
+
+
+def measured(offset: list[float]):
+    """Three runs of five seconds, and the scenario of the platform that is believed."""
+    shipped = read_scenario(shipped_scenario("air_bearing"))
+    keys = shipped.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True)
+    keys["simulation"] |= {"duration_s": 5.0, "control_rate_hz": 100.0, "telemetry_rate_hz": 100.0}
+    keys["gyro"]["sample_rate_hz"] = 20.0
+    keys["truth"]["center_of_mass_offset_m"] = offset
+    scenario = Scenario.model_validate(keys)
+    nominal, true = nominal_platform(scenario), true_platform(scenario)
+    maneuver = plan_maneuver(scenario, nominal).maneuver
+    flown = [fly_maneuver(scenario, nominal, true, maneuver, seed).record for seed in (11, 12, 13)]
+    named = [replace(each, details=replace(each.details, name=f"run {at}")) for at, each in enumerate(flown)]
+    return data_set_of([telemetry_only(each) for each in named], scenario, nominal), theta_of(nominal.inertia)
+
+
+def test_an_offset_is_named_first_with_its_size():
+    offset = [2.4e-5, -1.7e-5, -4e-4]
+    data, theta = measured(offset)
+    *_, final = diagnosed(data.runs, data.heldout, FEW, theta)
+    assert final.model.placed[0].key == "center_of_mass_offset:platform"
+    own = final.model.own(final.model.placed[0])
+    std = np.sqrt(np.diag(final.model.covariance))[6:][own]
+    error = final.model.effect_values[own] - np.subtract(offset, NOMINAL_OFFSET)
+    np.testing.assert_array_less(np.abs(error), 4.0 * std)
+
+
+def test_nothing_is_named_where_the_centre_of_mass_is_as_believed():
+    data, theta = measured(NOMINAL_OFFSET)
+    *_, final = diagnosed(data.runs, data.heldout, FEW, theta)
+    assert final.model.placed == ()
+
+
+def test_effects_of_another_environment_are_not_asked_for():
+    data, _ = measured(NOMINAL_OFFSET)
+    testable, untestable = hypotheses(data.runs, EFFECTS)
+    asked = {each.effect.id for each in testable} | {each.effect for each in untestable}
+    assert {"center_of_mass_offset", "air_drag"} <= asked
+    assert asked.isdisjoint({"gravity_gradient", "magnetic_dipole"})
