@@ -18,6 +18,7 @@ from testbed.diagnosis.settings import SETTINGS
 from testbed.effects.contract import AXES, CLUSTER, Channel, Effect, NamedEffect, components_in
 from testbed.prediction.environment import environment_kind
 from testbed.prediction.grid import thruster_count, unit_count, wheel_count
+from testbed.prediction.hooks import Instant, overrides
 from testbed.prediction.motor_torques import has_torques
 from testbed.prediction.prediction import (
     common_size,
@@ -273,10 +274,14 @@ def hypotheses(runs: Runs, effects: Mapping[str, Effect]) -> tuple[list[Hypothes
     """
     present, environments = channels_of(runs), {"", environment_kind(runs.grid)}
     testable, not_testable = [], []
+    in_loop = runs.known_in_part and runs.belief is not None and bool(runs.belief.scatter)
     for effect in effects.values():
         if runs.belief is not None and effect.id == "inertia":
             continue  # as an effect it would be one of no body
         if effect.environment not in environments:
+            continue
+        if in_loop and _answers_motion(effect):
+            not_testable.append(Untestable(effect=effect.id, needs=_NO_FEEDBACK))
             continue
         missing = [need for need in effect.needs if need not in present]
         if missing:
@@ -292,6 +297,29 @@ def hypotheses(runs: Runs, effects: Mapping[str, Effect]) -> tuple[list[Hypothes
             components = components_on(runs, effect)
             testable += [Hypothesis(effect=effect, component=component) for component in components]
     return testable, not_testable
+
+
+_NO_FEEDBACK = "commands that no controller makes of the body rate"
+"""What is missing where a controller answers to draughts: a torque that the motion makes is the inverse of what the
+controller makes of the motion, and is found in healthy flights as well (docs/explanation/real-flight.md)."""
+
+
+def _answers_motion(effect: Effect) -> bool:
+    """Return whether an effect is a torque on the platform that its motion makes, as a drag or a loose mass does."""
+    hook = effect.hooks(effect.components[0])
+    if hook.states or not overrides(hook, "torque"):
+        return hook.states > 0
+    typical = np.array([[parameter.typical for parameter in effect.parameters]])
+    at_rest, turning = (
+        hook.torque(
+            typical,
+            Instant(
+                time=np.zeros((1, 1)), body_rate=np.full((1, 1, 3), rate), attitude=np.eye(3), state=np.zeros((1, 1, 0))
+            ),
+        )
+        for rate in (0.0, 1.0)
+    )
+    return not np.array_equal(at_rest, turning)
 
 
 def components_on(runs: Runs, effect: NamedEffect) -> list[str]:
