@@ -36,6 +36,8 @@ _SHARE = 0.3
 """Of momentum and torque about each axis that the maneuver takes, so that all three together stay within them."""
 _FASTEST = 0.3
 """rad/s; what needs no faster gyro."""
+_TILTING = 0.02
+"""rad/s about the axes that tilt a platform on a bearing: a turn to one side takes a sixth of the maneuver."""
 _SHORTEST, _LONGEST = 10.0, 120.0
 """s of the maneuver."""
 _STEEPEST = 12.0
@@ -94,6 +96,14 @@ def _sections(adopted: AdoptedPlatform, name: str) -> Iterator[str]:
         _line("mass_kg", adopted.mass),
         _line("edge_m", _rounded(math.sqrt(2.0 * np.trace(adopted.inertia) / adopted.mass)), "of a cube like it"),
     )
+    if adopted.bearing is not None:
+        yield _section(
+            "[environment] # the ball joint",
+            _line("kind", "air_bearing"),
+            _line("gravity_m_s2", adopted.bearing.gravity),
+            _line("center_of_mass_offset_m", adopted.bearing.offset_B.tolist(), "from the pivot, as drawn"),
+            _line("drag_N_m_s_rad", adopted.bearing.drag),
+        )
     yield from (_wheel(wheel) for wheel in adopted.wheels)
     yield from _gyros(adopted.gyros)
     momentum, torque = _limits(adopted)
@@ -102,10 +112,19 @@ def _sections(adopted: AdoptedPlatform, name: str) -> Iterator[str]:
         _line("cluster_torque_N_m", [_rounded(each) for each in torque]),
         _line("cluster_momentum_N_m_s", [_rounded(each) for each in momentum]),
     )
+    yield from _start(adopted)
+    yield from _flight(adopted, momentum, torque)
+
+
+def _start(adopted: AdoptedPlatform) -> Iterator[str]:
+    lines = []
     if any(wheel.speed for wheel in adopted.wheels):
         held = [wheel.spin_inertia * wheel.speed for wheel in adopted.wheels]
-        yield _section("[initial] # as the model's first keyframe", _line("wheel_momentum_N_m_s", held))
-    yield from _flight(adopted, momentum, torque)
+        lines.append(_line("wheel_momentum_N_m_s", held, "as in the model's first keyframe"))
+    if adopted.bearing is not None:
+        lines.append(_line("attitude_quat_NB", adopted.bearing.attitude.tolist(), "as drawn"))
+    if lines:
+        yield _section("[initial]", *lines)
 
 
 def _wheel(wheel: Spinning) -> str:
@@ -195,6 +214,8 @@ def _maneuver(adopted: AdoptedPlatform, momentum: Vector3, torque: Vector3) -> t
     """Return the peak rate about each axis, rad/s, and the duration, s."""
     moments = np.diag(adopted.inertia)
     rate = np.minimum(_SHARE * momentum / moments, _FASTEST)
+    if adopted.bearing is not None:
+        rate[:2] = np.minimum(rate[:2], _TILTING)
     needed = float((_STEEPEST * moments * rate / (_SHARE * torque)).max())
     duration = float(math.ceil(np.clip(needed, _SHORTEST, _LONGEST)))
     return np.asarray(rate * min(1.0, duration / needed)), duration

@@ -80,9 +80,9 @@ def adopt(
 ) -> Adoption:
     """Return the scenario of a platform that a model of one's own describes.
 
-    The platform is the body with a free joint; a hinge of it about an axis of symmetry, with a motor or a wheel's name,
-    is a reaction wheel; a hinge that carries such a hinge across its axis is the gimbal of a control moment gyro. All
-    other joints are locked as drawn.
+    The platform is the body with a free joint, or with a ball joint, which is an air bearing. A hinge of it about an
+    axis of symmetry, with a motor or a wheel's name, is a reaction wheel; a hinge that carries such a hinge across its
+    axis is the gimbal of a control moment gyro. All other joints are locked as drawn.
 
     Args:
         model: path of an MJCF or a URDF. The root of a URDF is the platform, unless a floating joint says otherwise.

@@ -6,9 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import mujoco
 import numpy as np
 
-from testbed.arrays import Matrix3, Vector3
+from testbed.arrays import Matrix3, Quaternion, Vector3
 from testbed.errors import InputError
 from testbed.plant.adopted_roles import Corrections, Taken, free_joint, taken_joints
 from testbed.plant.own_model import OwnModel, Rotor, read_own_model
@@ -83,6 +84,23 @@ class FoundGyro:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Bearing:
+    """A ball joint that the platform stands on.
+
+    Attributes:
+        offset_B: from the pivot to the centre of mass, shape (3,), m, body axes.
+        gravity: m/s², along -z of the model's world.
+        drag: of the joint, N·m·s/rad.
+        attitude: quat_NB as drawn, shape (4,).
+    """
+
+    offset_B: Vector3
+    gravity: float
+    drag: float
+    attitude: Quaternion
+
+
+@dataclass(frozen=True, kw_only=True)
 class AdoptedPlatform:
     """A platform as a user's model has it.
 
@@ -94,6 +112,7 @@ class AdoptedPlatform:
         gyros: likewise.
         taken: every joint, and what it was taken for.
         notes: what of the model a scenario cannot say.
+        bearing: what it stands on; None of a platform that floats.
     """
 
     own: OwnModel
@@ -103,6 +122,7 @@ class AdoptedPlatform:
     gyros: tuple[FoundGyro, ...]
     taken: tuple[Taken, ...]
     notes: tuple[str, ...]
+    bearing: Bearing | None
 
 
 def adopted_platform(path: Path, corrections: Corrections) -> AdoptedPlatform:
@@ -166,6 +186,19 @@ class _Found:
             gyros=gyros,
             taken=self._taken,
             notes=tuple(self._notes()),
+            bearing=self._bearing(),
+        )
+
+    def _bearing(self) -> Bearing | None:
+        own, base = self._own, self._base
+        if own.model.jnt_type[base] != mujoco.mjtJoint.mjJNT_BALL:
+            return None
+        gravity_N = own.model.opt.gravity
+        return Bearing(
+            offset_B=-self._place(own.drawn.xanchor[base]),
+            gravity=float(np.linalg.norm(gravity_N)),
+            drag=float(own.model.dof_damping[own.model.jnt_dofadr[base]]),
+            attitude=np.array(own.drawn.xquat[own.body(base)]),
         )
 
     def _in(self, *roles: str) -> list[Taken]:
@@ -244,6 +277,8 @@ class _Found:
                 yield f"{each.name}: its spring is left out"
             if model.jnt_limited[each.joint]:
                 yield f"{each.name}: its stops are left out"
+        if model.jnt_type[self._base] == mujoco.mjtJoint.mjJNT_BALL and np.any(model.opt.gravity[:2]):
+            yield "gravity is flown along -z of the world, wherever the model's points"
         if model.neq or model.ntendon:
             yield f"{model.neq} equality constraints and {model.ntendon} tendons are left out"
 

@@ -64,7 +64,7 @@ class Taken:
 
 
 def free_joint(own: OwnModel) -> tuple[int | None, str]:
-    """Return the joint by which the platform is free; or None, and what the model lacks."""
+    """Return the free joint, or the ball joint, by which the platform can turn; or None, and what the model lacks."""
     kinds = own.model.jnt_type
     free = [int(joint) for joint in np.flatnonzero(kinds == mujoco.mjtJoint.mjJNT_FREE)]
     carrying = [joint for joint in free if any(own.joints(body) for body in own.subtree(own.body(joint))[1:])]
@@ -75,11 +75,13 @@ def free_joint(own: OwnModel) -> tuple[int | None, str]:
         names = ", ".join(own.name(joint) for joint in chosen)
         return None, f"a single platform: {names} are free, and carry other bodies; leave one in the file"
     balls = [int(joint) for joint in np.flatnonzero(kinds == mujoco.mjtJoint.mjJNT_BALL)]
-    for joint in balls:
-        if not any(own.joints(body) for body in own.ancestors(own.body(joint))):
-            name = own.name(joint)
-            return None, f"a free joint: {name} is a ball joint, of an air bearing, which is not adopted; make it free"
-    return None, "a body that is free to turn: give that of the platform a <freejoint/>"
+    standing = [joint for joint in balls if not any(own.joints(body) for body in own.ancestors(own.body(joint)))]
+    if len(standing) == 1:
+        return standing[0], ""
+    if standing:
+        names = ", ".join(own.name(joint) for joint in standing)
+        return None, f"a single platform: {names} are ball joints that stand on the ground; leave one in the file"
+    return None, "a body that is free to turn: give that of the platform a <freejoint/>, or a ball joint as its bearing"
 
 
 def taken_joints(own: OwnModel, base: int, corrections: Corrections) -> tuple[Taken, ...]:
@@ -164,6 +166,8 @@ class _Roles:
     @property
     def taken(self) -> tuple[Taken, ...]:
         reason = "root of the URDF, where nothing is said to be free" if self.own.rooted else "free to move"
+        if self.own.model.jnt_type[self.base] == mujoco.mjtJoint.mjJNT_BALL:
+            reason = "stands on a ball joint, as on an air bearing"
         platform = Taken(
             name=self.own.name(self.base), role="platform", reason=reason, joint=self.base, carrier=self.base
         )

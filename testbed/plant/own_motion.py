@@ -30,7 +30,7 @@ def motion_difference(
     """Return the largest difference of body rates over 10 s, rad/s, in which both are moved by the same torques.
 
     Motors' own loops and limits are off in both, and gimbals damped alike: what is compared are bodies and joints. In
-    the user's model gravity, contacts, constraints and stops are off, and locked joints as drawn.
+    the user's model contacts, constraints and stops are off, gravity too but on a bearing, and locked joints as drawn.
 
     Args:
         adopted: the user's model.
@@ -42,9 +42,10 @@ def motion_difference(
         InputError: the user's model cannot be compiled without its locked joints.
     """
     theirs, base = _moving(adopted)
-    models = (_bare(theirs), _bare(built))
+    gravity = 0.0 if adopted.bearing is None else adopted.bearing.gravity
+    models = (_bare(theirs, gravity), _bare(built, gravity))
     layout = layout_of(models[1])
-    free = models[0].joint(base).dofadr[0] + 3
+    free = models[0].joint(base).dofadr[0] + (3 if adopted.bearing is None else 0)
     rates = (slice(free, free + 3), layout.body_rate)
     wheels = (_freedoms(models[0], [wheel.name for wheel in adopted.wheels]), layout.wheel_speed)
     gimbals = (_freedoms(models[0], [gyro.name for gyro in adopted.gyros]), layout.gimbal_rate)
@@ -53,6 +54,8 @@ def motion_difference(
     inertia = np.array([gyro.inertia + gyro.rotor.transverse_inertia for gyro in adopted.gyros])
     for model, gimballed in zip(models, gimbals, strict=True):
         model.dof_damping[gimballed] += _GIMBAL_DAMPING * inertia
+    if adopted.bearing is not None:
+        states[1].qpos[layout.attitude] = adopted.bearing.attitude
     sign = np.array([-1.0 if gyro.is_reversed else 1.0 for gyro in adopted.gyros])
     for state, turning, spinning, speed in zip(states, rates, rotors, (sign * rotor_speed, rotor_speed), strict=True):
         state.qvel[turning], state.qvel[spinning] = _BODY_RATE, speed
@@ -89,11 +92,12 @@ def _moving(adopted: AdoptedPlatform) -> tuple[mujoco.MjModel, str]:
         raise InputError(f"{adopted.own.path}: cannot be compiled without its locked joints: {error}") from error
 
 
-def _bare(model: mujoco.MjModel) -> mujoco.MjModel:
-    """Let nothing but bodies and joints act."""
+def _bare(model: mujoco.MjModel, gravity: float) -> mujoco.MjModel:
+    """Let nothing but bodies, joints and gravity on a bearing act."""
     flags, option = mujoco.mjtDisableBit, model.opt
     option.integrator, option.timestep = mujoco.mjtIntegrator.mjINT_RK4, _STEP
-    option.gravity[:] = 0.0
+    option.gravity[:] = (0.0, 0.0, -gravity)
+    option.disableflags &= ~flags.mjDSBL_GRAVITY.value
     option.density = option.viscosity = 0.0
     for flag in (flags.mjDSBL_CONTACT, flags.mjDSBL_EQUALITY, flags.mjDSBL_LIMIT, flags.mjDSBL_ACTUATION):
         option.disableflags |= flag.value

@@ -155,6 +155,23 @@ def test_a_urdf_is_free_at_its_root_and_states_efforts_and_speeds(tmp_path):
     check_flies(adopted, tmp_path)
 
 
+def test_a_ball_joint_is_an_air_bearing_with_the_pivot_and_gravity_of_the_model(tmp_path):
+    joint = "<joint name='cup' type='ball' pos='1e-5 -2e-5 2e-4' damping='1e-4'/>"
+    gravity = "<option gravity='0 0 -9.7'/>"
+    path = model(tmp_path, three_wheels(), motors(*AXES, limits="ctrlrange='-0.02 0.02'"), joint=joint, more=gravity)
+    adopted = tb.adopt(path)
+    environment = adopted.scenario.environment
+    assert (environment.kind, environment.gravity_m_s2, environment.drag_N_m_s_rad) == ("air_bearing", 9.7, 1e-4)
+    own = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(own)
+    mujoco.mj_forward(own, data)
+    offset = data.xmat[1].reshape(3, 3).T @ (data.subtree_com[1] - data.xanchor[0])
+    np.testing.assert_allclose(environment.center_of_mass_offset_m, offset, atol=1e-12)
+    np.testing.assert_allclose(adopted.scenario.initial.attitude_quat_NB, data.xquat[1], atol=1e-12)
+    assert adopted.difference <= PROMISED
+    assert tb.fly(adopted.scenario, seed=1).result["outcome"] == "completed"
+
+
 def test_an_estimated_platform_is_adopted_from_its_mjcf_and_its_urdf(tmp_path):
     scenario = tb.read_scenario("mixed")
     estimate = tb.estimate(scenario, tb.Records((tb.fly(scenario, seed=1).record,)))
@@ -212,7 +229,6 @@ def test_what_a_scenario_cannot_say_is_noted(tmp_path):
             "",
             "lacks a body that is free to turn: give that of the platform a <freejoint/>",
         ),
-        (three_wheels(), motors(*AXES), "<joint name='cup' type='ball'/>", "cup is a ball joint, of an air bearing"),
         ("", "", "<freejoint/>", "lacks what a platform needs:\n  actuators: a reaction wheel is a hinge"),
         (
             "<body name='arm'><joint name='elbow' axis='1 0 0'/><geom type='box' size='.1 .1 .1' pos='0 .2 0'/></body>",

@@ -18,6 +18,7 @@ from testbed.estimation.motion import drive_of, simulate, with_torque
 from testbed.estimation.registry import ESTIMATORS
 from testbed.estimation.surroundings import integrated
 from testbed.estimation.telemetry import covered_part
+from testbed.estimation.uncertainty import USUAL
 from testbed.experiment.conduct import conduct
 from testbed.experiment.experiment import Experiment
 from testbed.experiment.running_estimators import run_estimators
@@ -108,7 +109,7 @@ def test_the_bound_is_of_inertia_and_offset_and_what_is_considered_widens_both()
     assert bound.shape == (9,)
     assert (bound[6:] > 1e-9).all()
     assert (bound[6:] < 1e-5).all()
-    settings = estimation_settings(scenario(), nominal_platform(scenario()), maneuver=None)
+    settings = replace(estimation_settings(scenario(), nominal_platform(scenario()), maneuver=None), uncertainty=USUAL)
     quiet = scenario().model_copy(
         update={"estimation": scenario().estimation.model_copy(update={"estimators": ("output_error",)})}
     )
