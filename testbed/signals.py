@@ -14,11 +14,22 @@ UNITS = ("1", "2", "3", "4", "5", "6")
 """Names of the shipped platform's units, which documents list; a signal of another cluster is `sized`."""
 WHEELS = ("1", "2", "3", "4")
 """Names of the reaction wheels of a usual array, which documents list."""
+MOTORS = ("1", "2", "3", "4")
+"""Numbers of the motors of a quadcopter, which documents list."""
 MOST_UNITS = 24
 """Of a cluster. The largest that has flown is of six; an optimiser's time grows with the square of the number."""
 QUATERNION = ("w", "x", "y", "z")
 
-_COLUMN_SUFFIX = {"rad": "rad", "rad/s": "rad_s", "N·m": "N_m", "N·m·s": "N_m_s", "m": "m", "m/s²": "m_s2", "": ""}
+_COLUMN_SUFFIX = {
+    "rad": "rad",
+    "rad/s": "rad_s",
+    "N·m": "N_m",
+    "N·m·s": "N_m_s",
+    "m": "m",
+    "m/s²": "m_s2",
+    "N": "N",
+    "": "",
+}
 
 
 def unit_numbers(units: int) -> tuple[str, ...]:
@@ -38,7 +49,8 @@ class Signal:
         label: what a plot calls it.
         telemetry: whether a flown platform can send it (the columns of docs/reference/records.md), or only a
             simulation knows it.
-        per: whether it has a component for each control moment gyro, or for each reaction wheel.
+        per: whether it has a component for each control moment gyro, for each reaction wheel, or for each motor with a
+            propeller or jet.
     """
 
     name: str
@@ -47,7 +59,7 @@ class Signal:
     components: tuple[str, ...] = ()
     label: str
     telemetry: bool = False
-    per: Literal["", "unit", "wheel"] = ""
+    per: Literal["", "unit", "wheel", "motor"] = ""
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -58,11 +70,11 @@ class Signal:
 
     @property
     def per_unit(self) -> bool:
-        """Whether it has a component for each unit of the cluster, or for each wheel."""
+        """Whether it has a component for each unit of the cluster, each wheel or each motor."""
         return bool(self.per)
 
     def sized(self, units: int) -> Signal:
-        """Return the signal of so many units or wheels; itself where it has no component for each."""
+        """Return the signal of so many units, wheels or motors; itself where it has no component for each."""
         return replace(self, components=unit_numbers(units)) if self.per_unit else self
 
     @property
@@ -83,11 +95,16 @@ def _per_wheel(name: str, unit: str, label: str) -> Signal:
     return Signal(name=name, unit=unit, components=WHEELS, label=label, per="wheel")
 
 
+def _per_motor(name: str, unit: str, label: str) -> Signal:
+    return Signal(name=name, unit=unit, components=MOTORS, label=label, per="motor")
+
+
 _TELEMETRY = (
     _signal("body_rate", "rad/s", AXES, "body rate, gyro", "B"),
     _per_unit("gimbal_angle", "rad", "gimbal angle, encoder"),
     _signal("cluster_momentum", "N·m·s", AXES, "cluster momentum", "B"),
     _signal("applied_torque", "N·m", AXES, "applied torque", "B"),
+    _per_motor("motor_thrust", "N", "thrust of each motor, commanded"),
     _per_unit("gimbal_rate_command", "rad/s", "gimbal rate, commanded"),
     _per_unit("gimbal_torque", "N·m", "gimbal motor torque"),
     _per_unit("rotor_speed", "rad/s", "rotor speed, tachometer"),

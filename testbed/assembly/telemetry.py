@@ -14,7 +14,7 @@ from testbed.cmg.cluster import Cluster
 from testbed.cmg.servo_law import stiffness_of
 from testbed.errors import InputError
 from testbed.estimation.gyro_noise import gyro_noise_of, noise_freedom
-from testbed.estimation.telemetry import GimbalTelemetry, Servo, Telemetry, WheelTelemetry
+from testbed.estimation.telemetry import GimbalTelemetry, Servo, Telemetry, Thrusters, WheelTelemetry
 from testbed.records.checks import live_columns, sampled_rows
 from testbed.records.record import Record
 from testbed.records.selection import sampled, usable
@@ -48,6 +48,7 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
     source = _actuator_channel(part)
     time, values = sampled(part, source)
     noise = _gyro_noise(part, gyro_time, body_rate[:, live])
+    thrusters, thrust = _thrusters(part, scenario, time)
     return Telemetry(
         gyro_time=gyro_time,
         body_rate=body_rate,
@@ -57,6 +58,8 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
         wheels=_wheels(part, nominal, time),
         cluster_momentum=values if source == "cluster_momentum" else None,
         applied_torque=_channel(part, "applied_torque", time),
+        thrust=thrust,
+        thrusters=thrusters,
         initial_momentum=scenario.estimation.initial_momentum,
         constant_torque=scenario.estimation.constant_torque,
         noise_freedom=np.inf if noise is None or noise == part.details.gyro_noise else noise_freedom(gyro_time),
@@ -117,6 +120,40 @@ def _actuator_channel(record: Record) -> str:
         if name in record.channels:
             return name
     raise InputError(f"{record.details.name}: one of {', '.join(_ACTUATOR_CHANNELS)} is needed to estimate the inertia")
+
+
+_AGREES = 0.2
+"""Share of the applied torque's scatter by which it may differ from what the thrusters make of their thrusts: rounding
+and another constant pass, a motor in another's place does not."""
+
+
+def _thrusters(record: Record, scenario: BodyScenario, time: Series) -> tuple[Thrusters | None, Array | None]:
+    """Return the scenario's thrusters and what each was commanded; none where either is not known.
+
+    Raises:
+        InputError: there are as many of one as of the other, or together they make another torque than recorded.
+    """
+    thrust, torque_B = _channel(record, "motor_thrust", time), _channel(record, "applied_torque", time)
+    if thrust is None or torque_B is None or not scenario.thrusters:
+        return None, None
+    name, stated = record.details.name, len(scenario.thrusters)
+    if thrust.shape[1] != stated:
+        raise InputError(
+            f"{name}: has {thrust.shape[1]} columns motor_thrust_..._N, but the scenario has {stated} [[thrusters]]: "
+            "give each thruster a column, in the scenario's order"
+        )
+    thrusters = Thrusters(
+        position_B=np.array([each.position_m for each in scenario.thrusters]),
+        direction_B=np.array([each.direction for each in scenario.thrusters]),
+        reaction=np.array([each.reaction_m for each in scenario.thrusters]),
+    )
+    missed = torque_B - thrust @ thrusters.torque_per_thrust_B
+    if missed.std(axis=0).max() > _AGREES * torque_B.std(axis=0).max():
+        raise InputError(
+            f"{name}: the scenario's [[thrusters]] make another torque of motor_thrust than applied_torque says: check "
+            "their order, positions, directions and the signs of reaction_m"
+        )
+    return thrusters, thrust
 
 
 def _units(record: Record, nominal: Body) -> Cluster:

@@ -205,6 +205,10 @@ def estimate(
 def diagnose(
     scenario: ScenarioName,
     data: Annotated[Path, typer.Option(metavar="FOLDER", help="Folder of records: NAME.csv or NAME.parquet.")],
+    reference: Annotated[
+        Path | None,
+        typer.Option(metavar="HEALTHY", help="Folder of healthy records: only what is new against them is named."),
+    ] = None,
     out: Out = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the interrupted diagnosis in DIR.")] = False,
     changes: Changes = None,
@@ -215,7 +219,7 @@ def diagnose(
     from testbed.cli.diagnose import diagnose_records  # noqa: PLC0415
 
     _choose_output(json=json, quiet=quiet)
-    raise typer.Exit(diagnose_records(scenario, changes or (), data, out, resume=resume))
+    raise typer.Exit(diagnose_records(scenario, changes or (), data, out, resume=resume, reference=reference))
 
 
 @app.command(name="import")

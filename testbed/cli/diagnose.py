@@ -61,7 +61,9 @@ from testbed.scenario.body import BodyScenario
 _PAIRS_SHOWN = 3
 
 
-def diagnose_records(source: str, changes: Sequence[str], data: Path, out: Path | None, *, resume: bool) -> int:
+def diagnose_records(
+    source: str, changes: Sequence[str], data: Path, out: Path | None, *, resume: bool, reference: Path | None = None
+) -> int:
     """Diagnose the records of a folder against a nominal scenario, print and write what was found.
 
     Args:
@@ -70,6 +72,7 @@ def diagnose_records(source: str, changes: Sequence[str], data: Path, out: Path 
         data: folder of records.
         out: new or empty folder; None for a fresh one.
         resume: whether to go on with a diagnosis that was interrupted, in its folder.
+        reference: folder of healthy records; None without.
 
     Returns:
         The exit code; Ctrl-C keeps what was found so far.
@@ -81,12 +84,23 @@ def diagnose_records(source: str, changes: Sequence[str], data: Path, out: Path 
     require_folder("diagnosis", out, resume=resume)
     with reserved_folder(out, f"{scenario.name}-diagnosis", resume=resume) as folder:
         records = read_records(data)
-        with kept_parts(folder, origin_of(scenario, records, command_line()), resume=resume) as parts:
-            return _diagnose(scenario, records, folder, parts)
+        healthy = None if reference is None else read_records(reference)
+        with kept_parts(folder, origin_of(scenario, records, command_line(), healthy), resume=resume) as parts:
+            return _diagnose(scenario, records, healthy, folder, parts)
 
 
-def _diagnose(scenario: BodyScenario, records: Records, folder: OutputFolder, parts: KeptParts) -> int:
-    prepared = prepared_records(scenario, records)
+def _diagnose(
+    scenario: BodyScenario, records: Records, healthy: Records | None, folder: OutputFolder, parts: KeptParts
+) -> int:
+    if healthy is None:
+        prepared = prepared_records(scenario, records)
+    else:
+        try:
+            with _bars() as bars, keeping(parts):
+                prepared = prepared_records(scenario, records, healthy, _shown_in(bars))
+        except KeyboardInterrupt:
+            say(f"Interrupted before anything was found; {_again(folder) if parts.parts else 'nothing was written.'}")
+            return INTERRUPTED
     _print_data(prepared.data, (*prepared.notices, *_parts_notices(parts)))
     stages = _Stages()
     with suppress(KeyboardInterrupt), _bars() as bars, keeping(parts):

@@ -126,11 +126,13 @@ class Screening:
         signatures: of each hypothesis at its best start.
         tested: number of hypotheses, which share the family-wise error alike.
         candidates: refitted ones, the one with the most evidence first.
+        set_aside: hypotheses whose refit is the motion of no body; they cannot be compared.
     """
 
     signatures: tuple[Signature, ...]
     tested: int
     candidates: tuple[Candidate, ...]
+    set_aside: tuple[Hypothesis, ...] = ()
 
     def odds(self, candidate: Candidate) -> float:
         """Return twice the logarithm of a candidate's posterior odds against none; all candidates have equal priors."""
@@ -155,7 +157,7 @@ def accepted(screening: Screening) -> Candidate | None:
     """
     if not screening.candidates or not _is_there(screening, screening.candidates[0]):
         return None
-    is_first = len(screening.candidates[0].fit.placed) == 1
+    is_first = sum(not each.given for each in screening.candidates[0].fit.placed) == 1
     needed = SETTINGS.null_prior_odds if is_first else SETTINGS.further_name_odds
     if not favoured_over_none((screening.odds(each) for each in screening.close), needed):
         return None

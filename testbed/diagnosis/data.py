@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from testbed.arrays import Array, Flags, Units, Vector3
+from testbed.arrays import Array, Flags, Matrix3, Theta, Units, Vector3
 from testbed.diagnosis.settings import SETTINGS
+from testbed.dynamics.inertia import inertia_of, log_ratio, of_log_ratio, slopes_of_log_ratio, theta_of
 from testbed.effects.fast_changes import FEWEST, fast_power
 from testbed.estimation.noise_spectrum import correlated, decorrelated
-from testbed.estimation.telemetry import Telemetry, has_momentum
+from testbed.estimation.telemetry import ALL_AXES, Telemetry, has_momentum
+from testbed.estimation.torque_noise import covariance
 from testbed.prediction.grid import Grid, grid_of, unit_count
 from testbed.prediction.motor_torques import has_torques, measured_torques
 from testbed.prediction.servo import response, ticks_of
@@ -130,6 +134,92 @@ def _noise(channel: Sequence[Array]) -> Units:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Belief:
+    """What is known of a model's parameters before its runs are seen. Each known number is one more row of a fit.
+
+    Attributes:
+        nominal_theta: inertia that the logarithm U of `dynamics.inertia.log_ratio` is taken over, shape (6,), kg·m².
+        log_ratio: mean of U, shape (6,).
+        log_ratio_std: its standard deviation; infinite for none, zero where the inertia is known.
+        reach: largest eigenvalue of U, either sign.
+        trim: mean of the actuators' constant torque in a record, shape (3,), N·m.
+        trim_std: its scatter from record to record, shape (3,), N·m; infinite where any trim is as likely.
+        effects: key, mean and standard deviation of the parameters of effects that are known to be there.
+        scatter: key of other effects, and the covariance by which their parameters differ between healthy records,
+            noise apart, shape (K, K).
+        records: number of the healthy records that show it.
+        torque_noise: the least that there is, as `Runs` has it: what turned the healthy platform turns it still; None
+            where that is not known.
+    """
+
+    nominal_theta: Theta
+    log_ratio: Array
+    log_ratio_std: float
+    reach: float
+    trim: Vector3
+    trim_std: Vector3
+    effects: tuple[tuple[str, Array, Array], ...] = ()
+    scatter: tuple[tuple[str, Array], ...] = ()
+    records: int = 0
+    torque_noise: Array | None = None
+
+    def share_beyond_scatter(self, key: str, columns: Array, values: Array, records: int) -> float:
+        """Return which share of the χ² of an effect is beyond what healthy records differ by.
+
+        As of the Wald statistic of its parameters, whose covariance N⁻¹ grows by that of their scatter.
+
+        Args:
+            key: of the effect.
+            columns: whitened ∂prediction/∂parameters, shape (samples, K).
+            values: of its parameters, from where it is absent, shape (K,).
+            records: number of those that show it now.
+        """
+        scatter, normal = dict(self.scatter).get(key), columns.T @ columns
+        whole = float(values @ normal @ values)
+        if scatter is None or whole <= 0.0:
+            return 1.0
+        spread = scatter * (1.0 / records + 1.0 / self.records)
+        beyond = values @ normal @ np.linalg.solve(np.eye(len(values)) + spread @ normal, values)
+        return float(np.clip(beyond / whole, 0.0, 1.0))
+
+    @property
+    def nominal(self) -> Matrix3:
+        """The inertia itself, shape (3, 3), kg·m²."""
+        return inertia_of(self.nominal_theta)
+
+    def of_records(self) -> Belief:
+        """Return what is known of each record by itself: runs that are held out have the rest from those fitted."""
+        return replace(self, log_ratio_std=np.inf, effects=())
+
+    def log_ratio_of(self, theta: Theta) -> Theta:
+        """Return U of an inertia, shape (6,)."""
+        return log_ratio(inertia_of(theta), self.nominal)
+
+    def within_reach(self, logarithm: Theta) -> Theta:
+        """Return θ, shape (6,), kg·m², of the nearest U that is within reach."""
+        sizes, axes = np.linalg.eigh(inertia_of(logarithm))
+        near = theta_of((axes * np.clip(sizes, -self.reach, self.reach)) @ axes.T)
+        return theta_of(of_log_ratio(near, self.nominal))
+
+    def moved(self, theta: Theta, step: Theta) -> Theta:
+        """Return an inertia after a step, both of shape (6,), kg·m²: U takes the step that it is to first order."""
+        logarithm = self.log_ratio_of(theta)
+        slopes = slopes_of_log_ratio(logarithm, self.nominal, np.eye(3))
+        return self.within_reach(logarithm + np.linalg.solve(slopes, step))
+
+    def ways(self, theta: Theta) -> tuple[Array, Array]:
+        """Return ∂θ/∂U about the axes of U, shape (6, 6), and the limits that U is at: -1, 0 or 1, shape (6,)."""
+        logarithm = self.log_ratio_of(theta)
+        sizes, axes = np.linalg.eigh(inertia_of(logarithm))
+        at_limit = np.concatenate([np.sign(sizes) * (np.abs(sizes) > _AT_REACH * self.reach), np.zeros(3)])
+        return slopes_of_log_ratio(logarithm, self.nominal, axes), at_limit
+
+
+_AT_REACH = 1.0 - 1e-9
+"""Share of the reach from which on U is at its limit: rounding of its eigenvalues."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Runs:
     """Runs of one role.
 
@@ -143,6 +233,9 @@ class Runs:
         inner: measured motor torques and responses to commands, blocks in the order in which they are predicted.
         inner_sigma: of each block, shape (M,) or (M - 3,), in the block's unit.
         noise_freedom: degrees of freedom with which sigma is known; infinite where it is stated.
+        belief: what is known of the parameters a priori; None where the runs alone decide them.
+        torque_noise: noise of the samples and of a torque that nobody commanded, as `estimation.torque_noise` has it,
+            by which windows are whitened instead of by sigma, shape (3, 3); None where it is not estimated.
         noise_uncertainty: share by which the stated standard deviation may be wrong, one standard deviation.
         correlation: of neighbouring samples of the gyro's noise, each axis, shape (3,); None where it is white.
         stated_sigma: sigma before the noise was estimated, shape (R, 3), rad/s; None where it was not.
@@ -156,6 +249,8 @@ class Runs:
     noise_freedom: float = np.inf
     windowed: tuple[str, ...] = ()
     estimated_noise: tuple[Array, ...] = ()
+    belief: Belief | None = None
+    torque_noise: Array | None = None
     noise_uncertainty: float = SETTINGS.noise_uncertainty
     correlation: Vector3 | None = None
     stated_sigma: Array | None = None
@@ -174,6 +269,35 @@ class Runs:
     def record_names(self) -> list[str]:
         """Names of the records, each once, in their order."""
         return list(dict.fromkeys(self.windowed or self.names))
+
+    @cached_property
+    def record_of(self) -> NDArray[np.intp]:
+        """Index in `record_names` of every run, shape (R,)."""
+        index = {name: number for number, name in enumerate(self.record_names)}
+        return np.array([index[name] for name in self.windowed or self.names])
+
+    @property
+    def trimmed(self) -> bool:
+        """Whether a constant torque of the actuators is free in every record: nothing else fixes its mean."""
+        return self.grid.runs[0].applied_torque is not None and not self.driven_by_momentum
+
+    @property
+    def known_in_part(self) -> bool:
+        """Whether the torque is known in part, so that runs are windows: what turns the platform beside it is noise."""
+        return bool(self.windowed) and self.trimmed
+
+    @property
+    def mean_torque(self) -> Array:
+        """Mean of the applied torque over the record of every run, shape (R, 1, 3), N·m."""
+        by_run = self.grid.applied_torque_B[:, 0].mean(axis=1)
+        sums = np.zeros((len(self.record_names), 3))
+        np.add.at(sums, self.record_of, by_run)
+        return (sums / np.bincount(self.record_of)[:, None])[self.record_of][:, None]
+
+    @property
+    def numbers(self) -> int:
+        """Numbers of all channels that are compared."""
+        return self.samples + sum(block.size for block in self.inner)
 
     @property
     def live(self) -> Flags:
@@ -217,10 +341,8 @@ class Runs:
         Args:
             predicted: blocks of all channels, each of shape (N, 3), (N, M) or (N, M - 3).
         """
-        measured = (*self.measured, *self.inner)
-        parts = zip(measured, predicted, self._sigmas, strict=True)
-        blocks = self._decorrelated([(values - guess) / sigma for values, guess, sigma in parts])
-        return np.concatenate([block.ravel() for block in self._compared_of(blocks)])
+        pairs = zip((*self.measured, *self.inner), predicted, strict=True)
+        return np.concatenate([block.ravel() for block in self._whitened([values - guess for values, guess in pairs])])
 
     def by_run(self, residual: Array) -> list[Array]:
         """Return the gyro's part of a whitened residual in each run, shapes (N, 3), or (N, 3, C) of C columns.
@@ -235,6 +357,9 @@ class Runs:
 
     def gyro_residual(self, residual: Array) -> list[Array]:
         """Return what of a whitened residual is the gyro's in each run, in rad/s and with its colour, shapes (N, 3)."""
+        if self.torque_noise is not None:
+            parts = zip(self._factors, self.by_run(residual), strict=True)
+            return [np.einsum("anm,ma->na", factor, part) for factor, part in parts]
         pairs = zip(self.by_run(residual), self.sigma, strict=True)
         if self.correlation is None:
             return [part * sigma for part, sigma in pairs]
@@ -246,7 +371,7 @@ class Runs:
     def as_stated(self) -> Runs:
         """Return the same runs with the noise that is stated."""
         sigma = self.sigma if self.stated_sigma is None else self.stated_sigma
-        return replace(self, sigma=sigma, stated_sigma=None, correlation=None, estimated_noise=())
+        return replace(self, sigma=sigma, stated_sigma=None, correlation=None, estimated_noise=(), torque_noise=None)
 
     def gimbals_by_run(self, residual: Array) -> list[tuple[Array, ...]]:
         """Return the gimbal channels' part of a whitened residual in each run, one channel after the other.
@@ -272,31 +397,40 @@ class Runs:
         Args:
             derivatives: of each block, or of the gyro's alone, shape (N, 3, C), (N, M, C) or (N, M - 3, C).
         """
-        parts = zip(derivatives, self._sigmas, strict=False)
-        blocks = self._decorrelated([block / sigma[:, None] for block, sigma in parts])
-        return [block.reshape(-1, block.shape[-1]) for block in self._compared_of(blocks)]
+        return [block.reshape(-1, block.shape[-1]) for block in self._whitened(derivatives)]
 
-    def _decorrelated(self, blocks: list[Array]) -> list[Array]:
-        """Return blocks of which the gyro's, which come first, have lost the colour of its noise."""
-        if self.correlation is None:
-            return blocks
-        gyro = zip(blocks, self.grid.runs, strict=False)  # the gimbals' blocks come behind
-        own = [decorrelated(block, run.gyro_time, self.correlation) for block, run in gyro]
-        return [*own, *blocks[len(own) :]]
+    def _whitened(self, blocks: Sequence[Array]) -> list[Array]:
+        """Return what is in the blocks' units in units of their noise, without its colour, and where it is compared."""
+        white = [self._in_noise(index, block) for index, block in enumerate(blocks)]
+        if self.correlation is not None:
+            gyro = zip(white, self.grid.runs, strict=False)  # the gimbals' blocks come behind
+            own = [decorrelated(block, run.gyro_time, self.correlation) for block, run in gyro]
+            white = [*own, *white[len(own) :]]
+        return [block[:, self._compared(index)] for index, block in enumerate(white)]
 
-    def _compared_of(self, blocks: Sequence[Array]) -> list[Array]:
-        """Return the columns of blocks that are compared: of the gyro's, those of the axes that turn."""
-        return [block[:, shown] for block, shown in zip(blocks, self._compared, strict=False)]
+    def _in_noise(self, block: int, values: Array) -> Array:
+        """Return a block's values, shape (N, width) or (N, width, C), in units of σ, or without the torque's noise."""
+        if self.torque_noise is None or block >= len(self.names):
+            sigma = self.sigma[block] if block < len(self.names) else self.inner_sigma[block - len(self.names)]
+            return np.asarray(values / (sigma if values.ndim == 2 else sigma[:, None]))
+        by_axis = np.moveaxis(values.reshape(*values.shape[:2], -1), 1, 0)
+        return np.moveaxis(self._whiteners[block] @ by_axis, 0, 1).reshape(values.shape)
 
-    @property
-    def _sigmas(self) -> tuple[Array, ...]:
-        return (*self.sigma, *self.inner_sigma)
+    @cached_property
+    def _factors(self) -> list[Array]:
+        """Cholesky factors of the noise's covariance of each run and axis, shape (3, N, N), rad/s."""
+        assert self.torque_noise is not None
+        return [np.asarray(np.linalg.cholesky(covariance(run.gyro_time, self.torque_noise))) for run in self.grid.runs]
 
-    @property
-    def _compared(self) -> tuple[Flags | slice, ...]:
-        """Which columns of each block are compared."""
-        gyro: list[Flags | slice] = [slice(None) if live.all() else live for live in self.live]
-        return (*gyro, *(slice(None) for _ in self.inner))
+    @cached_property
+    def _whiteners(self) -> list[Array]:
+        """Their inverses."""
+        return [np.asarray(np.linalg.inv(factor)) for factor in self._factors]
+
+    def _compared(self, block: int) -> Flags | slice:
+        """Return which columns of a block are compared."""
+        live = self.grid.runs[block].live if block < len(self.names) else ALL_AXES
+        return slice(None) if live == ALL_AXES else np.array(live)
 
 
 def _on_all_axes(part: Array, live: Flags) -> Array:
@@ -339,6 +473,8 @@ def joined(runs: Runs, heldout: Runs | None) -> Runs:
         estimated_noise=[noise for each in both for noise in each.estimated_noise],
         correlation=runs.correlation,
         windowed=[name for each in both for name in each.windowed],
+        belief=runs.belief,
+        torque_noise=runs.torque_noise,
     )
 
 
@@ -352,6 +488,8 @@ def chosen(runs: Runs, which: Sequence[int]) -> Runs:
         estimated_noise=[runs.estimated_noise[index] for index in which if runs.estimated_noise],
         correlation=runs.correlation,
         windowed=[runs.windowed[index] for index in which if runs.windowed],
+        belief=runs.belief,
+        torque_noise=runs.torque_noise,
     )
 
 
@@ -363,6 +501,8 @@ def _gyro_only(
     estimated_noise: Sequence[Array],
     correlation: Vector3 | None,
     windowed: Sequence[str],
+    belief: Belief | None,
+    torque_noise: Array | None,
 ) -> Runs:
     outer = [replace(run, gimbals=run.gimbals and run.gimbals.angles_only(), gyro_error=None) for run in telemetry]
     grid = replace(grid_of(outer), follows_commands=False)
@@ -374,4 +514,6 @@ def _gyro_only(
         estimated_noise=tuple(estimated_noise),
         correlation=correlation,
         windowed=tuple(windowed),
+        belief=belief,
+        torque_noise=torque_noise,
     )

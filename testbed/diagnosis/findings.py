@@ -8,22 +8,38 @@ residual exceeds the noise, it counts in units of the residual variance.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, groupby
 
 import numpy as np
 from scipy.stats import chi2
 
-from testbed.arrays import Array, Flags, Indices, Theta
+from testbed.arrays import Array, Flags, Indices, Theta, Vector3
 from testbed.diagnosis.candidates import Screening, p_value, probabilities_of
-from testbed.diagnosis.data import Runs
+from testbed.diagnosis.data import Belief, Runs
 from testbed.diagnosis.misfit import Misfit, misfit_of
-from testbed.diagnosis.model import Fit, Hypothesis, fitted_initial_rates, nominal_fit, orthonormal, projected_out
+from testbed.diagnosis.model import (
+    Fit,
+    Hypothesis,
+    evaluated,
+    fitted_initial_rates,
+    nominal_fit,
+    orthonormal,
+    projected_out,
+)
 from testbed.diagnosis.noise import NoiseHypothesis
 from testbed.diagnosis.settings import SETTINGS
-from testbed.diagnosis.signatures import Signature, confounding, distinguishability, smallest_detectable
+from testbed.diagnosis.signatures import (
+    Signature,
+    confounding,
+    distinguishability,
+    signatures,
+    smallest_detectable,
+    without,
+)
 from testbed.diagnosis.state import Diagnosis, Gap, Step
+from testbed.dynamics.inertia import slopes_of_log_ratio
 from testbed.effects.contract import PLAUSIBLE_PER_INERTIA, NamedEffect, Parameter, Quantity
 from testbed.errors import InputError
 
@@ -336,6 +352,221 @@ def noise_notices(diagnosis: Diagnosis) -> tuple[str, ...]:
         f"the gyro's noise is stated too large: the samples show {ratio:.2f} times as much; effects have to be larger "
         "than they need to be to be found: state gyro_noise_rad_s as it is",
     )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Reference:
+    """What healthy records show, as the nominal model of others takes it.
+
+    Attributes:
+        belief: of the parameters, each as uncertain as they scatter from record to record.
+        given: the effects that the healthy platform has.
+        sigma: of the gyro, shape (3,), rad/s.
+        noise_freedom: degrees of freedom with which it is known.
+        records: names of the healthy records.
+    """
+
+    belief: Belief
+    given: tuple[Hypothesis, ...]
+    sigma: Vector3
+    noise_freedom: float
+    records: tuple[str, ...]
+
+
+def reference_of(diagnosis: Diagnosis) -> Reference:
+    """Return what a diagnosis of healthy records shows of the platform.
+
+    Args:
+        diagnosis: complete; its effects are taken for the platform's own.
+
+    Raises:
+        InputError: a single record, which does not show by how much the platform differs from flight to flight.
+    """
+    model, heldout = diagnosis.model, diagnosis.heldout
+    others = None if heldout is None else fitted_initial_rates(heldout, model)
+    seen = _by_record(diagnosis.runs, model)
+    if heldout is not None and others is not None:
+        seen |= _by_record(heldout, others)
+    if len(seen) < SETTINGS.fewest_reference_records:
+        raise InputError(
+            f"the reference holds too few records ({', '.join(seen)}): {SETTINGS.fewest_reference_records} or more "
+            "healthy ones are needed to tell how much the platform differs from one to the next"
+        )
+    prior = model.belief or _no_belief(diagnosis.nominal_theta)
+    given = tuple(replace(each, given=True) for each in model.placed if each.effect.recurs)
+    inertia_std, effect_std = _scatter_of(seen, model, prior)
+    kept = [model.own(each) for each in model.placed if each.effect.recurs]
+    effects = [(each.key, model.effect_values[own], effect_std[own]) for each, own in zip(given, kept, strict=True)]
+    trims = _trims(diagnosis.runs, model)
+    if heldout is not None and others is not None:
+        trims = np.concatenate([trims, _trims(heldout, others)])
+    count = len(trims)
+    belief = replace(
+        prior,
+        log_ratio=prior.log_ratio_of(model.theta),
+        log_ratio_std=min(inertia_std, prior.log_ratio_std),
+        trim=trims.mean(axis=0) if count else prior.trim,
+        trim_std=trims.std(axis=0, ddof=1) * np.sqrt(1.0 + 1.0 / count) if count else prior.trim_std,
+        effects=tuple(effects),
+    )
+    scatter = tuple(_scatter_of_others(diagnosis, belief))
+    belief = replace(belief, scatter=scatter, records=len(seen), torque_noise=diagnosis.runs.torque_noise)
+    return Reference(
+        belief=belief,
+        given=given,
+        sigma=np.sqrt(np.mean(diagnosis.runs.sigma**2, axis=0)),
+        noise_freedom=diagnosis.runs.noise_freedom,
+        records=tuple(seen),
+    )
+
+
+def _scatter_of_others(diagnosis: Diagnosis, belief: Belief) -> Iterator[tuple[str, Array]]:
+    """Yield the covariance by which effects that are not in the model differ between healthy records, beyond noise.
+
+    What a feedback, a pilot or draughts make of healthy flights looks like one effect in this record and like another
+    in that: such names are as likely in suspect ones. What effects explain of single records over what they explain of
+    noise is known badly of few records; half of what is taken is its mean over all effects (overdispersion: McCullagh
+    and Nelder, "Generalized Linear Models" (1989), section 4.5).
+
+    Args:
+        diagnosis: of the healthy records.
+        belief: what is known of their trims, beside which such effects are seen.
+    """
+    screening = first_screening(diagnosis)
+    if screening is None or not diagnosis.runs.known_in_part:
+        return
+    runs = replace(diagnosis.runs, belief=belief)
+    fit = evaluated(runs, diagnosis.model.placed, diagnosis.model.values)
+    others = without([each.placed for each in screening.signatures], fit.placed)
+    rows = _rows_of_records(runs, len(fit.residual))
+    by_key: dict[str, list[tuple[float, Array]]] = {}
+    for signature in signatures(runs, fit, others):
+        by_key.setdefault(signature.placed.key, []).append(_explained_of_noise(signature, fit.residual, rows))
+    best = {key: max(of_starts, key=lambda each: each[0]) for key, of_starts in by_key.items()}
+    usual = float(np.mean([ratio for ratio, _ in best.values()]))
+    for key, (ratio, covariance) in best.items():
+        yield key, max(0.5 * (ratio + usual) - 1.0, 0.0) * covariance
+
+
+def _explained_of_noise(signature: Signature, residual: Array, rows: Sequence[Indices]) -> tuple[float, Array]:
+    """Return how many times the χ² of noise an effect explains of single records, and its covariance in one, (K, K)."""
+    explained, directions, covariances = 0.0, 0, []
+    for own in rows:
+        columns = signature.columns[own]
+        basis = orthonormal(columns)
+        explained += float(np.sum((basis.T @ residual[own]) ** 2))
+        directions += basis.shape[1]
+        covariances.append(np.linalg.pinv(columns.T @ columns, rcond=_UNDETERMINED, hermitian=True))
+    return explained / max(directions, 1), np.asarray(np.median(covariances, axis=0))
+
+
+def _rows_of_records(runs: Runs, count: int) -> list[Indices]:
+    """Return which numbers of a residual, of so many, are of each record: its windows' samples, its trim's belief."""
+    by_run = list(_rows_of(runs))
+    trims = count - 3 * len(runs.record_names)
+    return [
+        np.concatenate(
+            [*(by_run[run] for run in np.flatnonzero(runs.record_of == number)), trims + 3 * number + np.arange(3)]
+        )
+        for number in range(len(runs.record_names))
+    ]
+
+
+def _no_belief(theta: Theta) -> Belief:
+    std, unknown = SETTINGS.inertia_uncertainty, np.full(3, np.inf)
+    reach = SETTINGS.inertia_reach * std
+    return Belief(
+        nominal_theta=theta, log_ratio=np.zeros(6), log_ratio_std=std, reach=reach, trim=np.zeros(3), trim_std=unknown
+    )
+
+
+def _trims(runs: Runs, fit: Fit) -> Array:
+    """Return the trim of every record, shape (records, 3), N·m; of none where trims are not free."""
+    if fit.values.trim is None:
+        return np.zeros((0, 3))
+    return np.asarray(fit.values.trim[np.unique(runs.record_of, return_index=True)[1], 0])
+
+
+def _scatter_of(seen: Mapping[str, _Seen], model: Fit, prior: Belief) -> tuple[float, Array]:
+    """Return by how much U and every effect's parameters differ from record to record, beyond what noise makes of them.
+
+    Each with the uncertainty of the fit itself: what differs less than that is not known better.
+    """
+    slopes = slopes_of_log_ratio(prior.log_ratio_of(model.theta), prior.nominal, np.eye(3))
+    turn = np.eye(6 + len(model.effect_values))
+    turn[:6, :6] = slopes
+    typical = [abs(parameter.typical) for each in model.placed for parameter in each.effect.parameters]
+    loose = np.concatenate(
+        [np.full(6, SETTINGS.inertia_uncertainty), SETTINGS.run_by_run_looseness * np.array(typical)]
+    )
+    changes, variances = [], []
+    for each in seen.values():
+        covariance = np.linalg.inv(turn.T @ each.normal @ turn + np.diag(loose**-2.0))
+        changes.append(covariance @ (turn.T @ each.slope))
+        variances.append(np.diag(covariance))
+    between = np.maximum(np.var(changes, axis=0, ddof=1) - np.mean(variances, axis=0), 0.0)
+    together = turn.T @ sum(each.normal for each in seen.values()) @ turn + np.diag(loose**-2.0)
+    # The effects' own uncertainty is that beside the inertia which is taken over with them.
+    own = np.diag(np.linalg.inv(together[6:, 6:])) if typical else np.zeros(0)
+    inertia_std = float(np.clip(np.sqrt(between[:3].mean()), SETTINGS.least_reference_scatter, loose[0]))
+    return inertia_std, np.sqrt(between[6:] + own)
+
+
+def model_notices(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """Return what there is to know of the model that is no effect: trims, an inertia at its limit, what ran away."""
+    return (*_trim_words(diagnosis), *_given_words(diagnosis), *_inertia_words(diagnosis), *_set_aside_words(diagnosis))
+
+
+def _trim_words(diagnosis: Diagnosis) -> Iterator[str]:
+    trims = _trims(diagnosis.runs, diagnosis.model)
+    if not len(trims):
+        return
+    pairs = zip(diagnosis.runs.record_names, trims, strict=True)
+    shown = "; ".join(f"{name} ({', '.join(f'{value:.2g}' for value in each)})" for name, each in pairs)
+    yield (
+        "a constant torque of the actuators in body axes, their trim, is estimated for each record beside the initial "
+        f"rates: {shown} N·m; by itself, a constant torque on the body cannot be distinguished from it"
+    )
+
+
+def _given_words(diagnosis: Diagnosis) -> Iterator[str]:
+    for placed in diagnosis.model.placed:
+        if placed.given:
+            sizes = (
+                f"{each.name} {each.value:.3g} ± {each.std:.2g}" for each in quantities_of(diagnosis.model, placed)
+            )
+            yield f"in the nominal model, and fitted with it: {placed.key}, {', '.join(sizes)}"
+
+
+def _inertia_words(diagnosis: Diagnosis) -> Iterator[str]:
+    belief = diagnosis.model.belief
+    if belief is None:
+        return
+    if belief.reach < SETTINGS.least_reference_scatter:
+        yield (
+            "the inertia is taken as it is stated, and its interval says nothing: over windows only its ratio to the "
+            "torque per command shows, and that has a factor of its own about each axis; platform.inertia_uncertainty "
+            "lets it be estimated"
+            if diagnosis.runs.known_in_part
+            else 'the inertia is taken as it is stated: inertia = "known"'
+        )
+        return
+    _, limits = belief.ways(diagnosis.model.theta)
+    if limits.any():
+        which = "larger" if limits.sum() > 0.0 else "smaller"
+        yield (
+            f"the records want a {which} inertia than a factor of {np.exp(belief.reach):.2g} from the nominal one, to "
+            "which it is held: torque per command, or what turns the platform beside it, is not as stated; "
+            "platform.inertia_uncertainty widens the limit"
+        )
+
+
+def _set_aside_words(diagnosis: Diagnosis) -> Iterator[str]:
+    screenings = [step.screening for step in diagnosis.steps]
+    last = [] if diagnosis.remaining is None else [diagnosis.remaining]
+    keys = dict.fromkeys(each.key for screening in (*screenings, *last) for each in screening.set_aside)
+    if keys:
+        yield f"set aside, as no motion of a body could be fitted with it: {', '.join(keys)}"
 
 
 def inertia_change(diagnosis: Diagnosis) -> InertiaChange:

@@ -69,11 +69,13 @@ def on_all_runs(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, Fit]:
         heldout: that were not: of them, initial rates are fitted; None where there are none.
         fit: to the former.
     """
-    rates = fit.values.initial_rate
+    rates, trim = fit.values.initial_rate, fit.values.trim
     if heldout is not None:
-        rates = np.concatenate([rates, fitted_initial_rates(heldout, fit).values.initial_rate])
+        own = fitted_initial_rates(heldout, fit).values
+        rates = np.concatenate([rates, own.initial_rate])
+        trim = None if trim is None or own.trim is None else np.concatenate([trim, own.trim])
     everything = joined(runs, heldout)
-    return everything, evaluated(everything, fit.placed, replace(fit.values, initial_rate=rates))
+    return everything, evaluated(everything, fit.placed, replace(fit.values, initial_rate=rates, trim=trim))
 
 
 def on_enough_runs(runs: Runs, fit: Fit) -> tuple[Runs, Fit]:
@@ -87,7 +89,12 @@ def on_enough_runs(runs: Runs, fit: Fit) -> tuple[Runs, Fit]:
         return runs, fit
     which = np.linspace(0, len(runs.names) - 1, SETTINGS.most_residual_runs).round().astype(int).tolist()
     some = chosen(runs, which)
-    return some, evaluated(some, fit.placed, replace(fit.values, initial_rate=fit.values.initial_rate[which]))
+    own = replace(
+        fit.values,
+        initial_rate=fit.values.initial_rate[which],
+        trim=None if fit.values.trim is None else fit.values.trim[which],
+    )
+    return some, evaluated(some, fit.placed, own)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -171,13 +178,14 @@ def _spread(runs: Runs, fit: Fit, columns: Array, walk: Array) -> tuple[Array, A
         The normal matrix's eigenvalues, the slope along its eigenvectors, and the eigenvectors as columns.
     """
     common, width = 6 + len(fit.effect_values), len(walk)
+    trims = common + 3 * len(runs.names)  # columns from here on, which windows of one record share
     edges = np.cumsum([0, *runs.sizes])
     parts = []
     for run, rows in enumerate(slice(*ends) for ends in pairwise(edges.tolist())):
         # A torque on the body shows in the gyro's samples, which come first.
         own = orthonormal(fit.jacobian[rows, common + 3 * run : common + 3 * run + 3])
         response = columns[rows, run * width : (run + 1) * width] @ walk
-        part = np.hstack([response, fit.jacobian[rows, :common], fit.residual[rows, None]])
+        part = np.hstack([response, fit.jacobian[rows, :common], fit.jacobian[rows, trims:], fit.residual[rows, None]])
         parts.append(projected_out(part, own))
     shared = orthonormal(np.concatenate([part[:, width:-1] for part in parts]))
     residual = projected_out(np.concatenate([part[:, -1] for part in parts]), shared)

@@ -33,13 +33,13 @@ def candidates(runs: Runs, axis: int) -> tuple[list[tuple[str, Path]], Array]:
     """
     names: list[tuple[str, Path]] = []
     parts = []
-    for run, sigma, live in zip(runs.grid.runs, runs.sigma, runs.live, strict=True):
+    for run in runs.grid.runs:
         signals = dict(_signals(run))
         as_torque = {name: cumulative_trapezoid(each, run.gyro_time, initial=0.0) for name, each in signals.items()}
         names = [*((name, "reading") for name in signals), *((name, "torque") for name in as_torque)]
-        column = np.column_stack([*signals.values(), *as_torque.values()]) / sigma[axis]
-        parts.append(np.kron(column, np.eye(3)[live][:, [axis]]))
-    return names, np.concatenate(parts)
+        column = np.column_stack([*signals.values(), *as_torque.values()])
+        parts.append(column[:, None] * np.eye(3)[axis, :, None])
+    return names, np.concatenate(runs.whitened_columns(parts))
 
 
 def _signals(run: Telemetry) -> Iterator[tuple[str, Series]]:
@@ -141,7 +141,8 @@ def located(runs: Runs, fit: Fit) -> tuple[ResidualSegment, ...]:
         runs: that were fitted.
         fit: of them.
     """
-    total = float(fit.residual @ fit.residual)
+    compared_numbers = fit.residual[: runs.numbers]
+    total = float(compared_numbers @ compared_numbers)
     segments = [segment for channel in (_gyro(runs, fit), *_inner(runs, fit)) for segment in _segments(channel, total)]
     return tuple(sorted(segments, key=lambda segment: -segment.share)[:MOST])
 
@@ -178,7 +179,7 @@ def _gyro(runs: Runs, fit: Fit) -> _Residual:
 def _inner(runs: Runs, fit: Fit) -> Iterator[_Residual]:
     """Yield the residuals of motor torques and of the servo response, where the runs carry these channels."""
     edges = np.cumsum([runs.samples, *(block.size for block in runs.inner)])[:-1]
-    parts = np.split(fit.residual, edges)[1:]
+    parts = np.split(fit.residual[: runs.numbers], edges)[1:]
     blocks = [part.reshape(block.shape) for part, block in zip(parts, runs.inner, strict=True)]
     names = ["gimbal_torque"] * has_torques(runs.grid) + ["gimbal_angle"] * runs.grid.follows_commands
     for index, name in enumerate(names):

@@ -6,21 +6,20 @@ called here. Before it comes the gate (`reading.data_set_of`), after it the repo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
-from scipy.special import logsumexp
 
 from testbed.arrays import Theta
 from testbed.diagnosis.candidates import Candidate, Screening, accepted
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.latent import evidence_of_any, goodness, latent_torque, on_all_runs, torque_shapes
-from testbed.diagnosis.model import fitted, fitted_initial_rates, refit
+from testbed.diagnosis.model import Hypothesis, fitted, fitted_initial_rates, in_torque_noise, refit, starts_of
 from testbed.diagnosis.noise import Residuals, noise_level, noise_tests, readings_of, with_noise_model
-from testbed.diagnosis.search import Search, gap_of, odds_together, with_effect, with_model
-from testbed.diagnosis.signatures import hypotheses
+from testbed.diagnosis.search import Search, gap_of, log_odds_of_all, log_odds_of_class, with_effect, with_model
+from testbed.diagnosis.signatures import hypotheses, without
 from testbed.diagnosis.state import Diagnosis
 from testbed.effects.contract import Effect
 from testbed.effects.noise_effect import NoiseEffect
@@ -36,6 +35,7 @@ def diagnosed(
     noise_effects: Mapping[str, NoiseEffect] = MappingProxyType({}),
     *,
     alone: bool = False,
+    given: Sequence[Hypothesis] = (),
 ) -> Iterator[Diagnosis]:
     """Yield what is known after every stage; the last one is complete.
 
@@ -47,26 +47,27 @@ def diagnosed(
         progress: called with what is being tested.
         noise_effects: those on the scatter of the gyro's samples, by id.
         alone: whether all runs are of one record, which gets no name, as no other could verify it.
+        given: effects that the nominal model has, as `Runs.belief` knows them.
 
     Raises:
         InputError: the nominal motion leaves the finite numbers.
     """
     testable, untestable = hypotheses(runs, effects)
     progress("baseline")
-    first = baseline(runs, heldout, nominal_theta)
-    first = replace(first, untestable=tuple(untestable), alone=alone)
+    first = replace(baseline(runs, heldout, nominal_theta, given), untestable=tuple(untestable), alone=alone)
     noise = _NoiseStep(stated=first, effects={} if alone else noise_effects, others=len(testable))
     state = noise.explained(first)
     yield state
-    search = Search(testable=tuple(testable), progress=progress)
+    search = Search(testable=tuple(without(testable, given)), progress=progress)
     try:
         while search.has_room(state):
             screening = search.screened(state)  # all are linearised, the most promising ones refitted and compared
             chosen = None if alone else accepted(screening)
             state = replace(state, remaining=screening)
-            if chosen is None:
+            larger = None if chosen is None else add(search, state, chosen, screening)
+            if larger is None or larger.gap.fit > state.gap.fit:  # what fits worse is no explanation
                 break
-            state = noise.explained(add(search, state, chosen, screening))
+            state = noise.explained(larger)
             yield state
         if not state.unnamed:
             progress("residual")
@@ -76,14 +77,15 @@ def diagnosed(
     yield replace(state, complete=True)
 
 
-def baseline(runs: Runs, heldout: Runs | None, nominal_theta: Theta) -> Diagnosis:
+def baseline(runs: Runs, heldout: Runs | None, nominal_theta: Theta, given: Sequence[Hypothesis] = ()) -> Diagnosis:
     """Fit the nominal model: θ = J (6) and each run's initial rate by output error, ω integrated from the telemetry.
 
     J and the initial rates stay free in every later model, so that no effect is credited with what they can do. The
     misfit beyond noise of this model is what has to be explained.
     """
-    model = fitted(runs, [], nominal_theta, [])
+    model = fitted(runs, given, nominal_theta, starts_of(runs, given))
     gap = gap_of(runs, model, heldout)
+    runs, heldout, model = in_torque_noise(runs, heldout, model)
     return Diagnosis(
         runs=runs,
         heldout=heldout,
@@ -91,7 +93,7 @@ def baseline(runs: Runs, heldout: Runs | None, nominal_theta: Theta) -> Diagnosi
         baseline=model,
         model=model,
         gap_before=gap,
-        gap=gap,
+        gap=gap_of(runs, model, heldout),
         noise=noise_level(readings_of(runs, model)),
     )
 
@@ -108,6 +110,8 @@ def check_residual(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagn
     effects that do not stand out of the noise so estimated are taken out.
     """
     state = _retracted(state)
+    if state.runs.known_in_part:  # all of the residual estimates the noise with every model
+        return state
     noisier = noise.explained(state, white=True)
     if noisier.scatter or state.left_over:
         noisier = _residual_tested(noisier)
@@ -130,8 +134,8 @@ def _retracted(state: Diagnosis) -> Diagnosis:
     bare = replace(bare, steps=(), remaining=screening, unmodelled=evidence_of_any(bare.shapes, screening.tested))
     if not state.steps:
         return bare
-    state = replace(state, unmodelled=bare.unmodelled, explained=_log_odds_of_all(state, bare))
-    if state.unmodelled > _log_odds_of_class(state):
+    state = replace(state, unmodelled=bare.unmodelled, explained=log_odds_of_all(state, bare))
+    if state.unmodelled > log_odds_of_class(state):
         return replace(bare, retracted=tuple(step.placed for step in state.steps))
     return replace(_residual_tested(state), latent_before=bare.latent)
 
@@ -145,19 +149,6 @@ def _residual_tested(state: Diagnosis) -> Diagnosis:
         shapes=torque_shapes(everything, fit),
         goodness=goodness(fit, everything.noise_freedom),
     )
-
-
-def _log_odds_of_all(state: Diagnosis, bare: Diagnosis) -> float:
-    """Return twice the logarithm of the odds of all effects in the model together against the nominal one."""
-    effects, tested = [step.candidate for step in state.steps], state.steps[0].screening.tested
-    return odds_together((bare.heldout, bare.model), (state.heldout, state.model), tested, effects)
-
-
-def _log_odds_of_class(state: Diagnosis) -> float:
-    """Return the same, summed over the equivalence class of the first effect."""
-    first = state.steps[0]
-    further = [each.log_bayes_factor - first.candidate.log_bayes_factor for each in first.screening.close]
-    return state.explained + 2.0 * float(logsumexp(0.5 * np.array(further)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -176,8 +167,11 @@ class _NoiseStep:
 
     def explained(self, state: Diagnosis, *, white: bool = False) -> Diagnosis:
         """Return the diagnosis with the noise that its residual shows: all of it if white, else its fastest part."""
-        runs, heldout, model = state.runs.as_stated(), state.heldout, state.model
-        runs = replace(runs, noise_freedom=self.stated.runs.noise_freedom)
+        runs, heldout, model = state.runs, state.heldout, state.model
+        if runs.known_in_part:  # what is not known of the torque is noise as well
+            runs, heldout, model = in_torque_noise(runs, heldout, model)
+            return replace(state, runs=runs, heldout=heldout, model=model, gap=gap_of(runs, model, heldout))
+        runs = replace(runs.as_stated(), noise_freedom=self.stated.runs.noise_freedom)
         if state.runs.stated_sigma is not None:
             model = refit(runs, model)
         if heldout is not None:

@@ -164,7 +164,7 @@ def _misfit(runs: Runs, fit: Fit, normal: Array, slope: Array) -> Misfit:
     absorbed = inverse @ (columns.T @ columns)
     mean = len(left) - float(np.trace(absorbed))
     squares = len(left) - 2.0 * float(np.trace(absorbed)) + float((absorbed * absorbed.T).sum())
-    inner = fit.residual[runs.samples :]
+    inner = fit.residual[runs.samples : runs.numbers]
     return Misfit(
         chi_square=float(left @ left),
         expected=max(mean, 0.0) / (1.0 - 2.0 / runs.noise_freedom),  # the mean of F, where the noise is an estimate

@@ -17,7 +17,7 @@ from scipy.stats import chi2
 from testbed.arrays import Array, Flags, Theta, Vector3
 from testbed.diagnosis.candidates import favoured_over_none, normalized, scale_evidence
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.model import Fit, fitted
+from testbed.diagnosis.model import Fit, fitted, nominal_fit
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import components_on
 from testbed.dynamics.inertia import inertia_of
@@ -121,7 +121,9 @@ def pooled_noise(runs: Runs, theta: Theta) -> tuple[float, float] | None:
     """
     # All runs get the same weight: noise levels estimated run by run must not decide this fit.
     runs = runs.with_sigma(np.sqrt(np.mean(runs.sigma**2, axis=0)))
-    ratio, freedom = variance_ratio(readings_of(runs, fitted(runs, [], theta, [])), np.ones(3, dtype=bool))
+    # The fastest changes, from which it is estimated, show no inertia that windows of half-known torque could tell of.
+    model = nominal_fit(runs, theta) if runs.known_in_part else fitted(runs, [], theta, [])
+    ratio, freedom = variance_ratio(readings_of(runs, model), np.ones(3, dtype=bool))
     return (float(np.sqrt(ratio * np.mean(runs.sigma**2))), freedom) if freedom > 0.0 else None
 
 

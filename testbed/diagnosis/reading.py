@@ -19,13 +19,15 @@ from typing_extensions import override
 
 from testbed.arrays import Array, Flags, Series, Theta
 from testbed.assembly.platform import Body
-from testbed.diagnosis.data import Runs, runs_of
-from testbed.diagnosis.model import Fit, fitted, nominal_fit, orthonormal
+from testbed.diagnosis.data import Belief, Runs, runs_of
+from testbed.diagnosis.findings import Reference
+from testbed.diagnosis.model import Fit, Hypothesis, fitted, nominal_fit, orthonormal
 from testbed.diagnosis.noise import pooled_noise, with_pooled_noise, with_telemetry_noise, without_spikes
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.windows import Part, outliers_notice, parts_of
 from testbed.dynamics.inertia import PARAMETER_NAMES, inertia_of, theta_of
 from testbed.effects.gyro_saturation import is_clipped
+from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError
 from testbed.estimation.contact import shows_a_jump
 from testbed.estimation.telemetry import Telemetry
@@ -317,6 +319,11 @@ class Gated:
     baseline: Fit
     doubts: tuple[str, ...]
 
+    @property
+    def belief(self) -> Belief | None:
+        """What is known of the parameters a priori."""
+        return self.together.belief
+
 
 def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, at_rest: bool = False) -> Gated:
     """Return the records that may be of the scenario's platform; refuse them if none is.
@@ -343,10 +350,12 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
         raise InputError("\n".join(refused))
     theta, gate = theta_of(nominal.inertia), Gate(accepted=scenario.diagnosis.accept)
     together = runs_together(usable, range(len(usable)))
+    together = replace(together, belief=belief_of(together, scenario, theta))
     if not at_rest:
         require_motion(together, gate)
     require_si(together, theta, gate)
-    baseline = fitted(together, [], theta, [])
+    # Where torque is known in part no inertia is refused, and a sample's spike stands out of any motion.
+    baseline = nominal_fit(together, theta) if together.known_in_part else fitted(together, [], theta, [])
     require_this_platform(together, baseline, theta, gate)
     return Gated(
         usable=usable,
@@ -358,11 +367,73 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
     )
 
 
+_KNOWN = 1e-4
+"""Relative standard deviation of an inertia that is known: less than any record shows, more than rounding."""
+
+
+def belief_of(runs: Runs, scenario: BodyScenario, theta: Theta) -> Belief | None:
+    """Return what is known of a platform's parameters a priori; None where runs of gimbals or momentum decide alone.
+
+    Only where torque is applied, known in part, does a fit need to hear that the nominal inertia is about right: the
+    momentum that actuators store is known to per cents. A scenario that states an uncertainty is taken at its word.
+
+    Args:
+        runs: of the platform.
+        scenario: with what it states of the inertia's uncertainty.
+        theta: of the nominal model, shape (6,), kg·m².
+    """
+    platform = scenario.platform
+    stated = _KNOWN if platform.inertia == "known" else platform.inertia_uncertainty
+    if stated is None and runs.known_in_part:
+        stated = _KNOWN  # only its ratio to the torque per command shows, which has a scale of its own about each axis
+    if stated is None and not runs.trimmed:
+        return None
+    std = SETTINGS.inertia_uncertainty if stated is None else stated
+    return Belief(
+        nominal_theta=theta,
+        log_ratio=np.zeros(6),
+        log_ratio_std=std,
+        reach=SETTINGS.inertia_reach * std,
+        trim=np.zeros(3),
+        trim_std=np.full(3, np.inf),
+        effects=tuple(
+            (each.key, np.zeros(each.size), np.full(each.size, SETTINGS.torque_scale_uncertainty))
+            for each in _given(runs)
+        ),
+    )
+
+
+def _given(runs: Runs) -> tuple[Hypothesis, ...]:
+    """Return the effects that every model of runs has: over windows, torque per command is known in part."""
+    if not runs.known_in_part:
+        return ()
+    return (Hypothesis(effect=EFFECTS["actuator_gain"], component="actuators", given=True),)
+
+
 def runs_together(usable: Usable, chosen: Sequence[int]) -> Runs:
     """Return the parts of some records as runs."""
     parts = [part for index in chosen for part in usable[index][1]]
     runs = runs_of([part.name for part in parts], [part.telemetry for part in parts])
     return replace(runs, windowed=tuple(part.stretch for part in parts if part.stretch is not None))
+
+
+def _enough(runs: Runs) -> Runs:
+    """Return windows of half-known torque, evenly chosen of many and with fewer samples; all others as they are.
+
+    What turns the platform beside the known torque decides what they show, and that is slow: neighbouring samples, and
+    neighbouring windows, say nearly the same.
+    """
+    if not runs.known_in_part:
+        return runs
+    count = len(runs.names)
+    which = np.unique(np.linspace(0, count - 1, min(count, SETTINGS.most_windows)).round().astype(int)).tolist()
+    fewer = runs_of([runs.names[index] for index in which], [_thinned(runs.grid.runs[index]) for index in which])
+    return replace(fewer, windowed=tuple(runs.windowed[index] for index in which))
+
+
+def _thinned(run: Telemetry) -> Telemetry:
+    every = max(1, int(1.0 / (np.median(np.diff(run.gyro_time)) * SETTINGS.window_rate_hz)))
+    return replace(run, gyro_time=run.gyro_time[::every], body_rate=run.body_rate[::every])
 
 
 def grouped(notices: Sequence[tuple[str, str]]) -> Iterator[str]:
@@ -382,6 +453,7 @@ class DataSet:
         fit_records: names of the records to fit.
         heldout_records: of those to verify on.
         notices: what a reader of the diagnosis has to know of the records.
+        given: effects of the nominal model, of which `runs.belief` says what is known.
     """
 
     runs: Runs
@@ -389,6 +461,20 @@ class DataSet:
     fit_records: tuple[str, ...]
     heldout_records: tuple[str, ...]
     notices: tuple[str, ...]
+    given: tuple[Hypothesis, ...] = ()
+
+    def against(self, reference: Reference) -> DataSet:
+        """Return the data with what healthy records of the platform show in the place of what is stated of it."""
+
+        def known(runs: Runs, belief: Belief) -> Runs:
+            return replace(runs.with_sigma(reference.sigma), belief=belief, noise_freedom=reference.noise_freedom)
+
+        return replace(
+            self,
+            runs=known(self.runs, reference.belief),
+            heldout=None if self.heldout is None else known(self.heldout, reference.belief.of_records()),
+            given=reference.given,
+        )
 
     @property
     def alone(self) -> bool:
@@ -411,19 +497,20 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
     theta, notices = theta_of(nominal.inertia), list(passed.notices)
     usable = _without_spikes(passed, notices)
     states = all(_states_noise(record) for record, _ in usable)
-    level = None if states else pooled_noise(runs_together(usable, range(len(usable))), theta)
+    everything = replace(runs_together(usable, range(len(usable))), belief=passed.belief)
+    level = None if states else pooled_noise(everything, theta)
     fit, heldout = by_role([(record, [part.telemetry for part in parts]) for record, parts in usable])
 
-    def of(chosen: Sequence[int]) -> Runs:
-        runs = runs_together(usable, chosen)
+    def of(chosen: Sequence[int], belief: Belief | None) -> Runs:
+        runs = replace(_enough(runs_together(usable, chosen)), belief=belief)
         if level is not None:
             return with_pooled_noise(runs, level)
         stated = replace(runs, noise_uncertainty=scenario.gyro.noise_uncertainty)
         return with_telemetry_noise(stated, passed.baseline.theta)
 
     return DataSet(
-        runs=of(fit),
-        heldout=of(heldout) if heldout else None,
+        runs=of(fit, passed.belief),
+        heldout=of(heldout, None if passed.belief is None else passed.belief.of_records()) if heldout else None,
         fit_records=tuple(usable[index][0].details.name for index in fit),
         heldout_records=tuple(usable[index][0].details.name for index in heldout),
         notices=(
@@ -432,6 +519,7 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
             *passed.doubts,
             *_undetermined(passed.together),
         ),
+        given=_given(passed.together),
     )
 
 

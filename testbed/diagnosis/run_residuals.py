@@ -10,7 +10,7 @@ import numpy as np
 
 from testbed.arrays import Array, Series, UnitSeries, Vectors3
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.model import Fit, fitted_initial_rates
+from testbed.diagnosis.model import Fit, evaluated, fitted_initial_rates
 from testbed.diagnosis.state import Diagnosis
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.compared import compared
@@ -70,13 +70,15 @@ class RunResiduals:
 
 def residuals_of(diagnosis: Diagnosis) -> tuple[RunResiduals, ...]:
     """Return every run, put together from its windows, against both models, held-out ones last."""
-    runs, model, heldout = diagnosis.runs, diagnosis.model, diagnosis.heldout
+    runs, model, heldout, baseline = diagnosis.runs, diagnosis.model, diagnosis.heldout, diagnosis.baseline
+    if runs.torque_noise is not None:  # which is estimated anew with every model
+        baseline = evaluated(runs.as_stated(), baseline.placed, baseline.values)
     if not diagnosis.added:  # the two models differ by their noise alone
-        runs, model = runs.as_stated(), diagnosis.baseline
+        runs, model = runs.as_stated(), baseline
         heldout = None if heldout is None else heldout.as_stated()
-    shown = list(_residuals(runs, (diagnosis.baseline, model), held_out=False))
+    shown = list(_residuals(runs, (baseline, model), held_out=False))
     if heldout is not None:
-        before = fitted_initial_rates(heldout.as_stated(), diagnosis.baseline)
+        before = fitted_initial_rates(heldout.as_stated(), baseline)
         after = fitted_initial_rates(heldout, model)
         shown += _residuals(heldout, (before, after), held_out=True)
     if not diagnosis.runs.windowed:

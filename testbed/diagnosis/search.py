@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from math import exp, inf, log
 
 import numpy as np
+from scipy.special import logsumexp
 
 from testbed.arrays import Array, Vectors3
 from testbed.diagnosis.candidates import (
@@ -23,6 +24,7 @@ from testbed.diagnosis.model import Fit, Hypothesis, all_corrected, fitted, fitt
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import Signature, reach_of, signatures, without
 from testbed.diagnosis.state import Diagnosis, Gap, Step
+from testbed.dynamics.inertia import inertia_of
 from testbed.errors import InputError
 
 _SHARES = (1.0, 0.1, 0.0)
@@ -33,6 +35,10 @@ _LOST = 30.0
 """Of χ², by which a refit may fall short of the gain that the linearised effect promises, and is not started from less:
 five times what decides between hypotheses. Of 126 refits of effects without a scan (cases 9 and 12 of 14 of seed 90817)
 none falls short by more than 1.9: what falls short by 30 has lost its way."""
+
+_LOST_SHARE = 0.3
+"""Share of the promised gain, over windows of torque that is known in part, by which a refit may fall short as well:
+what is promised there are hundreds, which is far from linear, and each refit takes seconds."""
 
 
 def odds_together(
@@ -54,6 +60,19 @@ def odds_together(
     return scale_evidence(gain, rank) + heldout_gain - 2.0 * sum(log(tested) + each.trials_penalty for each in effects)
 
 
+def log_odds_of_all(state: Diagnosis, bare: Diagnosis) -> float:
+    """Return twice the logarithm of the odds of all effects in the model together against the nominal one."""
+    effects, tested = [step.candidate for step in state.steps], state.steps[0].screening.tested
+    return odds_together((bare.heldout, bare.model), (state.heldout, state.model), tested, effects)
+
+
+def log_odds_of_class(state: Diagnosis) -> float:
+    """Return the same, summed over the equivalence class of the first effect."""
+    first = state.steps[0]
+    further = [each.log_bayes_factor - first.candidate.log_bayes_factor for each in first.screening.close]
+    return state.explained + 2.0 * float(logsumexp(0.5 * np.array(further)))
+
+
 def screened(
     runs: Runs,
     heldout: Runs | None,
@@ -73,19 +92,22 @@ def screened(
     every = list(signatures(runs, fit, hypotheses))
     best = most_telling(every)
     tested = max(len(best), 1)
-    order = sorted(best, key=lambda each: -_anywhere(runs, each, scale_evidence(each.score, each.rank)))
+    scores = {id(each): each.score * _share_of(runs, each) for each in best}
+    order = sorted(best, key=lambda each: -_anywhere(runs, each, scale_evidence(scores[id(each)], each.rank)))
     promising = [each for each in order[: SETTINGS.most_refits] if each.rank]
-    candidates, without = [], log_evidence(heldout, fit)
+    candidates, aside, without = [], [], log_evidence(heldout, fit)
     for signature in promising:
         progress(signature.placed.key)
-        try:
-            candidates.append(_candidate(runs, heldout, fit, signature, tested, without))
-        except (InputError, np.linalg.LinAlgError):  # with it the motion runs away: it does not explain these runs
-            continue
+        candidate = _candidate(runs, heldout, fit, signature, tested, without)
+        if candidate is None:
+            aside.append(signature.placed)
+        else:
+            candidates.append(candidate)
     return Screening(
         signatures=tuple(best),
         tested=tested,
         candidates=tuple(sorted(candidates, key=lambda candidate: -candidate.log_bayes_factor)),
+        set_aside=tuple(aside),
     )
 
 
@@ -107,8 +129,11 @@ def _best_of(starts: Sequence[Signature]) -> Signature:
     return replace(best, elsewhere=tuple(each.score for each in starts if each is not best), reaches=reaches)
 
 
-def refitted(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, placed: Hypothesis) -> Candidate:
-    """Return one hypothesis of a screening, refitted whether it was promising or not; arguments as in `screened`."""
+def refitted(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, placed: Hypothesis) -> Candidate | None:
+    """Return one hypothesis of a screening, refitted whether it was promising or not; arguments as in `screened`.
+
+    None where no motion of a body can be fitted with it.
+    """
     for candidate in screening.candidates:
         if candidate.placed.key == placed.key:
             return candidate
@@ -124,7 +149,7 @@ def with_candidate(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screen
     if all(each.placed.key != placed.key for each in screening.signatures):
         return screening
     candidate = refitted(runs, heldout, fit, screening, placed)
-    if candidate in screening.candidates:
+    if candidate is None or candidate in screening.candidates:
         return screening
     candidates = sorted((*screening.candidates, candidate), key=lambda each: -each.log_bayes_factor)
     return replace(screening, candidates=tuple(candidates))
@@ -132,13 +157,21 @@ def with_candidate(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screen
 
 def _candidate(
     runs: Runs, heldout: Runs | None, fit: Fit, signature: Signature, tested: int, without: float
-) -> Candidate:
-    placed, model = signature.placed, _refitted(runs, fit, signature)
-    own_runs, heldout = all_corrected(runs, heldout, model)
-    if own_runs is not runs:  # what the gyro is off by, it is off in the gimbals' channels as well
-        model = refit(own_runs, model)
-    gain = max(fit.chi_square - model.chi_square, 0.0)
+) -> Candidate | None:
+    placed = signature.placed
+    try:
+        model = _refitted(runs, fit, signature)
+        own_runs, heldout = all_corrected(runs, heldout, model)
+        if own_runs is not runs:  # what the gyro is off by, it is off in the gimbals' channels as well
+            model = refit(own_runs, model)
+    except (InputError, np.linalg.LinAlgError):  # with it the motion runs away: it does not explain these runs
+        return None
+    if not _is_of_a_body(model):
+        return None
+    share = _share_of(runs, signature)
+    gain = share * max(fit.chi_square - model.chi_square, 0.0)
     heldout_gain = _held_out_evidence(heldout, model) - without if placed.effect.recurs else 0.0
+    heldout_gain *= share if heldout_gain > 0.0 else 1.0
     here = scale_evidence(gain, signature.rank) + heldout_gain
     evidence = _anywhere(runs, signature, here)
     alone = log_p_value(gain, max(signature.rank, 1), runs.noise_freedom)
@@ -157,6 +190,19 @@ def _candidate(
     )
 
 
+def _share_of(runs: Runs, signature: Signature) -> float:
+    """Return which share of a hypothesis's χ² is beyond what healthy records differ by."""
+    if runs.belief is None:
+        return 1.0
+    key, records = signature.placed.key, len(runs.record_names)
+    return runs.belief.share_beyond_scatter(key, signature.columns, signature.step, records)
+
+
+def _is_of_a_body(model: Fit) -> bool:
+    """Return whether every axis of a model has an inertia."""
+    return bool(np.linalg.eigvalsh(inertia_of(model.theta))[0] > 0.0)
+
+
 def _scan_count(runs: Runs, placed: Hypothesis) -> int:
     return placed.effect.scan_count(placed.component, runs.grid)
 
@@ -169,7 +215,8 @@ def _anywhere(runs: Runs, signature: Signature, here: float) -> float:
         signature: of the hypothesis.
         here: its evidence at the start that it is best at.
     """
-    elsewhere = [scale_evidence(score, signature.rank) for score in signature.elsewhere]
+    share = _share_of(runs, signature)
+    elsewhere = [scale_evidence(share * score, signature.rank) for score in signature.elsewhere]
     return mean_over_scan(here, elsewhere, _scan_count(runs, signature.placed))
 
 
@@ -189,7 +236,8 @@ def _refitted(runs: Runs, fit: Fit, signature: Signature) -> Fit:
             found.append(fitted(runs, placed, fit.theta, [*starts, _guess(signature, share)]))
         except InputError:  # the motion runs away
             continue
-        if fit.chi_square - found[-1].chi_square > signature.score - _LOST:
+        lost = _LOST if runs.belief is None else max(_LOST, _LOST_SHARE * signature.score)
+        if fit.chi_square - found[-1].chi_square > signature.score - lost:
             break
     if not found:
         raise InputError(f"with {signature.placed.key} the motion runs away")
@@ -223,7 +271,8 @@ class Search:
 
     def has_room(self, state: Diagnosis) -> bool:
         """Return whether another effect may be added."""
-        return len(state.steps) < SETTINGS.most_effects
+        most = SETTINGS.most_effects_in_part if state.runs.known_in_part else SETTINGS.most_effects
+        return len(state.steps) < most
 
     def screened(self, state: Diagnosis) -> Screening:
         """Compare all hypotheses with the present model."""
@@ -238,7 +287,10 @@ class Search:
     def reconsidered(self, state: Diagnosis) -> Diagnosis:
         """Test every earlier effect again, with the newest in the model, until nothing changes."""
         for _ in range(SETTINGS.most_effects):
-            changed = self._once_reconsidered(state)
+            try:
+                changed = self._once_reconsidered(state)
+            except InputError:  # without one of them the motion runs away: each is needed
+                break
             if changed is state:
                 break
             state = changed
@@ -272,11 +324,14 @@ class Search:
 
     def _rebuilt(self, state: Diagnosis, placed: Sequence[Hypothesis]) -> Diagnosis:
         """Return a diagnosis with just these effects, added to the baseline one after the other."""
-        model = fitted(state.runs, [], state.baseline.theta, [])
+        bare = state.baseline
+        model = fitted(state.runs, bare.placed, bare.theta, [value[0] for value in bare.values.effects])
         rebuilt = with_model(replace(state, steps=()), model)
         screening = state.steps[0].screening
         for each in placed:
             candidate = refitted(rebuilt.runs, rebuilt.heldout, rebuilt.model, screening, each)
+            if candidate is None:
+                continue
             rebuilt = with_effect(rebuilt, candidate, screening)
             screening = self.screened(rebuilt) if each is not placed[-1] else screening
         return rebuilt
@@ -285,6 +340,7 @@ class Search:
 def _less(state: Diagnosis, kept: Sequence[Hypothesis]) -> Fit:
     """Return a model with but some of its effects, fitted from where it stands."""
     values = dict(zip([each.key for each in state.model.placed], state.model.values.effects, strict=True))
+    kept = [*state.baseline.placed, *kept]
     return fitted(state.runs, kept, state.model.theta, [values[each.key][0] for each in kept])
 
 
@@ -292,9 +348,10 @@ def _again(state: Diagnosis, step: Step) -> Screening:
     """Return the screening of an effect that is in the model no more, with it alone refitted in the present noise."""
     bare = replace(step.screening, candidates=())
     try:
-        return replace(bare, candidates=(refitted(state.runs, state.heldout, state.model, bare, step.placed),))
+        again = refitted(state.runs, state.heldout, state.model, bare, step.placed)
     except (InputError, np.linalg.LinAlgError):  # with it the motion runs away
         return bare
+    return bare if again is None else replace(bare, candidates=(again,))
 
 
 def _has_equal_noise(one: Runs, other: Runs) -> bool:
@@ -302,6 +359,8 @@ def _has_equal_noise(one: Runs, other: Runs) -> bool:
     if np.abs(np.log(one.sigma / other.sigma)).max() > _UNSEEN or not _has_equal_color(one, other):
         return False
     if len(one.estimated_noise) != len(other.estimated_noise):
+        return False
+    if one.torque_noise is not other.torque_noise:
         return False
     both = list(zip(one.grid.runs, other.grid.runs, strict=True))
     errors = all(_is_nearly(run.gyro_error, twin.gyro_error, run.gyro_noise) for run, twin in both)

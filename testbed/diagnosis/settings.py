@@ -179,6 +179,53 @@ class DiagnosisSettings:
 
     Source: convention; the inertia is in every model whether it is reported or not.
     """
+    inertia_uncertainty: float = 0.3
+    """Relative standard deviation of the nominal inertia of platforms under applied torque that do not state it.
+
+    Source: chosen: torque per command is known to tens of per cent (docs/notes/2026-11-21-real-flights.md), and a
+    common factor of torque and inertia does not show in the motion.
+    """
+    torque_scale_uncertainty: float = 1.0
+    """Standard deviation of the logarithm of the torque that a command gives, about each axis, where runs are cut into
+    windows because it is known in part.
+
+    Source: chosen: three times as uncertain as the inertia, so that of a ratio that the records show to differ, a tenth
+    is ascribed to the inertia. On data/crazypad the ratio differs by factors of 4 to 7.
+    """
+    inertia_reach: float = 2.3
+    """Standard deviations of its logarithm by which the inertia of a fit may differ from the nominal one about an axis.
+
+    Source: formula: at the uncertainty above a factor of 2, from which on `largest_inertia_ratio` refuses records.
+    """
+    most_effects_in_part: int = 1
+    """Effects that are added to the model at most where torque is known in part.
+
+    Source: chosen on the healthy flights of data/crazypad: behind the delay of the loop, drags, sloshing and the like
+    were found beside it that differ from flight to flight by twice to six times the noise. A second name is no
+    more than these.
+    """
+    most_windows: int = 60
+    """Windows of half-known torque, evenly chosen of more, that are fitted, and that are held out.
+
+    Source: measured on data/crazypad: of 92 windows of healthy flights each evaluation of a model took 0.15 s, and a
+    diagnosis takes hundreds. What single records differ by decides there, not the number of their windows.
+    """
+    window_rate_hz: float = 30.0
+    """Samples a second, or some more, that are kept in such windows.
+
+    Source: measured on data/crazypad: torque and body rate agree up to 11 Hz (coherence 0.7), and no longer beyond
+    17 Hz (0.3), half of what is kept of 100 Hz.
+    """
+    fewest_reference_records: int = 3
+    """Healthy records from which on a platform's scatter from record to record is known well enough.
+
+    Source: chosen: of three numbers a standard deviation is known to 50 %, of two to 71 %.
+    """
+    least_reference_scatter: float = 0.05
+    """Relative standard deviation at least to which suspect records have the inertia of the healthy ones.
+
+    Source: chosen: a battery or a payload that is handled between flights moves an inertia by per cents.
+    """
     disagreement_p_value: float = 0.01
     """p-value below which runs are said to disagree on the size of an effect; the verdict stays.
 

@@ -17,7 +17,8 @@ from testbed.diagnosis.model import NEGLIGIBLE, Fit, Hypothesis, orthonormal, pr
 from testbed.diagnosis.settings import SETTINGS
 from testbed.effects.contract import AXES, CLUSTER, Channel, Effect, NamedEffect, components_in
 from testbed.prediction.environment import environment_kind
-from testbed.prediction.grid import unit_count, wheel_count
+from testbed.prediction.grid import thruster_count, unit_count, wheel_count
+from testbed.prediction.hooks import Instant, overrides
 from testbed.prediction.motor_torques import has_torques
 from testbed.prediction.prediction import (
     common_size,
@@ -111,8 +112,9 @@ def signatures(runs: Runs, fit: Fit, hypotheses: Sequence[Hypothesis]) -> Iterat
     nuisance = orthonormal(fit.jacobian)
     residual = projected_out(fit.residual, nuisance)
     for placed, start, columns in _linearised(runs, fit, hypotheses):
-        free = projected_out(columns, nuisance)
-        yield _signature(placed, start, columns, free, residual)
+        beside_beliefs = np.pad(columns, ((0, fit.believed), (0, 0))) if fit.believed else columns
+        free = projected_out(beside_beliefs, nuisance)
+        yield _signature(placed, start, beside_beliefs, free, residual)
 
 
 @lru_cache(maxsize=_SHIFTS_KEPT)
@@ -272,8 +274,14 @@ def hypotheses(runs: Runs, effects: Mapping[str, Effect]) -> tuple[list[Hypothes
     """
     present, environments = channels_of(runs), {"", environment_kind(runs.grid)}
     testable, not_testable = [], []
+    in_loop = runs.known_in_part and runs.belief is not None and bool(runs.belief.scatter)
     for effect in effects.values():
+        if runs.belief is not None and effect.id == "inertia":
+            continue  # as an effect it would be one of no body
         if effect.environment not in environments:
+            continue
+        if in_loop and _answers_motion(effect):
+            not_testable.append(Untestable(effect=effect.id, needs=_NO_FEEDBACK))
             continue
         missing = [need for need in effect.needs if need not in present]
         if missing:
@@ -291,12 +299,35 @@ def hypotheses(runs: Runs, effects: Mapping[str, Effect]) -> tuple[list[Hypothes
     return testable, not_testable
 
 
+_NO_FEEDBACK = "commands that no controller makes of the body rate"
+"""What is missing where a controller answers to draughts: a torque that the motion makes is the inverse of what the
+controller makes of the motion, and is found in healthy flights as well (docs/explanation/real-flight.md)."""
+
+
+def _answers_motion(effect: Effect) -> bool:
+    """Return whether an effect is a torque on the platform that its motion makes, as a drag or a loose mass does."""
+    hook = effect.hooks(effect.components[0])
+    if hook.states or not overrides(hook, "torque"):
+        return hook.states > 0
+    typical = np.array([[parameter.typical for parameter in effect.parameters]])
+    at_rest, turning = (
+        hook.torque(
+            typical,
+            Instant(
+                time=np.zeros((1, 1)), body_rate=np.full((1, 1, 3), rate), attitude=np.eye(3), state=np.zeros((1, 1, 0))
+            ),
+        )
+        for rate in (0.0, 1.0)
+    )
+    return not np.array_equal(at_rest, turning)
+
+
 def components_on(runs: Runs, effect: NamedEffect) -> list[str]:
     """Return where an effect can sit: on the units that there are, and on axes about which some run turns."""
     dead = [axis for axis, live in zip(AXES, np.any(runs.live, axis=0).tolist(), strict=True) if not live]
     return [
         component
-        for component in components_in(effect, unit_count(runs.grid), wheel_count(runs.grid))
+        for component in components_in(effect, unit_count(runs.grid), wheel_count(runs.grid), thruster_count(runs.grid))
         if component not in dead
     ]
 
@@ -311,6 +342,8 @@ def channels_of(runs: Runs) -> set[Channel]:
             present.add("rotor_speed")
     if run.applied_torque is not None:
         present.add("applied_torque")
+    if runs.grid.thrust is not None:
+        present.add("thrust")
     if has_torques(runs.grid):
         present.add("gimbal_torque")
     if runs.grid.follows_commands:

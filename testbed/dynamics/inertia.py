@@ -90,6 +90,46 @@ def symmetric_inverse(matrix: Array) -> Array:
     return np.asarray(np.stack(rows, axis=-2) / determinant[..., None, None])
 
 
+def log_ratio(inertia: Matrix3, nominal: Matrix3) -> Theta:
+    """Return the logarithm U of an inertia over a nominal one, J = L exp(U) Lᵀ with J_nominal = L Lᵀ, in θ's order.
+
+    Its eigenvalues are the logarithms of the ratios about the axes that both share; any U is of a body.
+
+    Args:
+        inertia: J, positive definite, shape (3, 3), kg·m².
+        nominal: likewise.
+    """
+    root = np.linalg.inv(np.linalg.cholesky(nominal))
+    ratios, axes = np.linalg.eigh(root @ inertia @ root.T)
+    return theta_of((axes * np.log(ratios)) @ axes.T)
+
+
+def of_log_ratio(logarithm: Theta, nominal: Matrix3) -> Matrix3:
+    """Return the inertia of which `log_ratio` is U, shape (3, 3), kg·m²."""
+    root = np.linalg.cholesky(nominal)
+    ratios, axes = np.linalg.eigh(inertia_of(logarithm))
+    return np.asarray(root @ (axes * np.exp(ratios)) @ axes.T @ root.T)
+
+
+def slopes_of_log_ratio(logarithm: Theta, nominal: Matrix3, turned: Matrix3) -> Array:
+    """Return ∂θ/∂U, shape (6, 6), kg·m², along the six symmetric directions of U in axes of one's choice.
+
+    Source: Daleckii and Krein, derivatives of a function of a symmetric matrix by divided differences (1965).
+
+    Args:
+        logarithm: U, shape (6,).
+        nominal: shape (3, 3), kg·m².
+        turned: the axes, columns, shape (3, 3).
+    """
+    root = np.linalg.cholesky(nominal)
+    ratios, axes = np.linalg.eigh(inertia_of(logarithm))
+    middle, half = 0.5 * np.add.outer(ratios, ratios), 0.5 * np.subtract.outer(ratios, ratios)
+    divided = np.exp(middle) * np.sinc(1j * half / np.pi).real  # sinh(x)/x
+    ways = turned @ inertia_of(np.eye(6)) @ turned.T
+    changes = root @ axes @ (divided * (axes.T @ ways @ axes)) @ axes.T @ root.T
+    return np.asarray(theta_of(changes).T)
+
+
 def _turning() -> Array:
     """Return ω× Γ(ω) as a linear map of the six products, shape (6, 18)."""
     axes = np.eye(3)

@@ -65,7 +65,7 @@ class ActuatorRateLimit(Effect):
         Parameter(name="greatest_torque_N_m", unit="N·m", typical=1e-2, lower=1e-6, absent=1e-2, scanned=True),
     )
     needs = ("cluster_momentum",)
-    measured_by = ("gimbal_angle",)
+    measured_by = ("gimbal_angle", "applied_torque")  # which hold no momentum, or show it
     sentence = "The actuators change their momentum no faster than a greatest torque lets them, whatever is recorded."
     look_alikes = ("actuator_lag", "actuator_delay")
     confirm = "The same maneuver at half its size: no limit is reached then."

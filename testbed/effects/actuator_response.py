@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.arrays import Array
+from testbed.arrays import Array, Indices
 from testbed.prediction.grid import Grid
 from testbed.prediction.smooth import Smooth, decay
 
@@ -24,16 +24,32 @@ def late_torque(asked_B: Array, grid: Grid, time_constant: Array, delay: Array) 
         delay: shape (P,), s.
     """
     sets = max(asked_B.shape[1], len(time_constant), len(delay))
-    runs, _, times, _ = asked_B.shape
-    asked = np.broadcast_to(asked_B, (runs, sets, times, 3)).reshape(-1, times, 3)
-    half_steps = (grid.step / 2.0)[:, None]
-    behind = [np.ravel(np.broadcast_to(each, sets) / half_steps) for each in (time_constant, delay)]
-    at = np.arange(float(times))
-    late = Smooth(at, asked).at(at, *behind)
-    if times == grid.time.shape[1]:
-        lag = behind[0][:, None]
-        late = late - asked[:, :1] * np.where(lag.real > 0.0, decay(at[None], lag), 0.0)[..., None]
-    return np.asarray(late.reshape(runs, sets, times, 3))
+    which, place = _distinct(asked_B, [np.broadcast_to(each, sets) for each in (time_constant, delay)])
+    asked_B = asked_B if asked_B.shape[1] == 1 else asked_B[:, which]
+    behind = [np.broadcast_to(each, sets)[which] for each in (time_constant, delay)]
+    asked, (lag, late_by) = _side_by_side(asked_B, grid, *behind)
+    at = np.arange(float(asked_B.shape[2]))
+    late = Smooth(at, asked).at(at, lag, late_by)
+    if len(at) == grid.time.shape[1]:
+        late = late - asked[:, :1] * np.where(lag.real[:, None] > 0.0, decay(at[None], lag[:, None]), 0.0)[..., None]
+    return np.asarray(late.reshape(len(asked_B), -1, *asked_B.shape[2:])[:, place])
+
+
+def _distinct(asked_B: Array, times: list[Array]) -> tuple[Indices, Indices]:
+    """Return which parameter sets differ in what is late or by how much, and which of these each set is.
+
+    Most sets are a step in a parameter that changes neither, and splines cost more than all else.
+
+    Args:
+        asked_B: shape (R, P or 1, T, 3).
+        times: each of shape (P,), s.
+    """
+    by_set = np.moveaxis(asked_B, 1, 0)
+    same = np.array([np.array_equal(each, by_set[0]) for each in by_set])
+    kind = np.where(same, -1, np.arange(len(same)))
+    rows = np.stack([np.broadcast_to(kind, len(times[0])).astype(complex), *times], axis=1)
+    _, which, place = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    return which, place.ravel()
 
 
 def late_momentum(asked_B: Array, grid: Grid, time_constant: Array, delay: Array) -> Array:

@@ -25,6 +25,7 @@ Channel: TypeAlias = Literal[
     "applied_torque",
     "applied_torque_or_cluster_momentum",
     "cluster_momentum",
+    "thrust",
     "attitude",
     "any_actuator",
 ]
@@ -32,8 +33,12 @@ Channel: TypeAlias = Literal[
 
 UNITS = tuple(f"cmg{number}" for number in range(1, MOST_UNITS + 1))
 """Components of effects that sit in one CMG unit; of a platform with fewer, `components_in` has those that it has."""
+THRUSTERS = tuple(str(number) for number in range(1, MOST_UNITS + 1))
+"""Components of effects that sit in one thruster or motor of many, by its number."""
 WHEELS = tuple(f"wheel{number}" for number in range(1, MOST_UNITS + 1))
 """Components of effects that sit in one reaction wheel, likewise."""
+HOLDING_MOMENTUM: tuple[Channel, ...] = ("gimbal_angle", "wheel_speed", "cluster_momentum")
+"""Channels of platforms that turn by momentum that they hold: there an effect of thrusters is no hypothesis at all."""
 AXES = ("x", "y", "z")
 """Components of effects that sit on one gyro axis."""
 
@@ -123,6 +128,7 @@ class Extension:
 
 
 _PLACES = {"gyro": "the gyro", "platform": "the platform", "cluster": "the cluster", "actuators": "the actuators"}
+_PLACES |= {number: f"actuator {number}" for number in THRUSTERS}
 _PLACES |= {axis: f"the gyro's {axis} axis" for axis in AXES}
 
 
@@ -245,10 +251,15 @@ def wheel_index(component: str) -> int:
     return WHEELS.index(component)
 
 
-def components_in(effect: NamedEffect, units: int, wheels: int = 0) -> tuple[str, ...]:
-    """Return where an effect can sit on a platform with so many CMG units and reaction wheels."""
-    absent = UNITS[units:] + WHEELS[wheels:]
+def components_in(effect: NamedEffect, units: int, wheels: int = 0, thrusters: int = 0) -> tuple[str, ...]:
+    """Return where an effect can sit on a platform with so many CMG units, wheels, and thrusters with commands."""
+    absent = (*UNITS[units:], *WHEELS[wheels:], *THRUSTERS[thrusters:])
     return tuple(component for component in effect.components if component not in absent)
+
+
+def thruster_index(component: str) -> int:
+    """Return the index, from 0, of the thruster that a component such as `3` names."""
+    return THRUSTERS.index(component)
 
 
 def only_unit(component: str, value: Array, units: int) -> Array:

@@ -8,7 +8,9 @@ from importlib.metadata import entry_points
 from testbed.effects.actuator_delay import ActuatorDelay
 from testbed.effects.actuator_gain import ActuatorGain
 from testbed.effects.actuator_lag import ActuatorLag
+from testbed.effects.actuator_misaligned import ActuatorMisaligned
 from testbed.effects.actuator_rate_limit import ActuatorRateLimit
+from testbed.effects.actuator_weak import ActuatorWeak
 from testbed.effects.air_drag import AirDrag
 from testbed.effects.body_torque import BodyTorque
 from testbed.effects.center_of_mass_offset import CenterOfMassOffset
@@ -39,12 +41,14 @@ from testbed.effects.inertial_torque import InertialTorque
 from testbed.effects.magnetic_dipole import MagneticDipole
 from testbed.effects.noise_effect import NoiseEffect
 from testbed.effects.quadratic_drag import QuadraticDrag
+from testbed.effects.rotor_acceleration_reaction import RotorAccelerationReaction
 from testbed.effects.rotor_imbalance import RotorImbalance
 from testbed.effects.rotor_speed import RotorSpeed
 from testbed.effects.rotor_spin_down import RotorSpinDown
 from testbed.effects.slosh import Slosh
 from testbed.effects.telemetry_skew import TelemetrySkew
 from testbed.effects.tether import Tether
+from testbed.effects.thrust_offset import ThrustOffset
 from testbed.effects.viscous_drag import ViscousDrag
 from testbed.effects.wheel_inertia import WheelInertia
 from testbed.effects.wheel_misalignment import WheelMisalignment
@@ -81,6 +85,10 @@ _PREDICTED: tuple[Effect, ...] = (
     ActuatorDelay(),
     ActuatorGain(),
     ActuatorRateLimit(),
+    ActuatorWeak(),
+    ActuatorMisaligned(),
+    ThrustOffset(),
+    RotorAccelerationReaction(),
     TelemetrySkew(),
     GyroBias(),
     GyroDrift(),

@@ -108,6 +108,30 @@ class CommandedGimbals(GimbalTelemetry):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Thrusters:
+    """Single actuators that push: motors with propellers, jets.
+
+    Attributes:
+        position_B: of each about the centre of mass, shape (M, 3), m, body axes.
+        direction_B: of its thrust, unit vectors, shape (M, 3).
+        reaction: torque about that direction for each newton, shape (M,), m; zero of a jet.
+    """
+
+    position_B: Array
+    direction_B: Array
+    reaction: Array
+
+    @property
+    def torque_per_thrust_B(self) -> Array:
+        """Shape (M, 3), m."""
+        return self.torque_along(self.direction_B)
+
+    def torque_along(self, direction_B: Array) -> Array:
+        """Return what a newton of each makes about the centre of mass in other directions, shape (M, 3), m."""
+        return np.asarray(np.cross(self.position_B, direction_B) + self.reaction[:, None] * direction_B)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class WheelTelemetry:
     """What W reaction wheels sent, at the actuators' times, and what is known of them.
 
@@ -147,6 +171,8 @@ class Telemetry(Generic[Gimbals_co]):
         cluster_momentum: h as the platform itself reports it, shape (K, 3), N·m·s, body axes; used where `gimbals` and
             `wheels` are None, and then the inertia's change with the gimbal angles is left out.
         applied_torque: torque of actuators that store no momentum, shape (K, 3), N·m, body axes; beside either.
+        thrust: of single actuators as commanded, shape (K, M), N; what they make together is in `applied_torque`.
+        thrusters: where these are.
         initial_momentum: whether the whole platform's momentum at the first sample is known to be zero.
         constant_torque: which constant torques on the platform are estimated jointly: fixed in the body, fixed in
             inertial axes, or both.
@@ -166,6 +192,8 @@ class Telemetry(Generic[Gimbals_co]):
     wheels: WheelTelemetry | None = None
     cluster_momentum: Vectors3 | None = None
     applied_torque: Vectors3 | None = None
+    thrust: Array | None = None
+    thrusters: Thrusters | None = None
     initial_momentum: Literal["estimated", "zero"] = "estimated"
     constant_torque: ConstantTorque = "none"
     noise_freedom: float = np.inf
@@ -218,6 +246,7 @@ class Telemetry(Generic[Gimbals_co]):
             wheels=None if self.wheels is None else self.wheels.with_samples(change),
             cluster_momentum=None if momentum is None else change(momentum),
             applied_torque=None if torque is None else change(torque),
+            thrust=None if self.thrust is None else change(self.thrust),
         )
 
 

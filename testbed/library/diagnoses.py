@@ -12,7 +12,16 @@ from testbed.arrays import Matrix3
 from testbed.assembly.description import write_mjcf, write_urdf
 from testbed.assembly.extension import write_extended
 from testbed.assembly.platform import Body, nominal_body
-from testbed.diagnosis.findings import Addition, Agreement, additions, agreements, doubt_words, noise_notices
+from testbed.diagnosis.findings import (
+    Addition,
+    Agreement,
+    additions,
+    agreements,
+    doubt_words,
+    model_notices,
+    noise_notices,
+    reference_of,
+)
 from testbed.diagnosis.keeping import Store, keeping
 from testbed.diagnosis.location import ResidualSegment, located
 from testbed.diagnosis.method import diagnosed
@@ -63,6 +72,7 @@ class PreparedRecords:
         nominal: the scenario's platform.
         data: the runs to fit and those to hold out.
         origin: what makes the diagnosis.
+        healthy: the diagnosis of healthy records that these are compared with; None without.
     """
 
     scenario: BodyScenario
@@ -70,15 +80,28 @@ class PreparedRecords:
     nominal: Body
     data: DataSet
     origin: Provenance
+    healthy: Diagnosis | None = None
 
     @property
     def notices(self) -> tuple[str, ...]:
         """What a reader has to know of the records."""
+        notices = (*self.data.notices, *self._reference_words())
         if self.data.heldout is not None:
-            return self.data.notices
+            return notices
         if self.data.alone:
-            return *self.data.notices, "a single run gets no name: nothing could verify it; fly another one"
-        return *self.data.notices, "no run is held out: what is found here is verified on none; fly another run"
+            return *notices, "a single run gets no name: nothing could verify it; fly another one"
+        return *notices, "no run is held out: what is found here is verified on none; fly another run"
+
+    def _reference_words(self) -> Iterator[str]:
+        if self.healthy is None:
+            return
+        own = ", ".join(each.key for each in self.healthy.model.placed) or "nothing beside inertia and noise"
+        held_out = () if self.healthy.heldout is None else self.healthy.heldout.record_names
+        names = ", ".join((*self.healthy.runs.record_names, *held_out))
+        yield (
+            f"compared with the healthy records {names} (verdict: {self.healthy.verdict}): inertia, trim, noise and "
+            f"{own} are as these show them, as uncertain as they differ between these; what is named is new"
+        )
 
     def stages(self, progress: Progress = _silent) -> Iterator[Diagnosis]:
         """Yield what is known after every stage of the diagnosis; the last one is complete.
@@ -91,7 +114,10 @@ class PreparedRecords:
         """
         data = self.data
         theta = theta_of(self.nominal.inertia)
-        for state in diagnosed(data.runs, data.heldout, EFFECTS, theta, progress, NOISE_EFFECTS, alone=data.alone):
+        stages = diagnosed(
+            data.runs, data.heldout, EFFECTS, theta, progress, NOISE_EFFECTS, alone=data.alone, given=data.given
+        )
+        for state in stages:
             if state.complete:
                 gate = Gate(accepted=self.scenario.diagnosis.accept)
                 require_explicable(state.runs, state.gap_before.fit, state.model, gate)
@@ -145,6 +171,7 @@ class DiagnosisResult(Shown, Saved):
         return (
             *self.state.notices,
             *noise_notices(self.state),
+            *model_notices(self.state),
             *doubt_words(self.state),
             *disagreement_words(self.state, self.agreements),
             *self.why_no_flight,
@@ -273,12 +300,15 @@ def diagnose(
     progress: Progress = _silent,
     keep: Store | None = None,
     propose: bool = True,
+    reference: Records | None = None,
 ) -> DiagnosisResult:
     """Find where a nominal model and measured records disagree, and name the effects that explain it.
 
     Args:
         scenario: the nominal model.
         records: two runs or more; of three and more, some are held out to verify on.
+        reference: healthy records of the same platform, three or more: what they show is taken into the nominal model,
+            as uncertain as it differs between them, so that only what is new gets a name.
         progress: called with what is being tested.
         keep: keeps finished parts of the work, so that an interrupted diagnosis goes on where it was.
         propose: whether to design the next flight where explanations remain that these data do not tell apart.
@@ -293,23 +323,37 @@ def diagnose(
         >>> tb.diagnose(scenario, records).verdict
         'none'
     """
-    made = prepared_records(scenario, records)
+    with nullcontext() if keep is None or reference is None else keeping(keep):
+        made = prepared_records(scenario, records, reference, progress)
     with nullcontext() if keep is None else keeping(keep):
         first, last = _first_and_last(made.stages(progress))
     return concluded(made, last, located(first.runs, first.baseline), progress, propose=propose)
 
 
-def prepared_records(scenario: BodyScenario, records: Records) -> PreparedRecords:
+def prepared_records(
+    scenario: BodyScenario, records: Records, reference: Records | None = None, progress: Progress = _silent
+) -> PreparedRecords:
     """Return records as a diagnosis takes them.
+
+    Args:
+        scenario: the nominal model.
+        records: to be diagnosed.
+        reference: healthy records, which are diagnosed here; none where None.
+        progress: called with what is being tested of these.
 
     Raises:
         InputError: no record can be used, or they are of another platform or in other units.
     """
-    origin = origin_of(scenario, records, "testbed.diagnose")
+    origin = origin_of(scenario, records, "testbed.diagnose", reference)
     with naming(scenario):
         nominal = nominal_body(scenario)
     data = data_set_of(records.runs, scenario, nominal)
-    return PreparedRecords(scenario=scenario, records=records, nominal=nominal, data=data, origin=origin)
+    made = PreparedRecords(scenario=scenario, records=records, nominal=nominal, data=data, origin=origin)
+    if reference is None:
+        return made
+    healthy = replace(made, records=reference, data=data_set_of(reference.runs, scenario, nominal))
+    *_, last = healthy.stages(lambda what: progress(f"reference: {what}"))
+    return replace(made, data=data.against(reference_of(last)), healthy=last)
 
 
 def concluded(
@@ -340,15 +384,17 @@ def concluded(
     )
 
 
-def origin_of(scenario: BodyScenario, records: Records, command: str) -> Provenance:
+def origin_of(scenario: BodyScenario, records: Records, command: str, reference: Records | None = None) -> Provenance:
     """Return what makes a diagnosis: its files, all settings, versions.
 
     Args:
         scenario: the nominal model.
         records: measured.
         command: that was given.
+        reference: healthy records; none where None.
     """
-    return provenance(scenario, scenario.file, command, data=stamps_of(records), deciding=SETTINGS.entries)
+    stamps = stamps_of(records) + ([] if reference is None else stamps_of(reference))
+    return provenance(scenario, scenario.file, command, data=stamps, deciding=SETTINGS.entries)
 
 
 def _first_and_last(stages: Iterator[Diagnosis]) -> tuple[Diagnosis, Diagnosis]:

@@ -21,6 +21,7 @@ from testbed.estimation.telemetry import (
     CommandedRun,
     GimbalRun,
     Telemetry,
+    Thrusters,
     covered_part,
     has_gimbals,
     is_commanded,
@@ -66,6 +67,8 @@ class Grid:
             are sent, shape (R, 1, T, 3), N·m·s.
         applied_torque_B: shape (R, 1, L + T, 3), N·m; also at the L half steps before the first sample that telemetry
             covers in every run, because actuators that are slow still respond to them.
+        thrust: of single actuators as commanded, at the times of `applied_torque_B`, shape (R, 1, L + T, M), N; None
+            where their commands are not known.
         follows_commands: whether the gimbals follow their commands but for a lag, so that rates can be predicted.
     """
 
@@ -77,7 +80,13 @@ class Grid:
     wheels: Wheels
     cluster_momentum_B: Array
     applied_torque_B: Array
+    thrust: Array | None = None
     follows_commands: bool = False
+
+    @property
+    def thrusters(self) -> Thrusters | None:
+        """Where the single actuators are, and which way they push; None where their commands are not known."""
+        return self.runs[0].thrusters
 
     @property
     def live(self) -> Flags:
@@ -131,7 +140,13 @@ def grid_of(telemetry: Sequence[Telemetry], longest_step: float = LONGEST_STEP) 
         wheels=wheels,
         cluster_momentum_B=reported_B + wheel_momentum @ wheels.axis_B if wheels.axis_B.size else reported_B,
         applied_torque_B=_sampled(runs, [run.applied_torque for run in runs], _with_lead(runs, time)),
+        thrust=_thrust(runs, _with_lead(runs, time)),
     )
+
+
+def thruster_count(grid: Grid) -> int:
+    """Return how many single actuators there are whose commands are known."""
+    return 0 if grid.thrust is None else int(grid.thrust.shape[-1])
 
 
 def unit_count(grid: Grid) -> int:
@@ -156,6 +171,7 @@ def _require_alike(runs: Sequence[Telemetry]) -> None:
         "wheel_speed": [run.wheels for run in runs],
         "cluster_momentum": [run.cluster_momentum for run in runs],
         "applied_torque": [run.applied_torque for run in runs],
+        "motor_thrust": [run.thrust for run in runs],
         "an environment": [run.surroundings for run in runs],
     }
     for channel, of_runs in channels.items():
@@ -212,6 +228,12 @@ def _wheels(runs: Sequence[Telemetry], time: Array) -> tuple[Array, Wheels]:
         return np.zeros((len(runs), 1, 1, 0)), no_wheels()
     along = [run.through(wheels.momentum)(at) for (run, wheels), at in zip(sent, time, strict=True)]
     return np.stack(along)[:, None], sent[0][1].wheels
+
+
+def _thrust(runs: Sequence[Telemetry], time: Array) -> Array | None:
+    pairs = zip(runs, time, strict=True)
+    along = [run.through(run.thrust)(at) for run, at in pairs if run.thrust is not None]
+    return np.stack(along)[:, None] if len(along) == len(runs) else None
 
 
 def _sampled(runs: Sequence[Telemetry], channel: Sequence[Vectors3 | None], time: Array) -> Array:

@@ -65,6 +65,13 @@ class Hooks:
         """Return h(t), shape (R, P, T, 3), N·m·s, for runs with or without gimbal angles."""
         return momentum_B
 
+    def asked_torque(self, asked_B: Array, value: Array, grid: Grid) -> Array:  # noqa: ARG002
+        """Return the torque that single actuators make of their commands, before all of them respond, N·m.
+
+        As `Grid.applied_torque_B`; `Grid.thrust` has the commands, and `Grid.thrusters` what each makes of them.
+        """
+        return asked_B
+
     def actuator_response(self, asked_B: Array, value: Array, grid: Grid) -> Array:  # noqa: ARG002
         """Return the torque that the actuators give, N·m, for a commanded one; both as `Grid.applied_torque_B`."""
         return asked_B

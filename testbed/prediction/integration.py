@@ -50,16 +50,25 @@ class Values:
         theta: inertia parameters, shape (P, 6), kg·m².
         initial_rate: ω at each run's first sample, shape (R, P, 3), rad/s.
         effects: parameters of each effect, in the order of the hooks, shapes (P, K).
+        trim: constant torque of the actuators that their telemetry does not hold, body axes, shape (R, P, 3), N·m;
+            None where there is none.
     """
 
     theta: Array
     initial_rate: Array
     effects: tuple[Array, ...]
+    trim: Array | None = None
 
     @property
     def sets(self) -> int:
         """P; an array with a single set stands for all."""
-        return max(len(self.theta), len(self.initial_rate[0]), *map(len, self.effects), 1)
+        trims = 1 if self.trim is None else len(self.trim[0])
+        return max(len(self.theta), len(self.initial_rate[0]), trims, *map(len, self.effects), 1)
+
+    @property
+    def own_size(self) -> int:
+        """Number of parameters that each run has of its own: the initial rate, and the trim where it is free."""
+        return 3 if self.trim is None else 6
 
 
 def node_rates(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Array:
@@ -101,7 +110,8 @@ def _stepped_along(equations: Equations, start: Array, nodes: int) -> Array:
 
 def _is_one_motion(values: Values) -> bool:
     """Return whether the parameter sets differ by complex steps only."""
-    sets = (values.theta, np.swapaxes(values.initial_rate, 0, 1), *values.effects)
+    by_run = [values.initial_rate] if values.trim is None else [values.initial_rate, values.trim]
+    sets = (values.theta, *(np.swapaxes(each, 0, 1) for each in by_run), *values.effects)
     return all(bool((each.real == each[:1].real).all()) for each in sets)
 
 
@@ -169,8 +179,12 @@ def _known(grid: Grid, hooks: Sequence[Hooks], values: Values, *, one_motion: bo
         momentum_B = of_gimbals_B + momentum_B if grid.wheels.axis_B.size else of_gimbals_B
         inertia.append(held)
     for hook, value in pairs:
+        asked_B = hook.asked_torque(asked_B, value, grid)
+    for hook, value in pairs:
         asked_B = hook.actuator_response(asked_B, value, grid)
     torque_B = asked_B[:, :, -grid.time.shape[1] :]
+    if values.trim is not None:
+        torque_B = torque_B + values.trim[:, :, None]
     for hook, value in pairs:
         momentum_B = hook.cluster_momentum(momentum_B, value, grid)
         torque_B = hook.applied_torque(torque_B, value, grid)

@@ -147,10 +147,10 @@ def predicted_with_derivatives(
         predict: the gyro's samples alone, or all channels.
 
     Returns:
-        Of every block the samples, shape (N, 3), rad/s, and ∂ω̄/∂(θ, effects, the run's own ω₀), shape (N, 3, C + 3),
-        with C from `common_size`, or the columns asked for.
+        Of every block the samples, shape (N, 3), rad/s, and ∂ω̄/∂(θ, effects, the run's own ω₀ and, where it is free,
+        trim), shape (N, 3, C + 3) or (N, 3, C + 6), with C from `common_size`, or the columns asked for.
     """
-    wanted = range(common_size(values.effects) + 3) if columns is None else columns
+    wanted = range(common_size(values.effects) + values.own_size) if columns is None else columns
     parts = [_columns(grid, hooks, values, wanted[batch], predict) for batch in _batches(grid, len(wanted))]
     samples = [reading.real[0] for reading in parts[0]]
     by_block = zip(*parts, strict=True)
@@ -197,16 +197,17 @@ def _at_starts(reading: Array, starts: Array, shown: Sequence[int]) -> Array:
 
 def _columns(grid: Grid, hooks: Sequence[Hooks], values: Values, block: range, predict: Predictor) -> list[Array]:
     """Predict with one parameter after the other a complex step away from its value."""
-    step: Any = np.zeros((len(block), common_size(values.effects) + 3), dtype=np.complex128)
+    step: Any = np.zeros((len(block), common_size(values.effects) + values.own_size), dtype=np.complex128)
     step[np.arange(len(block)), block] = 1j * COMPLEX_STEP
-    theta, *effects, initial = np.split(step, np.cumsum([6, *(value.shape[-1] for value in values.effects)]), axis=1)
+    theta, *effects, own = np.split(step, np.cumsum([6, *(value.shape[-1] for value in values.effects)]), axis=1)
     return predict(
         grid,
         hooks,
         Values(
             theta=values.theta + theta,
-            initial_rate=values.initial_rate + initial,
+            initial_rate=values.initial_rate + own[:, :3],
             effects=tuple(value + change for value, change in zip(values.effects, effects, strict=True)),
+            trim=None if values.trim is None else values.trim + own[:, 3:],
         ),
     )
 

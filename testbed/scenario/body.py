@@ -6,16 +6,17 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import tomli_w
-from pydantic import Field, PrivateAttr, ValidationInfo, field_validator
+from pydantic import Field, PrivateAttr, Strict, ValidationInfo, field_validator
 
 from testbed.files import TextFile
 from testbed.scenario.diagnosis import Diagnosis
 from testbed.scenario.environment import FREE, Environment, mass_conflicts
 from testbed.scenario.estimation import Estimation
-from testbed.scenario.platform import Platform
+from testbed.scenario.platform import Platform, Thruster
 from testbed.scenario.section import Section, refuse
 from testbed.scenario.sensors import Gyro
 from testbed.scenario.values import Seed
+from testbed.signals import MOST_UNITS
 
 
 class BodyScenario(Section):
@@ -33,6 +34,9 @@ class BodyScenario(Section):
     """The nominal platform."""
     environment: Annotated[Environment, Field(validate_default=True)] = FREE
     """What the platform flies in; omitted: free."""
+    thrusters: Annotated[tuple[Thruster, ...], Strict(False), Field(max_length=MOST_UNITS)] = ()
+    """Motors with propellers or jets, in the order of the records' columns motor_thrust_1_N, _2_N, ...; with them a
+    diagnosis names the one that is weak, late or tilted by its number."""
     gyro: Gyro
     """The rate gyro."""
     estimation: Estimation

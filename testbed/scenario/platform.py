@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from math import hypot
+from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from testbed.quantities import Dipole, Drag, Edge, Factor, Mass, Momentum, Offset, Room, SignedMomentum, SmallAngle
 from testbed.scenario.section import Section
@@ -25,6 +26,17 @@ from testbed.scenario.values import (
     Velocities,
 )
 
+_DirectionPart: TypeAlias = Annotated[float, Field(ge=-1, le=1)]
+_UNIT = 1e-3
+"""By which the length of a direction may differ from one: three decimals in a file pass."""
+
+
+def _unit_vector(vector: tuple[float, float, float]) -> tuple[float, float, float]:
+    length = hypot(*vector)
+    if abs(length - 1.0) > _UNIT:
+        raise ValueError(f"has the length {length:.4g} instead of 1")
+    return vector
+
 
 class Platform(Section):
     """The nominal platform: what the controller, the designer and the estimators believe.
@@ -36,6 +48,11 @@ class Platform(Section):
     """MJCF file, relative to the scenario's folder; omitted: the shipped models/platform.xml."""
     inertia_kg_m2: Inertia | None = None
     """Inertia about the centre of mass, body axes: bus, gimbals and rotors, rotors locked, gimbal angles zero."""
+    inertia: Literal["known"] | None = None
+    """"known": a diagnosis takes the nominal inertia for true; omitted: it is estimated."""
+    inertia_uncertainty: Annotated[float, Field(gt=0, le=10)] | None = None
+    """Relative standard deviation of the nominal inertia in a diagnosis, about any axis; omitted: 0.3 under applied
+    torque, which is rarely known better, and none at all where momentum is measured, which shows the inertia."""
     mass_kg: Mass | None = None
     """Mass of the whole platform."""
     edge_m: Edge | None = None
@@ -45,6 +62,17 @@ class Platform(Section):
     measured records, what the gyro shows about the others is not compared, and about an axis of a run whose channel
     is empty or constant neither; runs about different axes are estimated from together. What no run determines of the
     inertia is left out."""
+
+
+class Thruster(Section):
+    """A motor with a propeller, or a jet: what the platform is turned by where its single commands are recorded."""
+
+    position_m: Places
+    """Where it pushes, from the centre of mass, body axes."""
+    direction: Annotated[Three[_DirectionPart], AfterValidator(_unit_vector)]
+    """Unit vector of its thrust, body axes."""
+    reaction_m: Annotated[float, Field(ge=-10, le=10)] = 0.0
+    """Torque about that direction for each newton of thrust, as a propeller's drag makes; 0 of a jet."""
 
 
 class Truth(Section):

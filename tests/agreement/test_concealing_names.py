@@ -11,10 +11,12 @@ from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 HIDEABLE = {**LISTED, **FURTHER}
 OF_RIGS = {"actuator_gain", "actuator_rate_limit"}
 """Hidden by `concealing.rig`, by numbers of its own."""
+OF_THRUSTERS = {"actuator_weak", "actuator_misaligned", "thrust_offset", "rotor_acceleration_reaction"}
+"""Effects that the platform of the concealing engine, which has gimbals, cannot have; data/crazypad shows them."""
 KNOWN = {
     name: effect
     for name, effect in {**EFFECTS, **NOISE_EFFECTS}.items()
-    if "wheel_speed" not in effect.needs and not effect.environment and name not in OF_RIGS
+    if "wheel_speed" not in effect.needs and not effect.environment and name not in OF_RIGS | OF_THRUSTERS
 }
 """The platform on which effects are hidden by name has gyros alone."""
 ONLY_HIDDEN = {

@@ -16,7 +16,7 @@ from testbed.assembly.extension import extended
 from testbed.effects.contract import Effect, Extension, NamedEffect, components_in
 from testbed.effects.noise_effect import Readings
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import Telemetry, Thrusters
 from testbed.experiment.conduct import conduct
 from testbed.prediction.grid import grid_of
 from testbed.prediction.integration import Values
@@ -54,7 +54,7 @@ def typical(effect: NamedEffect) -> Array:
 
 def place(effect: NamedEffect) -> str:
     """One of its components: not the first, which an index that is forgotten would hit too."""
-    components = components_in(effect, 6)
+    components = components_in(effect, 6) or components_in(effect, 6, thrusters=4)
     return components[len(components) // 2]
 
 
@@ -67,7 +67,20 @@ def synthetic_run() -> Telemetry:
     times = sample_times(1000.0)
     run = exact_telemetry(nominal_flight(np.array([0.003, -0.004, 0.006])), sample_times(16.0), times)
     torque_B = 1e-3 * np.sin(np.outer(times, [3.0, 4.0, 5.0]))
-    return replace(run, gyro_time=run.gyro_time[:32], body_rate=run.body_rate[:32], applied_torque=torque_B)
+    thrusters = Thrusters(
+        position_B=np.array([[0.3, -0.3, 0.1], [-0.3, -0.3, 0.1], [-0.3, 0.3, 0.1], [0.3, 0.3, 0.1]]),
+        direction_B=np.array([[0.0, 0.0, 1.0], [0.0, 0.6, 0.8], [0.6, 0.0, 0.8], [0.0, -0.6, 0.8]]),
+        reaction=np.array([-0.01, 0.01, -0.01, 0.01]),
+    )
+    thrust = 0.1 + 0.05 * np.sin(np.outer(times, [3.0, 4.0, 5.0, 6.0]))
+    return replace(
+        run,
+        gyro_time=run.gyro_time[:32],
+        body_rate=run.body_rate[:32],
+        applied_torque=torque_B,
+        thrust=thrust,
+        thrusters=thrusters,
+    )
 
 
 @pytest.mark.parametrize("effect", ON_GYRO)
@@ -186,6 +199,10 @@ def test_only_what_no_flight_can_have_is_not_flown():
         "contact",
         "actuator_gain",
         "actuator_rate_limit",
+        "actuator_weak",
+        "actuator_misaligned",
+        "thrust_offset",
+        "rotor_acceleration_reaction",
         "telemetry_skew",
         "gyro_averaging",
     ]

@@ -22,7 +22,7 @@ from testbed.scenario.reader import read_scenario
 ROOT = Path(__file__).resolve().parents[2]
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.toml"))
 MEASURED = ROOT / "scenarios" / "crazyflie.toml"
-FLOWN = [path for path in SCENARIOS if path != MEASURED]
+FLOWN = [path for path in SCENARIOS if path not in (MEASURED, MEASURED.with_name("crazypad.toml"))]
 FILES = {
     "scenario.toml",
     "record.parquet",

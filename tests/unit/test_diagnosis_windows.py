@@ -152,7 +152,7 @@ def test_the_windows_of_a_record_are_shown_as_one_run():
     for run in shown:
         assert run.time[0] == pytest.approx(0.2, abs=0.02)
         assert run.time[-1] == pytest.approx(3.0, abs=0.02)
-        assert np.diff(run.time).max() < 0.025  # 10 ms, and what a lone wild sample leaves
+        assert np.diff(run.time).max() < 0.045  # three samples of 10 ms are one, and what a lone wild sample leaves
         assert len(run.time) == len(run.measured) == len(run.extended) == len(run.after)
 
 
@@ -166,11 +166,13 @@ def test_gimbal_angles_without_a_cluster_are_refused():
 def test_late_motors_come_first_and_shrink_the_gap_of_a_flight_that_was_held_out():
     """Three seconds to fit and three to verify; all seven flights: python -m benchmarks.crazyflie."""
     data = short(("roll_pitch_3", "yaw_1", "roll_pitch_4"))
-    stages = diagnosed(data.runs, data.heldout, {name: EFFECTS[name] for name in TESTED}, theta_of(NOMINAL.inertia))
+    tested, theta = {name: EFFECTS[name] for name in TESTED}, theta_of(NOMINAL.inertia)
+    stages = diagnosed(data.runs, data.heldout, tested, theta, given=data.given)
     named = next(stage for stage in stages if stage.steps)
     (step,) = named.steps
     assert step.placed.effect.id in ("actuator_lag", "actuator_delay")
-    assert 0.02 < named.model.effect_values[0] < 0.12  # s; the motors' lag and delay are 30 and 20 ms
+    (late,) = named.model.effect_values[named.model.own(step.placed)]
+    assert 0.02 < late < 0.12  # s; the motors' lag and delay are 30 and 20 ms
     assert named.gap.fit < 0.8 * named.gap_before.fit
     assert named.gap.heldout < 0.8 * named.gap_before.heldout
 

@@ -42,9 +42,20 @@ REQUIRED = {
     "momentum_bias",
     "orbit",
     "crazyflie",
+    "crazypad",
 }
-OTHER_PLATFORMS = {"orbit", "crazyflie", "pyramid4", "box_roof", "cubesat_wheels", "mixed", "adopted", "air_bearing"}
-"""Satellites, a quadcopter, a table on a bearing and other arrays of units, with gyros of their own."""
+OTHER_PLATFORMS = {
+    "orbit",
+    "crazyflie",
+    "crazypad",
+    "pyramid4",
+    "box_roof",
+    "cubesat_wheels",
+    "mixed",
+    "adopted",
+    "air_bearing",
+}
+"""Satellites, two quadcopters, a table on a bearing and other arrays of units, with gyros of their own."""
 
 
 def test_the_promised_scenarios_are_shipped():

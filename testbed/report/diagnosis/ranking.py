@@ -64,7 +64,7 @@ def ranking_rows(
     ranked = sorted((each for each in both if each.key in probability), key=lambda each: -each.log_bayes_factor)
     first = next((each.key for each in ranked if each.key in members), None)
     for each in ranked:
-        own = f"{sum(probability[key] for key in (members if each.key in members else [each.key])):.3f}"
+        own = f"{sum(probability.get(key, 0.0) for key in (members if each.key in members else [each.key])):.3f}"
         yield (
             each.effect.id,
             each.component,

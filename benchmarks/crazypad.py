@@ -1,0 +1,119 @@
+"""What the diagnosis names in the flights of a quadcopter with known defects, its healthy flights being the reference.
+
+Run with `python -m benchmarks.crazypad`, or with names of the folders in data/crazypad that are to be diagnosed. The
+healthy records that are fitted are the reference; those held out are diagnosed like the defective ones, so that
+nothing should be new in them. `python -m benchmarks.crazypad torque` shows without any diagnosis what commands and
+motion have to do with each other: the mean torque of every flight, and the response of the angular acceleration.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from scipy.linalg import eigvalsh
+from scipy.signal import csd
+
+from testbed.arrays import Array
+from testbed.assembly.platform import nominal_body
+from testbed.dynamics.inertia import inertia_of
+from testbed.library.diagnoses import DiagnosisResult, diagnose
+from testbed.library.records import Records
+from testbed.records.reading import read_data_set
+from testbed.records.record import Record
+from testbed.scenario.reader import read_body_scenario
+from testbed.scenario.shipped import shipped_scenario
+
+DATA = Path(__file__).resolve().parents[1] / "data" / "crazypad"
+HEALTHY = "normal"
+TRUE = {
+    HEALTHY: "nothing is new",
+    "propeller_3_cut_3_mm": "actuator_weak:3",
+    "tape_on_propeller_3": "an effect of actuator 3",
+    "weight_between_motors_3_4": "thrust_offset, towards +y",
+}
+"""What is known of each folder."""
+
+
+def main() -> None:
+    """Print a row for each folder."""
+    if sys.argv[1:] == ["torque"]:
+        for line in torque_lines():
+            print(line)
+        return
+    for name in sys.argv[1:] or TRUE:
+        result = diagnosed(name)
+        print(f"{name}: {result.verdict}; known: {TRUE[name]}")
+        for line in lines_of(result):
+            print(f"    {line}", flush=True)
+
+
+def diagnosed(name: str) -> DiagnosisResult:
+    """Return the diagnosis of a folder against the healthy flights that are fitted.
+
+    Args:
+        name: of a folder in data/crazypad.
+    """
+    healthy = [record for record in read_data_set(DATA / HEALTHY) if record.details.role == "fit"]
+    scenario = read_body_scenario(shipped_scenario("crazypad"))
+    return diagnose(scenario, Records(suspect_records(name)), reference=Records(tuple(healthy)), propose=False)
+
+
+def suspect_records(name: str) -> tuple[Record, ...]:
+    """Return the records of a folder; of the healthy one those that are held out, dealt to both roles anew."""
+    records = read_data_set(DATA / name)
+    if name != HEALTHY:
+        return records
+    held_out = [record for record in records if record.details.role == "heldout"]
+    return tuple(replace(record, details=replace(record.details, role=None)) for record in held_out)
+
+
+def torque_lines() -> Iterator[str]:
+    """Yield the mean torque of every flight, and how the healthy ones answer to their torque by frequency."""
+    for name in TRUE:
+        for record in read_data_set(DATA / name):
+            mean = record.channels["applied_torque"].mean(axis=0)
+            yield f"{name}/{record.details.name}: mean torque {np.array2string(1e4 * mean, precision=1)} 1e-4 N m"
+    inertia = nominal_body(read_body_scenario(shipped_scenario("crazypad"))).inertia
+    records = read_data_set(DATA / HEALTHY)
+    for axis, letter in enumerate("xyz"):
+        spectra = [_spectra(record, axis, inertia[axis, axis]) for record in records]
+        frequency = spectra[0][0]
+        asked, turned, both = (np.mean([each[part] for each in spectra], axis=0) for part in (1, 2, 3))
+        response, coherence = both[1:] / asked[1:], np.abs(both[1:]) ** 2 / (asked[1:] * turned[1:])
+        for index in range(0, 12, 2):
+            yield (
+                f"{letter} {frequency[1 + index]:.0f} Hz: acceleration over torque / J {abs(response[index]):.2f}, "
+                f"phase {np.degrees(np.angle(response[index])):.0f} deg, coherence {coherence[index].real:.2f}"
+            )
+
+
+def _spectra(record: Record, axis: int, moment: float) -> tuple[Array, Array, Array, Array]:
+    """Return frequencies, Hz, and the densities of the torque over J, of the acceleration and of both together."""
+    asked, rate = record.channels["applied_torque"][:, axis] / moment, record.channels["body_rate"][:, axis]
+    sampled = float(1.0 / np.median(np.diff(record.time)))
+    settings = {"fs": sampled, "nperseg": round(sampled)}
+    frequency, power = csd(asked, asked, **settings)
+    _, of_rate = csd(rate, rate, **settings)
+    _, both = csd(asked, rate, **settings)
+    turning = 2j * np.pi * frequency
+    return frequency, power.real, of_rate.real * np.abs(turning) ** 2, both * turning
+
+
+def lines_of(result: DiagnosisResult) -> Iterator[str]:
+    """Yield names with their classes, the inertia's ratios to the nominal one, and probabilities."""
+    for step in result.steps:
+        alike = ", ".join(f"{each.effect.id}:{each.component}" for each in step.look_alikes)
+        yield f"{step!r}{f', indistinguishable from {alike}' if alike else ''}"
+    state = result.state
+    ratios = eigvalsh(inertia_of(state.model.theta), inertia_of(state.nominal_theta))
+    yield f"inertia over nominal {np.array2string(ratios, precision=2)}"
+    likely = sorted(result.probabilities.items(), key=lambda item: -item[1])[:3]
+    yield "; ".join(f"{explanation} {probability:.3f}" for explanation, probability in likely)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,200 @@
+"""Platforms under applied torque: inertia as a body's, trims, torque noise, single actuators, healthy records."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import testbed as tb
+from testbed.assembly.platform import nominal_body
+from testbed.diagnosis import search
+from testbed.diagnosis.findings import reference_of
+from testbed.diagnosis.method import diagnosed
+from testbed.diagnosis.model import fitted
+from testbed.diagnosis.reading import data_set_of
+from testbed.dynamics.inertia import inertia_of, log_ratio, of_log_ratio, slopes_of_log_ratio, theta_of
+from testbed.effects.registry import EFFECTS
+from testbed.errors import InputError
+from testbed.estimation.torque_noise import covariance, torque_noise
+from testbed.records.record import Record, RunDetails
+from testbed.scenario.reader import read_body_scenario
+from testbed.scenario.shipped import shipped_scenario
+
+SCENARIO = read_body_scenario(shipped_scenario("crazypad"))
+WHOLE = SCENARIO.model_copy(update={"diagnosis": type(SCENARIO.diagnosis)()})
+"""Without windows: the torque of these records is exact."""
+NOMINAL = nominal_body(SCENARIO)
+THETA = theta_of(NOMINAL.inertia)
+ARM, DRAG = 0.0325, 0.005964552
+MIXING = np.array(
+    [[-ARM, -ARM, ARM, ARM], [-ARM, ARM, ARM, -ARM], [-DRAG, DRAG, -DRAG, DRAG]],
+)
+FEW = ("actuator_weak", "viscous_drag")
+SIGMA = 0.005
+
+
+def flown(seed, *, share=(1.0, 1.0, 1.0, 1.0), lag=0.0, trim=(0.0, 0.0, 0.0), length=1.5):
+    """Return a record of a quadcopter whose motors give shares of what they are commanded, a time constant later."""
+    rng, step = np.random.default_rng(seed), 1e-3
+    time = np.arange(0.0, length, step)
+    waves = [
+        sum(0.008 * np.cos(2 * np.pi * f * time + phase) for f, phase in zip(fs, rng.uniform(0, 6.3, 3), strict=True))
+        for fs in rng.uniform(1.0, 5.0, (4, 3))
+    ]
+    command = 0.07 + np.array(waves) / 3.0
+    command -= np.linalg.pinv(MIXING) @ (MIXING @ command).mean(axis=1, keepdims=True)
+    kept = np.exp(-step / lag) if lag else 0.0
+    asked, state = MIXING @ (np.array(share)[:, None] * command), np.zeros(3)
+    torque = np.empty_like(asked)
+    for index in range(len(time)):  # behind a lag, torque builds up from nothing
+        state = kept * state + (1.0 - kept) * asked[:, index]
+        torque[:, index] = state
+    torque -= torque.mean(axis=1, keepdims=True)  # a pilot holds the aircraft level, whatever is wrong with it
+    rate, rates = np.zeros(3), np.empty((len(time), 3))
+    for index in range(len(time)):
+        rates[index] = rate
+        moment = torque[:, index] - np.cross(rate, NOMINAL.inertia @ rate)
+        rate = rate + step * np.linalg.solve(NOMINAL.inertia, moment)
+    rows = slice(0, None, 10)
+    return Record(
+        time=time[rows],
+        channels={
+            "body_rate": rates[rows] + rng.normal(0.0, SIGMA, rates[rows].shape),
+            "applied_torque": (MIXING @ command).T[rows] - np.array(trim),
+            "motor_thrust": command.T[rows],
+        },
+        details=RunDetails(name=f"flight_{seed}", gyro_noise=SIGMA),
+    )
+
+
+def last_of(data, names=FEW):
+    effects = {name: EFFECTS[name] for name in names}
+    *_, last = diagnosed(data.runs, data.heldout, effects, THETA, given=data.given)
+    return last
+
+
+class TestInertiaAsABodys:
+    U = np.array([0.3, -0.2, 0.5, 0.1, -0.3, 0.2])
+
+    def test_its_logarithm_goes_there_and_back(self):
+        inertia = of_log_ratio(self.U, NOMINAL.inertia)
+        assert np.linalg.eigvalsh(inertia).min() > 0.0
+        np.testing.assert_allclose(log_ratio(inertia, NOMINAL.inertia), self.U, atol=1e-12)
+
+    @pytest.mark.parametrize("point", [np.zeros(6), U])
+    def test_slopes_are_those_of_differences(self, point):
+        slopes = slopes_of_log_ratio(point, NOMINAL.inertia, np.eye(3))
+        for column, way in enumerate(np.eye(6)):
+            ends = [theta_of(of_log_ratio(point + sign * 1e-6 * way, NOMINAL.inertia)) for sign in (1, -1)]
+            np.testing.assert_allclose(slopes[:, column], (ends[0] - ends[1]) / 2e-6, atol=1e-12)
+
+    def test_a_constant_torque_is_a_trim_and_does_not_make_the_body_heavier(self):
+        trim = (2e-6, -1e-6, 5e-7)
+        data = data_set_of([flown(seed, trim=trim) for seed in (1, 2, 3)], WHOLE, NOMINAL)
+        fit = fitted(data.runs, [], THETA, [])
+        np.testing.assert_allclose(fit.theta[:3], THETA[:3], rtol=0.1)
+        np.testing.assert_allclose(fit.values.trim[0, 0], trim, atol=3e-7)
+
+    def test_no_inertia_leaves_its_reach(self):
+        data = data_set_of([flown(seed, share=(0.1,) * 4) for seed in (1, 2, 3)], WHOLE, NOMINAL)
+        fit = fitted(data.runs, [], THETA, [])
+        ratios = np.linalg.eigvalsh(inertia_of(data.runs.belief.log_ratio_of(fit.theta)))
+        assert ratios.max() <= data.runs.belief.reach * (1.0 + 1e-9)
+        assert np.exp(data.runs.belief.reach) == pytest.approx(2.0, rel=0.01)
+
+    def test_one_that_is_known_stays(self):
+        known = WHOLE.model_copy(update={"platform": WHOLE.platform.model_copy(update={"inertia": "known"})})
+        data = data_set_of([flown(seed, share=(0.8,) * 4) for seed in (1, 2, 3)], known, NOMINAL)
+        np.testing.assert_allclose(fitted(data.runs, [], THETA, []).theta, THETA, rtol=1e-3, atol=1e-3 * THETA[0])
+
+
+def test_noise_of_torque_and_samples_is_found_from_windows():
+    time, noise = np.arange(40) * 0.01, np.array([[0.01, 0.2, 1.0], [0.02, 0.1, 0.5], [0.005, 0.05, 0.2]])
+    factors = np.linalg.cholesky(covariance(time, noise) + 1e-12 * np.eye(40))
+    draws = np.random.default_rng(1).normal(size=(300, 3, 40))
+    windows = [np.einsum("amn,an->ma", factors, draw) for draw in draws]
+    np.testing.assert_allclose(torque_noise([time] * 300, windows), noise, rtol=0.15)
+
+
+class TestSingleActuators:
+    def test_a_weak_motor_is_named_by_its_number(self):
+        records = [flown(seed, share=(1.0, 1.0, 0.85, 1.0)) for seed in (1, 2, 3)]
+        state = last_of(data_set_of(records, WHOLE, NOMINAL))
+        assert state.steps[0].key == "actuator_weak:3"
+        assert state.model.effect_values[0] == pytest.approx(0.15, abs=0.02)
+
+    def test_a_motor_in_anothers_place_is_refused(self):
+        swapped = flown(1)
+        thrust = swapped.channels["motor_thrust"][:, [1, 0, 2, 3]]
+        with pytest.raises(InputError, match=r"another torque of motor_thrust than applied_torque"):
+            data_set_of([replace(swapped, channels=swapped.channels | {"motor_thrust": thrust})], WHOLE, NOMINAL)
+
+    def test_a_column_too_few_is_refused(self):
+        flight = flown(1)
+        channels = flight.channels | {"motor_thrust": flight.channels["motor_thrust"][:, :3]}
+        with pytest.raises(InputError, match=r"3 columns motor_thrust.* 4 \[\[thrusters\]\]"):
+            data_set_of([replace(flight, channels=channels)], WHOLE, NOMINAL)
+
+    def test_each_derivative_is_that_of_differences(self):
+        data = data_set_of([flown(1, length=1.0), flown(2, length=1.0)], WHOLE, NOMINAL)
+        grid = data.runs.grid
+        for name, component in (
+            ("actuator_weak", "2"),
+            ("actuator_misaligned", "4"),
+            ("actuator_lag", "3"),
+            ("thrust_offset", "platform"),
+        ):
+            effect = EFFECTS[name]
+            hook, size = effect.hooks(component), len(effect.parameters)
+            at = np.full((1, size), 0.02)
+            for column in range(size):
+                way = np.eye(size)[column]
+                exact = hook.asked_torque(grid.applied_torque_B, at + 1e-20j * way, grid).imag / 1e-20
+                ends = [hook.asked_torque(grid.applied_torque_B, at + sign * 1e-5 * way, grid) for sign in (1, -1)]
+                scale = np.abs(exact).max() + 1e-12
+                np.testing.assert_allclose(exact / scale, (ends[0] - ends[1]) / 2e-5 / scale, atol=1e-4)
+
+
+@pytest.fixture(scope="module")
+def reference():
+    healthy = [flown(seed, lag=0.03, trim=(1e-6 * (seed % 3 - 1), 0.0, 0.0)) for seed in range(10, 14)]
+    return reference_of(last_of(data_set_of(healthy, WHOLE, NOMINAL), ("actuator_lag",)))
+
+
+class TestHealthyAgainstSuspect:
+    def test_what_the_healthy_ones_show_is_in_the_nominal_model(self, reference):
+        assert [each.key for each in reference.given] == ["actuator_lag:actuators"]
+        ((_, mean, std),) = reference.belief.effects
+        assert abs(mean[0] - 0.03) < 3.0 * std[0] + 1e-3
+        assert np.all(np.isfinite(reference.belief.trim_std))
+
+    def test_what_is_new_comes_first(self, reference):
+        records = [flown(seed, lag=0.03, share=(1.0, 0.85, 1.0, 1.0)) for seed in (20, 21, 22)]
+        state = last_of(data_set_of(records, WHOLE, NOMINAL).against(reference))
+        assert state.steps[0].key == "actuator_weak:2"
+
+    def test_nothing_is_new_in_other_healthy_ones(self, reference):
+        records = [flown(seed, lag=0.03) for seed in (30, 31, 32)]
+        state = last_of(data_set_of(records, WHOLE, NOMINAL).against(reference))
+        assert state.steps == ()
+
+    def test_too_few_healthy_ones_are_refused(self):
+        two = tb.Records((flown(1, length=1.0), flown(2, length=1.0)))
+        with pytest.raises(InputError, match="too few records"):
+            tb.diagnose(WHOLE, two, reference=two, propose=False)
+
+
+def test_a_candidate_whose_refit_runs_away_is_set_aside(monkeypatch):
+    records = [flown(seed, share=(1.0, 1.0, 0.7, 1.0)) for seed in (1, 2, 3)]
+    real = search.fitted
+
+    def runs_away(runs, placed, theta, starts):
+        if any(each.key == "actuator_weak:3" for each in placed):
+            raise InputError("the motion runs away")
+        return real(runs, placed, theta, starts)
+
+    monkeypatch.setattr(search, "fitted", runs_away)
+    state = last_of(data_set_of(records, WHOLE, NOMINAL), ("actuator_weak",))
+    assert state.complete
+    screening = state.steps[0].screening if state.steps else state.remaining
+    assert "actuator_weak:3" in [each.key for each in screening.set_aside]
