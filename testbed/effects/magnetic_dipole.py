@@ -35,9 +35,13 @@ class MagneticDipole(Effect):
 
     id = "magnetic_dipole"
     components = ("platform",)
-    # CubeSats have some 0.01 A·m² left over from their wires and magnets; 1e4 is beyond any magnetorquer.
+    # CubeSats have some 0.01 A·m² left over from their wires and magnets; spacecraft of tons, whose magnetics nobody
+    # controls, some ten (NASA SP-8018, table of estimates by mass). 1e4 is beyond any magnetorquer.
     parameters = tuple(
-        Parameter(name=f"dipole_{axis}_A_m2", unit="A·m²", typical=0.01, lower=-1e4, upper=1e4) for axis in "xyz"
+        Parameter(
+            name=f"dipole_{axis}_A_m2", unit="A·m²", typical=0.01, lower=-1e4, upper=1e4, plausible=(-100.0, 100.0)
+        )
+        for axis in "xyz"
     )
     sentence = "{component} has a magnetic dipole that is not known of: the Earth's field turns it."
     look_alikes = ("inertial_torque", "body_torque", "gravity_gradient")
