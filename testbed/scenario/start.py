@@ -74,13 +74,17 @@ def first_point_conflicts(
     elif isinstance(maneuver, GimbalPoints | ActuatorPoints):
         yield from _rows_conflicts(maneuver, gyros)
         starts = {
-            "gimbal_angle_rad": (per_unit(initial.gimbal_angle_rad, gyros.units, 0.0), _SAME_ANGLE),
-            "wheel_momentum_N_m_s": (per_unit(initial.wheel_momentum_N_m_s, wheel_count(wheels), 0.0), _SAME_MOMENTUM),
+            "gimbal_angle_rad": ("gimbals", per_unit(initial.gimbal_angle_rad, gyros.units, 0.0), _SAME_ANGLE),
+            "wheel_momentum_N_m_s": (
+                "wheels",
+                per_unit(initial.wheel_momentum_N_m_s, wheel_count(wheels), 0.0),
+                _SAME_MOMENTUM,
+            ),
         }
-        for key, (start, same) in starts.items():
+        for key, (kind, start, same) in starts.items():
             rows = getattr(maneuver, key, ())
             if rows and len(rows[0]) == len(start) and np.abs(np.subtract(rows[0], start)).max(initial=0.0) > same:
-                text = f"starts at {list(rows[0])}, the platform at {list(start)}; make them equal"
+                text = f"starts at {list(rows[0])}, the {kind} at {list(start)}; make them equal"
                 yield Conflict(key=f"maneuver.{key}", text=f"{text}, here or in initial.{key}")
 
 

@@ -22,7 +22,7 @@ def candidate(evidence, by_run, effect=EFFECTS["gyro_latency"], value=0.01):
         fit=SimpleNamespace(
             chi_square=float(np.sum(by_run)),
             freedom=3 * RUNS,
-            placed=("its own",),
+            placed=(SimpleNamespace(given=False),),
             effect_values=np.array([value]),
             own=lambda _: slice(0, 1),
         ),

@@ -73,7 +73,7 @@ def test_an_override_that_no_key_has_is_refused():
         tb.read_scenario("basic", {"gyro.noise": 1.0})
     with pytest.raises(tb.InputError, match="seed is no table"):
         tb.read_scenario("basic", {"seed.of": 1})
-    with pytest.raises(tb.InputError, match="nor a shipped scenario of that name; these are alignments"):
+    with pytest.raises(tb.InputError, match="nor a shipped scenario of that name; these are adopted"):
         tb.read_scenario("no_such")
 
 

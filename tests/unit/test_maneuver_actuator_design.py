@@ -189,7 +189,7 @@ def spline(tree, **rows):
         ),
         (
             lambda tree: spline(tree, wheel_momentum_N_m_s=[[0.002, 0.0, 0.0]] * 4, gimbal_angle_rad=[[0.0, 0.0]] * 4),
-            r"wheel_momentum_N_m_s: starts at \[0.002, 0.0, 0.0\], the platform at \[0.001, 0.0, -0.001\]; make them",
+            r"wheel_momentum_N_m_s: starts at \[0.002, 0.0, 0.0\], the wheels at \[0.001, 0.0, -0.001\]; make them",
         ),
         (
             lambda tree: spline(tree, wheel_momentum_N_m_s=[[0.001, 0.0]] * 4, gimbal_angle_rad=[[0.0, 0.0]] * 4),
