@@ -88,7 +88,7 @@ def test_what_is_less_likely_than_that_nothing_is_missing_is_not_added():
 
 
 def beside_another(one):
-    return replace(one, fit=SimpleNamespace(**vars(one.fit) | {"placed": ("another", "its own")}))
+    return replace(one, fit=SimpleNamespace(**vars(one.fit) | {"placed": one.fit.placed * 2}))
 
 
 def test_a_further_name_needs_odds_of_four_over_its_class():
