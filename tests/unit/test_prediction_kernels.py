@@ -2,16 +2,35 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from numba.core.caching import CacheImpl
 from scipy.interpolate import CubicSpline
 
-from testbed.compiled import elementwise
+from support.processes import PATIENCE
+from testbed.compiled import kept
 from testbed.prediction import kernels
 from testbed.prediction.smooth import node_slopes
 
 RUNS, NODES, SETS = 4, 7, 5
+ONE_OF_MANY = """
+import sys, numpy as np
+from testbed.prediction import kernels
+vectors, matrices = np.ones((3, 2, 3)), np.broadcast_to(np.eye(3), (3, 2, 3, 3))
+calls = [
+    lambda: kernels.body_rate(vectors, 0.0 * vectors, matrices),
+    lambda: kernels.body_rate(vectors + 0j, 0.0 * vectors, matrices),
+    lambda: kernels.stepped_body_rate(vectors, 0.0 * vectors, matrices, 0.0 * matrices),
+    lambda: kernels.turning(vectors, vectors, 0.0 * vectors),
+]
+turn = int(sys.argv[1])
+for call in calls[turn:] + calls[:turn]:
+    assert (call() == 1.0).all()
+"""
 STEP = 1e-20j
 
 
@@ -73,8 +92,21 @@ def test_slopes_at_nodes_are_those_of_the_cubic_spline(nodes, carries):
 def test_where_nothing_can_be_kept_a_function_is_compiled_all_the_same(monkeypatch):
     monkeypatch.setattr(CacheImpl, "_locator_classes", [])
 
-    def doubled(value, result):
-        result[0] = 2.0 * value[0]
+    def doubled(values, results):
+        for index in range(len(values)):
+            results[index] = 2.0 * values[index]
 
-    function = elementwise(doubled, "(n)->(n)", ("void(f8[:], f8[:])",))
-    np.testing.assert_array_equal(function(np.array([[1.0], [2.0]])), [[2.0], [4.0]])
+    results = np.empty(2)
+    kept(doubled, (("f8", 1), ("f8", 1)))(np.array([1.0, 2.0]), results)
+    np.testing.assert_array_equal(results, [2.0, 4.0])
+
+
+def test_many_processes_at_once_make_and_keep_the_same_functions(tmp_path):
+    """Each makes all of them, in an order of its own, so that files of different processes stand side by side."""
+    folder = {"NUMBA_CACHE_DIR": str(tmp_path / "kept")}
+    for _ in range(2):  # first they are made, then loaded
+        running = [
+            subprocess.Popen([sys.executable, "-c", ONE_OF_MANY, str(turn)], env=os.environ | folder)
+            for turn in range(4)
+        ]
+        assert [process.wait(PATIENCE) for process in running] == [0] * 4
