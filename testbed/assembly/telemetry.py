@@ -20,7 +20,7 @@ from testbed.records.record import Record
 from testbed.records.selection import sampled, usable
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.scenario import Scenario
-from testbed.signals import AXES
+from testbed.signals import AXES, SIGNALS
 
 _CLOCK_JITTER = 0.01
 """Of a control period, by which the times of samples may be off."""
@@ -165,10 +165,16 @@ def _units(record: Record, nominal: Body) -> Cluster:
     sent, believed = record.channels["gimbal_angle"].shape[1], len(nominal.cluster.rotor_momentum)
     if sent != believed:
         raise InputError(
-            f"{record.details.name}: has gimbal angles of {sent} units, but the scenario has {believed}; use the "
-            "scenario of the platform that was measured"
+            f"{record.details.name}: has gimbal angles of {sent} units, but the scenario has {believed}; "
+            f"{_lacking('gimbal_angle', sent, believed)}use the scenario of the platform that was measured"
         )
     return nominal.cluster
+
+
+def _lacking(signal: str, sent: int, believed: int) -> str:
+    """Return what to do about the columns that a record has fewer of than the scenario has units."""
+    missing = SIGNALS[signal].sized(believed).columns[sent:]
+    return f"add {', '.join(missing)}, or " if missing else ""
 
 
 def _wheels(record: Record, nominal: Body, time: Series) -> WheelTelemetry | None:
@@ -180,8 +186,8 @@ def _wheels(record: Record, nominal: Body, time: Series) -> WheelTelemetry | Non
     if sent != believed:
         known = f"has {believed}" if believed else "has no [[actuators]] of that kind"
         raise InputError(
-            f"{record.details.name}: has speeds of {sent} reaction wheels, but the scenario {known}; use "
-            "the scenario of the platform that was measured"
+            f"{record.details.name}: has speeds of {sent} reaction wheels, but the scenario {known}; "
+            f"{_lacking('wheel_speed', sent, believed)}use the scenario of the platform that was measured"
         )
     return WheelTelemetry(
         wheels=nominal.wheels,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import hypot
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, field_validator
 
 from testbed.quantities import Dipole, Drag, Edge, Factor, Mass, Momentum, Offset, Room, SignedMomentum, SmallAngle
 from testbed.scenario.section import Section
@@ -85,7 +85,8 @@ class Truth(Section):
     rotor_momentum_N_m_s: Annotated[Annotated[Momentum, One] | Annotated[PerUnit[Momentum], Many], ManyOrOne] | None = (
         None
     )
-    """True rotor momentum of all units, or of each; servos clamp it at the limit; at rest: use cluster.failed."""
+    """True rotor momentum of all units, or of each; servos clamp it at the limit; at rest: use cluster.failed; an empty
+    list: as believed."""
     gimbal_axis_misalignment_rad: PerUnit[Pair[SmallAngle]] = ()
     """Turns of each unit out of its place: a pair for each, about its spin axis at gimbal angle zero, then about its
     transverse axis; a turn about the gimbal axis is an encoder.zero_rad."""
@@ -103,6 +104,11 @@ class Truth(Section):
     gravity_gradient_factor: Annotated[float, Field(ge=0, le=1e3)] | None = None
     """True torque of an orbit's gravity gradient over that of the true inertia at the believed mean motion; a pure
     number."""
+
+    @field_validator("rotor_momentum_N_m_s")
+    @classmethod
+    def _stated(cls, momentum: float | tuple[float, ...] | None) -> float | tuple[float, ...] | None:
+        return None if momentum == () else momentum
 
 
 class Initial(Section):

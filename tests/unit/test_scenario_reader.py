@@ -343,6 +343,8 @@ class TestAccepted:
         assert read_scenario(path).truth.rotor_momentum_N_m_s == tuple(momenta)
         path, _ = edited(tmp_path, r"\[initial\]", "[truth]\nrotor_momentum_N_m_s = 0.0055\n\n[initial]")
         assert read_scenario(path).truth.rotor_momentum_N_m_s == 0.0055
+        path, _ = edited(tmp_path, r"\[initial\]", "[truth]\nrotor_momentum_N_m_s = []\n\n[initial]")
+        assert read_scenario(path).truth.rotor_momentum_N_m_s is None  # all are as believed
 
     def test_control_points_of_an_earlier_design(self, tmp_path):
         points = [[0.1 * row] * 6 for row in (0, 0, 1, 2, 1, 0, 0)]
