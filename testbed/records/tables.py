@@ -199,6 +199,8 @@ def _numbers(column: pa.Array, before: int) -> Series | str:
         column: of a batch.
         before: rows of the table before the batch.
     """
+    if pa.types.is_boolean(column.type):
+        return "holds true and false, not numbers"  # a cast would make them one and zero
     try:
         return np.array(_without_blanks(column).cast(pa.float64()).to_numpy(zero_copy_only=False))
     except pa.ArrowException:

@@ -195,7 +195,11 @@ _CHANGES: dict[str, tuple[Callable[[Columns], Columns], tuple[int, ...], tuple[s
     "another column of text": (lambda columns: columns | {"mode": np.array(["[red]on[/]"] * 65)}, (COMPLETED,), ()),
     "time as text": (lambda columns: columns | {"time_s": columns["time_s"].astype(str)}, ANY, ()),
     "rates as words": (lambda columns: columns | {RATES[0]: np.array(["fast"] * 65)}, (REFUSED,), ("body_rate_x",)),
-    "angles as yes and no": (lambda columns: columns | {ANGLES[0]: np.arange(65) % 2 == 0}, (REFUSED,), ()),
+    "angles as yes and no": (
+        lambda columns: columns | {ANGLES[0]: np.arange(65) % 2 == 0},
+        (REFUSED,),
+        ("gimbal_angle_1",),
+    ),
     "rates as whole numbers": (lambda columns: columns | {RATES[0]: np.arange(65)}, (REFUSED,), ()),
     "rates in single precision": (
         lambda columns: {name: values.astype(np.float32) for name, values in columns.items()},

@@ -107,7 +107,9 @@ def test_records_have_a_column_for_each_unit_and_are_refused_by_another_platform
     ]
     records = tb.records_from(table)
     assert tb.estimate(four, records).combined["output_error"].theta.shape == (6,)
-    with pytest.raises(tb.InputError, match=r"4 units, but the scenario has 6; add gimbal_angle_5_rad, gimbal_angle_6_rad, or use"):
+    with pytest.raises(
+        tb.InputError, match=r"4 units, but the scenario has 6; add gimbal_angle_5_rad, gimbal_angle_6_rad, or use"
+    ):
         tb.estimate(tb.read_scenario("basic"), records)
 
 

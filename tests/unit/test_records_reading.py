@@ -239,6 +239,12 @@ def test_a_column_of_another_kind_is_named(tmp_path):
     assert "column applied_torque_y_N_m holds list<" in refusal(path)
 
 
+def test_a_column_of_true_and_false_is_no_column_of_ones_and_zeros(tmp_path):
+    path = write_parquet(tmp_path / "run.parquet", good_columns() | {"applied_torque_y_N_m": [True] * ROWS})
+    with pytest.raises(InputError, match="applied_torque_y_N_m holds true and false, not numbers"):
+        read_record(path)
+
+
 def test_a_row_of_another_length_is_named(tmp_path):
     path = write_csv(tmp_path / "run.csv", good_columns())
     lines = path.read_text().splitlines()
