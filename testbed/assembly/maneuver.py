@@ -10,13 +10,11 @@ from testbed.assembly.platform import PlatformModel, each_wheel, first_gimbal_an
 from testbed.maneuver.design import BodyRateLimits, DesignProblem, GimbalLimits
 from testbed.maneuver.maneuver import Maneuver
 from testbed.maneuver.profiles import read_profile
-from testbed.scenario.maneuver import ActuatorDesign, BodyRateDesign, CsvManeuver, GimbalDesign
+from testbed.scenario.maneuver import ActuatorDesign, BodyRateDesign, CsvManeuver, Designed, GimbalDesign
 from testbed.scenario.scenario import Scenario
 
 
-def design_problem(
-    scenario: Scenario, section: BodyRateDesign | GimbalDesign | ActuatorDesign, nominal: PlatformModel
-) -> DesignProblem:
+def design_problem(scenario: Scenario, section: Designed, nominal: PlatformModel) -> DesignProblem:
     """Return what to design, for the nominal platform in the scenario's initial state."""
     target = section.target_std_kg_m2
     return DesignProblem(

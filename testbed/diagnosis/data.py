@@ -12,7 +12,15 @@ from scipy.optimize import least_squares
 
 from testbed.arrays import Array, Flags, Matrix3, Theta, Units, Vector3
 from testbed.diagnosis.settings import SETTINGS
-from testbed.dynamics.inertia import inertia_of, log_ratio, of_log_ratio, slopes_of_log_ratio, theta_of
+from testbed.dynamics.inertia import (
+    COLUMNS,
+    ROWS,
+    inertia_of,
+    log_ratio,
+    of_log_ratio,
+    slopes_of_log_ratio,
+    theta_of,
+)
 from testbed.effects.fast_changes import FEWEST, fast_power
 from testbed.estimation.noise_spectrum import correlated, decorrelated
 from testbed.estimation.telemetry import ALL_AXES, Telemetry, has_momentum
@@ -23,8 +31,6 @@ from testbed.prediction.servo import response, ticks_of
 from testbed.prediction.servo_response import by_stretches, by_units, constants, has_commands, measured_responses, shown
 from testbed.prediction.smoothed import direction_of
 
-_ROWS, _COLUMNS = np.array([0, 1, 2, 1, 0, 0]), np.array([0, 1, 2, 2, 2, 1])
-"""Of J, in the order of θ."""
 _LEAST = 1e-3
 """Share of a channel's own scatter that its noise has at least: the model of a gimbal is no better than that. Of 64
 sets of the seeds 90817 and 90818 none needs it: motor torques have noise of 4 % and more of their scatter, responses of
@@ -312,8 +318,8 @@ class Runs:
         the torque that turns the momentum about it.
         """
         counts = self.live.sum(axis=1)
-        both = self.live[:, _ROWS] & self.live[:, _COLUMNS]
-        product = (self.live[:, _ROWS] | self.live[:, _COLUMNS]) & (_ROWS != _COLUMNS) & (counts == 2)[:, None]
+        both = self.live[:, ROWS] & self.live[:, COLUMNS]
+        product = (self.live[:, ROWS] | self.live[:, COLUMNS]) & (ROWS != COLUMNS) & (counts == 2)[:, None]
         return np.asarray((both | product).any(axis=0))
 
     @property

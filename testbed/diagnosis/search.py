@@ -92,8 +92,7 @@ def screened(
     every = list(signatures(runs, fit, hypotheses))
     best = most_telling(every)
     tested = max(len(best), 1)
-    scores = {id(each): each.score * _share_of(runs, each) for each in best}
-    order = sorted(best, key=lambda each: -_anywhere(runs, each, scale_evidence(scores[id(each)], each.rank)))
+    order = sorted(best, key=lambda each: -_linearised_evidence(runs, each))
     promising = [each for each in order[: SETTINGS.most_refits] if each.rank]
     candidates, aside, without = [], [], log_evidence(heldout, fit)
     for signature in promising:
@@ -205,6 +204,12 @@ def _is_of_a_body(model: Fit) -> bool:
 
 def _scan_count(runs: Runs, placed: Hypothesis) -> int:
     return placed.effect.scan_count(placed.component, runs.grid)
+
+
+def _linearised_evidence(runs: Runs, signature: Signature) -> float:
+    """Return the evidence of a hypothesis by its linearisation alone."""
+    score = signature.score * _share_of(runs, signature)
+    return _anywhere(runs, signature, scale_evidence(score, signature.rank))
 
 
 def _anywhere(runs: Runs, signature: Signature, here: float) -> float:

@@ -9,21 +9,22 @@ from testbed.arrays import Array, Matrix3, Theta, Vectors3
 PARAMETER_NAMES = ("J11", "J22", "J33", "J23", "J13", "J12")
 """Order of the inertia parameters. Source: paper section 2, below eq. (4)."""
 
-_ROWS = np.array([0, 1, 2, 1, 0, 0])
-_COLUMNS = np.array([0, 1, 2, 2, 2, 1])
+ROWS = np.array([0, 1, 2, 1, 0, 0])
+COLUMNS = np.array([0, 1, 2, 2, 2, 1])
+"""Of J, in the order of θ."""
 
 
 def theta_of(inertia: Matrix3) -> Theta:
     """Return θ of a symmetric inertia matrix, kg·m². Broadcasts over leading axes."""
-    return np.asarray(inertia[..., _ROWS, _COLUMNS], dtype=np.float64)
+    return np.asarray(inertia[..., ROWS, COLUMNS], dtype=np.float64)
 
 
 def inertia_of(theta: Theta) -> Matrix3:
     """Return the symmetric matrix J of θ, kg·m². Broadcasts over leading axes. Source: paper eq. (3)."""
     theta = np.asarray(theta, dtype=np.float64)
     inertia = np.empty((*theta.shape[:-1], 3, 3))
-    inertia[..., _ROWS, _COLUMNS] = theta
-    inertia[..., _COLUMNS, _ROWS] = theta
+    inertia[..., ROWS, COLUMNS] = theta
+    inertia[..., COLUMNS, ROWS] = theta
     return inertia
 
 
@@ -62,7 +63,7 @@ def turning_regressor(products: Array) -> Array:
 
 def rate_products(body_rate: Vectors3) -> Array:
     """Return ω_a ω_b of the six pairs of axes, shape (..., 6), in the order of θ."""
-    return np.asarray(body_rate[..., _ROWS] * body_rate[..., _COLUMNS])
+    return np.asarray(body_rate[..., ROWS] * body_rate[..., COLUMNS])
 
 
 def cross_matrix(vector: Vectors3) -> Array:
@@ -135,7 +136,7 @@ def _turning() -> Array:
     axes = np.eye(3)
     product = np.einsum("aij,bjk->abik", cross_matrix(axes), momentum_regressor(axes))
     product += np.swapaxes(product, 0, 1) * (1.0 - axes)[..., None, None]  # ω_a ω_b stands for both orders
-    return np.asarray(product[_ROWS, _COLUMNS].reshape(6, 18))
+    return np.asarray(product[ROWS, COLUMNS].reshape(6, 18))
 
 
 _TURNING = _turning()

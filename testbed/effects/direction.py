@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.arrays import Array
+from testbed.effects.contract import Parameter
 from testbed.prediction.algebra import dot
 from testbed.prediction.grid import Grid
 
@@ -16,6 +17,38 @@ _RATIO = 1.2
 """Between frequencies that are looked at: halfway between two, at least 60 % of the χ² of a mode damped by 0.1 remain
 (5 % with the seven frequencies before); with 1.4 a lightly damped appendage of eight detectable sizes was taken for
 slosh."""
+
+
+def mode_parameters(frequency: float, bounds: tuple[float, float], damping_ratio: float) -> tuple[Parameter, ...]:
+    """Return the parameters of a damped mode, which are scanned.
+
+    Args:
+        frequency: a typical one, Hz.
+        bounds: of the frequency, Hz.
+        damping_ratio: a typical one.
+    """
+    return (
+        Parameter(
+            name="frequency_hz",
+            unit="Hz",
+            typical=frequency,
+            lower=bounds[0],
+            upper=bounds[1],
+            absent=frequency,
+            scanned=True,
+            plausible=bounds,
+        ),
+        Parameter(
+            name="damping_ratio",
+            unit="1",
+            typical=damping_ratio,
+            lower=0.0,
+            upper=MOST_DAMPED,
+            absent=damping_ratio,
+            scanned=True,
+            plausible=(0.0, MOST_DAMPED),
+        ),
+    )
 
 
 def size_and_direction(vector: Array) -> tuple[Array, Array]:

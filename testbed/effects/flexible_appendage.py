@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from testbed.arrays import Array
 from testbed.effects.contract import Effect, Extension, Parameter, Quantity
-from testbed.effects.direction import MOST_DAMPED, beyond_speck, scanned, size_and_direction
+from testbed.effects.direction import beyond_speck, mode_parameters, scanned, size_and_direction
 from testbed.plant.added_parts import HingedMode
 from testbed.prediction.algebra import dot
 from testbed.prediction.grid import Grid
@@ -61,26 +61,7 @@ class FlexibleAppendage(Effect):
     id = "flexible_appendage"
     components = ("platform",)
     parameters = (
-        Parameter(
-            name="frequency_hz",
-            unit="Hz",
-            typical=2.0,
-            lower=0.2,
-            upper=6.0,
-            absent=2.0,
-            scanned=True,
-            plausible=(0.2, 6.0),
-        ),
-        Parameter(
-            name="damping_ratio",
-            unit="1",
-            typical=0.02,
-            lower=0.0,
-            upper=MOST_DAMPED,
-            absent=0.02,
-            scanned=True,
-            plausible=(0.0, MOST_DAMPED),
-        ),
+        *mode_parameters(2.0, (0.2, 6.0), 0.02),
         *(
             Parameter(name=f"inertia_{axis}_kg_m2", unit="kg·m²", typical=typical, lower=-0.02, upper=0.02)
             for axis, typical in zip("xyz", (4e-4, 2e-4, 3e-4), strict=True)

@@ -8,9 +8,9 @@ import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.dynamics.environment import Orbiting, gradient_torque
+from testbed.dynamics.environment import gradient_torque
 from testbed.effects.contract import Effect, Extension, Parameter
-from testbed.prediction.environment import local_B
+from testbed.prediction.environment import local_B, orbit_of
 from testbed.prediction.hooks import Hooks, Instant, column
 from testbed.scenario.scenario import Scenario
 
@@ -21,11 +21,8 @@ class _Stronger(Hooks):
     @override
     def torque(self, value: Array, at: Instant) -> Array:
         assert at.surroundings is not None
-        orbit = at.surroundings.environment
-        assert isinstance(orbit, Orbiting)
-        return np.asarray(
-            column(value, 0) * gradient_torque(orbit, at.surroundings.inertia, local_B(orbit, at))
-        )  # of the nominal inertia: its error would show in second order
+        orbit, inertia = orbit_of(at), at.surroundings.inertia  # the nominal one: its error would show in second order
+        return np.asarray(column(value, 0) * gradient_torque(orbit, inertia, local_B(orbit, at)))
 
 
 @final

@@ -8,10 +8,9 @@ import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.dynamics.environment import Orbiting
+from testbed.dynamics.environment import dipole_torque
 from testbed.effects.contract import Effect, Extension, Parameter
-from testbed.prediction.algebra import cross
-from testbed.prediction.environment import local_B
+from testbed.prediction.environment import local_B, orbit_of
 from testbed.prediction.hooks import Hooks, Instant
 from testbed.scenario.environment import Orbit
 from testbed.scenario.scenario import Scenario
@@ -22,11 +21,8 @@ class _Magnet(Hooks):
 
     @override
     def torque(self, value: Array, at: Instant) -> Array:
-        assert at.surroundings is not None
-        orbit = at.surroundings.environment
-        assert isinstance(orbit, Orbiting)
-        field_B = np.matvec(local_B(orbit, at), orbit.field_L)
-        return cross(np.broadcast_to(value, field_B.shape), field_B)
+        orbit = orbit_of(at)
+        return dipole_torque(orbit, value, local_B(orbit, at))
 
 
 @final

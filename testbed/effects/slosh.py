@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from testbed.arrays import Array
 from testbed.effects.contract import Effect, Extension, Parameter, Quantity
-from testbed.effects.direction import MOST_DAMPED, beyond_speck, scanned, size_and_direction
+from testbed.effects.direction import beyond_speck, mode_parameters, scanned, size_and_direction
 from testbed.plant.added_parts import SprungMass
 from testbed.prediction.algebra import cross
 from testbed.prediction.grid import Grid
@@ -70,26 +70,7 @@ class Slosh(Effect):
     id = "slosh"
     components = ("platform",)
     parameters = (
-        Parameter(
-            name="frequency_hz",
-            unit="Hz",
-            typical=1.0,
-            lower=0.2,
-            upper=5.0,
-            absent=1.0,
-            scanned=True,
-            plausible=(0.2, 5.0),
-        ),
-        Parameter(
-            name="damping_ratio",
-            unit="1",
-            typical=0.05,
-            lower=0.0,
-            upper=MOST_DAMPED,
-            absent=0.05,
-            scanned=True,
-            plausible=(0.0, MOST_DAMPED),
-        ),
+        *mode_parameters(1.0, (0.2, 5.0), 0.05),
         *(
             Parameter(name=f"mass_{axis}_kg", unit="kg", typical=typical, lower=-0.9, upper=0.9, plausible=(-0.9, 0.9))
             for axis, typical in zip("xyz", (0.04, 0.03, -0.05), strict=True)

@@ -110,9 +110,17 @@ def pendulum_of(telemetry: Telemetry, solution: Solution, time: Series) -> Pendu
 
 def following(time: Series, rows: Array) -> Array:
     """Return the transpose of an integral from the first sample, by the trapezoidal rule, shape (N, 3, P)."""
-    later = np.cumsum(rows[::-1], axis=0)[::-1] - rows / 2.0
-    weight = np.gradient(time) * np.where(time == time[0], 0.5, 1.0)
-    return np.asarray(weight[:, None, None] * later)
+    return np.asarray(_widths(time) * _sums_from(rows))
+
+
+def _sums_from(rows: Array) -> Array:
+    """Return the sums of rows from each sample on, of its own row half, shape (N, 3, P)."""
+    return np.asarray(np.cumsum(rows[::-1], axis=0)[::-1] - rows / 2.0)
+
+
+def _widths(time: Series) -> Array:
+    """Return what each sample stands for in the trapezoidal rule, shape (N, 1, 1), s."""
+    return np.asarray(np.gradient(time) * np.where(time == time[0], 0.5, 1.0))[:, None, None]
 
 
 def _inertia_and_momentum(
@@ -144,9 +152,7 @@ def attitude_noise(
     """
     effect = scale @ cross_matrix(momentum_B) @ _transposed(matrix_NB)
     seen = _transposed(effect) @ instrument
-    after = np.cumsum(seen[::-1], axis=0)[::-1] - seen / 2.0  # the trapezoidal rule, transposed
-    weight = np.gradient(time) * np.where(time == time[0], 0.5, 1.0)
-    image = instrument - weight[:, None, None] * (_transposed(matrix_NB) @ after)
+    image = instrument - _widths(time) * (_transposed(matrix_NB) @ _sums_from(seen))  # the rule transposed
     if pendulum is None:
         return np.asarray(image)
     impulse = following(time, pendulum.turned(scale @ instrument))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 
@@ -28,12 +27,11 @@ from testbed.scenario.maneuver import (
     BodyRateDesign,
     BodyRatePoints,
     CsvManeuver,
+    Designed,
     GimbalDesign,
     GimbalPoints,
 )
 from testbed.scenario.scenario import Scenario
-
-Designed: TypeAlias = BodyRateDesign | GimbalDesign | ActuatorDesign
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,12 +126,7 @@ def _search(section: Designed, progress: Callable[[Start], None], seed: int | No
     return Search(starts=section.starts, seed=section.seed if seed is None else seed, progress=progress)
 
 
-def _design(
-    scenario: Scenario,
-    section: Designed,
-    nominal: PlatformModel,
-    search: Search,
-) -> Design:
+def _design(scenario: Scenario, section: Designed, nominal: PlatformModel, search: Search) -> Design:
     problem = design_problem(scenario, section, nominal)
     if not isinstance(section, BodyRateDesign):
         return gimbal_design(problem, gimbal_limits(scenario, section), search)

@@ -16,7 +16,7 @@ from testbed.errors import InputError
 from testbed.maneuver.alignment_information import alignment_information
 from testbed.maneuver.cluster_motion import body_rate_function
 from testbed.maneuver.criteria import Criterion
-from testbed.maneuver.design import Design, DesignProblem, GimbalLimits, Search
+from testbed.maneuver.design import Design, DesignProblem, GimbalLimits, Parametrization, Search
 from testbed.maneuver.formulation import SplinePoints, formulated, prefilter_of
 from testbed.maneuver.gimbal_limits import hull_limits, path_limits
 from testbed.maneuver.gimbal_maneuver import WheelMotion, gimbal_maneuver
@@ -61,12 +61,13 @@ def gimbal_design(problem: DesignProblem, limits: GimbalLimits, search: Search) 
         total_momentum_B=problem.total_momentum_B,
         wheel_motion=WheelMotion(problem.wheels, of_wheels) if len(problem.wheels.spin_inertia) else None,
     )
-    return finished_design(problem, "actuator" if maneuver.wheel_momentum else "gimbal", maneuver, best, setup_seconds)
+    parametrization: Parametrization = "gimbal" if maneuver.wheel_momentum is None else "actuator"
+    return finished_design(problem, parametrization, maneuver, best, setup_seconds)
 
 
 def _held_points(problem: DesignProblem) -> SplinePoints:
     """Hold two points at each end, so that all start as given and stand still at both; failed units do not move."""
-    works = np.concatenate([problem.cluster.rotor_momentum != 0.0, problem.wheels.momentum_limit > 0.0])
+    works = np.pad(problem.cluster.rotor_momentum != 0.0, (0, len(problem.wheels.spin_inertia)), constant_values=True)
     working = np.diag(works)[works].astype(float)
     free = ca.MX.sym("motion", problem.control_points - 3, len(working))
     moved = ca.vertcat(np.zeros((2, len(working))), free, free[-1, :])

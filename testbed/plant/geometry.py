@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import count
 
 import mujoco
@@ -148,7 +149,18 @@ def _on_the_bus(model: mujoco.MjModel) -> list[int]:
 
 def _inertia_of_bodies(model: mujoco.MjModel, bodies: list[int]) -> Matrix3:
     data = _at_rest(model)
-    center = data.subtree_com[model.body("bus").id]
+    return inertia_about(model, data, bodies, data.subtree_com[model.body("bus").id])
+
+
+def inertia_about(model: mujoco.MjModel, data: mujoco.MjData, bodies: Iterable[int], center: Vector3) -> Matrix3:
+    """Return the inertia of some bodies about a point, shape (3, 3), kg·m², inertial axes.
+
+    Args:
+        model: compiled.
+        data: where they are.
+        bodies: their numbers.
+        center: the point, shape (3,), m, inertial axes.
+    """
     inertia = np.zeros((3, 3))
     for body in bodies:
         rotation = data.ximat[body].reshape(3, 3)

@@ -16,6 +16,7 @@ import numpy as np
 from testbed.arrays import Matrix3, Vector3
 from testbed.errors import InputError
 from testbed.plant.bounds import require_bounded, xml_root
+from testbed.plant.geometry import inertia_about
 
 MOST_JOINTS = 200
 """More than twice the joints of as many gyros and wheels as are flown."""
@@ -123,12 +124,7 @@ class OwnModel:
         chosen, data, model = list(bodies), self.drawn, self.model
         mass = float(model.body_mass[chosen].sum())
         center = model.body_mass[chosen] @ data.xipos[chosen] / mass if mass > 0.0 else data.xipos[chosen[0]]
-        inertia = np.zeros((3, 3))
-        for body in chosen:
-            rotation, arm = data.ximat[body].reshape(3, 3), data.xipos[body] - center
-            inertia += rotation @ np.diag(model.body_inertia[body]) @ rotation.T
-            inertia += model.body_mass[body] * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-        return Composite(mass, np.asarray(center), inertia)
+        return Composite(mass, np.asarray(center), inertia_about(model, data, chosen, center))
 
     def rotor(self, joint: int, without: Collection[int] = ()) -> Rotor:
         """Return what a hinge turns about its axis.

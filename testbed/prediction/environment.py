@@ -8,7 +8,7 @@ import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.dynamics.environment import Orbiting, Pivoted, dipole_torque, gradient_torque, local_axes
+from testbed.dynamics.environment import Orbiting, Pivoted, local_axes, orbit_torque
 from testbed.prediction.algebra import cross, inertia_matrix
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks, Instant
@@ -47,9 +47,7 @@ class OrbitHooks(Hooks):
 
     @override
     def torque(self, value: Array, at: Instant) -> Array:
-        orbit, local = self._orbit, local_B(self._orbit, at)
-        torque_B = gradient_torque(orbit, inertia_matrix(value), local) + dipole_torque(orbit, orbit.dipole_B, local)
-        return np.asarray(torque_B + np.matvec(local, orbit.torque_L))
+        return orbit_torque(self._orbit, inertia_matrix(value), local_B(self._orbit, at))
 
 
 def environment_hooks(grid: Grid) -> Hooks | None:
@@ -72,6 +70,14 @@ def environment_kind(grid: Grid) -> str:
 def up_B(at: Instant) -> Array:
     """Return the z axis of N in body axes, shape (R, P, 3)."""
     return np.asarray((at.first_NB[..., 2:3, :] @ at.attitude)[..., 0, :])
+
+
+def orbit_of(at: Instant) -> Orbiting:
+    """Return the orbit of a platform that is known to be on one."""
+    assert at.surroundings is not None
+    orbit = at.surroundings.environment
+    assert isinstance(orbit, Orbiting)
+    return orbit
 
 
 def local_B(orbit: Orbiting, at: Instant) -> Array:

@@ -228,8 +228,10 @@ class GimbalPoints(_ControlPoints):
     """Control points of the gimbal angles: rows with one for each unit."""
 
 
+Designed: TypeAlias = BodyRateDesign | GimbalDesign | ActuatorDesign
+"""Maneuvers that are designed."""
 Maneuver: TypeAlias = Annotated[
-    Annotated[BodyRateDesign | GimbalDesign | ActuatorDesign, Field(discriminator="parametrization")]
+    Annotated[Designed, Field(discriminator="parametrization")]
     | BasicManeuver
     | CsvManeuver
     | Annotated[BodyRatePoints | GimbalPoints | ActuatorPoints, Field(discriminator="parametrization")],

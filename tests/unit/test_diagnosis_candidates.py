@@ -74,7 +74,7 @@ def test_of_a_class_the_one_that_fits_best_is_added_if_it_is_there():
 
 
 def test_what_is_less_likely_than_that_nothing_is_missing_is_not_added():
-    """Nothing is likelier beforehand than all effects together; those that are indistinguishable count together."""
+    """A priori nothing is missing, more probably than not; effects that are indistinguishable count together."""
     left, tested = np.full(RUNS, 3.0), 50
     even = 2.0 * np.log(SETTINGS.null_prior_odds * tested)
     one, twin = candidate(even - 0.5, left), candidate(even - 0.7, left)
