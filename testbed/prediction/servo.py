@@ -20,8 +20,8 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from testbed.arrays import Array, Series, UnitSeries
 from testbed.cmg import servo_law
@@ -189,7 +189,9 @@ class _Commanded:
 def _pushed(run: CommandedRun, push: Array) -> Array:
     """Return by how much pushes, (W, N), rad/s², move the angles at the samples, (W, K), rad, if motors are ideal."""
     return np.asarray(
-        lfilter(*_Step(run.gimbals.servo, np.zeros(1)).response_to_push, push, axis=1)[:, ticks_of(run).samples]
+        scipy.signal.lfilter(*_Step(run.gimbals.servo, np.zeros(1)).response_to_push, push, axis=1)[
+            :, ticks_of(run).samples
+        ]
     )
 
 
