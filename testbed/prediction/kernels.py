@@ -18,8 +18,10 @@ from testbed.arrays import Array
 from testbed.compiled import kept
 
 _REAL, _CARRYING, _MATRICES = ("f8", 3), ("c16", 3), ("f8", 4)
+"""Kinds of numbers and numbers of axes: vectors, vectors that carry a derivative, matrices."""
+
 _LAW, _TICKS = ("f8", 1), (("f8", 2), ("c16", 2))
-"""Kinds of numbers and numbers of axes."""
+"""Kinds of numbers and numbers of axes: the constants of a servo's law, its signals at ticks."""
 
 
 def body_rate(momentum: Array, held: Array, inverse: Array) -> Array:
@@ -83,7 +85,7 @@ def servo_angles(signals: Sequence[Array], step: Sequence[Array], law: Sequence[
         signals: commanded rate, rad/s, push that is fed forward, load and its slope, rad/s², shapes (N, W), as in
             `servo.Ticks`; the first rows' angle, rad, shape (1, W), is the last of them.
         step: what the next angle takes of rate, push, rest and slope; what the next rate keeps of itself and takes of
-            push, rest and slope; and what is left of the rest, each a number or of shape (W,).
+            push, rest and slope; and the share of the rest that remains, each a number or of shape (W,).
         law: ω_b, 1/s, ω_n² / ω_b, 1/s, the rate limit, rad/s, the bound of d_c, rad, and the period, s.
     """
     kind = np.result_type(*signals, *step)

@@ -220,7 +220,7 @@ class _Step:
 
     @property
     def shares(self) -> tuple[Array, ...]:
-        """What a period makes of rate, push, rest and slope: the angle's, the rate's, and what is left of the rest."""
+        """What a period makes of rate, push, rest and slope: the angle's, the rate's, and the rest that remains."""
         of_angle = (self._rate_moves, self._push_moves, self._rest_moves, self._ramp_moves)
         of_rate = (self._rate_kept, self._push_turns, self._rest_turns, self._ramp_turns)
         return (*of_angle, *of_rate, self._left)
