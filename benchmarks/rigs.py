@@ -1,9 +1,9 @@
 """Effects hidden together in rigs of one axis: python -m benchmarks.rigs [--sets N] [--seed S].
 
 The concealing engine's rig (concealing/rig.py) turns about one axis against its wheel. Of dry friction, viscous
-friction, a slow wheel, late telemetry (early, where the wheel is slow too: the two would cancel) and coloured gyro noise
-each set hides one to five together, each of four times the size that is detectable alone. The diagnosis has the whole
-library. What was made and diagnosed is kept in OUT.
+friction, a slow wheel, late telemetry (early, where the wheel is slow too: the two would cancel) and coloured gyro
+noise each set hides one to five together, each of four times the size that is detectable alone. The diagnosis has the
+whole library. What was made and diagnosed is kept in OUT.
 """
 
 from __future__ import annotations
