@@ -15,7 +15,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from testbed.arrays import Array, Flags, Theta, Vector3
-from testbed.diagnosis.candidates import favoured_over_none, normalized, scale_evidence
+from testbed.diagnosis.candidates import evidence_of_power, favoured_over_none, normalized
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit, fitted, nominal_fit
 from testbed.diagnosis.settings import SETTINGS
@@ -150,6 +150,10 @@ def with_telemetry_noise(runs: Runs, theta: Theta) -> Runs:
     return runs.with_sigma(np.sqrt(runs.sigma**2 + np.array(added)))
 
 
+_PLAIN = 1e4
+"""Standard errors of a typical size at most: an exact estimate, such as that of a step, has no error."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NoiseHypothesis:
     """A hypothesis on the gyro's noise, with its test on the samples.
@@ -182,8 +186,10 @@ class NoiseHypothesis:
 
     @property
     def log_bayes_factor(self) -> float:
-        """Twice the logarithm of the effect's Bayes factor (`scale_evidence`)."""
-        return scale_evidence(self.chi_square_reduction, self.finding.freedom)
+        """Twice the logarithm of the effect's Bayes factor, its size having the prior of all effects."""
+        (size,), (std,) = self.effect.parameters, self.finding.std
+        typical = abs(size.typical - size.absent) / std if std > 0.0 else np.inf
+        return evidence_of_power(self.chi_square_reduction, self.finding.freedom, min(typical, _PLAIN) ** 2)
 
     @property
     def odds(self) -> float:
