@@ -8,8 +8,8 @@ from math import exp, inf, isinf, log, sqrt
 from types import MappingProxyType
 
 import numpy as np
-from scipy.special import logsumexp
-from scipy.stats import chi2, f, norm
+import scipy
+from scipy.special import log_ndtr, logsumexp
 
 from testbed.arrays import Array, Flags, Series
 from testbed.diagnosis.model import AtComponent, Fit, Hypothesis
@@ -27,8 +27,8 @@ def log_p_value(squares: float, freedom: float, noise_freedom: float) -> float:
         noise_freedom: those of the noise's variance; infinite where it is stated.
     """
     if isinf(noise_freedom):
-        return float(chi2.logsf(squares, freedom))
-    return float(f.logsf(squares / freedom, freedom, noise_freedom))
+        return float(scipy.stats.chi2.logsf(squares, freedom))
+    return float(scipy.stats.f.logsf(squares / freedom, freedom, noise_freedom))
 
 
 def p_value(squares: float, freedom: float, noise_freedom: float) -> float:
@@ -92,7 +92,7 @@ class SizePrior:
         ratio = 0.5 * (along**2 * spread).sum(axis=1) - 0.5 * np.log1p(square * np.maximum(strength, 0.0)).sum(axis=1)
         positive = self.positive[free]
         mean, variance = (spread * along) @ axes.T, spread @ (axes.T**2)
-        halves = norm.logcdf(mean[:, positive] / np.sqrt(variance[:, positive])) + log(2.0)
+        halves = log_ndtr(mean[:, positive] / np.sqrt(variance[:, positive])) + log(2.0)
         return _averaged(ratio + halves.sum(axis=1))
 
     def evidence_of_fit(self, gain: float, values: Array, information: Array, slope: Array) -> float:

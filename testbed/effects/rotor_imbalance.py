@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import final
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 from typing_extensions import override
 
 from testbed.arrays import Array, Matrix3, Vector3
@@ -57,7 +57,7 @@ class RotorImbalance(NoiseEffect):
             std=np.array([np.sqrt(np.mean(errors) / freedom)]),
             chi_square_reduction=gain,
             freedom=freedom,
-            p_value=float(chi2.sf(gain, freedom)),
+            p_value=float(scipy.stats.chi2.sf(gain, freedom)),
             variance=np.asarray(np.mean(np.concatenate(explained) ** 2, axis=0)),
             explained=explained,
         )
