@@ -13,7 +13,7 @@ from scipy.special import log_ndtr, logsumexp
 
 from testbed.arrays import Array, Flags, Series
 from testbed.diagnosis.model import AtComponent, Fit, Hypothesis
-from testbed.diagnosis.settings import SETTINGS
+from testbed.diagnosis.settings import SETTINGS, PriorOdds
 from testbed.diagnosis.signatures import Signature
 from testbed.effects.contract import Effect
 
@@ -148,7 +148,7 @@ def mean_over_scan(found: float, elsewhere: Sequence[float], scan_count: int) ->
     return 2.0 * float(logsumexp([*odds, unseen]) - log(scan_count))
 
 
-def favoured_over_none(odds: Iterable[float], needed: float = SETTINGS.null_prior_odds) -> bool:
+def favoured_over_none(odds: Iterable[float], needed: float) -> bool:
     """Return whether the posterior odds favour one of several effects over none, prior odds included.
 
     Args:
@@ -215,6 +215,7 @@ class Screening:
         candidates: refitted ones, the one with the most evidence first.
         linearised: evidence of the others by their linearisation, by key.
         set_aside: hypotheses whose refit is the motion of no body; they cannot be compared.
+        prior_odds: of none and of what is not modelled.
     """
 
     signatures: tuple[Signature, ...]
@@ -222,6 +223,7 @@ class Screening:
     candidates: tuple[Candidate, ...]
     linearised: Mapping[str, float] = field(default_factory=dict)
     set_aside: tuple[Hypothesis, ...] = ()
+    prior_odds: PriorOdds = field(default_factory=PriorOdds)
 
     def odds(self, candidate: Candidate) -> float:
         """Return twice the logarithm of a candidate's posterior odds against none; all candidates have equal priors."""
@@ -246,7 +248,7 @@ def accepted(screening: Screening) -> Candidate | None:
     if not screening.candidates or not _is_there(screening, screening.candidates[0]):
         return None
     is_first = sum(not each.given for each in screening.candidates[0].fit.placed) == 1
-    needed = SETTINGS.null_prior_odds if is_first else SETTINGS.further_name_odds
+    needed = screening.prior_odds.none if is_first else SETTINGS.further_name_odds
     if not favoured_over_none((screening.odds(each) for each in screening.close), needed):
         return None
     there = [candidate for candidate in screening.close if _is_there(screening, candidate)]
@@ -321,25 +323,28 @@ def probabilities_of(
     small = [min(each, 0.0) for key, each in (*screening.linearised.items(), *evidence.items()) if key not in most]
     unknown = max(screening.tested + len(others) - len(most) - len(small), 0)
     unseen = (sum(exp(0.5 * each) for each in small) + unknown) / (screening.tested + len(others))
-    return normalized(odds, unmodelled, unseen)
+    return normalized(odds, screening.prior_odds.none, unmodelled, unseen)
 
 
-def normalized(odds: Mapping[str, float], unmodelled: float = -inf, unseen: float = 0.0) -> Mapping[str, float]:
+def normalized(
+    odds: Mapping[str, float], none: float, unmodelled: float = -inf, unseen: float = 0.0
+) -> Mapping[str, float]:
     """Return how probable hypotheses are, that nothing is missing, and that something else is.
 
-    Proportional to exp(odds/2). All hypotheses have equal priors; the prior odds of none against all of them together
-    are those of the settings. A hypothesis that was not refitted may be present and too small to detect: as far as its
-    linearisation does not exclude it, its weight counts as unknown, as does that of an unmodelled torque.
+    Proportional to exp(odds/2). All hypotheses have equal priors. A hypothesis that was not refitted may be present and
+    too small to detect: as far as its linearisation does not exclude it, its weight counts as unknown, as does that of
+    an unmodelled torque.
 
     Args:
         odds: twice the logarithm of each one's posterior odds against none, by name.
+        none: prior odds of none against all of them together.
         unmodelled: evidence of an unmodelled torque.
         unseen: weight of the hypotheses that are not listed.
     """
     most = max(0.0, unmodelled, *odds.values())
     weight = {key: exp(0.5 * (value - most)) for key, value in odds.items()}
     weight |= {
-        NONE: SETTINGS.null_prior_odds * exp(-0.5 * most),
+        NONE: none * exp(-0.5 * most),
         UNKNOWN: exp(0.5 * (unmodelled - most)) + unseen * exp(-0.5 * most),
     }
     total = sum(weight.values())

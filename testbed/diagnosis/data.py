@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,7 +11,7 @@ import scipy
 from numpy.typing import NDArray
 
 from testbed.arrays import Array, Flags, Matrix3, Theta, Units, Vector3
-from testbed.diagnosis.settings import SETTINGS
+from testbed.diagnosis.settings import SETTINGS, PriorOdds
 from testbed.dynamics.inertia import (
     COLUMNS,
     ROWS,
@@ -260,6 +260,7 @@ class Runs:
         noise_uncertainty: share by which the stated standard deviation may be wrong, one standard deviation.
         correlation: of neighbouring samples of the gyro's noise, each axis, shape (3,); None where it is white.
         stated_sigma: sigma before the noise was estimated, shape (R, 3), rad/s; None where it was not.
+        prior_odds: of none and of what is not modelled.
     """
 
     names: tuple[str, ...]
@@ -275,6 +276,7 @@ class Runs:
     noise_uncertainty: float = SETTINGS.noise_uncertainty
     correlation: Vector3 | None = None
     stated_sigma: Array | None = None
+    prior_odds: PriorOdds = field(default_factory=PriorOdds)
 
     @property
     def measured(self) -> list[Array]:

@@ -340,18 +340,19 @@ def _torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
     return tuple(sorted(found, key=lambda shape: -shape.evidence))
 
 
-def evidence_of_any(shapes: Sequence[TorqueShape], tested: int) -> float:
+def evidence_of_any(shapes: Sequence[TorqueShape], tested: int, prior_odds: float) -> float:
     """Return twice the logarithm of the posterior odds of a torque of one of the shapes against none.
 
-    Each kind has the prior of one effect of the library, times the settings' odds; its shapes share that equally.
+    Each kind has the prior of one effect of the library, times the prior odds; its shapes share that equally.
 
     Args:
         shapes: all that were tried.
         tested: number of hypotheses of the library.
+        prior_odds: of each kind against one of these.
     """
     by_kind = groupby(sorted(shapes, key=lambda shape: shape.kind), key=lambda shape: shape.kind)
     averages = [_log_mean_exp([0.5 * shape.evidence for shape in group]) for _, group in by_kind]
-    return 2.0 * float(logsumexp(averages)) - 2.0 * log(tested / SETTINGS.unmodelled_prior_odds)
+    return 2.0 * float(logsumexp(averages)) - 2.0 * log(tested / prior_odds)
 
 
 def _log_mean_exp(values: Sequence[float]) -> float:

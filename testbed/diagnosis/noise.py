@@ -266,8 +266,8 @@ def noise_tests(residuals: Residuals, effects: Mapping[str, NoiseEffect], others
     candidates = first = _tested(readings, hypotheses, tested)
     found: list[NoiseHypothesis] = []
     while present := [each for each in candidates if each.present]:
-        best = _with_look_alikes(present[0], candidates)
-        if not favoured_over_none(each.odds for each in (best, *best.look_alikes)):
+        best = _with_look_alikes(present[0], candidates, runs.prior_odds.none)
+        if not favoured_over_none((each.odds for each in (best, *best.look_alikes)), runs.prior_odds.none):
             break
         found.append(best)
         taken = {each.key for each in found}
@@ -372,14 +372,14 @@ def _tested(
     return tuple(sorted(candidates, key=lambda each: -each.log_bayes_factor))
 
 
-def _with_look_alikes(best: NoiseHypothesis, candidates: Sequence[NoiseHypothesis]) -> NoiseHypothesis:
+def _with_look_alikes(best: NoiseHypothesis, candidates: Sequence[NoiseHypothesis], none: float) -> NoiseHypothesis:
     """Return a hypothesis with its equivalence class, and the probability of that class."""
     alike = tuple(
         each
         for each in candidates
         if each is not best and best.log_bayes_factor - each.log_bayes_factor < SETTINGS.indistinguishable
     )
-    probability = normalized({each.key: each.odds for each in candidates})
+    probability = normalized({each.key: each.odds for each in candidates}, none)
     return replace(best, look_alikes=alike, probability=sum(probability[each.key] for each in (best, *alike)))
 
 

@@ -109,6 +109,7 @@ def screened(
         candidates=tuple(sorted(candidates, key=lambda candidate: -candidate.log_bayes_factor)),
         linearised={key: each for key, each in linearised.items() if key not in {one.placed.key for one in promising}},
         set_aside=tuple(aside),
+        prior_odds=runs.prior_odds,
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from testbed.diagnosis.candidates import NONE, Candidate, Screening, accepted, probabilities_of
-from testbed.diagnosis.settings import SETTINGS
+from testbed.diagnosis.settings import SETTINGS, PriorOdds
 from testbed.effects.registry import EFFECTS
 from testbed.report.diagnosis.ranking import ranking_rows
 
@@ -87,6 +87,19 @@ def test_what_is_less_likely_than_that_nothing_is_missing_is_not_added():
     assert accepted(replace(alone, candidates=(candidate(even + 0.1, left),))) is not None
     assert accepted(replace(alone, candidates=(one, twin))) is not None
     assert probabilities_of(alone)[NONE] > probabilities_of(alone)[one.key]
+
+
+def test_a_scenario_may_state_how_often_nothing_is_missing():
+    left, tested = np.full(RUNS, 3.0), 50
+    one = candidate(2.0 * np.log(3.0 * tested), left)
+    usual = Screening(signatures=(), tested=tested, candidates=(one,))
+    often = replace(usual, prior_odds=PriorOdds.stated(2.0, None))
+    assert accepted(usual) is None
+    assert accepted(often) is one
+    default, stated = probabilities_of(usual), probabilities_of(often)
+    assert stated[NONE] / stated[one.key] == pytest.approx(0.4 * default[NONE] / default[one.key])
+    assert often.prior_odds.entries["setting_null_prior_odds"] == "2.0"
+    assert often.prior_odds.unmodelled == SETTINGS.unmodelled_prior_odds
 
 
 def beside_another(one):
