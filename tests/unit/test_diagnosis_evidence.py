@@ -82,7 +82,7 @@ def test_noise_has_no_shape_and_suits_the_model():
     data, fit = baseline(records(3))
     everything, on_all = on_all_runs(data.runs, data.heldout, fit)
     shapes = torque_shapes(everything, on_all)
-    assert evidence_of_any(shapes, tested=60) < 0.0
+    assert evidence_of_any(shapes, tested=60, prior_odds=1.0) < 0.0
     assert min(shape.p_value for shape in shapes) > 0.05
     assert goodness(on_all, everything.noise_freedom) > 0.01
 
