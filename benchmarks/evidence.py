@@ -5,8 +5,8 @@ by Laplace's method, as the diagnosis does, and by importance sampling of the tr
 The sets have the seeds 13 to 22, every other one has an effect of two detectable sizes.
 
 `python -m benchmarks.evidence calibration` diagnoses small blind sets, --null N without an effect and --single N with
-one whose size is drawn from the prior, --seed S; one pool for every share of null sets, whose sets count by the share,
-and whose probabilities are of the prior odds that the share stands for. What is there already is kept.
+one of typical size times a factor that the prior has, --seed S; one pool for every share of null sets, whose sets count
+by the share, and whose probabilities are of the prior odds that the share stands for. What is there already is kept.
 """
 
 from __future__ import annotations
@@ -189,7 +189,7 @@ def log_density(prior: SizePrior, values: Array) -> Array:
 
 
 def case_of(seed: int, index: int, *, null: bool) -> Case:
-    """Return a small set without an effect, or with one whose size is drawn from the prior of the diagnosis.
+    """Return a small set without an effect, or with one of typical parameters times a factor that the prior has.
 
     Args:
         seed: of the pool.
