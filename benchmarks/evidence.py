@@ -1,8 +1,8 @@
 """The evidence of effects: its integral against importance sampling, and whether its probabilities are calibrated.
 
-`python -m benchmarks.evidence integral` takes the Bayes factor of 50 fitted effects (5 of each of 10 small blind sets)
+`python -m benchmarks.evidence integral` takes the Bayes factor of 50 fitted effects (5 at most of each small blind set)
 by Laplace's method, as the diagnosis does, and by importance sampling of the true prediction; both in the same prior.
-The sets have the seeds 13 to 22, every other one has an effect of two detectable sizes.
+The sets have the seeds from 13 on, every other one has an effect of two detectable sizes.
 
 `python -m benchmarks.evidence calibration` diagnoses small blind sets, --null N without an effect and --single N with
 one of typical size times a factor that the prior has, --seed S; one pool for every share of null sets, whose sets count
@@ -16,6 +16,7 @@ import json
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain, count, islice
 from pathlib import Path
 
 import numpy as np
@@ -58,7 +59,9 @@ WANTED = 0.05
 SEED, NULL, SINGLE = 40, 60, 90
 _HIDDEN = (("rotor_speed", "cmg3"), ("gyro_bias", "gyro"), ("body_torque", "platform"), ("gimbal_zero", "cmg2"))
 _HIDDEN += (("gyro_latency", "gyro"),)
-"""Effects of the five sets of `integral` that have one."""
+"""Effects of the first five sets of `integral` that have one."""
+_COMPARED = 50
+"""Bayes factors that are taken in both ways."""
 _SAMPLES = 1500
 """Of each importance-sampling estimate; its standard error of 2 ln B is then about 0.1."""
 _BATCH = 100
@@ -96,7 +99,7 @@ def compared(folder: Path, index: int) -> Iterator[Compared]:
         folder: for the set's records and answers.
         index: of the set, from 0; every other one has an effect.
     """
-    effect, component = _HIDDEN[index // 2] if index % 2 else (None, "")
+    effect, component = _HIDDEN[index // 2 % len(_HIDDEN)] if index % 2 else (None, "")
     data = folder / f"set_{index}"
     if not (data / SEAL).exists():
         conceal(blind_case(13 + index, effect, component, 2.0), data, folder / f"answer_{index}")
@@ -292,10 +295,9 @@ def _error(probability: Array, right: Array, weight: Array) -> float:
 def integral(out: Path) -> None:
     """Print the Bayes factors in both ways, and by how much they differ."""
     every: list[Compared] = []
-    for index in range(2 * len(_HIDDEN)):
-        for each in compared(out, index):
-            every.append(each)
-            print(f"{each.key}: {each.laplace:.2f}, sampled {each.sampled:.2f} ± {each.std:.2f}", flush=True)
+    for each in islice(chain.from_iterable(compared(out, index) for index in count()), _COMPARED):
+        every.append(each)
+        print(f"{each.key}: {each.laplace:.2f}, sampled {each.sampled:.2f} ± {each.std:.2f}", flush=True)
     apart = np.array([each.laplace - each.sampled for each in every])
     print(
         f"{len(every)} Bayes factors: Laplace less importance sampling, 2 ln B: mean {apart.mean():+.2f}, "
@@ -307,10 +309,10 @@ def integral(out: Path) -> None:
 def calibration(out: Path, seed: int, nulls: int, singles: int) -> None:
     """Make, diagnose and print the pool's calibration at every share."""
     begun = time.perf_counter()
-    for count, null in ((nulls, True), (singles, False)):
-        for index in range(count):
+    for wanted, null in ((nulls, True), (singles, False)):
+        for index in range(wanted):
             done(out, seed, index, null=null)
-            print(f"\r{'null' if null else 'single'} {index + 1} of {count}", end="", flush=True)
+            print(f"\r{'null' if null else 'single'} {index + 1} of {wanted}", end="", flush=True)
     print()
     cases = [case for case in read_cases(out / "diagnoses", out / "answers") if case.diagnosis is not None]
     null = [case for case in cases if not truths(case)]
