@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -141,12 +142,13 @@ def _wheel(rig: Rig, asked: Callable[[float], float], grid: Array) -> Array:
     wanted = (1.0 + rig.gain_error) * np.array([asked(at - rig.delay) for at in grid])
     if rig.lag == 0.0 and not np.isfinite(rig.greatest_torque):
         return wanted
-    held = [wanted[0]]
-    share = -np.expm1(-_STEP / rig.lag) if rig.lag > 0.0 else 1.0
+    kept = float(np.exp(-_STEP / rig.lag)) if rig.lag > 0.0 else 0.0
     most = rig.greatest_torque * _STEP
-    followed = 0.5 * (wanted[1:] + wanted[:-1]) if rig.lag > 0.0 else wanted[1:]
-    for ahead in followed:
-        held.append(held[-1] + float(np.clip(share * (ahead - held[-1]), -most, most)))
+    held = [wanted[0]]
+    for before, after in pairwise(wanted):  # exact for what is asked along a straight line
+        behind = rig.lag * (after - before) / _STEP
+        reached = after - behind + kept * (held[-1] - before + behind)
+        held.append(held[-1] + float(np.clip(reached - held[-1], -most, most)))
     return np.array(held)
 
 

@@ -33,9 +33,14 @@ initial_momentum = "estimated"
 """
 
 
+def rig_scenario_text(axes: str = 'axes = ["z"]', rate: float = 20.0) -> str:
+    """Return the rig's scenario as a file; `axes` is the line of its [platform] that says about which axes it turns."""
+    return _SCENARIO.format(axes=axes, rate=rate)
+
+
 def rig_scenario(axes: str = 'axes = ["z"]', rate: float = 20.0) -> BodyScenario:
-    """Return the rig's scenario; `axes` is the line of its [platform] that says about which axes it turns."""
-    text = _SCENARIO.format(axes=axes, rate=rate)
+    """Return the rig's scenario; arguments as `rig_scenario_text`."""
+    text = rig_scenario_text(axes, rate)
     return body_scenario_of(TextFile(path=Path("rig.toml"), content=text.encode(), text=text))
 
 

@@ -7,7 +7,7 @@ nothing. Over a short window it has not grown yet.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import sqrt
 from typing import NamedTuple
@@ -62,7 +62,7 @@ def windows_of(telemetry: Telemetry, horizon: float) -> Iterator[Telemetry]:
         horizon: length of a window, s.
 
     Raises:
-        InputError: the run is shorter than two windows, or a window holds too few samples.
+        InputError: the run is shorter than two windows, or every window holds too few samples.
     """
     start, end = telemetry.gyro_time[[0, -1]]
     period = float(np.median(np.diff(telemetry.gyro_time)))
@@ -72,10 +72,17 @@ def windows_of(telemetry: Telemetry, horizon: float) -> Iterator[Telemetry]:
             f"{end - start:.3g} s at {1.0 / period:.3g} Hz cannot be cut into windows of {horizon} s of "
             f"{MINIMUM_SAMPLES} samples and a first one for their initial states: change diagnosis.horizon_s"
         )
+    found = False
     for first in start + horizon * np.arange(1, count):
         window = _between(telemetry, first, first + horizon)
         if len(window.gyro_time) >= MINIMUM_SAMPLES:  # fewer where the gyro has a gap
+            found = True
             yield window
+    if not found:
+        raise InputError(
+            f"no {horizon} s of it hold {MINIMUM_SAMPLES} gyro samples: give a more complete record, or change "
+            "diagnosis.horizon_s"
+        )
 
 
 def _between(telemetry: Telemetry, first: float, last: float) -> Telemetry:
@@ -183,20 +190,30 @@ def parts_of(record: Record, scenario: BodyScenario, nominal: Body, notices: lis
     if len(stretches) > 1:
         notices.append((name, f"its actuators' telemetry has gaps; {len(stretches)} parts are used"))
     horizon = scenario.diagnosis.horizon_s
-    for number, stretch in enumerate(stretches, start=1):
-        named = name if len(stretches) == 1 else f"{name} part {number}"
-        if horizon is None:
-            yield Part(name=named, telemetry=stretch)
-        else:
-            yield from _windows(named, stretch, horizon)
+    many = len(stretches) > 1
+    parts = [
+        Part(name=f"{name} part {number}" if many else name, telemetry=stretch)
+        for number, stretch in enumerate(stretches, start=1)
+    ]
+    yield from parts if horizon is None else _windows(name, parts, horizon)
 
 
-def _windows(name: str, stretch: Telemetry, horizon: float) -> Iterator[Part]:
-    try:
-        for window in windows_of(stretch, horizon):
-            yield Part(name=f"{name} at {window.gyro_time[0]:.2f} s", telemetry=window, stretch=name)
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
+def _windows(name: str, stretches: Sequence[Part], horizon: float) -> Iterator[Part]:
+    """Yield the windows of stretches; one that is too short for any has none.
+
+    Raises:
+        InputError: not one of the stretches has a window.
+    """
+    found, refused = False, ""
+    for part in stretches:
+        try:
+            for window in windows_of(part.telemetry, horizon):
+                found = True
+                yield Part(name=f"{part.name} at {window.gyro_time[0]:.2f} s", telemetry=window, stretch=part.name)
+        except InputError as error:
+            refused = str(error)
+    if not found:
+        raise InputError(f"{name}: {refused}")
 
 
 def _with_noise(record: Record, telemetry: Telemetry, notices: list[tuple[str, str]]) -> Telemetry:

@@ -10,10 +10,10 @@ from typing_extensions import override
 from testbed.arrays import Array
 from testbed.dynamics.environment import Pivoted, parallel_axes
 from testbed.effects.contract import Effect, Extension, Parameter
-from testbed.prediction.algebra import cross
 from testbed.prediction.environment import up_B
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks, Instant
+from testbed.prediction.kernels import cross
 from testbed.scenario.environment import AirBearing
 from testbed.scenario.scenario import Scenario
 

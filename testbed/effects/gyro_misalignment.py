@@ -9,8 +9,8 @@ from typing_extensions import override
 
 from testbed.arrays import Array, Series
 from testbed.effects.contract import Effect, Extension, Parameter
-from testbed.prediction.algebra import cross
 from testbed.prediction.hooks import Hooks
+from testbed.prediction.kernels import cross
 from testbed.scenario.scenario import Scenario
 
 TURNED, OBLIQUE = "gyro", "gyro_cross_axis"

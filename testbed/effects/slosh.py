@@ -11,9 +11,9 @@ from testbed.arrays import Array
 from testbed.effects.contract import Effect, Extension, Parameter, Quantity
 from testbed.effects.direction import beyond_speck, mode_parameters, scanned, size_and_direction
 from testbed.plant.added_parts import SprungMass
-from testbed.prediction.algebra import cross
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks, Instant, column
+from testbed.prediction.kernels import cross
 from testbed.scenario.scenario import Scenario
 
 ARM = 0.08

@@ -10,9 +10,9 @@ from typing_extensions import override
 from testbed.arrays import Array
 from testbed.effects.contract import HOLDING_MOMENTUM, Effect, Extension, Parameter
 from testbed.effects.single_actuator import thrusters_of
-from testbed.prediction.algebra import cross
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
+from testbed.prediction.kernels import cross
 from testbed.scenario.scenario import Scenario
 
 

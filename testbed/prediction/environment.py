@@ -9,9 +9,10 @@ from typing_extensions import override
 
 from testbed.arrays import Array
 from testbed.dynamics.environment import Orbiting, Pivoted, local_axes, orbit_torque
-from testbed.prediction.algebra import cross, inertia_matrix
+from testbed.prediction.algebra import inertia_matrix
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks, Instant
+from testbed.prediction.kernels import cross, turned_back
 
 
 @final
@@ -69,7 +70,7 @@ def environment_kind(grid: Grid) -> str:
 
 def up_B(at: Instant) -> Array:
     """Return the z axis of N in body axes, shape (R, P, 3)."""
-    return np.asarray((at.first_NB[..., 2:3, :] @ at.attitude)[..., 0, :])
+    return turned_back(at.first_NB[..., 2, :], at.attitude)
 
 
 def orbit_of(at: Instant) -> Orbiting:

@@ -16,7 +16,7 @@ import numpy as np
 from testbed.arrays import Array, Flags, Series
 from testbed.estimation.surroundings import Surroundings
 from testbed.prediction import kernels
-from testbed.prediction.algebra import applied, matrix_of_quaternion, quaternion_rate
+from testbed.prediction.algebra import applied
 from testbed.prediction.hooks import Hooks, Instant
 
 
@@ -202,9 +202,9 @@ class Equations:
 
     def _slope(self, state: Array, known: Known) -> Array:
         body_rate = self._body_rate(state, known)
-        attitude = matrix_of_quaternion(state[..., 3:7]) if self._attitude else np.eye(3)
+        attitude = kernels.matrix_of_quaternion(state[..., 3:7]) if self._attitude else np.eye(3)
         torque_B = known.torque_B
-        rates = [quaternion_rate(state[..., 3:7], body_rate)] if self._attitude else []
+        rates = [kernels.quaternion_rate(state[..., 3:7], body_rate)] if self._attitude else []
         for hook, value, own in self._acting:
             at = Instant(
                 time=known.time,

@@ -20,6 +20,9 @@ from testbed.compiled import kept
 _REAL, _CARRYING, _MATRICES = ("f8", 3), ("c16", 3), ("f8", 4)
 """Kinds of numbers and numbers of axes: vectors, vectors that carry a derivative, matrices."""
 
+_TURNED = ("c16", 4)
+"""The same of rotation matrices that carry a derivative."""
+
 _LAW, _TICKS = ("f8", 1), (("f8", 2), ("c16", 2))
 """Kinds of numbers and numbers of axes: the constants of a servo's law, its signals at ticks."""
 
@@ -63,6 +66,45 @@ def turning(torque: Array, momentum: Array, rate: Array) -> Array:
     given, slope = _vectors((torque, momentum, rate), ())
     kept(_turning, (_REAL,) * 4, (_CARRYING,) * 4)(*given, slope)
     return slope
+
+
+def cross(left: Array, right: Array) -> Array:
+    """Return left × right, shape (..., 3), of arrays that broadcast to one another."""
+    sides = np.broadcast_shapes(left.shape, right.shape)
+    kind = np.result_type(left, right)
+    rows = [np.broadcast_to(each.astype(kind, copy=False), sides).reshape(-1, *sides[-2:]) for each in (left, right)]
+    product = np.empty(sides, dtype=kind)
+    kept(_cross, (_REAL,) * 3, (_CARRYING,) * 3)(*rows, product.reshape(rows[0].shape))
+    return product
+
+
+def matrix_of_quaternion(quaternion: Array) -> Array:
+    """Return the rotation matrices of scalar-first quaternions, shape (N, P, 4), analytic in them: (N, P, 3, 3)."""
+    matrix = np.empty((*quaternion.shape[:-1], 3, 3), dtype=quaternion.dtype)
+    kept(_matrix_of_quaternion, (_REAL, _MATRICES), (_CARRYING, _TURNED))(quaternion, matrix)
+    return matrix
+
+
+def quaternion_rate(quaternion: Array, rate: Array) -> Array:
+    """Return q̇ = ½ q ⊗ (0, ω), shape (N, P, 4), of quaternions (N, P, 4) and ω (N, P, 3), rad/s."""
+    kind = np.result_type(quaternion, rate)
+    given = [each.astype(kind, copy=False) for each in (quaternion, rate)]
+    turning = np.empty(quaternion.shape, dtype=kind)
+    kept(_quaternion_rate, (_REAL,) * 3, (_CARRYING,) * 3)(*given, turning)
+    return turning
+
+
+def turned_back(direction: Array, matrix: Array) -> Array:
+    """Return Rᵀ u, shape (N, P, 3).
+
+    Args:
+        direction: u, shape (N or 1, 1, 3).
+        matrix: R, shape (N, P, 3, 3).
+    """
+    components = np.empty(matrix.shape[:3], dtype=matrix.dtype)
+    given = np.broadcast_to(direction, components.shape)
+    kept(_turned_back, (_REAL, _MATRICES, _REAL), (_REAL, _TURNED, _CARRYING))(given, matrix, components)
+    return components
 
 
 def carried(tangents: Array, start: Array, added: Array) -> Array:
@@ -141,6 +183,53 @@ def _turning(torque, momentum, rate, slope):
             slope[n, p, 0] = torque[n, p, 0] + y * c - z * b
             slope[n, p, 1] = torque[n, p, 1] + z * a - x * c
             slope[n, p, 2] = torque[n, p, 2] + x * b - y * a
+
+
+def _cross(left, right, product):
+    for n in range(product.shape[0]):
+        for p in range(product.shape[1]):
+            a, b, c = left[n, p, 0], left[n, p, 1], left[n, p, 2]
+            x, y, z = right[n, p, 0], right[n, p, 1], right[n, p, 2]
+            product[n, p, 0] = b * z - c * y
+            product[n, p, 1] = c * x - a * z
+            product[n, p, 2] = a * y - b * x
+
+
+def _matrix_of_quaternion(quaternion, matrix):
+    for n in range(matrix.shape[0]):
+        for p in range(matrix.shape[1]):
+            w, x, y, z = quaternion[n, p, 0], quaternion[n, p, 1], quaternion[n, p, 2], quaternion[n, p, 3]
+            of = matrix[n, p]
+            of[0, 0] = w * w + x * x - y * y - z * z
+            of[0, 1] = 2 * (x * y - w * z)
+            of[0, 2] = 2 * (x * z + w * y)
+            of[1, 0] = 2 * (x * y + w * z)
+            of[1, 1] = w * w - x * x + y * y - z * z
+            of[1, 2] = 2 * (y * z - w * x)
+            of[2, 0] = 2 * (x * z - w * y)
+            of[2, 1] = 2 * (y * z + w * x)
+            of[2, 2] = w * w - x * x - y * y + z * z
+
+
+def _quaternion_rate(quaternion, rate, turning):
+    for n in range(turning.shape[0]):
+        for p in range(turning.shape[1]):
+            w, x, y, z = quaternion[n, p, 0], quaternion[n, p, 1], quaternion[n, p, 2], quaternion[n, p, 3]
+            a, b, c = rate[n, p, 0], rate[n, p, 1], rate[n, p, 2]
+            turning[n, p, 0] = 0.5 * -(x * a + y * b + z * c)
+            turning[n, p, 1] = 0.5 * (w * a + (y * c - z * b))
+            turning[n, p, 2] = 0.5 * (w * b + (z * a - x * c))
+            turning[n, p, 3] = 0.5 * (w * c + (x * b - y * a))
+
+
+def _turned_back(direction, matrix, components):
+    for n in range(components.shape[0]):
+        for p in range(components.shape[1]):
+            x, y, z = direction[n, p, 0], direction[n, p, 1], direction[n, p, 2]
+            for axis in range(3):
+                components[n, p, axis] = (
+                    x * matrix[n, p, 0, axis] + y * matrix[n, p, 1, axis] + z * matrix[n, p, 2, axis]
+                )
 
 
 def _servo_angles(command, fed_forward, load, slope, first, step, law, angles):

@@ -16,7 +16,7 @@ from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.model import Fit, fitted
 from testbed.diagnosis.reading import DataSet, data_set_of
 from testbed.diagnosis.run_residuals import residuals_of
-from testbed.diagnosis.windows import averaged, windows_of
+from testbed.diagnosis.windows import averaged, parts_of, windows_of
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.direction import scanned
 from testbed.effects.registry import EFFECTS
@@ -91,6 +91,28 @@ def test_windows_follow_one_another_behind_what_they_remember():
 def test_a_run_that_gives_no_windows(horizon):
     with pytest.raises(InputError, match=r"cannot be cut into windows of .* change diagnosis\.horizon_s"):
         list(windows_of(averaged(driven(), 100.0), horizon))
+
+
+def test_a_run_of_which_every_window_lacks_samples():
+    run = averaged(driven(), 100.0)
+    few = np.r_[0:4, 50:53, 96:100]
+    thinned = replace(run, gyro_time=run.gyro_time[few], body_rate=run.body_rate[few])
+    with pytest.raises(InputError, match=r"no 0\.2 s of it hold 10 gyro samples"):
+        list(windows_of(thinned, 0.2))
+
+
+def test_a_stretch_that_is_too_short_for_windows_does_not_cost_the_others():
+    record = RECORDS[0]
+    rows = np.r_[0:150, 600:2600]  # the first are too few for a window and one before it
+    cut = replace(
+        record,
+        time=record.time[rows],
+        channels={name: values[rows] for name, values in record.channels.items()},
+    )
+    notices: list[tuple[str, str]] = []
+    parts = list(parts_of(cut, SCENARIO, NOMINAL, notices))
+    assert {part.stretch for part in parts} == {f"{record.details.name} part 2"}
+    assert any("2 parts are used" in text for _, text in notices)
 
 
 def test_no_mode_is_looked_for_that_does_not_turn_over_in_a_window():

@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 from numba.core.caching import CacheImpl
 from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
 
 from support.processes import PATIENCE
 from testbed.cmg import servo_law
 from testbed.compiled import kept
+from testbed.dynamics.inertia import cross_matrix
 from testbed.prediction import kernels
 from testbed.prediction.smooth import node_slopes
 
@@ -134,3 +136,29 @@ def test_many_processes_at_once_make_and_keep_the_same_functions(tmp_path):
             for turn in range(4)
         ]
         assert [process.wait(PATIENCE) for process in running] == [0] * 4
+
+
+@pytest.mark.parametrize("carries", [False, True])
+def test_a_cross_product_is_numpys_of_any_number_of_axes(carries):
+    for left, right in (((NODES, SETS, 3), (SETS, 3)), ((SETS, 1, 3), (RUNS, SETS, NODES, 3)), ((SETS, 3), (SETS, 3))):
+        one, other = _drawn(*left, carries=carries), _drawn(*right, carries=False)
+        _alike(kernels.cross(one, other), np.cross(one, other))
+
+
+def test_a_quaternion_turns_as_its_matrix_does():
+    quaternion = _drawn(NODES, SETS, 4, carries=False)
+    quaternion /= np.linalg.norm(quaternion, axis=-1, keepdims=True)
+    expected = Rotation.from_quat(quaternion.reshape(-1, 4), scalar_first=True).as_matrix()
+    matrix = kernels.matrix_of_quaternion(quaternion)
+    np.testing.assert_allclose(matrix.reshape(-1, 3, 3), expected, atol=1e-15)
+    up = _drawn(NODES, 1, 3, carries=False)
+    _alike(kernels.turned_back(up, matrix), np.matvec(np.swapaxes(matrix, -1, -2), up))
+
+
+def test_the_derivative_of_a_matrix_along_a_turning_quaternion_is_the_matrix_times_the_rate():
+    quaternion, rate = _drawn(NODES, SETS, 4, carries=False), _drawn(NODES, SETS, 3, carries=False)
+    turning = kernels.quaternion_rate(quaternion, rate)
+    moved = kernels.matrix_of_quaternion(quaternion + STEP * turning).imag / STEP.imag
+    _alike(moved, kernels.matrix_of_quaternion(quaternion) @ cross_matrix(rate))
+    carried = kernels.quaternion_rate(quaternion + STEP * turning, rate).imag / STEP.imag
+    _alike(carried, kernels.quaternion_rate(turning, rate))
