@@ -35,7 +35,7 @@ from support.blind_cases import blind_case
 from support.diagnosed_records import SCENARIO
 from testbed.arrays import Array
 from testbed.assembly.platform import nominal_body
-from testbed.diagnosis.candidates import NONE, Candidate, SizePrior
+from testbed.diagnosis.candidates import BETWEEN, NONE, UNKNOWN, Candidate, SizePrior
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.method import baseline
 from testbed.diagnosis.model import Fit, orthonormal, projected_out
@@ -255,7 +255,7 @@ class Row:
         share: of null sets.
         of_none: calibration error of the probability of none.
         of_first: the same of the likeliest answer, right if it is none where nothing is hidden, else if its class has
-            the truth.
+            the truth, or if it is unknown and no other answer has the truth.
         right: share of sets whose likeliest answer is right.
     """
 
@@ -271,7 +271,7 @@ def row_of(share: float, cases: Sequence[Scored]) -> Row:
     weight = np.where(null, share / null.sum(), (1.0 - share) / (~null).sum())
     stated = [at_share(case.diagnosis.probabilities, share) for case in cases if case.diagnosis is not None]
     first = [max(each, key=lambda key: each[key]) for each in stated]
-    right = np.array([_is_right(case, label) for case, label in zip(cases, first, strict=True)])
+    right = np.array([_is_right(*each) for each in zip(cases, first, stated, strict=True)])
     none = np.array([each.get(NONE, 0.0) for each in stated])
     likeliest = np.array([each[label] for each, label in zip(stated, first, strict=True)])
     return Row(
@@ -282,9 +282,13 @@ def row_of(share: float, cases: Sequence[Scored]) -> Row:
     )
 
 
-def _is_right(case: Scored, label: str) -> bool:
+def _is_right(case: Scored, label: str, stated: Mapping[str, float]) -> bool:
+    """Return whether an answer is right; "unknown" is where something is hidden that no other answer has."""
     keys = {hidden.key for hidden in truths(case)}
-    return bool(keys & set(label.split("|"))) if keys else label == NONE
+    if not keys:
+        return label == NONE
+    listed = {key for answer in stated for key in answer.split(BETWEEN)}
+    return not keys & listed if label == UNKNOWN else bool(keys & set(label.split(BETWEEN)))
 
 
 def _error(probability: Array, right: Array, weight: Array) -> float:
