@@ -70,6 +70,8 @@ _TAILS = 4.0
 _INSIDE = {"gimbal_coulomb_friction", "gimbal_viscous_friction", "gimbal_lag"}
 """Effects that only motor torques or commands show, which the small sets do not have."""
 _BINS = 10
+_BY_CHANCE = 400
+"""Sets of right answers that are drawn from the probabilities; the mean error is then known to 0.002."""
 _DRAWS = 5
 _SINGLES = 10_000
 """Sets with an effect are numbered from here on."""
@@ -256,12 +258,16 @@ class Row:
         of_none: calibration error of the probability of none.
         of_first: the same of the likeliest answer, right if it is none where nothing is hidden, else if its class has
             the truth, or if it is unknown and no other answer has the truth.
+        none_by_chance: mean error of probabilities of none that are calibrated, of as many sets.
+        first_by_chance: the same of the likeliest answer.
         right: share of sets whose likeliest answer is right.
     """
 
     share: float
     of_none: float
     of_first: float
+    none_by_chance: float
+    first_by_chance: float
     right: float
 
 
@@ -278,6 +284,8 @@ def row_of(share: float, cases: Sequence[Scored]) -> Row:
         share=share,
         of_none=_error(none, null, weight),
         of_first=_error(likeliest, right, weight),
+        none_by_chance=_by_chance(none, weight),
+        first_by_chance=_by_chance(likeliest, weight),
         right=float(weight @ right),
     )
 
@@ -294,6 +302,13 @@ def _is_right(case: Scored, label: str, stated: Mapping[str, float]) -> bool:
 def _error(probability: Array, right: Array, weight: Array) -> float:
     index = np.minimum((probability * _BINS).astype(int), _BINS - 1)
     return float(np.abs(np.bincount(index, weights=weight * (right - probability), minlength=_BINS)).sum())
+
+
+def _by_chance(probability: Array, weight: Array) -> float:
+    rng = np.random.default_rng(0)
+    return float(
+        np.mean([_error(probability, rng.random(len(weight)) < probability, weight) for _ in range(_BY_CHANCE)])
+    )
 
 
 def integral(out: Path) -> None:
@@ -326,8 +341,9 @@ def calibration(out: Path, seed: int, nulls: int, singles: int) -> None:
     rows = [row_of(share, cases) for share in SHARES]
     for row in rows:
         print(
-            f"{row.share:.0%} null sets: calibration error of none {row.of_none:.3f}, of the likeliest answer "
-            f"{row.of_first:.3f} (wanted {WANTED}), right in {row.right:.1%}"
+            f"{row.share:.0%} null sets: calibration error of none {row.of_none:.3f} (by chance "
+            f"{row.none_by_chance:.3f}), of the likeliest answer {row.of_first:.3f} (by chance "
+            f"{row.first_by_chance:.3f}); wanted {WANTED}; right in {row.right:.1%}"
         )
     (out / "calibration.json").write_text(json.dumps([row.__dict__ for row in rows], indent=1) + "\n", encoding="utf-8")
 
