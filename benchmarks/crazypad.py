@@ -1,9 +1,10 @@
 """What the diagnosis names in the flights of a quadcopter with known defects, its healthy flights being the reference.
 
-Run with `python -m benchmarks.crazypad`, or with names of the folders in data/crazypad that are to be diagnosed. The
-healthy records that are fitted are the reference; those held out are diagnosed like the defective ones, so that
-nothing should be new in them. `python -m benchmarks.crazypad torque` shows without any diagnosis what commands and
-motion have to do with each other: the mean torque of every flight, and the response of the angular acceleration.
+Run with `python -m benchmarks.crazypad`, or with names of the folders in data/crazypad that are to be diagnosed; the
+last lines are a table of all of them. The healthy records that are fitted are the reference; those held out are
+diagnosed like the defective ones, so that nothing should be new in them. `python -m benchmarks.crazypad torque` shows
+without any diagnosis what commands and motion have to do with each other: the mean torque of every flight, and the
+response of the angular acceleration.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from scipy.signal import csd
 
 from testbed.arrays import Array
 from testbed.assembly.platform import nominal_body
+from testbed.diagnosis.keeping import Content, Store
 from testbed.dynamics.inertia import inertia_of
 from testbed.library.diagnoses import DiagnosisResult, diagnose
 from testbed.library.records import Records
@@ -44,22 +46,44 @@ def main() -> None:
         for line in torque_lines():
             print(line)
         return
+    kept, rows = Kept(), ["| flights | known | verdict | names | probability |", "|---|---|---|---|---|"]
     for name in sys.argv[1:] or TRUE:
-        result = diagnosed(name)
+        result = diagnosed(name, kept)
         print(f"{name}: {result.verdict}; known: {TRUE[name]}")
         for line in lines_of(result):
             print(f"    {line}", flush=True)
+        names = ["; ".join(map(repr, result.steps)) or "none", *(f"or {each}" for each in alike_of(result))]
+        likeliest = max(result.probabilities.values())
+        rows.append(f"| {name} | {TRUE[name]} | {result.verdict} | {', '.join(names)} | {likeliest:.3f} |")
+    print("\n".join(rows))
 
 
-def diagnosed(name: str) -> DiagnosisResult:
+class Kept:
+    """Parts of diagnoses in memory: that of the healthy flights is the same for every folder."""
+
+    def __init__(self) -> None:
+        self._parts: dict[str, Content] = {}
+
+    def get(self, name: str) -> Content | None:
+        """Return a part, as in `Store`."""
+        return self._parts.get(name)
+
+    def put(self, name: str, content: Content) -> None:
+        """Keep a part, as in `Store`."""
+        self._parts[name] = content
+
+
+def diagnosed(name: str, kept: Store) -> DiagnosisResult:
     """Return the diagnosis of a folder against the healthy flights that are fitted.
 
     Args:
         name: of a folder in data/crazypad.
+        kept: parts of earlier diagnoses.
     """
     healthy = [record for record in read_data_set(DATA / HEALTHY) if record.details.role == "fit"]
     scenario = read_body_scenario(shipped_scenario("crazypad"))
-    return diagnose(scenario, Records(suspect_records(name)), reference=Records(tuple(healthy)), propose=False)
+    reference, suspect = Records(tuple(healthy)), Records(suspect_records(name))
+    return diagnose(scenario, suspect, reference=reference, keep=kept, propose=False)
 
 
 def suspect_records(name: str) -> tuple[Record, ...]:
@@ -103,11 +127,17 @@ def _spectra(record: Record, axis: int, moment: float) -> tuple[Array, Array, Ar
     return frequency, power.real, of_rate.real * np.abs(turning) ** 2, both * turning
 
 
+def alike_of(result: DiagnosisResult) -> list[str]:
+    """Return the effects that cannot be distinguished from those that were named."""
+    return [f"{each.effect.id}:{each.component}" for step in result.steps for each in step.look_alikes]
+
+
 def lines_of(result: DiagnosisResult) -> Iterator[str]:
     """Yield names with their classes, the inertia's ratios to the nominal one, and probabilities."""
     for step in result.steps:
-        alike = ", ".join(f"{each.effect.id}:{each.component}" for each in step.look_alikes)
-        yield f"{step!r}{f', indistinguishable from {alike}' if alike else ''}"
+        yield repr(step)
+    if alike := alike_of(result):
+        yield f"indistinguishable: {', '.join(alike)}"
     state = result.state
     ratios = eigvalsh(inertia_of(state.model.theta), inertia_of(state.nominal_theta))
     yield f"inertia over nominal {np.array2string(ratios, precision=2)}"

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import exp, inf, isinf, log, sqrt
 from types import MappingProxyType
 
 import numpy as np
 import scipy
-from scipy.special import logsumexp
+from scipy.special import log_ndtr, logsumexp
 
-from testbed.arrays import Series
+from testbed.arrays import Array, Flags, Series
 from testbed.diagnosis.model import AtComponent, Fit, Hypothesis
-from testbed.diagnosis.settings import SETTINGS
+from testbed.diagnosis.settings import SETTINGS, PriorOdds
 from testbed.diagnosis.signatures import Signature
+from testbed.effects.contract import Effect
 
 
 def log_p_value(squares: float, freedom: float, noise_freedom: float) -> float:
@@ -35,18 +36,103 @@ def p_value(squares: float, freedom: float, noise_freedom: float) -> float:
     return exp(log_p_value(squares, freedom, noise_freedom))
 
 
-def scale_evidence(square: float, freedom: int) -> float:
-    """Return twice the logarithm of a likelihood ratio, of effects as large as they turn out against none.
+_NODES = np.linspace(-4.0, 4.0, 129)
+"""Standard deviations of the logarithm of the size at which the integrals over it are taken, evenly: 3e-5 of a normal
+prior lie beyond, and with half as many nodes the evidence of 71 sets changes by less than 0.01."""
 
-    Of a residual whose square along the effect's d directions is S, amplitudes of the variance g noise units make
-    S g/(1+g) - d log(1+g), greatest at g = S/d - 1 (a g-prior, its scale by empirical Bayes). It tends to BIC for what
-    is plain, and does not exclude what is too small to be seen.
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SizePrior:
+    """Prior of an effect's parameters: normal about its absence, with a common factor of all of them log-normal.
+
+    The factor has the median 1 and the standard deviation `size_decades`; the parameters' standard deviations are their
+    typical sizes times the factor. Those that cannot be negative have half of the normal distribution.
+
+    Attributes:
+        typical: shape (K,).
+        positive: which cannot be negative, shape (K,).
+        searched: which are fixed by the start of a scan, shape (K,).
+    """
+
+    typical: Array
+    positive: Flags
+    searched: Flags
+
+    @staticmethod
+    def of(effect: Effect, start: Array, moment: float) -> SizePrior:
+        """Return the prior of an effect.
+
+        Args:
+            effect: which.
+            start: of the search, shape (K,); a mode's direction does not turn round against it.
+            moment: mean moment of inertia of the platform, kg·m².
+        """
+        absent = np.array([each.absent for each in effect.parameters])
+        return SizePrior(
+            typical=np.array([each.typical_on(moment) for each in effect.parameters]),
+            positive=np.asarray(effect.reach(start)[0] >= absent),
+            searched=np.array([each.scanned for each in effect.parameters]),
+        )
+
+    def evidence(self, information: Array, slope: Array) -> float:
+        """Return twice the logarithm of the likelihood ratio, effects of this prior's sizes against none.
+
+        Of a log-likelihood b·θ - θ·N θ / 2 the Gaussian integral over θ is exact, and so is that over half of it for
+        one parameter; of several that cannot be negative each is taken by itself. That over the factor is a sum.
+
+        Args:
+            information: N, shape (K, K).
+            slope: b, shape (K,).
+        """
+        free = ~self.searched
+        scale = self.typical[free]
+        strength, axes = np.linalg.eigh(information[np.ix_(free, free)] * np.outer(scale, scale))
+        along, square = axes.T @ (scale * slope[free]), _factors()[:, None] ** 2
+        spread = square / (1.0 + square * np.maximum(strength, 0.0))
+        ratio = 0.5 * (along**2 * spread).sum(axis=1) - 0.5 * np.log1p(square * np.maximum(strength, 0.0)).sum(axis=1)
+        positive = self.positive[free]
+        mean, variance = (spread * along) @ axes.T, spread @ (axes.T**2)
+        halves = log_ndtr(mean[:, positive] / np.sqrt(variance[:, positive])) + log(2.0)
+        return _averaged(ratio + halves.sum(axis=1))
+
+    def evidence_of_fit(self, gain: float, values: Array, information: Array, slope: Array) -> float:
+        """Return the same of an effect that was fitted: Laplace's method about the fitted size.
+
+        Args:
+            gain: reduction of χ² by the fit.
+            values: fitted, from where the effect is absent, shape (K,).
+            information: there, shape (K, K).
+            slope: of the log-likelihood there, shape (K,); it counts where the effect is absent because no value below
+                is possible.
+        """
+        part = np.where(self.searched, 0.0, values)
+        below = np.where(self.positive & (part <= 0.0), np.minimum(slope, 0.0), 0.0)
+        at_absence = gain - float(part @ information @ part)
+        return at_absence + self.evidence(information, below + information @ part)
+
+
+def evidence_of_power(square: float, freedom: int, typical_square: float) -> float:
+    """Return the evidence of d numbers of one size, from what they explain: `SizePrior`, all directions alike.
 
     Args:
-        square: S.
+        square: χ² that they explain.
         freedom: d.
+        typical_square: χ² that they would explain at their typical size.
     """
-    return square - freedom - freedom * log(square / freedom) if square > freedom > 0 else 0.0
+    if freedom == 0:
+        return 0.0
+    power = _factors() ** 2 * typical_square / freedom
+    return _averaged(0.5 * square * power / (1.0 + power) - 0.5 * freedom * np.log1p(power))
+
+
+def _factors() -> Array:
+    return np.asarray(np.exp(log(10.0) * SETTINGS.size_decades * _NODES))
+
+
+def _averaged(log_ratios: Array) -> float:
+    """Return twice the logarithm of the mean of likelihood ratios over the prior of the common factor."""
+    weight = -0.5 * _NODES**2
+    return 2.0 * float(logsumexp(log_ratios + weight) - logsumexp(weight))
 
 
 def mean_over_scan(found: float, elsewhere: Sequence[float], scan_count: int) -> float:
@@ -62,7 +148,7 @@ def mean_over_scan(found: float, elsewhere: Sequence[float], scan_count: int) ->
     return 2.0 * float(logsumexp([*odds, unseen]) - log(scan_count))
 
 
-def favoured_over_none(odds: Iterable[float], needed: float = SETTINGS.null_prior_odds) -> bool:
+def favoured_over_none(odds: Iterable[float], needed: float) -> bool:
     """Return whether the posterior odds favour one of several effects over none, prior odds included.
 
     Args:
@@ -83,8 +169,8 @@ class Candidate(AtComponent):
         rank: directions that the data show of the effect.
         trials_penalty: logarithm of the factor by which a scan over start values lowers its odds (`mean_over_scan`).
         heldout_log_likelihood_gain: twice the increase of the held-out runs' log-likelihood.
-        log_bayes_factor: of all runs, on the deviance scale: 2 ln B (`scale_evidence`, the prior on its size by
-            empirical Bayes), less twice the trials penalty.
+        size_penalty: by how much the prior of its size lowers its evidence below the reduction of χ² (`SizePrior`).
+        log_bayes_factor: of all runs, on the deviance scale: 2 ln B, less twice the trials penalty.
         by_run: χ² of the model's gyro residual in every run, shape (R,).
         p_value: of the reduction of χ², times the number of hypotheses and of each one's start values (Bonferroni),
             divided by the held-out likelihood ratio: its mean is 1 without the effect, so that the quotient is a
@@ -96,6 +182,7 @@ class Candidate(AtComponent):
     chi_square_reduction: float
     rank: int
     trials_penalty: float
+    size_penalty: float
     heldout_log_likelihood_gain: float
     log_bayes_factor: float
     by_run: Series
@@ -126,13 +213,17 @@ class Screening:
         signatures: of each hypothesis at its best start.
         tested: number of hypotheses, which share the family-wise error alike.
         candidates: refitted ones, the one with the most evidence first.
+        linearised: evidence of the others by their linearisation, by key.
         set_aside: hypotheses whose refit is the motion of no body; they cannot be compared.
+        prior_odds: of none and of what is not modelled.
     """
 
     signatures: tuple[Signature, ...]
     tested: int
     candidates: tuple[Candidate, ...]
+    linearised: Mapping[str, float] = field(default_factory=dict)
     set_aside: tuple[Hypothesis, ...] = ()
+    prior_odds: PriorOdds = field(default_factory=PriorOdds)
 
     def odds(self, candidate: Candidate) -> float:
         """Return twice the logarithm of a candidate's posterior odds against none; all candidates have equal priors."""
@@ -151,19 +242,18 @@ def accepted(screening: Screening) -> Candidate | None:
        odds are above even ones.
     2. Where it is the first effect, the posterior odds of its class against none exceed even, prior odds included.
        Beside another effect they have to be those of `further_name_odds`.
-    3. Of its class, and of those that are there as well, the one that fits all runs best is added: evidence does not
-       decide among them, and none is a special case of another, that could only fit worse. What is implausible, such as
-       a gyro of half a hertz, gives way to what is not, and skewed telemetry to a late gyro that fits as well.
+    3. Of its class, and of those that are there as well, the one with the most evidence is added. What is implausible,
+       such as a gyro of half a hertz, gives way to what is not, and skewed telemetry to a late gyro that fits as well.
     """
     if not screening.candidates or not _is_there(screening, screening.candidates[0]):
         return None
     is_first = sum(not each.given for each in screening.candidates[0].fit.placed) == 1
-    needed = SETTINGS.null_prior_odds if is_first else SETTINGS.further_name_odds
+    needed = screening.prior_odds.none if is_first else SETTINGS.further_name_odds
     if not favoured_over_none((screening.odds(each) for each in screening.close), needed):
         return None
     there = [candidate for candidate in screening.close if _is_there(screening, candidate)]
     first = [candidate for candidate in there if not any(_goes_before(other, candidate) for other in there)]
-    return max(first, key=lambda candidate: (candidate.plausible, candidate.fits))
+    return max(first, key=lambda candidate: (candidate.plausible, candidate.log_bayes_factor))
 
 
 def _goes_before(other: Candidate, candidate: Candidate) -> bool:
@@ -230,25 +320,31 @@ def probabilities_of(
     evidence = {candidate.key: candidate.log_bayes_factor for candidate in screening.candidates} | dict(others)
     most = sorted(evidence, key=lambda key: -evidence[key])[: SETTINGS.most_refits]
     odds = {key: evidence[key] - 2.0 * log(screening.tested) for key in most}
-    return normalized(odds, unmodelled, 1.0 - len(most) / (screening.tested + len(others)))
+    small = [min(each, 0.0) for key, each in (*screening.linearised.items(), *evidence.items()) if key not in most]
+    unknown = max(screening.tested + len(others) - len(most) - len(small), 0)
+    unseen = (sum(exp(0.5 * each) for each in small) + unknown) / (screening.tested + len(others))
+    return normalized(odds, screening.prior_odds.none, unmodelled, unseen)
 
 
-def normalized(odds: Mapping[str, float], unmodelled: float = -inf, unseen: float = 0.0) -> Mapping[str, float]:
+def normalized(
+    odds: Mapping[str, float], none: float, unmodelled: float = -inf, unseen: float = 0.0
+) -> Mapping[str, float]:
     """Return how probable hypotheses are, that nothing is missing, and that something else is.
 
-    Proportional to exp(odds/2). All hypotheses have equal priors; the prior odds of none against all of them together
-    are those of the settings. A hypothesis that was not refitted may be present and
-    too small to detect; its weight counts as unknown, as does that of an unmodelled torque.
+    Proportional to exp(odds/2). All hypotheses have equal priors. A hypothesis that was not refitted may be present and
+    too small to detect: as far as its linearisation does not exclude it, its weight counts as unknown, as does that of
+    an unmodelled torque.
 
     Args:
         odds: twice the logarithm of each one's posterior odds against none, by name.
+        none: prior odds of none against all of them together.
         unmodelled: evidence of an unmodelled torque.
-        unseen: share of the hypotheses of which nothing is known.
+        unseen: weight of the hypotheses that are not listed.
     """
     most = max(0.0, unmodelled, *odds.values())
     weight = {key: exp(0.5 * (value - most)) for key, value in odds.items()}
     weight |= {
-        NONE: SETTINGS.null_prior_odds * exp(-0.5 * most),
+        NONE: none * exp(-0.5 * most),
         UNKNOWN: exp(0.5 * (unmodelled - most)) + unseen * exp(-0.5 * most),
     }
     total = sum(weight.values())

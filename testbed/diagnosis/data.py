@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,7 +11,7 @@ import scipy
 from numpy.typing import NDArray
 
 from testbed.arrays import Array, Flags, Matrix3, Theta, Units, Vector3
-from testbed.diagnosis.settings import SETTINGS
+from testbed.diagnosis.settings import SETTINGS, PriorOdds
 from testbed.dynamics.inertia import (
     COLUMNS,
     ROWS,
@@ -140,6 +140,23 @@ def _noise(channel: Sequence[Array]) -> Units:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Shown:
+    """What healthy records show of an effect that is not in their model.
+
+    Attributes:
+        key: of the effect.
+        mean: of its parameters, from where it is absent, fitted to all of these records, shape (K,).
+        covariance: of the mean by noise, shape (K, K).
+        scatter: covariance by which records differ, noise apart, shape (K, K).
+    """
+
+    key: str
+    mean: Array
+    covariance: Array
+    scatter: Array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Belief:
     """What is known of a model's parameters before its runs are seen. Each known number is one more row of a fit.
 
@@ -151,8 +168,7 @@ class Belief:
         trim: mean of the actuators' constant torque in a record, shape (3,), N·m.
         trim_std: its scatter from record to record, shape (3,), N·m; infinite where any trim is as likely.
         effects: key, mean and standard deviation of the parameters of effects that are known to be there.
-        scatter: key of other effects, and the covariance by which their parameters differ between healthy records,
-            noise apart, shape (K, K).
+        others: what healthy records show of effects that are not in the model.
         records: number of the healthy records that show it.
         torque_noise: the least that there is, as `Runs` has it: what turned the healthy platform turns it still; None
             where that is not known.
@@ -165,28 +181,27 @@ class Belief:
     trim: Vector3
     trim_std: Vector3
     effects: tuple[tuple[str, Array, Array], ...] = ()
-    scatter: tuple[tuple[str, Array], ...] = ()
+    others: tuple[Shown, ...] = ()
     records: int = 0
     torque_noise: Array | None = None
 
-    def share_beyond_scatter(self, key: str, columns: Array, values: Array, records: int) -> float:
-        """Return which share of the χ² of an effect is beyond what healthy records differ by.
+    def shown_of(self, key: str) -> Shown | None:
+        """Return what healthy records show of an effect that is not in the model; None where that is not known."""
+        return next((each for each in self.others if each.key == key), None)
 
-        As of the Wald statistic of its parameters, whose covariance N⁻¹ grows by that of their scatter.
+    def left(self, shown: Shown, information: Array, records: int) -> Array:
+        """Return the information on what is new of an effect's parameters, shape (K, K).
+
+        Their covariance N⁻¹ grows by that of the healthy records' scatter, and of what these show.
 
         Args:
-            key: of the effect.
-            columns: whitened ∂prediction/∂parameters, shape (samples, K).
-            values: of its parameters, from where it is absent, shape (K,).
+            shown: by the healthy records.
+            information: N of the parameters, all else in the model projected out, shape (K, K).
             records: number of those that show it now.
         """
-        scatter, normal = dict(self.scatter).get(key), columns.T @ columns
-        whole = float(values @ normal @ values)
-        if scatter is None or whole <= 0.0:
-            return 1.0
-        spread = scatter * (1.0 / records + 1.0 / self.records)
-        beyond = values @ normal @ np.linalg.solve(np.eye(len(values)) + spread @ normal, values)
-        return float(np.clip(beyond / whole, 0.0, 1.0))
+        spread = shown.scatter * (1.0 / records + 1.0 / self.records) + shown.covariance
+        left = information @ np.linalg.inv(np.eye(len(spread)) + spread @ information)
+        return np.asarray(0.5 * (left + left.T))
 
     @property
     def nominal(self) -> Matrix3:
@@ -245,6 +260,7 @@ class Runs:
         noise_uncertainty: share by which the stated standard deviation may be wrong, one standard deviation.
         correlation: of neighbouring samples of the gyro's noise, each axis, shape (3,); None where it is white.
         stated_sigma: sigma before the noise was estimated, shape (R, 3), rad/s; None where it was not.
+        prior_odds: of none and of what is not modelled.
     """
 
     names: tuple[str, ...]
@@ -260,6 +276,7 @@ class Runs:
     noise_uncertainty: float = SETTINGS.noise_uncertainty
     correlation: Vector3 | None = None
     stated_sigma: Array | None = None
+    prior_odds: PriorOdds = field(default_factory=PriorOdds)
 
     @property
     def measured(self) -> list[Array]:
@@ -321,6 +338,11 @@ class Runs:
         both = self.live[:, ROWS] & self.live[:, COLUMNS]
         product = (self.live[:, ROWS] | self.live[:, COLUMNS]) & (ROWS != COLUMNS) & (counts == 2)[:, None]
         return np.asarray((both | product).any(axis=0))
+
+    def mean_moment(self, theta: Theta) -> float:
+        """Return the mean moment about the axes about which the platform turns, kg·m²; 0 where about none."""
+        moments = theta[:3][self.inertia_shown[:3]]
+        return float(np.abs(moments).mean()) if len(moments) else 0.0
 
     @property
     def sizes(self) -> list[int]:

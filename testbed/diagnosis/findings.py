@@ -17,12 +17,13 @@ import scipy
 
 from testbed.arrays import Array, Flags, Indices, Theta, Vector3
 from testbed.diagnosis.candidates import Screening, p_value, probabilities_of
-from testbed.diagnosis.data import Belief, Runs
+from testbed.diagnosis.data import Belief, Runs, Shown
 from testbed.diagnosis.misfit import Misfit, misfit_of
 from testbed.diagnosis.model import (
     Fit,
     Hypothesis,
     evaluated,
+    fitted,
     fitted_initial_rates,
     nominal_fit,
     orthonormal,
@@ -32,6 +33,7 @@ from testbed.diagnosis.noise import NoiseHypothesis
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import (
     Signature,
+    answers_motion,
     confounding,
     distinguishability,
     signatures,
@@ -293,7 +295,7 @@ def _doubts(diagnosis: Diagnosis, placed: Hypothesis) -> Iterator[str]:
         if parameter.lies_at_bound(value):
             yield f"{parameter.name} lies at {value:.3g}, where its search ends: the name is what came nearest"
             continue
-        limits = _plausible(parameter, model, shown=diagnosis.runs.inertia_shown)
+        limits = _plausible(parameter, diagnosis.runs.mean_moment(model.theta))
         beyond = [limit for limit in limits if (value > limit > 0.0) or (value < limit < 0.0)]
         for limit in beyond:
             yield (
@@ -302,13 +304,12 @@ def _doubts(diagnosis: Diagnosis, placed: Hypothesis) -> Iterator[str]:
             )
 
 
-def _plausible(parameter: Parameter, model: Fit, *, shown: Flags) -> tuple[float, float]:
+def _plausible(parameter: Parameter, moment: float) -> tuple[float, float]:
     """Return the least and greatest value that a parameter has in hardware; forces go with the platform's inertia."""
     share = PLAUSIBLE_PER_INERTIA.get(parameter.unit)
     if share is None:
         return parameter.plausible
-    moments = model.theta[:3][shown[:3]]
-    limit = share * float(np.abs(moments).mean()) if len(moments) else np.inf
+    limit = share * moment if moment > 0.0 else np.inf
     return -limit, limit
 
 
@@ -409,8 +410,8 @@ def reference_of(diagnosis: Diagnosis) -> Reference:
         trim_std=trims.std(axis=0, ddof=1) * np.sqrt(1.0 + 1.0 / count) if count else prior.trim_std,
         effects=tuple(effects),
     )
-    scatter = tuple(_scatter_of_others(diagnosis, belief))
-    belief = replace(belief, scatter=scatter, records=len(seen), torque_noise=diagnosis.runs.torque_noise)
+    shown = tuple(_shown_of_others(diagnosis, belief))
+    belief = replace(belief, others=shown, records=len(seen), torque_noise=diagnosis.runs.torque_noise)
     return Reference(
         belief=belief,
         given=given,
@@ -420,8 +421,8 @@ def reference_of(diagnosis: Diagnosis) -> Reference:
     )
 
 
-def _scatter_of_others(diagnosis: Diagnosis, belief: Belief) -> Iterator[tuple[str, Array]]:
-    """Yield the covariance by which effects that are not in the model differ between healthy records, beyond noise.
+def _shown_of_others(diagnosis: Diagnosis, belief: Belief) -> Iterator[Shown]:
+    """Yield what healthy records show of effects that are not in the model, and by how much they differ beyond noise.
 
     What a feedback, a pilot or draughts make of healthy flights looks like one effect in this record and like another
     in that: such names are as likely in suspect ones. What effects explain of single records over what they explain of
@@ -437,27 +438,60 @@ def _scatter_of_others(diagnosis: Diagnosis, belief: Belief) -> Iterator[tuple[s
         return
     runs = replace(diagnosis.runs, belief=belief)
     fit = evaluated(runs, diagnosis.model.placed, diagnosis.model.values)
-    others = without([each.placed for each in screening.signatures], fit.placed)
+    others = [each.placed for each in screening.signatures if not answers_motion(each.placed.effect)]
+    best: dict[str, Signature] = {}
+    for signature in signatures(runs, fit, without(others, fit.placed)):
+        known = best.get(signature.placed.key)
+        best[signature.placed.key] = signature if known is None or signature.score > known.score else known
     rows = _rows_of_records(runs, len(fit.residual))
-    by_key: dict[str, list[tuple[float, Array]]] = {}
-    for signature in signatures(runs, fit, others):
-        by_key.setdefault(signature.placed.key, []).append(_explained_of_noise(signature, fit.residual, rows))
-    best = {key: max(of_starts, key=lambda each: each[0]) for key, of_starts in by_key.items()}
-    usual = float(np.mean([ratio for ratio, _ in best.values()]))
-    for key, (ratio, covariance) in best.items():
-        yield key, max(0.5 * (ratio + usual) - 1.0, 0.0) * covariance
+    shown = [_shown_by_records(runs, fit, signature, rows) for signature in best.values()]
+    usual = float(np.mean([ratio for _, ratio in shown]))
+    for each, ratio in shown:
+        yield replace(each, scatter=max(0.5 * (ratio + usual) - 1.0, 0.0) * each.scatter)
 
 
-def _explained_of_noise(signature: Signature, residual: Array, rows: Sequence[Indices]) -> tuple[float, Array]:
-    """Return how many times the χ² of noise an effect explains of single records, and its covariance in one, (K, K)."""
+def _shown_by_records(runs: Runs, fit: Fit, signature: Signature, rows: Sequence[Indices]) -> tuple[Shown, float]:
+    """Return what healthy records show of an effect, fitted as in suspect ones, and by how much they differ in it.
+
+    The scatter is as yet the covariance in one record. Of the effect's χ² in single records, beyond what all of them
+    show, it has to be multiplied by how many times that of noise it is, less one: the second number.
+    """
+    placed = signature.placed
+    absent = np.array([each.absent for each in placed.effect.parameters])
+    try:
+        start = np.clip(signature.start + signature.step, *placed.bounds)
+        beside = fitted(runs, [*fit.placed, placed], fit.theta, [*(value[0] for value in fit.values.effects), start])
+    except InputError:  # the motion runs away: what is known is that it is absent
+        columns, residual, mean = signature.columns, fit.residual, np.zeros(len(absent))
+    else:
+        columns, residual = beside.signature_of(placed), beside.residual
+        mean = beside.effect_values[beside.own(placed)] - absent
+    ratio, in_one = _explained_of_noise(columns, residual, rows)
+    return Shown(key=placed.key, mean=mean, covariance=_inverse(columns.T @ columns), scatter=in_one), ratio
+
+
+def _explained_of_noise(columns: Array, residual: Array, rows: Sequence[Indices]) -> tuple[float, Array]:
+    """Return how many times the χ² of noise an effect explains of single records, and its covariance in one, (K, K).
+
+    Args:
+        columns: of its parameters, all else projected out, shape (samples, K).
+        residual: shape (samples,).
+        rows: which of the samples are of each record.
+    """
     explained, directions, covariances = 0.0, 0, []
     for own in rows:
-        columns = signature.columns[own]
-        basis = orthonormal(columns)
+        basis = orthonormal(columns[own])
         explained += float(np.sum((basis.T @ residual[own]) ** 2))
         directions += basis.shape[1]
-        covariances.append(np.linalg.pinv(columns.T @ columns, rcond=_UNDETERMINED, hermitian=True))
+        covariances.append(_inverse(columns[own].T @ columns[own]))
     return explained / max(directions, 1), np.asarray(np.median(covariances, axis=0))
+
+
+def _inverse(normal: Array) -> Array:
+    """Return the inverse of a normal matrix where it is determined, zero elsewhere."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
+    scaled = np.linalg.pinv(normal * np.outer(scale, scale), rcond=_UNDETERMINED, hermitian=True)
+    return np.asarray(scaled * np.outer(scale, scale))
 
 
 def _rows_of_records(runs: Runs, count: int) -> list[Indices]:

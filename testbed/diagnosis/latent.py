@@ -26,11 +26,12 @@ from scipy.special import logsumexp
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.diagnosis.candidates import log_p_value, p_value, scale_evidence
+from testbed.diagnosis.candidates import SizePrior, log_p_value, p_value
 from testbed.diagnosis.data import Runs, chosen, joined
 from testbed.diagnosis.keeping import Content, array_from_content, array_to_content, part
 from testbed.diagnosis.model import NEGLIGIBLE, Fit, evaluated, fitted_initial_rates, orthonormal, projected_out
 from testbed.diagnosis.settings import SETTINGS
+from testbed.effects.body_torque import BodyTorque
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import node_rates
@@ -282,7 +283,7 @@ class TorqueShape:
     Attributes:
         kind: of the shape.
         words: the shape, for the reader.
-        evidence: twice the logarithm of by how much it makes the data more likely (`scale_evidence`).
+        evidence: twice the logarithm of by how much it makes the data more likely, of the sizes of a constant torque.
         p_value: of as much by chance, times the number of shapes of its kind, and of kinds.
         frequency_hz: of one that oscillates, or comes in pulses; None for others.
     """
@@ -331,25 +332,27 @@ def _torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
     residual = directions.T @ fit.residual[: runs.samples]
     tried = [*_slow(at, _rates(runs, fit, at)), *_oscillations(runs, at), *_pulses(at)]
     alike = Counter(each.kind for each in tried)
+    typical = BodyTorque.parameters[0].typical_on(runs.mean_moment(fit.theta))
     found = [
-        _tested(each, columns, residual, len(alike) * alike[each.kind], runs.noise_freedom)
+        _tested(each, columns, residual, len(alike) * alike[each.kind], runs.noise_freedom, typical)
         for each, columns in zip(tried, _responses(tried, response), strict=True)
     ]
     return tuple(sorted(found, key=lambda shape: -shape.evidence))
 
 
-def evidence_of_any(shapes: Sequence[TorqueShape], tested: int) -> float:
+def evidence_of_any(shapes: Sequence[TorqueShape], tested: int, prior_odds: float) -> float:
     """Return twice the logarithm of the posterior odds of a torque of one of the shapes against none.
 
-    Each kind has the prior of one effect of the library, times the settings' odds; its shapes share that equally.
+    Each kind has the prior of one effect of the library, times the prior odds; its shapes share that equally.
 
     Args:
         shapes: all that were tried.
         tested: number of hypotheses of the library.
+        prior_odds: of each kind against one of these.
     """
     by_kind = groupby(sorted(shapes, key=lambda shape: shape.kind), key=lambda shape: shape.kind)
     averages = [_log_mean_exp([0.5 * shape.evidence for shape in group]) for _, group in by_kind]
-    return 2.0 * float(logsumexp(averages)) - 2.0 * log(tested / SETTINGS.unmodelled_prior_odds)
+    return 2.0 * float(logsumexp(averages)) - 2.0 * log(tested / prior_odds)
 
 
 def _log_mean_exp(values: Sequence[float]) -> float:
@@ -431,14 +434,22 @@ def _responses(tried: Sequence[_Tried], response: Array) -> Iterator[Array]:
         yield from (np.concatenate(own, axis=-1) for own in np.split(together, ends[:-1], axis=-1))
 
 
-def _tested(tried: _Tried, columns: Array, residual: Array, shapes: int, noise_freedom: float) -> TorqueShape:
+def _tested(
+    tried: _Tried, columns: Array, residual: Array, shapes: int, noise_freedom: float, typical: float
+) -> TorqueShape:
+    """Return what a shape explains; its root mean square is typically as large as a constant torque, N·m."""
     basis = orthonormal(columns)
     freedom, square = basis.shape[1], float(((basis.T @ residual) ** 2).sum())
     by_chance = exp(min(0.0, log(shapes) + log_p_value(square, freedom, noise_freedom))) if freedom else 1.0
+    power = np.mean(tried.torques**2, axis=1).max(axis=0)  # of the run where it is largest: some act in one alone
+    none = np.zeros(columns.shape[1], dtype=bool)
+    sizes = SizePrior(
+        typical=np.tile(typical / np.sqrt(np.maximum(power, np.finfo(float).tiny)), 3), positive=none, searched=none
+    )
     return TorqueShape(
         kind=tried.kind,
         words=tried.words,
-        evidence=scale_evidence(square, freedom),
+        evidence=sizes.evidence(columns.T @ columns, columns.T @ residual),
         p_value=by_chance,
         frequency_hz=tried.frequency_hz,
     )

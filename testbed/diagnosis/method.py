@@ -116,7 +116,7 @@ def check_residual(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagn
     if noisier.scatter or state.left_over:
         noisier = _residual_tested(noisier)
         if not noisier.steps and noisier.remaining is not None:
-            noisier = replace(noisier, unmodelled=evidence_of_any(noisier.shapes, noisier.remaining.tested))
+            noisier = replace(noisier, unmodelled=_unmodelled(noisier, noisier.remaining))
     if noisier.structure_left:
         return state
     standing = search.standing(noisier)
@@ -131,13 +131,17 @@ def _retracted(state: Diagnosis) -> Diagnosis:
     screening = state.steps[0].screening if state.steps else state.remaining
     assert screening is not None
     bare = _residual_tested(with_model(state, state.baseline) if state.steps else state)
-    bare = replace(bare, steps=(), remaining=screening, unmodelled=evidence_of_any(bare.shapes, screening.tested))
+    bare = replace(bare, steps=(), remaining=screening, unmodelled=_unmodelled(bare, screening))
     if not state.steps:
         return bare
     state = replace(state, unmodelled=bare.unmodelled, explained=log_odds_of_all(state, bare))
     if state.unmodelled > log_odds_of_class(state):
         return replace(bare, retracted=tuple(step.placed for step in state.steps))
     return replace(_residual_tested(state), latent_before=bare.latent)
+
+
+def _unmodelled(state: Diagnosis, screening: Screening) -> float:
+    return evidence_of_any(state.shapes, screening.tested, screening.prior_odds.unmodelled)
 
 
 def _residual_tested(state: Diagnosis) -> Diagnosis:

@@ -198,6 +198,12 @@ class Fit:
         covariance[np.ix_(shown, shown)] = np.linalg.inv(self.normal[np.ix_(shown, shown)])
         return np.asarray(covariance[:common, :common])
 
+    def signature_of(self, placed: Hypothesis) -> Array:
+        """Return the Jacobian's columns of an effect's parameters, all others projected out, shape (samples, K)."""
+        own = np.arange(6, 6 + len(self.effect_values))[self.own(placed)]
+        nuisance = orthonormal(np.delete(self.jacobian, own, axis=1))
+        return projected_out(self.jacobian[:, own], nuisance)
+
     @property
     def shown(self) -> Flags:
         """Which of (θ, effects) any sample shows, shape (C,): not what belongs to axes that a bearing holds."""

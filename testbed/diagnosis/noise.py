@@ -15,7 +15,7 @@ import numpy as np
 import scipy
 
 from testbed.arrays import Array, Flags, Theta, Vector3
-from testbed.diagnosis.candidates import favoured_over_none, normalized, scale_evidence
+from testbed.diagnosis.candidates import evidence_of_power, favoured_over_none, normalized
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit, fitted, nominal_fit
 from testbed.diagnosis.settings import SETTINGS
@@ -152,6 +152,10 @@ def with_telemetry_noise(runs: Runs, theta: Theta) -> Runs:
     return runs.with_sigma(np.sqrt(runs.sigma**2 + np.array(added)))
 
 
+_PLAIN = 1e4
+"""Standard errors of a typical size at most: an exact estimate, such as that of a step, has no error."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NoiseHypothesis:
     """A hypothesis on the gyro's noise, with its test on the samples.
@@ -184,8 +188,10 @@ class NoiseHypothesis:
 
     @property
     def log_bayes_factor(self) -> float:
-        """Twice the logarithm of the effect's Bayes factor (`scale_evidence`)."""
-        return scale_evidence(self.chi_square_reduction, self.finding.freedom)
+        """Twice the logarithm of the effect's Bayes factor, its size having the prior of all effects."""
+        (size,), (std,) = self.effect.parameters, self.finding.std
+        typical = abs(size.typical - size.absent) / std if std > 0.0 else np.inf
+        return evidence_of_power(self.chi_square_reduction, self.finding.freedom, min(typical, _PLAIN) ** 2)
 
     @property
     def odds(self) -> float:
@@ -260,8 +266,8 @@ def noise_tests(residuals: Residuals, effects: Mapping[str, NoiseEffect], others
     candidates = first = _tested(readings, hypotheses, tested)
     found: list[NoiseHypothesis] = []
     while present := [each for each in candidates if each.present]:
-        best = _with_look_alikes(present[0], candidates)
-        if not favoured_over_none(each.odds for each in (best, *best.look_alikes)):
+        best = _with_look_alikes(present[0], candidates, runs.prior_odds.none)
+        if not favoured_over_none((each.odds for each in (best, *best.look_alikes)), runs.prior_odds.none):
             break
         found.append(best)
         taken = {each.key for each in found}
@@ -366,14 +372,14 @@ def _tested(
     return tuple(sorted(candidates, key=lambda each: -each.log_bayes_factor))
 
 
-def _with_look_alikes(best: NoiseHypothesis, candidates: Sequence[NoiseHypothesis]) -> NoiseHypothesis:
+def _with_look_alikes(best: NoiseHypothesis, candidates: Sequence[NoiseHypothesis], none: float) -> NoiseHypothesis:
     """Return a hypothesis with its equivalence class, and the probability of that class."""
     alike = tuple(
         each
         for each in candidates
         if each is not best and best.log_bayes_factor - each.log_bayes_factor < SETTINGS.indistinguishable
     )
-    probability = normalized({each.key: each.odds for each in candidates})
+    probability = normalized({each.key: each.odds for each in candidates}, none)
     return replace(best, look_alikes=alike, probability=sum(probability[each.key] for each in (best, *alike)))
 
 

@@ -23,7 +23,7 @@ from testbed.diagnosis.data import Belief, Runs, runs_of
 from testbed.diagnosis.findings import Reference
 from testbed.diagnosis.model import Fit, Hypothesis, fitted, nominal_fit, orthonormal
 from testbed.diagnosis.noise import pooled_noise, with_pooled_noise, with_telemetry_noise, without_spikes
-from testbed.diagnosis.settings import SETTINGS
+from testbed.diagnosis.settings import SETTINGS, PriorOdds
 from testbed.diagnosis.windows import Part, outliers_notice, parts_of
 from testbed.dynamics.inertia import PARAMETER_NAMES, inertia_of, theta_of
 from testbed.effects.gyro_saturation import is_clipped
@@ -501,12 +501,15 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
     level = None if states else pooled_noise(everything, theta)
     fit, heldout = by_role([(record, [part.telemetry for part in parts]) for record, parts in usable])
 
+    stated = scenario.diagnosis
+    prior_odds = PriorOdds.stated(stated.null_prior_odds, stated.unmodelled_prior_odds)
+
     def of(chosen: Sequence[int], belief: Belief | None) -> Runs:
-        runs = replace(_enough(runs_together(usable, chosen)), belief=belief)
+        runs = replace(_enough(runs_together(usable, chosen)), belief=belief, prior_odds=prior_odds)
         if level is not None:
             return with_pooled_noise(runs, level)
-        stated = replace(runs, noise_uncertainty=scenario.gyro.noise_uncertainty)
-        return with_telemetry_noise(stated, passed.baseline.theta)
+        runs = replace(runs, noise_uncertainty=scenario.gyro.noise_uncertainty)
+        return with_telemetry_noise(runs, passed.baseline.theta)
 
     return DataSet(
         runs=of(fit, passed.belief),

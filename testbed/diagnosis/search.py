@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from math import exp, inf, log
 
@@ -13,16 +13,16 @@ from testbed.arrays import Array, Vectors3
 from testbed.diagnosis.candidates import (
     Candidate,
     Screening,
+    SizePrior,
     accepted,
     log_p_value,
     mean_over_scan,
-    scale_evidence,
 )
-from testbed.diagnosis.data import Runs
+from testbed.diagnosis.data import Runs, Shown
 from testbed.diagnosis.misfit import Prior, heldout_misfit_of, log_evidence, misfit_of
 from testbed.diagnosis.model import Fit, Hypothesis, all_corrected, fitted, fitted_initial_rates, refit
 from testbed.diagnosis.settings import SETTINGS
-from testbed.diagnosis.signatures import Signature, reach_of, signatures, without
+from testbed.diagnosis.signatures import Signature, Start, reach_of, signatures, without
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.dynamics.inertia import inertia_of
 from testbed.errors import InputError
@@ -55,9 +55,9 @@ def odds_together(
         effects: as they were added.
     """
     (before_heldout, before), (after_heldout, after) = without, within
-    gain, rank = before.chi_square - after.chi_square, sum(each.rank for each in effects)
+    gain = before.chi_square - after.chi_square - sum(each.size_penalty for each in effects)
     heldout_gain = _held_out_evidence(after_heldout, after) - log_evidence(before_heldout, before)
-    return scale_evidence(gain, rank) + heldout_gain - 2.0 * sum(log(tested) + each.trials_penalty for each in effects)
+    return gain + heldout_gain - 2.0 * sum(log(tested) + each.trials_penalty for each in effects)
 
 
 def log_odds_of_all(state: Diagnosis, bare: Diagnosis) -> float:
@@ -91,8 +91,9 @@ def screened(
     """
     every = list(signatures(runs, fit, hypotheses))
     best = most_telling(every)
-    tested = max(len(best), 1)
-    order = sorted(best, key=lambda each: -_linearised_evidence(runs, each))
+    tested, moment = max(len(best), 1), runs.mean_moment(fit.theta)
+    linearised = {each.placed.key: _linearised_evidence(runs, each, moment) for each in best}
+    order = sorted(best, key=lambda each: -linearised[each.placed.key])
     promising = [each for each in order[: SETTINGS.most_refits] if each.rank]
     candidates, aside, without = [], [], log_evidence(heldout, fit)
     for signature in promising:
@@ -106,12 +107,14 @@ def screened(
         signatures=tuple(best),
         tested=tested,
         candidates=tuple(sorted(candidates, key=lambda candidate: -candidate.log_bayes_factor)),
+        linearised={key: each for key, each in linearised.items() if key not in {one.placed.key for one in promising}},
         set_aside=tuple(aside),
+        prior_odds=runs.prior_odds,
     )
 
 
 def most_telling(every: Sequence[Signature]) -> list[Signature]:
-    """Return each hypothesis at the start at which it explains the most, with its scores at the others.
+    """Return each hypothesis at the start at which it explains the most, with what is said at the others.
 
     Args:
         every: hypotheses at all their starts.
@@ -125,7 +128,7 @@ def most_telling(every: Sequence[Signature]) -> list[Signature]:
 def _best_of(starts: Sequence[Signature]) -> Signature:
     best = max(starts, key=lambda each: each.score)
     reaches = tuple(map(reach_of, starts)) if best.placed.effect.scans_frequencies else ()
-    return replace(best, elsewhere=tuple(each.score for each in starts if each is not best), reaches=reaches)
+    return replace(best, elsewhere=tuple(each.here for each in starts if each is not best), reaches=reaches)
 
 
 def refitted(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, placed: Hypothesis) -> Candidate | None:
@@ -167,12 +170,12 @@ def _candidate(
         return None
     if not _is_of_a_body(model):
         return None
-    share = _share_of(runs, signature)
-    gain = share * max(fit.chi_square - model.chi_square, 0.0)
+    gain, size_evidence = _evidence_of_refit(runs, fit, model, signature)
     heldout_gain = _held_out_evidence(heldout, model) - without if placed.effect.recurs else 0.0
-    heldout_gain *= share if heldout_gain > 0.0 else 1.0
-    here = scale_evidence(gain, signature.rank) + heldout_gain
-    evidence = _anywhere(runs, signature, here)
+    if heldout_gain > 0.0 and fit.chi_square > model.chi_square:
+        heldout_gain *= gain / (fit.chi_square - model.chi_square)
+    here = size_evidence + heldout_gain
+    evidence = _anywhere(runs, signature, here, runs.mean_moment(fit.theta))
     alone = log_p_value(gain, max(signature.rank, 1), runs.noise_freedom)
     corrected = alone + log(tested * _scan_count(runs, placed)) - 0.5 * heldout_gain
     together = max(corrected, alone + log(SETTINGS.family_wise_error / SETTINGS.fitted_runs_p_value))
@@ -182,6 +185,7 @@ def _candidate(
         chi_square_reduction=gain,
         rank=signature.rank,
         trials_penalty=0.5 * (here - evidence),
+        size_penalty=gain - size_evidence,
         heldout_log_likelihood_gain=heldout_gain,
         log_bayes_factor=evidence,
         by_run=np.array([float((part**2).sum()) for part in runs.by_run(model.residual)]),
@@ -189,12 +193,49 @@ def _candidate(
     )
 
 
-def _share_of(runs: Runs, signature: Signature) -> float:
-    """Return which share of a hypothesis's χ² is beyond what healthy records differ by."""
-    if runs.belief is None:
-        return 1.0
-    key, records = signature.placed.key, len(runs.record_names)
-    return runs.belief.share_beyond_scatter(key, signature.columns, signature.step, records)
+def _evidence_of_refit(runs: Runs, fit: Fit, model: Fit, signature: Signature) -> tuple[float, float]:
+    """Return by how much a hypothesis reduces χ² beyond what healthy records show, and the evidence of that.
+
+    Args:
+        runs: that are fitted.
+        fit: without the hypothesis.
+        model: with it.
+        signature: of the hypothesis, at the start of its search.
+    """
+    placed, gain = signature.placed, max(fit.chi_square - model.chi_square, 0.0)
+    columns, own = model.signature_of(placed), model.effect_values[model.own(placed)]
+    values = own - [each.absent for each in placed.effect.parameters]
+    information, slope = columns.T @ columns, columns.T @ model.residual
+    prior, shown = SizePrior.of(placed.effect, signature.start, runs.mean_moment(fit.theta)), _shown_of(runs, placed)
+    if runs.belief is None or shown is None:
+        return gain, prior.evidence_of_fit(gain, values, information, slope)
+    left, new = runs.belief.left(shown, information, len(runs.record_names)), values - shown.mean
+    gain *= _share(information, values, left, new)
+    return gain, prior.evidence_of_fit(gain, new, left, np.zeros(len(new)))
+
+
+def _evidence_at(runs: Runs, signature: Signature, start: Start, moment: float) -> float:
+    """Return the evidence of a hypothesis linearised at a start, beyond what healthy records differ by.
+
+    What they show in the mean was fitted, and is not compared with a linearisation where the effect is absent.
+    """
+    prior = SizePrior.of(signature.placed.effect, start.values, moment)
+    shown = _shown_of(runs, signature.placed)
+    if runs.belief is None or shown is None:
+        return prior.evidence(start.information, start.slope)
+    left = runs.belief.left(shown, start.information, len(runs.record_names))
+    gain = start.score * _share(start.information, start.step, left, start.step)
+    return prior.evidence_of_fit(gain, start.step, left, np.zeros(len(left)))
+
+
+def _share(information: Array, values: Array, left: Array, new: Array) -> float:
+    """Return the Wald statistic of what is new over that of all, between 0 and 1."""
+    whole = float(values @ information @ values)
+    return min(float(new @ left @ new) / whole, 1.0) if whole > 0.0 else 1.0
+
+
+def _shown_of(runs: Runs, placed: Hypothesis) -> Shown | None:
+    return None if runs.belief is None else runs.belief.shown_of(placed.key)
 
 
 def _is_of_a_body(model: Fit) -> bool:
@@ -206,22 +247,21 @@ def _scan_count(runs: Runs, placed: Hypothesis) -> int:
     return placed.effect.scan_count(placed.component, runs.grid)
 
 
-def _linearised_evidence(runs: Runs, signature: Signature) -> float:
+def _linearised_evidence(runs: Runs, signature: Signature, moment: float) -> float:
     """Return the evidence of a hypothesis by its linearisation alone."""
-    score = signature.score * _share_of(runs, signature)
-    return _anywhere(runs, signature, scale_evidence(score, signature.rank))
+    return _anywhere(runs, signature, _evidence_at(runs, signature, signature.here, moment), moment)
 
 
-def _anywhere(runs: Runs, signature: Signature, here: float) -> float:
+def _anywhere(runs: Runs, signature: Signature, here: float, moment: float) -> float:
     """Return the evidence of a hypothesis, averaged over the start values of its scan.
 
     Args:
         runs: that are fitted.
         signature: of the hypothesis.
         here: its evidence at the start that it is best at.
+        moment: mean moment of inertia, kg·m².
     """
-    share = _share_of(runs, signature)
-    elsewhere = [scale_evidence(share * score, signature.rank) for score in signature.elsewhere]
+    elsewhere = [_evidence_at(runs, signature, start, moment) for start in signature.elsewhere]
     return mean_over_scan(here, elsewhere, _scan_count(runs, signature.placed))
 
 
@@ -236,9 +276,9 @@ def _refitted(runs: Runs, fit: Fit, signature: Signature) -> Fit:
     """Search from the linearised solution, and from less of it where that leads nowhere: it may be of no body."""
     placed, starts = [*fit.placed, signature.placed], [value[0] for value in fit.values.effects]
     found: list[Fit] = []
-    for share in _SHARES:
+    for start in _starts(runs, signature):
         try:
-            found.append(fitted(runs, placed, fit.theta, [*starts, _guess(signature, share)]))
+            found.append(fitted(runs, placed, fit.theta, [*starts, start]))
         except InputError:  # the motion runs away
             continue
         lost = _LOST if runs.belief is None else max(_LOST, _LOST_SHARE * signature.score)
@@ -249,10 +289,14 @@ def _refitted(runs: Runs, fit: Fit, signature: Signature) -> Fit:
     return min(found, key=lambda each: each.chi_square)
 
 
-def _guess(signature: Signature, share: float) -> Array:
-    """Return a share of the linearised solution, inside the bounds."""
+def _starts(runs: Runs, signature: Signature) -> Iterator[Array]:
+    """Yield where to begin a search, inside the bounds: where healthy records have the effect, if they show it."""
     lower, upper = signature.placed.bounds
-    return np.clip(signature.start + share * signature.step, lower, upper)
+    shown = _shown_of(runs, signature.placed)
+    if shown is not None:
+        yield np.clip(shown.mean + [each.absent for each in signature.placed.effect.parameters], lower, upper)
+    for share in _SHARES:
+        yield np.clip(signature.start + share * signature.step, lower, upper)
 
 
 _UNSEEN = 0.01

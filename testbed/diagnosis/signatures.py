@@ -70,6 +70,25 @@ class Reach:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Start:
+    """What the data say of a hypothesis linearised at one of its starts.
+
+    Attributes:
+        values: of its parameters there, shape (K,).
+        information: of its parameters, all else projected out, shape (K, K).
+        slope: of the log-likelihood, shape (K,).
+        step: of the parameters that explains the most inside their bounds, shape (K,).
+        score: how much of χ² that explains.
+    """
+
+    values: Array
+    information: Array
+    slope: Array
+    step: Array
+    score: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Signature:
     """A hypothesis linearised about the present model.
 
@@ -80,7 +99,8 @@ class Signature:
         basis: orthonormal basis of what they span, shape (samples, rank).
         score: how much of χ² the linearised effect explains, its parameters inside their bounds.
         step: the change of its parameters that does so, shape (K,).
-        elsewhere: scores at the hypothesis's other starts, once those were compared.
+        slope: of the log-likelihood of the parameters, shape (K,).
+        elsewhere: what the data say at the hypothesis's other starts, once those were compared.
         reaches: how far it moves the samples at each of its starts, once those were compared; of a scan over
             frequencies.
     """
@@ -91,8 +111,15 @@ class Signature:
     basis: Array
     score: float
     step: Array
-    elsewhere: tuple[float, ...] = ()
+    slope: Array
+    elsewhere: tuple[Start, ...] = ()
     reaches: tuple[Reach, ...] = ()
+
+    @property
+    def here(self) -> Start:
+        """What the data say at this start."""
+        information = self.columns.T @ self.columns
+        return Start(values=self.start, information=information, slope=self.slope, step=self.step, score=self.score)
 
     @property
     def rank(self) -> int:
@@ -227,6 +254,7 @@ def _signature(placed: Hypothesis, start: Array, columns: Array, free: Array, re
         basis=basis,
         score=float(present @ present - missed @ missed),
         step=step,
+        slope=free.T @ residual,
     )
 
 
@@ -275,13 +303,13 @@ def hypotheses(runs: Runs, effects: Mapping[str, Effect]) -> tuple[list[Hypothes
     """
     present, environments = channels_of(runs), {"", environment_kind(runs.grid)}
     testable, not_testable = [], []
-    in_loop = runs.known_in_part and runs.belief is not None and bool(runs.belief.scatter)
+    in_loop = runs.known_in_part and runs.belief is not None and bool(runs.belief.others)
     for effect in effects.values():
         if runs.belief is not None and effect.id == "inertia":
             continue  # as an effect it would be one of no body
         if effect.environment not in environments:
             continue
-        if in_loop and _answers_motion(effect):
+        if in_loop and answers_motion(effect):
             not_testable.append(Untestable(effect=effect.id, needs=_NO_FEEDBACK))
             continue
         missing = [need for need in effect.needs if need not in present]
@@ -305,7 +333,7 @@ _NO_FEEDBACK = "commands that no controller makes of the body rate"
 controller makes of the motion, and is found in healthy flights as well (docs/explanation/real-flight.md)."""
 
 
-def _answers_motion(effect: Effect) -> bool:
+def answers_motion(effect: Effect) -> bool:
     """Return whether an effect is a torque on the platform that its motion makes, as a drag or a loose mass does."""
     hook = effect.hooks(effect.components[0])
     if hook.states or not overrides(hook, "torque"):

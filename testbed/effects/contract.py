@@ -79,6 +79,15 @@ class Parameter:
         """Return whether a value lies where a search ends, and not where the effect is absent or as it typically is."""
         return value in (self.lower, self.upper) and value not in (self.absent, self.typical)
 
+    def typical_on(self, moment: float) -> float:
+        """Return the typical distance from where the effect is absent, on a platform of a mean moment of inertia.
+
+        Args:
+            moment: kg·m².
+        """
+        with_inertia = self.unit in PLAUSIBLE_PER_INERTIA and moment > 0.0
+        return abs(self.typical - self.absent) * (moment / TYPICAL_INERTIA if with_inertia else 1.0)
+
     def is_plausible(self, value: float) -> bool:
         """Return whether hardware has such a value."""
         return self.plausible[0] <= value <= self.plausible[1]
@@ -95,6 +104,11 @@ PLAUSIBLE_PER_INERTIA = {
 """Largest parameters, by their units, over the platform's mean moment of inertia: accelerations of 10 rad/s², jumps
 of 10 rad/s, a pendulum of 5 Hz, motions that stop within a tenth of a second, half of the inertia. A platform with more
 is held by more than what is looked for here; typical effects are a hundredth of it. They decide warnings alone."""
+
+TYPICAL_INERTIA = 0.024
+"""kg·m², mean moment of inertia of the class of platforms whose typical sizes parameters state: that of the shipped
+nominal platform (`scenarios/diagnose.toml`). Forces and inertias, by their units in `PLAUSIBLE_PER_INERTIA`, go with
+it."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -28,7 +28,7 @@ from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import DataSet, Gate, data_set_of, require_explicable
 from testbed.diagnosis.result import result_of
 from testbed.diagnosis.run_residuals import residuals_of
-from testbed.diagnosis.settings import SETTINGS
+from testbed.diagnosis.settings import SETTINGS, PriorOdds
 from testbed.diagnosis.state import Diagnosis, Verdict
 from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.effects.contract import Extension
@@ -391,7 +391,9 @@ def origin_of(scenario: BodyScenario, records: Records, command: str, reference:
         reference: healthy records; none where None.
     """
     stamps = stamps_of(records) + ([] if reference is None else stamps_of(reference))
-    return provenance(scenario, scenario.file, command, data=stamps, deciding=SETTINGS.entries)
+    stated = scenario.diagnosis
+    odds = PriorOdds.stated(stated.null_prior_odds, stated.unmodelled_prior_odds)
+    return provenance(scenario, scenario.file, command, data=stamps, deciding=SETTINGS.entries | odds.entries)
 
 
 def _first_and_last(stages: Iterator[Diagnosis]) -> tuple[Diagnosis, Diagnosis]:

@@ -32,6 +32,12 @@ class Diagnosis(Section):
     clocks of gyro and actuators differ between runs; `rest`: the platform hardly turns; `stuck`: an axis reads one and
     the same rate; `gap`: no effect of the library comes near explaining them. What is accepted stands among the
     notices."""
+    null_prior_odds: Annotated[float, Field(gt=0, le=1e6)] | None = None
+    """Prior odds of no missing effect against all effects of the library together, and the odds that a first name
+    needs: 1 where every other set of records has an effect, 19 where one in twenty has; omitted: 5."""
+    unmodelled_prior_odds: Annotated[float, Field(gt=0, le=1e6)] | None = None
+    """Prior odds of each kind of torque that the library does not list against one effect of the library; omitted: 1,
+    no less and no more usual."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Diagnosis:

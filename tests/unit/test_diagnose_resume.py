@@ -142,9 +142,10 @@ def test_another_version_is_refused(data, interrupted, monkeypatch, capsys):
 
 def test_other_settings_are_refused_by_name(data, interrupted, whole, monkeypatch, capsys):
     assert answer(whole[0])["provenance"]["setting_null_prior_odds"] == "5.0"
-    monkeypatch.setattr(testbed.library.diagnoses, "SETTINGS", DiagnosisSettings(null_prior_odds=4.0))
+    assert answer(whole[0])["provenance"]["setting_size_decades"] == "1.0"
+    monkeypatch.setattr(testbed.library.diagnoses, "SETTINGS", DiagnosisSettings(size_decades=0.7))
     assert diagnose(data, interrupted, "--resume") == 2
-    assert 'setting_null_prior_odds "5.0", now "4.0"' in " ".join(capsys.readouterr().err.split())
+    assert 'setting_size_decades "1.0", now "0.7"' in " ".join(capsys.readouterr().err.split())
 
 
 def test_a_damaged_first_line_is_refused(data, interrupted, capsys):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from testbed.diagnosis.candidates import NONE, Candidate, Screening, accepted, probabilities_of
-from testbed.diagnosis.settings import SETTINGS
+from testbed.diagnosis.settings import SETTINGS, PriorOdds
 from testbed.effects.registry import EFFECTS
 from testbed.report.diagnosis.ranking import ranking_rows
 
@@ -29,6 +29,7 @@ def candidate(evidence, by_run, effect=EFFECTS["gyro_latency"], value=0.01):
         chi_square_reduction=evidence,
         rank=1,
         trials_penalty=0.0,
+        size_penalty=0.0,
         heldout_log_likelihood_gain=0.0,
         log_bayes_factor=evidence,
         by_run=by_run,
@@ -60,16 +61,17 @@ def test_few_runs_do_not_tell_their_scatter():
     assert not close(candidate(8000.0, left), candidate(2000.0, other))
 
 
-def test_of_a_class_the_one_that_fits_best_is_added_if_it_is_there():
+def test_of_a_class_the_one_with_the_most_evidence_is_added_if_it_is_there():
     left = np.full(RUNS, 3.0)
     best = replace(candidate(100.0, left), chi_square_reduction=104.0)
     fitting = replace(candidate(97.0, left), chi_square_reduction=109.0)
-    sought_often = replace(candidate(96.0, left), chi_square_reduction=120.0, trials_penalty=8.0)
     farther = replace(candidate(80.0, left + 1.0), chi_square_reduction=200.0)
-    among = Screening(signatures=(), tested=2, candidates=(best, fitting, sought_often, farther))
-    assert accepted(among) is fitting
-    insignificant = replace(fitting, p_value=0.5)
-    assert accepted(replace(among, candidates=(best, insignificant, sought_often, farther))) is best
+    among = Screening(signatures=(), tested=2, candidates=(best, fitting, farther))
+    assert accepted(among) is best
+    implausible = replace(best, placed=SimpleNamespace(**vars(best.placed) | {"effect": EFFECTS["gyro_bandwidth"]}))
+    implausible = replace(implausible, fit=SimpleNamespace(**vars(best.fit) | {"effect_values": np.array([0.5])}))
+    assert not implausible.plausible
+    assert accepted(replace(among, candidates=(implausible, fitting, farther))) is fitting
     assert accepted(replace(among, candidates=(replace(best, p_value=0.5), fitting))) is None
 
 
@@ -85,6 +87,19 @@ def test_what_is_less_likely_than_that_nothing_is_missing_is_not_added():
     assert accepted(replace(alone, candidates=(candidate(even + 0.1, left),))) is not None
     assert accepted(replace(alone, candidates=(one, twin))) is not None
     assert probabilities_of(alone)[NONE] > probabilities_of(alone)[one.key]
+
+
+def test_a_scenario_may_state_how_often_nothing_is_missing():
+    left, tested = np.full(RUNS, 3.0), 50
+    one = candidate(2.0 * np.log(3.0 * tested), left)
+    usual = Screening(signatures=(), tested=tested, candidates=(one,))
+    often = replace(usual, prior_odds=PriorOdds.stated(2.0, None))
+    assert accepted(usual) is None
+    assert accepted(often) is one
+    default, stated = probabilities_of(usual), probabilities_of(often)
+    assert stated[NONE] / stated[one.key] == pytest.approx(0.4 * default[NONE] / default[one.key])
+    assert often.prior_odds.entries["setting_null_prior_odds"] == "2.0"
+    assert often.prior_odds.unmodelled == SETTINGS.unmodelled_prior_odds
 
 
 def beside_another(one):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.stats import chi2
@@ -21,7 +19,6 @@ from testbed.diagnosis.latent import (
 from testbed.diagnosis.misfit import log_evidence
 from testbed.diagnosis.model import Hypothesis, fitted
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.settings import SETTINGS
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 
@@ -85,7 +82,7 @@ def test_noise_has_no_shape_and_suits_the_model():
     data, fit = baseline(records(3))
     everything, on_all = on_all_runs(data.runs, data.heldout, fit)
     shapes = torque_shapes(everything, on_all)
-    assert evidence_of_any(shapes, tested=60) < 0.0
+    assert evidence_of_any(shapes, tested=60, prior_odds=1.0) < 0.0
     assert min(shape.p_value for shape in shapes) > 0.05
     assert goodness(on_all, everything.noise_freedom) > 0.01
 
@@ -98,16 +95,15 @@ def test_a_kind_of_many_shapes_is_no_likelier_beforehand_than_one_of_few():
     alone = [shape("growing", 20.0)]
     alike = [*alone, *(shape("pulses", 20.0) for _ in range(100))]
     one_of_many = [*alone, shape("pulses", 30.0), *(shape("pulses", 0.0) for _ in range(99))]
-    assert evidence_of_any(alone, tested=60) == pytest.approx(20.0 - 2.0 * np.log(60))
-    assert evidence_of_any(alike, tested=60) == pytest.approx(20.0 + 2.0 * np.log(2 / 60))
+    assert evidence_of_any(alone, tested=60, prior_odds=1.0) == pytest.approx(20.0 - 2.0 * np.log(60))
+    assert evidence_of_any(alike, tested=60, prior_odds=1.0) == pytest.approx(20.0 + 2.0 * np.log(2 / 60))
     either = np.exp(10.0) + np.exp(15.0) / 100.0
-    assert evidence_of_any(one_of_many, tested=60) == pytest.approx(2.0 * np.log(either / 60), abs=1e-3)
+    assert evidence_of_any(one_of_many, 60, prior_odds=1.0) == pytest.approx(2.0 * np.log(either / 60), abs=1e-3)
 
 
-def test_unmodelled_torques_are_as_probable_a_priori_as_the_settings_say(monkeypatch):
+def test_unmodelled_torques_are_as_probable_a_priori_as_their_odds_say():
     alone = [shape("growing", 20.0)]
-    monkeypatch.setattr("testbed.diagnosis.latent.SETTINGS", replace(SETTINGS, unmodelled_prior_odds=3.0))
-    assert evidence_of_any(alone, tested=60) == pytest.approx(20.0 - 2.0 * np.log(20.0))
+    assert evidence_of_any(alone, tested=60, prior_odds=3.0) == pytest.approx(20.0 - 2.0 * np.log(20.0))
 
 
 @pytest.mark.parametrize(("known", "most"), [(20.0, 0.03), (np.inf, 1.0)])

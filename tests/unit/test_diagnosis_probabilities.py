@@ -6,13 +6,23 @@ from math import log
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize_scalar
+from scipy.stats import norm
 
 from support.diagnosed_records import nominal, records
-from testbed.diagnosis.candidates import NONE, UNKNOWN, by_class, mean_over_scan, probabilities_of, scale_evidence
+from testbed.diagnosis.candidates import (
+    NONE,
+    UNKNOWN,
+    SizePrior,
+    by_class,
+    evidence_of_power,
+    mean_over_scan,
+    probabilities_of,
+)
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
+from testbed.diagnosis.settings import SETTINGS
 from testbed.dynamics.inertia import theta_of
+from testbed.effects.contract import TYPICAL_INERTIA
 from testbed.effects.registry import EFFECTS
 from testbed.report.diagnosis.ranking import ranking_rows
 
@@ -38,16 +48,74 @@ def class_of(found):
     return [candidate.key for candidate in found.steps[0].screening.close]
 
 
-@pytest.mark.parametrize(("square", "freedom"), [(12.0, 1), (40.0, 3), (900.0, 5)])
-def test_evidence_is_the_likelihood_ratio_at_the_best_scale(square, freedom):
-    worst = minimize_scalar(
-        lambda scale: freedom * np.log1p(np.exp(scale)) - square / (1.0 + np.exp(-scale)), bounds=(-20, 20)
+def prior(typical, positive=False):
+    size = np.atleast_1d(typical)
+    return SizePrior(typical=size, positive=np.full(len(size), positive), searched=np.zeros(len(size), dtype=bool))
+
+
+def integrated(typical, information, slope, positive):
+    """Return 2 ln B of one parameter, its prior integrated over factor and parameter one after the other."""
+    places, step = np.linspace(-6.0, 6.0, 601, retstep=True)
+    spreads = typical * 10.0 ** (SETTINGS.size_decades * places)
+    peak, width = slope / information, information**-0.5
+    values = np.linspace(0.0 if positive else peak - 12.0 * width, peak + 12.0 * width, 24_001)
+    values = np.where(values == 0.0, 1e-9 * width, values)
+    parts = zip(norm.pdf(places), spreads, strict=True)
+    prior = sum(weight * norm.pdf(values / spread) / spread for weight, spread in parts)
+    likelihood = np.exp(slope * values - 0.5 * information * values**2)
+    return 2.0 * np.log(np.trapezoid(likelihood * prior * step * (1.0 + positive), values))
+
+
+@pytest.mark.parametrize("positive", [False, True])
+@pytest.mark.parametrize(("typical", "slope"), [(0.05, 12.0), (0.3, 40.0), (1.0, -8.0)])
+def test_evidence_is_the_integral_over_sizes(typical, slope, positive):
+    taken = prior(typical, positive).evidence(np.array([[100.0]]), np.array([slope]))
+    assert taken == pytest.approx(integrated(typical, 100.0, slope, positive), abs=0.02)
+
+
+def test_noise_has_a_bayes_factor_of_finite_mean_and_below_one():
+    """Of noise it is one in the mean; a maximised size has an infinite mean, and a factor that is never below one.
+
+    Taken over slopes by quadrature: rare ones, of ten standard deviations, make up a tenth of it.
+    """
+    information, places = 30.0, np.linspace(-30.0, 30.0, 1201)
+    evidence = np.array(
+        [prior(0.05).evidence(np.array([[information]]), np.sqrt(information) * place) for place in places[None].T]
     )
-    assert scale_evidence(square, freedom) == pytest.approx(-worst.fun, rel=1e-6)
+    assert np.trapezoid(np.exp(0.5 * evidence + norm.logpdf(places)), places) == pytest.approx(1.0, abs=0.02)
+    assert np.median(evidence[np.abs(places) < 1.0]) < 0.0
 
 
-def test_what_is_too_small_to_be_seen_is_not_excluded():
-    assert scale_evidence(2.0, 3) == scale_evidence(0.0, 0) == 0.0
+def test_what_data_would_show_many_times_over_is_excluded():
+    little, much = (prior(0.1).evidence(np.array([[power]]), np.zeros(1)) for power in (1.0, 1e10))
+    assert -0.5 < little < 0.0
+    assert much < -10.0
+
+
+def test_laplace_about_the_fit_is_the_integral_of_a_linear_model():
+    information, slope = np.array([[30.0, 10.0], [10.0, 60.0]]), np.array([12.0, 20.0])
+    values = np.linalg.solve(information, slope)
+    sizes = prior([0.2, 0.1])
+    fitted = sizes.evidence_of_fit(float(slope @ values), values, information, np.zeros(2))
+    assert fitted == pytest.approx(sizes.evidence(information, slope))
+    at_absence = prior(0.2, positive=True).evidence_of_fit(0.0, np.zeros(1), np.array([[30.0]]), np.array([-9.0]))
+    assert at_absence == pytest.approx(prior(0.2, positive=True).evidence(np.array([[30.0]]), np.array([-9.0])))
+
+
+def test_evidence_of_noise_is_that_of_directions_that_are_all_alike():
+    sizes = prior([0.1, 0.1, 0.1])
+    slope = np.array([8.0, -5.0, 3.0])
+    alike = evidence_of_power(float(slope @ slope) / 40.0, 3, 40.0 * 3.0 * 0.1**2)
+    assert alike == pytest.approx(sizes.evidence(40.0 * np.eye(3), slope))
+    assert evidence_of_power(0.0, 0, 1.0) == 0.0
+
+
+def test_forces_are_as_large_as_the_platform_is():
+    torque, angle = EFFECTS["body_torque"].parameters[0], EFFECTS["gimbal_zero"].parameters[0]
+    assert torque.typical_on(0.1 * TYPICAL_INERTIA) == pytest.approx(0.1 * torque.typical)
+    assert angle.typical_on(0.1 * TYPICAL_INERTIA) == angle.typical
+    _, platform = nominal()
+    assert np.trace(platform.inertia) / 3.0 == pytest.approx(TYPICAL_INERTIA, rel=0.05)
 
 
 def test_odds_of_what_is_sought_at_many_places_are_their_mean():

@@ -13,6 +13,7 @@ from support.rigs import rig_records, rig_scenario
 from testbed.assembly.platform import nominal_body
 from testbed.diagnosis.model import fitted
 from testbed.diagnosis.reading import Gate, data_set_of, require_explicable
+from testbed.diagnosis.settings import PriorOdds
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.gyro_latency import GyroLatency
 from testbed.errors import InputError
@@ -217,6 +218,14 @@ def test_what_the_gate_refuses_passes_by_the_word_that_its_message_names(good, d
     accepting = scenario.model_copy(update={"diagnosis": Diagnosis(accept=every)})
     notices = data_set_of(records, accepting, platform).notices
     assert any(notice.startswith("accepted by the scenario: ") for notice in notices)
+
+
+def test_stated_prior_odds_go_with_fitted_and_held_out_runs(good):
+    scenario, platform = nominal()
+    stating = scenario.model_copy(update={"diagnosis": Diagnosis(null_prior_odds=19.0, unmodelled_prior_odds=0.5)})
+    data = data_set_of(good, stating, platform)
+    assert data.runs.prior_odds == data.heldout.prior_odds == PriorOdds(none=19.0, unmodelled=0.5)
+    assert read(good).runs.prior_odds == PriorOdds()
 
 
 def test_a_fast_rig_that_its_actuators_predict_is_in_rad_s():

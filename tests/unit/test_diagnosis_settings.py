@@ -88,7 +88,7 @@ def floats_in(node: ast.AST) -> list[float]:
 def settings_texts() -> dict[str, str]:
     """Return the text below every field of the settings."""
     tree = ast.parse((PACKAGE / "diagnosis" / "settings.py").read_text(encoding="utf-8"))
-    (body,) = (node.body for node in tree.body if isinstance(node, ast.ClassDef))
+    (body,) = (node.body for node in tree.body if getattr(node, "name", "") == "DiagnosisSettings")
     return {name: text for name, _, text in assigned(body)}
 
 

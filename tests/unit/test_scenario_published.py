@@ -14,6 +14,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 PURE_NUMBERS = {
     "noise_correlation",
     "noise_uncertainty",
+    "null_prior_odds",
     "axis",
     "gimbal_axis",
     "spin_axis",
@@ -42,6 +43,7 @@ PURE_NUMBERS = {
     "seed",
     "starts",
     "units",
+    "unmodelled_prior_odds",
 }
 
 

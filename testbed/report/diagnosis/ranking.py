@@ -7,16 +7,17 @@ from types import MappingProxyType
 
 from testbed.diagnosis.candidates import Candidate, Screening, accepted, probabilities_of
 from testbed.diagnosis.noise import NoiseHypothesis
+from testbed.diagnosis.settings import PriorOdds
 from testbed.diagnosis.state import Diagnosis
 from testbed.report.frame.blocks import Block, Cell, Column, Paragraph, Section, Table
 from testbed.report.wording import figures
 
 _MEANING = (
     "Gain is the fall of χ² of the fitted runs; of effects on the noise, what the samples' scatter gains. The "
-    "evidence counts what the held-out runs say as well, and takes off what parameters cost. What lies within 6 "
-    "of the best is indistinguishable from it; where every residual exceeds the noise, so is what differs by no more "
-    "than from run to run: such a class has one probability, and the one of it that fits all runs best is added. p is "
-    "family-wise, over all effects that were tested."
+    "evidence is integrated over the prior of an effect's size, and counts what the held-out runs say as well. What "
+    "lies within 6 of the best is indistinguishable from it; where every residual exceeds the noise, so is what "
+    "differs by no more than from run to run: such a class has one probability, and the one of it with the most "
+    "evidence is added. p is family-wise, over all effects that were tested."
 )
 
 
@@ -31,7 +32,16 @@ def ranking_section(diagnosis: Diagnosis) -> Iterator[Section]:
         if each.candidates
     ]
     if tables:
-        yield Section(title="Effects, ranked", blocks=(Paragraph(text=_MEANING), *tables))
+        meaning = f"{_MEANING} {_prior_words(diagnosis.runs.prior_odds)}"
+        yield Section(title="Effects, ranked", blocks=(Paragraph(text=meaning), *tables))
+
+
+def _prior_words(odds: PriorOdds) -> str:
+    return (
+        f"Before the data, the odds of no missing effect against all effects together are {odds.none:g} to 1, those of "
+        f"each kind of torque that is not listed against one effect {odds.unmodelled:g} to 1 ([diagnosis] in the "
+        "scenario changes them)."
+    )
 
 
 RANKING = ("component", "probability", "gain", "evidence", "p")
