@@ -16,7 +16,7 @@ from math import ceil, inf, isfinite
 from pathlib import Path
 from textwrap import fill
 from types import FrameType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.progress import (
@@ -34,7 +34,9 @@ from rich.text import Text
 
 from testbed.cli.table_layout import fitted
 from testbed.files import readable
-from testbed.maneuver.design import Start
+
+if TYPE_CHECKING:
+    from testbed.maneuver.design import Start  # it would bring CasADi to every command
 
 # No text is read as rich's markup: what users call things may look like it.
 console = Console(markup=False, emoji=False, highlight=False, soft_wrap=True)

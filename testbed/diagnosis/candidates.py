@@ -8,8 +8,8 @@ from math import exp, inf, isinf, log, sqrt
 from types import MappingProxyType
 
 import numpy as np
+import scipy
 from scipy.special import logsumexp
-from scipy.stats import chi2, f
 
 from testbed.arrays import Series
 from testbed.diagnosis.model import AtComponent, Fit, Hypothesis
@@ -26,8 +26,8 @@ def log_p_value(squares: float, freedom: float, noise_freedom: float) -> float:
         noise_freedom: those of the noise's variance; infinite where it is stated.
     """
     if isinf(noise_freedom):
-        return float(chi2.logsf(squares, freedom))
-    return float(f.logsf(squares / freedom, freedom, noise_freedom))
+        return float(scipy.stats.chi2.logsf(squares, freedom))
+    return float(scipy.stats.f.logsf(squares / freedom, freedom, noise_freedom))
 
 
 def p_value(squares: float, freedom: float, noise_freedom: float) -> float:

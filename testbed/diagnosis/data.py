@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from testbed.arrays import Array, Flags, Matrix3, Theta, Units, Vector3
 from testbed.diagnosis.settings import SETTINGS
@@ -126,7 +126,7 @@ def _left(grid: Grid, responses: Sequence[Array]) -> list[Array]:
         changes = np.concatenate([(part[1:] - part[:1]).reshape(len(nudges), -1) for part in parts], axis=1)
         return np.asarray(changes.T / nudges)
 
-    found = least_squares(
+    found = scipy.optimize.least_squares(
         left,
         _FIRST * usual,
         slopes,

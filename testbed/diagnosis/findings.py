@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations, groupby
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 
 from testbed.arrays import Array, Flags, Indices, Theta, Vector3
 from testbed.diagnosis.candidates import Screening, p_value, probabilities_of
@@ -579,7 +579,9 @@ def inertia_change(diagnosis: Diagnosis) -> InertiaChange:
         covariance = diagnosis.model.covariance[:6, :6][np.ix_(shown, shown)]
         statistic = float(difference[shown] @ np.linalg.solve(covariance, difference[shown]))
     difference = np.where(shown, difference, np.nan)
-    return InertiaChange(difference=difference, std=std, p_value=float(chi2.sf(statistic, max(int(shown.sum()), 1))))
+    return InertiaChange(
+        difference=difference, std=std, p_value=float(scipy.stats.chi2.sf(statistic, max(int(shown.sum()), 1)))
+    )
 
 
 def nominal_gap(diagnosis: Diagnosis) -> Gap:

@@ -20,10 +20,9 @@ from math import exp, isinf, log, log1p
 from typing import Literal, TypeAlias, final
 
 import numpy as np
+import scipy
 from scipy.linalg import block_diag
-from scipy.optimize import minimize_scalar
 from scipy.special import logsumexp
-from scipy.stats import chi2
 from typing_extensions import override
 
 from testbed.arrays import Array
@@ -155,7 +154,7 @@ def _latent_torque(runs: Runs, fit: Fit) -> LatentTorque:
     ends = runs.grid.node_time[:, [0, -1]]
     return LatentTorque(
         likelihood_ratio=ratio,
-        p_value=0.5 * float(chi2.sf(surely, 1)) if surely > 0.0 else 1.0,
+        p_value=0.5 * float(scipy.stats.chi2.sf(surely, 1)) if surely > 0.0 else 1.0,
         runs=runs.names,
         knot_time=np.linspace(ends[:, 0], ends[:, 1], knots, axis=1),
         torque_B=torque_B,
@@ -256,7 +255,7 @@ def latent_torque_ratio(power: Array, slope: Array, noise_freedom: float) -> tup
         noise_freedom: degrees of freedom with which the noise is known; infinite where it is stated.
     """
     scale = 1.0 / max(power.max(initial=0.0), np.finfo(float).tiny)
-    found = minimize_scalar(
+    found = scipy.optimize.minimize_scalar(
         lambda exponent: -_log_likelihood(scale * np.exp(exponent), power, slope, noise_freedom),
         bounds=_VARIANCES,
         method="bounded",

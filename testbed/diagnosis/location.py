@@ -8,9 +8,8 @@ from functools import partial
 from typing import Literal
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
+import scipy
 from scipy.interpolate import CubicSpline
-from scipy.stats import beta
 
 from testbed.arrays import Array, Flags, Series
 from testbed.diagnosis.data import Runs
@@ -37,7 +36,10 @@ def candidates(runs: Runs, axis: int) -> tuple[list[tuple[str, Path]], Array]:
     parts = []
     for run in runs.grid.runs:
         signals = dict(_signals(run))
-        as_torque = {name: cumulative_trapezoid(each, run.gyro_time, initial=0.0) for name, each in signals.items()}
+        as_torque = {
+            name: scipy.integrate.cumulative_trapezoid(each, run.gyro_time, initial=0.0)
+            for name, each in signals.items()
+        }
         names = [*((name, "reading") for name in signals), *((name, "torque") for name in as_torque)]
         column = np.column_stack([*signals.values(), *as_torque.values()])
         parts.append(column[:, None] * np.eye(3)[axis, :, None])
@@ -296,7 +298,7 @@ def dependence(runs: Runs, fit: Fit, axis: int) -> Dependence | None:
 
 def _by_more_than_chance(correlation: float, samples: int, tried: int) -> bool:
     """Return whether a correlation, the largest of so many, is too large for white noise: its square is a beta."""
-    return bool(tried * beta.sf(correlation**2, 0.5, 0.5 * max(samples - 1, 1)) < _CHANCE)
+    return bool(tried * scipy.stats.beta.sf(correlation**2, 0.5, 0.5 * max(samples - 1, 1)) < _CHANCE)
 
 
 def _loudest(values: Series) -> slice | None:

@@ -21,7 +21,7 @@ from functools import cached_property
 from math import ceil, sqrt
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 
 from testbed.arrays import Array, Series
 from testbed.diagnosis.candidates import p_value
@@ -95,7 +95,7 @@ class Misfit:
         if not self.variance:
             return 0.0
         scale, freedom = self._scaled
-        return sqrt(max(scale * float(chi2.isf(SETTINGS.misfit_p_value, freedom)) - self.expected, 0.0))
+        return sqrt(max(scale * float(scipy.stats.chi2.isf(SETTINGS.misfit_p_value, freedom)) - self.expected, 0.0))
 
     @property
     def std_of_excess(self) -> float:

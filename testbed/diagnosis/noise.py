@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from math import isinf, log
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 
 from testbed.arrays import Array, Flags, Theta, Vector3
 from testbed.diagnosis.candidates import favoured_over_none, normalized, scale_evidence
@@ -65,7 +65,9 @@ def noise_level(readings: Readings) -> NoiseLevel:
     ratio = np.where(known, np.sqrt([variance for variance, _ in ratios]), np.nan)
     freedom = np.where(known, [freedom for _, freedom in ratios], np.nan)
     pairs = zip((freedom * ratio**2)[known], freedom[known], strict=True)
-    tails = np.array([2.0 * min(chi2.cdf(value, own), chi2.sf(value, own)) for value, own in pairs])
+    tails = np.array(
+        [2.0 * min(scipy.stats.chi2.cdf(value, own), scipy.stats.chi2.sf(value, own)) for value, own in pairs]
+    )
     return NoiseLevel(
         ratio=ratio, std=ratio / np.sqrt(2.0 * freedom), p_value=float(min(1.0, len(tails) * tails.min()))
     )

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field, replace
 from typing import TypeAlias, final
 
 import numpy as np
+import scipy
 from scipy.interpolate import CubicSpline
 from scipy.linalg import eigh
-from scipy.stats import chi2
 from typing_extensions import override
 
 from testbed.arrays import Array, Flags, Series, Theta
@@ -275,7 +275,7 @@ class _ClockShifts:
         gained, excess = common - own, common - len(self.common_residual)
         periods = [float(np.median(np.diff(run.gyro_time))) for run in self._runs.grid.runs]
         apart = np.ptp(self._shift) > SETTINGS.clock_shift_periods * max(periods)
-        by_chance = chi2.sf(gained, max(len(self._shift) - 1, 1))
+        by_chance = scipy.stats.chi2.sf(gained, max(len(self._shift) - 1, 1))
         if apart and gained > SETTINGS.clock_shift_gain * excess and by_chance < SETTINGS.clock_shift_p_value:
             late = zip(self._runs.names, self._shift, strict=True)
             shifts = ", ".join(f"{name} {1e3 * seconds:+.0f} ms" for name, seconds in late)

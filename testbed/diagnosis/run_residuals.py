@@ -21,7 +21,7 @@ from testbed.prediction.wheel_response import compared_runs
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GimbalResiduals:
-    """What the gimbals' or the wheels' own channels add to a run's residual, against the model without and with the effects.
+    """What the gimbals' or the wheels' own channels add to a run's residual, without and with the effects in the model.
 
     Attributes:
         name: of the channel.

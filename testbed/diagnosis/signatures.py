@@ -8,8 +8,7 @@ from functools import lru_cache
 from math import sqrt
 
 import numpy as np
-from scipy.optimize import brentq, lsq_linear
-from scipy.stats import chi2, ncx2
+import scipy
 
 from testbed.arrays import Array
 from testbed.diagnosis.data import Runs
@@ -125,8 +124,10 @@ def required_shift(rank: int, hypotheses: int) -> float:
         rank: degrees of freedom of the test.
         hypotheses: tested together, by which the family-wise error is divided (Bonferroni).
     """
-    threshold = chi2.isf(SETTINGS.family_wise_error / hypotheses, rank)
-    return sqrt(brentq(lambda shift: ncx2.sf(threshold, rank, shift) - SETTINGS.power, *_SHIFTS))
+    threshold = scipy.stats.chi2.isf(SETTINGS.family_wise_error / hypotheses, rank)
+    return sqrt(
+        scipy.optimize.brentq(lambda shift: scipy.stats.ncx2.sf(threshold, rank, shift) - SETTINGS.power, *_SHIFTS)
+    )
 
 
 def smallest_detectable(signature: Signature, hypotheses: int) -> float:
@@ -234,7 +235,7 @@ def _bounded(columns: Array, present: Array, lower: Array, upper: Array, scale: 
     step, used = np.zeros(len(scale)), np.isfinite(scale) & (upper > lower)
     if used.any():
         bounds = (lower[used] * scale[used], upper[used] * scale[used])
-        step[used] = lsq_linear(columns[:, used] / scale[used], present, bounds).x / scale[used]
+        step[used] = scipy.optimize.lsq_linear(columns[:, used] / scale[used], present, bounds).x / scale[used]
     return step
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import final
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 from typing_extensions import override
 
 from testbed.arrays import Array, Flags
@@ -46,7 +46,7 @@ class GyroNoise(NoiseEffect):
             std=np.array([spread / (2.0 * noise) if noise > 0.0 else np.sqrt(spread)]),
             chi_square_reduction=freedom * (ratio - 1.0 - np.log(ratio)) if extra else 0.0,
             freedom=1,
-            p_value=float(chi2.sf(freedom * ratio, freedom)),
+            p_value=float(scipy.stats.chi2.sf(freedom * ratio, freedom)),
             variance=axes * variance * extra,
             noise_freedom=freedom,
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import final
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 from typing_extensions import override
 
 from testbed.arrays import Array
@@ -40,7 +40,7 @@ class GyroNoiseColor(NoiseEffect):
             std=np.array([spectrum.color_std]),
             chi_square_reduction=square,
             freedom=1,
-            p_value=float(chi2.sf(square, 1)),
+            p_value=float(scipy.stats.chi2.sf(square, 1)),
             variance=np.zeros(3),
             noise_freedom=spectrum.freedom,
         )

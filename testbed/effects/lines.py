@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 
 from testbed.arrays import Array
 from testbed.effects.noise_effect import Finding, Readings
@@ -16,11 +16,11 @@ half the gyro's rate, whose phase does not show."""
 
 
 def found_lines(readings: Readings, columns_of: Callable[[int], Array | None]) -> Finding | None:
-    """Return what the readings say of a line of one size, with a phase of its own in every run; None where a run has none.
+    """Return what the readings say of a line of one size, its phase free in every run; None where a run has no line.
 
     Args:
         readings: against the present model.
-        columns_of: from a run's index to the line of size one at the phases of 0 and 90 degrees, shape (N, 3, 2), rad/s.
+        columns_of: from a run's index to the line of size one at phases of 0 and 90 degrees, shape (N, 3, 2), rad/s.
     """
     lines = [_line_fit(part, readings, columns_of(part)) for part in range(len(readings.runs))]
     if None in lines:
@@ -36,7 +36,7 @@ def found_lines(readings: Readings, columns_of: Callable[[int], Array | None]) -
         std=np.array([np.sqrt(np.mean(errors) / freedom)]),
         chi_square_reduction=gain,
         freedom=freedom,
-        p_value=float(chi2.sf(gain, freedom)),
+        p_value=float(scipy.stats.chi2.sf(gain, freedom)),
         variance=np.asarray(np.mean(np.concatenate(explained) ** 2, axis=0)),
         explained=explained,
     )

@@ -6,7 +6,7 @@ from math import ceil
 from typing import final
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
+import scipy
 from typing_extensions import override
 
 from testbed.arrays import Array, Matrix3
@@ -86,6 +86,6 @@ def _turned(run: Telemetry, speed: Array) -> tuple[Array, Array]:
     """
     time = run.actuator_time
     before = np.clip(np.searchsorted(time, run.gyro_time, side="right") - 1, 0, len(time) - 2)
-    angle, since = cumulative_trapezoid(speed, time, initial=0.0)[before], run.gyro_time - time[before]
+    angle, since = scipy.integrate.cumulative_trapezoid(speed, time, initial=0.0)[before], run.gyro_time - time[before]
     slope = np.diff(speed)[before] / np.diff(time)[before]
     return speed[before] + slope * since, angle + speed[before] * since + 0.5 * slope * since**2

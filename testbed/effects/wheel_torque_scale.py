@@ -33,7 +33,7 @@ class WheelTorqueScale(Effect):
     components = WHEELS
     # A motor's torque constant is known to some hundredths; 0.5 either way is another winding.
     parameters = (
-        Parameter(name="relative_error", unit="1", typical=0.01, lower=-0.5, upper=1.0, plausible=(-0.3, 0.3)),
+        Parameter(name="relative_error", unit="1", typical=0.01, lower=-0.5, upper=0.5, plausible=(-0.3, 0.3)),
     )
     needs = ("wheel_speed", "wheel_torque")
     measured_by = ("wheel_speed",)

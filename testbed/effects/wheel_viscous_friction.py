@@ -36,7 +36,9 @@ class WheelViscousFriction(Effect):
     measured_by = ("wheel_speed",)
     sentence = "The bearing of {component} brakes it in proportion to its speed, more or less than its drawing says."
     look_alikes = ("wheel_coulomb_friction",)
-    confirm = "Let that wheel run down at once from half and from its whole speed: only a viscous friction stays in proportion."
+    confirm = (
+        "Let that wheel run down from half and from its whole speed: only a viscous friction is in proportion to it."
+    )
 
     @override
     def hooks(self, component: str) -> Hooks:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 
 from testbed.arrays import Covariance, Theta
 from testbed.estimation.estimate import Estimate
@@ -84,4 +84,4 @@ def estimators_agreement(difference: Theta, covariance: Covariance) -> Agreement
 
 
 def _agreement(chi_square: float, freedom: int) -> Agreement:
-    return Agreement(chi_square=chi_square, freedom=freedom, p_value=float(chi2.sf(chi_square, freedom)))
+    return Agreement(chi_square=chi_square, freedom=freedom, p_value=float(scipy.stats.chi2.sf(chi_square, freedom)))

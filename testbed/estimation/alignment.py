@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import OptimizeResult
+import scipy
 
 from testbed.arrays import Array, Flags, Regressor, Theta, Vector3
 from testbed.errors import InputError
@@ -139,7 +139,7 @@ def _observability(telemetry: Telemetry, record: SampledGimbals, start: _Unknown
 
 def _search(
     telemetry: Telemetry, record: SampledGimbals, start: _Unknowns, observable: Observability
-) -> OptimizeResult:
+) -> scipy.optimize.OptimizeResult:
     """Search over coordinates in the basis of the observable directions, and over the initial momentum."""
 
     def motion(values: Array) -> Motion:
@@ -162,7 +162,7 @@ def _moved(start: _Unknowns, observable: Observability, values: Array) -> _Unkno
     return _Unknowns(parameters=start.parameters + _steps(observable) @ values[:-3], momentum_B=values[-3:])
 
 
-def _estimate(start: _Unknowns, observable: Observability, answer: OptimizeResult) -> AlignmentEstimate:
+def _estimate(start: _Unknowns, observable: Observability, answer: scipy.optimize.OptimizeResult) -> AlignmentEstimate:
     variance = float(answer.fun @ answer.fun) / (answer.fun.size - answer.x.size)
     covariance = variance * np.linalg.inv(answer.jac.T @ answer.jac)  # eqs. (12), (13)
     steps, end = _steps(observable), _moved(start, observable, answer.x)

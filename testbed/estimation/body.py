@@ -11,8 +11,8 @@ Identification, IEEE Robotics and Automation Letters 3, 2018.
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from scipy.linalg import cholesky
-from scipy.optimize import least_squares
 
 from testbed.arrays import Array, Covariance, Matrix3, Theta
 from testbed.dynamics.inertia import inertia_of, theta_of
@@ -54,7 +54,7 @@ def nearest_body(theta: Theta, covariance: Covariance) -> Theta:
     def misfit(factor: Array) -> Array:
         return np.asarray(whiten @ (_theta(factor * np.sqrt(size)) - theta))
 
-    answer = least_squares(misfit, _start(theta, size), method="lm", xtol=1e-14, ftol=1e-14, gtol=1e-14)
+    answer = scipy.optimize.least_squares(misfit, _start(theta, size), method="lm", xtol=1e-14, ftol=1e-14, gtol=1e-14)
     return _theta(answer.x * np.sqrt(size))
 
 

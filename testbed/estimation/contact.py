@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 
 from testbed.arrays import Array, Flags, Series, Theta, Vector3, Vectors3
 from testbed.dynamics.inertia import inertia_of
@@ -180,7 +180,7 @@ def shows_a_jump(run: Telemetry) -> bool:
         run: its telemetry; its inertia is estimated with the jump.
     """
     found = likeliest_jumps(run, 1)
-    return bool(found) and bool(len(run.gyro_time) * chi2.sf(found[0][0], 3) < _CHANCE)
+    return bool(found) and bool(len(run.gyro_time) * scipy.stats.chi2.sf(found[0][0], 3) < _CHANCE)
 
 
 def likeliest_jumps(run: Telemetry, count: int) -> list[tuple[float, float]]:

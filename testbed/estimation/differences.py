@@ -10,11 +10,11 @@ from __future__ import annotations
 from math import comb
 
 import numpy as np
-from scipy.stats import chi2, median_abs_deviation
+import scipy
 
 from testbed.arrays import Array, Series
 
-_MEDIAN = float(chi2.median(1))
+CHI_SQUARE_MEDIAN = float(2.0 * scipy.special.gammaincinv(0.5, 0.5))
 """Of the squares of a normal number of variance 1."""
 
 
@@ -40,12 +40,12 @@ def median_variance(values: Array, order: int) -> Array:
         values: even samples, shape (N, W), N more than the order.
         order: of the differences.
     """
-    return np.asarray(np.median(_squares(values, order), axis=0) / (_MEDIAN * _length(order)))
+    return np.asarray(np.median(_squares(values, order), axis=0) / (CHI_SQUARE_MEDIAN * _length(order)))
 
 
 def median_std(differences: Array) -> Array:
     """Return the standard deviation of columns' white noise by the median size of their differences, shape (W,)."""
-    return np.asarray(median_abs_deviation(differences, axis=0, scale="normal"))
+    return np.asarray(scipy.stats.median_abs_deviation(differences, axis=0, scale="normal"))
 
 
 def divided_differences(time: Series, values: Array, order: int) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import lfilter
+import scipy
 
 from testbed.arrays import Array
 
@@ -38,7 +38,7 @@ def first_order_lag(signal: Array, step: float, time_constant: float) -> Array:
     """
     decay, old, new = lag_weights(step, time_constant)
     start = -new * signal[:1]  # so that the first output is zero
-    return np.asarray(lfilter([new, old], [1.0, -decay], signal, axis=0, zi=start)[0])
+    return np.asarray(scipy.signal.lfilter([new, old], [1.0, -decay], signal, axis=0, zi=start)[0])
 
 
 def transposed_lag(signal: Array, step: float, time_constant: float) -> Array:
@@ -50,7 +50,7 @@ def transposed_lag(signal: Array, step: float, time_constant: float) -> Array:
         time_constant: γ, s.
     """
     decay, old, new = lag_weights(step, time_constant)
-    later = lfilter([1.0], [1.0, -decay], signal[::-1], axis=0)[::-1]
+    later = scipy.signal.lfilter([1.0], [1.0, -decay], signal[::-1], axis=0)[::-1]
     later[0] = 0.0  # the first output of the lag is zero whatever comes in
     return np.asarray(new * later + old * np.concatenate([later[1:], np.zeros_like(later[:1])]))
 

@@ -7,7 +7,7 @@ from contextlib import suppress
 from functools import lru_cache
 
 import numpy as np
-from scipy import optimize
+import scipy
 
 from testbed.arrays import Array, Regressor, Response, Theta, Vectors3
 from testbed.errors import InputError
@@ -22,7 +22,7 @@ def most_likely(
     start: Array,
     motion: Callable[[Array], Motion],
     sensitivity: Callable[[Array, Motion], Regressor],
-) -> optimize.OptimizeResult:
+) -> scipy.optimize.OptimizeResult:
     """Minimise the squares of predicted minus measured rates, Levenberg-Marquardt with analytic sensitivities.
 
     Args:
@@ -47,7 +47,7 @@ def most_likely(
     def columns(unknowns: Array) -> Regressor:
         return sensitivity(unknowns, motion_at(unknowns.tobytes()))
 
-    answer = optimize.least_squares(residual, start, columns, method="lm", x_scale="jac")
+    answer = scipy.optimize.least_squares(residual, start, columns, method="lm", x_scale="jac")
     if not answer.success:
         raise InputError(f"output error found no minimum in {answer.nfev} evaluations; look at the record's residuals")
     return answer

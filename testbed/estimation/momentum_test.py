@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 
 from testbed.arrays import Array, Theta
 from testbed.estimation.bound import rate_columns
@@ -31,4 +31,4 @@ def zero_momentum_p_value(telemetry: Telemetry, theta: Theta, acting: Array | No
     own, _ = np.linalg.qr(columns[:, 6:9] - inertia @ (inertia.T @ columns[:, 6:9]))
     residual = (telemetry.body_rate - motion.body_rate).ravel() / telemetry.gyro_noise
     residual -= inertia @ (inertia.T @ residual)  # of an estimate that is not quite the most likely one
-    return float(chi2.sf(float(np.sum((own.T @ residual) ** 2)), 3))
+    return float(scipy.stats.chi2.sf(float(np.sum((own.T @ residual) ** 2)), 3))

@@ -24,9 +24,9 @@ from math import pi
 import numpy as np
 from scipy.fft import dct
 from scipy.linalg import block_diag
-from scipy.stats import chi2
 
 from testbed.arrays import Array, Flags, Indices, Series, Vector3
+from testbed.estimation.differences import CHI_SQUARE_MEDIAN
 
 FEWEST = 24
 """Ordinates of all runs and axes without which nothing is estimated: with fewer a level is known to 30 % at best, which
@@ -44,8 +44,6 @@ _LONGEST = 0.3
 """Longest step of ρ: the likelihood is quadratic over about that."""
 _SURE = 50.0
 """Logarithm of the odds beyond which nothing changes."""
-_MEDIAN = float(chi2.median(1))
-"""Of the square of a normal number of variance 1."""
 _WIDTH = 3
 """Axes."""
 
@@ -236,7 +234,7 @@ def _posterior(ordinates: _Ordinates, precision: Array, square: Array | None = N
     free = np.arange(len(precision)) < len(precision) - (0 if colored else _WIDTH)
     own = precision[np.ix_(free, free)]
     mean = np.zeros(len(precision))
-    mean[0] = np.log(np.median(ordinates.square) / _MEDIAN)
+    mean[0] = np.log(np.median(ordinates.square) / CHI_SQUARE_MEDIAN)
     for _ in range(_STEPS):
         log_power = ordinates.log_power(mean)
         counted = np.minimum(ordinates.square, _CAP * np.exp(log_power)) if square is None else square

@@ -6,8 +6,7 @@ What the platform does, or an effect of the library, lasts for longer than a sam
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
-from scipy.stats import median_abs_deviation
+import scipy
 
 from testbed.arrays import Array, Flags
 
@@ -44,9 +43,9 @@ def gross_outliers(values: Array, sigma: float) -> Flags:
         return found
     padded = np.pad(values, ((_SIDE, _SIDE), (0, 0)), mode="reflect")
     apart = np.abs(values - np.lib.stride_tricks.sliding_window_view(padded, FEWEST, axis=0) @ _CUBIC)
-    usual = np.maximum(sigma * _OF_CUBIC, median_abs_deviation(apart, axis=0, scale="normal", center=_zero))
+    usual = np.maximum(sigma * _OF_CUBIC, scipy.stats.median_abs_deviation(apart, axis=0, scale="normal", center=_zero))
     # The neighbours of a spike stand off by two thirds of it, and stay.
-    farthest = maximum_filter1d(apart, FEWEST, axis=0) == apart
+    farthest = scipy.ndimage.maximum_filter1d(apart, FEWEST, axis=0) == apart
     return np.asarray(farthest & (apart > _GROSS * usual))
 
 
@@ -65,7 +64,7 @@ def outliers(values: Array, sigma: Array | float) -> Flags:
         return np.zeros(values.shape, dtype=bool)
     before = values - _neighbours(values, slice(0, _SIDE))
     after = values - _neighbours(values, slice(-_SIDE, None))
-    usual = np.maximum(sigma, median_abs_deviation(before, axis=0, scale="normal") / _OF_DIFFERENCES)
+    usual = np.maximum(sigma, scipy.stats.median_abs_deviation(before, axis=0, scale="normal") / _OF_DIFFERENCES)
     return np.asarray((before * after > 0.0) & (np.minimum(np.abs(before), np.abs(after)) > OUTLYING * usual))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import optimize
+import scipy
 
 from testbed.arrays import Array, Regressor, Theta, Vector3
 from testbed.errors import InputError
@@ -52,7 +52,7 @@ def output_error(telemetry: Telemetry, settings: EstimationSettings) -> Estimate
     )
 
 
-def _search(telemetry: Telemetry, start: Array) -> optimize.OptimizeResult:
+def _search(telemetry: Telemetry, start: Array) -> scipy.optimize.OptimizeResult:
     """Minimise the squares of predicted minus measured rates over the unknowns."""
     drive = drive_of(telemetry)
 

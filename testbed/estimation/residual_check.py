@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2, f
+import scipy
 
 from testbed.arrays import Array, Indices, Vector3, Vectors3
 
@@ -71,8 +71,8 @@ def residual_check(
 
 def _exceeded(square: float, freedom: int, noise_freedom: float) -> float:
     if np.isfinite(noise_freedom):
-        return float(f.sf(square / freedom, freedom, noise_freedom))
-    return float(chi2.sf(square, freedom))
+        return float(scipy.stats.f.sf(square / freedom, freedom, noise_freedom))
+    return float(scipy.stats.chi2.sf(square, freedom))
 
 
 def _whiteness(residual: Vectors3) -> float:
@@ -85,4 +85,4 @@ def _whiteness(residual: Vectors3) -> float:
     for lag in range(1, LAGS + 1):
         correlation = (centred[lag:] * centred[:-lag]).sum(axis=0) / power
         statistic += samples * (samples + 2) * float((correlation**2).sum()) / (samples - lag)
-    return float(chi2.sf(statistic, 3 * LAGS))
+    return float(scipy.stats.chi2.sf(statistic, 3 * LAGS))

@@ -14,8 +14,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import scipy
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
-from scipy.optimize import minimize
 
 from testbed.arrays import Array, Series
 
@@ -75,7 +75,8 @@ def _of_axis(parts: Sequence[Array], samples: Array, time: Series) -> Array:
         return float(2.0 * np.log(np.diag(factor[0])).sum() + np.trace(cho_solve(factor, scatter)))
 
     found = [
-        minimize(surprise, np.log(start), method="Nelder-Mead", options={"maxfev": _EVALUATIONS}) for start in _STARTS
+        scipy.optimize.minimize(surprise, np.log(start), method="Nelder-Mead", options={"maxfev": _EVALUATIONS})
+        for start in _STARTS
     ]
     sizes = scale * np.exp(min(found, key=lambda each: each.fun).x)
     sizes[0] = np.hypot(sizes[0], _LEAST * whole)

@@ -38,10 +38,8 @@ from testbed.library.records import Records, stamps_of
 from testbed.library.saving import Saved
 from testbed.library.scenarios import naming
 from testbed.next_experiment.proposal import Proposal, proposal_of
-from testbed.outputs.diagnosis_folder import extensions_of, write_diagnosis
-from testbed.outputs.diagnosis_recording import diagnosis_content
+from testbed.outputs.diagnosis_folder import extensions_of, write_diagnosis, write_recording_of
 from testbed.outputs.provenance import Provenance, provenance
-from testbed.recording.diagnosis import write_diagnosis_recording
 from testbed.recording.notebook import notebook_viewer
 from testbed.report.diagnosis.next import no_gimbals_words
 from testbed.report.diagnosis.page import diagnosis_page
@@ -230,9 +228,8 @@ class DiagnosisResult(Shown, Saved):
         Raises:
             InputError: rerun-notebook is not installed (`pip install 'testbed[notebook]'`).
         """
-        origin = self.prepared.origin
-        content = diagnosis_content(self.prepared.scenario, self.state, residuals_of(self.state), origin.listed)
-        return notebook_viewer(lambda path: write_diagnosis_recording(path, origin.recording_id, content), height)
+        origin, scenario = self.prepared.origin, self.prepared.scenario
+        return notebook_viewer(lambda path: write_recording_of(path, origin, scenario, self.state), height)
 
     def _page(self) -> Page:
         return diagnosis_page(

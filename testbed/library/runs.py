@@ -25,7 +25,6 @@ from testbed.outputs.design_folder import maneuver_table, write_design
 from testbed.outputs.provenance import Provenance, provenance
 from testbed.outputs.run_folder import write_run, write_run_recording
 from testbed.recording.notebook import notebook_viewer
-from testbed.recording.viewer import open_viewer
 from testbed.records.record import Record
 from testbed.report.frame.blocks import Page
 from testbed.report.run import run_page, run_verdict
@@ -153,6 +152,8 @@ class Run(Shown, Saved):
             folder: new or empty.
             web: whether to serve the viewer to a browser on this machine instead.
         """
+        from testbed.recording.viewer import open_viewer  # noqa: PLC0415 - the viewer is wanted by few runs
+
         open_viewer(self.save(folder) / "recording.rrd", web=web)
 
     def viewer(self, *, height: int = 600) -> Viewer:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import inf
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from testbed.arrays import Array, Flags, Series
 from testbed.errors import InputError
@@ -157,7 +157,7 @@ def _turned(values: Array, matrix: Array) -> Array:
 
 def _turned_attitude(values: Array, matrix: Array) -> Array:
     """Return quat_NB of quat_NS, where the matrix takes S to B; NaN stays NaN."""
-    quat_SB = Rotation.from_matrix(matrix.T).as_quat(scalar_first=True)
+    quat_SB = scipy.spatial.transform.Rotation.from_matrix(matrix.T).as_quat(scalar_first=True)
     known = np.isfinite(values).all(axis=1) & (np.abs(values).max(axis=1, initial=0.0) > 0.0)
     turned = np.full_like(values, np.nan)
     turned[known] = quaternion_product(values[known], np.broadcast_to(quat_SB, values[known].shape))

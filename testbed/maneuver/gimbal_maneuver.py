@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import solve_ivp
+import scipy
 from scipy.interpolate import BSpline, make_interp_spline
 
 from testbed.arrays import Array, Matrices3, Matrix3, Series, Vector3, Vectors3
@@ -84,7 +84,9 @@ def body_rate_of(
         inertia_now, momentum_now = _balance(np.array([now]), *motions)
         return -np.cross(np.linalg.solve(inertia_now[0], total - momentum_now[0]), total)  # L̇ = -ω × L
 
-    solved = solve_ivp(turn, (0.0, time[-1]), total_momentum_B, method="DOP853", t_eval=time, rtol=1e-10, atol=1e-14)
+    solved = scipy.integrate.solve_ivp(
+        turn, (0.0, time[-1]), total_momentum_B, method="DOP853", t_eval=time, rtol=1e-10, atol=1e-14
+    )
     return np.linalg.solve(inertia_at, (solved.y.T - momentum)[..., None])[..., 0]
 
 

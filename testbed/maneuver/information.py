@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import lfilter
+import scipy
 
 from testbed.arrays import Array, Covariance, Regressor, Series, Vectors3
 from testbed.dynamics.inertia import cross_matrix, momentum_regressor
@@ -97,7 +97,7 @@ def filtered(sampling: SampledFilter, signal: Array) -> Array:
     added[1:] = sum(
         weight * signal[place : last + place : SUBDIVISIONS] for place, weight in enumerate(sampling.weights.tolist())
     )
-    return np.asarray(lfilter([1.0], [1.0, -sampling.decay], added, axis=0))
+    return np.asarray(scipy.signal.lfilter([1.0], [1.0, -sampling.decay], added, axis=0))
 
 
 def _period_weights(period: float, time_constant: float) -> Array:

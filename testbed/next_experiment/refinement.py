@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import linprog
+import scipy
 
 from testbed.arrays import Array
 from testbed.next_experiment.criterion import Choice, DiscriminationCriterion
@@ -90,7 +90,7 @@ def _linearised(criterion: DiscriminationCriterion, choice: Choice) -> _Linearis
 def _stepped(criterion: DiscriminationCriterion, choice: Choice, model: _Linearised, radius: float) -> Choice | None:
     """Return the flight after the best linear step within a radius; None where it is no better or breaks a limit."""
     working = np.tile(criterion.design_limits.cluster.rotor_momentum != 0.0, len(_moves(choice.flight)))
-    solved = linprog(
+    solved = scipy.optimize.linprog(
         np.append(np.zeros(len(working)), -1.0),  # the last unknown is the smallest margin
         A_ub=np.block(
             [

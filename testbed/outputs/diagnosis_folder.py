@@ -20,9 +20,7 @@ from testbed.files import TextFile, write_json
 from testbed.next_experiment.proposal import Proposal
 from testbed.next_experiment.result import next_of
 from testbed.next_experiment.scenario import write_next
-from testbed.outputs.diagnosis_recording import diagnosis_content
 from testbed.outputs.provenance import Provenance
-from testbed.recording.diagnosis import write_diagnosis_recording
 from testbed.report.diagnosis.next import purpose_words
 from testbed.report.diagnosis.page import write_diagnosis_page
 from testbed.scenario.body import BodyScenario
@@ -81,10 +79,24 @@ def write_diagnosis(
         origin.listed | {"scenario.toml": file.text},
         content,
     )
-    write_diagnosis_recording(
-        folder / "recording.rrd", origin.recording_id, diagnosis_content(scenario, diagnosis, residuals, origin.listed)
-    )
+    write_recording_of(folder / "recording.rrd", origin, scenario, diagnosis)
     return said
+
+
+def write_recording_of(path: Path, origin: Provenance, scenario: BodyScenario, diagnosis: Diagnosis) -> None:
+    """Write the recording of a diagnosis, whole or not at all.
+
+    Args:
+        path: of the .rrd file.
+        origin: what made the diagnosis.
+        scenario: that was diagnosed.
+        diagnosis: complete or not.
+    """
+    from testbed.outputs.diagnosis_recording import diagnosis_content  # noqa: PLC0415 - rerun takes half a second, which only a recording needs
+    from testbed.recording.diagnosis import write_diagnosis_recording  # noqa: PLC0415 - likewise
+
+    content = diagnosis_content(scenario, diagnosis, residuals_of(diagnosis), origin.listed)
+    write_diagnosis_recording(path, origin.recording_id, content)
 
 
 def _write_model(part: Path, scenario: BodyScenario, diagnosis: Diagnosis) -> tuple[dict[str, Any], tuple[str, ...]]:

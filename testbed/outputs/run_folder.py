@@ -12,7 +12,6 @@ from testbed.outputs.provenance import Provenance
 from testbed.outputs.recording import recording_content
 from testbed.plant.fingerprint import model_sha256
 from testbed.plant.scene import scene_of
-from testbed.recording.writer import write_recording
 from testbed.records.writing import write_record
 from testbed.report.run import write_run_report
 
@@ -48,6 +47,8 @@ def write_run_recording(path: Path, origin: Provenance, experiment: Experiment) 
         origin: what made the run; the hash of the flown model is added here.
         experiment: the run.
     """
+    from testbed.recording.writer import write_recording  # noqa: PLC0415 - rerun takes half a second, which only a recording needs
+
     record, origin = experiment.flown.record, _with_model(origin, experiment)
     write_recording(
         path,

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from testbed.arrays import Array, Matrix3, Quaternion
 from testbed.errors import InputError
@@ -103,12 +103,14 @@ def _add_joint(robot: ElementTree.Element, model: mujoco.MjModel, body: int) -> 
 
 def _roll_pitch_yaw(quat: Quaternion) -> Array:
     """Return the turns about the fixed axes x, y and z, in this order, rad."""
-    return np.asarray(Rotation.from_quat(quat, scalar_first=True).as_euler("xyz", suppress_warnings=True))
+    return np.asarray(
+        scipy.spatial.transform.Rotation.from_quat(quat, scalar_first=True).as_euler("xyz", suppress_warnings=True)
+    )
 
 
 def _inertia(model: mujoco.MjModel, body: int) -> Matrix3:
     """Return the inertia of one body about its own centre of mass, kg·m², in its axes."""
-    rotation = Rotation.from_quat(model.body_iquat[body], scalar_first=True).as_matrix()
+    rotation = scipy.spatial.transform.Rotation.from_quat(model.body_iquat[body], scalar_first=True).as_matrix()
     return np.asarray(rotation @ np.diag(model.body_inertia[body]) @ rotation.T)
 
 

@@ -14,6 +14,7 @@ IMPULSE_UNKNOWNS = 5
 """Of a wheel: how an impulse follows its command and the two before, viscous and dry friction. They stand for any lag,
 factor and friction, so that none of these passes for noise."""
 _COMMANDS = slice(0, 3)
+"""Which of these say how an impulse follows its command."""
 _RATIOS = np.logspace(-6.0, 4.0, 31)
 """ρ Δt / s² between which it is searched: at the first a thousand intervals add up before the torque's noise counts, at
 the last the tachometer has none."""

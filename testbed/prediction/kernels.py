@@ -1,4 +1,4 @@
-"""The inner loops of the integration as machine code: NumPy passes over its arrays ten times for what takes one.
+"""The inner loops of predictions as machine code: NumPy passes over its arrays ten times for what takes one.
 
 Arrays hold vectors of N instants and P parameter sets, and broadcast over both. Numbers are real, or complex where
 they carry a derivative.
@@ -10,13 +10,18 @@ they carry a derivative.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from testbed.arrays import Array
 from testbed.compiled import kept
 
 _REAL, _CARRYING, _MATRICES = ("f8", 3), ("c16", 3), ("f8", 4)
-"""Kinds of numbers and numbers of axes."""
+"""Kinds of numbers and numbers of axes: vectors, vectors that carry a derivative, matrices."""
+
+_LAW, _TICKS = ("f8", 1), (("f8", 2), ("c16", 2))
+"""Kinds of numbers and numbers of axes: the constants of a servo's law, its signals at ticks."""
 
 
 def body_rate(momentum: Array, held: Array, inverse: Array) -> Array:
@@ -73,6 +78,25 @@ def carried(tangents: Array, start: Array, added: Array) -> Array:
     return changes
 
 
+def servo_angles(signals: Sequence[Array], step: Sequence[Array], law: Sequence[float]) -> Array:
+    """Return the angles of W gimbals at N ticks of their servo's clock, shape (N, W), rad.
+
+    Args:
+        signals: commanded rate, rad/s, push that is fed forward, load and its slope, rad/s², shapes (N, W), as in
+            `servo.Ticks`; the first rows' angle, rad, shape (1, W), is the last of them.
+        step: what the next angle takes of rate, push, rest and slope; what the next rate keeps of itself and takes of
+            push, rest and slope; and the share of the rest that remains, each a number or of shape (W,).
+        law: ω_b, 1/s, ω_n² / ω_b, 1/s, the rate limit, rad/s, the bound of d_c, rad, and the period, s.
+    """
+    kind = np.result_type(*signals, *step)
+    command, *_, first = signals
+    table = np.stack([np.broadcast_to(each, first.shape[1]) for each in step])
+    angles = np.empty(command.shape, dtype=kind)
+    given = [np.asarray(each, dtype=kind) for each in (*signals, table)]
+    kept(_servo_angles, *((each,) * 6 + (_LAW, each) for each in _TICKS))(*given, np.array(law), angles)
+    return angles
+
+
 def _vectors(vectors: tuple[Array, ...], matrices: tuple[Array, ...]) -> tuple[list[Array], Array]:
     """Return arrays broadcast to one another, the vectors with one kind of number, and room for a result like them."""
     sides = np.broadcast_shapes(*(each.shape[:2] for each in (*vectors, *matrices)))
@@ -117,6 +141,29 @@ def _turning(torque, momentum, rate, slope):
             slope[n, p, 0] = torque[n, p, 0] + y * c - z * b
             slope[n, p, 1] = torque[n, p, 1] + z * a - x * c
             slope[n, p, 2] = torque[n, p, 2] + x * b - y * a
+
+
+def _servo_angles(command, fed_forward, load, slope, first, step, law, angles):
+    bandwidth, gain, limit, bound, period = law
+    for unit in range(angles.shape[1]):
+        angle = commanded = first[0, unit]
+        rate = motor = 0.0 * angle
+        moves, pushed, rested, ramped, keeps, turned, turned_rest, turned_ramp, left = step[:, unit]
+        for tick in range(angles.shape[0]):
+            angles[tick, unit] = angle
+            # The law of `cmg.servo_law`; limits act on real parts, so that derivatives pass there or stop.
+            point = command[tick, unit] + gain * (commanded - angle)
+            if abs(point.real) > limit:
+                point = np.sign(point.real) * limit + 0.0 * angle
+            ahead = commanded - angle
+            if abs(ahead.real) > bound:
+                ahead = np.sign(ahead.real) * bound + 0.0 * angle
+            commanded = angle + ahead + period * command[tick, unit]
+            demand = bandwidth * point + fed_forward[tick, unit]
+            push, rest, ramp = demand + load[tick, unit], motor - demand, slope[tick, unit]
+            angle = angle + moves * rate + pushed * push + rested * rest + ramped * ramp
+            rate = keeps * rate + turned * push + turned_rest * rest + turned_ramp * ramp
+            motor = demand + left * rest
 
 
 def _carry(tangents, changes):

@@ -20,13 +20,14 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from testbed.arrays import Array, Series, UnitSeries
 from testbed.cmg import servo_law
 from testbed.cmg.servo_law import within
 from testbed.estimation.telemetry import CommandedRun, GimbalRun, Servo
+from testbed.prediction import kernels
 from testbed.prediction.compared import long_gaps
 from testbed.prediction.smooth import decay
 from testbed.prediction.smoothed import body_motion, gimbal_motion
@@ -155,19 +156,11 @@ def _rotor_momentum(run: GimbalRun, time: Series) -> Array:
 def _response(run: CommandedRun, units: NDArray[np.intp], lag: Array, friction: Array) -> Array:
     """Return the angles of some units at the samples, shape (W, K), rad, under lags (W,) and frictions (N, W)."""
     ticks, servo = ticks_of(run), run.gimbals.servo
-    step = _Step(servo, lag)
-    angle = ticks.first_angle[units].astype(step.kind)
-    rate = motor = np.zeros_like(angle)
-    commanded, command, fed_forward = _Commanded(servo, angle), ticks.command[:, units], ticks.fed_forward[:, units]
-    load, slope = ticks.load[:, units] - friction, ticks.load_slope[:, units]
-    angles = np.empty((len(command), len(units)), dtype=np.result_type(step.kind, friction))
-    for tick in range(len(command)):
-        angles[tick] = angle
-        set_point = commanded.set_point(command[tick], angle)
-        commanded.follow(command[tick], angle)
-        demand = servo.bandwidth * within(set_point, servo.rate_limit) + fed_forward[tick]
-        angle, rate, motor = step.after(angle, rate, motor, demand, load[tick], slope[tick])
-    return np.asarray(angles[ticks.samples].T)
+    of_units = (each[:, units] for each in (ticks.command, ticks.fed_forward, ticks.load, ticks.load_slope))
+    command, fed_forward, load, slope = of_units
+    signals = (command, fed_forward, load - friction, slope, ticks.first_angle[None, units])
+    law = (servo.bandwidth, servo.stiffness / servo.bandwidth, servo.rate_limit, servo.angle_error_bound, servo.period)
+    return np.asarray(kernels.servo_angles(signals, _Step(servo, lag).shares, law)[ticks.samples].T)
 
 
 class _Commanded:
@@ -189,7 +182,9 @@ class _Commanded:
 def _pushed(run: CommandedRun, push: Array) -> Array:
     """Return by how much pushes, (W, N), rad/s², move the angles at the samples, (W, K), rad, if motors are ideal."""
     return np.asarray(
-        lfilter(*_Step(run.gimbals.servo, np.zeros(1)).response_to_push, push, axis=1)[:, ticks_of(run).samples]
+        scipy.signal.lfilter(*_Step(run.gimbals.servo, np.zeros(1)).response_to_push, push, axis=1)[
+            :, ticks_of(run).samples
+        ]
     )
 
 
@@ -199,7 +194,6 @@ class _Step:
     def __init__(self, servo: Servo, lag: Array) -> None:
         period, bandwidth, self._stiffness = servo.period, servo.bandwidth, servo.stiffness
         lag = np.where(np.abs(bandwidth * lag - 1.0) < _RESONANT, lag + 2.0 * _RESONANT / bandwidth, lag)
-        self.kind = lag.dtype
         self._left = decay(np.array([period]), lag)  # e^(-T/T_m)
         slowed = np.exp(-bandwidth * period)
         self._rate_kept, self._rate_moves = slowed, (1.0 - slowed) / bandwidth
@@ -224,17 +218,9 @@ class _Step:
         denominator = [1.0, -(still + kept), still * kept + moved_by_rate * turned * self._stiffness]
         return np.array(numerator), np.array(denominator)
 
-    def after(
-        self, angle: Array, rate: Array, motor: Array, demand: Array, load: Array, slope: Array
-    ) -> tuple[Array, Array, Array]:
-        """Return angle, rate and the motor's push a period later."""
-        push, rest = demand + load, motor - demand
-        return (
-            angle
-            + self._rate_moves * rate
-            + self._push_moves * push
-            + self._rest_moves * rest
-            + self._ramp_moves * slope,
-            self._rate_kept * rate + self._push_turns * push + self._rest_turns * rest + self._ramp_turns * slope,
-            demand + self._left * rest,
-        )
+    @property
+    def shares(self) -> tuple[Array, ...]:
+        """What a period makes of rate, push, rest and slope: the angle's, the rate's, and the rest that remains."""
+        of_angle = (self._rate_moves, self._push_moves, self._rest_moves, self._ramp_moves)
+        of_rate = (self._rate_kept, self._push_turns, self._rest_turns, self._ramp_turns)
+        return (*of_angle, *of_rate, self._left)

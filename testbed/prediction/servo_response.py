@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.linalg import block_diag
-from scipy.signal import lfilter
 
 from testbed.arrays import Array
 from testbed.cmg.cluster import transverse_axes
@@ -113,7 +113,7 @@ def _unloaded_changes(run: CommandedRun, angle: Array) -> Array:
     parts = [beside[..., :0, : free.shape[-1]]]
     for part in stretches(run):
         changes = np.diff(beside[..., part, :], axis=-2, prepend=beside[..., part, :][..., :1, :])
-        passed = lfilter([1.0], [1.0, -forgotten], changes, axis=-2)
+        passed = scipy.signal.lfilter([1.0], [1.0, -forgotten], changes, axis=-2)
         parts.append(np.matvec(np.swapaxes(free[part], -1, -2), passed))
     return np.concatenate(parts, axis=-2)
 

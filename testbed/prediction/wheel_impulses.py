@@ -27,8 +27,8 @@ _REMEMBERED = 64
 _AT_LIMIT = 0.98
 """Share of a wheel's limits from which on it may have been held at one: a tachometer's noise is less than the rest."""
 _STICKING = 0.5
-"""rad/s. A bearing that turns more slowly, or turns round, may stick, and then takes any torque within its dry friction:
-ten times a good tachometer's noise, and a thousandth of what wheels turn at."""
+"""rad/s. A bearing that turns more slowly, or turns round, may stick, and then takes any torque within its dry
+friction: ten times a good tachometer's noise, and a thousandth of what wheels turn at."""
 _LEAST_LOOP = 1e-6
 """Of a speed loop's bandwidth times the control period, below which its torque does not change within that: 0/0."""
 
@@ -165,7 +165,8 @@ def _cholesky(noise: ImpulseNoise, interval: Array, first: NDArray[np.bool_]) ->
 @lru_cache(maxsize=_REMEMBERED)
 def _impulses(run: Telemetry, commanded: bool) -> Impulses:
     wheels, time = run.wheels, run.actuator_time
-    assert wheels is not None and wheels.motors is not None
+    assert wheels is not None
+    assert wheels.motors is not None
     motors, interval = wheels.motors, np.diff(time)
     speed = wheels.momentum / wheels.wheels.spin_inertia
     body_rate = body_motion(run)(np.clip(time, run.gyro_time[0], run.gyro_time[-1]))

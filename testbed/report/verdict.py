@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
-from scipy.stats import binom, chi2
+import scipy
 
 from testbed.arrays import Theta
 from testbed.campaign.statistics import CampaignStatistics, EstimatorStatistics
@@ -92,7 +92,7 @@ def leading_estimator(by_name: Iterable[str]) -> str:
 
 def _campaign_doubts(of: EstimatorStatistics) -> Iterator[str]:
     hits = np.rint(of.coverage * of.runs)
-    if np.any(binom.cdf(hits, of.runs, _CONFIDENCE) < REFUSED):
+    if np.any(scipy.stats.binom.cdf(hits, of.runs, _CONFIDENCE) < REFUSED):
         yield "They hold it in fewer runs than 95 % allows by chance: the stated uncertainty is too small."
     if np.abs(of.bias_in_standard_errors).max() > STRONG_BIAS:
         yield "The bias is more than chance."
@@ -106,7 +106,7 @@ def _error_p_value(inertias: Inertias, name: str) -> float:
     """Return the chance of an error as large, if an estimator's covariance is right."""
     estimate = inertias.by_name[name]
     error = estimate.theta - inertias.origin
-    return float(chi2.sf(float(error @ np.linalg.solve(estimate.total_covariance, error)), len(error)))
+    return float(scipy.stats.chi2.sf(float(error @ np.linalg.solve(estimate.total_covariance, error)), len(error)))
 
 
 def _coverage(inertias: Inertias, judged: Sequence[str]) -> str:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
-from scipy.stats import binom
+import scipy
 
 from testbed.arrays import Array
 from testbed.estimation.alignment_observability import parameter_names, parameter_units
@@ -91,7 +91,7 @@ class Alignments:
     def coverage_range(self) -> tuple[float, float]:
         """What the coverages of honest 95 % intervals all keep within but once in a thousand times."""
         tail = _CHANCE / (2.0 * len(self.names))
-        low, high = binom.ppf([tail, 1.0 - tail], self.runs, 0.95) / self.runs
+        low, high = scipy.stats.binom.ppf([tail, 1.0 - tail], self.runs, 0.95) / self.runs
         return float(low), float(high)
 
 

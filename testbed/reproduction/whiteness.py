@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 
 from testbed.arrays import Array, Series, Vectors3
 from testbed.assembly.estimators import estimation_settings
@@ -70,7 +70,7 @@ class Whiteness:
     @property
     def largest_chi_square(self) -> float:
         """What a chi-square keeps below, but once in a thousand times, where the residual is as supposed."""
-        return float(chi2.isf(CHANCE, self.autocorrelation.shape[1]))
+        return float(scipy.stats.chi2.isf(CHANCE, self.autocorrelation.shape[1]))
 
 
 @dataclass(frozen=True, kw_only=True)

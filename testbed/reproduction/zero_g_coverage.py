@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import binomtest
+import scipy
 
 from testbed.arrays import Array, Theta
 from testbed.campaign.statistics import NORMAL_95
@@ -61,5 +61,5 @@ def coverage_by_name(campaigns: Sequence[Mapping[str, CombinedEstimate]], true_t
 
 
 def _band(count: int, trials: int) -> tuple[float, float]:
-    interval = binomtest(count, trials).proportion_ci(0.95, method="exact")
+    interval = scipy.stats.binomtest(count, trials).proportion_ci(0.95, method="exact")
     return float(interval.low), float(interval.high)

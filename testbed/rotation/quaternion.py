@@ -6,7 +6,7 @@ All functions broadcast over one leading axis. SciPy's rotations do the arithmet
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from testbed.arrays import Matrices3, Quaternions, Series, Vectors3
 
@@ -42,7 +42,7 @@ def exponential(rotation_vector: Vectors3) -> Quaternions:
     Args:
         rotation_vector: φ, shape (..., 3), rad.
     """
-    return _quaternion(Rotation.from_rotvec(rotation_vector))
+    return _quaternion(scipy.spatial.transform.Rotation.from_rotvec(rotation_vector))
 
 
 def tilts(quat_NB: Quaternions) -> Series:
@@ -50,9 +50,9 @@ def tilts(quat_NB: Quaternions) -> Series:
     return np.asarray(2.0 * np.arcsin(np.minimum(1.0, np.hypot(quat_NB[..., 1], quat_NB[..., 2]))))
 
 
-def _rotation(quat_AB: Quaternions) -> Rotation:
-    return Rotation.from_quat(quat_AB, scalar_first=True)
+def _rotation(quat_AB: Quaternions) -> scipy.spatial.transform.Rotation:
+    return scipy.spatial.transform.Rotation.from_quat(quat_AB, scalar_first=True)
 
 
-def _quaternion(rotation: Rotation) -> Quaternions:
+def _quaternion(rotation: scipy.spatial.transform.Rotation) -> Quaternions:
     return np.asarray(rotation.as_quat(scalar_first=True))

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import bootstrap
+import scipy
 
 from testbed.arrays import Array, Indices
 from testbed.scoring.case import Case
@@ -57,7 +57,7 @@ def calibration_error(part: str, what: str, cases: Sequence[Case], wanted: str) 
     row = Row(part=part, what=what, value=None, low=None, high=None, of=len(probability), wanted=wanted)
     if len(probability) < 2:  # nothing to resample
         return row
-    drawn = bootstrap(
+    drawn = scipy.stats.bootstrap(
         (probability, right), _error, paired=True, vectorized=False, n_resamples=999, method="percentile",
         confidence_level=CONFIDENCE, rng=0,
     )  # fmt: skip

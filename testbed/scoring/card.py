@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from itertools import chain
 from typing import Any
 
-from scipy.stats import norm
+import scipy
 
 from testbed.scoring.calibration import Bin, bins, calibration_error
 from testbed.scoring.case import Case
@@ -32,7 +32,7 @@ from testbed.scoring.rows import CONFIDENCE, Row, mean, quantile, share
 SCHEMA = 1
 SURELY_SEEN = 2.0
 """Detectable sizes from which on an effect's parameters, the inertia and the held-out gap are scored."""
-_WIDTH = float(norm.isf(0.5 * (1.0 - CONFIDENCE)))
+_WIDTH = float(scipy.stats.norm.isf(0.5 * (1.0 - CONFIDENCE)))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import binomtest, bootstrap, quantile_test
+import scipy
 
 CONFIDENCE = 0.95
 
@@ -46,8 +46,8 @@ def share(part: str, what: str, outcomes: Iterable[bool], wanted: str = "", limi
     hits, of = sum(every), len(every)
     if not of:
         return Row(part=part, what=what, value=None, low=None, high=None, of=0, hits=0, wanted=wanted)
-    ends = binomtest(hits, of).proportion_ci(CONFIDENCE, method="exact")
-    limit = binomtest(hits, of, alternative="less").proportion_ci(CONFIDENCE, method="exact").high
+    ends = scipy.stats.binomtest(hits, of).proportion_ci(CONFIDENCE, method="exact")
+    limit = scipy.stats.binomtest(hits, of, alternative="less").proportion_ci(CONFIDENCE, method="exact").high
     return Row(
         part=part,
         what=what,
@@ -68,7 +68,7 @@ def quantile(part: str, what: str, values: Iterable[float], at: float, wanted: s
     if not len(every):
         return Row(part=part, what=what, value=None, low=None, high=None, of=0, wanted=wanted)
     value = float(np.quantile(every, at))
-    ends = quantile_test(every, q=value, p=at).confidence_interval(CONFIDENCE)
+    ends = scipy.stats.quantile_test(every, q=value, p=at).confidence_interval(CONFIDENCE)
     return Row(
         part=part, what=what, value=value, low=_finite(ends.low), high=_finite(ends.high), of=len(every), wanted=wanted
     )
@@ -81,7 +81,9 @@ def mean(part: str, what: str, values: Iterable[float], wanted: str = "") -> Row
         return Row(part=part, what=what, value=None, low=None, high=None, of=0, wanted=wanted)
     low, high = None, None
     if np.ptp(every) > 0.0:
-        ends = bootstrap((every,), np.mean, confidence_level=CONFIDENCE, method="percentile", rng=0).confidence_interval
+        ends = scipy.stats.bootstrap(
+            (every,), np.mean, confidence_level=CONFIDENCE, method="percentile", rng=0
+        ).confidence_interval
         low, high = float(ends.low), float(ends.high)
     return Row(part=part, what=what, value=float(every.mean()), low=low, high=high, of=len(every), wanted=wanted)
 

@@ -6,7 +6,7 @@ The grid runs along the first axis. Source of the names and the Allan variances:
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import lfilter
+import scipy
 
 from testbed.arrays import Array
 
@@ -36,7 +36,7 @@ def autoregression(correlation: float, white: Array) -> Array:
         return white
     driven = np.sqrt(1.0 - correlation**2) * white
     driven[0] = white[0]
-    return np.asarray(lfilter([1.0], [1.0, -correlation], driven, axis=0))
+    return np.asarray(scipy.signal.lfilter([1.0], [1.0, -correlation], driven, axis=0))
 
 
 def gauss_markov(std: float, correlation_time: float, dt: float, shape: Shape, rng: np.random.Generator) -> Array:
@@ -54,7 +54,7 @@ def gauss_markov(std: float, correlation_time: float, dt: float, shape: Shape, r
     decay = np.exp(-dt / correlation_time)
     drive = std * rng.standard_normal(shape)
     drive[1:] *= np.sqrt(1.0 - decay**2)
-    return np.asarray(lfilter([1.0], [1.0, -decay], drive, axis=0))
+    return np.asarray(scipy.signal.lfilter([1.0], [1.0, -decay], drive, axis=0))
 
 
 def random_walk(coefficient: float, dt: float, shape: Shape, rng: np.random.Generator) -> Array:

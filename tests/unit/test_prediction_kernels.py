@@ -12,6 +12,7 @@ from numba.core.caching import CacheImpl
 from scipy.interpolate import CubicSpline
 
 from support.processes import PATIENCE
+from testbed.cmg import servo_law
 from testbed.compiled import kept
 from testbed.prediction import kernels
 from testbed.prediction.smooth import node_slopes
@@ -71,6 +72,29 @@ def test_a_step_of_the_inertia_turns_up_as_the_derivative_of_its_inverse():
 def test_momentum_turns_by_the_torque_and_with_the_body(carries):
     torque, momentum, rate = (_drawn(NODES, SETS, 3, carries=carries) for _ in range(3))
     _alike(kernels.turning(torque[:, :1], momentum, rate), torque[:, :1] + np.cross(momentum, rate))
+
+
+@pytest.mark.parametrize("carries", [False, True])
+def test_a_gimbal_follows_the_law_of_the_servo_as_it_is_flown(carries):
+    """Commands beyond both limits, so that they act; the plant's step is a table of any numbers here."""
+    ticks, units = 60, 4
+    command, fed_forward, load, slope = (2.0 * _drawn(ticks, units, carries=carries) for _ in range(4))
+    first, step = _drawn(1, units, carries=carries), list(0.3 * _drawn(9, units, carries=carries))
+    bandwidth, gain, limit, bound, period = law = (20.0, 12.5, 2.0, 0.12, 0.01)
+    angles, rate, motor, commanded, angle = [], 0.0, 0.0, first[0], first[0]
+    for tick in range(ticks):
+        angles.append(angle)
+        point = servo_law.within(servo_law.set_point(command[tick], commanded - angle, gain), limit)
+        commanded = servo_law.next_commanded_angle(commanded, angle, bound, command[tick], period)
+        demand = bandwidth * point + fed_forward[tick]
+        signals = (rate, demand + load[tick], motor - demand, slope[tick])
+        moved, turned = (sum(by * of for by, of in zip(part, signals, strict=True)) for part in (step[:4], step[4:8]))
+        angle, rate, motor = angle + moved, turned, demand + step[8] * signals[2]
+    flown = kernels.servo_angles((command, fed_forward, load, slope, first), step, law)
+    scale = np.abs(angles).max()
+    assert flown.shape == (ticks, units)
+    np.testing.assert_allclose(flown.real, np.real(angles), atol=1e-11 * scale)
+    np.testing.assert_allclose(flown.imag, np.imag(angles), atol=1e-9 * np.abs(np.imag(angles)).max())
 
 
 def test_changes_are_carried_from_node_to_node():
