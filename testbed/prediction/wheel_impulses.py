@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from testbed.arrays import Array, Units, UnitSeries
 from testbed.estimation.telemetry import Telemetry, WheelMotors, WheelTelemetry
 from testbed.prediction.compared import compared
+from testbed.prediction.kernels import accumulated, pivots
 from testbed.prediction.smooth import decay
 from testbed.prediction.smoothed import body_motion
 
@@ -120,12 +121,10 @@ def lagged(impulses: Impulses, lag: Array) -> Array:
     asked = np.broadcast_to(impulses.asked, (len(lag), *impulses.asked.shape))
     if not np.any(lag):
         return asked
-    given, held = asked.astype(lag.dtype), impulses.torque[0].astype(lag.dtype)
-    for step, (interval, torque) in enumerate(zip(impulses.interval, impulses.torque, strict=True)):
-        left = decay(np.full(1, interval), lag)
-        given[:, step] += (held - torque) * lag * (1.0 - left)
-        held = torque + (held - torque) * left
-    return np.asarray(given)
+    torque, left = impulses.torque, decay(impulses.interval[:, None], lag[:, None])
+    steps = np.concatenate([np.zeros_like(torque[:1]), torque[:-1] - torque[1:]])
+    behind = accumulated(np.roll(left, 1, axis=1), steps[None])  # τ_0 - u of every interval
+    return np.asarray(asked + behind * lag[:, None] * (1.0 - left))
 
 
 def without_correlation(impulses: Impulses, noise: ImpulseNoise, values: Array) -> Array:
@@ -139,27 +138,22 @@ def without_correlation(impulses: Impulses, noise: ImpulseNoise, values: Array) 
         noise: s and ρ.
         values: shape (..., K, W), N·m·s.
     """
-    kept, scale = _cholesky(noise, impulses.interval[impulses.kept], impulses.first)
-    white = np.array(values)
-    for step in range(1, len(kept)):
-        white[..., step, :] += kept[step] * white[..., step - 1, :]
-    return np.asarray(white * scale)
+    coupled, pivot = _factor(impulses, noise)
+    kept = np.concatenate([np.zeros_like(pivot[:1]), coupled[1:] / pivot[:-1]])
+    flat = values.reshape(-1, *values.shape[-2:])
+    return np.asarray(accumulated(kept[None], flat).reshape(values.shape) * (noise.sigma / np.sqrt(pivot)))
 
 
 def impulse_scale(impulses: Impulses, noise: ImpulseNoise) -> Array:
     """Return what `without_correlation` scales every compared impulse by, shape (K, W)."""
-    return _cholesky(noise, impulses.interval[impulses.kept], impulses.first)[1]
+    return np.asarray(noise.sigma / np.sqrt(_factor(impulses, noise)[1]))
 
 
-def _cholesky(noise: ImpulseNoise, interval: Array, first: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """Return how much of the impulse before counts to each, and what scales it, both of shape (K, W)."""
-    own, shared = 2.0 * noise.tachometer**2 + noise.torque * interval[:, None], noise.tachometer**2
-    variance, kept = np.array(own), np.zeros_like(own)
-    for step in range(1, len(own)):
-        if not first[step]:
-            kept[step] = shared / variance[step - 1]
-            variance[step] -= shared * kept[step]
-    return kept, noise.sigma / np.sqrt(variance)
+def _factor(impulses: Impulses, noise: ImpulseNoise) -> tuple[Array, Array]:
+    """Return s² where a compared impulse follows on another, and the pivots of the covariance, both of shape (K, W)."""
+    interval = impulses.interval[impulses.kept][:, None]
+    coupled = np.where(impulses.first[:, None], 0.0, noise.tachometer**2)
+    return coupled, pivots(2.0 * noise.tachometer**2 + noise.torque * interval, coupled)
 
 
 @lru_cache(maxsize=_REMEMBERED)
