@@ -13,6 +13,7 @@ from testbed.assembly.extension import extended
 from testbed.assembly.platform import nominal_platform, true_platform
 from testbed.diagnosis.findings import additions
 from testbed.diagnosis.method import diagnosed
+from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.signatures import hypotheses
 from testbed.diagnosis.state import Diagnosis
@@ -21,6 +22,7 @@ from testbed.effects import registered
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.experiment.flying import fly_maneuver
 from testbed.experiment.planning import plan_maneuver
+from testbed.library.diagnoses import _next_flight
 from testbed.records.record import Record
 from testbed.records.selection import telemetry_only
 from testbed.scenario.reader import read_scenario
@@ -76,6 +78,13 @@ def states(effect: str | None) -> Iterator[Diagnosis]:
     return diagnosed(data.runs, data.heldout, OF_WHEELS, theta, noise_effects=NOISE_EFFECTS)
 
 
+@cache
+def late() -> Diagnosis:
+    """Return the complete diagnosis of flights with a late motor."""
+    *_, final = states("wheel_lag")
+    return final
+
+
 @pytest.mark.parametrize("effect", HIDDEN)
 def test_what_one_wheel_hides_is_named_first_with_its_size(effect):
     first = next(named[0] for named in map(additions, states(effect)) if named)
@@ -87,8 +96,7 @@ def test_what_one_wheel_hides_is_named_first_with_its_size(effect):
 
 
 def test_a_name_stands_when_the_residual_was_tested():
-    *_, final = states("wheel_lag")
-    assert [each.effect.id for each in additions(final)] == ["wheel_lag"]
+    assert [each.effect.id for each in additions(late())] == ["wheel_lag"]
 
 
 def test_nothing_is_named_of_wheels_that_are_as_believed():
@@ -127,3 +135,13 @@ def test_records_without_torques_test_for_none_of_their_effects():
         "wheel_misalignment",
         "wheel_speed_bias",
     }
+
+
+def test_of_wheels_no_next_flight_is_designed_and_an_experiment_is_named():
+    """What would be designed is a path of gimbals, which there are none of."""
+    alike = Hypothesis(effect=EFFECTS["wheel_torque_scale"], component=WHEEL)
+    (step,) = late().steps
+    ambiguous = replace(late(), steps=(replace(step, look_alikes=(alike,)),))
+    proposal, words = _next_flight(scenario(), ambiguous, lambda _: None)
+    assert proposal is None
+    assert EFFECTS["wheel_lag"].confirm in words[0]
