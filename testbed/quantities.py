@@ -51,6 +51,8 @@ Friction: TypeAlias = Annotated[float, Field(ge=0, le=1e3), _zero_or(1e-15)]
 """N·m·s/rad; of a bearing. A CubeSat's wheel has 1e-9, the gimbal of a large gyro 1."""
 FrictionTorque: TypeAlias = Annotated[float, Field(ge=0, le=1e3), _zero_or(1e-12)]
 """N·m; of a bearing that is hardly loaded."""
+Imbalance: TypeAlias = Annotated[float, Field(ge=0, le=1e3), _zero_or(1e-15)]
+"""kg·m; of a rotor. A CubeSat's wheel has 1e-8 to 5e-7."""
 SignedTorque: TypeAlias = Annotated[float, Field(ge=-1e6, le=1e6)]
 """N·m."""
 Gravity: TypeAlias = Annotated[float, Field(ge=0.01, le=100)]

@@ -10,6 +10,8 @@ from testbed.assembly.platform import PlatformModel, each_wheel, first_gimbal_an
 from testbed.maneuver.design import BodyRateLimits, DesignProblem, GimbalLimits
 from testbed.maneuver.maneuver import Maneuver
 from testbed.maneuver.profiles import read_profile
+from testbed.rotation.quaternion import matrix_of
+from testbed.scenario.environment import AirBearing
 from testbed.scenario.maneuver import ActuatorDesign, BodyRateDesign, CsvManeuver, Designed, GimbalDesign
 from testbed.scenario.scenario import Scenario
 
@@ -32,6 +34,7 @@ def design_problem(scenario: Scenario, section: Designed, nominal: PlatformModel
         initial_wheel_momentum=first_wheel_momentum(scenario),
         gimbal_rate_limit=scenario.gyros.gimbal_rate_limit,
         metric=section.metric,
+        initial_up_B=matrix_of(np.array(scenario.initial.attitude_quat_NB))[2],
         target_std=None if target is None else np.array(target),
         parameters=section.parameters if isinstance(section, GimbalDesign) else "inertia",
     )
@@ -48,12 +51,19 @@ def profile_of(section: CsvManeuver, scenario: Scenario) -> Maneuver:
 
 def body_rate_limits(scenario: Scenario, section: BodyRateDesign) -> BodyRateLimits:
     """Return the share of the cluster's limits that a body-rate design may use, eqs. (25), (26)."""
-    share = section.envelope_fraction
+    share, environment = section.envelope_fraction, scenario.environment
+    tilt = environment.tilt_limit_rad if isinstance(environment, AirBearing) else None
     return BodyRateLimits(
         cluster_torque=share * np.array(scenario.limits.cluster_torque_N_m),
         cluster_momentum=share * np.array(scenario.limits.cluster_momentum_N_m_s),
         body_rate=_or_unlimited(section.body_rate_limit_rad_s),
+        tilt=inf if tilt is None else _TILT_SHARE * tilt,
     )
+
+
+_TILT_SHARE = 0.97
+"""Of what a bearing allows, left to a design: a tilt grows by less than a per cent between the instants at which it
+looks, and the tracker leaves the reference by a few thousandths of a radian."""
 
 
 def gimbal_limits(scenario: Scenario, section: GimbalDesign | ActuatorDesign) -> GimbalLimits:

@@ -275,9 +275,17 @@ def true_properties(scenario: Scenario) -> PlatformProperties:
 
 
 def _true_wheels(wheels: tuple[WheelProperties, ...], truth: Truth) -> tuple[WheelProperties, ...]:
+    if not wheels:
+        return wheels
+    for key, field_name in _TRUE_OF_WHEELS.items():
+        values = per_unit(getattr(truth, key), len(wheels), None)
+        wheels = tuple(
+            wheel if value is None else replace(wheel, **{field_name: value})
+            for wheel, value in zip(wheels, values, strict=True)
+        )
     factors = per_unit(truth.wheel_spin_inertia_factor, len(wheels), 1.0)
     turns = np.array(per_unit(truth.wheel_axis_misalignment_rad, len(wheels), (0.0, 0.0)))
-    if not wheels or not (turns.any() or any(factor != 1.0 for factor in factors)):
+    if not (turns.any() or any(factor != 1.0 for factor in factors)):
         return wheels
     axes_B = turned_wheel_axes(np.stack([wheel.axis_B for wheel in wheels]), turns)
     return tuple(
@@ -289,6 +297,16 @@ def _true_wheels(wheels: tuple[WheelProperties, ...], truth: Truth) -> tuple[Whe
         )
         for wheel, axis_B, factor in zip(wheels, axes_B, factors, strict=True)
     )
+
+
+_TRUE_OF_WHEELS = {
+    "wheel_viscous_friction_N_m_s_rad": "viscous_friction",
+    "wheel_coulomb_friction_N_m": "coulomb_friction",
+    "wheel_torque_factor": "torque_factor",
+    "wheel_motor_lag_s": "motor_lag",
+    "wheel_imbalance_kg_m": "imbalance",
+}
+"""Keys of [truth] that say what a wheel has, and the properties that they stand for."""
 
 
 def initial_state(scenario: Scenario) -> InitialState:

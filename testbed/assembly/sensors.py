@@ -97,5 +97,9 @@ def _unit_sensors(scenario: Scenario) -> tuple[UnitSensor, ...]:
             zero_offset=np.array(per_unit(wheels.bias_rad_s, wheel_units, 0.0)),
             scale_factor_error=np.array(per_unit(wheels.scale_factor_error, wheel_units, 0.0)),
         ),
-        UnitSensor(white_noise=scenario.wheel_torque_sensor.noise_N_m),
+        UnitSensor(
+            white_noise=scenario.wheel_torque_sensor.noise_N_m,
+            # A current: of a motor that gives another torque for it, it shows what was to be given.
+            scale_factor_error=1.0 / np.array(per_unit(scenario.truth.wheel_torque_factor, wheel_units, 1.0)) - 1.0,
+        ),
     )

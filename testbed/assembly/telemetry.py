@@ -7,14 +7,21 @@ from math import ceil
 import numpy as np
 
 from testbed.arrays import Array, Flags, Series, UnitSeries, Vectors3
-from testbed.assembly.platform import Body
+from testbed.assembly.platform import Body, each_wheel
 from testbed.assembly.surroundings import surroundings_of
 from testbed.assembly.time_base import require_time_in_seconds
 from testbed.cmg.cluster import Cluster
 from testbed.cmg.servo_law import stiffness_of
 from testbed.errors import InputError
 from testbed.estimation.gyro_noise import gyro_noise_of, noise_freedom
-from testbed.estimation.telemetry import GimbalTelemetry, Servo, Telemetry, Thrusters, WheelTelemetry
+from testbed.estimation.telemetry import (
+    GimbalTelemetry,
+    Servo,
+    Telemetry,
+    Thrusters,
+    WheelMotors,
+    WheelTelemetry,
+)
 from testbed.records.checks import live_columns, sampled_rows
 from testbed.records.record import Record
 from testbed.records.selection import sampled, usable
@@ -55,7 +62,7 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
         gyro_noise=scenario.gyro.noise_rad_s if noise is None else noise,
         actuator_time=time,
         gimbals=_gimbals(part, scenario, _units(part, nominal), time, values) if source == "gimbal_angle" else None,
-        wheels=_wheels(part, nominal, time),
+        wheels=_wheels(part, scenario, nominal, time),
         cluster_momentum=values if source == "cluster_momentum" else None,
         applied_torque=_channel(part, "applied_torque", time),
         thrust=thrust,
@@ -177,7 +184,7 @@ def _lacking(signal: str, sent: int, believed: int) -> str:
     return f"add {', '.join(missing)}, or " if missing else ""
 
 
-def _wheels(record: Record, nominal: Body, time: Series) -> WheelTelemetry | None:
+def _wheels(record: Record, scenario: BodyScenario, nominal: Body, time: Series) -> WheelTelemetry | None:
     """Return what the reaction wheels sent, at the actuators' times; None of a record without any."""
     speed = _channel(record, "wheel_speed", time)
     if speed is None:
@@ -193,6 +200,17 @@ def _wheels(record: Record, nominal: Body, time: Series) -> WheelTelemetry | Non
         wheels=nominal.wheels,
         momentum=speed * nominal.wheels.spin_inertia,
         torque=_channel(record, "wheel_torque", time),
+        torque_command=_channel(record, "wheel_torque_command", time),
+        motors=_motors(scenario, time) if isinstance(scenario, Scenario) else None,
+    )
+
+
+def _motors(scenario: Scenario, time: Series) -> WheelMotors:
+    return WheelMotors(
+        viscous_friction=each_wheel(scenario, "viscous_friction_N_m_s_rad"),
+        coulomb_friction=each_wheel(scenario, "coulomb_friction_N_m"),
+        loop_bandwidth=each_wheel(scenario, "speed_loop_bandwidth_rad_s"),
+        period=_control_period(scenario, time),
     )
 
 
@@ -213,18 +231,24 @@ def _gimbals(
 
 
 def _servo(scenario: Scenario, time: Series) -> Servo:
-    """Return what is known of the gimbals' servo.
-
-    Samples are taken on the control clock, so that one which is too slow for them is taken as fast as it has to be.
-    """
-    gyros, interval = scenario.gyros, float(np.median(np.diff(time)))
+    """Return what is known of the gimbals' servo."""
+    gyros = scenario.gyros
     bandwidth = gyros.servo_bandwidth
     return Servo(
         bandwidth=bandwidth,
         stiffness=stiffness_of(bandwidth, gyros.servo_damping_ratio),
         rate_limit=gyros.gimbal_rate_limit,
-        period=interval / ceil(interval * scenario.simulation.control_rate_hz - _CLOCK_JITTER),
+        period=_control_period(scenario, time),
     )
+
+
+def _control_period(scenario: Scenario, time: Series) -> float:
+    """Return the period of the control loop, s.
+
+    Samples are taken on the control clock, so that one which is too slow for them is taken as fast as it has to be.
+    """
+    interval = float(np.median(np.diff(time)))
+    return interval / ceil(interval * scenario.simulation.control_rate_hz - _CLOCK_JITTER)
 
 
 def _channel(record: Record, name: str, time: Series) -> Array | None:

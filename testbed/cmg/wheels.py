@@ -32,12 +32,15 @@ class Wheels:
         spin_inertia: Jw, shape (W,), kg·m², about the axis.
         momentum_limit: largest |Jw Ω|, shape (W,), N·m·s.
         torque_limit: of each motor, shape (W,), N·m.
+        position_B: of each rotor from the platform's centre of mass, shape (W, 3), m, body axes; None where that is not
+            known.
     """
 
     axis_B: Axes
     spin_inertia: Units
     momentum_limit: Units
     torque_limit: Units
+    position_B: Axes | None = None
 
     @cached_property
     def facet_normals_B(self) -> Vectors3:

@@ -26,10 +26,13 @@ from testbed.estimation.noise_spectrum import correlated, decorrelated
 from testbed.estimation.telemetry import ALL_AXES, Telemetry, has_momentum
 from testbed.estimation.torque_noise import covariance
 from testbed.prediction.grid import Grid, grid_of, unit_count
+from testbed.prediction.impulse_noise import IMPULSE_UNKNOWNS, impulse_fit
 from testbed.prediction.motor_torques import has_torques, measured_torques
 from testbed.prediction.servo import response, ticks_of
 from testbed.prediction.servo_response import by_stretches, by_units, constants, has_commands, measured_responses, shown
 from testbed.prediction.smoothed import direction_of
+from testbed.prediction.wheel_impulses import ImpulseNoise
+from testbed.prediction.wheel_response import all_impulses, measured_impulses
 
 _LEAST = 1e-3
 """Share of a channel's own scatter that its noise has at least: the model of a gimbal is no better than that. Of 64
@@ -88,6 +91,27 @@ def response_channel(grid: Grid) -> tuple[list[Array], Array] | None:
     if missed >= SETTINGS.servo_following * noise:
         return None
     return responses, np.full(directions, np.hypot(max(missed, noise), _MODEL))
+
+
+def wheel_channel(grid: Grid) -> ImpulseNoise | None:
+    """Return in what noise the wheels' motors are compared with what turns the wheels; None where they are not.
+
+    By their commands where these are sent and every wheel follows its own, or else by their measured torques.
+    """
+    for commanded in (True, False):
+        impulses = all_impulses(grid, commanded=commanded)
+        if sum(len(each.kept) for each in impulses) < SETTINGS.servo_numbers_per_unknown * IMPULSE_UNKNOWNS:
+            continue
+        fit = impulse_fit(impulses, commanded=commanded)
+        beyond = np.abs(np.log(np.maximum(fit.factor, np.finfo(float).tiny))) > np.log(SETTINGS.wheel_following)
+        if not (beyond & (np.abs(fit.factor - 1.0) > _SURELY * fit.factor_std)).any():
+            return fit.noise
+    return None
+
+
+_SURELY = 5.0
+"""Standard errors by which a wheel's torque has to differ from what it is commanded to count as another one's: of a
+wheel that hardly moves it is not known, and says nothing."""
 
 
 def _left(grid: Grid, responses: Sequence[Array]) -> list[Array]:
@@ -251,8 +275,9 @@ class Runs:
             (N, 3), rad/s; empty where there are none.
         grid: their telemetry on the integration's grid.
         sigma: of the gyro, each run and axis, shape (R, 3), rad/s.
-        inner: measured motor torques and responses to commands, blocks in the order in which they are predicted.
-        inner_sigma: of each block, shape (M,) or (M - 3,), in the block's unit.
+        inner: measured motor torques, responses to commands and impulses of wheels, blocks in the order in which they
+            are predicted.
+        inner_sigma: of each block, shape (M,), (M - 3,) or (W,), in the block's unit.
         noise_freedom: degrees of freedom with which sigma is known; infinite where it is stated.
         belief: what is known of the parameters a priori; None where the runs alone decide them.
         torque_noise: noise of the samples and of a torque that nobody commanded, as `estimation.torque_noise` has it,
@@ -480,10 +505,13 @@ def runs_of(names: Sequence[str], telemetry: Sequence[Telemetry]) -> Runs:
     grid = grid_of(telemetry)
     sigma = np.array([[run.gyro_noise] * 3 for run in grid.runs])
     torques, rates = torque_channel(grid), response_channel(grid)
-    inner = [channel for channel in (torques, rates) if channel is not None]
+    noise = wheel_channel(grid)
+    grid = replace(grid, follows_commands=rates is not None, wheel_noise=noise)
+    wheels = None if noise is None else (measured_impulses(grid), noise.sigma)
+    inner = [channel for channel in (torques, rates, wheels) if channel is not None]
     return Runs(
         names=tuple(names),
-        grid=replace(grid, follows_commands=rates is not None),
+        grid=grid,
         sigma=sigma,
         inner=tuple(block for blocks, _ in inner for block in blocks),
         inner_sigma=tuple(noise for blocks, noise in inner for _ in blocks),

@@ -9,15 +9,17 @@ from typing import Literal
 
 import numpy as np
 import scipy
+from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Array, Flags, Series
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit, orthonormal, projected_out
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.compared import compared
-from testbed.prediction.grid import unit_count
+from testbed.prediction.grid import unit_count, wheel_count
 from testbed.prediction.motor_torques import has_torques
 from testbed.prediction.servo_response import by_units, followed
+from testbed.prediction.wheel_response import compared_runs
 from testbed.signals import AXES, unit_numbers
 
 Path = Literal["reading", "torque"]
@@ -191,22 +193,54 @@ def _inner(runs: Runs, fit: Fit) -> Iterator[_Residual]:
             commanded = runs.grid.commanded_runs
             values = [by_units(run, block) for run, block in zip(commanded, values, strict=True)]
             times = [run.actuator_time[followed(run)] for run in commanded]
+        splines = [run.through(run.gimbals.angle) for run in runs.grid.gimbal_runs]
         yield _Residual(
             signals=tuple(f"{name}_{unit}" for unit in unit_numbers(unit_count(runs.grid))),
             runs=runs.names,
             time=times,
             values=values,
-            dependence=partial(_inner_dependence, runs, times, values),
+            dependence=partial(_inner_dependence, "gimbal", splines, 1, times, values),
         )
+    if runs.grid.wheel_noise is not None:
+        yield _of_wheels(runs, blocks[len(names) * len(runs.names) :])
 
 
-def _inner_dependence(runs: Runs, times: Sequence[Series], values: Sequence[Array], unit: int) -> Dependence | None:
-    """Return which of its unit's motions a residual goes along with."""
-    names = (f"gimbal_rate_{unit + 1}", f"sign(gimbal_rate_{unit + 1})", f"gimbal_acceleration_{unit + 1}")
-    splines = [run.through(run.gimbals.angle) for run in runs.grid.gimbal_runs]
+def _of_wheels(runs: Runs, values: Sequence[Array]) -> _Residual:
+    """Return the residual of the impulses of the wheels' motors, at the ends of their intervals."""
+    times = [run.actuator_time[impulses.kept + 1] for run, impulses in compared_runs(runs.grid)]
+    splines = [run.through(run.wheels.momentum) for run in runs.grid.runs if run.wheels is not None]
+    return _Residual(
+        signals=tuple(f"wheel_torque_{wheel}" for wheel in unit_numbers(wheel_count(runs.grid))),
+        runs=runs.names,
+        time=times,
+        values=values,
+        dependence=partial(_inner_dependence, "wheel", splines, 0, times, values),
+    )
+
+
+def _inner_dependence(
+    kind: Literal["gimbal", "wheel"],
+    splines: Sequence[CubicSpline],
+    order: int,
+    times: Sequence[Series],
+    values: Sequence[Array],
+    unit: int,
+) -> Dependence | None:
+    """Return which of its unit's motions a residual goes along with.
+
+    Args:
+        kind: of the unit.
+        splines: through its motion, of every run.
+        order: of the derivative that is its rate.
+        times: of the residual, of every run.
+        values: of the residual, of every run, shape (K, M).
+        unit: index from 0.
+    """
+    moving = f"{kind}_{'rate' if kind == 'gimbal' else 'speed'}_{unit + 1}"
+    names = (moving, f"sign({moving})", f"{kind}_acceleration_{unit + 1}")
     rate, change = (
-        np.concatenate([spline(time, order)[:, unit] for spline, time in zip(splines, times, strict=True)])
-        for order in (1, 2)
+        np.concatenate([spline(time, each)[:, unit] for spline, time in zip(splines, times, strict=True)])
+        for each in (order, order + 1)
     )
     residual = np.concatenate([part[:, unit] for part in values])
     columns = np.stack([rate, np.sign(rate), change])

@@ -16,11 +16,12 @@ from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.compared import compared
 from testbed.prediction.grid import unit_count
 from testbed.prediction.servo_response import by_units, followed
+from testbed.prediction.wheel_response import compared_runs
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GimbalResiduals:
-    """What the gimbals' own channels add to a run's residual, against the model without and with the effects.
+    """What the gimbals' or the wheels' own channels add to a run's residual, without and with the effects in the model.
 
     Attributes:
         name: of the channel.
@@ -29,6 +30,7 @@ class GimbalResiduals:
         measured: of each unit, shape (K, 6).
         nominal: what the nominal model predicts, inertia and initial rates re-estimated, shape (K, 6).
         extended: what the model with all effects predicts, shape (K, 6).
+        actuator: what a unit is called.
     """
 
     name: str
@@ -37,6 +39,7 @@ class GimbalResiduals:
     measured: UnitSeries
     nominal: UnitSeries
     extended: UnitSeries
+    actuator: str = "CMG"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -53,7 +56,7 @@ class RunResiduals:
         before: (measured - nominal) / σ, with the noise that is stated.
         after: (measured - extended) / σ, with the noise as the model has it.
         gimbal_angle: at the gyro's samples, shape (N, 6), rad; None where it is not measured.
-        gimbals: the gimbals' own channels that are compared with a prediction.
+        gimbals: the gimbals' and wheels' own channels that are compared with a prediction.
     """
 
     name: str
@@ -141,23 +144,31 @@ def _angle_at_gyro(run: Telemetry) -> UnitSeries | None:
 
 
 def _gimbals(runs: Runs, fits: tuple[Fit, Fit], index: int) -> Iterator[GimbalResiduals]:
-    """Yield motor torques and servo response of one run, of those that are in the residual."""
-    run, count = runs.grid.runs[index], len(runs.names)
+    """Yield motor torques, servo response and wheels' impulses of one run, of those that are in the residual."""
+    run, count, first = runs.grid.runs[index], len(runs.names), len(runs.inner)
     parts = [runs.gimbals_by_run(fit.residual)[index] for fit in fits]
+    if runs.grid.wheel_noise is not None:
+        first -= count
     own = zip(runs.inner[index::count], runs.inner_sigma[index::count], *parts, strict=True)
-    for measured, sigma, before, after in own:
+    for number, (measured, sigma, before, after) in enumerate(own):
         series = (measured, measured - sigma * before, measured - sigma * after)
         torques = measured.shape[1] == unit_count(runs.grid)
-        time, shown = run.actuator_time[compared(run)], series
-        if not torques:
+        if number * count >= first:
+            impulses = compared_runs(runs.grid)[index][1]
+            yield _channel(
+                "impulses of the wheels' motors", "N·m·s", run.actuator_time[impulses.kept + 1], series, "wheel"
+            )
+        elif torques:
+            yield _channel("motor torques", "N·m", run.actuator_time[compared(run)], series)
+        else:
             commanded = runs.grid.commanded_runs[index]
-            first, second, third = (by_units(commanded, values) for values in series)
-            time, shown = run.actuator_time[followed(commanded)], (first, second, third)
-        yield GimbalResiduals(
-            name="motor torques" if torques else "fast changes of the gimbal angles, in directions that hold no load",
-            unit="N·m" if torques else "rad",
-            time=time,
-            measured=shown[0],
-            nominal=shown[1],
-            extended=shown[2],
-        )
+            by_unit = tuple(by_units(commanded, values) for values in series)
+            name = "fast changes of the gimbal angles, in directions that hold no load"
+            yield _channel(name, "rad", run.actuator_time[followed(commanded)], by_unit)
+
+
+def _channel(name: str, unit: str, time: Series, series: Sequence[Array], actuator: str = "CMG") -> GimbalResiduals:
+    measured, nominal, extended = series
+    return GimbalResiduals(
+        name=name, unit=unit, time=time, measured=measured, nominal=nominal, extended=extended, actuator=actuator
+    )

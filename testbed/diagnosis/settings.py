@@ -401,6 +401,12 @@ class DiagnosisSettings:
     Source: chosen, and checked on the same 42 sets: 0.8 to 1.3 in 41 of them, whatever they hide; 3.0 in one with a lag
     of 47 ms, whose channel is not compared, so that the lag is not tested for.
     """
+    wheel_following: float = 2.0
+    """Factor between the torque that turns a wheel and the one that its motor is commanded beyond which the command, or
+    its unit, is another one's, and the channel is not compared; a motor that is off by more is named by its body.
+
+    Source: chosen: ten times the largest factor between hardware and its drawing, and below all mistakes of units.
+    """
 
     @property
     def entries(self) -> dict[str, str]:

@@ -379,6 +379,10 @@ def channels_of(runs: Runs) -> set[Channel]:
         present.add("gimbal_rate_command")
     if run.wheels is not None:
         present.add("wheel_speed")
+    if runs.grid.wheel_noise is not None:
+        present.add("wheel_torque")
+        if runs.grid.wheel_noise.commanded:
+            present.add("wheel_torque_command")
     if run.gimbals is None and run.wheels is None and run.cluster_momentum is not None:
         present.add("cluster_momentum")
     if run.applied_torque is not None or "cluster_momentum" in present:

@@ -22,6 +22,8 @@ Channel: TypeAlias = Literal[
     "gimbal_torque",
     "rotor_speed",
     "wheel_speed",
+    "wheel_torque",
+    "wheel_torque_command",
     "applied_torque",
     "applied_torque_or_cluster_momentum",
     "cluster_momentum",
@@ -285,3 +287,14 @@ def only_unit(component: str, value: Array, units: int) -> Array:
         units: M.
     """
     return np.asarray(value[..., None] * (np.arange(units) == unit_index(component)))
+
+
+def only_wheel(component: str, value: Array, wheels: int) -> Array:
+    """Return the first parameter for all W wheels, zero for all but the component's, shape (P, W).
+
+    Args:
+        component: e.g. `wheel3`.
+        value: shape (P, K).
+        wheels: W.
+    """
+    return np.asarray(value[:, :1] * (np.arange(wheels) == wheel_index(component)))

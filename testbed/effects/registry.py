@@ -50,9 +50,14 @@ from testbed.effects.telemetry_skew import TelemetrySkew
 from testbed.effects.tether import Tether
 from testbed.effects.thrust_offset import ThrustOffset
 from testbed.effects.viscous_drag import ViscousDrag
+from testbed.effects.wheel_coulomb_friction import WheelCoulombFriction
+from testbed.effects.wheel_imbalance import WheelImbalance
 from testbed.effects.wheel_inertia import WheelInertia
+from testbed.effects.wheel_lag import WheelLag
 from testbed.effects.wheel_misalignment import WheelMisalignment
 from testbed.effects.wheel_speed_bias import WheelSpeedBias
+from testbed.effects.wheel_torque_scale import WheelTorqueScale
+from testbed.effects.wheel_viscous_friction import WheelViscousFriction
 from testbed.errors import InputError
 
 _PREDICTED: tuple[Effect, ...] = (
@@ -81,6 +86,10 @@ _PREDICTED: tuple[Effect, ...] = (
     WheelInertia(),
     WheelMisalignment(),
     WheelSpeedBias(),
+    WheelViscousFriction(),
+    WheelCoulombFriction(),
+    WheelTorqueScale(),
+    WheelLag(),
     ActuatorLag(),
     ActuatorDelay(),
     ActuatorGain(),
@@ -105,6 +114,7 @@ _ON_READINGS: tuple[NoiseEffect, ...] = (
     GyroNoiseColor(),
     GyroQuantization(),
     RotorImbalance(),
+    WheelImbalance(),
 )
 
 _GROUP = "testbed.effects"

@@ -8,9 +8,10 @@ import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.effects.contract import WHEELS, Effect, Extension, Parameter, wheel_index
+from testbed.effects.contract import WHEELS, Effect, Extension, Parameter, only_wheel, wheel_index
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks, column
+from testbed.prediction.wheel_impulses import Impulses
 from testbed.scenario.actuators import wheel_count
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.values import per_unit
@@ -18,17 +19,21 @@ from testbed.scenario.values import per_unit
 
 class _Scaled(Hooks):
     def __init__(self, component: str) -> None:
-        self._wheel = wheel_index(component)
+        self._component, self._wheel = component, wheel_index(component)
 
     @override
     def cluster_momentum(self, momentum_B: Array, value: Array, grid: Grid) -> Array:
         held = grid.wheel_momentum[..., self._wheel, None] * grid.wheels.axis_B[self._wheel]
         return np.asarray(momentum_B + column(value, 0)[:, None] * held)
 
+    @override
+    def wheel_impulse(self, impulse: Array, value: Array, of: Impulses) -> Array:
+        return np.asarray(impulse - only_wheel(self._component, value, impulse.shape[-1])[:, None] * of.gained)
+
 
 @final
 class WheelInertia(Effect):
-    """Jw Ω → (1 + e) Jw Ω; the wheel's inertia is part of J, which is estimated, so that only its momentum shows."""
+    """Jw → (1 + e) Jw, of the wheel's momentum and its motor's load; in J, which is estimated, it does not show."""
 
     id = "wheel_inertia"
     components = WHEELS

@@ -8,9 +8,10 @@ import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.effects.contract import WHEELS, Effect, Extension, Parameter, wheel_index
+from testbed.effects.contract import WHEELS, Effect, Extension, Parameter, only_wheel, wheel_index
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks, column
+from testbed.prediction.wheel_impulses import Impulses
 from testbed.scenario.actuators import wheel_count
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.values import per_unit
@@ -18,17 +19,22 @@ from testbed.scenario.values import per_unit
 
 class _Biased(Hooks):
     def __init__(self, component: str) -> None:
-        self._wheel = wheel_index(component)
+        self._component, self._wheel = component, wheel_index(component)
 
     @override
     def cluster_momentum(self, momentum_B: Array, value: Array, grid: Grid) -> Array:
         held = grid.wheels.spin_inertia[self._wheel] * grid.wheels.axis_B[self._wheel]
         return np.asarray(momentum_B - column(value, 0)[:, None] * held)
 
+    @override
+    def wheel_impulse(self, impulse: Array, value: Array, of: Impulses) -> Array:
+        unseen = only_wheel(self._component, value, impulse.shape[-1])[:, None] * of.viscous * of.interval[:, None]
+        return np.asarray(impulse + unseen)
+
 
 @final
 class WheelSpeedBias(Effect):
-    """Ω̄ = Ω + b: the wheel holds Jw (Ω̄ - b)."""
+    """Ω̄ = Ω + b: the wheel holds Jw (Ω̄ - b), and its bearing takes c b less than Ω̄ says."""
 
     id = "wheel_speed_bias"
     components = WHEELS

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from typing_extensions import TypeVar
 
-from testbed.arrays import Array, Series, UnitSeries, Vectors3
+from testbed.arrays import Array, Series, Units, UnitSeries, Vectors3
 from testbed.cmg.cluster import Cluster, cluster_part
 from testbed.cmg.servo_law import ServoLaw
 from testbed.cmg.wheels import Wheels
@@ -132,6 +132,23 @@ class Thrusters:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class WheelMotors:
+    """What is known of the motors and bearings of W reaction wheels.
+
+    Attributes:
+        viscous_friction: of each bearing, shape (W,), N·m·s/rad.
+        coulomb_friction: of each bearing, shape (W,), N·m.
+        loop_bandwidth: of the loop on each wheel's speed inside its drive, shape (W,), rad/s; 0 for none.
+        period: of the control loop, s; a motor holds its command through it, and telemetry is sampled on its clock.
+    """
+
+    viscous_friction: Units
+    coulomb_friction: Units
+    loop_bandwidth: Units
+    period: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class WheelTelemetry:
     """What W reaction wheels sent, at the actuators' times, and what is known of them.
 
@@ -139,16 +156,21 @@ class WheelTelemetry:
         wheels: the array.
         momentum: tachometers times Jw, shape (K, W), N·m·s.
         torque: of their motors, shape (K, W), N·m; None where it was not sent.
+        torque_command: that they should give, shape (K, W), N·m; None where it was not sent.
+        motors: None where they are not known.
     """
 
     wheels: Wheels
     momentum: UnitSeries
     torque: UnitSeries | None = None
+    torque_command: UnitSeries | None = None
+    motors: WheelMotors | None = None
 
     def with_samples(self, change: Callable[[Array], Array]) -> WheelTelemetry:
         """Return the wheels with every sampled channel changed alike."""
-        torque = None if self.torque is None else change(self.torque)
-        return replace(self, momentum=change(self.momentum), torque=torque)
+        channels = {"momentum": self.momentum, "torque": self.torque, "torque_command": self.torque_command}
+        sampled: dict[str, Any] = {name: change(each) for name, each in channels.items() if each is not None}
+        return replace(self, **sampled)
 
 
 Gimbals_co = TypeVar("Gimbals_co", bound=GimbalTelemetry | None, default=GimbalTelemetry | None, covariant=True)

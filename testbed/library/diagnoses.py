@@ -45,6 +45,7 @@ from testbed.report.diagnosis.next import no_gimbals_words
 from testbed.report.diagnosis.page import diagnosis_page
 from testbed.report.diagnosis.verdict import diagnosis_verdict, disagreement_words
 from testbed.report.frame.blocks import Page
+from testbed.scenario.actuators import reaction_wheels
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.scenario import Scenario
 
@@ -409,7 +410,7 @@ def _next_flight(
     """Return what to fly next, and a notice where effects remain indistinguishable without it; Ctrl-C leaves it out."""
     if not state.complete:
         return None, ()
-    if not isinstance(scenario, Scenario) or not state.runs.driven_by_momentum:
+    if not isinstance(scenario, Scenario) or not state.runs.driven_by_momentum or reaction_wheels(scenario.actuators):
         return None, tuple(no_gimbals_words(state))
     try:
         return proposal_of(state, scenario, progress), ()

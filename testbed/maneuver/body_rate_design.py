@@ -24,7 +24,7 @@ _HELD_POINTS = 2
 """Control points held at each end, so that ω and ω̇ both stand still and the gimbal servos need not jump. It costs 3 %
 of the A-optimal trace of the inverse against holding ω alone."""
 _INSTANTS_PER_POINT = 10
-"""Instants at which a given start is met as nearly as the control points allow."""
+"""Instants at which a given start is met as nearly as the control points allow, and at which a tilt is limited."""
 
 
 def body_rate_design(
@@ -38,9 +38,10 @@ def body_rate_design(
 
     Args:
         problem: criterion, duration, platform.
-        limits: of the cluster and of the body rate.
+        limits: of the cluster, of the body rate and of the tilt.
         search: starts and seed.
-        penalty: weights of the paper's soft limits, where they replace hard ones; they are overshot by 1 to 2 %.
+        penalty: weights of the paper's soft limits, where they replace hard ones; they are overshot by 1 to 2 %. A
+            tilt's stays hard.
         initial: where the optimiser starts, as the paper does from its basic profile; None draws the starts at random.
 
     Raises:
@@ -51,7 +52,9 @@ def body_rate_design(
     began = time.perf_counter()
     points = _held_points(problem) if penalty is None else _open_points(problem)
     budget = body_rate_budget(problem, limits)
-    stages = compiled_stages(problem, lambda criterion: _program(problem, criterion, budget, points, penalty))
+    stages = compiled_stages(
+        problem, lambda criterion: _program(problem, criterion, budget, points, penalty, limits.tilt)
+    )
     setup_seconds = time.perf_counter() - began
     draw = _draw(budget, points) if initial is None else _given(problem, points, initial)
     best = best_of_starts(stages, draw, search)
@@ -91,7 +94,12 @@ def _given(problem: DesignProblem, points: SplinePoints, initial: Maneuver) -> C
 
 
 def _program(
-    problem: DesignProblem, criterion: Criterion, budget: Budget, points: SplinePoints, penalty: Penalty | None
+    problem: DesignProblem,
+    criterion: Criterion,
+    budget: Budget,
+    points: SplinePoints,
+    penalty: Penalty | None,
+    tilt: float,
 ) -> Program:
     sampling = prefilter_of(problem)
     basis = basis_matrix(problem.duration, problem.control_points, sampling.fine_time)
@@ -100,7 +108,7 @@ def _program(
         criterion,
         design_information(problem, sampling, ca.DM(basis) @ points.rows),
         points=points,
-        limits=limits if penalty is None else (),
+        limits=(*(limits if penalty is None else ()), *_tilt_limit(problem, tilt, points.rows)),
         hessian="exact",
         penalty=0.0 if penalty is None else _penalty(problem, budget, points.rows, limits, penalty),
     )
@@ -115,6 +123,30 @@ def _limits(problem: DesignProblem, budget: Budget, points: ca.MX) -> tuple[Cons
         within("cluster momentum", points @ inertia, budget.momentum),  # eq. (26)
         within("cluster torque", slopes @ inertia, budget.torque),  # eq. (25)
     )
+
+
+def _tilt_limit(problem: DesignProblem, limit: float, points: ca.MX) -> tuple[Constraint, ...]:
+    """Bound the angle θ between the body z axis and the vertical: 1 - cos θ, in shares of that of the limit."""
+    if np.isinf(limit):
+        return ()
+    time = np.linspace(0.0, problem.duration, _INSTANTS_PER_POINT * problem.control_points)
+    grids = (time[:-1], 0.5 * (time[:-1] + time[1:]), time[1:])
+    rates = [ca.DM(basis_matrix(problem.duration, problem.control_points, grid)) @ points for grid in grids]
+    step = _vertical_step().mapaccum(len(time) - 1)
+    up_B = step(problem.initial_up_B, *(rate.T for rate in rates), np.diff(time)[None])
+    return (within("tilt", 1.0 - up_B[2, :].T, 1.0 - np.cos(limit)),)
+
+
+def _vertical_step() -> ca.Function:
+    """One classical Runge-Kutta step of the vertical in body axes, u̇ = -ω × u, given ω at its start, middle and end."""
+    up_B, step = ca.SX.sym("up", 3), ca.SX.sym("step")
+    start, middle, end = (ca.SX.sym(name, 3) for name in ("start", "middle", "end"))
+    first = ca.cross(up_B, start)
+    second = ca.cross(up_B + step / 2.0 * first, middle)
+    third = ca.cross(up_B + step / 2.0 * second, middle)
+    fourth = ca.cross(up_B + step * third, end)
+    after = up_B + step / 6.0 * (first + 2.0 * second + 2.0 * third + fourth)
+    return ca.Function("vertical", [up_B, start, middle, end, step], [after])
 
 
 def _penalty(

@@ -45,6 +45,7 @@ class DesignProblem:
         gimbal_rate_limit: of the units, rad/s; the scale on which wheels count beside them in the singularity measure.
         metric: which information the criterion is taken of.
         target_std: of θ, kg·m²; the criterion counts each parameter in shares of its target; None counts all alike.
+        initial_up_B: the vertical at the start, a unit vector in body axes; it counts where a tilt is limited.
         parameters: what the criterion is about; alignments take the momentum equation and a start without momentum.
     """
 
@@ -63,6 +64,7 @@ class DesignProblem:
     gimbal_rate_limit: float = 1.0
     metric: Metric = "torque"
     target_std: Theta | None = None
+    initial_up_B: Vector3 = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     parameters: Parameters = "inertia"
 
     @property
@@ -96,11 +98,13 @@ class BodyRateLimits:
         cluster_torque: shape (3,), N·m.
         cluster_momentum: shape (3,), N·m·s.
         body_rate: about each axis, rad/s.
+        tilt: of the body z axis from the vertical, rad.
     """
 
     cluster_torque: Vector3
     cluster_momentum: Vector3
     body_rate: float = inf
+    tilt: float = inf
 
 
 @dataclass(frozen=True, kw_only=True)

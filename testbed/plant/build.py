@@ -161,10 +161,17 @@ def _add_wheel(spec: mujoco.MjSpec, name: str, wheel: WheelProperties) -> None:
     rotor, joint, motor = spec.body(f"{name}_rotor"), spec.joint(f"{name}_rotor"), spec.actuator(f"{name}_motor")
     rotor.mass, rotor.inertia = wheel.mass, [wheel.transverse_inertia, wheel.transverse_inertia, wheel.spin_inertia]
     joint.damping[0] = wheel.viscous_friction
-    motor.forcelimited, motor.forcerange = True, [-wheel.torque_limit, wheel.torque_limit]
+    limit = wheel.torque_factor * wheel.torque_limit  # of the current, by which the drive knows its torque
+    motor.forcelimited, motor.forcerange = True, [-limit, limit]
+    motor.gainprm[0] = wheel.torque_factor
     if wheel.speed_loop_bandwidth:
         motor.biastype = mujoco.mjtBias.mjBIAS_AFFINE
-        motor.biasprm[2] = -wheel.spin_inertia * wheel.speed_loop_bandwidth
+        motor.biasprm[2] = -wheel.torque_factor * wheel.spin_inertia * wheel.speed_loop_bandwidth
+    if wheel.motor_lag:
+        motor.dyntype = mujoco.mjtDyn.mjDYN_FILTER  # as `unit_additions` has it for the gimbals' motors
+        motor.dynprm[0] = wheel.motor_lag
+    if wheel.imbalance:
+        rotor.ipos[0] = wheel.imbalance / wheel.mass
     if wheel.coulomb_friction:
         joint.frictionloss = wheel.coulomb_friction
         joint.solref_friction = [2.0 * spec.option.timestep, 1.0]  # the quickest that MuJoCo integrates

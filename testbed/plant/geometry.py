@@ -98,11 +98,13 @@ def wheels_of(model: mujoco.MjModel, momentum_limit: Units) -> Wheels:
     bus_rotation = data.xmat[model.body("bus").id].reshape(3, 3)
     axis_N = np.array([data.xaxis[model.joint(name).id] for name in names]).reshape(-1, 3)
     motors = [model.actuator(name).id for name in wheel_names("motor", len(names))]
+    rotors = [model.body(name).id for name in names]
     return Wheels(
         axis_B=axis_N @ bus_rotation,
-        spin_inertia=_inertia_along(model, data, [model.body(name).id for name in names], axis_N),
+        spin_inertia=_inertia_along(model, data, rotors, axis_N),
         momentum_limit=momentum_limit,
         torque_limit=np.array(model.actuator_forcerange[motors, 1]),
+        position_B=(data.xpos[rotors] - data.subtree_com[model.body("bus").id]) @ bus_rotation,
     )
 
 

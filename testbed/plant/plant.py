@@ -85,7 +85,7 @@ class Plant:
         self.wheel_inertia: UnitSeries = np.stack([wheel_inertia(model) for model in self.models])
         """Jw of the reaction wheels, shape (B, W), kg·m²."""
         self._wheel_speed_limit = wheel_momentum_limit / self.wheel_inertia
-        self._wheel_loop_gain = -np.stack([model.actuator_biasprm[self.layout.wheel_motor, 2] for model in self.models])
+        self._wheel_loop_gain = np.stack([_wheel_loop_gain(model) for model in self.models])
         self.wheel_clamped: Flags = np.zeros_like(self.wheel_inertia, dtype=np.bool_)
         """Which wheels are at their momentum limit and asked to go beyond, shape (B, W)."""
         self._speed_limit = rotor_momentum_limit / self._spin_inertia
@@ -200,6 +200,12 @@ class Plant:
             f"{self._time[platform]:.6g} s. The last finite state was {state}. "
             "Try a smaller simulation.step_s or a softer gimbal servo"
         )
+
+
+def _wheel_loop_gain(model: Model) -> Units:
+    """Return the gain of the loop on each wheel's speed, in the drive's own torque, shape (W,), N·m·s/rad."""
+    motors = [model.actuator(name).id for name in wheel_names("motor", wheel_count(model))]
+    return np.asarray(-model.actuator_biasprm[motors, 2] / model.actuator_gainprm[motors, 0])
 
 
 def spin_inertia(model: Model) -> Units:

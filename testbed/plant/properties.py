@@ -24,6 +24,9 @@ class WheelProperties:
         viscous_friction: of its bearing, N·m·s/rad.
         coulomb_friction: of its bearing, N·m.
         speed_loop_bandwidth: of the loop on its speed inside the drive, rad/s; 0 for none.
+        torque_factor: torque of the motor over what its drive takes it to give.
+        motor_lag: time constant by which the motor's torque follows its drive, s.
+        imbalance: mass of the rotor times the distance of its centre of mass from the axis, kg·m.
     """
 
     axis_B: Vector3
@@ -36,6 +39,9 @@ class WheelProperties:
     viscous_friction: float = 0.0
     coulomb_friction: float = 0.0
     speed_loop_bandwidth: float = 0.0
+    torque_factor: float = 1.0
+    motor_lag: float = 0.0
+    imbalance: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -26,6 +26,7 @@ from testbed.estimation.telemetry import (
     has_gimbals,
     is_commanded,
 )
+from testbed.prediction.wheel_impulses import ImpulseNoise
 
 LONGEST_STEP = 1.0 / 64.0
 """s. The motions of 1 rad/s and 5 Hz that such platforms make are integrated to 1e-7 rad/s with it (a test says so)."""
@@ -70,6 +71,7 @@ class Grid:
         thrust: of single actuators as commanded, at the times of `applied_torque_B`, shape (R, 1, L + T, M), N; None
             where their commands are not known.
         follows_commands: whether the gimbals follow their commands but for a lag, so that rates can be predicted.
+        wheel_noise: in what noise the impulses of the wheels' motors are compared; None where they are not.
     """
 
     runs: tuple[Telemetry, ...]
@@ -82,6 +84,7 @@ class Grid:
     applied_torque_B: Array
     thrust: Array | None = None
     follows_commands: bool = False
+    wheel_noise: ImpulseNoise | None = None
 
     @property
     def thrusters(self) -> Thrusters | None:

@@ -15,6 +15,7 @@ import numpy as np
 from testbed.arrays import Array, Series
 from testbed.estimation.surroundings import Surroundings
 from testbed.prediction.grid import Gimbals, Grid
+from testbed.prediction.wheel_impulses import Impulses
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -127,6 +128,14 @@ class Hooks:
     def servo_lag(self, value: Array, units: int) -> Array:  # noqa: ARG002
         """Return the time constant by which each of M gimbals' motors stays behind its demand, shape (P, M), s."""
         return np.zeros((1, units))
+
+    def wheel_lag(self, value: Array, wheels: int) -> Array:  # noqa: ARG002
+        """Return the time constant by which each of W wheels' motors follows its command, shape (P, W), s."""
+        return np.zeros((1, wheels))
+
+    def wheel_impulse(self, impulse: Array, value: Array, of: Impulses) -> Array:  # noqa: ARG002
+        """Return what the wheels' motors give to their motion, shape (P, L, W), N·m·s, instead of `impulse`."""
+        return impulse
 
 
 def overrides(hook: Hooks, *parts: str) -> bool:

@@ -18,6 +18,7 @@ from testbed.prediction.integration import COMPLEX_STEP, GRIDS, Values, node_rat
 from testbed.prediction.motor_torques import has_torques, motor_torques
 from testbed.prediction.servo_response import servo_responses
 from testbed.prediction.smoothed import body_motion
+from testbed.prediction.wheel_response import predicted_impulses
 
 Predictor: TypeAlias = Callable[[Grid, Sequence[Hooks], Values], list[Array]]
 """From the runs, the effects and P parameter sets to blocks of predictions, each with the sets on its first axis."""
@@ -64,10 +65,10 @@ def without_gyro_errors(grid: Grid, hooks: Sequence[Hooks], values: Values) -> G
 
 
 def predicted_channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> list[Array]:
-    """Return all that is compared: every run's gyro samples, then motor torques, then the gimbals' servo responses.
+    """Return all that is compared: every run's gyro samples, motor torques, servo responses, impulses of wheels.
 
-    Blocks of shape (P, N, 3) or (P, N, 6), in the units of the channel; block b belongs to run b modulo the runs. Motor
-    torques and responses are there if the runs carry what they are compared with.
+    Blocks of shape (P, N, 3), (P, N, 6) or (P, N, W), in the units of the channel; block b belongs to run b modulo the
+    runs. All but the gyro's are there if the runs carry what they are compared with.
 
     Args:
         grid: the runs.
@@ -101,6 +102,8 @@ def _gimbal_channels(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array
         blocks += motor_torques(grid, hooks, effects, _measured_rates(grid))
     if grid.follows_commands:
         blocks += servo_responses(grid, hooks, effects)
+    if grid.wheel_noise is not None:
+        blocks += predicted_impulses(grid, hooks, effects)
     return blocks
 
 
@@ -110,13 +113,17 @@ def _gimbal_channels_of_telemetry(grid: Grid) -> tuple[Array, ...]:
     return tuple(_gimbal_channels(grid, [], []))
 
 
+_INSIDE = ("motor_torque", "servo_lag", "gimbals", "wheel_impulse", "wheel_lag")
+"""Parts of the contract that change the channels of gimbals and wheels."""
+
+
 def _acts_inside(hook: Hooks) -> bool:
     """Return whether an effect acts inside the units.
 
     All others leave the gimbals' channels as they are: these hold less than a hundredth of the gyro's information on
     the body's motion, and errors of their own model must not count for an effect on the body or the gyro.
     """
-    return hook.predicts_gimbals and overrides(hook, "motor_torque", "servo_lag", "gimbals")
+    return hook.predicts_gimbals and overrides(hook, *_INSIDE)
 
 
 def _measured_rates(grid: Grid) -> Array:

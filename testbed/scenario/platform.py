@@ -7,7 +7,22 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import AfterValidator, Field, field_validator
 
-from testbed.quantities import Dipole, Drag, Edge, Factor, Mass, Momentum, Offset, Room, SignedMomentum, SmallAngle
+from testbed.quantities import (
+    Dipole,
+    Drag,
+    Edge,
+    Factor,
+    Friction,
+    FrictionTorque,
+    Imbalance,
+    Latency,
+    Mass,
+    Momentum,
+    Offset,
+    Room,
+    SignedMomentum,
+    SmallAngle,
+)
 from testbed.scenario.section import Section
 from testbed.scenario.values import (
     Angles,
@@ -95,6 +110,18 @@ class Truth(Section):
     wheel_axis_misalignment_rad: PerUnit[Pair[SmallAngle]] = ()
     """Turns of each wheel's axis, a pair for each: about two axes normal to it, the first of them also normal to body
     z; body x for a wheel along z."""
+    wheel_viscous_friction_N_m_s_rad: PerUnit[Friction] = ()
+    """True torque of each wheel's bearing over its speed; an empty list: as [[actuators]] has it."""
+    wheel_coulomb_friction_N_m: PerUnit[FrictionTorque] = ()
+    """True torque of each wheel's bearing against any motion; an empty list: as [[actuators]] has it."""
+    wheel_torque_factor: PerUnit[Factor] = ()
+    """True torque of each wheel's motor over what it is commanded, and over what its current shows; an empty list: 1; a
+    pure number."""
+    wheel_motor_lag_s: PerUnit[Latency] = ()
+    """Time constant of a first-order lag by which each wheel's motor follows its command; an empty list: none."""
+    wheel_imbalance_kg_m: PerUnit[Imbalance] = ()
+    """Static imbalance of each wheel: its mass times the distance of its centre of mass from its axis; an empty list:
+    none. A step of the integration may turn the fastest wheel by one radian at most."""
     center_of_mass_offset_m: Three[Offset] | None = None
     """True place of the centre of mass from the pivot of an air bearing, body axes."""
     drag_N_m_s_rad: Drag | None = None

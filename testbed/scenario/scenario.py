@@ -42,7 +42,13 @@ from testbed.scenario.start import (
     room_conflicts,
     wheel_start_conflicts,
 )
-from testbed.scenario.timing import clock_conflicts, sample_conflicts, size_conflicts, stiffness_conflicts
+from testbed.scenario.timing import (
+    clock_conflicts,
+    imbalance_conflicts,
+    sample_conflicts,
+    size_conflicts,
+    stiffness_conflicts,
+)
 from testbed.scenario.unit_counts import count_conflicts
 from testbed.signals import MOST_UNITS
 
@@ -149,6 +155,7 @@ class Scenario(BodyScenario):
         conflicts = (
             clock_conflicts(simulation, gyro),
             stiffness_conflicts(simulation, _gyros(info), _wheels(info)),
+            imbalance_conflicts(simulation, info.data.get("truth"), _wheels(info)),
             sample_conflicts(simulation, gyro, info.data.get("maneuver")),
             size_conflicts(simulation, info.data.get("maneuver")),
         )

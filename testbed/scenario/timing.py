@@ -8,6 +8,7 @@ from testbed.scenario.actuators import ReactionWheels
 from testbed.scenario.clocks import duration_conflicts, order_conflicts, rate_conflicts, step_conflicts
 from testbed.scenario.gyros import Gyros
 from testbed.scenario.maneuver import MIN_SAMPLES, CsvManeuver, Maneuver
+from testbed.scenario.platform import Truth
 from testbed.scenario.section import Conflict
 from testbed.scenario.sensors import Gyro
 from testbed.scenario.simulation import Simulation
@@ -17,6 +18,8 @@ ROTOR_SERVO_BANDWIDTH = 300.0
 _STABILITY_LIMIT = 2.785
 """Largest servo bandwidth times step that a fourth-order Runge-Kutta step bears."""
 
+STEP_TURN = 1.0
+"""rad by which an unbalanced wheel may turn in a step: a fourth-order step then integrates its force to 1 % (1/120)."""
 MOST_TICKS = 400_000
 """Control periods of a flight: each takes 9 kB with its record, page and recording (measured at 16,000 to 160,000), all
 of them 3.6 GB. An hour at 80 Hz has 288,000."""
@@ -83,6 +86,21 @@ def stiffness_conflicts(
         text = (
             f"{simulation.step_s} s is too long for the {fastest} servo of {servos[fastest]} rad/s; "
             f"stay below {longest:.3g} s"
+        )
+        yield Conflict(key="simulation.step_s", text=text)
+
+
+def imbalance_conflicts(
+    simulation: Simulation, truth: Truth | None, wheels: Sequence[ReactionWheels] | None
+) -> Iterator[Conflict]:
+    """Find a step too long for wheels that tremble."""
+    if not truth or not wheels or not any(truth.wheel_imbalance_kg_m):
+        return
+    fastest = max(each.momentum_limit_N_m_s / each.spin_inertia_kg_m2 for each in wheels)
+    if simulation.step_s * fastest > STEP_TURN:
+        text = (
+            f"{simulation.step_s} s is too long for truth.wheel_imbalance_kg_m: the fastest wheel turns by up to "
+            f"{simulation.step_s * fastest:.3g} rad in it; stay at or below {STEP_TURN / fastest:.3g} s"
         )
         yield Conflict(key="simulation.step_s", text=text)
 

@@ -18,7 +18,15 @@ _LISTS: Mapping[str, tuple[str, ...]] = {
 }
 """Keys of such lists, by section; a maneuver's are rows of them."""
 _WHEEL_LISTS: Mapping[str, tuple[str, ...]] = {
-    "truth": ("wheel_spin_inertia_factor", "wheel_axis_misalignment_rad"),
+    "truth": (
+        "wheel_spin_inertia_factor",
+        "wheel_axis_misalignment_rad",
+        "wheel_viscous_friction_N_m_s_rad",
+        "wheel_coulomb_friction_N_m",
+        "wheel_torque_factor",
+        "wheel_motor_lag_s",
+        "wheel_imbalance_kg_m",
+    ),
     "initial": ("wheel_momentum_N_m_s",),
     "wheel_tachometer": ("bias_rad_s", "scale_factor_error"),
     "controller": ("wheels.preferred_momentum_N_m_s",),

@@ -78,7 +78,7 @@ def test_a_noise_that_is_only_estimated_makes_a_larger_misfit_by_chance():
 def test_what_only_the_gimbals_show_is_reported_of_their_channels(null):
     quiet = next(gap for gap in null if not shows_in_gyro(gap))
     before, after = (replace(quiet, misfit=replace(quiet.misfit, gimbals=chi_square)) for chi_square in (900.0, 400.0))
-    assert gimbals_words(before, after) == "χ² of the gimbals' own channels: 900 -> 400"
+    assert gimbals_words(before, after) == "χ² of the actuators' own channels: 900 -> 400"
     assert gimbals_words(quiet, quiet) == ""
 
 

@@ -10,6 +10,7 @@ import pytest
 import tomli_w
 from scipy.spatial.transform import Rotation
 
+from testbed.assembly.control import tilts_along
 from testbed.assembly.platform import nominal_platform, true_platform
 from testbed.cli.check import check_scenario
 from testbed.cli.conceal import conceal_effects
@@ -24,6 +25,7 @@ from testbed.dynamics.environment import (
     outside_torque,
     parallel_axes,
 )
+from testbed.dynamics.inertia import theta_of
 from testbed.errors import InputError
 from testbed.experiment.conduct import conduct
 from testbed.experiment.planning import plan_maneuver
@@ -199,6 +201,28 @@ def test_a_maneuver_that_tilts_too_far_is_refused_when_it_is_checked_and_flown(t
         check_scenario(str(path), ())
 
 
+def test_a_design_keeps_within_the_tilt_that_the_bearing_allows(tmp_path):
+    design = {
+        "kind": "design",
+        "parametrization": "body_rate",
+        "criterion": "D",
+        "constraint": "hard",
+        "envelope_fraction": 0.7,
+        "body_rate_limit_rad_s": 0.3,
+        "duration_s": 10.0,
+        "control_points": 10,
+        "starts": 1,
+        "seed": 1,
+        "sample_rate_hz": 10.0,
+        "prefilter_time_constant_s": 1.0,
+    }
+    keys = BEARING | {"maneuver": design}
+    scenario = read_scenario(written(keys, tmp_path, simulation={"duration_s": 10.0}))
+    maneuver = plan_maneuver(scenario, nominal_platform(scenario)).maneuver
+    largest = tilts_along(scenario, maneuver, np.linspace(0.0, 10.0, 1001)).max()
+    assert 0.9 * scenario.environment.tilt_limit_rad < largest < scenario.environment.tilt_limit_rad
+
+
 def test_the_momentum_of_a_flight_on_a_bearing_changes_by_gravity_alone(tmp_path):
     """About the pivot, by MuJoCo's own momentum and gravity against the formula along the attitude as flown."""
     scenario = read_scenario(written(BEARING, tmp_path, estimation={"estimators": ["ls"]}))
@@ -212,3 +236,14 @@ def test_the_momentum_of_a_flight_on_a_bearing_changes_by_gravity_alone(tmp_path
 def test_the_concealing_engine_says_that_it_flies_freely(tmp_path):
     with pytest.raises(InputError, match=r'environment\.kind is "air_bearing", but the concealing engine'):
         conceal_effects(str(written(BEARING, tmp_path)), tmp_path / "out", (), 1, drawn=True, size=None, runs=2)
+
+
+def test_the_cubesat_in_orbit_learns_its_inertia_beside_what_its_environment_does():
+    scenario = read_scenario(shipped_scenario("orbit_wheels"))
+    experiment = conduct(scenario, seed=90051)
+    assert experiment.outcome == "completed"
+    true = theta_of(np.array(scenario.truth.inertia_kg_m2))
+    for name, estimate in experiment.estimation.by_name.items():
+        std = np.sqrt(np.diag(estimate.covariance)[:6])
+        print(name, ((estimate.theta - true) / std).round(2), (1e6 * std).round(2), "1e-6 kg·m²")
+        np.testing.assert_array_less(np.abs(estimate.theta - true), 4.0 * std)

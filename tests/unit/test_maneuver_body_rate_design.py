@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,8 @@ from testbed.maneuver.design import Search
 from testbed.maneuver.information import maneuver_information
 from testbed.maneuver.penalty import Penalty
 from testbed.maneuver.profiles import basic_profile
+from testbed.rotation.kinematics import integrate_attitude
+from testbed.rotation.quaternion import quaternion_product, tilts
 
 FINE = np.linspace(0.0, 5.0, 1601)  # the design's own grid has 161 instants
 CRITERIA = ("D", "A", "E", "condition")
@@ -96,6 +100,25 @@ def test_a_start_in_motion_is_brought_to_rest():
     np.testing.assert_allclose(reference.body_rate[-1], 0.0, atol=1e-15)
     total = np.linalg.norm(INERTIA @ initial)
     assert np.all(np.abs(reference.body_rate @ INERTIA) <= MOMENTUM_LIMIT - total + 1e-8)
+
+
+@pytest.mark.parametrize("penalty", [None, Penalty()])
+def test_a_tilt_is_kept_and_taken_up(penalty):
+    """By the attitude along the body rate: what a bearing allows holds between the design's instants, too."""
+    limit, tilted = 0.12, np.array([0.0, np.sin(0.05), np.cos(0.05)])
+    problem = design_problem("D", 16, initial_up_B=tilted)
+    limits = replace(body_rate_limits(), tilt=limit)
+    free, kept = (
+        body_rate_design(problem, each, Search(starts=1, seed=4), penalty) for each in (body_rate_limits(), limits)
+    )
+    start = np.array([np.cos(0.025), np.sin(0.025), 0.0, 0.0])  # body z leans by 0.05 rad about x
+    tilt = {
+        name: tilts(quaternion_product(start, integrate_attitude(FINE, each.maneuver.reference(FINE).body_rate))).max()
+        for name, each in (("free", free), ("kept", kept))
+    }
+    assert tilt["free"] > 1.5 * limit
+    assert 0.9 * limit < tilt["kept"] < 1.01 * limit
+    assert kept.information.determinant < free.information.determinant
 
 
 def test_a_total_momentum_beyond_the_cluster_is_refused():

@@ -109,6 +109,22 @@ def test_changes_are_carried_from_node_to_node():
 
 
 @pytest.mark.parametrize("carries", [False, True])
+def test_sums_keep_a_share_of_those_before(carries):
+    keeps, added = _drawn(1, NODES, 2, carries=False), _drawn(SETS, NODES, 2, carries=carries)
+    expected = [added[:, 0]]
+    for step in range(1, NODES):
+        expected.append(added[:, step] + keeps[:, step] * expected[-1])
+    _alike(kernels.accumulated(keeps, added), np.stack(expected, axis=1))
+
+
+def test_pivots_are_the_squares_of_the_cholesky_factor():
+    own, shared = 3.0 + np.abs(_drawn(NODES, 1, carries=False)), _drawn(NODES, 1, carries=False)
+    matrix = np.diag(own[:, 0]) + np.diag(shared[1:, 0], 1) + np.diag(shared[1:, 0], -1)
+    factor = np.diag(np.linalg.cholesky(matrix))
+    np.testing.assert_allclose(kernels.pivots(own, shared)[:, 0], factor**2, rtol=1e-13)
+
+
+@pytest.mark.parametrize("carries", [False, True])
 @pytest.mark.parametrize("nodes", [2, 3, 4, 5, 60])
 def test_slopes_at_nodes_are_those_of_the_cubic_spline(nodes, carries):
     values, at = _drawn(RUNS, SETS, nodes, 3, carries=carries), np.arange(nodes)

@@ -19,6 +19,7 @@ PURE_NUMBERS = {
     "gimbal_axis",
     "spin_axis",
     "wheel_spin_inertia_factor",
+    "wheel_torque_factor",
     "attitude_quat_NB",
     "cluster_torque_fraction",
     "wheel_torque_fraction",

@@ -54,6 +54,7 @@ OTHER_PLATFORMS = {
     "mixed",
     "adopted",
     "air_bearing",
+    "orbit_wheels",
 }
 """Satellites, two quadcopters, a table on a bearing and other arrays of units, with gyros of their own."""
 

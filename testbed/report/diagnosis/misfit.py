@@ -34,11 +34,11 @@ def misfit_change_words(before: Gap, after: Gap) -> str:
 
 
 def gimbals_words(before: Gap, after: Gap) -> str:
-    """Return by how much the gimbals' own channels are explained better; empty where there are none."""
+    """Return by how much the actuators' own channels are explained better; empty where there are none."""
     one, other = before.misfit, after.misfit
     if one is None or other is None or not one.gimbals:
         return ""
-    return f"χ² of the gimbals' own channels: {one.gimbals:.0f} -> {other.gimbals:.0f}"
+    return f"χ² of the actuators' own channels: {one.gimbals:.0f} -> {other.gimbals:.0f}"
 
 
 def shows_in_gyro(gap: Gap) -> bool:

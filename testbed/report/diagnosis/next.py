@@ -46,11 +46,11 @@ def purpose_words(proposal: Proposal) -> str:
 
 
 def no_gimbals_words(diagnosis: Diagnosis) -> Iterator[str]:
-    """Yield why there is no next flight where there are no gimbals to steer, and which experiment would help."""
+    """Yield why there is no next flight where gimbals are not what steers, and which experiment would help."""
     experiments = dict.fromkeys(each.effect.confirm for each in diagnosis.added if each.look_alikes)
     if experiments:
         yield (
-            "no next flight: what is designed is a path of gimbals, and these records have none, only applied torque. "
+            "no next flight: what is designed is a path of gimbals alone, and this platform has more than those. "
             f"To distinguish the effects: {' '.join(experiments)}"
         )
 

@@ -1,0 +1,53 @@
+"""Lines in the gyro's readings whose size and phase are not known: what the readings say of one in every run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import scipy
+
+from testbed.arrays import Array
+from testbed.effects.noise_effect import Finding, Readings
+
+_ALIASED = 1e-6
+"""Share of the larger singular value of the normal matrix of a line's two columns below which they are one: a line at
+half the gyro's rate, whose phase does not show."""
+
+
+def found_lines(readings: Readings, columns_of: Callable[[int], Array | None]) -> Finding | None:
+    """Return what the readings say of a line of one size, its phase free in every run; None where a run has no line.
+
+    Args:
+        readings: against the present model.
+        columns_of: from a run's index to the line of size one at phases of 0 and 90 degrees, shape (N, 3, 2), rad/s.
+    """
+    lines = [_line_fit(part, readings, columns_of(part)) for part in range(len(readings.runs))]
+    if None in lines:
+        return None
+    fits = [each for each in lines if each is not None]
+    gain, freedom = sum(fit[1] for fit in fits), 2 * len(fits)
+    squares = np.array([fit[0] @ fit[0] for fit in fits])
+    errors = np.array([np.trace(fit[2]) for fit in fits])  # noise alone has such squares
+    size = float(np.sqrt(max(np.mean(squares - errors), 0.0)))
+    explained = [fit[3] for fit in fits]
+    return Finding(
+        values=np.array([size]),
+        std=np.array([np.sqrt(np.mean(errors) / freedom)]),
+        chi_square_reduction=gain,
+        freedom=freedom,
+        p_value=float(scipy.stats.chi2.sf(gain, freedom)),
+        variance=np.asarray(np.mean(np.concatenate(explained) ** 2, axis=0)),
+        explained=explained,
+    )
+
+
+def _line_fit(part: int, readings: Readings, columns: Array | None) -> tuple[Array, float, Array, Array] | None:
+    """Return a run's (U cos φ₀, U sin φ₀), the χ² that they explain, their covariance, and what they explain."""
+    if columns is None:
+        return None
+    white = readings.whitened(columns, part).reshape(-1, 2)
+    residual = readings.whitened(readings.residual[part], part).ravel()
+    covariance = np.asarray(np.linalg.pinv(white.T @ white, rcond=_ALIASED))
+    values = covariance @ (white.T @ residual)
+    return values, float(values @ (white.T @ residual)), covariance, columns @ values

@@ -1,0 +1,213 @@
+"""What the motors of reaction wheels were asked to give between samples, and what the wheels' own motion took.
+
+Of one wheel, with a its axis: Jw (Ω̇ + a·ω̇) = τ - c Ω - τ_c sign Ω. From one sample to the next nothing has to be
+differentiated: Jw (ΔΩ + a·Δω) + ∫ friction dt, from tachometer and gyro, is the impulse ∫ τ dt.
+
+The tachometer's noise stands in two impulses, with opposite signs; what turns a wheel beside all that is predicted adds
+an impulse of its own to each. Impulses are compared without the correlation that this makes: what is constant in time
+then counts by its integral over the record, as it should.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.arrays import Array, Units, UnitSeries
+from testbed.estimation.telemetry import Telemetry, WheelMotors, WheelTelemetry
+from testbed.prediction.compared import compared
+from testbed.prediction.kernels import accumulated, pivots
+from testbed.prediction.smooth import decay
+from testbed.prediction.smoothed import body_motion
+
+_REMEMBERED = 64
+"""Runs whose impulses are kept, as many as in `motor_torques`; a miss costs time only."""
+_AT_LIMIT = 0.98
+"""Share of a wheel's limits from which on it may have been held at one: a tachometer's noise is less than the rest."""
+_STICKING = 0.5
+"""rad/s. A bearing that turns more slowly, or turns round, may stick, and then takes any torque within its dry
+friction: ten times a good tachometer's noise, and a thousandth of what wheels turn at."""
+_LEAST_LOOP = 1e-6
+"""Of a speed loop's bandwidth times the control period, below which its torque does not change within that: 0/0."""
+
+
+class Impulses(NamedTuple):
+    """W wheels in the L intervals between a run's samples.
+
+    Attributes:
+        interval: shape (L,), s.
+        torque: mean that the motors were asked for, or gave, shape (L, W), N·m.
+        gained: Jw (ΔΩ + a·Δω), shape (L, W), N·m·s.
+        friction: ∫ of the friction that is known, shape (L, W), N·m·s.
+        turned: ∫ Ω dt, shape (L, W), rad.
+        directed: ∫ sign Ω dt, shape (L, W), s.
+        viscous: friction over speed that is known, shape (W,), N·m·s/rad.
+        kept: the intervals that are compared, shape (K,).
+        first: which of these do not follow on the one before, shape (K,).
+    """
+
+    interval: Array
+    torque: UnitSeries
+    gained: UnitSeries
+    friction: UnitSeries
+    turned: UnitSeries
+    directed: UnitSeries
+    viscous: Units
+    kept: NDArray[np.intp]
+    first: NDArray[np.bool_]
+
+    @property
+    def asked(self) -> UnitSeries:
+        """Impulses that the motors were asked for, or gave, shape (L, W), N·m·s."""
+        return np.asarray(self.torque * self.interval[:, None])
+
+    @property
+    def needed(self) -> UnitSeries:
+        """Impulses that the wheels' motion took of the motors, shape (L, W), N·m·s."""
+        return self.gained + self.friction
+
+
+class ImpulseNoise(NamedTuple):
+    """In what noise impulses are compared, and which.
+
+    Attributes:
+        commanded: whether those that are commanded, and not those that were measured, are held against the motion.
+        tachometer: standard deviation s of a sample of Jw Ω, shape (W,), N·m·s.
+        torque: density ρ of the torques beside all that is predicted, shape (W,), N²·m²·s.
+        interval: the usual one between samples, s.
+    """
+
+    commanded: bool
+    tachometer: Units
+    torque: Units
+    interval: float
+
+    @property
+    def sigma(self) -> Units:
+        """Standard deviation of what `without_correlation` leaves, shape (W,), N·m·s.
+
+        F = 2 s² + ρ Δt - s⁴ / F of an impulse behind many.
+        """
+        half = self.tachometer**2 + 0.5 * self.torque * self.interval
+        return np.asarray(np.sqrt(half + np.sqrt(np.maximum(half**2 - self.tachometer**4, 0.0))))
+
+
+def impulses_of(run: Telemetry, *, commanded: bool) -> Impulses | None:
+    """Return the impulses of a run's wheels; None where the channel, or what is known of the motors, is missing.
+
+    Args:
+        run: its wheels.
+        commanded: by the torques that were commanded, or else by those that were measured.
+    """
+    wheels = run.wheels
+    if wheels is None or wheels.motors is None:
+        return None
+    torque = wheels.torque_command if commanded else wheels.torque
+    return None if torque is None else _impulses(run, commanded)
+
+
+def lagged(impulses: Impulses, lag: Array) -> Array:
+    """Return the impulses that motors give which follow their commands with a first-order lag, shape (P, L, W), N·m·s.
+
+    T τ̇ = u - τ, u held through every interval: ∫ τ dt = u Δt + (τ_0 - u) T (1 - e^(-Δt/T)).
+
+    Args:
+        impulses: of the commands.
+        lag: T, shape (P, W), s.
+    """
+    asked = np.broadcast_to(impulses.asked, (len(lag), *impulses.asked.shape))
+    if not np.any(lag):
+        return asked
+    torque, left = impulses.torque, decay(impulses.interval[:, None], lag[:, None])
+    steps = np.concatenate([np.zeros_like(torque[:1]), torque[:-1] - torque[1:]])
+    behind = accumulated(np.roll(left, 1, axis=1), steps[None])  # τ_0 - u of every interval
+    return np.asarray(asked + behind * lag[:, None] * (1.0 - left))
+
+
+def without_correlation(impulses: Impulses, noise: ImpulseNoise, values: Array) -> Array:
+    """Return the part of compared impulses that those before do not foretell, shape (..., K, W), N·m·s.
+
+    With the covariance 2 s² + ρ Δt_k of each and -s² of neighbours, by its Cholesky factor; scaled so that their noise
+    is `ImpulseNoise.sigma` everywhere.
+
+    Args:
+        impulses: of the run.
+        noise: s and ρ.
+        values: shape (..., K, W), N·m·s.
+    """
+    coupled, pivot = _factor(impulses, noise)
+    kept = np.concatenate([np.zeros_like(pivot[:1]), coupled[1:] / pivot[:-1]])
+    flat = values.reshape(-1, *values.shape[-2:])
+    return np.asarray(accumulated(kept[None], flat).reshape(values.shape) * (noise.sigma / np.sqrt(pivot)))
+
+
+def impulse_scale(impulses: Impulses, noise: ImpulseNoise) -> Array:
+    """Return what `without_correlation` scales every compared impulse by, shape (K, W)."""
+    return np.asarray(noise.sigma / np.sqrt(_factor(impulses, noise)[1]))
+
+
+def _factor(impulses: Impulses, noise: ImpulseNoise) -> tuple[Array, Array]:
+    """Return s² where a compared impulse follows on another, and the pivots of the covariance, both of shape (K, W)."""
+    interval = impulses.interval[impulses.kept][:, None]
+    coupled = np.where(impulses.first[:, None], 0.0, noise.tachometer**2)
+    return coupled, pivots(2.0 * noise.tachometer**2 + noise.torque * interval, coupled)
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _impulses(run: Telemetry, commanded: bool) -> Impulses:
+    wheels, time = run.wheels, run.actuator_time
+    assert wheels is not None
+    assert wheels.motors is not None
+    motors, interval = wheels.motors, np.diff(time)
+    speed = wheels.momentum / wheels.wheels.spin_inertia
+    body_rate = body_motion(run)(np.clip(time, run.gyro_time[0], run.gyro_time[-1]))
+    before, after = speed[:-1], speed[1:]
+    turned, directed = 0.5 * (before + after) * interval[:, None], _direction(before, after) * interval[:, None]
+    kept = np.flatnonzero(_is_compared(run, wheels, speed))
+    return Impulses(
+        interval=interval,
+        torque=_mean_torque(wheels, motors, interval, commanded=commanded),
+        gained=wheels.wheels.spin_inertia * np.diff(speed + body_rate @ wheels.wheels.axis_B.T, axis=0),
+        friction=motors.viscous_friction * turned + motors.coulomb_friction * directed,
+        turned=turned,
+        directed=directed,
+        viscous=motors.viscous_friction,
+        kept=kept,
+        first=np.diff(kept, prepend=-2) > 1,
+    )
+
+
+def _mean_torque(wheels: WheelTelemetry, motors: WheelMotors, interval: Array, *, commanded: bool) -> UnitSeries:
+    """Return the mean torque of every interval, shape (L, W), N·m.
+
+    A command is what a motor gives from its sample on, a measured torque what it gave before: each for a control
+    period, through which a loop on the wheel's speed lets it decline. In between, torques go on a line.
+    """
+    sampled = wheels.torque_command if commanded else wheels.torque
+    assert sampled is not None
+    limit = wheels.wheels.torque_limit
+    torque, decline = np.clip(sampled, -limit, limit), np.maximum(motors.loop_bandwidth * motors.period, _LEAST_LOOP)
+    beside = 0.5 * np.minimum(motors.period / interval, 1.0)[:, None]
+    share = 0.5 - beside if commanded else 0.5 + beside
+    held = -np.expm1(-decline) / decline if commanded else np.expm1(decline) / decline
+    return np.asarray(held * (torque[:-1] + share * np.diff(torque, axis=0)))
+
+
+def _direction(before: UnitSeries, after: UnitSeries) -> UnitSeries:
+    """Return the mean sign of speeds that change along a line, shape (L, W)."""
+    change = after - before
+    turning = (np.abs(after) - np.abs(before)) / np.where(change == 0.0, 1.0, change)
+    return np.where(before * after > 0.0, np.sign(before), turning)
+
+
+def _is_compared(run: Telemetry, wheels: WheelTelemetry, speed: UnitSeries) -> NDArray[np.bool_]:
+    """Return between which samples impulses are compared, shape (L,): no wheel at a limit, nor where it may stick."""
+    limits = wheels.wheels
+    known = compared(run) & (np.abs(wheels.momentum) < _AT_LIMIT * limits.momentum_limit).all(axis=1)
+    known &= (np.abs(speed) > _STICKING).all(axis=1)
+    if wheels.torque_command is not None:
+        known &= (np.abs(wheels.torque_command) < _AT_LIMIT * limits.torque_limit).all(axis=1)
+    return np.asarray(known[1:] & known[:-1] & (speed[1:] * speed[:-1] > 0.0).all(axis=1))

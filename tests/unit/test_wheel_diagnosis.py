@@ -1,0 +1,142 @@
+"""Diagnoses of a CubeSat's wheels: what its motors, bearings and rotors hide is named first, and of none nothing is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+import testbed.library.diagnoses
+from testbed.assembly.extension import extended
+from testbed.assembly.platform import nominal_platform, true_platform
+from testbed.diagnosis.findings import additions
+from testbed.diagnosis.method import diagnosed
+from testbed.diagnosis.reading import data_set_of
+from testbed.diagnosis.signatures import hypotheses
+from testbed.diagnosis.state import Diagnosis
+from testbed.dynamics.inertia import theta_of
+from testbed.effects import registered
+from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
+from testbed.experiment.flying import fly_maneuver
+from testbed.experiment.planning import plan_maneuver
+from testbed.records.record import Record
+from testbed.records.selection import telemetry_only
+from testbed.scenario.reader import read_scenario
+from testbed.scenario.scenario import Scenario
+from testbed.scenario.shipped import shipped_scenario
+
+OF_WHEELS = {name: effect for name, effect in EFFECTS.items() if name.startswith("wheel_")}
+SEEDS = (90041, 90042, 90043)
+"""Of the flights; nothing was looked at or calibrated on them before."""
+HIDDEN = {
+    "wheel_viscous_friction": 1e-8,
+    "wheel_coulomb_friction": 5e-6,
+    "wheel_torque_scale": 0.01,
+    "wheel_lag": 0.01,
+    "wheel_imbalance": 5e-7,
+}
+"""Sizes that hardware has, of frictions such that twelve seconds at nearly constant speed distinguish the two."""
+WHEEL = "wheel3"
+
+
+def scenario() -> Scenario:
+    """Twelve seconds of the shipped CubeSat."""
+    shipped = read_scenario(shipped_scenario("cubesat_wheels"))
+    return shipped.model_copy(update={"simulation": shipped.simulation.model_copy(update={"duration_s": 12.0})})
+
+
+@cache
+def records(effect: str | None) -> tuple[Record, ...]:
+    """Fly three runs with the effect in one wheel."""
+    nominal, hidden = nominal_platform(scenario()), scenario()
+    if effect is not None:
+        hidden = extended(hidden, registered()[effect].extension(WHEEL, np.array([HIDDEN[effect]]), hidden))
+    maneuver = plan_maneuver(scenario(), nominal).maneuver
+    flown = [fly_maneuver(hidden, nominal, true_platform(hidden), maneuver, seed).record for seed in SEEDS]
+    named = [replace(each, details=replace(each.details, name=f"run {at}")) for at, each in enumerate(flown)]
+    return tuple(telemetry_only(each) for each in named)
+
+
+def without(channel: str) -> list[Record]:
+    return [
+        replace(each, channels={name: values for name, values in each.channels.items() if name != channel})
+        for each in records(None)
+    ]
+
+
+def data_of(recorded):
+    return data_set_of(list(recorded), scenario(), nominal_platform(scenario()))
+
+
+def states(effect: str | None) -> Iterator[Diagnosis]:
+    data = data_of(records(effect))
+    theta = theta_of(nominal_platform(scenario()).inertia)
+    return diagnosed(data.runs, data.heldout, OF_WHEELS, theta, noise_effects=NOISE_EFFECTS)
+
+
+@cache
+def late() -> Diagnosis:
+    """Return the complete diagnosis of flights with a late motor."""
+    *_, final = states("wheel_lag")
+    return final
+
+
+@pytest.mark.parametrize("effect", HIDDEN)
+def test_what_one_wheel_hides_is_named_first_with_its_size(effect):
+    first = next(named[0] for named in map(additions, states(effect)) if named)
+    assert (first.effect.id, first.component) == (effect, WHEEL)
+    assert not first.look_alikes
+    (size,) = first.quantities
+    print(f"{effect}: {size.value:.3g} ± {size.std:.2g} of {HIDDEN[effect]:g}")
+    assert abs(size.value - HIDDEN[effect]) < 4.0 * size.std
+
+
+def test_a_name_stands_when_the_residual_was_tested():
+    assert [each.effect.id for each in additions(late())] == ["wheel_lag"]
+
+
+def test_nothing_is_named_of_wheels_that_are_as_believed():
+    *_, final = states(None)
+    assert additions(final) == ()
+
+
+def test_motors_are_compared_by_their_currents_where_no_command_was_sent():
+    runs = data_of(without("wheel_torque_command")).runs
+    assert runs.grid.wheel_noise is not None
+    assert not runs.grid.wheel_noise.commanded
+    testable, untestable = hypotheses(runs, OF_WHEELS)
+    assert "wheel_torque_scale" in {each.effect.id for each in testable}
+    assert {each.effect for each in untestable} == {"wheel_lag"}  # a current shows the torque as it is given
+
+
+def test_a_command_in_another_unit_is_compared_with_nothing():
+    """Currents are held against the motion instead."""
+    scaled = [
+        replace(each, channels={**each.channels, "wheel_torque_command": 1e3 * each.channels["wheel_torque_command"]})
+        for each in records(None)
+    ]
+    noise = data_of(scaled).runs.grid.wheel_noise
+    assert noise is None or not noise.commanded
+
+
+def test_records_without_torques_test_for_none_of_their_effects():
+    bare = [
+        replace(each, channels={name: of for name, of in each.channels.items() if not name.startswith("wheel_torque")})
+        for each in records(None)
+    ]
+    runs = data_of(bare).runs
+    assert runs.grid.wheel_noise is None
+    assert {each.effect.id for each in hypotheses(runs, OF_WHEELS)[0]} == {
+        "wheel_inertia",
+        "wheel_misalignment",
+        "wheel_speed_bias",
+    }
+
+
+def test_of_wheels_no_next_flight_is_designed(monkeypatch):
+    """What would be designed is a path of gimbals, which there are none of."""
+    monkeypatch.setattr(testbed.library.diagnoses, "proposal_of", lambda *_: pytest.fail("one is designed"))
+    assert testbed.library.diagnoses._next_flight(scenario(), late(), lambda _: None) == (None, ())
