@@ -30,8 +30,9 @@ from benchmarks.blind_page import Making, content_of, page
 from benchmarks.blind_sindy import read_labels
 from benchmarks.blind_unlisted import kinds_of, read_bounds
 from benchmarks.table import DOCS, here_and_now
-from concealing.blind_set import Counts, Order, case_name, make, orders
-from concealing.files import SEAL
+from concealing.blind_set import Counts, make, orders
+from concealing.order import Order, case_name
+from concealing.sealing import SEAL
 from testbed.cli.score import print_card
 from testbed.scoring.card import score_card
 from testbed.scoring.case import read_cases
