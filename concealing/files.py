@@ -14,7 +14,7 @@ from concealing.guidance import software_of
 from concealing.instruments import encoder_error, gyro_error
 from concealing.library import KINDS
 from concealing.mujoco_flight import fly_in_mujoco
-from concealing.sealing import file_key, kept_rows, sealed_text, spiked, write_sealed
+from concealing.sealing import kept_rows, sealed_text, spiked, write_sealed
 from testbed.records.record import Record, RunDetails
 
 
@@ -69,11 +69,6 @@ def answer_text(flown: Flown) -> str:
         "case": asdict(case) | {"scenario": case.scenario.name},
     }
     return sealed_text(case.seed, case.stratum, case.effects, KINDS, content)
-
-
-def parameter_key(effect: str, name: str) -> str:
-    """Return a parameter's name as files spell it: delay_s, impulse_x_N_m_s, frequency_hz."""
-    return file_key(effect, name, KINDS[effect].units[name])
 
 
 def _actuation(flown: Flown, index: int, ticks: Array) -> dict[str, Array]:
