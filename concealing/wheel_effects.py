@@ -26,11 +26,13 @@ from concealing.wheels import WheelCraft, Wheels
 WHEELS = tuple(f"wheel{number}" for number in range(1, 5))
 _BESIDE_UNITS = (
     *("viscous_drag", "quadratic_drag", "body_torque", "inertial_torque", "tether", "contact"),
-    *("flexible_appendage", "slosh"),
     *("gyro_bias", "gyro_drift", "gyro_scale", "gyro_misalignment", "gyro_latency", "gyro_bandwidth"),
     *("gyro_noise", "gyro_quantization", "gyro_saturation"),
 )
-"""Effects of the published table that sit in no gimbal, and in no actuator without momentum."""
+"""Effects of the published table that sit in no gimbal, and in no actuator without momentum.
+
+What moves inside is left out: slow turns excite it so little that at four detectable sizes a third of the CubeSat's
+inertia would have to swing on a hinge, or a quarter of its mass be loose."""
 
 
 def wheel_inertia(craft: WheelCraft, component: str, parameters: Parameters) -> WheelCraft:
@@ -130,5 +132,5 @@ FLYING: dict[str, EffectKind] = {
     **OF_WHEELS,
 }
 """What can be hidden in a craft with wheels that flies freely, by id."""
-STANDING = {name: kind for name, kind in FLYING.items() if name != "slosh"} | OF_BEARINGS
-"""What can be hidden in one on a bearing: gravity, too, would move what is loose inside, which no equation here has."""
+STANDING = FLYING | OF_BEARINGS
+"""What can be hidden in one on a bearing."""
