@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -29,6 +30,10 @@ _STANDING = (np.array([0.1, 0.1, 0.4]), (0.03, 0.15))
 in a minute, tilts of the table's as it is shipped."""
 _USED = 0.7
 """Share of the wheels' limits and of the tilt limit that a planned motion uses at most: what is hidden has the rest."""
+_TRIES = 6
+"""Of making a motion smaller until it keeps the limits; the share that it uses is nearly in proportion to it."""
+_COARSE = 0.5
+"""Refinement of flights that are only sized, as in `concealing.signature`."""
 _ROLLED_IN = 3.0
 """s in which the motion of a craft that is released at rest sets in."""
 
@@ -140,11 +145,11 @@ def fly_wheels(case: WheelCase, *, quiet: bool = False, refinement: float = 1.0)
     return FlownWheels(case=case, platform=platform, craft=craft, mechanics=mechanics, clock=clock, log=log)
 
 
-class _WheelNoise:
-    """Standard normal numbers of the tachometers on board, and the gyro's."""
+class _WheelNoise(NamedTuple):
+    """Standard normal numbers: the gyro's, and the tachometers' on board, (K, B, W)."""
 
-    def __init__(self, gyro: Noise, tachometer: Array) -> None:
-        self.gyro, self.tachometer = gyro, tachometer
+    gyro: Noise
+    tachometer: Array
 
 
 def _clock(case: WheelCase, platform: WheelPlatform) -> Clock:
@@ -232,13 +237,9 @@ def planned(platform: WheelPlatform, run: WheelRun, clock: Clock) -> Plan:
     for _ in range(_TRIES):
         plan, load = _plan(platform, scale * turn, clock)
         if load <= _USED:
-            break
+            return plan
         scale *= 0.95 * _USED / load
-    return plan
-
-
-_TRIES = 6
-"""Of making a motion smaller; the load is nearly in proportion to it."""
+    raise ValueError(f"no motion of seed {run.motion} keeps the limits: the platform at rest uses {load:.0%} of one")
 
 
 def _plan(platform: WheelPlatform, turn: Array, clock: Clock) -> tuple[Plan, float]:
@@ -271,10 +272,6 @@ def _body_rate(turn: Array, change: Array) -> Array:
     across = np.cross(turn, change)
     along = (angle - np.sin(angle)) / angle**3
     return change - (1.0 - np.cos(angle)) / angle**2 * across + along * np.cross(turn, across)
-
-
-_COARSE = 0.5
-"""Refinement of flights that are only sized."""
 
 
 def signal(case: WheelCase) -> float:
