@@ -31,7 +31,12 @@ SEED, CASES = 7717, 100
 """Of a set that nobody has looked at, and cases of each platform."""
 _HEAD = """# The blind set of craft with wheels
 
-Written by `python -m benchmarks.blind_wheels`; do not edit. What each figure means: [scoring.md](scoring.md).
+Written by `python -m benchmarks.blind_wheels card --write`; do not edit. Each figure is explained in
+[scoring.md](scoring.md).
+
+    python -m benchmarks.blind_wheels make          # 100 cases of each platform into runs/, with their sealed answers
+    python -m benchmarks.blind_wheels run           # diagnoses them; both can be interrupted, and go on where they were
+    python -m benchmarks.blind_wheels card --write  # scores what has been diagnosed so far into this page
 
 The concealing engine flies a CubeSat with four wheels, `cubesat_wheels`, freely, and a table on a ball bearing under
 gravity, `air_bearing`, by equations, formulas and a reader of its own: no MJCF, no code of the testbed but the records'
@@ -77,10 +82,10 @@ def card(chosen: argparse.Namespace) -> None:
         for platform in chosen.platforms
     }
     together = [case for cases in by_platform.values() for case in cases]
-    contents = {"both": _content(together, chosen)} | {
-        platform: _content(cases, chosen) for platform, cases in by_platform.items() if cases
-    }
-    print_card(score_card(together))
+    scored = {"both": together, **by_platform}
+    contents = {name: _content(cases, chosen) for name, cases in scored.items() if cases}
+    if together:
+        print_card(score_card(together))
     for folder in (chosen.out, DOCS) if chosen.write else (chosen.out,):
         _write(contents, folder, chosen.words)
 

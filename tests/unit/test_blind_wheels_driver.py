@@ -71,3 +71,9 @@ def test_what_was_made_is_kept(out, monkeypatch):
     assert (out / "cubesat_wheels" / "data" / "case_0001" / SEAL) in before
     called(monkeypatch, "make", "--out", out, "--platforms", "cubesat_wheels", "--cases", 3, "--seed", 5, "--jobs", 1)
     assert {path: path.read_bytes() for path in before} == before
+
+
+def test_before_the_first_diagnosis_the_page_says_what_will_be_measured(tmp_path, monkeypatch):
+    called(monkeypatch, "card", "--out", tmp_path, "--words", "Nothing is scored yet.")
+    assert "Nothing is scored yet." in (tmp_path / "blind-wheels.md").read_text(encoding="utf-8")
+    assert json.loads((tmp_path / "blind-wheels.json").read_text(encoding="utf-8")) == {}
