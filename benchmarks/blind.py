@@ -17,10 +17,11 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -30,8 +31,9 @@ from benchmarks.blind_page import Making, content_of, page
 from benchmarks.blind_sindy import read_labels
 from benchmarks.blind_unlisted import kinds_of, read_bounds
 from benchmarks.table import DOCS, here_and_now
-from concealing.blind_set import Counts, Order, case_name, make, orders
-from concealing.files import SEAL
+from concealing.blind_set import Counts, make, orders
+from concealing.order import Order, case_name
+from concealing.sealing import SEAL
 from testbed.cli.score import print_card
 from testbed.scoring.card import score_card
 from testbed.scoring.case import read_cases
@@ -58,9 +60,9 @@ def main() -> None:
     wanted = orders(counts_of(chosen.cases), chosen.seed)[: chosen.first]
     data, answers, diagnoses = out / "data", out / "answers", out / "diagnoses"
     with locked(answers, 0o700):
-        _make(wanted, chosen.seed, data, answers, chosen.jobs)
+        make_all(wanted, partial(timed_make, seed=chosen.seed, data=data, answers=answers), chosen.jobs)
     with locked(answers, 0o000):
-        _diagnose(data, diagnoses, len(wanted), chosen.jobs)
+        diagnose_all(SCENARIO, data, diagnoses, len(wanted), chosen.jobs)
     names = {case_name(order) for order in wanted}
     cases = [case for case in read_cases(diagnoses, answers) if case.name in names]
     card = score_card(cases)
@@ -70,8 +72,8 @@ def main() -> None:
         command=_command(chosen),
         seed=chosen.seed,
         where=f"Scored {here_and_now()}",
-        making_seconds=_kept_seconds(answers, names),
-        diagnosis_seconds=_kept_seconds(diagnoses, names),
+        making_seconds=kept_seconds(answers, names),
+        diagnosis_seconds=kept_seconds(diagnoses, names),
     )
     content = content_of(card, others, kinds_of(cases, read_bounds(out)), making)
     _write(content, out / "score.json", out / "blind.md")
@@ -90,7 +92,8 @@ def _write(content: dict[str, Any], numbers: Path, text: Path) -> None:
     print(f"Written to {numbers} and {text}")
 
 
-def _kept_seconds(folder: Path, names: Collection[str]) -> tuple[float, ...]:
+def kept_seconds(folder: Path, names: Collection[str]) -> tuple[float, ...]:
+    """Return the seconds that are kept in the folders of some cases."""
     paths = [path for path in sorted(folder.glob(f"*/{SECONDS}")) if path.parent.name in names]
     return tuple(float(path.read_text(encoding="utf-8")) for path in paths)
 
@@ -106,26 +109,35 @@ def locked(folder: Path, mode: int) -> Iterator[None]:
         folder.chmod(0o700)
 
 
-def _make(wanted: list[Order], seed: int, data: Path, answers: Path, jobs: int) -> None:
+def make_all(wanted: Sequence[Order], make_one: Callable[[Order], None], jobs: int) -> None:
+    """Make cases in processes of their own.
+
+    Args:
+        wanted: in the order of their names.
+        make_one: makes a case where it is not whole yet.
+        jobs: processes.
+    """
     with ProcessPoolExecutor(jobs) as pool:
-        made = [pool.submit(timed_make, order, seed, data, answers) for order in wanted]
+        made = [pool.submit(make_one, order) for order in wanted]
         for count, future in enumerate(made, start=1):
             future.result()
             print(f"\rmade {count} of {len(wanted)}", end="", flush=True)
     print()
 
 
-def timed_make(order: Order, seed: int, data: Path, answers: Path) -> None:
+def timed_make(
+    order: Order, seed: int, data: Path, answers: Path, scenario: Path = SCENARIO, made_by: Callable[..., Path] = make
+) -> None:
     """Make a case where it is not whole yet, and keep beside its answer how long that took."""
     name, started = case_name(order), time.perf_counter()
     if not (data / name / SEAL).exists():
-        make(order, seed, SCENARIO, data, answers)
+        made_by(order, seed, scenario, data, answers)
         (answers / name / SECONDS).write_text(f"{time.perf_counter() - started:.3f}\n", encoding="utf-8")
 
 
-def _diagnose(data: Path, diagnoses: Path, count: int, jobs: int) -> None:
+def diagnose_all(scenario: Path, data: Path, diagnoses: Path, count: int, jobs: int) -> None:
     """Run workers until so many are done; each takes every jobs-th case, which is fair as their order is random."""
-    places = (SCENARIO, data, diagnoses)
+    places = (scenario, data, diagnoses)
     command = [sys.executable, "-m", "benchmarks.blind_diagnosis", *map(str, places), str(count)]
     quiet = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     workers = [subprocess.Popen([*command, str(first), str(jobs)], env=quiet) for first in range(jobs)]

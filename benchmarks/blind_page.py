@@ -14,7 +14,8 @@ from testbed.scoring.card import ScoreCard, card_content
 _METHODS = (OURS, REDUCTION, BIC, SINDY, ORACLE)
 _HEAD = """# The blind set
 
-Written by `make blind`; do not edit. What each figure means: [scoring.md](scoring.md).
+Written by `make blind`; do not edit. What each figure means: [scoring.md](scoring.md). Craft with reaction wheels, free
+and on an air bearing, have [a set of their own](blind-wheels.md).
 
 """
 _METHODS_EXPLAINED = f"""
@@ -68,17 +69,10 @@ def page(content: Mapping[str, Any]) -> str:
     Args:
         content: of score.json.
     """
-    making = content["making"]
     lines = [
-        f"`{making['command']}`, seed {making['seed']}, {content['cases']} cases, {content['sealed']} answers as they "
-        f"were sealed; {len(content['failures'])} cases without a diagnosis.",
-        "",
-        making["where"] + ".",
-        "",
-        _seconds("Making a case", making["making_seconds"]),
-        _seconds("A diagnosis", making["diagnosis_seconds"]),
+        *opening(content),
         "\n## Figures\n",
-        *_figures(content["rows"]),
+        *figures(content),
         "\n## Other methods on the same cases\n",
         *_comparisons(content["others"]),
         _METHODS_EXPLAINED,
@@ -86,9 +80,23 @@ def page(content: Mapping[str, Any]) -> str:
         "## How far probabilities can be believed\n",
         *_reliability(content["calibration"]),
         "\n## What was said first\n",
-        *_confusion(content["confusion"]),
+        *confusion(content),
     ]
     return _HEAD + "\n".join(lines) + "\n"
+
+
+def opening(content: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what was made, scored and where; `content` as for `page`."""
+    making = content["making"]
+    yield (
+        f"`{making['command']}`, seed {making['seed']}, {content['cases']} cases, {content['sealed']} answers as they "
+        f"were sealed; {len(content['failures'])} cases without a diagnosis."
+    )
+    yield ""
+    yield making["where"] + "."
+    yield ""
+    yield _seconds("Making a case", making["making_seconds"])
+    yield _seconds("A diagnosis", making["diagnosis_seconds"])
 
 
 def _seconds(what: str, seconds: Sequence[float]) -> str:
@@ -106,9 +114,10 @@ def _table(*rows: Sequence[str]) -> Iterator[str]:
     yield from (f"| {' | '.join(row)} |" for row in rest)
 
 
-def _figures(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+def figures(content: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the table of figures; `content` as for `page`."""
     table = [("", "value", "of", "95 % interval", "wanted")]
-    for part, own in groupby(rows, key=lambda row: row["part"]):
+    for part, own in groupby(content["rows"], key=lambda row: row["part"]):
         table.append((f"**{part}**", "", "", "", ""))
         for row in own:
             table.append((row["what"], _value(row), str(row["of"]), _interval(row), row["wanted"]))
@@ -161,7 +170,9 @@ def _reliability(bins: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     return _table(*table)
 
 
-def _confusion(table: Mapping[str, Mapping[str, int]]) -> Iterator[str]:
+def confusion(content: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the table of what was said first; `content` as for `page`."""
+    table = content["confusion"]
     cells = {hidden: ", ".join(f"{said} {count}" for said, count in counts.items()) for hidden, counts in table.items()}
     return _table(("hidden", "said first, times"), *cells.items())
 

@@ -21,10 +21,11 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import chi2, ncx2
 
-from concealing.blind_set import Counts, Order, case_name, case_of, orders
+from concealing.blind_set import Counts, case_of, orders
 from concealing.case import Case
 from concealing.files import record
 from concealing.flown import fly_case, sensors_of
+from concealing.order import Order, case_name
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.data import joined
 from testbed.diagnosis.model import fitted

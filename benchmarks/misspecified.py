@@ -25,8 +25,9 @@ from benchmarks.blind_diagnosis import diagnose_case
 from benchmarks.table import DOCS, here_and_now
 from concealing.case import Case, Instruments
 from concealing.effect import HiddenEffect
-from concealing.files import SEAL, conceal
-from concealing.sizing import UnreachableError
+from concealing.files import conceal
+from concealing.power import UnreachableError
+from concealing.sealing import SEAL
 from concealing.strata import ATTEMPTS, bare_case, drawn_actuation, small_effects
 from testbed.scoring.case import Case as Scored
 from testbed.scoring.case import read_cases

@@ -10,7 +10,7 @@ import numpy as np
 
 from concealing.case import Case
 from concealing.library import KINDS, LISTED, UNLISTED
-from concealing.sizing import UnreachableError
+from concealing.power import UnreachableError
 from concealing.strata import (
     ATTEMPTS,
     MULTIPLES,

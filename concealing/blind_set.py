@@ -7,30 +7,27 @@ goes on where it was. Case k depends on the seed and on k alone.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from itertools import cycle, islice, product
+from itertools import product
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from concealing.case import Case
-from concealing.files import SEAL, conceal
+from concealing.files import conceal
 from concealing.library import LISTED, UNLISTED
+from concealing.order import Order, case_generator, case_name, order_generator, shuffled, turns
+from concealing.sealing import SEAL
 from concealing.strata import (
     FLOWN_EFFECTS,
     FLOWN_MULTIPLES,
     MULTIPLES,
     NEVER_HIDDEN,
     UNLISTED_SIGMA,
-    Stratum,
     random_case,
 )
-
-_ORDER = 1_000_000
-"""Spawn key of the order of a set; cases have smaller ones."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,30 +44,10 @@ class Counts:
     flown_null: int = 16
 
 
-@dataclass(frozen=True, kw_only=True)
-class Order:
-    """One case to make."""
-
-    index: int
-    stratum: Stratum
-    effect: str | None
-    multiple: float | None
-
-
 def orders(counts: Counts, seed: int) -> list[Order]:
     """Return the cases of a set in their random order; effects and sizes take turns, so that each gets its share."""
-    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_ORDER,)))
-    wanted = [*_wanted(counts, rng)]
-    shuffled = rng.permutation(len(wanted))
-    return [
-        Order(index=index, stratum=wanted[pick][0], effect=wanted[pick][1], multiple=wanted[pick][2])
-        for index, pick in enumerate(shuffled)
-    ]
-
-
-def case_name(order: Order) -> str:
-    """Return the name of a case's folders."""
-    return f"case_{order.index + 1:04d}"
+    rng = order_generator(seed)
+    return shuffled([*_wanted(counts, rng)], rng)
 
 
 def make(order: Order, seed: int, scenario: Path, data: Path, answers: Path) -> Path:
@@ -83,26 +60,19 @@ def make(order: Order, seed: int, scenario: Path, data: Path, answers: Path) -> 
 
 def case_of(order: Order, seed: int, scenario: Path) -> Case:
     """Return a case as it was ordered: a function of the set's seed and the case's number."""
-    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(order.index,)))
-    return random_case(rng, order.stratum, scenario, order.effect, order.multiple)
+    return random_case(case_generator(seed, order), order.stratum, scenario, order.effect, order.multiple)
 
 
-def _wanted(counts: Counts, rng: np.random.Generator) -> Iterator[tuple[Stratum, str | None, float | None]]:
+def _wanted(counts: Counts, rng: np.random.Generator) -> Iterator[tuple[str, str | None, float | None]]:
     listed = [name for name in LISTED if name not in NEVER_HIDDEN]
     yield from [("null", None, None)] * counts.null
-    yield from (("single", *each) for each in _turns(rng, product(listed, MULTIPLES), counts.single))
-    yield from (("pair", name, None) for name in _turns(rng, _with_cmgs(listed), counts.pair))
-    yield from (("unlisted", *each) for each in _turns(rng, product(UNLISTED, UNLISTED_SIGMA), counts.unlisted))
+    yield from (("single", *each) for each in turns(rng, product(listed, MULTIPLES), counts.single))
+    yield from (("pair", name, None) for name in turns(rng, _with_cmgs(listed), counts.pair))
+    yield from (("unlisted", *each) for each in turns(rng, product(UNLISTED, UNLISTED_SIGMA), counts.unlisted))
     yield from [("sigma_understated", None, None)] * counts.sigma_understated
     yield from [("sigma_overstated", None, None)] * counts.sigma_overstated
-    yield from (("flown", *each) for each in _turns(rng, product(FLOWN_EFFECTS, FLOWN_MULTIPLES), counts.flown))
+    yield from (("flown", *each) for each in turns(rng, product(FLOWN_EFFECTS, FLOWN_MULTIPLES), counts.flown))
     yield from [("flown", None, None)] * counts.flown_null
-
-
-def _turns(rng: np.random.Generator, of: Iterable[Any], count: int) -> Iterator[Any]:
-    """Return so many of a few in turns, in random order: each as often as any other, but for one."""
-    few = [*of]
-    return islice(cycle([few[index] for index in rng.permutation(len(few))]), count)
 
 
 def _with_cmgs(names: list[str]) -> list[str]:

@@ -1,9 +1,7 @@
-"""A data set as a folder of records, and its answer sealed in another."""
+"""What a flown case leaves behind: its records, and its answer."""
 
 from __future__ import annotations
 
-import hashlib
-import json
 from dataclasses import asdict
 from pathlib import Path
 
@@ -11,21 +9,13 @@ import numpy as np
 
 from concealing.case import Case
 from concealing.craft import Array, nominal_craft
-from concealing.flown import Flown, FlownCase, applied_torque, fly_case, generator, theta
+from concealing.flown import Flown, FlownCase, applied_torque, fly_case, theta
 from concealing.guidance import software_of
 from concealing.instruments import encoder_error, gyro_error
 from concealing.library import KINDS
 from concealing.mujoco_flight import fly_in_mujoco
+from concealing.sealing import kept_rows, sealed_text, spiked, write_sealed
 from testbed.records.record import Record, RunDetails
-from testbed.records.writing import write_record
-
-_DROPOUTS, _OUTLIERS, _SALT = range(3, 6)
-_BURST = 3
-_SPIKE = (8.0, 30.0)
-_OTHER_NAMES = {("contact", "time"): "time_since_release", ("slosh", "mass"): "loose_mass"}
-"""Of parameters whose plain name would mean something else to a diagnosis: an instant in all runs laid end to end, and
-the mass that would swing as this one does at an arm that is agreed on."""
-SEAL = "sealed.sha256"
 
 
 def conceal(case: Case, data_folder: Path, answer_folder: Path) -> Flown:
@@ -40,23 +30,9 @@ def conceal(case: Case, data_folder: Path, answer_folder: Path) -> Flown:
         answer_folder: new or empty; another one.
     """
     flown = fly_in_mujoco(case) if case.simulator == "mujoco" else fly_case(case)
-    answer = answer_text(flown)
-    _write(answer_folder / "answer.json", answer)
-    for index in range(len(case.runs)):
-        write_record(record(flown, index), data_folder / f"run_{index + 1}.csv")
-    _write(data_folder / SEAL, hashlib.sha256(answer.encode()).hexdigest() + "\n")  # last: the set is whole
+    records = [record(flown, index) for index in range(len(case.runs))]
+    write_sealed(answer_text(flown), records, data_folder, answer_folder)
     return flown
-
-
-def is_sealed(data_folder: Path, answer_folder: Path) -> bool:
-    """Return whether an answer is the one that was sealed when the data were made."""
-    answer = (answer_folder / "answer.json").read_bytes()
-    return hashlib.sha256(answer).hexdigest() == (data_folder / SEAL).read_text(encoding="utf-8").strip()
-
-
-def _write(path: Path, text: str) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8")
 
 
 def record(flown: Flown, index: int) -> Record:
@@ -66,9 +42,10 @@ def record(flown: Flown, index: int) -> Record:
     channels = {"body_rate": flown.log.gyro[ticks, index]}
     if isinstance(flown, FlownCase):
         channels["body_rate"] = channels["body_rate"] + gyro_error(case, flown.log, flown.mechanics, index, ticks)
-    channels["body_rate"] = _spiked(case, index, channels["body_rate"], flown.sensors.gyro_noise)
+    noise = flown.sensors.gyro_noise
+    channels["body_rate"] = spiked(case.seed, index, telemetry.outliers, channels["body_rate"], noise)
     channels |= _actuation(flown, index, ticks)
-    kept = _kept(case, index, len(ticks))
+    kept = kept_rows(case.seed, index, telemetry.dropouts, len(ticks))
     stated = telemetry.stated_noise
     return Record(
         time=flown.log.time[ticks][kept],
@@ -83,37 +60,15 @@ def record(flown: Flown, index: int) -> Record:
 def answer_text(flown: Flown) -> str:
     """Return the answer: effects with parameters, true inertia, initial rates, noise; salted, so that no hash tells."""
     case = flown.case
-    salt = np.random.default_rng([case.seed, _SALT]).bytes(32).hex()
-    answer = {
-        "schema": 1,
-        "stratum": case.stratum,
-        "effects": [
-            {
-                "effect": hidden.effect,
-                "component": hidden.component,
-                "parameters": {
-                    parameter_key(hidden.effect, name): {"value": value, "unit": KINDS[hidden.effect].units[name]}
-                    for name, value in hidden.parameters.items()
-                },
-            }
-            for hidden in case.effects
-        ],
+    content = {
         "notes": case.notes,
         "true_theta_kg_m2": theta(flown.craft),
         "initial_rates_rad_s": flown.log.body_rate[0].tolist(),
         "gyro_noise_rad_s": np.hypot(flown.sensors.gyro_noise, flown.craft.gyro.extra_noise).tolist(),
         "stated_over_nominal_noise": case.telemetry.stated_noise,
         "case": asdict(case) | {"scenario": case.scenario.name},
-        "salt": salt,
     }
-    return json.dumps(answer, indent=1) + "\n"
-
-
-def parameter_key(effect: str, name: str) -> str:
-    """Return a parameter's name as files spell it: delay_s, impulse_x_N_m_s, frequency_hz."""
-    unit, name = KINDS[effect].units[name], _OTHER_NAMES.get((effect, name), name)
-    suffix = {"1": "", "Hz": "hz"}.get(unit, unit.replace("/", "_").replace(" ", "_"))
-    return f"{name}_{suffix}" if suffix else name
+    return sealed_text(case.seed, case.stratum, case.effects, KINDS, content)
 
 
 def _actuation(flown: Flown, index: int, ticks: Array) -> dict[str, Array]:
@@ -161,22 +116,3 @@ def _cluster_momentum(flown: Flown, angle: Array, index: int) -> Array:
     spin = units.spin_axis * cos + units.transverse_axis * sin
     momentum = units.spin_inertia * flown.log.tachometer[:, index]
     return np.einsum("tm,tmi->ti", momentum, spin) + (units.turning_inertia * rate) @ units.gimbal_axis
-
-
-def _spiked(case: Case, index: int, gyro: Array, noise: float) -> Array:
-    """Replace a share of the gyro's samples by spikes on one axis."""
-    rng = np.random.default_rng(generator(case, _OUTLIERS).spawn(index + 1)[index])
-    hit = rng.random(len(gyro)) < case.telemetry.outliers
-    size = rng.choice((-1.0, 1.0), len(gyro)) * rng.uniform(*_SPIKE, len(gyro)) * noise
-    spikes = np.zeros_like(gyro)
-    spikes[np.arange(len(gyro)), rng.integers(0, 3, len(gyro))] = hit * size
-    return gyro + spikes
-
-
-def _kept(case: Case, index: int, rows: int) -> Array:
-    """Return which rows came through: bursts of them are lost, the first and the last never."""
-    rng = np.random.default_rng(generator(case, _DROPOUTS).spawn(index + 1)[index])
-    begins = rng.random(rows) < case.telemetry.dropouts / _BURST
-    lost = np.convolve(begins, np.ones(_BURST), mode="full")[:rows] > 0
-    lost[[0, -1]] = False
-    return ~lost

@@ -104,10 +104,17 @@ class _Readings(NamedTuple):
     body_rate: Array
 
 
-class _Trace:
+class Trace:
     """States on the integrator's grid, the gyro's view of the past, and which way each motor last pushed."""
 
     def __init__(self, mechanics: Mechanics, clock: Clock, start: Array) -> None:
+        """Begin at release.
+
+        Args:
+            mechanics: of the craft.
+            clock: ticks.
+            start: state at release, (B, n).
+        """
         self.time: list[float] = []
         self.state: list[Array] = []
         self._mechanics, self._released = mechanics, mechanics.velocities(0.0, start).body_rate
@@ -153,11 +160,19 @@ class _Trace:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Instruments:
-    """Sensors with their noise, on their clock."""
+class Instruments:
+    """Sensors with their noise, on their clock.
+
+    Attributes:
+        mechanics: of the craft.
+        trace: of its flight.
+        clock: ticks.
+        sensors: nominal noise.
+        noise: drawn numbers.
+    """
 
     mechanics: Mechanics
-    trace: _Trace
+    trace: Trace
     clock: Clock
     sensors: SensorNumbers
     noise: Noise
@@ -169,7 +184,7 @@ class _Instruments:
         rates = mechanics.velocities(time, state)
         torque = mechanics.motor_torque(state, rates.gimbal_rate, demand)
         return _Readings(
-            gyro=self._gyro(tick, time, state),
+            gyro=self.gyro(tick, state),
             encoder=encoder_reading(
                 mechanics.craft.encoders,
                 angle,
@@ -183,7 +198,9 @@ class _Instruments:
             body_rate=rates.body_rate,
         )
 
-    def _gyro(self, tick: int, time: float, state: Array) -> Array | None:
+    def gyro(self, tick: int, state: Array) -> Array | None:
+        """Return the gyro's reading, (B, 3), rad/s; None between its samples. To be called at every tick, in order."""
+        time = tick * self.clock.period
         if self.trace.share == 0.0:
             self.trace.view(time, state)
         if tick % self.clock.gyro_ticks:
@@ -216,8 +233,8 @@ def fly(
         noise: drawn numbers.
         refinement: of the integrator's steps, for tests of its error.
     """
-    trace = _Trace(mechanics, clock, start)
-    instruments = _Instruments(mechanics=mechanics, trace=trace, clock=clock, sensors=sensors, noise=noise)
+    trace = Trace(mechanics, clock, start)
+    instruments = Instruments(mechanics=mechanics, trace=trace, clock=clock, sensors=sensors, noise=noise)
     state, demand, rows = start, np.zeros_like(start[:, mechanics.slices["angle"]]), []
     for tick, time in enumerate(clock.times):
         readings = instruments.read(tick, state, demand)
@@ -226,7 +243,7 @@ def fly(
         trace.note(time, state)
         if tick < clock.ticks:
             demand = order.torque
-            state = _through_period(mechanics, trace, state, time, clock.period, Inputs(demand), refinement)
+            state = through_period(mechanics, trace, state, time, clock.period, Inputs(demand), refinement)
     return FlightLog(
         time=clock.times,
         fine_time=np.array(trace.time),
@@ -240,10 +257,23 @@ def _row(readings: _Readings) -> dict[str, Array]:
     return readings._asdict() | {"gyro": gyro}
 
 
-def _through_period(
-    mechanics: Mechanics, trace: _Trace, state: Array, time: float, period: float, inputs: Inputs, refinement: float
+def through_period(
+    mechanics: Mechanics, trace: Trace, state: Array, time: float, period: float, inputs: Inputs, refinement: float
 ) -> Array:
-    """Integrate one control period, in pieces that end at blows and where the gyro looks."""
+    """Integrate one control period, in pieces that end at blows and where the gyro looks.
+
+    Args:
+        mechanics: of the craft.
+        trace: of its flight, into which the states on the way are written.
+        state: at the period's start, (B, n).
+        time: then, s.
+        period: s.
+        inputs: held through it.
+        refinement: of the integrator's steps.
+
+    Returns:
+        The state at its end.
+    """
     look = time + trace.share * period
     blows = {impulse.time for impulse in mechanics.craft.impulses if time < impulse.time <= time + period}
     looks = {look} if trace.share > 0.0 else set()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from concealing import (
     actuator_effects,
@@ -31,8 +31,8 @@ FURTHER: dict[str, EffectKind] = further_effects.KINDS | gyro_effects.FURTHER
 KINDS = LISTED | UNLISTED | FURTHER
 
 
-def with_effects(craft: Craft, effects: Sequence[HiddenEffect]) -> Craft:
+def with_effects(craft: Craft, effects: Sequence[HiddenEffect], kinds: Mapping[str, EffectKind] = KINDS) -> Craft:
     """Return the craft with effects in it."""
     for hidden in effects:
-        craft = KINDS[hidden.effect].apply(craft, hidden.component, hidden.parameters)
+        craft = kinds[hidden.effect].apply(craft, hidden.component, hidden.parameters)
     return craft

@@ -24,14 +24,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from concealing.craft import ROTOR_SERVO_RATE, SIGN_WIDTH, Array, Craft, Motion
-
-_SLOWEST = 100.0
-"""1/s; resolves what a platform without units or attachments does."""
 
 
 class Inputs(NamedTuple):
@@ -78,8 +75,10 @@ class Mechanics:
         epoch: (B,), s.
         release_attitude: (B, 3, 3).
         applied: torque asked of actuators that store no momentum, a function of time, (B, 3), N·m; None for none.
+        slowest: rate up to which the integrator's steps resolve whatever happens, 1/s.
     """
 
+    slowest: ClassVar[float] = 100.0
     craft: Craft
     epoch: Array
     release_attitude: Array
@@ -107,7 +106,7 @@ class Mechanics:
     @cached_property
     def fastest(self) -> float:
         """Fastest rate of any motion here, 1/s, for the integrator's step."""
-        units, rates = self.craft.units, [_SLOWEST]
+        units, rates = self.craft.units, [self.slowest]
         if self.count:
             friction = (units.coulomb + units.stribeck) / SIGN_WIDTH + units.viscous + units.rate_gain
             rates += [ROTOR_SERVO_RATE, *(friction / units.turning_inertia), *(1.0 / units.lag[units.lag > 0.0])]
@@ -177,8 +176,7 @@ class Mechanics:
         torque_B = self._external(time, state, attitude, body_rate)
         if torque_B is not None:
             change[:, at["momentum"]] = (attitude @ torque_B[..., None])[..., 0]
-        if self.count:
-            self._turn_units(time, state, change, inputs, axes, velocities)
+        self._turn_units(time, state, change, inputs, axes, velocities)
         if imbalance is not None:
             change[:, at["p"]] += np.einsum("bmi,bi->bm", imbalance.gimbal_torque, body_rate)
         self._follow_behind(time, state, change, inputs, body_rate)
@@ -191,6 +189,8 @@ class Mechanics:
         self, time: float, state: Array, change: Array, inputs: Inputs, axes: _Axes, velocities: Velocities
     ) -> None:
         """Write ḋ, ṗ and l̇."""
+        if not self.count:
+            return
         units, at = self.craft.units, self.slices
         change[:, at["angle"]] = velocities.gimbal_rate
         change[:, at["p"]] = self._gimbal_torque(state, inputs, velocities.gimbal_rate)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple
+from functools import partial
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -19,32 +19,13 @@ from concealing.case import Case
 from concealing.craft import SIGN_WIDTH, Array, nominal_craft
 from concealing.flown import FlownCase, applied_torque, fly_case, sensors_of
 from concealing.guidance import software_of
+from concealing.nominal import DivergedError, Telemetry, nudged, predictions, unexplained
 
-_ENTRIES = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 _FRICTION = {"gimbal_viscous_friction", "gimbal_coulomb_friction"}
 _SERVO_KNOWN = 5e-3
 """rad; what the nominal servo's answer to its commands leaves unexplained without any effect, at most."""
 _COARSE = 0.5
 """Refinement of the flights that are only sized: steps twice as long, still stable, move a norm by 4e-4 at most."""
-_NUDGE_INERTIA, _NUDGE_RATE = 1e-6, 1e-5
-
-
-class DivergedError(Exception):
-    """A flight leaves the finite numbers."""
-
-
-class _Telemetry(NamedTuple):
-    """What the nominal model knows, on a grid of half control periods.
-
-    Attributes:
-        momentum: of the cluster, (2K - 1, B, 3), N·m·s, body axes.
-        inertia_change: J(d) - J(0), (2K - 1, B, 3, 3), kg·m².
-        torque: applied, (2K - 1, B, 3), N·m.
-    """
-
-    momentum: Array
-    inertia_change: Array
-    torque: Array
 
 
 def signal(case: Case) -> float:
@@ -82,32 +63,11 @@ def _recorded(flown: FlownCase) -> list[Array]:
 def _body_rate_signature(flown: FlownCase) -> Array:
     telemetry = telemetry_of(flown)
     inertia, released = flown.craft.inertia, flown.log.body_rate[0]
-    rates = predictions(telemetry, flown.clock.period, *_nudged(inertia, released))
-    residual = sampled(flown, flown.log.gyro - rates[:, 0])
-    columns = [sampled(flown, rates[:, 1 + entry] - rates[:, 0]) / _NUDGE_INERTIA for entry in range(6)]
-    for axis in range(3):
-        slope = (rates[:, 7 + axis] - rates[:, 0]) / _NUDGE_RATE
-        columns += [sampled(flown, slope * own[:, None]) for own in np.eye(len(released))]
-    basis, _ = np.linalg.qr(_scaled(np.stack(columns, axis=1)))
-    return residual - basis @ (basis.T @ residual)
+    rates = predictions(telemetry, flown.clock.period, *nudged(inertia, released))
+    return unexplained(flown.log.gyro, rates, partial(sampled, flown))
 
 
-def _scaled(matrix: Array) -> Array:
-    return matrix / np.linalg.norm(matrix, axis=0)
-
-
-def _nudged(inertia: Array, released: Array) -> tuple[Array, Array]:
-    """Return inertias, (10, 1, 3, 3), and initial rates, (10, B, 3): as they are, each entry, each axis more."""
-    inertias, rates = np.tile(inertia, (10, 1, 1, 1)), np.tile(released, (10, 1, 1))
-    for index, (row, column) in enumerate(_ENTRIES):
-        inertias[1 + index, 0, row, column] += _NUDGE_INERTIA
-        inertias[1 + index, 0, column, row] = inertias[1 + index, 0, row, column]
-    for axis in range(3):
-        rates[7 + axis, :, axis] += _NUDGE_RATE
-    return inertias, rates
-
-
-def telemetry_of(flown: FlownCase) -> _Telemetry:
+def telemetry_of(flown: FlownCase) -> Telemetry:
     """What encoders, tachometers and the nominal drawing say of the cluster."""
     log, mechanics = flown.log, flown.mechanics
     grid = np.arange(2 * flown.clock.ticks + 1) * flown.clock.period / 2
@@ -116,7 +76,7 @@ def telemetry_of(flown: FlownCase) -> _Telemetry:
     if flown.case.actuation == "applied_torque":
         asked = applied_torque(flown.case)
         torque = np.array([asked(time) for time in grid - flown.craft.telemetry_late])
-        return _Telemetry(np.zeros((*shape, 3)), np.zeros((*shape, 3, 3)), torque)
+        return Telemetry(np.zeros((*shape, 3)), np.zeros((*shape, 3, 3)), torque)
     units = nominal_craft(software_of(flown.case.scenario).platform).units
     velocities = [mechanics.velocities(time, state) for time, state in zip(log.fine_time, log.fine_state, strict=True)]
     rate = np.array([each.gimbal_rate for each in velocities])
@@ -133,40 +93,11 @@ def telemetry_of(flown: FlownCase) -> _Telemetry:
     change = units.spin_inertia - units.transverse_inertia
     turned = np.einsum("m,tbmi,tbmj->tbij", change, spin, spin)
     still = np.einsum("m,mi,mj->ij", change, units.spin_axis, units.spin_axis)
-    return _Telemetry(
+    return Telemetry(
         CubicSpline(log.fine_time, momentum)(on_record),
         CubicSpline(log.fine_time, turned - still)(on_record),
         np.zeros((*shape, 3)),
     )
-
-
-def predictions(telemetry: _Telemetry, period: float, inertia: Array, released: Array) -> Array:
-    """Integrate L̇ = -ω × L + T with L = J(d) ω + h over each period, (K, P, B, 3); RK4, exact to 1e-7 here."""
-
-    def rate_at(half: int, momentum: Array) -> Array:
-        whole = inertia + telemetry.inertia_change[half]
-        return np.linalg.solve(whole, (momentum - telemetry.momentum[half])[..., None])[..., 0]
-
-    def slope(half: int, momentum: Array) -> Array:
-        return _cross(momentum, rate_at(half, momentum)) + telemetry.torque[half]
-
-    whole = inertia + telemetry.inertia_change[0]
-    momentum = (whole @ released[..., None])[..., 0] + telemetry.momentum[0]
-    rates = [released]
-    for half in range(0, len(telemetry.momentum) - 1, 2):
-        first = slope(half, momentum)
-        second = slope(half + 1, momentum + period / 2 * first)
-        third = slope(half + 1, momentum + period / 2 * second)
-        fourth = slope(half + 2, momentum + period * third)
-        momentum = momentum + period / 6 * (first + 2 * second + 2 * third + fourth)
-        rates.append(rate_at(half + 2, momentum))
-    return np.array(rates)
-
-
-def _cross(a: Array, b: Array) -> Array:
-    x, y, z = np.moveaxis(a, -1, 0)
-    u, v, w = np.moveaxis(b, -1, 0)
-    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
 
 
 def _friction_signature(flown: FlownCase) -> Array:

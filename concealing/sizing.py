@@ -3,30 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
-
-import numpy as np
-from scipy.optimize import brentq
-from scipy.stats import chi2, ncx2
 
 from concealing.case import Case
-from concealing.effect import EffectKind, HiddenEffect, scaled
+from concealing.effect import HiddenEffect
 from concealing.guidance import software_of
 from concealing.library import KINDS, LISTED
-from concealing.signature import DivergedError, signal
-
-FAMILY_ERROR, POWER = 0.05, 0.9
-_CLOSE = 0.1
-_TRIALS = 15
-_GROWTH = 30.0
-_NOTHING = 1e-2
-"""sigma"""
-_NOISES = {"gyro_noise", "gyro_noise_color", "gyro_quantization"}
-_MOST_CORRELATED = 0.9
-
-
-class UnreachableError(Exception):
-    """No size of an effect shows as much as it should in a data set."""
+from concealing.power import NOISES, degrees_of, detectable_norm, noise_sized, searched
+from concealing.signature import signal
 
 
 def hypotheses(actuation: str) -> int:
@@ -34,22 +17,9 @@ def hypotheses(actuation: str) -> int:
     return sum(len(kind.components) for kind in LISTED.values() if actuation in kind.actuation)
 
 
-@lru_cache
-def detectable_norm(degrees: int, tests: int) -> float:
-    """Return the norm of a signature, in sigma, that is seen with 90 % power at 5 % family-wise error.
-
-    Args:
-        degrees: of freedom of the effect.
-        tests: in the family.
-    """
-    threshold = chi2.isf(FAMILY_ERROR / tests, degrees)
-    return float(np.sqrt(brentq(lambda shift: ncx2.sf(threshold, degrees, shift) - POWER, 1.0, 500.0)))
-
-
 def detectable(case: Case, hidden: HiddenEffect) -> float:
     """Return the norm at which an effect is of its smallest detectable size."""
-    kind = KINDS[hidden.effect]
-    return detectable_norm(len(_active(kind, hidden)) + (hidden.effect == "contact"), hypotheses(case.actuation))
+    return detectable_norm(degrees_of(KINDS[hidden.effect], hidden), hypotheses(case.actuation))
 
 
 def sized(case: Case, hidden: HiddenEffect, target: float) -> tuple[HiddenEffect, float]:
@@ -63,56 +33,7 @@ def sized(case: Case, hidden: HiddenEffect, target: float) -> tuple[HiddenEffect
     Raises:
         UnreachableError: none was found that shows as much.
     """
-    if hidden.effect in _NOISES:
-        return _noise_sized(case, hidden, target), target
-    kind, factor, low, high = KINDS[hidden.effect], 1.0, (0.0, 0.0), (np.inf, np.inf)
-    for trial in range(_TRIALS):
-        tried = replace(hidden, parameters=scaled(kind, hidden.parameters, factor))
-        try:
-            shown = signal(replace(case, effects=(tried,)))
-        except DivergedError as error:
-            raise UnreachableError(f"{hidden.effect}: no flight at {factor:.3g} of its typical size") from error
-        if abs(shown / target - 1.0) <= _CLOSE:
-            return tried, shown
-        low, high = (low, (factor, shown)) if shown > target else ((factor, shown), high)
-        factor = _next_factor(trial, factor, shown, target, low, high)
-    raise UnreachableError(f"{hidden.effect}: {shown:.3g} sigma at {factor:.3g} of its typical size, not {target:.3g}")
-
-
-def _next_factor(
-    trial: int, factor: float, shown: float, target: float, low: tuple[float, float], high: tuple[float, float]
-) -> float:
-    """In proportion until the target lies between two sizes, then by a power law between these and their mean in turns.
-
-    The mean is for what sets in at a threshold, as clipping does.
-    """
-    if low[0] > 0.0 and np.isfinite(high[0]):
-        if low[1] < _NOTHING or trial % 2:
-            return float(np.sqrt(low[0] * high[0]))
-        power = np.log(high[1] / low[1]) / np.log(high[0] / low[0])
-        return float(low[0] * (target / low[1]) ** (1.0 / power))
-    if shown < _NOTHING:  # a clipped or dead range that nothing has reached yet
-        return 1.5 * factor
-    return factor * float(np.clip(target / shown, 1.0 / _GROWTH, _GROWTH))
-
-
-def _active(kind: EffectKind, hidden: HiddenEffect) -> list[str]:
-    """Return the parameters that make up its size and are not left at zero."""
-    return [name for name in (*kind.growing, *kind.shrinking) if hidden.parameters[name] != 0.0]
-
-
-def _noise_sized(case: Case, hidden: HiddenEffect, target: float) -> HiddenEffect:
-    """Size what has no signature by the excess of variance that the samples show in as many sigma."""
-    samples = sum(run.duration * case.telemetry.gyro_rate for run in case.runs)
-    noise = software_of(case.scenario).sensors.gyro_noise
-    if hidden.effect == "gyro_noise_color":
-        correlation = float(np.copysign(target / np.sqrt(3.0 * samples), hidden.parameters["correlation"]))
-        if abs(correlation) > _MOST_CORRELATED:
-            raise UnreachableError(f"{hidden.effect}: a correlation of {correlation:.2f}")
-        return replace(hidden, parameters={"correlation": correlation})
-    if hidden.effect == "gyro_noise":
-        axes = 3 if hidden.component == "gyro" else 1
-        excess = target * np.sqrt(2.0 / (axes * samples))
-        return replace(hidden, parameters={"extra_noise": float(noise * np.sqrt(excess))})
-    excess = target * np.sqrt(2.0 / (3.0 * samples))
-    return replace(hidden, parameters={"step": float(noise * np.sqrt(12.0 * excess))})
+    if hidden.effect in NOISES:
+        samples = sum(run.duration * case.telemetry.gyro_rate for run in case.runs)
+        return noise_sized(hidden, target, samples, software_of(case.scenario).sensors.gyro_noise), target
+    return searched(KINDS[hidden.effect], hidden, target, lambda tried: signal(replace(case, effects=(tried,))))

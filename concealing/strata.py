@@ -15,7 +15,8 @@ from concealing.effect import CLUSTER, GYRO, PLATFORM, HiddenEffect, direction
 from concealing.flown import sensors_of
 from concealing.guidance import pool
 from concealing.library import KINDS, LISTED, UNLISTED
-from concealing.sizing import UnreachableError, detectable, sized
+from concealing.power import UnreachableError
+from concealing.sizing import detectable, sized
 
 Stratum = Literal["null", "single", "pair", "unlisted", "sigma_understated", "sigma_overstated", "flown"]
 MULTIPLES = (0.5, 1.0, 2.0, 4.0, 8.0)

@@ -55,7 +55,7 @@ def conceal_effects(
     with reserved_folder(out, out.name) as folder:
         folder.deliver(lambda place: files.conceal(case, place / DATA, place / ANSWER))
     say(f"Data       {out / DATA}")
-    say(f"Answer     {out / ANSWER}; its hash is in {out / DATA / files.SEAL}")
+    say(f"Answer     {out / ANSWER}; its hash is in {out / DATA / _engine('sealing').SEAL}")
 
 
 def _engine(module: str) -> ModuleType:

@@ -186,4 +186,12 @@ def test_physics_effects_and_sensors_use_nothing_of_the_testbed():
         if re.search(r"^\s*(from|import) testbed", path.read_text(), re.MULTILINE)
     }
     # The controller and its maneuvers, writing records, also of a rig, and the nominal MJCF that another engine flies.
-    assert users == {"guidance.py", "make_maneuvers.py", "files.py", "rig.py", "mujoco_craft.py"}
+    assert users == {
+        "guidance.py",
+        "make_maneuvers.py",
+        "files.py",
+        "sealing.py",
+        "wheel_set.py",
+        "rig.py",
+        "mujoco_craft.py",
+    }

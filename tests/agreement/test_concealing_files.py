@@ -9,9 +9,10 @@ from scipy.stats import chi2
 
 from concealing.case import Case, Run, Telemetry
 from concealing.effect import HiddenEffect
-from concealing.files import conceal, is_sealed
+from concealing.files import conceal
 from concealing.flown import theta
 from concealing.guidance import software_of
+from concealing.sealing import is_sealed
 from testbed.experiment.measured import estimate_record
 from testbed.records.reading import read_data_set
 from tests.agreement.test_concealing import SCENARIO

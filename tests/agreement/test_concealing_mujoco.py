@@ -9,12 +9,13 @@ import pytest
 from concealing.case import Case, Run
 from concealing.craft import nominal_craft
 from concealing.effect import HiddenEffect
-from concealing.files import conceal, is_sealed
+from concealing.files import conceal
 from concealing.flown import fly_case
 from concealing.guidance import software_of
 from concealing.library import KINDS
 from concealing.mujoco_craft import compiled
 from concealing.mujoco_flight import fly_in_mujoco
+from concealing.sealing import is_sealed
 from concealing.strata import FLOWN_EFFECTS, random_case
 from tests.agreement.test_concealing import SCENARIO
 

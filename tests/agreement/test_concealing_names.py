@@ -3,22 +3,25 @@
 import numpy as np
 import pytest
 
-from concealing.files import parameter_key
 from concealing.library import FURTHER, LISTED
+from concealing.sealing import file_key
+from concealing.wheel_effects import OF_BEARINGS, OF_WHEELS
 from testbed.effects.contract import components_in
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 
-HIDEABLE = {**LISTED, **FURTHER}
+HIDEABLE = {**LISTED, **FURTHER, **OF_WHEELS, **OF_BEARINGS}
 OF_RIGS = {"actuator_gain", "actuator_rate_limit"}
 """Hidden by `concealing.rig`, by numbers of its own."""
 OF_THRUSTERS = {"actuator_weak", "actuator_misaligned", "thrust_offset", "rotor_acceleration_reaction"}
 """Effects that the platform of the concealing engine, which has gimbals, cannot have; data/crazypad shows them."""
+OF_DRIVES = {f"wheel_{each}" for each in ("viscous_friction", "coulomb_friction", "torque_scale", "lag", "imbalance")}
+"""Effects between a wheel's command and its speed, and its imbalance, which the concealing engine does not have yet."""
 KNOWN = {
     name: effect
     for name, effect in {**EFFECTS, **NOISE_EFFECTS}.items()
-    if "wheel_speed" not in effect.needs and not effect.environment and name not in OF_RIGS | OF_THRUSTERS
+    if effect.environment != "orbit" and name not in OF_RIGS | OF_THRUSTERS | OF_DRIVES
 }
-"""The platform on which effects are hidden by name has gyros alone."""
+"""Platforms on which effects are hidden by name have gyros or wheels, and none is on an orbit."""
 ONLY_HIDDEN = {
     "contact": {"time_since_release_s", "run"},
     "slosh": {"loose_mass_kg", "place_x_m", "place_y_m", "place_z_m"},
@@ -34,14 +37,14 @@ def test_parameters_have_the_same_names(effect):
     parameters = KNOWN[effect].parameters
     values = np.array([parameter.typical for parameter in parameters])
     modelled = {quantity.name for quantity in KNOWN[effect].quantities(values, np.zeros_like(values))}
-    hidden = {parameter_key(effect, name) for name in HIDEABLE[effect].units}
+    hidden = {file_key(effect, name, unit) for name, unit in HIDEABLE[effect].units.items()}
     assert hidden - modelled == ONLY_HIDDEN.get(effect, set())
     assert modelled - hidden == ONLY_MODELLED.get(effect, set())
 
 
 @pytest.mark.parametrize("effect", sorted(KNOWN))
 def test_components_have_the_same_names(effect):
-    assert set(components_in(KNOWN[effect], 6)) == set(HIDEABLE[effect].components)
+    assert set(components_in(KNOWN[effect], 6, 4)) == set(HIDEABLE[effect].components)
 
 
 def test_every_effect_that_is_diagnosed_can_be_hidden():

@@ -15,8 +15,9 @@ from concealing.case import Case, Run, Telemetry
 from concealing.effect import HiddenEffect
 from concealing.flown import fly_case
 from concealing.library import KINDS
+from concealing.power import detectable_norm
 from concealing.signature import signal
-from concealing.sizing import detectable_norm, hypotheses, sized
+from concealing.sizing import hypotheses, sized
 from concealing.strata import random_case
 from tests.agreement.test_concealing import SCENARIO
 

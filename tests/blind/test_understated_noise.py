@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from benchmarks.blind_diagnosis import diagnosis_of
-from concealing.blind_set import Counts, case_name, make, orders
+from concealing.blind_set import Counts, make, orders
+from concealing.order import case_name
 from support.diagnosed_records import SCENARIO
 
 SEED, CASE = 2026, "case_0788"

@@ -12,8 +12,9 @@ from benchmarks.blind import ALL, counts_of, locked, timed_make
 from benchmarks.blind_diagnosis import CRASHED, REFUSED, SECONDS, diagnose_case
 from benchmarks.blind_sindy import SCRIPT, write_terms
 from benchmarks.environments import BUILD
-from concealing.blind_set import Counts, Order
-from concealing.files import SEAL
+from concealing.blind_set import Counts
+from concealing.order import Order
+from concealing.sealing import SEAL
 from support.diagnosed_records import SCENARIO, records
 from testbed.records.writing import write_record
 

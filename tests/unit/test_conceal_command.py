@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 import testbed.cli.conceal
-from concealing.files import is_sealed
+from concealing.sealing import is_sealed
 from support.diagnosed_records import SCENARIO
 from testbed.cli.app import app
 from testbed.errors import InputError
