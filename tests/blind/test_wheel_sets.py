@@ -30,7 +30,16 @@ from testbed.scenario.reader import read_scenario
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 FREE, STANDING = SCENARIOS / "cubesat_wheels.toml", SCENARIOS / "air_bearing.toml"
 LIBRARY = ("wheel_inertia", "wheel_misalignment", "wheel_speed_bias", "viscous_drag", "body_torque", "gyro_bias")
-ON_BEARINGS = (*LIBRARY, "center_of_mass_offset", "air_drag")
+ON_BEARINGS = ("body_torque", "center_of_mass_offset", "air_drag")
+"""Fewer than in free flight: a prediction on a bearing takes three times as long."""
+
+
+@pytest.fixture(scope="module")
+def slow_table(tmp_path_factory):
+    """The table on its bearing with a clock of 10 Hz instead of 50: a diagnosis takes a fifth of the time."""
+    path = tmp_path_factory.mktemp("slow") / STANDING.name
+    path.write_text(STANDING.read_text(encoding="utf-8").replace("_hz = 50.0", "_hz = 10.0"), encoding="utf-8")
+    return path
 
 
 def bare_case(scenario, seed, seconds, runs=3):
@@ -55,19 +64,21 @@ def named_in(case, library):
     return [(each.effect.id, each.component) for each in additions(last)], last
 
 
-@pytest.mark.parametrize(("scenario", "library"), [(FREE, LIBRARY), (STANDING, ON_BEARINGS)], ids=["free", "bearing"])
-def test_nothing_is_named_of_a_craft_that_is_as_believed(scenario, library):
+@pytest.mark.parametrize("library", [LIBRARY, ON_BEARINGS], ids=["free", "bearing"])
+def test_nothing_is_named_of_a_craft_that_is_as_believed(slow_table, library):
+    scenario = FREE if library is LIBRARY else slow_table
     names, last = named_in(bare_case(scenario, 11, 20.0), library)
     assert names == []
     assert last.gap.fit == pytest.approx(1.0, abs=0.1)
 
 
 @pytest.mark.parametrize(
-    ("scenario", "library", "effect"),
-    [(FREE, LIBRARY, "wheel_inertia"), (STANDING, ON_BEARINGS, "center_of_mass_offset")],
+    ("library", "effect"),
+    [(LIBRARY, "wheel_inertia"), (ON_BEARINGS, "center_of_mass_offset")],
     ids=["free", "bearing"],
 )
-def test_an_effect_of_four_detectable_sizes_is_named_at_its_component(scenario, library, effect):
+def test_an_effect_of_four_detectable_sizes_is_named_at_its_component(slow_table, library, effect):
+    scenario = FREE if library is LIBRARY else slow_table
     case = with_hidden(np.random.default_rng(5), bare_case(scenario, 12, 20.0), effect, 4.0)
     names, last = named_in(case, library)
     assert names == [(effect, case.effects[0].component)]
