@@ -67,7 +67,7 @@ def named_in(case, library):
 @pytest.mark.parametrize("library", [LIBRARY, ON_BEARINGS], ids=["free", "bearing"])
 def test_nothing_is_named_of_a_craft_that_is_as_believed(slow_table, library):
     scenario = FREE if library is LIBRARY else slow_table
-    names, last = named_in(bare_case(scenario, 11, 20.0), library)
+    names, last = named_in(bare_case(scenario, 11, 12.0), library)
     assert names == []
     assert last.gap.fit == pytest.approx(1.0, abs=0.1)
 
@@ -79,7 +79,10 @@ def test_nothing_is_named_of_a_craft_that_is_as_believed(slow_table, library):
 )
 def test_an_effect_of_four_detectable_sizes_is_named_at_its_component(slow_table, library, effect):
     scenario = FREE if library is LIBRARY else slow_table
-    case = with_hidden(np.random.default_rng(5), bare_case(scenario, 12, 20.0), effect, 4.0)
+    seconds = (
+        12.0 if library is LIBRARY else 20.0
+    )  # over less a table hardly turns, and its offset is a constant torque
+    case = with_hidden(np.random.default_rng(5), bare_case(scenario, 12, seconds), effect, 4.0)
     names, last = named_in(case, library)
     assert names == [(effect, case.effects[0].component)]
     assert last.gap.fit == pytest.approx(1.0, abs=0.1)
