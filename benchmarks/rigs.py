@@ -19,15 +19,15 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import binomtest
 
-from benchmarks.blind_diagnosis import DIAGNOSIS, diagnose_case
+from benchmarks.blind_diagnosis import diagnose_case
+from benchmarks.misspecified import diagnosed_sets, wrong_names
 from benchmarks.table import here_and_now
 from concealing.rig import Rig, rig_record
+from concealing.sealing import SEAL, write_sealed
 from concealing.sizing import detectable_norm, hypotheses
 from support.rigs import rig_scenario_text
 from testbed.arrays import Array
-from testbed.records.writing import write_record
-from testbed.scoring.case import Case, read_cases
-from testbed.scoring.formats import Step
+from testbed.scoring.case import Case
 from testbed.scoring.judging import named
 
 SEED, SETS = 7700, 120
@@ -117,15 +117,15 @@ def _exact(rig: Rig, seed: int) -> Array:
 def done(seed: int, index: int, out: Path) -> None:
     """Make and diagnose a set where that is not done yet."""
     case = f"case_{index + 1:04d}"
-    data, answer = out / "data" / case, out / "answers" / case / "answer.json"
-    if not answer.exists():
+    data = out / "data" / case
+    if not (data / SEAL).exists():
         rigs, seeds, names = rig_set(seed, index)
-        for run, (rig, own) in enumerate(zip(rigs, seeds, strict=True), start=1):
-            role = "fit" if run <= _FIT else "heldout"
-            record = rig_record(rig, f"run_{run}", own, role=role, **_MOTION)
-            write_record(record, data / f"run_{run}.csv")
-        answer.parent.mkdir(parents=True, exist_ok=True)
-        answer.write_text(json.dumps(_answer(rigs[0], names), indent=1) + "\n", encoding="utf-8")
+        records = [
+            rig_record(rig, f"run_{run}", own, role="fit" if run <= _FIT else "heldout", **_MOTION)
+            for run, (rig, own) in enumerate(zip(rigs, seeds, strict=True), start=1)
+        ]
+        answer = json.dumps(_answer(rigs[0], names), indent=1) + "\n"
+        write_sealed(answer, records, data, out / "answers" / case)
     diagnose_case(out / "rig.toml", data, out / "diagnoses" / case)
 
 
@@ -141,18 +141,14 @@ def _answer(rig: Rig, names: Sequence[str]) -> Mapping[str, object]:
     return {"stratum": f"{len(names)} together", "effects": effects, "true_theta_kg_m2": [rig.inertia] * 3 + [0.0] * 3}
 
 
-def _right(case: Case, step: Step) -> bool:
-    return bool({each.effect for each in step.alike} & {hidden.effect for hidden in case.answer.effects})
-
-
 def lines(cases: Sequence[Case]) -> list[str]:
     """Return the table, a row for each number of effects hidden together and one for all."""
     rows = ["| hidden together | sets | class first | 95 % | all found | a wrong name | failed | wrong names |"]
     rows.append("|---|---|---|---|---|---|---|---|")
     for stratum in (*sorted({case.answer.stratum for case in cases}), "all"):
         chosen = [case for case in cases if stratum in (case.answer.stratum, "all")]
-        first = sum(bool(named(case)) and _right(case, named(case)[0]) for case in chosen)
-        wrong = [[step.key for step in named(case) if not _right(case, step)] for case in chosen]
+        first = sum(_is_first_right(case) for case in chosen)
+        wrong = [list(wrong_names(case, _hidden(case))) for case in chosen]
         shares = binomtest(first, len(chosen)).proportion_ci()
         cells = (
             stratum,
@@ -168,9 +164,16 @@ def lines(cases: Sequence[Case]) -> list[str]:
     return rows
 
 
+def _hidden(case: Case) -> set[str]:
+    return {hidden.effect for hidden in case.answer.effects}
+
+
+def _is_first_right(case: Case) -> bool:
+    return any(not {each.effect for each in first.alike}.isdisjoint(_hidden(case)) for first in named(case)[:1])
+
+
 def _all_found(case: Case) -> bool:
-    found = {each.effect for step in named(case) for each in step.alike}
-    return {hidden.effect for hidden in case.answer.effects} <= found
+    return _hidden(case) <= {each.effect for step in named(case) for each in step.alike}
 
 
 def main() -> None:
@@ -189,9 +192,8 @@ def main() -> None:
         for count, future in enumerate(futures, start=1):
             future.result()
             print(f"\r{count} of {chosen.sets}", end="", flush=True)
-    diagnosed = {path.parent.name for path in (out / "diagnoses").glob(f"*/{DIAGNOSIS}")}
-    print(f"\n{len(diagnosed)} diagnosed, {here_and_now()}")
-    print("\n".join(lines(read_cases(out / "diagnoses", out / "answers"))))
+    print(f"\n{here_and_now()}")
+    print("\n".join(lines(diagnosed_sets(out))))
 
 
 if __name__ == "__main__":

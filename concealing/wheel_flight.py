@@ -40,7 +40,7 @@ _ROLLED_IN = 3.0
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """What the wheels of a run are told, at the control ticks.
+    """What the wheels of a run are commanded, at the control ticks.
 
     Attributes:
         speed: of the wheels, (K, W), rad/s.

@@ -54,8 +54,8 @@ def averaged(telemetry: Telemetry, rate: float) -> Telemetry:
     )
 
 
-def windows_of(telemetry: Telemetry, horizon: float) -> Iterator[Telemetry]:
-    """Yield windows that follow one another, each with what the actuators did a horizon before its first sample.
+def windows_of(telemetry: Telemetry, horizon: float) -> list[Telemetry]:
+    """Return windows that follow one another, each with what the actuators did a horizon before its first sample.
 
     Args:
         telemetry: of a run without gaps in its actuators' telemetry.
@@ -72,17 +72,15 @@ def windows_of(telemetry: Telemetry, horizon: float) -> Iterator[Telemetry]:
             f"{end - start:.3g} s at {1.0 / period:.3g} Hz cannot be cut into windows of {horizon} s of "
             f"{MINIMUM_SAMPLES} samples and a first one for their initial states: change diagnosis.horizon_s"
         )
-    found = False
-    for first in start + horizon * np.arange(1, count):
-        window = _between(telemetry, first, first + horizon)
-        if len(window.gyro_time) >= MINIMUM_SAMPLES:  # fewer where the gyro has a gap
-            found = True
-            yield window
-    if not found:
+    begins = start + horizon * np.arange(1, count)
+    windows = [_between(telemetry, first, first + horizon) for first in begins]
+    full = [window for window in windows if len(window.gyro_time) >= MINIMUM_SAMPLES]  # fewer where the gyro has a gap
+    if not full:
         raise InputError(
             f"no {horizon} s of it hold {MINIMUM_SAMPLES} gyro samples: give a more complete record, or change "
             "diagnosis.horizon_s"
         )
+    return full
 
 
 def _between(telemetry: Telemetry, first: float, last: float) -> Telemetry:
@@ -198,22 +196,27 @@ def parts_of(record: Record, scenario: BodyScenario, nominal: Body, notices: lis
     yield from parts if horizon is None else _windows(name, parts, horizon)
 
 
-def _windows(name: str, stretches: Sequence[Part], horizon: float) -> Iterator[Part]:
-    """Yield the windows of stretches; one that is too short for any has none.
+def _windows(name: str, stretches: Sequence[Part], horizon: float) -> list[Part]:
+    """Return the windows of stretches; one that is too short for any has none.
 
     Raises:
         InputError: not one of the stretches has a window.
     """
-    found, refused = False, ""
+    found: list[Part] = []
+    refused = ""
     for part in stretches:
         try:
-            for window in windows_of(part.telemetry, horizon):
-                found = True
-                yield Part(name=f"{part.name} at {window.gyro_time[0]:.2f} s", telemetry=window, stretch=part.name)
+            windows = windows_of(part.telemetry, horizon)
         except InputError as error:
             refused = str(error)
+            continue
+        found += [
+            Part(name=f"{part.name} at {each.gyro_time[0]:.2f} s", telemetry=each, stretch=part.name)
+            for each in windows
+        ]
     if not found:
         raise InputError(f"{name}: {refused}")
+    return found
 
 
 def _with_noise(record: Record, telemetry: Telemetry, notices: list[tuple[str, str]]) -> Telemetry:

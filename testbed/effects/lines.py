@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import scipy
 
-from testbed.arrays import Array
+from testbed.arrays import Array, Matrix3, Vector3, Vectors3
 from testbed.effects.noise_effect import Finding, Readings
 
 _ALIASED = 1e-6
@@ -40,6 +40,29 @@ def found_lines(readings: Readings, columns_of: Callable[[int], Array | None]) -
         variance=np.asarray(np.mean(np.concatenate(explained) ** 2, axis=0)),
         explained=explained,
     )
+
+
+def tremor(
+    position_B: Vector3, across_B: Vectors3, beside_B: Vectors3, speed: Array, angle: Array, inertia: Matrix3
+) -> Array:
+    """Return the body rates for an unbalanced rotor of one kg·m at φ₀ of 0 and 90 degrees, shape (N, 3, 2), rad/s.
+
+    The total angular momentum does not change by it: ω = -J⁻¹ Ω r × (f cos φ + s sin φ).
+
+    Args:
+        position_B: r, of the rotor, m.
+        across_B: f, normal to the rotor's axis, shape (3,) or (N, 3).
+        beside_B: s, normal to both, the same.
+        speed: Ω, a number or of shape (N, 1), rad/s.
+        angle: φ - φ₀, shape (N,), rad.
+        inertia: J, kg·m².
+    """
+    columns = []
+    for lead in (0.0, 0.5 * np.pi):
+        turn = (angle + lead)[:, None]
+        ahead_B = np.cos(turn) * across_B + np.sin(turn) * beside_B
+        columns.append(-speed * np.linalg.solve(inertia, np.cross(position_B, ahead_B).T).T)
+    return np.stack(columns, axis=-1)
 
 
 def _line_fit(part: int, readings: Readings, columns: Array | None) -> tuple[Array, float, Array, Array] | None:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import final
 
 import numpy as np
 from typing_extensions import override
 
-from testbed.arrays import Array, Matrix3, Vector3
+from testbed.arrays import Array, Matrix3
 from testbed.effects.contract import UNITS, Extension, Parameter, unit_index
-from testbed.effects.lines import found_lines
+from testbed.effects.lines import found_lines, tremor
 from testbed.effects.noise_effect import Finding, NoiseEffect, Readings
-from testbed.estimation.telemetry import GimbalRun, Telemetry, has_gimbals
+from testbed.estimation.telemetry import Telemetry, has_gimbals
 from testbed.plant.unit_additions import UnbalancedRotor
 from testbed.scenario.scenario import Scenario
 
@@ -50,17 +49,10 @@ def _columns(run: Telemetry, unit: int, inertia: Matrix3) -> Array | None:
     """Return the body rates at the gyro's samples for an imbalance of one kg·m at φ₀ of 0 and 90 degrees, (N, 3, 2)."""
     if not has_gimbals(run) or run.gimbals.cluster.position_B is None:
         return None
-    return np.stack(list(_tremor(run, unit, run.gimbals.cluster.position_B[unit], inertia)), axis=-1)
-
-
-def _tremor(run: GimbalRun, unit: int, position_B: Vector3, inertia: Matrix3) -> Iterator[Array]:
-    """Yield the body rates at the gyro's samples at φ₀ of 0 and 90 degrees, (N, 3)."""
     cluster, spin = run.gimbals.cluster, run.gimbals.rotor_momentum
     momentum = cluster.rotor_momentum if spin is None else spin.mean(axis=0)
-    speed = float(momentum[unit] / cluster.rotor_spin_inertia[unit])
+    speed = momentum[unit] / cluster.rotor_spin_inertia[unit]
     angle = run.through(np.unwrap(run.gimbals.angle, axis=0)[:, unit])(run.gyro_time)[:, None]
     transverse_B = np.cos(angle) * cluster.transverse_axis_B[unit] - np.sin(angle) * cluster.spin_axis_B[unit]
-    for lead in (0.0, 0.5 * np.pi):
-        turn = (speed * run.gyro_time + lead)[:, None]
-        ahead_B = np.cos(turn) * cluster.gimbal_axis_B[unit] - np.sin(turn) * transverse_B
-        yield np.asarray(-speed * np.linalg.solve(inertia, np.cross(position_B, ahead_B).T).T)
+    position_B, across_B = run.gimbals.cluster.position_B[unit], cluster.gimbal_axis_B[unit]
+    return tremor(position_B, across_B, -transverse_B, speed, speed * run.gyro_time, inertia)

@@ -12,7 +12,7 @@ from typing_extensions import override
 from testbed.arrays import Array, Matrix3
 from testbed.cmg.wheels import wheel_turning_directions
 from testbed.effects.contract import WHEELS, Extension, Parameter, wheel_index
-from testbed.effects.lines import found_lines
+from testbed.effects.lines import found_lines, tremor
 from testbed.effects.noise_effect import Finding, NoiseEffect, Readings
 from testbed.estimation.telemetry import Telemetry
 from testbed.scenario.actuators import reaction_wheels
@@ -42,7 +42,7 @@ class WheelImbalance(NoiseEffect):
     @override
     def found(self, component: str, readings: Readings) -> Finding | None:
         wheel = wheel_index(component)
-        return found_lines(readings, lambda part: _tremor(readings.runs[part], wheel, readings.inertia))
+        return found_lines(readings, lambda part: _columns(readings.runs[part], wheel, readings.inertia))
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
@@ -59,20 +59,14 @@ class WheelImbalance(NoiseEffect):
         )
 
 
-def _tremor(run: Telemetry, wheel: int, inertia: Matrix3) -> Array | None:
+def _columns(run: Telemetry, wheel: int, inertia: Matrix3) -> Array | None:
     """Return the body rates at the gyro's samples for an imbalance of one kg·m at φ₀ of 0 and 90 degrees, (N, 3, 2)."""
     if run.wheels is None or run.wheels.wheels.position_B is None:
         return None
     speed, angle = _turned(run, run.wheels.momentum[:, wheel] / run.wheels.wheels.spin_inertia[wheel])
     axis_B, position_B = run.wheels.wheels.axis_B[wheel], run.wheels.wheels.position_B[wheel]
     across_B = wheel_turning_directions(axis_B[None])[1, 0]
-    beside_B = np.cross(axis_B, across_B)
-    columns = []
-    for lead in (0.0, 0.5 * np.pi):
-        turn = (angle + lead)[:, None]
-        ahead_B = np.cos(turn) * across_B + np.sin(turn) * beside_B
-        columns.append(-speed[:, None] * np.linalg.solve(inertia, np.cross(position_B, ahead_B).T).T)
-    return np.stack(columns, axis=-1)
+    return tremor(position_B, across_B, np.cross(axis_B, across_B), speed[:, None], angle, inertia)
 
 
 def _turned(run: Telemetry, speed: Array) -> tuple[Array, Array]:
