@@ -16,12 +16,11 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from itertools import combinations_with_replacement, groupby, pairwise
-from math import exp, isinf, log, log1p
+from math import exp, log
 from typing import Literal, TypeAlias, final
 
 import numpy as np
 import scipy
-from scipy.linalg import block_diag
 from scipy.special import logsumexp
 from typing_extensions import override
 
@@ -29,9 +28,10 @@ from testbed.arrays import Array
 from testbed.diagnosis.candidates import SizePrior, log_p_value, p_value
 from testbed.diagnosis.data import Runs, chosen, joined
 from testbed.diagnosis.keeping import Content, array_from_content, array_to_content, part
-from testbed.diagnosis.model import NEGLIGIBLE, Fit, evaluated, fitted_initial_rates, orthonormal, projected_out
+from testbed.diagnosis.model import Fit, evaluated, fitted_initial_rates, orthonormal, projected_out
 from testbed.diagnosis.settings import SETTINGS
 from testbed.effects.body_torque import BodyTorque
+from testbed.estimation.random_walk import Increments, likeliest_variance
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import node_rates
@@ -44,9 +44,6 @@ twice as many, the likelihood ratio of the baselines of cases 9 and 12 of 14 of 
 _FEWEST_KNOTS = 8
 """Of a run, however short: runs of 1 s and more have as many by their length, and the shortest that are used, of ten
 samples, nearly as many samples."""
-_VARIANCES = (-12.0, 25.0)
-"""Logarithms between which the variance of the increments is searched, in units of what the best-known direction shows:
-at the first a torque adds 6e-6 of the noise's variance and less, at the second the residual is torque alone."""
 
 
 def goodness(fit: Fit, noise_freedom: float) -> float:
@@ -147,11 +144,11 @@ def _latent_torque(runs: Runs, fit: Fit) -> LatentTorque:
     knots = max(_FEWEST_KNOTS, int(np.ceil(KNOTS_PER_SECOND * float(np.ptp(runs.grid.node_time, axis=1).max()))))
     # From its increments to the torque at the knots.
     walk = np.asarray(np.kron(np.tril(np.ones((knots, knots))), np.eye(3)), dtype=np.float64)
-    power, slope, directions = _spread(runs, fit, torque_response(runs, fit, knots), walk)
-    variance, ratio = latent_torque_ratio(power, slope, np.inf)
-    _, surely = latent_torque_ratio(power, slope, runs.noise_freedom)
-    increments = directions @ (variance * slope / (1.0 + variance * power))
-    torque_B = (increments.reshape(len(runs.names), -1) @ walk.T).reshape(len(runs.names), knots, 3)
+    increments, directions = _increments(_by_run(runs, fit, knots), walk)
+    variance, ratio = likeliest_variance(increments)
+    _, surely = likeliest_variance(increments, runs.noise_freedom)
+    likeliest = np.split(variance * increments.solved(variance), len(runs.names))
+    torque_B = np.stack([(walk @ (own @ each)).reshape(-1, 3) for own, each in zip(directions, likeliest, strict=True)])
     ends = runs.grid.node_time[:, [0, -1]]
     return LatentTorque(
         likelihood_ratio=ratio,
@@ -162,39 +159,54 @@ def _latent_torque(runs: Runs, fit: Fit) -> LatentTorque:
     )
 
 
-def _spread(runs: Runs, fit: Fit, columns: Array, walk: Array) -> tuple[Array, Array, Array]:
-    """Return what the increments do to the residual, all that the model can do projected out.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Free:
+    """What torques at the knots do to a run, and its residual; what the run's own parameters can do is projected out.
 
-    Runs share few parameters, so that the normal matrix is that of each run less a product of small matrices: its cost
-    grows as the samples do.
-
-    Args:
-        runs: to be explained.
-        fit: of the model.
-        columns: response to the torque at every knot, shape (samples, R * knots * 3).
-        walk: from a run's increments to its torque, shape (knots * 3, knots * 3).
-
-    Returns:
-        The normal matrix's eigenvalues, the slope along its eigenvectors, and the eigenvectors as columns.
+    Attributes:
+        response: shape (samples, T 3).
+        shared: what parameters of all runs do, shape (samples, C).
+        residual: shape (samples,).
     """
-    common, width = 6 + len(fit.effect_values), len(walk)
+
+    response: Array
+    shared: Array
+    residual: Array
+
+
+def _by_run(runs: Runs, fit: Fit, knots: int) -> list[_Free]:
+    common = 6 + len(fit.effect_values)
     trims = common + 3 * len(runs.names)  # columns from here on, which windows of one record share
-    edges = np.cumsum([0, *runs.sizes])
-    parts = []
-    for run, rows in enumerate(slice(*ends) for ends in pairwise(edges.tolist())):
+    edges, free = np.cumsum([0, *runs.sizes]).tolist(), []
+    for run, (rows, response) in enumerate(
+        zip((slice(*ends) for ends in pairwise(edges)), torque_responses(runs, fit, knots), strict=True)
+    ):
         # A torque on the body shows in the gyro's samples, which come first.
         own = orthonormal(fit.jacobian[rows, common + 3 * run : common + 3 * run + 3])
-        response = columns[rows, run * width : (run + 1) * width] @ walk
-        part = np.hstack([response, fit.jacobian[rows, :common], fit.jacobian[rows, trims:], fit.residual[rows, None]])
-        parts.append(projected_out(part, own))
-    shared = orthonormal(np.concatenate([part[:, width:-1] for part in parts]))
-    residual = projected_out(np.concatenate([part[:, -1] for part in parts]), shared)
-    by_run = list(zip(np.split(shared, edges[1:-1]), np.split(residual, edges[1:-1]), parts, strict=True))
-    along = np.hstack([basis.T @ part[:, :width] for basis, _, part in by_run])
-    normal = block_diag(*(part[:, :width].T @ part[:, :width] for part in parts)) - along.T @ along
-    slope = np.concatenate([part[:, :width].T @ rest for _, rest, part in by_run])
-    power, directions = np.linalg.eigh(normal)
-    return np.maximum(power, 0.0), directions.T @ slope, directions
+        shared = np.hstack([fit.jacobian[rows, :common], fit.jacobian[rows, trims:]])
+        parts = (projected_out(each, own) for each in (response, shared, fit.residual[rows]))
+        free.append(_Free(**dict(zip(("response", "shared", "residual"), parts, strict=True))))
+    return free
+
+
+def _increments(free: Sequence[_Free], walk: Array) -> tuple[Increments, list[Array]]:
+    """Return what increments do to the residual, and by run the directions of its components, as columns.
+
+    Args:
+        free: of each run.
+        walk: from a run's increments to its torque, shape (T 3, T 3).
+    """
+    shared = orthonormal(np.concatenate([each.shared for each in free]))
+    whole = projected_out(np.concatenate([each.residual for each in free]), shared)
+    ends = np.cumsum([len(each.residual) for each in free])[:-1]
+    found, directions = list[tuple[Array, Array, Array]](), []
+    for each, basis, residual in zip(free, np.split(shared, ends), np.split(whole, ends), strict=True):
+        response = each.response @ walk
+        power, own = np.linalg.eigh(response.T @ response)
+        found.append((np.maximum(power, 0.0), own.T @ (response.T @ residual), own.T @ (response.T @ basis)))
+        directions.append(own)
+    power, slope, across = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return Increments(power=power, slope=slope, across=across), directions
 
 
 @final
@@ -209,8 +221,8 @@ class _Hats(Hooks):
         return np.asarray(torque_B[:, :, -len(places) :] + hats @ knots)
 
 
-def torque_response(runs: Runs, fit: Fit, knots: int) -> Array:
-    """Return the gyro's whitened response to a torque at every knot of every run, shape (samples, R * knots * 3).
+def torque_responses(runs: Runs, fit: Fit, knots: int) -> list[Array]:
+    """Return every run's whitened response to a torque at each of its knots, shapes (samples, knots * 3).
 
     Args:
         runs: to be explained.
@@ -222,53 +234,14 @@ def torque_response(runs: Runs, fit: Fit, knots: int) -> Array:
     values = replace(fit.values, effects=effects)
     hooks = [*(each.hooks for each in fit.placed), _Hats()]
     _, derivatives = predicted_with_derivatives(runs.grid, hooks, values, range(common, common + 3 * knots))
-    return np.asarray(block_diag(*runs.whitened_columns(derivatives)))
-
-
-def _log_likelihood(variance: float, power: Array, slope: Array, noise_freedom: float) -> float:
-    """Return log L(q) - log L(0) of independent components, whose variances are 1 + q s² times that of the noise.
-
-    If that is known with ν degrees of freedom only, all components share a factor, ν over which is χ²(ν): their values
-    y are of Student's t distribution, and Σ y² counts as (ν + n) log(1 + Σ y² / ν).
-
-    Args:
-        variance: q.
-        power: s² of the components, shape (n,).
-        slope: s times their values, shape (n,).
-        noise_freedom: ν; infinite where the noise is known.
-    """
-    seen = power > NEGLIGIBLE * power.max(initial=0.0)
-    power, slope = power[seen], slope[seen]
-    explained = float((slope**2 * variance / (1.0 + variance * power)).sum())
-    widened = float(np.log1p(variance * power).sum())
-    if isinf(noise_freedom):
-        return 0.5 * (explained - widened)
-    whole = noise_freedom + float((slope**2 / power).sum())
-    return -0.5 * ((noise_freedom + len(power)) * log1p(-explained / whole) + widened)
-
-
-def latent_torque_ratio(power: Array, slope: Array, noise_freedom: float) -> tuple[float, float]:
-    """Return the likeliest variance of a torque's increments, q̂ >= 0, and 2 (log L(q̂) - log L(0)).
-
-    Args:
-        power: what components do to the residual, s², shape (n,).
-        slope: s times their values, shape (n,).
-        noise_freedom: degrees of freedom with which the noise is known; infinite where it is stated.
-    """
-    scale = 1.0 / max(power.max(initial=0.0), np.finfo(float).tiny)
-    found = scipy.optimize.minimize_scalar(
-        lambda exponent: -_log_likelihood(scale * np.exp(exponent), power, slope, noise_freedom),
-        bounds=_VARIANCES,
-        method="bounded",
-    )
-    variance = scale * float(np.exp(found.x))
-    ratio = 2.0 * _log_likelihood(variance, power, slope, noise_freedom)
-    return (variance, ratio) if ratio > 0.0 else (0.0, 0.0)
+    return runs.whitened_columns(derivatives)
 
 
 _KNOTS_PER_SECOND = 12.0
 """Hat functions: a sine of 4 Hz keeps nine tenths of its amplitude between three of them. With 8 or 24, the evidence of
 any shape changes by 0.03 at most in the same cases, that of pulses by 0.6."""
+_TAKEN = 1e-7
+"""Share of a torque's effect below which all of it is what the model can do: above rounding, the root of 1e-16."""
 _AT_ONCE = 64
 """Shapes whose responses are worked out together: 12 -> 1.3 s for the pulses in five runs of 20 s, the same to
 1e-15."""
@@ -325,17 +298,13 @@ def _torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
     time = runs.grid.node_time - runs.grid.node_time[:, :1]
     knots = max(_FEWEST_KNOTS, int(np.ceil(_KNOTS_PER_SECOND * time.max())))
     at = np.linspace(np.zeros(len(time)), time[:, -1], knots, axis=1)
-    nuisance = orthonormal(fit.jacobian[: runs.samples])
-    # Of the residual only what torques can do counts: as many numbers as there are torques.
-    directions, free = np.linalg.qr(projected_out(torque_response(runs, fit, knots), nuisance))
-    response = np.ascontiguousarray(np.moveaxis(free.reshape(len(free), -1, 3), -1, 0))
-    residual = directions.T @ fit.residual[: runs.samples]
+    space = _torque_space(_by_run(runs, fit, knots))
     tried = [*_slow(at, _rates(runs, fit, at)), *_oscillations(runs, at), *_pulses(at)]
     alike = Counter(each.kind for each in tried)
     typical = BodyTorque.parameters[0].typical_on(runs.mean_moment(fit.theta))
     found = [
-        _tested(each, columns, residual, len(alike) * alike[each.kind], runs.noise_freedom, typical)
-        for each, columns in zip(tried, _responses(tried, response), strict=True)
+        _tested(each, columns, space.residual, len(alike) * alike[each.kind], runs.noise_freedom, typical)
+        for each, columns in zip(tried, _responses(tried, space), strict=True)
     ]
     return tuple(sorted(found, key=lambda shape: -shape.evidence))
 
@@ -425,12 +394,55 @@ def _rates(runs: Runs, fit: Fit, time: Array) -> Array:
     )
 
 
-def _responses(tried: Sequence[_Tried], response: Array) -> Iterator[Array]:
-    """Yield what the torques of each shape do, shape (K, 3 F), many at once: the response, (3, K, R T), is large."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _TorqueSpace:
+    """Of the samples what torques at the knots can do: as many numbers as there are torques, K.
+
+    Attributes:
+        responses: of each run to its torques before what all runs share is projected out, shapes (3, K_run, T).
+        taken: directions of what all runs share, as columns, shape (K, r).
+        left: share of a length along them that stays, shape (r,).
+        residual: shape (K,).
+    """
+
+    responses: list[Array]
+    taken: Array
+    left: Array
+    residual: Array
+
+
+def _torque_space(free: Sequence[_Free]) -> _TorqueSpace:
+    """Return the space, from a factorisation of every run by itself.
+
+    With B = Q R of all runs and N an orthonormal basis of what they share, (1 - N Nᵀ) Q has the Gram matrix
+    1 - PᵀP, P = NᵀQ = U S Vᵀ, whose square root is 1 - V (1 - √(1 - S²)) Vᵀ: what it does to R is done to torques.
+    """
+    shared = orthonormal(np.concatenate([each.shared for each in free]))
+    bases = np.split(shared, np.cumsum([len(each.residual) for each in free])[:-1])
+    residual = np.concatenate([each.residual for each in free])
+    factors = [np.linalg.qr(each.response) for each in free]
+    along = np.concatenate([own.T @ basis for (own, _), basis in zip(factors, bases, strict=True)])
+    inside = np.concatenate([own.T @ each.residual for (own, _), each in zip(factors, free, strict=True)])
+    taken, sine, _ = np.linalg.svd(along, full_matrices=False)
+    left = np.sqrt(np.maximum(1.0 - sine**2, 0.0))
+    outside = inside - along @ (shared.T @ residual)
+    back = np.divide(1.0, left, out=np.zeros_like(left), where=left > _TAKEN)
+    return _TorqueSpace(
+        responses=[np.ascontiguousarray(np.moveaxis(rest.reshape(len(rest), -1, 3), -1, 0)) for _, rest in factors],
+        taken=taken,
+        left=np.where(left > _TAKEN, left, 0.0),
+        residual=outside + taken @ ((back - 1.0) * (taken.T @ outside)),
+    )
+
+
+def _responses(tried: Sequence[_Tried], space: _TorqueSpace) -> Iterator[Array]:
+    """Yield what the torques of each shape do, shape (K, 3 F), many at once."""
     for first in range(0, len(tried), _AT_ONCE):
-        torques = [each.torques.reshape(-1, each.torques.shape[-1]) for each in tried[first : first + _AT_ONCE]]
-        together = response @ np.concatenate(torques, axis=1)
-        ends = np.cumsum([each.shape[1] for each in torques])
+        some = tried[first : first + _AT_ONCE]
+        torques = np.concatenate([each.torques for each in some], axis=-1)
+        together = np.concatenate([of @ own for of, own in zip(space.responses, torques, strict=True)], axis=1)
+        together -= space.taken @ ((1.0 - space.left)[:, None] * (space.taken.T @ together))
+        ends = np.cumsum([each.torques.shape[-1] for each in some])
         yield from (np.concatenate(own, axis=-1) for own in np.split(together, ends[:-1], axis=-1))
 
 

@@ -7,17 +7,25 @@ measurement is differentiated.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from testbed.arrays import Array, Flags, Series
+from testbed.dynamics.inertia import cross_matrix
 from testbed.estimation.surroundings import Surroundings
 from testbed.prediction import kernels
 from testbed.prediction.algebra import applied
 from testbed.prediction.hooks import Hooks, Instant
+
+COMPLEX_STEP = 1e-20
+"""The derivative is the imaginary part over it: no difference is taken, so that it is exact to rounding.
+
+Source: Squire and Trapp, "Using complex variables to estimate derivatives of real functions", SIAM Review (1998).
+"""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -111,26 +119,63 @@ class Known:
         return turned.reshape(-1, *turned.shape[2:])
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Slope:
+    """The slope of real states, W nodes of R runs side by side, and how it changes.
+
+    Attributes:
+        value: shape (R W, S).
+        by_state: its derivatives by the states, shape (R W, S, S).
+        by_momentum: by what the units hold, h, shape (R W, S, 3).
+    """
+
+    value: Array
+    by_state: Array
+    by_momentum: Array
+
+
+def acts_on_motion(hook: Hooks) -> bool:
+    """Return whether an effect acts on the motion itself, and not by what is known along the grid."""
+    return bool(hook.states) or type(hook).torque is not Hooks.torque
+
+
 class Equations:
     """The right-hand side and the classical fourth-order rule, on one array of all states.
 
     States stand in arrays of shape (R, W, P, S): W nodes of the grid, or beginnings of steps, side by side.
     """
 
-    def __init__(self, hooks: Sequence[Hooks], effects: Sequence[Array], known: Known) -> None:
-        """Take the effects in the model with their parameters, shapes (P, K)."""
+    def __init__(
+        self, hooks: Sequence[Hooks], effects: Sequence[Array], known: Known, *, attitude: bool = False
+    ) -> None:
+        """Take the effects in the model with their parameters, shapes (P, K); attitude where others ask for it."""
         self._known = known
         self._pairs = list(zip(hooks, effects, strict=True))
-        self._attitude = any(hook.needs_attitude for hook in hooks)
+        self._attitude = attitude or any(hook.needs_attitude for hook in hooks)
         edges = np.cumsum([3 + 4 * self._attitude, *(hook.states for hook in hooks)])
         self._own = [slice(first, last) for first, last in pairwise(edges.tolist())]
         # Of many hypotheses together few act on the motion itself; the others cost nothing here.
-        self._acting = [
-            (hook, value, own)
-            for (hook, value), own in zip(self._pairs, self._own, strict=True)
-            if hook.states or type(hook).torque is not Hooks.torque
-        ]
-        self._hides = any(hook.states for hook, _, _ in self._acting)
+        self._acting = {
+            place: (hook, value, own)
+            for place, ((hook, value), own) in enumerate(zip(self._pairs, self._own, strict=True))
+            if acts_on_motion(hook)
+        }
+        self._hides = any(hook.states for hook, _, _ in self._acting.values())
+
+    def guessed(self, start: Array, rates: Array) -> Array:
+        """Return states at all nodes of a motion that is known about, shape (R, M + 1, 1, S).
+
+        The effects' own states stay as they begin.
+
+        Args:
+            start: real states at the first node, shape (R, 1, 1, S).
+            rates: ω at all nodes, shape (R, M + 1, 3), rad/s.
+        """
+        states = np.repeat(start, rates.shape[1], axis=1)
+        if self._attitude:
+            states[:, :, 0, 3:7] = kernels.turned_along(rates, self._known.step)
+        later = self.with_rates(states, rates[:, :, None], slice(0, states.shape[1]))
+        return np.concatenate([start, later[:, 1:]], axis=1)
 
     @property
     def groups(self) -> list[slice]:
@@ -178,7 +223,7 @@ class Equations:
             states: at their beginnings, shape (R, W, P, S).
             steps: W of them.
         """
-        begin, middle, end = (self._known.at(_half_steps(steps, later)) for later in range(3))
+        begin, middle, end = (self.known_at(steps, later) for later in range(3))
         state, step = states.reshape(-1, *states.shape[2:]), begin.step[:, None, None]
         first = self._slope(state, begin)
         second = self._slope(state + step / 2 * first, middle)
@@ -187,9 +232,149 @@ class Equations:
         after = state + step / 6 * (first + 2 * second + 2 * third + fourth)
         return after.reshape(*states.shape[:2], *after.shape[1:])
 
+    @property
+    def has_attitude(self) -> bool:
+        """Whether the attitude is among the states."""
+        return self._attitude
+
+    @property
+    def step(self) -> Series:
+        """Of each run, shape (R,), s."""
+        return self._known.step
+
+    @property
+    def live(self) -> Array:
+        """One for axes about which a run turns, zero for those that a bearing holds, shape (R, 1, 1, 3) or less."""
+        return np.ones(1) if self._known.bearing is None else self._known.bearing.live.astype(np.float64)
+
+    def attitude(self, states: Array) -> Array:
+        """Return R_RB of real states, shape (..., S): (..., 3, 3); the identity where no effect asks for it."""
+        if not self._attitude:
+            return np.eye(3)
+        matrix = kernels.matrix_of_quaternion(states[..., 3:7].reshape(1, -1, 4))
+        return matrix.reshape(*states.shape[:-1], 3, 3)
+
+    def instant(self, at: int, body_rate: Array, attitude: Array, own_state: Array) -> Instant:
+        """Return an instant of the grid for an effect with states of its own, shapes as in `Instant`."""
+        return Instant(
+            time=self._known.time[:, at, None],
+            body_rate=body_rate,
+            attitude=attitude,
+            state=own_state,
+            first_NB=self._known.first_NB,
+            surroundings=self._known.surroundings,
+        )
+
+    def known_at(self, nodes: slice, later: int) -> Known:
+        """Return what is known so many half steps after nodes."""
+        return self._known.at(_half_steps(nodes, later))
+
+    def slope_and_tangents(self, state: Array, known: Known) -> Slope:
+        """Return the slope of the real states of one parameter set, shape (R W, 1, S), with its derivatives."""
+        rate, by_state, by_momentum = self.rate_and_tangents(state, known)
+        turning = cross_matrix(rate)
+        momentum = self._whole_momentum(state, rate[:, None], known)
+        size = state.shape[-1]
+        fixed, by_rate = np.zeros((len(state), size, size)), np.zeros((len(state), size, 3))
+        value = np.zeros((len(state), size))
+        by_held = np.zeros((len(state), size, 3))
+        fixed[:, :3, :3], by_rate[:, :3] = -turning, cross_matrix(momentum[:, 0])
+        value[:, :3] = known.torque_B[:, 0]
+        if self._attitude:
+            value[:, 3:7], fixed[:, 3:7, 3:7], by_rate[:, 3:7] = _quaternion_slope(state[:, 0, 3:7], rate)
+        self._add_effects(value, fixed, by_rate, state, rate, known)
+        if known.bearing is not None:
+            _hold(known.bearing, turning, fixed, by_rate, by_held, self._hidden_tangents(state))
+        value[:, :3] -= np.matvec(turning, momentum[:, 0])
+        if known.bearing is not None:
+            live = known.bearing.live[:, 0]
+            for each in (value[..., None], fixed, by_rate, by_held):
+                each[:, :3] *= np.swapaxes(live, -1, -2)
+        return Slope(value=value, by_state=fixed + by_rate @ by_state, by_momentum=by_held + by_rate @ by_momentum)
+
+    def rate(self, state: Array, known: Known) -> Array:
+        """Return ω of states, shape (R W, P, 3), rad/s."""
+        return self._body_rate(state, known)
+
+    def rate_and_tangents(self, state: Array, known: Known) -> tuple[Array, Array, Array]:
+        """Return ω of real states, shape (R W, 3), rad/s, and its derivatives by state and h, as `Slope` has them."""
+        inverse = np.broadcast_to(known.inverse[:, 0], (len(state), 3, 3))
+        by_state = -inverse @ self._hidden_tangents(state)
+        by_state[..., :3] += inverse
+        return self._body_rate(state, known)[:, 0], by_state, -inverse
+
+    def _hidden_tangents(self, state: Array) -> Array:
+        """Return the derivatives of the momentum that the effects' states hold by all states, shape (R W, 3, S)."""
+        tangents = np.zeros((len(state), 3, state.shape[-1]))
+        for hook, value, own in self._acting.values():
+            if hook.states:
+                disturbed = state[..., own] + 1j * COMPLEX_STEP * np.eye(hook.states)
+                tangents[..., own] = np.swapaxes(hook.hidden_momentum(value, disturbed).imag, -1, -2) / COMPLEX_STEP
+        return tangents
+
+    def _add_effects(
+        self, slope: Array, by_state: Array, by_rate: Array, state: Array, rate: Array, known: Known
+    ) -> None:
+        """Add the torques and states of the effects to slopes and their derivatives, by what each depends on."""
+        attitude, base = 4 * self._attitude, np.eye(3)
+        for hook, value, own in self._acting.values():
+            steps = 1j * COMPLEX_STEP * np.eye(3 + attitude + hook.states)
+            if attitude:
+                base = kernels.matrix_of_quaternion(state[..., 3:7] + steps[:, 3:7])
+            at = _instant(known, rate[:, None] + steps[:, :3], base, state[..., own] + steps[:, 3 + attitude :])
+            shape = (len(state), len(steps), 3)
+            parts = [(slice(0, 3), np.broadcast_to(hook.torque(value, at), shape))]
+            if hook.states:
+                parts.append((own, np.broadcast_to(hook.state_rate(value, at), (*shape[:2], hook.states))))
+            for rows, values in parts:
+                slope[:, rows] += values[:, 0].real
+                if np.iscomplexobj(values):
+                    by = np.swapaxes(values.imag, -1, -2) / COMPLEX_STEP
+                    by_rate[:, rows] += by[..., :3]
+                    by_state[:, rows, 3 : 3 + attitude] += by[..., 3 : 3 + attitude]
+                    by_state[:, rows, own] += by[..., 3 + attitude :]
+
+    def own_changes(
+        self, effects: Sequence[Array], state: Array, known: Known
+    ) -> Iterator[tuple[NDArray[np.intp], Array, Array]]:
+        """Yield what complex steps of the effects' own parameters change where the motion is as it is.
+
+        Args:
+            effects: parameters with the steps, shapes (P, K).
+            state: real, of one parameter set, shape (R W, 1, S).
+            known: real, of these instants.
+
+        Yields:
+            Of each effect that acts: which parameter sets step its own, Q of them; the change of the slope, shape
+            (R W, Q, S), and of the momentum that the effect's states hold, shape (R W, Q, 3).
+        """
+        body_rate = self._body_rate(state, known)
+        attitude = kernels.matrix_of_quaternion(state[..., 3:7]) if self._attitude else np.eye(3)
+        for place, (hook, _, own) in self._acting.items():
+            value = effects[place]
+            stepped = np.flatnonzero((value.imag != 0.0).any(axis=1))
+            if not len(stepped):
+                continue
+            chosen, sides = value[stepped], (len(state), len(stepped))
+            at = _instant(
+                known,
+                np.broadcast_to(body_rate, (*sides, 3)),
+                np.broadcast_to(attitude, (*sides, 3, 3)),
+                np.broadcast_to(state[..., own], (*sides, hook.states)),
+            )
+            slope, held = np.zeros((*sides, state.shape[-1])), np.zeros((*sides, 3))
+            torque_B = hook.torque(chosen, at)
+            if not hook.states and not np.iscomplexobj(torque_B):
+                continue
+            slope[..., :3] = torque_B.imag if known.bearing is None else known.bearing.live * torque_B.imag
+            if hook.states:
+                slope[..., own] = hook.state_rate(chosen, at).imag
+                held += hook.hidden_momentum(chosen, at.state).imag
+            yield stepped, slope, held
+
     def _hidden(self, state: Array) -> Array:
         held = np.zeros(3)
-        for hook, value, own in self._acting:
+        for hook, value, own in self._acting.values():
             if hook.states:
                 held = held + hook.hidden_momentum(value, state[..., own])
         return held
@@ -205,15 +390,8 @@ class Equations:
         attitude = kernels.matrix_of_quaternion(state[..., 3:7]) if self._attitude else np.eye(3)
         torque_B = known.torque_B
         rates = [kernels.quaternion_rate(state[..., 3:7], body_rate)] if self._attitude else []
-        for hook, value, own in self._acting:
-            at = Instant(
-                time=known.time,
-                body_rate=body_rate,
-                attitude=attitude,
-                state=state[..., own],
-                first_NB=known.first_NB,
-                surroundings=known.surroundings,
-            )
+        for hook, value, own in self._acting.values():
+            at = _instant(known, body_rate, attitude, state[..., own])
             torque_B = torque_B + hook.torque(value, at)
             if hook.states:
                 rates.append(np.broadcast_to(hook.state_rate(value, at), (*body_rate.shape[:-1], hook.states)))
@@ -227,6 +405,38 @@ class Equations:
             return state[..., :3]
         held_B = applied(known.bearing.coupling, body_rate) + known.momentum_B + self._hidden(state)
         return np.where(known.bearing.live, state[..., :3], held_B)
+
+
+def _quaternion_slope(quaternion: Array, rate: Array) -> tuple[Array, Array, Array]:
+    """Return q̇ of real quaternions, shape (N, 4), and its derivatives by q and by ω, shapes (N, 4, 4) and (N, 4, 3)."""
+    by_quaternion = np.zeros((len(rate), 4, 4))
+    by_quaternion[:, 0, 1:], by_quaternion[:, 1:, 0] = -0.5 * rate, 0.5 * rate
+    by_quaternion[:, 1:, 1:] = -0.5 * cross_matrix(rate)
+    by_rate = np.empty((len(rate), 4, 3))
+    by_rate[:, 0] = -0.5 * quaternion[:, 1:]
+    by_rate[:, 1:] = 0.5 * (quaternion[:, :1, None] * np.eye(3) + cross_matrix(quaternion[:, 1:]))
+    return np.matvec(by_quaternion, quaternion), by_quaternion, by_rate
+
+
+def _hold(bearing: Bearing, turning: Array, by_state: Array, by_rate: Array, by_held: Array, hidden: Array) -> None:
+    """Take the momentum about held axes out of the states, in derivatives of the slope: it follows from the others."""
+    held = ~bearing.live[:, 0]
+    across = -turning * held
+    by_state[:, :3, :3] *= bearing.live[:, 0]
+    by_rate[:, :3] += across @ np.broadcast_to(bearing.coupling[:, 0], turning.shape)
+    by_state[:, :3] += across @ hidden
+    by_held[:, :3] += across
+
+
+def _instant(known: Known, body_rate: Array, attitude: Array, own_state: Array) -> Instant:
+    return Instant(
+        time=known.time,
+        body_rate=body_rate,
+        attitude=attitude,
+        state=own_state,
+        first_NB=known.first_NB,
+        surroundings=known.surroundings,
+    )
 
 
 def _inverted(known: Known) -> Array:

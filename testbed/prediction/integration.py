@@ -26,16 +26,16 @@ from testbed.prediction.grid import Gimbals, Grid
 from testbed.prediction.held import held_inertia, held_momentum
 from testbed.prediction.hooks import Hooks, overrides
 from testbed.prediction.kernels import carried
+from testbed.prediction.variation import Motion, Speck, disturbed_rates, linearised
 
-COMPLEX_STEP = 1e-20
-"""The derivative is the imaginary part over it: no difference is taken, so that it is exact to rounding.
-
-Source: Squire and Trapp, "Using complex variables to estimate derivatives of real functions", SIAM Review (1998).
-"""
-_ROUNDS = 8
-"""Of Newton's method: from gyro samples it takes three or four; what it does not find is stepped along."""
+_ROUNDS = 16
+"""Of Newton's method: from gyro samples it takes four or five; what it does not find is stepped along."""
 _FOUND = 1e-7
-"""Share of the largest state by which a correction, the next of which is its square, is the last."""
+"""Share of the largest state by which a correction is the last but one: with tangents of the motion that it leads to,
+the next is its square."""
+_NEARER = 0.1
+"""Share of the correction before beyond which the tangents are taken anew: with old ones corrections shrink by the
+share by which the motion was off when they were taken, a hundredth or less."""
 GRIDS = 8
 """For which what no parameter changes is kept: fitted and held-out runs, with the gyro's errors of some models."""
 _AT_ONCE = 10_000
@@ -52,12 +52,15 @@ class Values:
         effects: parameters of each effect, in the order of the hooks, shapes (P, K).
         trim: constant torque of the actuators that their telemetry does not hold, body axes, shape (R, P, 3), N·m;
             None where there is none.
+        specks: number of the last effects that are too small to move the body: their parameter sets may differ in more
+            than complex steps, and share one motion all the same.
     """
 
     theta: Array
     initial_rate: Array
     effects: tuple[Array, ...]
     trim: Array | None = None
+    specks: int = 0
 
     @property
     def sets(self) -> int:
@@ -87,78 +90,87 @@ def node_rates(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Array:
         hooks, values = [outside, *hooks], replace(values, effects=(values.theta, *values.effects))
     one_motion = _is_one_motion(values)
     known = _known(grid, hooks, values, one_motion=one_motion)
-    equations = Equations(hooks, values.effects, known)
-    start = equations.initial(values.initial_rate, values.sets)
     with np.errstate(over="ignore", invalid="ignore"):
-        found = _found(grid, hooks, values, known) if one_motion else None
-        if found is None:
-            states = _stepped_along(equations, start, grid.node_time.shape[1])
-        else:
-            states = _disturbed(equations, start, *found)
-        rates = equations.body_rates(states, slice(0, states.shape[1]))
+        motion = _found(grid, hooks, values, known) if one_motion else None
+        rates = _stepped_along(grid, hooks, values, known) if motion is None else _beside(motion, hooks, values, known)
     require_bounded(rates)
     return np.ascontiguousarray(np.swapaxes(rates, 1, 2))
 
 
-def _stepped_along(equations: Equations, start: Array, nodes: int) -> Array:
-    """Return the states at all nodes, shape (R, M + 1, P, S), one step after the other."""
-    states = [start]
-    for step in range(nodes - 1):
+def _stepped_along(grid: Grid, hooks: Sequence[Hooks], values: Values, known: Known) -> Array:
+    """Return ω at all nodes, shape (R, M + 1, P, 3), of any parameter sets, one step after the other."""
+    equations = Equations(hooks, values.effects, known)
+    states = [equations.initial(values.initial_rate, values.sets)]
+    for step in range(grid.node_time.shape[1] - 1):
         states.append(equations.stepped(states[-1], slice(step, step + 1)))
-    return np.concatenate(states, axis=1)
+    return equations.body_rates(np.concatenate(states, axis=1), slice(0, len(states)))
+
+
+def _beside(motion: Motion, hooks: Sequence[Hooks], values: Values, known: Known) -> Array:
+    """Return ω at all nodes, shape (R, M + 1, P, 3), of parameter sets that lie complex steps beside a motion."""
+    number = len(hooks) - values.specks
+    pairs = zip(hooks[number:], values.effects[number:], strict=True)
+    start = Equations(hooks[:number], values.effects[:number], known, attitude=motion.equations.has_attitude).initial(
+        values.initial_rate, values.sets
+    )
+    specks = [Speck(hook=hook, value=value) for hook, value in pairs]
+    return disturbed_rates(motion, values.effects[:number], specks, known, start)
 
 
 def _is_one_motion(values: Values) -> bool:
-    """Return whether the parameter sets differ by complex steps only."""
+    """Return whether the parameter sets differ by complex steps only, but for those of specks."""
     by_run = [values.initial_rate] if values.trim is None else [values.initial_rate, values.trim]
-    sets = (values.theta, *(np.swapaxes(each, 0, 1) for each in by_run), *values.effects)
+    moving = values.effects[: len(values.effects) - values.specks]
+    sets = (values.theta, *(np.swapaxes(each, 0, 1) for each in by_run), *moving)
     return all(bool((each.real == each[:1].real).all()) for each in sets)
 
 
-def _found(grid: Grid, hooks: Sequence[Hooks], values: Values, known: Known) -> tuple[Array, Array] | None:
-    """Return the states at all nodes, shape (R, M + 1, 1, S), and the transposed tangents, shape (R, M, S, S).
+def _found(grid: Grid, hooks: Sequence[Hooks], values: Values, known: Known) -> Motion | None:
+    """Return the motion of the first parameter set without the complex steps and the specks.
 
     None where Newton's method does not find them.
     """
-    equations = Equations(hooks, [value[:1].real for value in values.effects], known.without_steps())
+    number = len(hooks) - values.specks
+    equations = Equations(
+        hooks[:number],
+        [value[:1].real for value in values.effects[:number]],
+        known.without_steps(),
+        attitude=any(hook.needs_attitude for hook in hooks),
+    )
     states = _guess(grid, equations, equations.initial(values.initial_rate[:, :1].real, 1))
+    along, before = linearised(equations, states[:, :-1]), np.inf
+    ahead = along.ahead
     for _ in range(_ROUNDS):
-        ahead, tangents = _linearised(equations, states[:, :-1])
-        change = carried(tangents, np.zeros_like(states[:, 0]), ahead - states[:, 1:])
+        change = carried(along.tangents, np.zeros_like(states[:, 0]), ahead - states[:, 1:])
         states = states + change
-        size = [np.abs(states[..., group]).max() for group in equations.groups]
-        if not np.isfinite(size).all():
+        moved = max(_share(change[..., group], states[..., group]) for group in equations.groups)
+        if not np.isfinite(moved):
             return None
-        moved = [np.abs(change[..., group]).max() for group in equations.groups]
-        if all(by <= _FOUND * of for by, of in zip(moved, size, strict=True)):
-            return states, tangents
+        if moved <= _FOUND:
+            along = linearised(equations, states[:, :-1])
+            change = carried(along.tangents, np.zeros_like(states[:, 0]), along.ahead - states[:, 1:])
+            return Motion(equations=equations, states=states + change, along=along)
+        if moved > _NEARER * before:
+            along = linearised(equations, states[:, :-1])
+            ahead = along.ahead
+        else:
+            ahead = _in_blocks(equations, states[:, :-1])
+        before = moved
     return None
 
 
+def _share(change: Array, whole: Array) -> float:
+    """Return the largest change as a share of the largest number; zero where there are but zeros."""
+    return float(np.abs(change).max() / max(np.abs(whole).max(), np.finfo(float).tiny))
+
+
 def _guess(grid: Grid, equations: Equations, start: Array) -> Array:
-    """Return states at all nodes as the gyro has the motion, and the effects' as they begin."""
+    """Return states at all nodes as the gyro has the motion."""
     rates = [
         [np.interp(nodes, run.gyro_time, run.body_rate[:, axis]) for axis in range(3)]
         for nodes, run in zip(grid.node_time, grid.runs, strict=True)
     ]
-    measured = np.moveaxis(np.array(rates), 1, -1)[:, :, None]
-    states = np.repeat(start, measured.shape[1], axis=1)
-    return np.concatenate([start, equations.with_rates(states, measured, slice(0, states.shape[1]))[:, 1:]], axis=1)
-
-
-def _linearised(equations: Equations, states: Array) -> tuple[Array, Array]:
-    """Return the states after each step, shape (R, M, 1, S), and their derivatives, the transposed tangents."""
-    disturbed = states + 1j * COMPLEX_STEP * np.eye(states.shape[-1])
-    after = _in_blocks(equations, disturbed)
-    return after[:, :, :1].real, after.imag / COMPLEX_STEP
-
-
-def _disturbed(equations: Equations, start: Array, states: Array, tangents: Array) -> Array:
-    """Return the states of parameter sets that lie a complex step away, shape (R, M + 1, P, S)."""
-    if not np.iscomplexobj(start):
-        return states
-    before = np.broadcast_to(states[:, :-1], (*tangents.shape[:2], *start.shape[2:]))
-    return states + 1j * carried(tangents, start.imag[:, 0], _in_blocks(equations, before).imag)
+    return equations.guessed(start, np.ascontiguousarray(np.moveaxis(np.array(rates), 1, -1)))
 
 
 def _in_blocks(equations: Equations, states: Array) -> Array:

@@ -94,6 +94,18 @@ def quaternion_rate(quaternion: Array, rate: Array) -> Array:
     return turning
 
 
+def turned_along(rates: Array, step: Array) -> Array:
+    """Return quaternions along a motion that begins with the identity, shape (R, N, 4).
+
+    Args:
+        rates: ω at nodes, shape (R, N, 3), rad/s, body axes.
+        step: from node to node, shape (R,), s.
+    """
+    quaternions = np.empty((*rates.shape[:2], 4))
+    kept(_turn_along, (_REAL, ("f8", 1), _REAL))(rates, step, quaternions)
+    return quaternions
+
+
 def turned_back(direction: Array, matrix: Array) -> Array:
     """Return Rᵀ u, shape (N, P, 3).
 
@@ -118,6 +130,63 @@ def carried(tangents: Array, start: Array, added: Array) -> Array:
     changes = np.concatenate([start[:, None], added], axis=1)
     kept(_carry, (_MATRICES, _MATRICES))(tangents, changes)
     return changes
+
+
+def forced(added: Array, by: Array, changes: Array, instants: Sequence[int]) -> None:
+    """Add what changes of a vector do to states, to an array of shape (R, W, P, S).
+
+    Args:
+        added: is changed.
+        by: derivatives by the vector at some instants of each of W steps, shape (I, R, W, S, 3).
+        changes: of the vector along the grid, shape (R or 1, P, T or 1, 3).
+        instants: in half steps from the steps' beginnings, I of them.
+    """
+    runs, steps, sets, _ = added.shape
+    everywhere = np.broadcast_to(changes, (runs, sets, 2 * steps + max(instants) - 1, 3))
+    kept(_force, (("f8", 5), ("f8", 4), ("i8", 1), ("f8", 4)))(by, everywhere, np.array(instants), added)
+
+
+def forced_by_inertia(added: Array, by: Array, rates: Array, inertia_step: Array, instants: Sequence[int]) -> None:
+    """Add what changes of the inertia do, as `forced`: each is as a change of the momentum by dJ ω.
+
+    Args:
+        added: is changed.
+        by: as there, by the momentum.
+        rates: ω at these instants, shape (I, R, W, 3), rad/s.
+        inertia_step: dJ, shape (R or 1, P, T or 1, 3, 3), kg·m².
+        instants: as there.
+    """
+    runs, steps, sets, _ = added.shape
+    everywhere = np.broadcast_to(inertia_step, (runs, sets, 2 * steps + max(instants) - 1, 3, 3))
+    signature = (("f8", 5), ("f8", 4), ("f8", 5), ("i8", 1), ("f8", 4))
+    kept(_force_by_inertia, signature)(by, rates, everywhere, np.array(instants), added)
+
+
+def slopes_a_unit_apart(values: Array) -> Array:
+    """Return the slopes of the cubic spline through values at nodes that are a unit apart, as in `smooth.node_slopes`.
+
+    Args:
+        values: shape (..., M + 1, A), of four nodes or more.
+    """
+    flat = values.reshape(-1, *values.shape[-2:])
+    slopes = np.empty(flat.shape, dtype=values.dtype)
+    kept(_solve_slopes, (_REAL, _REAL), (_CARRYING, _CARRYING))(flat, slopes)
+    return slopes.reshape(values.shape)
+
+
+def cubic_between(values: Array, rises: Array, place: Array) -> Array:
+    """Return cubics between nodes, shape (P, N, A).
+
+    Args:
+        values: at the nodes, shape (P, M + 1, A).
+        rises: their slopes there, times the nodes' distance, alike.
+        place: where, in nodes from the first, shape (P, N); before the first it is the first piece that goes on.
+    """
+    kind = np.result_type(values, place)
+    given = [np.asarray(each, dtype=kind) for each in (values, rises, place)]
+    between = np.empty((*place.shape, values.shape[-1]), dtype=kind)
+    kept(_between, *((each, each, (each[0], 2), each) for each in (_REAL, _CARRYING)))(*given, between)
+    return between
 
 
 def servo_angles(signals: Sequence[Array], step: Sequence[Array], law: Sequence[float]) -> Array:
@@ -248,6 +317,28 @@ def _quaternion_rate(quaternion, rate, turning):
             turning[n, p, 3] = 0.5 * (w * c + (x * b - y * a))
 
 
+def _turn_along(rates, step, quaternions):
+    for run in range(rates.shape[0]):
+        w, x, y, z = 1.0, 0.0, 0.0, 0.0
+        for node in range(rates.shape[1]):
+            if node:
+                half = 0.25 * step[run]
+                a = half * (rates[run, node - 1, 0] + rates[run, node, 0])
+                b = half * (rates[run, node - 1, 1] + rates[run, node, 1])
+                c = half * (rates[run, node - 1, 2] + rates[run, node, 2])
+                angle = np.sqrt(a * a + b * b + c * c)
+                share = np.sin(angle) / angle if angle > 0.0 else 1.0
+                e, a, b, c = np.cos(angle), share * a, share * b, share * c
+                w, x, y, z = (
+                    w * e - x * a - y * b - z * c,
+                    w * a + x * e + y * c - z * b,
+                    w * b + y * e + z * a - x * c,
+                    w * c + z * e + x * b - y * a,
+                )
+            of = quaternions[run, node]
+            of[0], of[1], of[2], of[3] = w, x, y, z
+
+
 def _turned_back(direction, matrix, components):
     for n in range(components.shape[0]):
         for p in range(components.shape[1]):
@@ -256,6 +347,41 @@ def _turned_back(direction, matrix, components):
                 components[n, p, axis] = (
                     x * matrix[n, p, 0, axis] + y * matrix[n, p, 1, axis] + z * matrix[n, p, 2, axis]
                 )
+
+
+def _solve_slopes(values, slopes):
+    last = values.shape[1] - 1
+    above = np.empty(last + 1)
+    above[0] = 2.0
+    for node in range(1, last):
+        above[node] = 1.0 / (4.0 - above[node - 1])
+    end = 1.0 - 2.0 * above[last - 1]
+    for row in range(values.shape[0]):
+        of, found = values[row], slopes[row]
+        for axis in range(values.shape[2]):
+            found[0, axis] = (5.0 * (of[1, axis] - of[0, axis]) + (of[2, axis] - of[1, axis])) / 2.0
+        for node in range(1, last):
+            for axis in range(values.shape[2]):
+                right = 3.0 * (of[node + 1, axis] - of[node - 1, axis])
+                found[node, axis] = (right - found[node - 1, axis]) * above[node]
+        for axis in range(values.shape[2]):
+            right = (5.0 * (of[last, axis] - of[last - 1, axis]) + (of[last - 1, axis] - of[last - 2, axis])) / 2.0
+            found[last, axis] = (right - 2.0 * found[last - 1, axis]) / end
+        for node in range(last - 1, -1, -1):
+            for axis in range(values.shape[2]):
+                found[node, axis] -= above[node] * found[node + 1, axis]
+
+
+def _between(values, rises, place, between):
+    for row in range(between.shape[0]):
+        for at in range(between.shape[1]):
+            index = min(max(int(np.floor(place[row, at].real)), 0), values.shape[1] - 2)
+            part = place[row, at] - index
+            for axis in range(values.shape[2]):
+                first, rise, fall = values[row, index, axis], rises[row, index, axis], rises[row, index + 1, axis]
+                change = values[row, index + 1, axis] - first
+                bend = 3.0 * change - 2.0 * rise - fall + part * (rise + fall - 2.0 * change)
+                between[row, at, axis] = first + part * (rise + part * bend)
 
 
 def _servo_angles(command, fed_forward, load, slope, first, step, law, angles):
@@ -286,6 +412,35 @@ def _accumulate(keeps, sums):
         for step in range(1, sums.shape[1]):
             for unit in range(sums.shape[2]):
                 sums[guess, step, unit] += keeps[guess, step, unit] * sums[guess, step - 1, unit]
+
+
+def _force(by, changes, instants, added):
+    for run in range(added.shape[0]):
+        for step in range(added.shape[1]):
+            for row in range(added.shape[2]):
+                for place in range(instants.shape[0]):
+                    change = changes[run, row, 2 * step + instants[place]]
+                    x, y, z = change[0], change[1], change[2]
+                    if x != 0.0 or y != 0.0 or z != 0.0:
+                        for state in range(added.shape[3]):
+                            of = by[place, run, step, state]
+                            added[run, step, row, state] += of[0] * x + of[1] * y + of[2] * z
+
+
+def _force_by_inertia(by, rates, inertia_step, instants, added):
+    for run in range(added.shape[0]):
+        for step in range(added.shape[1]):
+            for row in range(added.shape[2]):
+                for place in range(instants.shape[0]):
+                    change = inertia_step[run, row, 2 * step + instants[place]]
+                    rate = rates[place, run, step]
+                    x = change[0, 0] * rate[0] + change[0, 1] * rate[1] + change[0, 2] * rate[2]
+                    y = change[1, 0] * rate[0] + change[1, 1] * rate[1] + change[1, 2] * rate[2]
+                    z = change[2, 0] * rate[0] + change[2, 1] * rate[1] + change[2, 2] * rate[2]
+                    if x != 0.0 or y != 0.0 or z != 0.0:
+                        for state in range(added.shape[3]):
+                            of = by[place, run, step, state]
+                            added[run, step, row, state] += of[0] * x + of[1] * y + of[2] * z
 
 
 def _eliminate(shared, left):

@@ -11,10 +11,11 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from testbed.arrays import Array, Vectors3
+from testbed.prediction.equations import COMPLEX_STEP
 from testbed.prediction.grid import Grid
 from testbed.prediction.gyro import acts_in_gyro, gyro_errors, readings
 from testbed.prediction.hooks import Hooks, overrides
-from testbed.prediction.integration import COMPLEX_STEP, GRIDS, Values, node_rates
+from testbed.prediction.integration import GRIDS, Values, node_rates
 from testbed.prediction.motor_torques import has_torques, motor_torques
 from testbed.prediction.servo_response import servo_responses
 from testbed.prediction.smoothed import body_motion
@@ -178,14 +179,14 @@ def derivatives_at(
         grid: the runs.
         hooks: the effects in the model, the further one last.
         values: one parameter set of the model without the further one, P = 1.
-        starts: values of the further effect's parameters, shape (S, K).
+        starts: values of the further effect's parameters, shape (S, K), of which it is too small to move the body.
         shown: which parameters' derivatives are asked for; those of the others are zero.
         predict: the gyro's samples alone, or all channels.
     """
     steps = 1j * COMPLEX_STEP * np.eye(starts.shape[1])[shown]
     sets = (starts[:, None] + steps).reshape(-1, starts.shape[1])
     batches = [sets[batch] for batch in _batches(grid, len(sets))]
-    parts = [predict(grid, hooks, replace(values, effects=(*values.effects, batch))) for batch in batches]
+    parts = [predict(grid, hooks, replace(values, effects=(*values.effects, batch), specks=1)) for batch in batches]
     return [_at_starts(np.concatenate(block), starts, shown) for block in zip(*parts, strict=True)]
 
 

@@ -12,7 +12,6 @@ from testbed.diagnosis.latent import (
     TorqueShape,
     evidence_of_any,
     goodness,
-    latent_torque_ratio,
     on_all_runs,
     torque_shapes,
 )
@@ -21,6 +20,7 @@ from testbed.diagnosis.model import Hypothesis, fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
+from testbed.estimation.random_walk import Increments, likeliest_variance
 
 DRAG = Hypothesis(effect=EFFECTS["viscous_drag"], component="platform")
 LATENCY = Hypothesis(effect=EFFECTS["gyro_latency"], component="gyro")
@@ -113,7 +113,9 @@ def test_noise_of_another_level_than_is_known_is_rarely_a_torque(known, most):
     power, found = 1e4 * 0.97 ** np.arange(480), 0
     for _ in range(SETS_OF_NOISE):
         level = 20.0 / rng.chisquare(20.0)
-        ratio = latent_torque_ratio(power, np.sqrt(level * power) * rng.standard_normal(len(power)), known)[1]
+        ratio = likeliest_variance(
+            Increments.independent(power, np.sqrt(level * power) * rng.standard_normal(len(power))), known
+        )[1]
         found += ratio > chi2.isf(0.02, 1)
     assert found <= most * SETS_OF_NOISE
     assert np.isfinite(known) or found > 0.1 * SETS_OF_NOISE
@@ -126,4 +128,4 @@ SETS_OF_NOISE = 200
 def test_a_torque_stands_out_of_noise_however_well_that_is_known(known):
     power = 1e4 * 0.97 ** np.arange(480)
     values = np.sqrt(1.0 + 3e-3 * power) * np.random.default_rng(1).standard_normal(len(power))
-    assert latent_torque_ratio(power, np.sqrt(power) * values, known)[1] > 30.0
+    assert likeliest_variance(Increments.independent(power, np.sqrt(power) * values), known)[1] > 30.0

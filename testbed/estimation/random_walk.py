@@ -1,0 +1,97 @@
+"""The variance of increments that nobody has measured, from what they do to a residual."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, isinf, log1p
+
+import numpy as np
+import scipy
+
+from testbed.arrays import Array
+
+_NEGLIGIBLE = 1e-9
+"""Share of the largest power below which a component counts for nothing: above the rounding of what was subtracted."""
+_VARIANCES = (-12.0, 25.0)
+"""Logarithms between which the variance of the increments is searched, in units of what the best-known direction shows:
+at the first a torque adds 6e-6 of the noise's variance and less, at the second the residual is torque alone."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Increments:
+    """Increments x ~ N(0, q) in a residual G x + e, e ~ N(0, 1), in coordinates in which GᵀG = diag(power) - A Aᵀ.
+
+    Runs share few parameters: without them GᵀG is that of each run alone, and A what they take from all together.
+
+    Attributes:
+        power: shape (n,).
+        slope: Gᵀ times the residual, shape (n,).
+        across: A, shape (n, r); r = 0 where components are independent.
+    """
+
+    power: Array
+    slope: Array
+    across: Array
+
+    @classmethod
+    def independent(cls, power: Array, slope: Array) -> Increments:
+        """Return components that do not act on each other."""
+        return cls(power=power, slope=slope, across=np.zeros((len(power), 0)))
+
+    def solved(self, variance: float) -> Array:
+        """Return (1 + q GᵀG)⁻¹ Gᵀ times the residual, shape (n,)."""
+        alone = self.slope / (1.0 + variance * self.power)
+        weighted, core = self._core(variance)
+        return np.asarray(alone + variance * weighted @ np.linalg.solve(core, self.across.T @ alone))
+
+    def explained(self, variance: float) -> float:
+        """Return by how much of χ² the increments explain the residual."""
+        return variance * float(self.slope @ self.solved(variance))
+
+    def widened(self, variance: float) -> float:
+        """Return log det(1 + q GᵀG)."""
+        _, core = self._core(variance)
+        return float(np.log1p(variance * self.power).sum() + np.linalg.slogdet(core)[1])
+
+    def count(self, variance: float) -> float:
+        """Return how many components stand out of the noise, tr q GᵀG (1 + q GᵀG)⁻¹."""
+        weighted, core = self._core(variance)
+        alone = float((variance * self.power / (1.0 + variance * self.power)).sum())
+        return alone - variance * float(np.trace(np.linalg.solve(core, weighted.T @ weighted)))
+
+    def _core(self, variance: float) -> tuple[Array, Array]:
+        """Return E⁻¹ A and 1 - q Aᵀ E⁻¹ A, E = 1 + q diag(power), of Woodbury's identity."""
+        weighted = self.across / (1.0 + variance * self.power)[:, None]
+        return weighted, np.eye(self.across.shape[1]) - variance * self.across.T @ weighted
+
+
+def _log_likelihood(variance: float, increments: Increments, noise_freedom: float) -> float:
+    """Return log L(q) - log L(0).
+
+    If the noise is known with ν degrees of freedom only, all samples share a factor, ν over which is χ²(ν): what n
+    components show is of Student's t distribution, and its sum of squares counts as (ν + n) log(1 + Σ y² / ν).
+    """
+    explained, widened = increments.explained(variance), increments.widened(variance)
+    if isinf(noise_freedom):
+        return 0.5 * (explained - widened)
+    everything = 1.0 / (_NEGLIGIBLE * max(float(increments.power.max(initial=0.0)), np.finfo(float).tiny))
+    whole = noise_freedom + increments.explained(everything)
+    return -0.5 * ((noise_freedom + increments.count(everything)) * log1p(-explained / whole) + widened)
+
+
+def likeliest_variance(increments: Increments, noise_freedom: float = inf) -> tuple[float, float]:
+    """Return the likeliest variance of the increments, q̂ >= 0, and 2 (log L(q̂) - log L(0)).
+
+    Args:
+        increments: what they do to the residual.
+        noise_freedom: degrees of freedom with which the noise is known; infinite where it is stated.
+    """
+    scale = 1.0 / max(float(increments.power.max(initial=0.0)), np.finfo(float).tiny)
+    found = scipy.optimize.minimize_scalar(
+        lambda exponent: -_log_likelihood(scale * np.exp(exponent), increments, noise_freedom),
+        bounds=_VARIANCES,
+        method="bounded",
+    )
+    variance = scale * float(np.exp(found.x))
+    ratio = 2.0 * _log_likelihood(variance, increments, noise_freedom)
+    return (variance, ratio) if ratio > 0.0 else (0.0, 0.0)

@@ -1,0 +1,240 @@
+"""How motions change with parameters, to first order: equations of variation of the steps that found a motion.
+
+A step of the classical rule is x + step/6 (k1 + 2 k2 + 2 k3 + k4). Whatever changes its four slopes, by f1 to f4 where
+the states stay as they are, changes what the step reaches by W1 f1 + ... + W4 f4; the matrices W are the same for all
+parameters. So the motion under a hundred parameters costs that of one, and a few multiplications for each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from testbed.arrays import Array
+from testbed.prediction.equations import Equations, Known, acts_on_motion
+from testbed.prediction.hooks import Hooks
+from testbed.prediction.kernels import carried, forced, forced_by_inertia
+
+_INSTANTS = (0, 1, 1, 2)
+"""When a step takes its slopes, in half steps from its beginning."""
+_AT_ONCE = 10_000
+"""Slopes that are taken together: beyond it arrays leave the processor's cache."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Linearised:
+    """The steps along a motion of R runs, M steps each, and how they change; all real.
+
+    Attributes:
+        ahead: states after the steps, shape (R, M, 1, S).
+        tangents: their derivatives by the states before, transposed, shape (R, M, S, S).
+        states: where each slope is taken, shape (4, R, M, S).
+        by_slope: derivatives of the states after by each slope, W, shape (4, R, M, S, S).
+        by_momentum: by the momentum h that the units hold when it is taken, shape (4, R, M, S, 3).
+    """
+
+    ahead: Array
+    tangents: Array
+    states: Array
+    by_slope: Array
+    by_momentum: Array
+
+
+def linearised(equations: Equations, states: Array) -> Linearised:
+    """Return the steps from real states of one parameter set, shape (R, M, 1, S), and how they change."""
+    runs, steps, _, size = states.shape
+    length = max(1, _AT_ONCE // (runs * (size + 3)))
+    blocks = [slice(first, min(first + length, steps)) for first in range(0, steps, length)]
+    parts = [_linearised(equations, states[:, block], block) for block in blocks]
+    return Linearised(
+        **{name: np.concatenate([part[name] for part in parts], axis=axis) for name, axis in _STEP_AXIS.items()}
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Motion:
+    """A motion of one parameter set that was found.
+
+    Attributes:
+        equations: real.
+        states: at all nodes, shape (R, M + 1, 1, S).
+        along: its steps.
+    """
+
+    equations: Equations
+    states: Array
+    along: Linearised
+
+    @cached_property
+    def stage_rates(self) -> Array:
+        """ω where each slope is taken, shape (4, R, M, 3), rad/s."""
+        _, runs, length, size = self.along.states.shape
+        steps = slice(0, length)
+        known = [self.equations.known_at(steps, instant) for instant in _INSTANTS]
+        rates = [
+            self.equations.rate(each.reshape(-1, 1, size), at)
+            for each, at in zip(self.along.states, known, strict=True)
+        ]
+        return np.stack(rates).reshape(4, runs, length, 3)
+
+    @cached_property
+    def stage_attitudes(self) -> Array:
+        """R_RB there, shape (4, R, M, 3, 3); the identity where no effect asks for it."""
+        return np.broadcast_to(self.equations.attitude(self.along.states), (*self.along.states.shape[:3], 3, 3))
+
+    @cached_property
+    def by_torque(self) -> Array:
+        """Derivatives of the states after each step by a torque on the body in each slope, shape (4, R, M, S, 3)."""
+        return self.along.by_slope[..., :3] * self.equations.live
+
+
+_STEP_AXIS = {"ahead": 1, "tangents": 1, "states": 2, "by_slope": 2, "by_momentum": 2}
+
+
+def _linearised(equations: Equations, states: Array, steps: slice) -> dict[str, Array]:
+    runs, length, _, size = states.shape
+    known = [equations.known_at(steps, later) for later in range(3)]
+    state, step = states.reshape(-1, 1, size), known[0].step[:, None, None]
+    taken, slopes = [state], [equations.slope_and_tangents(state, known[0])]
+    for share, instant in zip((0.5, 0.5, 1.0), _INSTANTS[1:], strict=True):
+        taken.append(state + share * step * slopes[-1].value[:, None])
+        slopes.append(equations.slope_and_tangents(taken[-1], known[instant]))
+    whole, sixth = np.eye(size), step / 6.0
+    weights = [sixth * whole]
+    for share, times, later in ((1.0, 2.0, 3), (0.5, 2.0, 2), (0.5, 1.0, 1)):
+        weights.insert(0, times * sixth * whole + share * step * (weights[0] @ slopes[later].by_state))
+    pairs = list(zip(weights, slopes, strict=True))
+    first, second, third, fourth = (slope.value for slope in slopes)
+    after = state[:, 0] + sixth[..., 0] * (first + 2.0 * second + 2.0 * third + fourth)
+    tangents = whole + sum(weight @ slope.by_state for weight, slope in pairs)
+    return {
+        "ahead": after.reshape(runs, length, 1, size),
+        "tangents": np.swapaxes(tangents, -1, -2).reshape(runs, length, size, size),
+        "states": np.stack(taken).reshape(4, runs, length, size),
+        "by_slope": np.stack(weights).reshape(4, runs, length, size, size),
+        "by_momentum": np.stack([weight @ slope.by_momentum for weight, slope in pairs]).reshape(
+            4, runs, length, size, 3
+        ),
+    }
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Speck:
+    """An effect too small to move the body, with its parameters, shape (P, K), whose real parts may differ by set."""
+
+    hook: Hooks
+    value: Array
+
+
+def disturbed_rates(
+    motion: Motion, effects: Sequence[Array], specks: Sequence[Speck], known: Known, start: Array
+) -> Array:
+    """Return ω at the nodes under parameter sets that lie complex steps away, shape (R, M + 1, P, 3), rad/s.
+
+    Args:
+        motion: without the steps and the specks.
+        effects: parameters of its effects with the steps, shapes (P, K).
+        specks: effects beside these.
+        known: with the steps.
+        start: at the first node, shape (R, 1, P, S).
+    """
+    runs, nodes, _, size = motion.states.shape
+    flat, at_nodes = motion.states.reshape(-1, 1, size), motion.equations.known_at(slice(0, nodes), 0)
+    rates, by_state, by_momentum = motion.equations.rate_and_tangents(flat, at_nodes)
+    rates = rates.reshape(runs, nodes, 3)
+    if not np.iscomplexobj(start):
+        return rates[:, :, None]
+    by_node, turned = by_momentum.reshape(1, runs, nodes, 3, 3), np.zeros((runs, nodes, start.shape[2], 3))
+    _force(turned, known, by_node, None, rates[None], (0,))
+    for stepped, _, held in motion.equations.own_changes(effects, flat, at_nodes):
+        turned[:, :, stepped] += held.reshape(runs, nodes, -1, 3) @ np.swapaxes(by_node[0], -1, -2)
+    added, begun = _added(motion, effects, known, start.shape[2]), start.imag[:, 0].copy()
+    for speck in specks:
+        _drive(speck, motion, rates, begun, added, turned, by_node[0])
+    changes = carried(motion.along.tangents, begun, added)
+    turned += changes @ np.swapaxes(by_state.reshape(runs, nodes, 3, size), -1, -2)
+    return np.asarray(rates[:, :, None] + 1j * turned)
+
+
+def _added(motion: Motion, effects: Sequence[Array], known: Known, sets: int) -> Array:
+    """Return what steps add to the changes of the states, shape (R, M, P, S)."""
+    along = motion.along
+    _, runs, length, size = along.states.shape
+    added, steps = np.zeros((runs, length, sets, size)), slice(0, length)
+    of_slopes = zip(_INSTANTS, along.states, along.by_slope, along.by_momentum, strict=True)
+    for instant, states, by_slope, by_momentum in of_slopes:
+        flat, at = states.reshape(-1, 1, size), motion.equations.known_at(steps, instant)
+        for stepped, slope, held in motion.equations.own_changes(effects, flat, at):
+            change = slope.reshape(runs, length, -1, size) @ np.swapaxes(by_slope, -1, -2)
+            added[:, :, stepped] += change + held.reshape(runs, length, -1, 3) @ np.swapaxes(by_momentum, -1, -2)
+    _force(added, known, along.by_momentum, motion.by_torque, motion.stage_rates, _INSTANTS)
+    return added
+
+
+def _drive(
+    speck: Speck, motion: Motion, rates: Array, begun: Array, added: Array, turned: Array, by_node: Array
+) -> None:
+    """Add what a speck does: its states follow the motion, which they do not change but to first order.
+
+    Args:
+        speck: an effect.
+        motion: what it follows.
+        rates: ω at the nodes, shape (R, M + 1, 3), rad/s.
+        begun: changes of the states at the first node, shape (R, P, S).
+        added: to the changes of the states by every step, shape (R, M, P, S).
+        turned: changes of ω at the nodes, shape (R, M + 1, P, 3), rad/s.
+        by_node: derivatives of ω at the nodes by the momentum that is held, shape (R, M + 1, 3, 3).
+    """
+    hook, value = speck.hook, speck.value
+    if not acts_on_motion(hook):
+        return
+    sides, step = (len(rates), len(value)), motion.equations.step[:, None, None]
+    along, attitudes = motion.along, motion.stage_attitudes
+    state = np.asarray(hook.initial_state(value, np.broadcast_to(rates[:, :1], (*sides, 3))))
+    state = np.broadcast_to(state, (*sides, hook.states)).astype(np.complex128)
+    if hook.states:
+        begun[..., :3] += _imaginary(hook.hidden_momentum(value, state), sides)
+    for index in range(added.shape[1]):
+        reached, slopes = state, list[Array]()
+        for stage, (share, instant) in enumerate(zip((0.0, 0.5, 0.5, 1.0), _INSTANTS, strict=True)):
+            if stage and hook.states:
+                reached = state + share * step * slopes[-1]
+            at = motion.equations.instant(
+                2 * index + instant,
+                np.broadcast_to(motion.stage_rates[stage][:, index, None], (*sides, 3)),
+                np.broadcast_to(attitudes[stage][:, index, None], (*sides, 3, 3)),
+                reached,
+            )
+            added[:, index] += _imaginary(hook.torque(value, at), sides) @ np.swapaxes(
+                motion.by_torque[stage][:, index], -1, -2
+            )
+            if hook.states:
+                held = _imaginary(hook.hidden_momentum(value, reached), sides)
+                added[:, index] += held @ np.swapaxes(along.by_momentum[stage][:, index], -1, -2)
+                if not stage:
+                    turned[:, index] += held @ np.swapaxes(by_node[:, index], -1, -2)
+                slopes.append(np.asarray(hook.state_rate(value, at)))
+        if hook.states:
+            state = state + step / 6.0 * (slopes[0] + 2.0 * slopes[1] + 2.0 * slopes[2] + slopes[3])
+    if hook.states:
+        held = _imaginary(hook.hidden_momentum(value, state), sides)
+        turned[:, -1] += held @ np.swapaxes(by_node[:, -1], -1, -2)
+
+
+def _imaginary(vectors: Array, sides: tuple[int, int]) -> Array:
+    return np.broadcast_to(vectors, (*sides, 3)).imag
+
+
+def _force(
+    added: Array, known: Known, by_momentum: Array, by_torque: Array | None, rates: Array, instants: tuple[int, ...]
+) -> None:
+    """Add what steps of the momentum, the torque and the inertia do, to changes of shape (R, W, P, S)."""
+    if np.iscomplexobj(known.momentum_B):
+        forced(added, by_momentum, known.momentum_B.imag, instants)
+    if by_torque is not None and np.iscomplexobj(known.torque_B):
+        forced(added, by_torque, known.torque_B.imag, instants)
+    if known.inertia_step is not None:
+        forced_by_inertia(added, by_momentum, rates, known.inertia_step, instants)
