@@ -216,9 +216,12 @@ class _Hats(Hooks):
     @override
     def applied_torque(self, torque_B: Array, value: Array, grid: Grid) -> Array:
         knots = value.reshape(len(value), -1, 3)
-        at, places = np.linspace(0.0, 1.0, knots.shape[1]), np.linspace(0.0, 1.0, grid.time.shape[1])
-        hats = np.stack([np.interp(places, at, hat) for hat in np.eye(len(at))], axis=-1)
-        return np.asarray(torque_B[:, :, -len(places) :] + hats @ knots)
+        place = np.linspace(0.0, knots.shape[1] - 1.0, grid.time.shape[1])
+        before = np.minimum(place.astype(np.intp), knots.shape[1] - 2)
+        share = (place - before)[:, None]
+        return np.asarray(
+            torque_B[:, :, -len(place) :] + (1.0 - share) * knots[:, before] + share * knots[:, before + 1]
+        )
 
 
 def torque_responses(runs: Runs, fit: Fit, knots: int) -> list[Array]:

@@ -134,9 +134,14 @@ class Slope:
     by_momentum: Array
 
 
+def gives_torque(hook: Hooks) -> bool:
+    """Return whether an effect gives a torque that depends on the motion."""
+    return type(hook).torque is not Hooks.torque
+
+
 def acts_on_motion(hook: Hooks) -> bool:
     """Return whether an effect acts on the motion itself, and not by what is known along the grid."""
-    return bool(hook.states) or type(hook).torque is not Hooks.torque
+    return bool(hook.states) or gives_torque(hook)
 
 
 class Equations:
@@ -323,7 +328,7 @@ class Equations:
                 base = kernels.matrix_of_quaternion(state[..., 3:7] + steps[:, 3:7])
             at = _instant(known, rate[:, None] + steps[:, :3], base, state[..., own] + steps[:, 3 + attitude :])
             shape = (len(state), len(steps), 3)
-            parts = [(slice(0, 3), np.broadcast_to(hook.torque(value, at), shape))]
+            parts = [(slice(0, 3), np.broadcast_to(hook.torque(value, at), shape))] if gives_torque(hook) else []
             if hook.states:
                 parts.append((own, np.broadcast_to(hook.state_rate(value, at), (*shape[:2], hook.states))))
             for rows, values in parts:

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.prediction.equations import Equations, Known, acts_on_motion
+from testbed.prediction.equations import Equations, Known, acts_on_motion, gives_torque
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.kernels import carried, forced, forced_by_inertia
 
@@ -208,9 +208,9 @@ def _drive(
                 np.broadcast_to(attitudes[stage][:, index, None], (*sides, 3, 3)),
                 reached,
             )
-            added[:, index] += _imaginary(hook.torque(value, at), sides) @ np.swapaxes(
-                motion.by_torque[stage][:, index], -1, -2
-            )
+            if gives_torque(hook):
+                torque_B = _imaginary(hook.torque(value, at), sides)
+                added[:, index] += torque_B @ np.swapaxes(motion.by_torque[stage][:, index], -1, -2)
             if hook.states:
                 held = _imaginary(hook.hidden_momentum(value, reached), sides)
                 added[:, index] += held @ np.swapaxes(along.by_momentum[stage][:, index], -1, -2)
