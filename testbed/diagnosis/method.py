@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import log
 from types import MappingProxyType
 
 import numpy as np
@@ -19,6 +20,7 @@ from testbed.diagnosis.latent import evidence_of_any, goodness, latent_torque, o
 from testbed.diagnosis.model import Hypothesis, fitted, fitted_initial_rates, in_torque_noise, refit, starts_of
 from testbed.diagnosis.noise import Residuals, noise_level, noise_tests, readings_of, with_noise_model
 from testbed.diagnosis.search import Search, gap_of, log_odds_of_all, log_odds_of_class, with_effect, with_model
+from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import hypotheses, without
 from testbed.diagnosis.state import Diagnosis
 from testbed.effects.contract import Effect
@@ -124,7 +126,7 @@ def check_residual(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagn
 
 
 def _retracted(state: Diagnosis) -> Diagnosis:
-    """Test the residual; retract all effects if an unmodelled torque has higher posterior odds than all of them.
+    """Test the residual; retract all effects if an unmodelled torque is clearly likelier than all of them.
 
     Such a torque stands against the whole class of names that are indistinguishable from the first one.
     """
@@ -135,7 +137,7 @@ def _retracted(state: Diagnosis) -> Diagnosis:
     if not state.steps:
         return bare
     state = replace(state, unmodelled=bare.unmodelled, explained=log_odds_of_all(state, bare))
-    if state.unmodelled > log_odds_of_class(state):
+    if state.unmodelled > log_odds_of_class(state) + 2.0 * log(SETTINGS.retraction_odds):
         return replace(bare, retracted=tuple(step.placed for step in state.steps))
     return replace(_residual_tested(state), latent_before=bare.latent)
 

@@ -44,6 +44,13 @@ class DiagnosisSettings:
     Source: formula: at odds of 4 to 1 one further name in five is false at the worst, at even odds one in two. On
     scored sets of other people 3 of 48 right ones had a false further name, with a probability of 0.42 to 0.46.
     """
+    retraction_odds: float = 4.0
+    """Posterior odds against the class of the names that an unmodelled torque needs for it to retract them.
+
+    Source: formula, as for `further_name_odds`. Some shapes of unlisted torques are nearly those of an effect, such as
+    quick pulses and a constant torque: at even odds an offset centre of mass of four detectable sizes was retracted
+    with 1.2 to 1 (a bearing's runs of 12 s, seed 5 of `tests/blind/test_wheel_sets.py`).
+    """
     family_wise_error: float = 0.05
     """Probability of naming an effect although none is missing, shared alike by all hypotheses (Bonferroni).
 

@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.linalg import block_diag
 from scipy.stats import chi2
 
 from support.diagnosed_records import nominal, records
 from support.unlisted_torques import Growing, Humming, Pulsing
 from testbed.diagnosis.latent import (
     TorqueShape,
+    _by_run,
+    _responses,
+    _torque_space,
+    _Tried,
     evidence_of_any,
     goodness,
     on_all_runs,
+    torque_responses,
     torque_shapes,
 )
 from testbed.diagnosis.misfit import log_evidence
-from testbed.diagnosis.model import Hypothesis, fitted
+from testbed.diagnosis.model import Hypothesis, fitted, orthonormal, projected_out
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
@@ -129,3 +135,23 @@ def test_a_torque_stands_out_of_noise_however_well_that_is_known(known):
     power = 1e4 * 0.97 ** np.arange(480)
     values = np.sqrt(1.0 + 3e-3 * power) * np.random.default_rng(1).standard_normal(len(power))
     assert likeliest_variance(Increments.independent(power, np.sqrt(power) * values), known)[1] > 30.0
+
+
+def test_what_torques_can_do_is_the_same_run_by_run_as_all_runs_together():
+    """Lengths and angles of the responses, and what of the residual lies among them."""
+    data, fit = baseline(records(3))
+    runs, fit = on_all_runs(data.runs, data.heldout, fit)
+    space = _torque_space(_by_run(runs, fit, KNOTS))
+    nuisance = orthonormal(fit.jacobian[: runs.samples])
+    whole = projected_out(block_diag(*torque_responses(runs, fit, KNOTS)), nuisance)
+    torques = np.random.default_rng(3).standard_normal((len(runs.names), KNOTS, 2))
+    shape = _Tried(kind="growing", words="", torques=torques)
+    (columns,) = _responses([shape], space)
+    hats = np.kron(torques.reshape(-1, 2), np.eye(3)).reshape(-1, 2, 3).swapaxes(1, 2).reshape(len(whole.T), 6)
+    direct = whole @ hats
+    np.testing.assert_allclose(columns.T @ columns, direct.T @ direct, rtol=1e-7, atol=1e-7 * np.abs(direct).max() ** 2)
+    slope = direct.T @ fit.residual[: runs.samples]
+    np.testing.assert_allclose(columns.T @ space.residual, slope, rtol=1e-7, atol=1e-7 * np.abs(slope).max())
+
+
+KNOTS = 20
