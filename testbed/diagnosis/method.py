@@ -126,7 +126,7 @@ def check_residual(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagn
 
 
 def _retracted(state: Diagnosis) -> Diagnosis:
-    """Test the residual; retract all effects if an unmodelled torque is clearly likelier than all of them.
+    """Test the residual; retract all effects if an unmodelled torque is clearly more probable.
 
     Such a torque stands against the whole class of names that are indistinguishable from the first one.
     """

@@ -47,8 +47,8 @@ class DiagnosisSettings:
     retraction_odds: float = 4.0
     """Posterior odds against the class of the names that an unmodelled torque needs for it to retract them.
 
-    Source: formula, as for `further_name_odds`. Some shapes of unlisted torques are nearly those of an effect, such as
-    quick pulses and a constant torque: at even odds an offset centre of mass of four detectable sizes was retracted
+    Source: formula, as for `further_name_odds`. Shapes of unmodelled torques may be nearly those of an effect, as of
+    pulses and a constant torque: at even odds an offset centre of mass of four detectable sizes was retracted
     with 1.2 to 1 (a bearing's runs of 12 s, seed 5 of `tests/blind/test_wheel_sets.py`).
     """
     family_wise_error: float = 0.05

@@ -8,7 +8,7 @@ from math import inf
 from typing import Literal
 
 from testbed.arrays import Theta
-from testbed.diagnosis.candidates import Candidate, Screening, accepted, by_class, probabilities_of
+from testbed.diagnosis.candidates import UNKNOWN, Candidate, Screening, accepted, by_class, probabilities_of
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.latent import LatentTorque, TorqueShape, surest
 from testbed.diagnosis.misfit import Misfit
@@ -157,7 +157,12 @@ class Diagnosis:
             return "unexplained"
         if not self.added:
             return "none"
-        return "ambiguous" if self.added[0].look_alikes else "named"
+        return "ambiguous" if self.added[0].look_alikes or self.unmodelled_is_more_probable else "named"
+
+    @property
+    def unmodelled_is_more_probable(self) -> bool:
+        """Whether something unknown is more probable than the names, though not clearly enough to retract them."""
+        return bool(self.steps) and max(self.probabilities, key=self.probabilities.__getitem__, default="") == UNKNOWN
 
     @property
     def added(self) -> tuple[Step | NoiseHypothesis, ...]:

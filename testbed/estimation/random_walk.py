@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, isinf, log1p
+from math import exp, inf, isinf, log1p
 
 import numpy as np
 import scipy
 
 from testbed.arrays import Array
 
-_NEGLIGIBLE = 1e-9
-"""Share of the largest power below which a component counts for nothing: above the rounding of what was subtracted."""
 _VARIANCES = (-12.0, 25.0)
 """Logarithms between which the variance of the increments is searched, in units of what the best-known direction shows:
 at the first a torque adds 6e-6 of the noise's variance and less, at the second the residual is torque alone."""
@@ -74,9 +72,14 @@ def _log_likelihood(variance: float, increments: Increments, noise_freedom: floa
     explained, widened = increments.explained(variance), increments.widened(variance)
     if isinf(noise_freedom):
         return 0.5 * (explained - widened)
-    everything = 1.0 / (_NEGLIGIBLE * max(float(increments.power.max(initial=0.0)), np.finfo(float).tiny))
+    everything = _scale(increments) * exp(_VARIANCES[1])
     whole = noise_freedom + increments.explained(everything)
     return -0.5 * ((noise_freedom + increments.count(everything)) * log1p(-explained / whole) + widened)
+
+
+def _scale(increments: Increments) -> float:
+    """Return the variance with which the best-known component is as large as the noise."""
+    return 1.0 / max(float(increments.power.max(initial=0.0)), np.finfo(float).tiny)
 
 
 def likeliest_variance(increments: Increments, noise_freedom: float = inf) -> tuple[float, float]:
@@ -86,7 +89,7 @@ def likeliest_variance(increments: Increments, noise_freedom: float = inf) -> tu
         increments: what they do to the residual.
         noise_freedom: degrees of freedom with which the noise is known; infinite where it is stated.
     """
-    scale = 1.0 / max(float(increments.power.max(initial=0.0)), np.finfo(float).tiny)
+    scale = _scale(increments)
     found = scipy.optimize.minimize_scalar(
         lambda exponent: -_log_likelihood(scale * np.exp(exponent), increments, noise_freedom),
         bounds=_VARIANCES,

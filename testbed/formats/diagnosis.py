@@ -310,7 +310,8 @@ class DiagnosisFile(Part):
     """False where the diagnosis was interrupted: the file then says what was known."""
     verdict: Literal["none", "named", "ambiguous", "unexplained"] | None
     """`none`: the nominal model with another inertia explains the records; `named`: one effect does; `ambiguous`: these
-    data cannot distinguish several; `unexplained`: a residual is left. Null of a diagnosis that is not complete."""
+    data cannot distinguish several, or it from a torque that no effect gives; `unexplained`: a residual is left. Null
+    of a diagnosis that is not complete."""
     steps: list[Step]
     """What was added to the model, in order; the inertia, where it differs from the nominal one, stands first."""
     gap: Gap

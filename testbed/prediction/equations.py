@@ -292,9 +292,8 @@ class Equations:
             _hold(known.bearing, turning, fixed, by_rate, by_held, self._hidden_tangents(state))
         value[:, :3] -= np.matvec(turning, momentum[:, 0])
         if known.bearing is not None:
-            live = known.bearing.live[:, 0]
             for each in (value[..., None], fixed, by_rate, by_held):
-                each[:, :3] *= np.swapaxes(live, -1, -2)
+                each[:, :3] *= np.swapaxes(known.bearing.live, -1, -2)
         return Slope(value=value, by_state=fixed + by_rate @ by_state, by_momentum=by_held + by_rate @ by_momentum)
 
     def rate(self, state: Array, known: Known) -> Array:
@@ -425,9 +424,8 @@ def _quaternion_slope(quaternion: Array, rate: Array) -> tuple[Array, Array, Arr
 
 def _hold(bearing: Bearing, turning: Array, by_state: Array, by_rate: Array, by_held: Array, hidden: Array) -> None:
     """Take the momentum about held axes out of the states, in derivatives of the slope: it follows from the others."""
-    held = ~bearing.live[:, 0]
-    across = -turning * held
-    by_state[:, :3, :3] *= bearing.live[:, 0]
+    across = -turning * ~bearing.live
+    by_state[:, :3, :3] *= bearing.live
     by_rate[:, :3] += across @ np.broadcast_to(bearing.coupling[:, 0], turning.shape)
     by_state[:, :3] += across @ hidden
     by_held[:, :3] += across

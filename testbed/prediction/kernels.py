@@ -322,7 +322,7 @@ def _turn_along(rates, step, quaternions):
         w, x, y, z = 1.0, 0.0, 0.0, 0.0
         for node in range(rates.shape[1]):
             if node:
-                half = 0.25 * step[run]
+                half = step[run] / 4.0
                 a = half * (rates[run, node - 1, 0] + rates[run, node, 0])
                 b = half * (rates[run, node - 1, 1] + rates[run, node, 1])
                 c = half * (rates[run, node - 1, 2] + rates[run, node, 2])

@@ -50,7 +50,11 @@ def linearised(equations: Equations, states: Array) -> Linearised:
     blocks = [slice(first, min(first + length, steps)) for first in range(0, steps, length)]
     parts = [_linearised(equations, states[:, block], block) for block in blocks]
     return Linearised(
-        **{name: np.concatenate([part[name] for part in parts], axis=axis) for name, axis in _STEP_AXIS.items()}
+        ahead=np.concatenate([part.ahead for part in parts], axis=1),
+        tangents=np.concatenate([part.tangents for part in parts], axis=1),
+        states=np.concatenate([part.states for part in parts], axis=2),
+        by_slope=np.concatenate([part.by_slope for part in parts], axis=2),
+        by_momentum=np.concatenate([part.by_momentum for part in parts], axis=2),
     )
 
 
@@ -91,10 +95,7 @@ class Motion:
         return self.along.by_slope[..., :3] * self.equations.live
 
 
-_STEP_AXIS = {"ahead": 1, "tangents": 1, "states": 2, "by_slope": 2, "by_momentum": 2}
-
-
-def _linearised(equations: Equations, states: Array, steps: slice) -> dict[str, Array]:
+def _linearised(equations: Equations, states: Array, steps: slice) -> Linearised:
     runs, length, _, size = states.shape
     known = [equations.known_at(steps, later) for later in range(3)]
     state, step = states.reshape(-1, 1, size), known[0].step[:, None, None]
@@ -110,15 +111,14 @@ def _linearised(equations: Equations, states: Array, steps: slice) -> dict[str, 
     first, second, third, fourth = (slope.value for slope in slopes)
     after = state[:, 0] + sixth[..., 0] * (first + 2.0 * second + 2.0 * third + fourth)
     tangents = whole + sum(weight @ slope.by_state for weight, slope in pairs)
-    return {
-        "ahead": after.reshape(runs, length, 1, size),
-        "tangents": np.swapaxes(tangents, -1, -2).reshape(runs, length, size, size),
-        "states": np.stack(taken).reshape(4, runs, length, size),
-        "by_slope": np.stack(weights).reshape(4, runs, length, size, size),
-        "by_momentum": np.stack([weight @ slope.by_momentum for weight, slope in pairs]).reshape(
-            4, runs, length, size, 3
-        ),
-    }
+    by_momentum = np.stack([weight @ slope.by_momentum for weight, slope in pairs])
+    return Linearised(
+        ahead=after.reshape(runs, length, 1, size),
+        tangents=np.swapaxes(tangents, -1, -2).reshape(runs, length, size, size),
+        states=np.stack(taken).reshape(4, runs, length, size),
+        by_slope=np.stack(weights).reshape(4, runs, length, size, size),
+        by_momentum=by_momentum.reshape(4, runs, length, size, 3),
+    )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -34,6 +34,8 @@ def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
         )
     if diagnosis.verdict == "ambiguous":
         others = [effect_name(other.effect, other.component) for other in diagnosis.added[0].look_alikes]
+        if diagnosis.unmodelled_is_more_probable:
+            others.append("a torque that no effect of the library gives")
         alike = f"These data cannot distinguish {names[0]} from {listed(others)}."
         further = f" Also missing: {listed(names[1:])}." if names[1:] else ""
         return Notice(tone="warn", text=f"Something is missing in the nominal model. {alike}{further} {gap}")
