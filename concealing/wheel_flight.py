@@ -134,7 +134,6 @@ def fly_wheels(case: WheelCase, *, quiet: bool = False, refinement: float = 1.0)
         epoch=np.random.default_rng([case.seed, _EPOCH]).uniform(0.0, 100.0, runs),
         release_attitude=np.broadcast_to(np.eye(3), (runs, 3, 3)),
         wheel_speed=speed[0],
-        wheel_torque=platform.wheels.spin_inertia * (speed[1] - speed[0]) / clock.period,  # they were moving before
         wheel_angle=np.random.default_rng([case.seed, _ANGLE]).uniform(
             0.0, 2.0 * np.pi, (runs, len(platform.wheels.axis))
         ),
@@ -173,7 +172,8 @@ def _flown(
     """Fly to the end of the clock, the torques held between its ticks."""
     trace, wheels = Trace(mechanics, clock, state), mechanics.craft.wheels
     instruments = Instruments(mechanics=mechanics, trace=trace, clock=clock, sensors=platform.sensors, noise=noise.gyro)
-    torque, rows = np.zeros_like(speed[0]), []
+    # The motors were moving the wheels along the plan before the release.
+    torque, rows = platform.wheels.spin_inertia * (speed[1] - speed[0]) / clock.period, []
     for tick, time in enumerate(clock.times):
         shown, true = instruments.gyro(tick, state), mechanics.speeds(time, state)
         read = true + wheels.speed_bias + platform.sensors.tachometer_noise * noise.tachometer[tick]
@@ -184,8 +184,9 @@ def _flown(
         rows.append(row | {"reading": read, "state": state})
         if tick < clock.ticks:
             asked = np.clip(command, -wheels.torque_limit, wheels.torque_limit)
-            state = through_period(mechanics, trace, state, time, clock.period, WheelInputs(asked), refinement)
-            torque = mechanics.current_torque(state, asked)
+            inputs = WheelInputs(asked, torque, time)
+            state = through_period(mechanics, trace, state, time, clock.period, inputs, refinement)
+            torque = mechanics.current(time + clock.period, inputs)
     return WheelLog(time=clock.times, **{name: np.array([row[name] for row in rows]) for name in rows[0]})
 
 

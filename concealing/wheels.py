@@ -118,10 +118,18 @@ class WheelInputs(NamedTuple):
     """What is held through one control period.
 
     Attributes:
-        wheel_torque: that each motor is to give, within its limit, (B, W), N·m.
+        asked: torque that each motor is to give, within its limit, (B, W), N·m.
+        current: that its current shows at the period's start, (B, W), N·m.
+        since: the period's start, s.
     """
 
-    wheel_torque: Array
+    asked: Array
+    current: Array
+    since: float
+
+
+_TRANSIENT = 16.0
+"""Time constants after which a current differs from what was asked for by 1e-7 of the step that it followed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,33 +141,43 @@ class WheelMechanics(Mechanics):
         wheel_speed: relative to the body at release, (B, W), rad/s.
         wheel_angle: then, of what is out of balance, from the direction normal to its axis that
             `horizontal_axis` gives, (B, W), rad.
-        wheel_torque: that the motors' currents show then, (B, W), N·m.
     """
 
     slowest: ClassVar[float] = 20.0
     craft: WheelCraft
     wheel_speed: Array = field(kw_only=True)
     wheel_angle: Array = field(kw_only=True)
-    wheel_torque: Array = field(kw_only=True)
 
     @cached_property
     def slices(self) -> dict[str, slice]:
-        """Where each quantity stands in a state: `wheel` holds l, `current` i and `turned` φ where they matter."""
-        others = Mechanics.slices.func(self)
-        end, count = max(part.stop for part in others.values()), len(self.craft.wheels.spin_inertia)
-        late, turning = end + count, end + count * (1 + self._is_late)
-        wheels = {"wheel": slice(end, late), "current": slice(late, turning)}
-        return others | wheels | {"turned": slice(turning, turning + count * self._is_unbalanced)}
+        """Where each quantity stands in a state: `wheel` holds l, and `turned` φ where it matters."""
+        others, count = Mechanics.slices.func(self), len(self.craft.wheels.spin_inertia)
+        end = max(part.stop for part in others.values())
+        turned = slice(end + count, end + count * (1 + self._is_unbalanced))
+        return others | {"wheel": slice(end, end + count), "turned": turned}
 
     @cached_property
     def fastest(self) -> float:
         """Fastest rate of any motion here, 1/s, for the integrator's step."""
+        return float(max([self.calm, *(1.0 / self._lags)]))
+
+    @cached_property
+    def calm(self) -> float:
+        """Fastest rate of what goes on when the currents are what was asked for, 1/s."""
         wheels = self.craft.wheels
         rates = [Mechanics.fastest.func(self), *(wheels.coulomb / SIGN_WIDTH / wheels.spin_inertia)]
-        rates += [*(1.0 / wheels.lag[wheels.lag > 0.0])]
         if self._is_unbalanced:
             rates.append(2.0 * float(np.abs(self.wheel_speed).max()))
         return float(max(rates))
+
+    @cached_property
+    def restless(self) -> float:
+        """How long after a tick currents still change, s."""
+        return _TRANSIENT * float(self._lags.max(initial=0.0)) or np.inf
+
+    @property
+    def _lags(self) -> Array:
+        return self.craft.wheels.lag[self.craft.wheels.lag > 0.0]
 
     def start(self, body_rate: Array, gimbal_angle: Array) -> Array:
         """Return the state at release, (B, n); arguments as in `Mechanics`, without gimbals."""
@@ -167,8 +185,6 @@ class WheelMechanics(Mechanics):
         state = super().start(body_rate, gimbal_angle)
         held = wheels.spin_inertia * (self.wheel_speed + body_rate @ wheels.axis.T)
         momentum_B = held @ wheels.axis
-        if self._is_late:
-            state[:, self.slices["current"]] = self.wheel_torque
         if self._is_unbalanced:
             state[:, self.slices["turned"]] = self.wheel_angle
             beside = self._beside(state)
@@ -182,15 +198,13 @@ class WheelMechanics(Mechanics):
         """Return Ω, the wheels' speeds relative to the body, (B, W), rad/s."""
         return self._speeds(state, self.velocities(time, state).body_rate)
 
-    def current_torque(self, state: Array, asked: Array) -> Array:
-        """Return what the motors' currents show, (B, W), N·m, of torques that are asked for."""
-        if not self._is_late:
-            return asked
-        return np.where(self.craft.wheels.lag > 0.0, state[:, self.slices["current"]], asked)
-
-    @cached_property
-    def _is_late(self) -> bool:
-        return bool(np.any(self.craft.wheels.lag))
+    def current(self, time: float, inputs: WheelInputs) -> Array:
+        """Return what the motors' currents show at a time in a control period, (B, W), N·m: T i̇ = u - i."""
+        lag = self.craft.wheels.lag
+        if not self._lags.size:
+            return inputs.asked
+        left = np.exp(-(time - inputs.since) / np.where(lag > 0.0, lag, np.inf)) * (lag > 0.0)
+        return inputs.asked + left * (inputs.current - inputs.asked)
 
     @cached_property
     def _is_unbalanced(self) -> bool:
@@ -218,21 +232,17 @@ class WheelMechanics(Mechanics):
 
     def _turn_units(
         self,
-        time: float,  # noqa: ARG002 - the base's signature
+        time: float,
         state: Array,
         change: Array,
         inputs: WheelInputs,
-        axes: object,  # noqa: ARG002
+        axes: object,  # noqa: ARG002 - the base's signature
         velocities: Velocities,
     ) -> None:
-        """Write l̇, i̇ and φ̇."""
+        """Write l̇ and φ̇."""
         wheels, speed = self.craft.wheels, self._speeds(state, velocities.body_rate)
         friction = wheels.viscous * speed + wheels.coulomb * np.tanh(speed / SIGN_WIDTH)
-        current = self.current_torque(state, inputs.wheel_torque)
-        change[:, self.slices["wheel"]] = wheels.torque_factor * current - friction
-        if self._is_late:
-            lag = np.where(wheels.lag > 0.0, wheels.lag, 1.0)
-            change[:, self.slices["current"]] = (inputs.wheel_torque - current) / lag
+        change[:, self.slices["wheel"]] = wheels.torque_factor * self.current(time, inputs) - friction
         if self._is_unbalanced:
             change[:, self.slices["turned"]] = speed
             behind = self._beside(state, ahead=0.0)
