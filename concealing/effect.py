@@ -43,6 +43,7 @@ class EffectKind:
         growing: parameters in proportion to the size; the others stay as they are.
         shrinking: parameters in inverse proportion to it.
         actuation: of the platforms that it can be in.
+        by_run: how many numbers every run shows of its own; 0 where all runs show the same parameters.
     """
 
     components: tuple[str, ...]
@@ -52,6 +53,7 @@ class EffectKind:
     growing: tuple[str, ...]
     shrinking: tuple[str, ...] = ()
     actuation: tuple[Literal["cmg", "applied_torque"], ...] = ("cmg",)
+    by_run: int = 0
 
 
 def scaled(kind: EffectKind, parameters: Parameters, factor: float) -> Parameters:

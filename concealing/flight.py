@@ -274,12 +274,13 @@ def through_period(
     Returns:
         The state at its end.
     """
-    look = time + trace.share * period
+    look, calm = time + trace.share * period, time + min(mechanics.restless, period)
     blows = {impulse.time for impulse in mechanics.craft.impulses if time < impulse.time <= time + period}
     looks = {look} if trace.share > 0.0 else set()
     here = time
-    for there in sorted(blows | looks | {time + period}):
-        for now, size in _steps(here, there, mechanics.fastest, refinement):
+    for there in sorted(blows | looks | {calm, time + period}):
+        fastest = mechanics.fastest if there <= calm else mechanics.calm
+        for now, size in _steps(here, there, fastest, refinement):
             state = step(lambda at, value: mechanics.derivative(at, value, inputs), now, state, size)
             if now + 1.5 * size < there:
                 trace.note(now + size, state)

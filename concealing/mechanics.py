@@ -76,9 +76,11 @@ class Mechanics:
         release_attitude: (B, 3, 3).
         applied: torque asked of actuators that store no momentum, a function of time, (B, 3), N·m; None for none.
         slowest: rate up to which the integrator's steps resolve whatever happens, 1/s.
+        restless: how long after a tick something may change at `fastest`, s; after that at `calm`.
     """
 
     slowest: ClassVar[float] = 100.0
+    restless: ClassVar[float] = np.inf
     craft: Craft
     epoch: Array
     release_attitude: Array
@@ -118,6 +120,11 @@ class Mechanics:
         if self.craft.gyro.bandwidth < np.inf:
             rates.append(2.0 * np.pi * self.craft.gyro.bandwidth)
         return float(max(rates))
+
+    @cached_property
+    def calm(self) -> float:
+        """Fastest rate of what goes on for longer than `restless` after a tick, 1/s."""
+        return self.fastest
 
     def start(self, body_rate: Array, gimbal_angle: Array) -> Array:
         """Return the state at release: gimbals at rest, rotors at speed, (B, n).

@@ -43,8 +43,16 @@ def detectable_norm(degrees: int, tests: int) -> float:
     return float(np.sqrt(brentq(lambda shift: ncx2.sf(threshold, degrees, shift) - POWER, 1.0, 500.0)))
 
 
-def degrees_of(kind: EffectKind, hidden: HiddenEffect) -> int:
-    """Return an effect's degrees of freedom: the parameters of its size that are not zero, and a blow's instant."""
+def degrees_of(kind: EffectKind, hidden: HiddenEffect, runs: int = 1) -> int:
+    """Return an effect's degrees of freedom: the parameters of its size that are not zero, and a blow's instant.
+
+    Args:
+        kind: of the effect.
+        hidden: its parameters.
+        runs: of the data set.
+    """
+    if kind.by_run:
+        return kind.by_run * runs
     active = [name for name in (*kind.growing, *kind.shrinking) if hidden.parameters[name] != 0.0]
     return len(active) + (hidden.effect == "contact")
 

@@ -136,7 +136,7 @@ def platform_of(scenario: Path) -> WheelPlatform:
 
 
 def _pyramid(wheels: dict[str, Any], count: int) -> Wheels:
-    """Return wheels whose axes stand on a cone about z, the first towards x."""
+    """Return wheels whose axes stand on a cone about z, the first towards x, each out along its axis."""
     around, skew = 2.0 * np.pi * np.arange(count) / count, np.deg2rad(wheels["skew_deg"])
     axis = np.stack([np.sin(skew) * np.cos(around), np.sin(skew) * np.sin(around), np.full(count, np.cos(skew))], 1)
     return Wheels(
@@ -146,4 +146,8 @@ def _pyramid(wheels: dict[str, Any], count: int) -> Wheels:
         viscous=np.full(count, wheels["viscous_friction_N_m_s_rad"]),
         coulomb=np.full(count, wheels["coulomb_friction_N_m"]),
         speed_bias=np.zeros(count),
+        position=wheels["mounting_radius_m"] * axis,
+        torque_factor=np.ones(count),
+        lag=np.zeros(count),
+        imbalance=np.zeros(count),
     )

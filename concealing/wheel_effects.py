@@ -21,7 +21,7 @@ from concealing.effect import (
 )
 from concealing.library import FURTHER, LISTED
 from concealing.platform_effects import with_torque
-from concealing.wheels import WheelCraft, Wheels
+from concealing.wheels import WheelCraft, Wheels, horizontal_axis
 
 WHEELS = tuple(f"wheel{number}" for number in range(1, 5))
 _BESIDE_UNITS = (
@@ -48,9 +48,7 @@ def wheel_misalignment(craft: WheelCraft, component: str, parameters: Parameters
     Its first direction is horizontal, z × a, or x where a stands along z; its second a quarter turn about a from there.
     """
     axis = craft.wheels.axis.copy()
-    drawn = axis[_index(component)]
-    first = np.array([-drawn[1], drawn[0], 0.0])
-    first = np.array([1.0, 0.0, 0.0]) if np.allclose(first, 0.0) else first / np.linalg.norm(first)
+    drawn, first = axis[_index(component)], horizontal_axis(axis)[_index(component)]
     turn = parameters["about_first"] * first + parameters["about_second"] * np.cross(drawn, first)
     moved = drawn + np.cross(turn, drawn)
     axis[_index(component)] = moved / np.linalg.norm(moved)
@@ -59,9 +57,32 @@ def wheel_misalignment(craft: WheelCraft, component: str, parameters: Parameters
 
 def wheel_speed_bias(craft: WheelCraft, component: str, parameters: Parameters) -> WheelCraft:
     """The tachometer shows Ω + b; the drive trusts it."""
-    bias = craft.wheels.speed_bias.copy()
-    bias[_index(component)] += parameters["bias"]
-    return _with_wheels(craft, speed_bias=bias)
+    return _with_added(craft, component, speed_bias=parameters["bias"])
+
+
+def wheel_viscous_friction(craft: WheelCraft, component: str, parameters: Parameters) -> WheelCraft:
+    """The bearing brakes by c Ω more than is believed."""
+    return _with_added(craft, component, viscous=parameters["coefficient"])
+
+
+def wheel_coulomb_friction(craft: WheelCraft, component: str, parameters: Parameters) -> WheelCraft:
+    """The bearing brakes by so much more than is believed, whatever its speed."""
+    return _with_added(craft, component, coulomb=parameters["torque"])
+
+
+def wheel_torque_scale(craft: WheelCraft, component: str, parameters: Parameters) -> WheelCraft:
+    """The motor gives 1 + e of what it is commanded, and of what its current shows."""
+    return _with_added(craft, component, torque_factor=parameters["relative_error"])
+
+
+def wheel_lag(craft: WheelCraft, component: str, parameters: Parameters) -> WheelCraft:
+    """The motor's current follows its command as T i̇ = u - i."""
+    return _with_added(craft, component, lag=parameters["time_constant"])
+
+
+def wheel_imbalance(craft: WheelCraft, component: str, parameters: Parameters) -> WheelCraft:
+    """The rotor's mass times the distance of its centre from its axis; where it points at release is drawn by run."""
+    return _with_added(craft, component, imbalance=parameters["static"])
 
 
 def center_of_mass_offset(craft: WheelCraft, _: str, parameters: Parameters) -> WheelCraft:
@@ -74,6 +95,11 @@ def air_drag(craft: WheelCraft, _: str, parameters: Parameters) -> WheelCraft:
     return with_torque(craft, lambda motion: -parameters["coefficient"] * motion.body_rate)
 
 
+def _with_added(craft: WheelCraft, component: str, **added: float) -> WheelCraft:
+    chosen = np.arange(len(craft.wheels.axis)) == _index(component)
+    return _with_wheels(craft, **{name: getattr(craft.wheels, name) + by * chosen for name, by in added.items()})
+
+
 def _with_wheels(craft: WheelCraft, **changes: Array) -> WheelCraft:
     wheels: Wheels = replace(craft.wheels, **changes)
     return replace(craft, wheels=wheels)
@@ -83,8 +109,10 @@ def _index(component: str) -> int:
     return WHEELS.index(component)
 
 
-def _of_wheel(units: Mapping[str, str], apply: Callable, draw: Callable) -> EffectKind:
-    return EffectKind(components=WHEELS, units=units, apply=apply, draw=draw, growing=tuple(units), actuation=())
+def _of_wheel(units: Mapping[str, str], apply: Callable, draw: Callable, by_run: int = 0) -> EffectKind:
+    return EffectKind(
+        components=WHEELS, units=units, apply=apply, draw=draw, growing=tuple(units), actuation=(), by_run=by_run
+    )
 
 
 def _turned(rng: np.random.Generator) -> Parameters:
@@ -98,12 +126,26 @@ def _blow(rng: np.random.Generator) -> Parameters:
     return named_vector("impulse", 2e-4 * direction(rng)) | struck
 
 
+IN_DRIVES = {
+    "wheel_viscous_friction": _of_wheel(
+        {"coefficient": "N m s/rad"}, wheel_viscous_friction, lambda _: {"coefficient": 1e-8}
+    ),
+    "wheel_coulomb_friction": _of_wheel({"torque": "N m"}, wheel_coulomb_friction, lambda _: {"torque": 1e-5}),
+    "wheel_torque_scale": _of_wheel(
+        {"relative_error": "1"}, wheel_torque_scale, lambda rng: {"relative_error": 0.01 * sign(rng)}
+    ),
+    "wheel_lag": _of_wheel({"time_constant": "s"}, wheel_lag, lambda _: {"time_constant": 0.01}),
+}
+"""Effects between what one wheel's motor is commanded and how its speed changes, by id."""
 OF_WHEELS = {
     "wheel_inertia": _of_wheel(
         {"relative_error": "1"}, wheel_inertia, lambda rng: {"relative_error": 0.01 * sign(rng)}
     ),
     "wheel_misalignment": _of_wheel({"about_first": "rad", "about_second": "rad"}, wheel_misalignment, _turned),
     "wheel_speed_bias": _of_wheel({"bias": "rad/s"}, wheel_speed_bias, lambda rng: {"bias": 5.0 * sign(rng)}),
+    **IN_DRIVES,
+    # Its line has two amplitudes in every run, as no run knows where the rotor points at release.
+    "wheel_imbalance": _of_wheel({"static": "kg m"}, wheel_imbalance, lambda _: {"static": 5e-7}, by_run=2),
 }
 """Effects in one wheel, by id."""
 OF_BEARINGS = {

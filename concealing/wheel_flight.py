@@ -13,13 +13,12 @@ from concealing.craft import Array
 from concealing.flight import Clock, Instruments, Trace, through_period
 from concealing.inner_effects import point_inertia
 from concealing.library import with_effects
-from concealing.nominal import DivergedError, Telemetry, nudged, predictions, unexplained
 from concealing.sensors import Noise, draw_noise
 from concealing.wheel_case import WheelCase, WheelPlatform, WheelRun, platform_of
 from concealing.wheels import WheelCraft, WheelInputs, WheelMechanics, wheel_craft
 
 _ENTRIES = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
-_NOISE, _WHEELS, _BIAS, _EPOCH = 0, 10, 11, 12
+_NOISE, _WHEELS, _BIAS, _EPOCH, _ANGLE = 0, 10, 11, 12, 13
 """Purposes of a case's random numbers; 3 to 5 are those of `concealing.sealing`."""
 SPEED_GAIN = 1.0
 """1/s, of the loop that holds the wheels' speeds: a tenth of the slower platform's control rate."""
@@ -32,8 +31,6 @@ _USED = 0.7
 """Share of the wheels' limits and of the tilt limit that a planned motion uses at most: what is hidden has the rest."""
 _TRIES = 6
 """Of making a motion smaller until it keeps the limits; the share that it uses is nearly in proportion to it."""
-_COARSE = 0.5
-"""Refinement of flights that are only sized, as in `concealing.signature`."""
 _ROLLED_IN = 3.0
 """s in which the motion of a craft that is released at rest sets in."""
 
@@ -62,7 +59,7 @@ class WheelLog:
         wheel_speed: true, (K, B, W), rad/s.
         reading: of the tachometers on board, (K, B, W), rad/s.
         command: from each tick on, (K, B, W), N·m.
-        torque: of the motors in the period before, (K, B, W), N·m.
+        torque: that the motors' currents show at the end of the period before, (K, B, W), N·m.
         state: (K, B, n).
     """
 
@@ -131,16 +128,18 @@ def fly_wheels(case: WheelCase, *, quiet: bool = False, refinement: float = 1.0)
         platform, craft = replace(platform, sensors=platform.sensors.quiet()), replace(craft, gyro=quiet_gyro)
     clock = _clock(case, platform)
     plans = [planned(platform, run, clock) for run in case.runs]
-    runs = len(plans)
+    runs, speed = len(plans), np.stack([plan.speed for plan in plans], axis=1)
     mechanics = WheelMechanics(
         craft=craft,
         epoch=np.random.default_rng([case.seed, _EPOCH]).uniform(0.0, 100.0, runs),
         release_attitude=np.broadcast_to(np.eye(3), (runs, 3, 3)),
-        wheel_speed=np.stack([plan.speed[0] for plan in plans]),
+        wheel_speed=speed[0],
+        wheel_angle=np.random.default_rng([case.seed, _ANGLE]).uniform(
+            0.0, 2.0 * np.pi, (runs, len(platform.wheels.axis))
+        ),
     )
     released = np.stack([plan.released + run.release_error for plan, run in zip(plans, case.runs, strict=True)])
     state = mechanics.start(released, np.zeros((runs, 0)))
-    speed = np.stack([plan.speed for plan in plans], axis=1)
     log = _flown(mechanics, state, speed, clock, platform, _noise(case, platform, craft, clock), refinement)
     return FlownWheels(case=case, platform=platform, craft=craft, mechanics=mechanics, clock=clock, log=log)
 
@@ -173,7 +172,8 @@ def _flown(
     """Fly to the end of the clock, the torques held between its ticks."""
     trace, wheels = Trace(mechanics, clock, state), mechanics.craft.wheels
     instruments = Instruments(mechanics=mechanics, trace=trace, clock=clock, sensors=platform.sensors, noise=noise.gyro)
-    torque, rows = np.zeros_like(speed[0]), []
+    # The motors were moving the wheels along the plan before the release.
+    torque, rows = platform.wheels.spin_inertia * (speed[1] - speed[0]) / clock.period, []
     for tick, time in enumerate(clock.times):
         shown, true = instruments.gyro(tick, state), mechanics.speeds(time, state)
         read = true + wheels.speed_bias + platform.sensors.tachometer_noise * noise.tachometer[tick]
@@ -183,8 +183,10 @@ def _flown(
         row = {"gyro": gyro, "body_rate": body_rate, "wheel_speed": true, "command": command, "torque": torque}
         rows.append(row | {"reading": read, "state": state})
         if tick < clock.ticks:
-            torque = np.clip(command, -wheels.torque_limit, wheels.torque_limit)
-            state = through_period(mechanics, trace, state, time, clock.period, WheelInputs(torque), refinement)
+            asked = np.clip(command, -wheels.torque_limit, wheels.torque_limit)
+            inputs = WheelInputs(asked, torque, time)
+            state = through_period(mechanics, trace, state, time, clock.period, inputs, refinement)
+            torque = mechanics.current(time + clock.period, inputs)
     return WheelLog(time=clock.times, **{name: np.array([row[name] for row in rows]) for name in rows[0]})
 
 
@@ -272,47 +274,6 @@ def _body_rate(turn: Array, change: Array) -> Array:
     across = np.cross(turn, change)
     along = (angle - np.sin(angle)) / angle**3
     return change - (1.0 - np.cos(angle)) / angle**2 * across + along * np.cross(turn, across)
-
-
-def signal(case: WheelCase) -> float:
-    """Return the norm of the whitened signature of a case's effects, in sigma of the gyro.
-
-    Raises:
-        DivergedError: its flight leaves the finite numbers.
-    """
-    with np.errstate(over="ignore", invalid="ignore"):
-        flown = fly_wheels(case, quiet=True, refinement=_COARSE)
-    if not np.isfinite(flown.log.state).all():
-        raise DivergedError
-    left = left_unexplained(flown)
-    return float(np.sqrt(left @ left)) / platform_of(case.scenario).sensors.gyro_noise
-
-
-def left_unexplained(flown: FlownWheels) -> Array:
-    """Return what of the gyro's readings the nominal model leaves, with inertia and initial rates its own, flat."""
-    released, inertia = flown.log.body_rate[0], flown.craft.inertia
-    pivot = flown.platform.pivot
-    if pivot is not None:
-        inertia = inertia + point_inertia(flown.craft.mass, pivot.offset)
-    rates = predictions(_telemetry(flown), flown.clock.period, *nudged(inertia, released))
-
-    def sampled(values: Array) -> Array:
-        return np.concatenate([values[ticks, run].ravel() for run, ticks in enumerate(flown.rows)])
-
-    return unexplained(flown.log.gyro, rates, sampled)
-
-
-def _telemetry(flown: FlownWheels) -> Telemetry:
-    """What the tachometers and the nominal drawing say of the wheels; torques jump at ticks, speeds lie on a spline."""
-    platform, log = flown.platform, flown.log
-    grid = np.arange(2 * flown.clock.ticks + 1) * flown.clock.period / 2
-    shown = shown_speed(flown, grid)
-    momentum = (platform.wheels.spin_inertia * shown) @ platform.wheels.axis
-    pivot = platform.pivot
-    arm = None if pivot is None else flown.craft.mass * pivot.gravity * pivot.offset
-    runs = log.body_rate.shape[1]
-    still = np.zeros((len(grid), runs, 3))
-    return Telemetry(momentum, np.zeros((len(grid), runs, 3, 3)), still, arm)
 
 
 def shown_speed(flown: FlownWheels, time: Array) -> Array:

@@ -17,7 +17,8 @@ from concealing.order import Order, case_generator, case_name, order_generator, 
 from concealing.power import NOISES, UnreachableError, degrees_of, detectable_norm, noise_sized, searched
 from concealing.sealing import SEAL, kept_rows, sealed_text, spiked, write_sealed
 from concealing.wheel_case import WheelCase, WheelRun, platform_of
-from concealing.wheel_flight import FlownWheels, fly_wheels, shown_speed, signal, theta
+from concealing.wheel_flight import FlownWheels, fly_wheels, shown_speed, theta
+from concealing.wheel_signature import signal
 from testbed.records.record import Record, RunDetails
 
 NULL_SHARE = 0.3
@@ -84,7 +85,7 @@ def with_hidden(rng: np.random.Generator, case: WheelCase, effect: str, times: f
     kind = platform.kinds[effect]
     typical = HiddenEffect(effect=effect, component=str(rng.choice(kind.components)), parameters=kind.draw(rng))
     hypotheses = sum(len(each.components) for each in platform.kinds.values())
-    target = times * detectable_norm(degrees_of(kind, typical), hypotheses)
+    target = times * detectable_norm(degrees_of(kind, typical, len(case.runs)), hypotheses)
     if effect in NOISES:
         samples = sum(run.duration for run in case.runs) * platform.gyro_rate
         hidden, shown = noise_sized(typical, target, samples, platform.sensors.gyro_noise), target

@@ -44,26 +44,26 @@ REFUSED = 1e-3
 
 
 def runs_agreement(estimates: Sequence[Estimate]) -> Agreement:
-    """Test that two or more runs estimate one inertia.
+    """Test that two or more runs estimate one inertia, and on a pivot one centre of mass.
 
     χ² = min over θ and p of Σ (θ̂⁽ⁱ⁾ - θ - C⁽ⁱ⁾ p)ᵀ P⁽ⁱ⁾⁻¹ (...) + pᵀ p: what is considered, such as a rotor's momentum,
-    is the same in all runs, but moves each estimate by its own C⁽ⁱ⁾.
+    is the same in all runs, but moves each estimate by its own C⁽ⁱ⁾. On a pivot θ has the offset behind it.
 
     Args:
         estimates: of one estimator, a run each.
     """
-    rows, response = [], []
+    rows, response, unknowns = [], [], len(estimates[0].joint)
     for estimate in estimates:
-        root = np.linalg.inv(np.linalg.cholesky(estimate.covariance))
-        rows.append(root @ np.hstack([np.eye(6), estimate.considered]))
-        response.append(root @ estimate.theta)
-    prior = np.eye(rows[0].shape[1])[6:]
+        root = np.linalg.inv(np.linalg.cholesky(estimate.joint_covariance))
+        rows.append(root @ np.hstack([np.eye(unknowns), estimate.joint_considered]))
+        response.append(root @ estimate.joint)
+    prior = np.eye(rows[0].shape[1])[unknowns:]
     regressor = np.vstack([*rows, prior])
     measured = np.concatenate([*response, np.zeros(len(prior))])
     scale = np.linalg.norm(regressor, axis=0)
     answer = np.linalg.lstsq(regressor / scale, measured, rcond=None)[0]
     rest = measured - regressor / scale @ answer
-    return _agreement(float(rest @ rest), 6 * (len(estimates) - 1))
+    return _agreement(float(rest @ rest), unknowns * (len(estimates) - 1))
 
 
 def estimators_agreement(difference: Theta, covariance: Covariance) -> Agreement:

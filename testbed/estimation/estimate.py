@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import dataclass, replace
 from typing import Literal, Protocol
 
 import numpy as np
 
-from testbed.arrays import Array, Covariance, Matrix3, Series, Theta, Vector3, Vectors3
+from testbed.arrays import Array, Matrix3, Series, Theta, Vector3, Vectors3
 from testbed.dynamics.environment import Pivoted, parallel_axes
 from testbed.dynamics.inertia import inertia_words, theta_of
-from testbed.estimation.body import nearest_body
+from testbed.estimation.answer import Answer
 from testbed.estimation.telemetry import Telemetry
 from testbed.estimation.uncertainty import EXACT, Uncertainty
 
@@ -39,20 +38,15 @@ class EstimationSettings:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Estimate:
-    """An estimate of the inertia, with its uncertainty.
+class Estimate(Answer):
+    """An estimate from one record, with its uncertainty.
 
     Attributes:
-        theta: θ̂, shape (6,), kg·m².
-        covariance: of θ̂ by the gyro's noise alone, shape (6, 6), kg²·m⁴.
         initial_momentum_B: total angular momentum at the first sample used, N·m·s, body axes; zero where known.
         initial_momentum_covariance: shape (3, 3), N²·m²·s²; zero where known.
         constant_torque: that was estimated jointly, by component, shape (K,), N·m.
         constant_torque_std: its standard deviations by the gyro's noise, shape (K,), N·m.
         torque_names: of its components, such as `inertial_x`.
-        offset_error: of the centre of mass on a pivot, estimated less believed place, shape (3,), m; (0,) without one.
-        offset_covariance: of it by the gyro's noise alone, shape (3, 3), m²; (0, 0) without one.
-        offset_considered: its shift as `considered`, shape (3, K), m.
         residual_time: shape (N,), s.
         residual: measured - predicted, shape (N, 3), in `residual_unit`.
         residual_unit: N·m, or rad/s.
@@ -60,12 +54,8 @@ class Estimate:
         iterations: rounds until the answer.
         influence: ∂θ̂/∂e of an error e of each gyro sample, shape (6, 3N), kg·m² per rad/s, in the order of the
             residual, and three rows more for the offset on a pivot; None once what follows from it is known.
-        considered: shift of θ̂ by one standard deviation of each quantity that is not estimated, shape (6, K), kg·m².
-        spread: covariance beyond that, by which estimates differ that should agree, shape (6, 6), kg²·m⁴.
     """
 
-    theta: Theta
-    covariance: Covariance
     initial_momentum_B: Vector3
     initial_momentum_covariance: Matrix3
     constant_torque: Array
@@ -76,25 +66,10 @@ class Estimate:
     residual_unit: Literal["N·m", "rad/s"]
     residual_sigma: float
     iterations: int
-    offset_error: Array = field(default_factory=lambda: np.zeros(0))
-    offset_covariance: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    offset_considered: Array = field(default_factory=lambda: np.zeros((0, 0)))
     influence: Array | None = None
-    considered: Array = field(default_factory=lambda: np.zeros((6, 0)))
-    spread: Covariance = field(default_factory=lambda: np.zeros((6, 6)))
 
     def __repr__(self) -> str:
         return f"Estimate: {inertia_words(self.theta, self.std)}"
-
-    @property
-    def total_covariance(self) -> Covariance:
-        """Covariance of θ̂ by noise, by what is uncertain of actuators and gyro, and by the spread, (6, 6), kg²·m⁴."""
-        return np.asarray(self.covariance + self.considered @ self.considered.T + self.spread)
-
-    @property
-    def std(self) -> Theta:
-        """Standard deviation of θ̂, everything considered, shape (6,), kg·m²."""
-        return np.sqrt(np.diag(self.total_covariance))
 
     @property
     def acting(self) -> Array:
@@ -108,26 +83,10 @@ class Estimate:
     def about_center_of_mass(self, pivot: Pivoted | None) -> Estimate:
         """Return the estimate of an inertia about a pivot as one about the centre of mass.
 
-        Its covariance stays: 2 m c times the offset's standard deviation of 1e-7 m is below 1 % of that of J, for any
+        Covariances stay: 2 m c times the offset's standard deviation of 1e-7 m is below 1 % of that of J, for any
         offset c to 0.1 m of a table of 20 kg (scenarios/air_bearing.toml).
         """
         return self if pivot is None else replace(self, theta=self.theta - _about_pivot(pivot, self.offset_error))
-
-    @property
-    def offset_std(self) -> Array:
-        """Standard deviation of the offset, everything considered, shape (3,), m; (0,) without a pivot."""
-        variance = np.diag(self.offset_covariance) + (self.offset_considered**2).sum(axis=1)
-        return np.asarray(np.sqrt(variance))
-
-    @cached_property
-    def body_theta(self) -> Theta:
-        """The most likely inertia that some body has, shape (6,), kg·m²; θ̂ itself where that is a body's."""
-        return nearest_body(self.theta, self.total_covariance)
-
-    @property
-    def noise_std(self) -> Theta:
-        """Standard deviation of θ̂ by the gyro's noise alone, shape (6,), kg·m²."""
-        return np.sqrt(np.diag(self.covariance))
 
 
 class Estimator(Protocol):
@@ -192,6 +151,8 @@ def estimate_of(
         iterations=iterations,
         offset_error=parameters[offset],
         offset_covariance=covariance[np.ix_(offset, offset)],
+        offset_cross_covariance=covariance[:6, offset],
         offset_considered=np.zeros((len(offset), 0)),
+        offset_spread=np.zeros((len(offset), len(offset))),
         influence=influence[np.concatenate([np.arange(6), offset])],
     )

@@ -52,7 +52,8 @@ class Compared:
     Attributes:
         efficient: name of the one.
         robust: name of the other.
-        covariance: of both answers together by the gyro's noise, shape (12, 12), kg²·m⁴.
+        covariance: of both answers together by the gyro's noise, shape (12, 12), kg²·m⁴; on a pivot (18, 18), each with
+            the offset behind it, m.
         agreement: of the two.
     """
 
@@ -156,7 +157,7 @@ def _residual(part: Telemetry, settings: EstimationSettings, drive: Drive, motio
 
 
 def _compared(efficient: tuple[str, Estimate], robust: tuple[str, Estimate], part: Telemetry) -> Compared:
-    influence = np.vstack([_influence(estimate, part)[:6] for _, estimate in (efficient, robust)])
+    influence = np.vstack([_influence(estimate, part) for _, estimate in (efficient, robust)])
     covariance = efficient[1].residual_sigma ** 2 * influence @ influence.T
     return Compared(
         efficient=efficient[0],
@@ -174,9 +175,9 @@ def agreement_of(
     Args:
         efficient: the answer of the one.
         robust: of the other.
-        covariance: of both together by the gyro's noise, shape (12, 12), kg²·m⁴.
+        covariance: of both together by the gyro's noise, as `Compared` has it.
     """
-    apart = np.hstack([np.eye(6), -np.eye(6)])
+    apart = np.hstack([np.eye(6, len(efficient.joint)), -np.eye(6, len(robust.joint))])
     shift = efficient.considered - robust.considered
     return estimators_agreement(efficient.theta - robust.theta, apart @ covariance @ apart.T + shift @ shift.T)
 

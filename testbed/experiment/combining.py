@@ -30,12 +30,20 @@ def combine_estimations(estimations: Mapping[str, Estimation]) -> CombinedEstima
     by_name = {name: combined(runs) for name, runs in each.items()}
     compared = _compared(estimations)
     wider = {
-        name: replace(average, spread=agreement[name].excess * average.covariance) if name in agreement else average
+        name: _spread(average, agreement[name].excess) if name in agreement else average
         for name, average in by_name.items()
     }
     return CombinedEstimation(
-        by_name=with_spread(wider, compared), runs=len(estimations), runs_agreement=agreement, compared=compared
+        by_name=with_spread(wider, compared),
+        runs=len(estimations),
+        runs_agreement=agreement,
+        compared=compared,
+        pivot=next(iter(estimations.values())).pivot,
     )
+
+
+def _spread(average: CombinedEstimate, excess: float) -> CombinedEstimate:
+    return replace(average, spread=excess * average.covariance, offset_spread=excess * average.offset_covariance)
 
 
 def _compared(estimations: Mapping[str, Estimation]) -> Compared | None:
@@ -46,7 +54,8 @@ def _compared(estimations: Mapping[str, Estimation]) -> Compared | None:
     pair = max(dict.fromkeys(pairs), key=pairs.count)
     runs = [run for run in estimations.values() if _pair_of(run) == pair]
     averages = tuple(combined([run.by_name[name] for run in runs]) for name in pair)
-    covariance = sum((_covariance(run, pair, averages) for run in runs), start=np.zeros((12, 12)))
+    size = sum(len(average.joint) for average in averages)
+    covariance = sum((_covariance(run, pair, averages) for run in runs), start=np.zeros((size, size)))
     return Compared(
         efficient=pair[0],
         robust=pair[1],
@@ -61,11 +70,11 @@ def _pair_of(run: Estimation) -> tuple[str, str] | None:
 
 
 def _covariance(run: Estimation, pair: tuple[str, str], averages: Sequence[CombinedEstimate]) -> Covariance:
-    """Return what a run puts on the covariance of both averages together, shape (12, 12), kg²·m⁴."""
+    """Return what a run puts on the covariance of both averages together, shape (12, 12) or (18, 18)."""
     assert run.checks is not None
     assert run.checks.compared is not None
     gains = [
-        average.covariance @ np.linalg.inv(run.by_name[name].covariance)
+        average.joint_covariance @ np.linalg.inv(run.by_name[name].joint_covariance)
         for name, average in zip(pair, averages, strict=True)
     ]
     gain = block_diag(*gains)

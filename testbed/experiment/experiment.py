@@ -56,12 +56,14 @@ class CombinedEstimation:
         runs: number of runs.
         runs_agreement: of the runs, by estimator; none of a single run.
         compared: an efficient estimator with a robust one, over all runs; None where there is but one.
+        pivot: that the platform is believed to stand on; None of one that floats.
     """
 
     by_name: Mapping[str, CombinedEstimate]
     runs: int
     runs_agreement: Mapping[str, Agreement]
     compared: Compared | None
+    pivot: Pivoted | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -123,10 +123,11 @@ def _constant_torque(estimate: Estimate | CombinedEstimate) -> dict[str, Any]:
 
 
 def _offset(estimate: Estimate | CombinedEstimate, pivot: Pivoted | None) -> dict[str, Any]:
-    if pivot is None or not isinstance(estimate, Estimate):
+    if pivot is None:
         return {}
+    offset = pivot.offset_B + estimate.offset_error
     return {
-        "center_of_mass_offset_m": _numbers(pivot.offset_B + estimate.offset_error),
+        "center_of_mass_offset_m": _numbers(offset),
         "center_of_mass_offset_std_m": _numbers(estimate.offset_std),
     }
 

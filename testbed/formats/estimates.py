@@ -61,7 +61,8 @@ class EstimatesResult(Part):
     records: dict[str, RecordEstimates]
     """By name of the record."""
     combined: dict[str, Estimate]
-    """The average of all records with the inverse covariances as weights, by estimator."""
+    """The average of all records with the inverse covariances as weights, by estimator; on an air bearing with the
+    centre of mass."""
     combined_checks: CombinedChecks
     """What speaks for or against the combination."""
     notices: list[str]

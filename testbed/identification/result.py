@@ -32,7 +32,7 @@ def identification_result(identification: Identification, scenario: Scenario, no
         "scenario": scenario.name,
         "nominal": {"theta_kg_m2": nominal_theta.tolist()},
         "records": {name: _record(estimation) for name, estimation in identification.estimations.items()},
-        "combined": estimates_of(combined.by_name),
+        "combined": estimates_of(combined.by_name, combined.pivot),
         "combined_checks": {
             "runs_agreement": {name: agreement_result(each) for name, each in combined.runs_agreement.items()},
             "estimators_agreement": compared_result(combined.compared),

@@ -10,13 +10,14 @@ import numpy as np
 from testbed.dynamics.environment import Pivoted
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.estimation.agreement import REFUSED, Agreement
+from testbed.estimation.answer import Answer
 from testbed.estimation.body import is_body
 from testbed.estimation.combine import CombinedEstimate
 from testbed.estimation.estimate import Estimate
 from testbed.estimation.residual_check import ResidualCheck
 from testbed.experiment.checking import Compared, NeglectedTorque
 from testbed.experiment.experiment import CombinedEstimation, Estimation
-from testbed.report.wording import capitalized, chance_words, estimator_name, figures
+from testbed.report.wording import BAND, capitalized, chance_words, estimator_name, figures, listed
 
 DIAGNOSE = "try `testbed diagnose` on these records"
 _WHERE = {"body": "in the body", "inertial": "in inertial axes"}
@@ -68,13 +69,21 @@ def torque_words(estimate: Estimate) -> Iterator[str]:
         yield f"Constant torque fixed {_WHERE[frame]}, estimated jointly: {listing} N·m about x, y, z."
 
 
-def offset_words(estimate: Estimate, pivot: Pivoted | None) -> Iterator[str]:
-    """Yield where on a pivot the centre of mass was found."""
+def offset_words(estimate: Answer, pivot: Pivoted | None) -> Iterator[str]:
+    """Yield where on a pivot the centre of mass was found, with one standard deviation."""
     if pivot is None:
         return
     pairs = zip(pivot.offset_B + estimate.offset_error, estimate.offset_std, strict=True)
     listing = ", ".join(f"{figures(_MICRO * value, 4)} ± {figures(_MICRO * std, 2)}" for value, std in pairs)
     yield f"Centre of mass, from the pivot, estimated jointly: {listing} µm along x, y, z."
+
+
+def offset_interval_words(estimate: Answer, pivot: Pivoted) -> str:
+    """Return the intervals that hold the centre of mass on a pivot with 95 %."""
+    offset, reach = pivot.offset_B + estimate.offset_error, BAND * estimate.offset_std
+    pairs = zip(_MICRO * (offset - reach), _MICRO * (offset + reach), strict=True)
+    listing = listed(f"{figures(low, 4)} to {figures(high, 4)}" for low, high in pairs)
+    return f"With 95 % it lies within {listing} µm."
 
 
 def _residual_doubts(check: ResidualCheck, best: str) -> Iterator[str]:

@@ -13,7 +13,13 @@ from testbed.experiment.checking import NeglectedTorque
 from testbed.experiment.experiment import Estimation
 from testbed.identification.identify import Identification
 from testbed.records.record import Record
-from testbed.report.doubts import combination_doubts, estimation_doubts, neglected_words, offset_words
+from testbed.report.doubts import (
+    combination_doubts,
+    estimation_doubts,
+    neglected_words,
+    offset_interval_words,
+    offset_words,
+)
 from testbed.report.frame.blocks import Notice, Page, Section
 from testbed.report.frame.page import write_page
 from testbed.report.sections.estimates import estimates_blocks
@@ -21,7 +27,7 @@ from testbed.report.sections.inertias import Inertias
 from testbed.report.sections.provenance import provenance_section
 from testbed.report.sections.residuals import residual_blocks
 from testbed.report.sections.telemetry import telemetry_figures
-from testbed.report.verdict import measured_verdict
+from testbed.report.verdict import leading_estimator, measured_verdict
 from testbed.report.wording import capitalized, estimator_name, listed
 from testbed.scenario.scenario import Scenario
 
@@ -109,7 +115,13 @@ def identification_notices(identification: Identification) -> Iterator[Notice]:
 
 
 def _offset_notices(identification: Identification) -> Iterator[Notice]:
-    """Yield where on a pivot the centre of mass was found, a notice for each record."""
+    """Yield where on a pivot the centre of mass was found: by all records together, and by each."""
+    combined = identification.combined
+    if combined.pivot is not None and combined.runs > 1:
+        best = combined.by_name[leading_estimator(combined.by_name)]
+        (text,) = offset_words(best, combined.pivot)
+        interval = offset_interval_words(best, combined.pivot)
+        yield Notice(tone="plain", text=f"{combined.runs} records combined: {text} {interval}")
     for name, estimation in identification.estimations.items():
         if estimation.checks is not None:
             for text in offset_words(estimation.by_name[estimation.checks.best], estimation.pivot):

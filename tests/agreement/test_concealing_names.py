@@ -14,12 +14,10 @@ OF_RIGS = {"actuator_gain", "actuator_rate_limit"}
 """Hidden by `concealing.rig`, by numbers of its own."""
 OF_THRUSTERS = {"actuator_weak", "actuator_misaligned", "thrust_offset", "rotor_acceleration_reaction"}
 """Effects that the platform of the concealing engine, which has gimbals, cannot have; data/crazypad shows them."""
-OF_DRIVES = {f"wheel_{each}" for each in ("viscous_friction", "coulomb_friction", "torque_scale", "lag", "imbalance")}
-"""Effects between a wheel's command and its speed, and its imbalance, which the concealing engine does not have yet."""
 KNOWN = {
     name: effect
     for name, effect in {**EFFECTS, **NOISE_EFFECTS}.items()
-    if effect.environment != "orbit" and name not in OF_RIGS | OF_THRUSTERS | OF_DRIVES
+    if effect.environment != "orbit" and name not in OF_RIGS | OF_THRUSTERS
 }
 """Platforms on which effects are hidden by name have gyros or wheels, and none is on an orbit."""
 ONLY_HIDDEN = {

@@ -7,22 +7,27 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from concealing.effect import HiddenEffect
 from concealing.integration import step
 from concealing.wheel_case import WheelCase, WheelRun, platform_of
-from concealing.wheel_effects import OF_BEARINGS, OF_WHEELS, WHEELS
-from concealing.wheel_flight import fly_wheels, left_unexplained, planned, signal
+from concealing.wheel_effects import IN_DRIVES, OF_BEARINGS, WHEELS
+from concealing.wheel_flight import fly_wheels, planned
 from concealing.wheel_set import wheel_record
-from concealing.wheels import WheelInputs, WheelMechanics
+from concealing.wheel_signature import left_unexplained, signal
+from concealing.wheels import WheelInputs
 from testbed.assembly.platform import nominal_platform, true_plant, true_platform
 from testbed.assembly.telemetry import telemetry_of
 from testbed.cmg.wheels import turned_wheel_axes, wheel_axes
 from testbed.dynamics.inertia import theta_of
-from testbed.effects.registry import EFFECTS
+from testbed.effects.noise_effect import Readings
+from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.prediction.grid import grid_of
 from testbed.prediction.integration import Values
 from testbed.prediction.prediction import predicted
+from testbed.prediction.wheel_impulses import impulses_of
+from testbed.prediction.wheel_response import impulses_with
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.scenario import Scenario
 
@@ -80,9 +85,7 @@ def test_the_energy_grows_by_the_work_of_the_motors(scenario):
     flown = fly_wheels(case_of(scenario), quiet=True)
     still = replace(flown.craft.wheels, viscous=np.zeros(4))
     craft = replace(flown.craft, wheels=still)
-    mechanics = WheelMechanics(
-        craft=craft, epoch=np.zeros(1), release_attitude=np.eye(3)[None], wheel_speed=flown.log.wheel_speed[0]
-    )
+    mechanics = replace(flown.mechanics, craft=craft)
     torque = 0.3 * craft.wheels.torque_limit * np.array([[1.0, -0.5, 0.7, 0.2]])
 
     def energy(state):
@@ -92,7 +95,7 @@ def test_the_energy_grows_by_the_work_of_the_motors(scenario):
         return 0.5 * rate @ inertia @ rate + (held**2 / (2.0 * still.spin_inertia)).sum() + weight
 
     def derivative(time, states):
-        change = mechanics.derivative(time, states[:, :-1], WheelInputs(torque))
+        change = mechanics.derivative(time, states[:, :-1], WheelInputs(torque, torque, 0.0))
         work = (torque * mechanics.speeds(time, states[:, :-1])).sum(axis=1, keepdims=True)
         return np.concatenate([change, work], axis=1)
 
@@ -105,20 +108,37 @@ def test_the_energy_grows_by_the_work_of_the_motors(scenario):
     assert abs(gained) > 1e-4 * energy(state)
 
 
+def plant_like(flown, truth, step_s):
+    """Return MuJoCo's craft at the release of the first run, and its steps in a control period."""
+    keys = read_scenario(flown.case.scenario).model_dump(
+        mode="json", by_alias=True, exclude_unset=True, exclude_none=True
+    )
+    keys["truth"] = {"inertia_kg_m2": flown.craft.inertia.tolist()} | truth
+    keys["simulation"]["step_s"] = step_s
+    keys["initial"] = {
+        "body_rate_rad_s": flown.log.body_rate[0, 0].tolist(),
+        "wheel_momentum_N_m_s": (flown.craft.wheels.spin_inertia * flown.log.wheel_speed[0, 0]).tolist(),
+    }
+    changed = Scenario.model_validate(keys)
+    return true_plant([(changed, true_platform(changed))]), round(flown.clock.period / step_s)
+
+
+def turn_rotors(plant, flown):
+    """Turn MuJoCo's rotors so that what is off their axes, along their own x, points where it does in the flight."""
+    wheels, angle = flown.craft.wheels, flown.mechanics.wheel_angle[0]
+    for wheel, axis in enumerate(wheels.axis):
+        across = np.cross([0.0, 0.0, 1.0], axis) / np.hypot(axis[0], axis[1])
+        lying = Rotation.from_rotvec(np.arccos(axis[2]) * across).apply([1.0, 0.0, 0.0])
+        lead = np.arctan2(lying @ np.cross(axis, across), lying @ across)
+        plant.qpos[0, plant.layout.wheel_angle[wheel]] = angle[wheel] - lead
+
+
 @BOTH
 def test_mujoco_flies_the_same_under_the_same_motor_torques(scenario):
     """At the shipped step of 5 ms both are exact to rounding: 2e-14 rad/s were found."""
     flown = fly_wheels(case_of(scenario, seconds=10.0), quiet=True)
-    shipped, log = read_scenario(scenario), flown.log
-    keys = shipped.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True)
-    keys["truth"] = {"inertia_kg_m2": flown.craft.inertia.tolist()}
-    keys["initial"] = {
-        "body_rate_rad_s": log.body_rate[0, 0].tolist(),
-        "wheel_momentum_N_m_s": (flown.craft.wheels.spin_inertia * log.wheel_speed[0, 0]).tolist(),
-    }
-    changed = Scenario.model_validate(keys)
-    plant = true_plant([(changed, true_platform(changed))])
-    layout, steps, error = plant.layout, round(flown.clock.period / shipped.simulation.step_s), 0.0
+    plant, steps = plant_like(flown, {}, read_scenario(scenario).simulation.step_s)
+    log, layout, error = flown.log, plant.layout, 0.0
     for tick in range(flown.clock.ticks):
         plant.advance(np.zeros((1, 0)), steps, log.torque[tick + 1])
         error = max(error, float(np.abs(plant.qvel[0, layout.body_rate] - log.body_rate[tick + 1, 0]).max()))
@@ -157,6 +177,125 @@ def test_without_an_effect_the_nominal_model_leaves_nothing_and_motions_keep_the
     assert np.abs(plan.speed[:, 0] - flown.log.wheel_speed[:, 0, 0]).max() < 0.05 * np.ptp(plan.speed[:, 0])
 
 
+def every_drive_effect(wheels, **others):
+    """Friction, another torque, a lag and no balance, in wheels of their own and together."""
+    size = wheels.torque_limit[0]
+    return replace(
+        wheels,
+        viscous=wheels.viscous + 1e-4 * size * np.array([1.0, 0.0, 0.0, 2.0]),
+        coulomb=0.05 * size * np.array([0.0, 1.0, 0.0, 0.0]),
+        torque_factor=np.array([1.0, 1.0, 0.9, 1.1]),
+        lag=np.array([0.0, 0.0, 0.05, 0.1]),
+        imbalance=np.array([0.0, 0.0, 1e-4, 2e-4]) * np.sqrt(wheels.spin_inertia[0]),
+        **others,
+    )
+
+
+@BOTH
+def test_with_all_that_drives_and_rotors_do_momentum_stays_and_energy_grows_by_what_motors_give_and_bearings_take(
+    scenario,
+):
+    """T = ½ ω·J ω + Σ [½ Js Ω² + Js Ω ω·a + U Ω ω·(r × e')] with the angle of each rotor beside the states."""
+    flown = fly_wheels(case_of(scenario), quiet=True)
+    wheels = every_drive_effect(flown.craft.wheels)
+    craft = replace(flown.craft, wheels=wheels)
+    mechanics = replace(flown.mechanics, craft=craft)
+    asked = 0.3 * wheels.torque_limit * np.array([[1.0, -0.5, 0.7, 0.2]])
+    inputs = WheelInputs(asked, 0.0 * asked, 0.0)
+    across = np.cross([0.0, 0.0, 1.0], wheels.axis)
+    across /= np.linalg.norm(across, axis=1)[:, None]
+
+    def moved(state):
+        """Return ω, Ω, and U r × e'."""
+        rate, speed = mechanics.velocities(0.0, state).body_rate[0], mechanics.speeds(0.0, state)[0]
+        angle = state[0, mechanics.slices["turned"]][:, None]
+        ahead = -np.sin(angle) * across + np.cos(angle) * np.cross(wheels.axis, across)
+        return rate, speed, np.cross(wheels.imbalance[:, None] * wheels.position, ahead)
+
+    def energy(state):
+        rate, speed, beside = moved(state)
+        weight = 0.0 if craft.pivot is None else state[0, 6:9] @ craft.weight_arm
+        held = wheels.spin_inertia * speed * (0.5 * speed + wheels.axis @ rate) + speed * (beside @ rate)
+        return 0.5 * rate @ craft.turned_inertia @ rate + held.sum() + weight
+
+    def momentum(state):
+        rate, speed, beside = moved(state)
+        inside = craft.turned_inertia @ rate + (wheels.spin_inertia * speed) @ wheels.axis + speed @ beside
+        return state[0, :9].reshape(3, 3) @ inside
+
+    def derivative(time, states):
+        state = states[:, :-1]
+        change, speed = mechanics.derivative(time, state, inputs), mechanics.speeds(time, state)
+        behind = np.array([0.0, 0.0, np.exp(-time / 0.05), np.exp(-time / 0.1)])
+        given = asked * (1.0 - behind) * wheels.torque_factor
+        taken = wheels.viscous * speed + wheels.coulomb * np.tanh(speed / 0.01)
+        return np.concatenate([change, ((given - taken) * speed).sum(axis=1, keepdims=True)], axis=1)
+
+    state = mechanics.start(flown.log.body_rate[0], np.zeros((1, 0)))
+    states = np.concatenate([state, np.zeros((1, 1))], axis=1)
+    for index in range(2000):
+        states = step(derivative, 0.001 * index, states, 0.001)
+    gained = energy(states[:, :-1]) - energy(state)
+    assert gained == pytest.approx(states[0, -1], rel=1e-8)
+    assert abs(gained) > 1e-4 * energy(state)
+    lost = momentum(states[:, :-1]) - momentum(state)
+    assert abs(lost[2]) < 1e-11  # gravity turns about no vertical
+    assert craft.pivot is not None or np.abs(lost).max() < 1e-11
+    assert np.abs(moved(state)[2]).max() > 1e-3 * wheels.spin_inertia[0]
+
+
+def test_a_late_motor_gives_what_it_was_asked_for_before_and_shows_it():
+    """By hand: Js (Ω + ω·a) gains u Δt + (i - u) T (1 - e^(-Δt/T)) less friction at the mean speed."""
+    case = replace(case_of(FREE, seconds=1.0), effects=(hidden("wheel_lag", "wheel1", time_constant=0.05),))
+    flown = fly_wheels(case, quiet=True)
+    log, wheels, period = flown.log, flown.craft.wheels, flown.clock.period
+    held = wheels.spin_inertia * (log.wheel_speed + log.body_rate @ wheels.axis.T)[:, 0]
+    gained = np.diff(held, axis=0) + wheels.viscous * period * 0.5 * (log.wheel_speed[1:] + log.wheel_speed[:-1])[:, 0]
+    left, current = np.exp(-period / 0.05), log.torque[0, 0, 0]
+    for tick, asked in enumerate(log.command[:-1, 0, 0]):
+        impulse = asked * period + (current - asked) * 0.05 * (1.0 - left)
+        current = asked + (current - asked) * left
+        assert gained[tick, 0] == pytest.approx(impulse, abs=1e-10)  # friction by trapezoids
+        assert log.torque[tick + 1, 0, 0] == pytest.approx(current, rel=1e-9)
+    assert gained[:, 1] == pytest.approx(period * log.command[:-1, 0, 1], abs=1e-12)
+
+
+IN_MUJOCO = {
+    "wheel_viscous_friction": ({"coefficient": 1e-8}, "wheel_viscous_friction_N_m_s_rad", 2e-9),
+    "wheel_coulomb_friction": ({"torque": 1e-5}, "wheel_coulomb_friction_N_m", 0.0),
+    "wheel_torque_scale": ({"relative_error": 0.02}, "wheel_torque_factor", 1.0),
+    "wheel_lag": ({"time_constant": 0.05}, "wheel_motor_lag_s", 0.0),
+    "wheel_imbalance": ({"static": 5e-7}, "wheel_imbalance_kg_m", 0.0),
+}
+
+
+@pytest.mark.parametrize("effect", IN_MUJOCO)
+def test_mujoco_flies_the_same_with_an_effect_in_a_drive_or_rotor(effect):
+    """Within half a hundredth of what the effect changes in its wheel's speed, or in the body rate for a rotor."""
+    parameters, key, usual = IN_MUJOCO[effect]
+    flown = fly_wheels(case_of(FREE, hidden(effect, "wheel3", **parameters), seconds=6.0), quiet=True)
+    log, as_believed = flown.log, np.full(4, usual)
+    truth = as_believed + next(iter(parameters.values())) * (np.arange(4) == 2)
+
+    def by_mujoco(numbers):
+        plant, steps = plant_like(flown, {key: numbers.tolist()}, 0.001)
+        turn_rotors(plant, flown)
+        if effect == "wheel_lag" and numbers.any():
+            plant._batch.bind("act")[:] = log.torque[0, 0, 2]
+        layout, rows = plant.layout, []
+        for tick in range(flown.clock.ticks):
+            plant.advance(np.zeros((1, 0)), steps, log.command[tick])
+            rows.append(np.concatenate([plant.qvel[0, layout.body_rate], plant.qvel[0, layout.wheel_speed]]))
+        return np.array(rows)
+
+    shown = np.concatenate([log.body_rate, log.wheel_speed], axis=2)[1:, 0]
+    seen = slice(0, 3) if effect == "wheel_imbalance" else slice(3, 7)
+    changed = np.abs(by_mujoco(as_believed) - shown)[:, seen].max()
+    missed = np.abs(by_mujoco(truth) - shown)[:, seen].max()
+    print(f"{effect}: {changed:.1e} rad/s changed, {missed:.1e} missed")
+    assert missed < 0.005 * changed
+
+
 TYPICAL = {
     "wheel_inertia": {"relative_error": 0.01},
     "wheel_misalignment": {"about_first": 0.01, "about_second": -0.007},
@@ -164,9 +303,10 @@ TYPICAL = {
     "center_of_mass_offset": {"offset_x": 2e-5, "offset_y": -1e-5, "offset_z": 3e-5},
     "air_drag": {"coefficient": 1e-3},
 }
+IN_MOTION = ("wheel_inertia", "wheel_misalignment", "wheel_speed_bias")
 SIGNED = [
-    *((FREE, each, "wheel3") for each in OF_WHEELS),
-    *((STANDING, each, "wheel2") for each in OF_WHEELS),
+    *((FREE, each, "wheel3") for each in IN_MOTION),
+    *((STANDING, each, "wheel2") for each in IN_MOTION),
     *((STANDING, each, "platform") for each in OF_BEARINGS),
 ]
 
@@ -193,6 +333,48 @@ def test_the_testbed_explains_an_effect_by_the_same_parameters(scenario, effect,
     print(f"{effect}: {alone:.1e} rad/s without, {explained:.1e} with")
     assert explained < 5e-6 + 0.01 * alone
     assert alone > 1e-5
+
+
+@pytest.mark.parametrize("effect", IN_DRIVES)
+@BOTH
+def test_the_testbed_explains_what_a_drive_does_by_the_same_parameters(scenario, effect):
+    """Its impulses with them leave next to nothing of what they leave without."""
+    sizes = list(IN_MUJOCO[effect][0].values())
+    flown = fly_wheels(case_of(scenario, hidden(effect, "wheel2", **IN_MUJOCO[effect][0])), quiet=True)
+    read = read_scenario(scenario)
+    impulses = impulses_of(telemetry_of(wheel_record(flown, 0), read, nominal_platform(read)), commanded=True)
+
+    def missed(hooks, *values):
+        given = impulses_with(impulses, hooks, [np.array([each]) for each in values])[0]
+        return np.abs((impulses.needed - given) / impulses.interval[:, None])[impulses.kept].max()
+
+    alone, explained = missed([]), missed([EFFECTS[effect].hooks("wheel2")], sizes)
+    print(f"{effect}: {alone:.1e} N·m without, {explained:.1e} with")
+    assert len(impulses.kept) > 0.9 * len(impulses.interval)
+    assert explained < 1e-9 + 0.025 * alone
+
+
+def test_the_testbed_finds_the_line_of_an_unbalanced_wheel_at_its_size():
+    flown = fly_wheels(
+        case_of(FREE, hidden("wheel_imbalance", "wheel3", static=2e-6), runs=2, seconds=20.0), quiet=True
+    )
+    read = read_scenario(FREE)
+    nominal = nominal_platform(read)
+    runs = [telemetry_of(wheel_record(flown, index), read, nominal) for index in range(2)]
+    left = left_unexplained(flown).reshape(2, -1, 3)
+    readings = Readings(
+        measured=[run.body_rate for run in runs],
+        residual=list(left),
+        sigma=np.full((2, 3), platform_of(FREE).sensors.gyro_noise),
+        runs=runs,
+        inertia=nominal.inertia,
+        parameters=0,
+    )
+    finding = NOISE_EFFECTS["wheel_imbalance"].found("wheel3", readings)
+    print(f"{finding.values} kg·m")
+    # The believed inertia is off by hundredths, and inertia and release that fit take some of the line.
+    assert finding.values[0] == pytest.approx(2e-6, rel=0.08)
+    assert np.linalg.norm(left - np.array(finding.explained)) < 0.1 * np.linalg.norm(left)
 
 
 def test_wheels_are_as_many_as_effects_know():

@@ -30,6 +30,7 @@ from testbed.scenario.reader import read_scenario
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 FREE, STANDING = SCENARIOS / "cubesat_wheels.toml", SCENARIOS / "air_bearing.toml"
 LIBRARY = ("wheel_inertia", "wheel_misalignment", "wheel_speed_bias", "viscous_drag", "body_torque", "gyro_bias")
+OF_DRIVES = ("wheel_inertia", "wheel_torque_scale", "wheel_lag", "wheel_viscous_friction", "wheel_coulomb_friction")
 ON_BEARINGS = ("body_torque", "center_of_mass_offset", "air_drag")
 """Fewer than in free flight: a prediction on a bearing takes three times as long."""
 
@@ -74,13 +75,13 @@ def test_nothing_is_named_of_a_craft_that_is_as_believed(slow_table, library):
 
 @pytest.mark.parametrize(
     ("library", "effect"),
-    [(LIBRARY, "wheel_inertia"), (ON_BEARINGS, "center_of_mass_offset")],
-    ids=["free", "bearing"],
+    [(LIBRARY, "wheel_inertia"), (OF_DRIVES, "wheel_lag"), (ON_BEARINGS, "center_of_mass_offset")],
+    ids=["free", "drive", "bearing"],
 )
 def test_an_effect_of_four_detectable_sizes_is_named_at_its_component(slow_table, library, effect):
-    scenario = FREE if library is LIBRARY else slow_table
+    scenario = slow_table if library is ON_BEARINGS else FREE
     seconds = (
-        12.0 if library is LIBRARY else 20.0
+        20.0 if library is ON_BEARINGS else 12.0
     )  # over less a table hardly turns, and its offset is a constant torque
     case = with_hidden(np.random.default_rng(5), bare_case(scenario, 12, seconds), effect, 4.0)
     names, last = named_in(case, library)

@@ -130,3 +130,28 @@ def test_a_long_record_is_estimated_from_in_parts_and_combined(flown, tmp_path, 
     estimates = json.loads((tmp_path / "out" / "estimates.json").read_text(encoding="utf-8"))
     assert set(estimates["records"]) == {"long part 1", "long part 2"}
     assert "2 records combined" in capsys.readouterr().out
+
+
+def test_on_an_air_bearing_records_give_one_centre_of_mass_with_an_interval(tmp_path, capsys):
+    """Two flights of the table, and what all records together say in the terminal and in estimates.json."""
+    quick = ["--set", "simulation.duration_s=12.0", "--set", "estimation.estimators=['output_error']"]
+    (tmp_path / "data").mkdir()
+    for seed in (1, 2):
+        place = tmp_path / f"run{seed}"
+        assert run("run", "air_bearing", *quick, "--set", f"seed={seed}", "--out", place) == 0
+        (place / "record.parquet").rename(tmp_path / "data" / f"r{seed}.parquet")
+        details = (place / "record.toml").read_text(encoding="utf-8")
+        details = details.replace('name = "air_bearing"', f'name = "flight {seed}"')
+        (tmp_path / "data" / f"r{seed}.toml").write_text(details, encoding="utf-8")
+    capsys.readouterr()
+    assert run("estimate", "air_bearing", *quick, "--data", tmp_path / "data", "--out", tmp_path / "out") == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "2 records combined: Centre of mass, from the pivot, estimated jointly:" in printed
+    assert "With 95 % it lies within" in printed
+    result = json.loads((tmp_path / "out" / "estimates.json").read_text(encoding="utf-8"))
+    together = result["combined"]["output_error"]
+    std = np.array(together["center_of_mass_offset_std_m"])
+    alone = [each["estimates"]["output_error"]["center_of_mass_offset_std_m"] for each in result["records"].values()]
+    assert (std < np.array(alone)).all()
+    assert (np.abs(together["center_of_mass_offset_m"] - np.array([2.4e-5, -1.7e-5, -1.3e-4])) < 4.0 * std).all()
+    assert result["combined_checks"]["runs_agreement"]["output_error"]["freedom"] == 9

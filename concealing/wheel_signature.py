@@ -1,0 +1,81 @@
+"""How much of what is hidden in a craft with wheels a data set can show.
+
+Everywhere in what of the gyro's readings the nominal model leaves. What happens between a motor's command and its
+wheel's speed changes the body as the wheel's speed says; it is counted in standard deviations of the tachometers too.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from concealing.craft import SIGN_WIDTH, Array
+from concealing.inner_effects import point_inertia
+from concealing.nominal import DivergedError, Telemetry, nudged, predictions, unexplained
+from concealing.wheel_case import WheelCase, platform_of
+from concealing.wheel_effects import IN_DRIVES
+from concealing.wheel_flight import FlownWheels, fly_wheels, shown_speed
+
+_COARSE = 0.5
+"""Refinement of flights that are only sized, as in `concealing.signature`."""
+
+
+def signal(case: WheelCase) -> float:
+    """Return the norm of the whitened signature of a case's effects, in sigma.
+
+    Raises:
+        DivergedError: its flight leaves the finite numbers.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        flown = fly_wheels(case, quiet=True, refinement=_COARSE)
+    if not np.isfinite(flown.log.state).all():
+        raise DivergedError
+    known = platform_of(case.scenario).sensors
+    parts = [left_unexplained(flown) / known.gyro_noise]
+    if any(effect.effect in IN_DRIVES for effect in case.effects):
+        parts.append(left_by_drives(flown) / np.hypot(known.tachometer_noise, known.gyro_noise))
+    return float(np.sqrt(sum(float(part @ part) for part in parts)))
+
+
+def left_unexplained(flown: FlownWheels) -> Array:
+    """Return what of the gyro's readings the nominal model leaves, with inertia and initial rates its own, flat."""
+    released, inertia = flown.log.body_rate[0], flown.craft.inertia
+    pivot = flown.platform.pivot
+    if pivot is not None:
+        inertia = inertia + point_inertia(flown.craft.mass, pivot.offset)
+    rates = predictions(_telemetry(flown), flown.clock.period, *nudged(inertia, released))
+
+    def sampled(values: Array) -> Array:
+        return np.concatenate([values[ticks, run].ravel() for run, ticks in enumerate(flown.rows)])
+
+    return unexplained(flown.log.gyro, rates, sampled)
+
+
+def _telemetry(flown: FlownWheels) -> Telemetry:
+    """What the tachometers and the nominal drawing say of the wheels; torques jump at ticks, speeds lie on a spline."""
+    platform, log = flown.platform, flown.log
+    grid = np.arange(2 * flown.clock.ticks + 1) * flown.clock.period / 2
+    shown = shown_speed(flown, grid)
+    momentum = (platform.wheels.spin_inertia * shown) @ platform.wheels.axis
+    pivot = platform.pivot
+    arm = None if pivot is None else flown.craft.mass * pivot.gravity * pivot.offset
+    runs = log.body_rate.shape[1]
+    still = np.zeros((len(grid), runs, 3))
+    return Telemetry(momentum, np.zeros((len(grid), runs, 3, 3)), still, arm)
+
+
+def left_by_drives(flown: FlownWheels) -> Array:
+    """Return what of the tachometers' readings the nominal motors and bearings leave, rad/s, flat.
+
+    Js (Ω + ω·a) = Js (Ω + ω·a)(0) + ∫ (u - c Ω - d sign Ω) dt, with u as it was commanded; a speed at release that
+    nobody knows, of each wheel and run, is projected out.
+    """
+    wheels, log, period = flown.platform.wheels, flown.log, flown.clock.period
+    shown = shown_speed(flown, log.time)
+    braked = wheels.viscous * shown + wheels.coulomb * np.tanh(shown / SIGN_WIDTH)
+    asked = np.clip(log.command, -wheels.torque_limit, wheels.torque_limit)
+    given = np.concatenate([np.zeros_like(asked[:1]), period * np.cumsum(asked[:-1], axis=0)])
+    taken = wheels.spin_inertia * (shown + log.body_rate @ wheels.axis.T)
+    left = (taken - given + CubicSpline(log.time, braked).antiderivative()(log.time)) / wheels.spin_inertia
+    recorded = [left[ticks, run] for run, ticks in enumerate(flown.rows)]
+    return np.concatenate([(each - each.mean(axis=0)).ravel() for each in recorded])
