@@ -41,11 +41,10 @@ from testbed.next_experiment.proposal import Proposal, proposal_of
 from testbed.outputs.diagnosis_folder import extensions_of, write_diagnosis, write_recording_of
 from testbed.outputs.provenance import Provenance, provenance
 from testbed.recording.notebook import notebook_viewer
-from testbed.report.diagnosis.next import no_gimbals_words
+from testbed.report.diagnosis.next import no_design_words
 from testbed.report.diagnosis.page import diagnosis_page
 from testbed.report.diagnosis.verdict import diagnosis_verdict, disagreement_words
 from testbed.report.frame.blocks import Page
-from testbed.scenario.actuators import reaction_wheels
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.scenario import Scenario
 
@@ -410,8 +409,8 @@ def _next_flight(
     """Return what to fly next, and a notice where effects remain indistinguishable without it; Ctrl-C leaves it out."""
     if not state.complete:
         return None, ()
-    if not isinstance(scenario, Scenario) or not state.runs.driven_by_momentum or reaction_wheels(scenario.actuators):
-        return None, tuple(no_gimbals_words(state))
+    if not isinstance(scenario, Scenario) or not state.runs.driven_by_momentum:
+        return None, tuple(no_design_words(state))
     try:
         return proposal_of(state, scenario, progress), ()
     except KeyboardInterrupt:
