@@ -195,7 +195,7 @@ def test_a_release_spin_tells_a_gyros_scale_from_inertia(scale_judge, flights):
 
 
 def test_flights_of_six_gyros_are_those_that_were_proposed_before_there_were_any_of_wheels(scale_judge, flights):
-    """Frozen when paths were of gimbals alone; equal bit for bit then, here to what another machine's algebra rounds."""
+    """Frozen when paths were of gimbals alone: then equal bit for bit, here to what other machines round."""
     assert len(flights) == 88
     assert scale_judge.distances(flights).sum() == pytest.approx(217.1845605115487, rel=1e-9)
     assert chosen_flight(scale_judge).distances[0] == pytest.approx(12.546060451051574, rel=1e-6)
