@@ -14,7 +14,7 @@ import numpy as np
 from testbed.arrays import Array, Flags, Series
 from testbed.errors import InputError
 from testbed.records.foreign_units import foreign_column_problem, si_column
-from testbed.signals import SIGNALS, Signal, present_signals
+from testbed.signals import KINDS, SIGNALS, Signal, present_signals
 
 MINIMUM_SAMPLES = 10
 """Gyro samples that a run needs: with 3 equations each, three times as many as its 9 unknowns (6 inertia, 3 rates)."""
@@ -120,9 +120,9 @@ def _half_present(signal: Signal, present: set[str]) -> str | None:
 
 
 def _uneven(present: set[str]) -> Iterator[str]:
-    """Find channels of the units, or of the wheels, that differ in how many of them they have."""
+    """Find channels of actuators of one kind that differ in how many of them they have."""
     sent = [signal for signal in present_signals(present) if signal.telemetry]
-    for kind in ("unit", "wheel"):
+    for kind in KINDS:
         widths = {signal.name: signal.width for signal in sent if signal.per == kind}
         if len(set(widths.values())) > 1:
             said = ", ".join(f"{name} {width}" for name, width in widths.items())
