@@ -207,6 +207,8 @@ SIGNALS: dict[str, Signal] = {
 """Every signal by name: telemetry first, then what only a simulation knows."""
 
 
+TURNED_BY = ("gimbal_angle", "wheel_speed", "cluster_momentum", "applied_torque")
+"""Signals of which one says what turned the platform; the first that a record has counts."""
 FLAGS = tuple(signal for signal in SIGNALS.values() if signal.reached)
 """Signals that say which limit an actuator is at."""
 LIMITS: dict[str, str] = {

@@ -173,9 +173,8 @@ def _tilt_limit(scenario: Scenario) -> float | None:
 
 
 def _summary(scenario: Scenario, truth: PlatformModel, record: Record, clock: Clock) -> FlightSummary:
-    total_rotor_momentum = float(np.abs(truth.cluster.rotor_momentum).sum() + truth.wheels.momentum_limit.sum())
     return summarize(
-        record.channels, clock.period, flight_limits(scenario), total_rotor_momentum, _outside_impulse(truth, record)
+        record.channels, clock.period, flight_limits(scenario), truth.held_capacity, _outside_impulse(truth, record)
     )
 
 

@@ -33,6 +33,7 @@ from testbed.diagnosis.state import Diagnosis, Verdict
 from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.effects.contract import Extension
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
+from testbed.errors import InputError
 from testbed.library.notebook import Shown
 from testbed.library.records import Records, stamps_of
 from testbed.library.saving import Saved
@@ -415,3 +416,5 @@ def _next_flight(
         return proposal_of(state, scenario, progress), ()
     except KeyboardInterrupt:
         return None, ("no next flight: its design was interrupted",)
+    except InputError as error:  # a motion that leaves the finite numbers: the diagnosis stands
+        return None, (f"no next flight: {error}",)

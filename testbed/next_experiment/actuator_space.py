@@ -11,9 +11,9 @@ import numpy as np
 from testbed.arrays import Array, Flags, Quaternion, Units, Vector3
 from testbed.assembly.maneuver import gimbal_limits
 from testbed.assembly.platform import PlatformModel, first_gimbal_angle, first_wheel_momentum, initial_momentum
-from testbed.cmg.actuators import Actuators
+from testbed.cmg.actuators import Actuators, dexterity
 from testbed.cmg.cluster import cluster_momentum, momentum_jacobian
-from testbed.cmg.singularity import envelope_fraction, singularity_measure, sphere_directions
+from testbed.cmg.singularity import envelope_fraction, sphere_directions
 from testbed.cmg.wheels import wheel_momentum
 from testbed.dynamics.environment import Orbiting
 from testbed.maneuver.design import GimbalLimits
@@ -72,7 +72,7 @@ class ActuatorSpace:
     @property
     def scale(self) -> Array:
         """Unit of each column's moves, shape (M + W,): rad and N·m·s."""
-        return np.concatenate([np.ones(self.actuators.units), self.platform.wheels.momentum_limit])
+        return self.actuators.move_scale
 
     @property
     def free(self) -> Flags:
@@ -144,14 +144,10 @@ class ActuatorSpace:
         at, turning = (basis_matrix(self.duration, count, time, order) @ points for order in (0, 1))
         held, torque = self._of_units(at, turning)
         momentum, jacobian = held, momentum_jacobian(cluster, at[..., :units])
-        strengths = cluster.rotor_momentum
         if points.shape[2] > units:
             wheels = self.platform.wheels
             momentum = held + wheel_momentum(wheels, at[..., units:])
             torque = torque + wheel_momentum(wheels, turning[..., units:])
-            columns = np.broadcast_to(self.actuators.wheel_columns, (*jacobian.shape[:-1], len(wheels.spin_inertia)))
-            jacobian = np.concatenate([jacobian, columns], axis=-1)
-            strengths = np.concatenate([strengths, self.actuators.wheel_scale])
         total, fastest = self._turning(release, momentum)
         shares = (
             np.abs(slopes[..., :units]) / limits.gimbal_rate,
@@ -159,7 +155,7 @@ class ActuatorSpace:
             np.abs(momentum) / limits.cluster_momentum,
             np.abs(torque) / limits.cluster_torque,
             self._envelope(held),
-            1.0 + limits.min_singularity_measure - singularity_measure(jacobian, strengths),
+            1.0 + limits.min_singularity_measure - dexterity(self.actuators, jacobian, cluster.rotor_momentum),
             fastest / limits.body_rate,
             self._motor(fastest, bends[..., :units]) / limits.gimbal_torque,
             *self._of_wheels(points[..., units:], slopes[..., units:], fastest * total + _longest(torque)),

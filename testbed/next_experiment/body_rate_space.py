@@ -96,9 +96,9 @@ class BodyRateSpace:
         yield Release(np.zeros(3), self.first)
         yield Release(np.array([0.0, 0.0, RELEASE_SPIN]), self.first)
         units = self.actuators.units
-        scale = np.concatenate([np.ones(units), self.platform.wheels.momentum_limit])
+        scale = self.actuators.move_scale
         _, jacobian = momentum_and_jacobian(self.actuators, self.first[:units], self.first[units:])
-        by_move = jacobian * scale / np.concatenate([np.ones(units), self.actuators.wheel_scale])
+        by_move = jacobian * scale / self.actuators.command_scale
         for axis in np.eye(3):
             turns = np.linalg.pinv(by_move) @ axis
             yield Release(np.zeros(3), self.first + scale * (BIAS * turns / np.abs(turns).max()))

@@ -26,7 +26,6 @@ def followed(actuators: Actuators, first: Units, momentum_B: Vectors3) -> UnitSe
         first: motion to start from, shape (M + W,).
         momentum_B: h at T instants, shape (..., T, 3), N·m·s, body axes.
     """
-    scale = np.concatenate([np.ones(actuators.units), actuators.wheel_scale])
     motion = np.broadcast_to(first, (*momentum_B.shape[:-2], len(first)))
     along = []
     for instant in range(momentum_B.shape[-2]):
@@ -34,7 +33,7 @@ def followed(actuators: Actuators, first: Units, momentum_B: Vectors3) -> UnitSe
             held_B, jacobian = momentum_and_jacobian(
                 actuators, motion[..., : actuators.units], motion[..., actuators.units :]
             )
-            motion = motion + scale * _least(jacobian, momentum_B[..., instant, :] - held_B)
+            motion = motion + actuators.command_scale * _least(jacobian, momentum_B[..., instant, :] - held_B)
         along.append(motion)
     return np.stack(along, axis=-2)
 

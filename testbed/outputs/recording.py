@@ -8,7 +8,6 @@ from math import inf
 import numpy as np
 
 from testbed.arrays import Series
-from testbed.cmg.actuators import envelope_share
 from testbed.cmg.singularity import sphere_directions
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.experiment.experiment import Estimation, Experiment
@@ -69,7 +68,7 @@ def _residuals(estimation: Estimation) -> Iterator[ShownResidual]:
 
 def _envelope_fraction(experiment: Experiment) -> Series:
     momentum_B, truth = experiment.flown.record.channels["true_cluster_momentum"], experiment.truth
-    return envelope_share(truth.cluster, truth.wheels, momentum_B, sphere_directions(_ENVELOPE_DIRECTIONS))
+    return truth.envelope_share(momentum_B, sphere_directions(_ENVELOPE_DIRECTIONS))
 
 
 def _events(experiment: Experiment) -> Iterator[ShownEvent]:
