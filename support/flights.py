@@ -10,7 +10,7 @@ import numpy as np
 from support.platforms import plant, restless_torque, shipped
 from testbed.arrays import Array, Series
 from testbed.plant.layout import layout_of
-from testbed.recording.content import RecordingContent, ShownEstimate, ShownEvent, ShownLimits, ShownResidual
+from testbed.recording.content import RecordingContent, ShownEstimate, ShownEvent, ShownResidual
 
 THETA = np.array([0.022, 0.022, 0.027, 0.0, 0.0, 0.0])
 STEPS_PER_SAMPLE = 10
@@ -71,15 +71,13 @@ def content(samples: int) -> RecordingContent:
     rng = np.random.default_rng(2)
     std = 1e-4 * np.array([1.3, 1.2, 1.6, 1.0, 1.0, 0.9])
     return RecordingContent(
-        limits=ShownLimits(
-            gimbal_rate=2.0,
-            gimbal_torque=0.015,
-            rotor_speed=520.0,
-            cluster_momentum=np.array([0.021, 0.021, 0.0254]),
-            cluster_torque=np.array([0.040, 0.040, 0.047]),
-            wheel_torque=np.inf,
-            wheel_speed=np.inf,
-        ),
+        limits={
+            "gimbal_rate": np.array([2.0, -2.0]),
+            "gimbal_torque": np.array([0.015, -0.015]),
+            "rotor_speed": np.array([520.0]),
+            "cluster_momentum": np.kron([1.0, -1.0], [0.021, 0.021, 0.0254]),
+            "cluster_torque": np.kron([1.0, -1.0], [0.040, 0.040, 0.047]),
+        },
         nominal_theta=THETA + 1e-4,
         true_theta=THETA,
         estimates=(

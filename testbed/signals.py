@@ -7,15 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterator
 from dataclasses import dataclass, replace
-from typing import Literal
+from functools import partial
+from typing import Literal, TypeAlias
 
 AXES = ("x", "y", "z")
-UNITS = ("1", "2", "3", "4", "5", "6")
-"""Names of the shipped platform's units, which documents list; a signal of another cluster is `sized`."""
-WHEELS = ("1", "2", "3", "4")
-"""Names of the reaction wheels of a usual array, which documents list."""
-MOTORS = ("1", "2", "3", "4")
-"""Numbers of the motors of a quadcopter, which documents list."""
 MOST_UNITS = 24
 """Of a cluster. The largest that has flown is of six; an optimiser's time grows with the square of the number."""
 QUATERNION = ("w", "x", "y", "z")
@@ -37,6 +32,45 @@ def unit_numbers(units: int) -> tuple[str, ...]:
     return tuple(str(number) for number in range(1, units + 1))
 
 
+Kind: TypeAlias = Literal["unit", "wheel", "motor"]
+"""Control moment gyro, reaction wheel, or motor with a propeller or jet."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class KindOfActuator:
+    """Actuators of one kind; a platform numbers those that it has from 1.
+
+    Attributes:
+        prefix: of a single one's name, as in `cmg3`: of components of effects, elements of models, lanes and lines.
+        called: what a sentence calls one of a number.
+        usual: numbers that documents list; a signal of another platform is `sized`.
+        plots: quantities of each that a recording plots.
+    """
+
+    prefix: str
+    called: str
+    usual: tuple[str, ...]
+    plots: tuple[str, ...] = ()
+
+
+KINDS: dict[Kind, KindOfActuator] = {
+    "unit": KindOfActuator(
+        prefix="cmg",
+        called="CMG",
+        usual=unit_numbers(6),
+        plots=("gimbal_angle", "gimbal_rate", "gimbal_torque", "rotor_speed"),
+    ),
+    "wheel": KindOfActuator(
+        prefix="wheel",
+        called="Wheel",
+        usual=unit_numbers(4),
+        plots=("wheel_speed", "wheel_torque"),
+    ),
+    "motor": KindOfActuator(prefix="motor", called="Motor", usual=unit_numbers(4)),
+}
+"""Every kind of actuator that signals are of."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Signal:
     """One signal of a run.
@@ -49,8 +83,10 @@ class Signal:
         label: what a plot calls it.
         telemetry: whether a flown platform can send it (the columns of docs/reference/records.md), or only a
             simulation knows it.
-        per: whether it has a component for each control moment gyro, for each reaction wheel, or for each motor with a
-            propeller or jet.
+        per: the kind of actuator for each of which it has a component; empty for none.
+        reached: of a flag, the limit that is reached while it is up; empty for what is none.
+        held: what an actuator then is, in a sentence.
+        of_momentum: whether it is a limit of momentum, which a motor does not push beyond.
     """
 
     name: str
@@ -60,6 +96,9 @@ class Signal:
     label: str
     telemetry: bool = False
     per: Literal["", "unit", "wheel", "motor"] = ""
+    reached: str = ""
+    held: str = ""
+    of_momentum: bool = False
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -87,16 +126,15 @@ def _signal(name: str, unit: str, components: tuple[str, ...], label: str, frame
     return Signal(name=name, unit=unit, frame=frame, components=components, label=label)
 
 
-def _per_unit(name: str, unit: str, label: str) -> Signal:
-    return Signal(name=name, unit=unit, components=UNITS, label=label, per="unit")
+def _of_each(kind: Kind, name: str, unit: str, label: str) -> Signal:
+    return Signal(name=name, unit=unit, components=KINDS[kind].usual, label=label, per=kind)
 
 
-def _per_wheel(name: str, unit: str, label: str) -> Signal:
-    return Signal(name=name, unit=unit, components=WHEELS, label=label, per="wheel")
+_per_unit, _per_wheel, _per_motor = partial(_of_each, "unit"), partial(_of_each, "wheel"), partial(_of_each, "motor")
 
 
-def _per_motor(name: str, unit: str, label: str) -> Signal:
-    return Signal(name=name, unit=unit, components=MOTORS, label=label, per="motor")
+def _flag(of: Signal, reached: str, held: str, *, of_momentum: bool = False) -> Signal:
+    return replace(of, reached=reached, held=held, of_momentum=of_momentum)
 
 
 _TELEMETRY = (
@@ -133,11 +171,31 @@ _SIMULATION = (
     _per_unit("reference_gimbal_angle", "rad", "gimbal angle, preferred"),
     _per_wheel("reference_wheel_speed", "rad/s", "wheel speed, preferred"),
     _signal("singularity_measure", "", (), "singularity measure, 1 at the best"),
-    _per_unit("gimbal_rate_saturated", "", "gimbal rate at its limit"),
-    _per_unit("gimbal_torque_saturated", "", "gimbal torque at its limit"),
-    _per_unit("rotor_momentum_clamped", "", "rotor momentum at its limit"),
-    _per_wheel("wheel_torque_saturated", "", "wheel torque at its limit"),
-    _per_wheel("wheel_momentum_clamped", "", "wheel momentum at its limit"),
+    _flag(
+        _per_unit("gimbal_rate_saturated", "", "gimbal rate at its limit"), "gimbal rate", "at the gimbal-rate limit"
+    ),
+    _flag(
+        _per_unit("gimbal_torque_saturated", "", "gimbal torque at its limit"),
+        "gimbal torque",
+        "at the gimbal-torque limit",
+    ),
+    _flag(
+        _per_unit("rotor_momentum_clamped", "", "rotor momentum at its limit"),
+        "rotor momentum",
+        "clamped at the rotor-momentum limit",
+        of_momentum=True,
+    ),
+    _flag(
+        _per_wheel("wheel_torque_saturated", "", "wheel torque at its limit"),
+        "wheel torque",
+        "at the wheel-torque limit",
+    ),
+    _flag(
+        _per_wheel("wheel_momentum_clamped", "", "wheel momentum at its limit"),
+        "wheel momentum",
+        "held at the wheel-momentum limit",
+        of_momentum=True,
+    ),
 )
 SIGNALS: dict[str, Signal] = {
     signal.name: signal
@@ -147,6 +205,21 @@ SIGNALS: dict[str, Signal] = {
     )
 }
 """Every signal by name: telemetry first, then what only a simulation knows."""
+
+
+TURNED_BY = ("gimbal_angle", "wheel_speed", "cluster_momentum", "applied_torque")
+"""Signals of which one says what turned the platform; the first that a record has counts."""
+FLAGS = tuple(signal for signal in SIGNALS.values() if signal.reached)
+"""Signals that say which limit an actuator is at."""
+LIMITS: dict[str, str] = {
+    "gimbal_rate": "gimbal rate",
+    "gimbal_torque": "gimbal motor torque",
+    "cluster_momentum": "cluster momentum",
+    "cluster_torque": "cluster torque",
+    "wheel_torque": "wheel motor torque",
+    "wheel_speed": "wheel speed",
+}
+"""Quantities that have a limit, by the name that a flight's summary gives them; `true_` before it is the signal."""
 
 
 def present_signals(columns: Container[str]) -> Iterator[Signal]:

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from testbed.arrays import Matrix3, Units, Vector3
+from testbed.arrays import Matrix3, Series, Units, Vector3, Vectors3
+from testbed.cmg.actuators import envelope_share, held_capacity
 from testbed.cmg.cluster import Cluster, platform_momentum
 from testbed.cmg.wheels import Wheels, no_wheels, turned_wheel_axes, wheel_momentum
 from testbed.dynamics.environment import Environment, Orbiting, Pivoted, local_axes, orbit_torque
@@ -66,6 +67,15 @@ class PlatformModel(Body):
     def units(self) -> int:
         """M, number of control moment gyros."""
         return len(self.cluster.rotor_momentum)
+
+    @property
+    def held_capacity(self) -> float:
+        """The sum of what all rotors hold and all wheels can hold, N·m·s."""
+        return held_capacity(self.cluster, self.wheels)
+
+    def envelope_share(self, momentum_B: Vectors3, directions_B: Vectors3) -> Series:
+        """Return the share of the momentum envelope that h uses; see `cmg.actuators.envelope_share`."""
+        return envelope_share(self.cluster, self.wheels, momentum_B, directions_B)
 
 
 def nominal_body(scenario: BodyScenario) -> Body:

@@ -27,11 +27,10 @@ from testbed.records.record import Record
 from testbed.records.selection import sampled, usable
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.scenario import Scenario
-from testbed.signals import AXES, SIGNALS
+from testbed.signals import AXES, SIGNALS, TURNED_BY
 
 _CLOCK_JITTER = 0.01
 """Of a control period, by which the times of samples may be off."""
-_ACTUATOR_CHANNELS = ("gimbal_angle", "wheel_speed", "cluster_momentum", "applied_torque")
 
 
 def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telemetry:
@@ -123,10 +122,10 @@ def _gyro_noise(record: Record, time: Series, body_rate: Vectors3) -> float | No
 
 
 def _actuator_channel(record: Record) -> str:
-    for name in _ACTUATOR_CHANNELS:
+    for name in TURNED_BY:
         if name in record.channels:
             return name
-    raise InputError(f"{record.details.name}: one of {', '.join(_ACTUATOR_CHANNELS)} is needed to estimate the inertia")
+    raise InputError(f"{record.details.name}: one of {', '.join(TURNED_BY)} is needed to estimate the inertia")
 
 
 _AGREES = 0.2

@@ -138,9 +138,8 @@ def identity_of(plan: CampaignPlan) -> dict[str, Any]:
 def maneuver_sha256(maneuver: Maneuver) -> str:
     """Return the SHA-256 of a maneuver's reference: knots and control points of its splines."""
     digest = hashlib.sha256(np.float64(maneuver.duration).tobytes())
-    for spline in (maneuver.body_rate, maneuver.gimbal_angle, maneuver.wheel_momentum):
-        if spline is not None:
-            digest.update(np.ascontiguousarray(spline.t).tobytes() + np.ascontiguousarray(spline.c).tobytes())
+    for spline in maneuver.splines:
+        digest.update(np.ascontiguousarray(spline.t).tobytes() + np.ascontiguousarray(spline.c).tobytes())
     return digest.hexdigest()
 
 

@@ -12,9 +12,9 @@ from functools import cached_property
 
 import numpy as np
 
-from testbed.arrays import Array, Axes, Series, UnitSeries, Vectors3
-from testbed.cmg.cluster import Cluster, spin_momentum_and_jacobian
-from testbed.cmg.singularity import envelope_fraction, envelope_radius
+from testbed.arrays import Array, Axes, Series, Units, UnitSeries, Vectors3
+from testbed.cmg.cluster import Cluster, cluster_momentum, spin_momentum_and_jacobian
+from testbed.cmg.singularity import envelope_fraction, envelope_radius, singularity_measure
 from testbed.cmg.wheels import Wheels, momentum_envelope, wheel_envelope_share, wheel_momentum
 
 
@@ -46,6 +46,16 @@ class Actuators:
     def wheel_scale(self) -> Array:
         """Torque of each wheel for a command of 1 rad/s, shape (W,), N·m·s/rad."""
         return np.asarray(self.wheels.torque_limit / self.gimbal_rate_limit)
+
+    @property
+    def command_scale(self) -> Array:
+        """What a command of 1 rad/s moves of each actuator in a second, shape (M + W,): rad, and N·m·s of wheels."""
+        return np.concatenate([np.ones(self.units), self.wheel_scale])
+
+    @property
+    def move_scale(self) -> Array:
+        """A move of each actuator of the order of its range, shape (M + W,): 1 rad, and a wheel's momentum limit."""
+        return np.concatenate([np.ones(self.units), self.wheels.momentum_limit])
 
     @cached_property
     def wheel_columns(self) -> Axes:
@@ -96,3 +106,36 @@ def momentum_and_jacobian(
         return momentum_B, jacobian
     columns = np.broadcast_to(actuators.wheel_columns, (*jacobian.shape[:-1], len(actuators.wheel_scale)))
     return momentum_B + wheel_momentum(actuators.wheels, wheel_momenta), np.concatenate([jacobian, columns], axis=-1)
+
+
+def momentum_of_actuators(actuators: Actuators, gimbal_angle: UnitSeries, wheel_momenta: UnitSeries) -> Vectors3:
+    """Return the spin momentum Σ Js Ω s(d) + Σ Jw Ω a along a reference motion, shape (N, 3), N·m·s, body axes.
+
+    Args:
+        actuators: gyros and wheels.
+        gimbal_angle: shape (N, M), rad.
+        wheel_momenta: Jw Ω, shape (N, W), N·m·s.
+    """
+    of_gyros_B = cluster_momentum(actuators.cluster, gimbal_angle, np.zeros_like(gimbal_angle))
+    return of_gyros_B + wheel_momentum(actuators.wheels, wheel_momenta) if len(actuators.wheel_scale) else of_gyros_B
+
+
+def dexterity(actuators: Actuators, jacobian: Array, rotor_momentum: Units) -> Series:
+    """Return the singularity measure of gyros and wheels together, each at the same share of its limit, shape (...,).
+
+    Args:
+        actuators: whose wheels these are.
+        jacobian: A(d) of the gyros, shape (..., 3, M), N·m·s/rad.
+        rotor_momentum: of the gyros, shape (M,), N·m·s.
+    """
+    strengths = rotor_momentum
+    if len(actuators.wheel_scale):
+        columns = np.broadcast_to(actuators.wheel_columns, (*jacobian.shape[:-1], len(actuators.wheel_scale)))
+        jacobian = np.concatenate([jacobian, columns], axis=-1)
+        strengths = np.concatenate([strengths, actuators.wheel_scale])
+    return singularity_measure(jacobian, strengths)
+
+
+def held_capacity(cluster: Cluster, wheels: Wheels) -> float:
+    """Return the sum of what all rotors hold and all wheels can hold, N·m·s."""
+    return float(np.abs(cluster.rotor_momentum).sum() + wheels.momentum_limit.sum())

@@ -13,10 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from testbed.arrays import Matrix3, Series, UnitSeries, Vector3, Vectors3
-from testbed.cmg.actuators import Actuators
-from testbed.cmg.cluster import cluster_momentum
-from testbed.cmg.wheels import wheel_momentum
+from testbed.arrays import Matrix3, Series, Vector3, Vectors3
 from testbed.rotation.kinematics import integrate_attitude
 from testbed.rotation.quaternion import quaternion_inverse, turned
 
@@ -66,18 +63,6 @@ def feedback_momentum_rate(tracker: Tracker, rate_error: Vectors3) -> Vectors3:
     """
     # vecmat, here and below: a matrix product of a whole batch would round a row by how many rows there are.
     return np.asarray(-tracker.gain * np.vecmat(rate_error, tracker.inertia))
-
-
-def momentum_of_actuators(actuators: Actuators, gimbal_angle: UnitSeries, wheel_momenta: UnitSeries) -> Vectors3:
-    """Return the spin momentum Σ Js Ω s(d) + Σ Jw Ω a along a reference motion, shape (N, 3), N·m·s, body axes.
-
-    Args:
-        actuators: gyros and wheels.
-        gimbal_angle: shape (N, M), rad.
-        wheel_momenta: Jw Ω, shape (N, W), N·m·s.
-    """
-    of_gyros_B = cluster_momentum(actuators.cluster, gimbal_angle, np.zeros_like(gimbal_angle))
-    return of_gyros_B + wheel_momentum(actuators.wheels, wheel_momenta) if len(actuators.wheel_scale) else of_gyros_B
 
 
 def momentum_of_rates(

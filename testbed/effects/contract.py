@@ -14,7 +14,7 @@ from testbed.plant.additions import Addition
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
 from testbed.scenario.scenario import Scenario
-from testbed.signals import MOST_UNITS
+from testbed.signals import KINDS, MOST_UNITS
 
 Channel: TypeAlias = Literal[
     "gimbal_angle",
@@ -33,12 +33,14 @@ Channel: TypeAlias = Literal[
 ]
 """What a record has to carry beside the body rate for an effect to be tested for."""
 
-UNITS = tuple(f"cmg{number}" for number in range(1, MOST_UNITS + 1))
+UNITS = tuple(f"{KINDS['unit'].prefix}{number}" for number in range(1, MOST_UNITS + 1))
 """Components of effects that sit in one CMG unit; of a platform with fewer, `components_in` has those that it has."""
 THRUSTERS = tuple(str(number) for number in range(1, MOST_UNITS + 1))
 """Components of effects that sit in one thruster or motor of many, by its number."""
-WHEELS = tuple(f"wheel{number}" for number in range(1, MOST_UNITS + 1))
+WHEELS = tuple(f"{KINDS['wheel'].prefix}{number}" for number in range(1, MOST_UNITS + 1))
 """Components of effects that sit in one reaction wheel, likewise."""
+NUMBERED = (UNITS, WHEELS, THRUSTERS)
+"""Components of each kind of actuator, as documents list them."""
 HOLDING_MOMENTUM: tuple[Channel, ...] = ("gimbal_angle", "wheel_speed", "cluster_momentum")
 """Channels of platforms that turn by momentum that they hold: there an effect of thrusters is no hypothesis at all."""
 AXES = ("x", "y", "z")

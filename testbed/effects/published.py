@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from itertools import groupby
 from pathlib import Path
 
-from testbed.effects.contract import THRUSTERS, UNITS, WHEELS, NamedEffect, Parameter
+from testbed.effects.contract import NUMBERED, NamedEffect, Parameter
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 
 MARK = "<!-- The rest is written by `python -m testbed.effects.published`. -->"
@@ -48,9 +48,8 @@ def _rows(effects: list[NamedEffect]) -> Iterator[str]:
 
 
 def _components(components: tuple[str, ...]) -> str:
-    numbered = (UNITS, WHEELS, THRUSTERS)
-    others = [component for component in components if not any(component in kind for kind in numbered)]
-    kinds = [f"{kind[0]}, {kind[1]}, ..." for kind in numbered if kind[0] in components]
+    others = [component for component in components if not any(component in kind for kind in NUMBERED)]
+    kinds = [f"{kind[0]}, {kind[1]}, ..." for kind in NUMBERED if kind[0] in components]
     return ", ".join([*others, *kinds])
 
 

@@ -155,14 +155,14 @@ def _flown(sortie: Sortie, outcome: Outcome, flight: Flight) -> FlownRun:
 
 def flight_limits(scenario: Scenario) -> FlightLimits:
     """Return the limits that a flight's use is measured against."""
-    return FlightLimits(
-        gimbal_rate=scenario.gyros.gimbal_rate_limit,
-        gimbal_torque=scenario.gyros.gimbal_torque_limit,
-        cluster_momentum=np.array(scenario.limits.cluster_momentum_N_m_s),
-        cluster_torque=np.array(scenario.limits.cluster_torque_N_m),
-        wheel_torque=each_wheel(scenario, "torque_limit_N_m"),
-        wheel_speed=each_wheel(scenario, "momentum_limit_N_m_s") / each_wheel(scenario, "spin_inertia_kg_m2"),
-    )
+    return {
+        "gimbal_rate": scenario.gyros.gimbal_rate_limit,
+        "gimbal_torque": scenario.gyros.gimbal_torque_limit,
+        "cluster_momentum": np.array(scenario.limits.cluster_momentum_N_m_s),
+        "cluster_torque": np.array(scenario.limits.cluster_torque_N_m),
+        "wheel_torque": each_wheel(scenario, "torque_limit_N_m"),
+        "wheel_speed": each_wheel(scenario, "momentum_limit_N_m_s") / each_wheel(scenario, "spin_inertia_kg_m2"),
+    }
 
 
 def _tilt_limit(scenario: Scenario) -> float | None:
@@ -173,9 +173,8 @@ def _tilt_limit(scenario: Scenario) -> float | None:
 
 
 def _summary(scenario: Scenario, truth: PlatformModel, record: Record, clock: Clock) -> FlightSummary:
-    total_rotor_momentum = float(np.abs(truth.cluster.rotor_momentum).sum() + truth.wheels.momentum_limit.sum())
     return summarize(
-        record.channels, clock.period, flight_limits(scenario), total_rotor_momentum, _outside_impulse(truth, record)
+        record.channels, clock.period, flight_limits(scenario), truth.held_capacity, _outside_impulse(truth, record)
     )
 
 

@@ -285,7 +285,7 @@ class PairAfter(Part):
     sigma_wanted: float
     """Distance at which they are distinguished in 95 of 100 cases, in standard deviations."""
     separable: bool
-    """Whether any flight of this cluster distinguishes them."""
+    """Whether any flight of this platform distinguishes them."""
 
 
 class NextFlight(Part):

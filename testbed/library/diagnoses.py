@@ -33,6 +33,7 @@ from testbed.diagnosis.state import Diagnosis, Verdict
 from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.effects.contract import Extension
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
+from testbed.errors import InputError
 from testbed.library.notebook import Shown
 from testbed.library.records import Records, stamps_of
 from testbed.library.saving import Saved
@@ -41,11 +42,10 @@ from testbed.next_experiment.proposal import Proposal, proposal_of
 from testbed.outputs.diagnosis_folder import extensions_of, write_diagnosis, write_recording_of
 from testbed.outputs.provenance import Provenance, provenance
 from testbed.recording.notebook import notebook_viewer
-from testbed.report.diagnosis.next import no_gimbals_words
+from testbed.report.diagnosis.next import no_design_words
 from testbed.report.diagnosis.page import diagnosis_page
 from testbed.report.diagnosis.verdict import diagnosis_verdict, disagreement_words
 from testbed.report.frame.blocks import Page
-from testbed.scenario.actuators import reaction_wheels
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.scenario import Scenario
 
@@ -410,9 +410,11 @@ def _next_flight(
     """Return what to fly next, and a notice where effects remain indistinguishable without it; Ctrl-C leaves it out."""
     if not state.complete:
         return None, ()
-    if not isinstance(scenario, Scenario) or not state.runs.driven_by_momentum or reaction_wheels(scenario.actuators):
-        return None, tuple(no_gimbals_words(state))
+    if not isinstance(scenario, Scenario) or not state.runs.driven_by_momentum:
+        return None, tuple(no_design_words(state))
     try:
         return proposal_of(state, scenario, progress), ()
     except KeyboardInterrupt:
         return None, ("no next flight: its design was interrupted",)
+    except InputError as error:  # a motion that leaves the finite numbers: the diagnosis stands
+        return None, (f"no next flight: {error}",)

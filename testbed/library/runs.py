@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from testbed.arrays import Theta
 from testbed.assembly.dispersion import dispersed
-from testbed.assembly.platform import each_wheel, nominal_platform
+from testbed.assembly.platform import nominal_platform
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.errors import InputError
 from testbed.estimation.estimate import Estimate
@@ -71,7 +71,7 @@ class Maneuver(Shown, Saved):
 
     def to_pandas(self) -> pd.DataFrame:
         """Return the reference at 100 samples a second: `time_s` and a column for each signal, SI."""
-        return maneuver_table(self.plan.maneuver, each_wheel(self.scenario, "spin_inertia_kg_m2")).to_pandas()
+        return maneuver_table(self.plan.maneuver, self.scenario).to_pandas()
 
     def write(self, folder: Path, command: str) -> tuple[str, ...]:
         """Write the files of a design, as in `Saved`; there are none where the scenario gives the maneuver."""

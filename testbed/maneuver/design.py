@@ -10,7 +10,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from testbed.arrays import Array, Matrix3, Theta, Units, Vector3
-from testbed.cmg.actuators import Actuators
+from testbed.cmg.actuators import Actuators, held_capacity
 from testbed.cmg.cluster import Cluster, platform_momentum
 from testbed.cmg.wheels import Wheels, no_wheels, wheel_momentum
 from testbed.maneuver.criteria import Criterion
@@ -87,7 +87,7 @@ class DesignProblem:
     @property
     def held_momentum(self) -> float:
         """The sum of what all rotors and wheels can hold, N·m·s."""
-        return float(np.abs(self.cluster.rotor_momentum).sum() + self.wheels.momentum_limit.sum())
+        return held_capacity(self.cluster, self.wheels)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -51,6 +51,11 @@ class Maneuver:
     gimbal_angle: BSpline | None = None
     wheel_momentum: BSpline | None = None
 
+    @property
+    def splines(self) -> tuple[BSpline, ...]:
+        """All that are given: of the body rate, then of the actuators' motions."""
+        return tuple(each for each in (self.body_rate, self.gimbal_angle, self.wheel_momentum) if each is not None)
+
     def reference(self, time: Series) -> Reference:
         """Sample the maneuver. Rates of change are zero outside [0, duration].
 

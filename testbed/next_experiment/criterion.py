@@ -13,7 +13,7 @@ from testbed.next_experiment.competing_hypotheses import HypothesisPairs, presen
 from testbed.next_experiment.distance import Contrast, contrast
 from testbed.next_experiment.flight import NextFlight
 from testbed.next_experiment.forecast import blank_runs, forecast, forecast_columns
-from testbed.next_experiment.limits import DesignLimits
+from testbed.next_experiment.space import FlightSpace
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -23,13 +23,13 @@ class DiscriminationCriterion:
     Attributes:
         hypotheses: competing models and their pairs.
         runs: the present ones.
-        design_limits: cluster and limits.
+        space: platform and limits.
         present: contrast of every pair in the present data.
     """
 
     hypotheses: HypothesisPairs
     runs: Runs
-    design_limits: DesignLimits
+    space: FlightSpace
     present: tuple[Contrast, ...]
 
     @property
@@ -49,7 +49,7 @@ class DiscriminationCriterion:
             flights: of one duration.
             times: that each is flown.
         """
-        blank, models = blank_runs(flights, self.runs, self.design_limits.cluster), self.hypotheses.models
+        blank, models = blank_runs(flights, self.runs, self.space.platform), self.hypotheses.models
         samples = [forecast(each.model, flights, blank) for each in models]
         columns = {
             index: forecast_columns(models[index].model, flights, blank)
@@ -78,8 +78,8 @@ class Choice:
     separable: Flags
 
 
-def criterion_of(hypotheses: HypothesisPairs, runs: Runs, design_limits: DesignLimits) -> DiscriminationCriterion:
+def criterion_of(hypotheses: HypothesisPairs, runs: Runs, space: FlightSpace) -> DiscriminationCriterion:
     """Return the criterion for flights."""
     models = hypotheses.models
     present = tuple(present_contrast(models[pair.truth], models[pair.imitator]) for pair in hypotheses.pairs)
-    return DiscriminationCriterion(hypotheses=hypotheses, runs=runs, design_limits=design_limits, present=present)
+    return DiscriminationCriterion(hypotheses=hypotheses, runs=runs, space=space, present=present)

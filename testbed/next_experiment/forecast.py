@@ -7,11 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from testbed.arrays import Array, Series, Units, UnitSeries
-from testbed.cmg.cluster import Cluster, cluster_momentum
+from testbed.arrays import Array, Series, Vectors3
+from testbed.assembly.platform import Body
+from testbed.cmg.cluster import cluster_momentum
+from testbed.cmg.wheels import wheel_momentum
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit
-from testbed.estimation.telemetry import CommandedGimbals, GimbalTelemetry, Telemetry
+from testbed.estimation.surroundings import integrated
+from testbed.estimation.telemetry import CommandedGimbals, GimbalTelemetry, Telemetry, WheelTelemetry
 from testbed.next_experiment.flight import NextFlight
 from testbed.prediction.grid import grid_of
 from testbed.prediction.hooks import Hooks
@@ -62,19 +65,21 @@ def _by_flight(blocks: Sequence[Array], runs: Runs) -> Array:
     return np.stack([np.pad(each, ((0, longest - len(each)), (0, 0))) for each in whole])
 
 
-def blank_runs(flights: Sequence[NextFlight], like: Runs, cluster: Cluster) -> Runs:
+def blank_runs(flights: Sequence[NextFlight], like: Runs, platform: Body) -> Runs:
     """Return runs with the telemetry that flights would send: the channels, rates and noise of the present ones.
 
     Args:
         flights: of one duration.
         like: the present runs.
-        cluster: the units.
+        platform: the nominal one.
     """
     known = like.grid.runs[0]
     gyro_time, actuator_time = (_clock(time, flights[0].duration) for time in (known.gyro_time, known.actuator_time))
-    telemetry = [_telemetry(flight, known, gyro_time, actuator_time, cluster) for flight in flights]
-    grid = replace(grid_of(telemetry, _STEP), follows_commands=like.grid.follows_commands)
-    kinds = int(has_torques(grid)) + int(grid.follows_commands)
+    telemetry = [_telemetry(flight, known, gyro_time, actuator_time, platform) for flight in flights]
+    grid = replace(
+        grid_of(telemetry, _STEP), follows_commands=like.grid.follows_commands, wheel_noise=like.grid.wheel_noise
+    )
+    kinds = int(has_torques(grid)) + int(grid.follows_commands) + int(grid.wheel_noise is not None)
     return Runs(
         names=tuple(f"flight {number}" for number in range(len(flights))),
         grid=grid,
@@ -89,26 +94,56 @@ def _clock(time: Series, duration: float) -> Series:
 
 
 def _telemetry(
-    flight: NextFlight, known: Telemetry, gyro_time: Series, actuator_time: Series, cluster: Cluster
+    flight: NextFlight, known: Telemetry, gyro_time: Series, actuator_time: Series, platform: Body
 ) -> Telemetry:
-    angle, rate = flight.gimbal_angle(actuator_time), flight.gimbal_angle(actuator_time, nu=1)
+    body_rate = np.tile(flight.body_rate, (len(gyro_time), 1))
+    gimbals, wheels, around = known.gimbals, known.wheels, known.surroundings
+    start = None if around is None else integrated(gyro_time, body_rate, flight.attitude)
     return replace(
         known,
         gyro_time=gyro_time,
-        body_rate=np.tile(flight.body_rate, (len(gyro_time), 1)),
+        body_rate=body_rate,
         gyro_error=None,
         actuator_time=actuator_time,
-        gimbals=None if known.gimbals is None else _gimbals(known.gimbals, angle, rate, cluster.rotor_momentum),
-        cluster_momentum=None if known.cluster_momentum is None else cluster_momentum(cluster, angle, rate),
-        applied_torque=None if known.applied_torque is None else np.zeros((len(angle), 3)),
+        gimbals=None if gimbals is None else _gimbals(gimbals, flight, actuator_time),
+        wheels=None if wheels is None else _wheels(wheels, flight, actuator_time),
+        cluster_momentum=None if known.cluster_momentum is None else _reported(flight, actuator_time, platform),
+        applied_torque=None if known.applied_torque is None else np.zeros((len(actuator_time), 3)),
+        surroundings=None if around is None or start is None else replace(around, attitude=start),
     )
 
 
-def _gimbals(known: GimbalTelemetry, angle: UnitSeries, rate: UnitSeries, rotor_momentum: Units) -> GimbalTelemetry:
+def _reported(flight: NextFlight, time: Series, platform: Body) -> Vectors3:
+    """Return what all actuators hold, shape (K, 3), N·m·s, body axes."""
+    of_wheels_B = wheel_momentum(platform.wheels, flight.wheel_momentum(time))
+    if platform.cluster is None:
+        return of_wheels_B
+    return cluster_momentum(platform.cluster, flight.gimbal_angle(time), flight.gimbal_angle(time, 1)) + of_wheels_B
+
+
+def _gimbals(known: GimbalTelemetry, flight: NextFlight, time: Series) -> GimbalTelemetry:
+    angle, rate = flight.gimbal_angle(time), flight.gimbal_angle(time, 1)
     likewise = replace(
         known,
         angle=angle,
-        rotor_momentum=None if known.rotor_momentum is None else np.tile(rotor_momentum, (len(angle), 1)),
+        rotor_momentum=None if known.rotor_momentum is None else np.tile(known.cluster.rotor_momentum, (len(angle), 1)),
         torque=None if known.torque is None else np.zeros_like(angle),
     )
     return replace(likewise, rate_command=rate) if isinstance(likewise, CommandedGimbals) else likewise
+
+
+def _wheels(known: WheelTelemetry, flight: NextFlight, time: Series) -> WheelTelemetry:
+    """Return what the wheels send on their path; their motors make up for the friction that is known.
+
+    What turning along with the body takes is left out, the share of a wheel's inertia in that of the body, 1e-3.
+    """
+    momentum, torque = flight.wheel_momentum(time), flight.wheel_momentum(time, 1)
+    if known.motors is not None:
+        speed = momentum / known.wheels.spin_inertia
+        torque = torque + known.motors.viscous_friction * speed + known.motors.coulomb_friction * np.sign(speed)
+    return replace(
+        known,
+        momentum=momentum,
+        torque=None if known.torque is None else torque,
+        torque_command=None if known.torque_command is None else torque,
+    )

@@ -10,11 +10,14 @@ import numpy as np
 from testbed.arrays import Array, Flags
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.state import Diagnosis
+from testbed.dynamics.environment import Pivoted
+from testbed.next_experiment.actuator_space import actuator_space
+from testbed.next_experiment.body_rate_space import body_rate_space
 from testbed.next_experiment.competing_hypotheses import hypothesis_pairs_of
 from testbed.next_experiment.criterion import Choice, DiscriminationCriterion, criterion_of
 from testbed.next_experiment.flight import NextFlight
-from testbed.next_experiment.limits import design_limits_of
 from testbed.next_experiment.search import chosen_flight
+from testbed.next_experiment.space import FlightSpace
 from testbed.scenario.scenario import Scenario
 
 MOST_FLIGHTS = 5
@@ -31,7 +34,7 @@ class Separation:
         now: their distance in the present data, sigma.
         after: with the proposed flight flown once and added, sigma.
         wanted: at which they are distinguished in 95 of 100 cases, sigma.
-        separable: whether any flight of this cluster brings them apart.
+        separable: whether any flight of this platform brings them apart.
     """
 
     keys: tuple[str, str]
@@ -64,14 +67,14 @@ def proposal_of(
     """Return what to fly next; None where nothing is ambiguous.
 
     Args:
-        diagnosis: complete, of records of gimbals or of what they add up to.
+        diagnosis: complete, of records of gimbals, wheels or of what they add up to.
         scenario: the nominal one; its duration and its limits hold for the next flight.
         progress: called with what is being done.
     """
     hypotheses = hypothesis_pairs_of(diagnosis)
     if hypotheses is None:
         return None
-    criterion = criterion_of(hypotheses, diagnosis.runs, design_limits_of(scenario, nominal_platform(scenario)))
+    criterion = criterion_of(hypotheses, diagnosis.runs, flight_space(scenario))
     choice = chosen_flight(criterion, progress)
     if choice is None or not choice.separable.any():
         after = criterion.now if choice is None else choice.distances
@@ -80,6 +83,14 @@ def proposal_of(
     times, enough = _times(criterion, choice)
     separations = _separations(criterion, choice.distances, choice.separable)
     return Proposal(flight=choice.flight, times=times, enough=enough, separations=separations)
+
+
+def flight_space(scenario: Scenario) -> FlightSpace:
+    """Return the flights of a platform: on a pivot of the body rate, elsewhere of gimbals and wheels."""
+    nominal = nominal_platform(scenario)
+    if isinstance(nominal.environment, Pivoted):
+        return body_rate_space(scenario, nominal)
+    return actuator_space(scenario, nominal)
 
 
 def _times(criterion: DiscriminationCriterion, choice: Choice) -> tuple[int, bool]:

@@ -5,7 +5,7 @@ Each round is a linear program: the smallest margin of all pairs as large as it 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,19 +13,16 @@ import scipy
 
 from testbed.arrays import Array
 from testbed.next_experiment.criterion import Choice, DiscriminationCriterion
-from testbed.next_experiment.flight import NextFlight
-from testbed.next_experiment.limits import limit_shares
-from testbed.next_experiment.sampling import control_points
 
 _ROUNDS = 4
 """Linear programs at most. With six and eight the proposal for case 11 of 14 of seed 90817 is the same; all five
 situations of docs/separation.md were resolved with four."""
 _RADIUS = (0.3, 0.02)
-"""rad: first and smallest trust region of the control points: a fifth of the farthest that paths are drawn, and four
-halvings of that."""
+"""rad, or shares of what wheels and body rates may reach: first and smallest trust region of the control points. A
+fifth of the farthest that gimbals' paths are drawn, and four halvings of that."""
 _NUDGE = 1e-4
-"""rad, for the differences that stand in for derivatives; they then have four correct digits, of which a trust region
-needs two."""
+"""rad or shares, for the differences that stand in for derivatives; they then have four correct digits, of which a
+trust region needs two."""
 _WORTH = 1.05
 """Gain of the smallest margin below which another round is not worth its time."""
 _KEPT = 0.99
@@ -75,10 +72,11 @@ def refined(criterion: DiscriminationCriterion, choice: Choice, progress: Callab
 
 
 def _linearised(criterion: DiscriminationCriterion, choice: Choice) -> _Linearised:
-    steps = _NUDGE * np.eye(_moves(choice.flight).size)
-    moved = [_moved(choice.flight, step) for step in steps]
+    size = criterion.space.moves(choice.flight).size
+    points = _stepped_points(criterion, choice, _NUDGE * np.eye(size))
+    moved = criterion.space.flights(choice.flight.release, points)
     margins = _margins(criterion, choice.distances, choice)
-    shares = _shares(criterion, [choice.flight, *moved])
+    shares = _shares(criterion, choice, np.concatenate([choice.flight.control_points[None], points]))
     return _Linearised(
         margins=margins,
         margin_slopes=(_margins(criterion, criterion.distances(moved), choice) - margins).T / _NUDGE,
@@ -89,7 +87,7 @@ def _linearised(criterion: DiscriminationCriterion, choice: Choice) -> _Linearis
 
 def _stepped(criterion: DiscriminationCriterion, choice: Choice, model: _Linearised, radius: float) -> Choice | None:
     """Return the flight after the best linear step within a radius; None where it is no better or breaks a limit."""
-    working = np.tile(criterion.design_limits.cluster.rotor_momentum != 0.0, len(_moves(choice.flight)))
+    working = np.tile(criterion.space.free, len(criterion.space.moves(choice.flight)))
     solved = scipy.optimize.linprog(
         np.append(np.zeros(len(working)), -1.0),  # the last unknown is the smallest margin
         A_ub=np.block(
@@ -103,9 +101,10 @@ def _stepped(criterion: DiscriminationCriterion, choice: Choice, model: _Lineari
     )
     if solved.x is None:
         return None
-    flight = _moved(choice.flight, solved.x[:-1])
-    if _shares(criterion, [flight]).max() > 1.0:
+    points = _stepped_points(criterion, choice, solved.x[None, :-1])
+    if _shares(criterion, choice, points).max() > 1.0:
         return None
+    (flight,) = criterion.space.flights(choice.flight.release, points)
     trial = replace(choice, flight=flight, distances=criterion.distances([flight])[0])
     return trial if _smallest(criterion, trial) > _smallest(criterion, choice) else None
 
@@ -119,17 +118,11 @@ def _margins(criterion: DiscriminationCriterion, distances: Array, choice: Choic
     return np.asarray((distances / criterion.wanted)[..., choice.separable])
 
 
-def _shares(criterion: DiscriminationCriterion, flights: Sequence[NextFlight]) -> Array:
-    points = np.stack([flight.control_points for flight in flights])
-    return limit_shares(criterion.design_limits, np.stack([flight.body_rate for flight in flights]), points)
+def _shares(criterion: DiscriminationCriterion, choice: Choice, points: Array) -> Array:
+    return criterion.space.shares(choice.flight.release, points)
 
 
-def _moves(flight: NextFlight) -> Array:
-    """Return the free control points less the first angles, shape (n - 3, 6), rad."""
-    return np.asarray(flight.control_points[2:-1] - flight.initial_gimbal_angle)
-
-
-def _moved(flight: NextFlight, step: Array) -> NextFlight:
-    moves = _moves(flight)
-    points = control_points(flight.initial_gimbal_angle, moves + step.reshape(moves.shape))
-    return replace(flight, control_points=points)
+def _stepped_points(criterion: DiscriminationCriterion, choice: Choice, steps: Array) -> Array:
+    """Return the control points after steps of all moves, shape (F, n, K), of steps of shape (F, m K)."""
+    moves = criterion.space.moves(choice.flight)
+    return criterion.space.points(choice.flight.release, moves + steps.reshape(-1, *moves.shape))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import tomli_w
@@ -47,20 +48,39 @@ def write_next(scenario: Scenario, flight: NextFlight, purpose: str, folder: Pat
 def _flown(keys: Keys, flight: NextFlight) -> Keys:
     """Return the keys with the flight's start and maneuver; what each flight of a campaign draws anew is left out."""
     keys.pop("dispersion", None)
-    keys.setdefault("initial", {}).update(
-        body_rate_rad_s=_rounded(flight.body_rate), gimbal_angle_rad=_rounded(flight.initial_gimbal_angle)
-    )
+    start = {
+        "body_rate_rad_s": flight.body_rate,
+        "gimbal_angle_rad": flight.initial_gimbal_angle,
+        "wheel_momentum_N_m_s": flight.initial_wheel_momentum,
+    }
+    keys.setdefault("initial", {}).update({key: _rounded(values) for key, values in start.items() if len(values)})
     keys["maneuver"] = {
         "kind": "control_points",
-        "parametrization": "gimbal",
+        "parametrization": flight.path,
         "duration_s": flight.duration,
-        "gimbal_angle_rad": [_rounded(point) for point in flight.control_points],
+        **{key: [_rounded(point) for point in points] for key, points in _rows(flight) if points.shape[1]},
     }
-    steering = keys["controller"]["steering"]
-    steering["preferred_gimbal_angle_rad"] = "maneuver"
-    steering["null_motion_gain_1_s"] = steering.get("null_motion_gain_1_s") or _NULL_MOTION
+    controller = keys["controller"]
+    steering, along = controller["steering"], flight.path != "body_rate"
+    if along and flight.units:
+        steering["preferred_gimbal_angle_rad"] = "maneuver"
+        steering["null_motion_gain_1_s"] = steering.get("null_motion_gain_1_s") or _NULL_MOTION
+    elif not along:  # the actuators follow without null motion, as the flight has it
+        steering.pop("preferred_gimbal_angle_rad", None)
+        steering["null_motion_gain_1_s"] = 0.0
+    if len(flight.initial_wheel_momentum):
+        controller.setdefault("wheels", {})["null_motion"] = "maneuver" if along else "none"
     keys["estimation"]["initial_momentum"] = "estimated"
     return keys
+
+
+def _rows(flight: NextFlight) -> Iterator[tuple[str, Array]]:
+    """Yield the keys of the control points, and these."""
+    if flight.path == "body_rate":
+        yield "body_rate_rad_s", flight.control_points
+        return
+    yield "gimbal_angle_rad", flight.control_points[:, : flight.units]
+    yield "wheel_momentum_N_m_s", flight.control_points[:, flight.units :]
 
 
 def _rounded(values: Array) -> list[float]:

@@ -32,7 +32,7 @@ def chosen_flight(
         progress: called with what is being done.
     """
     progress("flights that distinguish the effects")
-    flights = sampled_flights(criterion.design_limits)
+    flights = sampled_flights(criterion.space)
     if not flights:
         return None
     distances = criterion.distances(flights)

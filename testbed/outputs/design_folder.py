@@ -9,7 +9,6 @@ import pyarrow as pa
 from pyarrow import csv
 from scipy.interpolate import BSpline
 
-from testbed.arrays import Units
 from testbed.assembly.platform import each_wheel
 from testbed.experiment.result import SCHEMA, design_of, starts_of_design
 from testbed.files import TextFile, write_json
@@ -46,7 +45,7 @@ def write_design(folder: Path, file: TextFile, origin: Provenance, scenario: Sce
     write_json(folder / "design.json", content)
     write_json(folder / "provenance.json", origin.content)
     (folder / "maneuver.toml").write_text(maneuver_section(design), encoding="utf-8")
-    csv.write_csv(maneuver_table(design.maneuver, each_wheel(scenario, "spin_inertia_kg_m2")), folder / "maneuver.csv")
+    csv.write_csv(maneuver_table(design.maneuver, scenario), folder / "maneuver.csv")
 
 
 def maneuver_section(design: Design) -> str:
@@ -66,12 +65,12 @@ def _rows(spline: BSpline) -> str:
     return ",\n".join(f"  {row}" for row in np.asarray(spline.c).tolist())
 
 
-def maneuver_table(maneuver: Maneuver, wheel_inertia: Units) -> pa.Table:
+def maneuver_table(maneuver: Maneuver, scenario: Scenario) -> pa.Table:
     """Return a maneuver's reference, a column for each signal, 100 rows a second.
 
     Args:
         maneuver: to sample.
-        wheel_inertia: of the wheels about their axes, by which momenta are speeds, shape (W,), kg·m².
+        scenario: whose it is: the wheels' momenta are written as speeds.
     """
     time = np.linspace(0.0, maneuver.duration, round(maneuver.duration * _SAMPLES_PER_SECOND) + 1)
     reference = maneuver.reference(time)
@@ -80,6 +79,6 @@ def maneuver_table(maneuver: Maneuver, wheel_inertia: Units) -> pa.Table:
         units = reference.gimbal_angle.shape[1]
         columns |= dict(zip(SIGNALS["gimbal_angle"].sized(units).columns, reference.gimbal_angle.T, strict=True))
     if reference.wheel_momentum is not None:
-        speed = reference.wheel_momentum / wheel_inertia
+        speed = reference.wheel_momentum / each_wheel(scenario, "spin_inertia_kg_m2")
         columns |= dict(zip(SIGNALS["wheel_speed"].sized(speed.shape[1]).columns, speed.T, strict=True))
     return pa.table(columns)

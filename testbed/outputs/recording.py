@@ -8,7 +8,6 @@ from math import inf
 import numpy as np
 
 from testbed.arrays import Series
-from testbed.cmg.actuators import envelope_share
 from testbed.cmg.singularity import sphere_directions
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.experiment.experiment import Estimation, Experiment
@@ -20,6 +19,7 @@ from testbed.recording.content import (
     ShownLimits,
     ShownResidual,
 )
+from testbed.signals import KINDS
 
 _ENVELOPE_DIRECTIONS = 400
 """Directions in which the momentum envelope is looked at; its support is then met to 0.2 %."""
@@ -44,17 +44,14 @@ def recording_content(experiment: Experiment, provenance: Mapping[str, str]) -> 
 
 
 def _limits(experiment: Experiment) -> ShownLimits:
-    limits = flight_limits(experiment.scenario)
-    momentum = experiment.scenario.gyros.rotor_momentum_limit
-    return ShownLimits(
-        gimbal_rate=limits.gimbal_rate,
-        gimbal_torque=limits.gimbal_torque,
-        rotor_speed=float((momentum / experiment.truth.cluster.rotor_spin_inertia).min(initial=inf)),
-        cluster_momentum=limits.cluster_momentum,
-        cluster_torque=limits.cluster_torque,
-        wheel_torque=float(limits.wheel_torque.min(initial=inf)),
-        wheel_speed=float(limits.wheel_speed.min(initial=inf)),
-    )
+    """Return the limits of each kind of actuator, of the weakest one, then those about the body axes."""
+    limits, both = flight_limits(experiment.scenario), np.array([1.0, -1.0])
+    rotors = experiment.scenario.gyros.rotor_momentum_limit / experiment.truth.cluster.rotor_spin_inertia
+    levels = {name: np.min(limit, initial=inf) * both for name, limit in limits.items()}
+    levels["rotor_speed"] = np.array([np.min(rotors, initial=inf)])
+    of_kinds = {name: levels[name] for kind in KINDS.values() for name in kind.plots if name in levels}
+    about_axes = {name: np.kron(both, limits[name]) for name in ("cluster_momentum", "cluster_torque")}
+    return of_kinds | about_axes
 
 
 def _estimates(estimation: Estimation) -> Iterator[ShownEstimate]:
@@ -71,7 +68,7 @@ def _residuals(estimation: Estimation) -> Iterator[ShownResidual]:
 
 def _envelope_fraction(experiment: Experiment) -> Series:
     momentum_B, truth = experiment.flown.record.channels["true_cluster_momentum"], experiment.truth
-    return envelope_share(truth.cluster, truth.wheels, momentum_B, sphere_directions(_ENVELOPE_DIRECTIONS))
+    return truth.envelope_share(momentum_B, sphere_directions(_ENVELOPE_DIRECTIONS))
 
 
 def _events(experiment: Experiment) -> Iterator[ShownEvent]:

@@ -10,20 +10,26 @@ from testbed.recording.axes import LINKED, SharedTime, value_axis
 from testbed.recording.chart import BOUNDS
 from testbed.recording.stream import TIMELINE
 from testbed.recording.traces import Trace
+from testbed.signals import KINDS, SIGNALS
 
 BACKGROUND = (18, 21, 28)
+
+
+def _title(name: str) -> str:
+    """Return the title of a plot of actuators; all that is not an angle has a limit."""
+    signal = SIGNALS.get(name) or SIGNALS[f"true_{name}"]
+    quantity = signal.label.partition(", ")[0]
+    limited = "" if signal.unit == "rad" else " and its limit"
+    return f"{quantity[0].upper()}{quantity[1:]}{limited} [{signal.unit}]"
+
+
 TITLES = {
     "body_rate": "Body rate, B [rad/s]",
     "tracking_error": "Tracking error: true - reference, B [rad/s]",
     "cluster_momentum": "Cluster momentum h, B, and its limits [N·m·s]",
     "envelope_fraction": "Share of the momentum envelope in use",
     "cluster_torque": "Cluster torque -dh/dt, B, and its limits [N·m]",
-    "gimbal_angle": "Gimbal angle [rad]",
-    "gimbal_rate": "Gimbal rate and its limit [rad/s]",
-    "gimbal_torque": "Gimbal motor torque and its limit [N·m]",
-    "rotor_speed": "Rotor speed and its limit [rad/s]",
-    "wheel_speed": "Wheel speed and its limit [rad/s]",
-    "wheel_torque": "Wheel motor torque and its limit [N·m]",
+    **{name: _title(name) for kind in KINDS.values() for name in kind.plots},
     "singularity_measure": "Singularity measure, 1 at the best",
     "applied_torque": "Applied torque, B [N·m]",
 }
@@ -73,7 +79,8 @@ def _actuators(traces: Sequence[Trace], others: Collection[str]) -> rrb.Horizont
     """Return three plots in a column at most: lower ones would have no room for the numbers of their axes."""
     left = _plots(traces, ("gimbal_angle", "gimbal_rate", "gimbal_torque"))
     middle = _plots(traces, ("rotor_speed", "cluster_torque", "envelope_fraction"))
-    right: list[rrb.View] = _plots(traces, ("wheel_speed", "wheel_torque", "singularity_measure"))
+    others_too = [name for kind, each in KINDS.items() if kind != "unit" for name in each.plots]
+    right: list[rrb.View] = _plots(traces, (*others_too, "singularity_measure"))
     if "saturation" in others:
         right.append(
             rrb.StateTimelineView(origin="/saturation", name="Limit that each actuator is at", time_view=LINKED)

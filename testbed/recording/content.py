@@ -4,31 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
-from testbed.arrays import Series, Theta, Vector3, Vectors3
+from testbed.arrays import Array, Series, Theta, Vectors3
 
-
-@dataclass(frozen=True, kw_only=True)
-class ShownLimits:
-    """Limits that are drawn beside the signals that they bound; each holds in both directions.
-
-    Attributes:
-        gimbal_rate: rad/s.
-        gimbal_torque: N·m.
-        rotor_speed: at which a rotor reaches its momentum limit, rad/s.
-        cluster_momentum: per body axis, shape (3,), N·m·s.
-        cluster_torque: per body axis, shape (3,), N·m.
-        wheel_torque: of the weakest wheel, N·m.
-        wheel_speed: at which the first wheel reaches its momentum limit, rad/s.
-    """
-
-    gimbal_rate: float
-    gimbal_torque: float
-    rotor_speed: float
-    cluster_momentum: Vector3
-    cluster_torque: Vector3
-    wheel_torque: float
-    wheel_speed: float
+ShownLimits: TypeAlias = Mapping[str, Array]
+"""Levels that are drawn in plots, by the plots' names: upper and lower limit, one, or those of all body axes, first the
+upper ones; in the plots' units."""
 
 
 @dataclass(frozen=True, kw_only=True)

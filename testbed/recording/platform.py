@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from string import ascii_lowercase, digits
 
 import numpy as np
 import rerun as rr
@@ -15,6 +16,7 @@ from testbed.recording.shapes import log_shapes, xyzw
 from testbed.recording.stream import send
 from testbed.rotation.quaternion import exponential, quaternion_product, turned
 from testbed.scene import SceneBody, Shape, shade_of
+from testbed.signals import KINDS
 
 ROOT = "platform"
 """Entity of the bus; gimbals and rotors hang below it as they do in the MJCF."""
@@ -100,7 +102,7 @@ def _in_its_color(shape: Shape) -> Shape:
 
 
 def _unit_index(body: SceneBody) -> int:
-    return int(body.name.partition("_")[0].removeprefix("cmg").removeprefix("wheel")) - 1
+    return int(body.name.partition("_")[0].lstrip(ascii_lowercase)) - 1
 
 
 def log_pose(
@@ -143,7 +145,8 @@ def body_pose(body: SceneBody, channels: Mapping[str, Array]) -> tuple[Vectors3,
 
 def _hinge_angle(body: SceneBody, channels: Mapping[str, Array]) -> Series | None:
     """Return the angle of `cmg3_gimbal` from the third column of `true_gimbal_angle`; None where it is not known."""
-    moving = "wheel" if body.name.startswith("wheel") else body.name.partition("_")[2]
+    owner, _, part = body.name.partition("_")
+    moving = part if owner.startswith(KINDS["unit"].prefix) else owner.rstrip(digits)
     angle = channels.get(f"true_{moving}_angle")
     return None if angle is None else angle[:, _unit_index(body)]
 

@@ -1,4 +1,4 @@
-"""Which limit each CMG unit and wheel is at, as lanes of states over time."""
+"""Which limit each actuator is at, as lanes of states over time."""
 
 from __future__ import annotations
 
@@ -10,38 +10,28 @@ import rerun as rr
 from testbed.arrays import Array, Flags, Series
 from testbed.recording.palette import FREE_COLOR, SATURATED_COLORS
 from testbed.recording.stream import send
-from testbed.signals import SIGNALS
+from testbed.signals import FLAGS, KINDS
 
 ROOT = "saturation"
 FREE = "free"
-STATES: Mapping[str, str] = {
-    "gimbal_rate_saturated": "gimbal rate",
-    "gimbal_torque_saturated": "gimbal torque",
-    "rotor_momentum_clamped": "rotor momentum",
-    "wheel_torque_saturated": "wheel torque",
-    "wheel_momentum_clamped": "wheel momentum",
-}
+STATES: Mapping[str, str] = {flag.name: flag.reached for flag in FLAGS}
 """What a lane says while a flag is up; the last named wins where several are."""
-_LANES = {"unit": "cmg", "wheel": "wheel"}
-"""Names of lanes, by what a flag has an entry for each of."""
 
 
 def log_saturation(stream: rr.RecordingStream, time: Series, channels: Mapping[str, Array]) -> None:
-    """Write one lane per unit, a row wherever its state changes.
+    """Write one lane per actuator, a row wherever its state changes.
 
     Args:
         stream: the recording.
         time: shape (N,), s.
-        channels: of the flight, flags of shape (N, M) and (N, W); without them there are no lanes.
+        channels: of the flight, flags of shape (N, M) or (N, W); without them there are no lanes.
     """
-    for kind, lane in _LANES.items():
+    for name, kind in KINDS.items():
         flags = {
-            state: channels[name] > 0.5
-            for name, state in STATES.items()
-            if name in channels and SIGNALS[name].per == kind
+            flag.reached: channels[flag.name] > 0.5 for flag in FLAGS if flag.name in channels and flag.per == name
         }
         if flags:
-            _log_lanes(stream, time, flags, f"{ROOT}/{lane}")
+            _log_lanes(stream, time, flags, f"{ROOT}/{kind.prefix}")
 
 
 def _log_lanes(stream: rr.RecordingStream, time: Series, flags: Mapping[str, Flags], name: str) -> None:

@@ -12,21 +12,24 @@ from testbed.arrays import Array, Series
 from testbed.palette import Color
 from testbed.recording.content import RecordingContent, ShownLimits, ShownResidual
 from testbed.recording.palette import AXIS_COLORS, LIMIT_COLOR, colors_of, pale
-from testbed.signals import AXES, SIGNALS, Signal
+from testbed.signals import AXES, KINDS, SIGNALS, Signal
 
 Channels: TypeAlias = Mapping[str, Array]
 Style: TypeAlias = Literal["line", "wide", "points", "dots", "reference", "limit"]
+
+
+def _of_actuators(name: str) -> Iterator[tuple[str, ...]]:
+    """Yield the signals of a plot of actuators: true or else measured or commanded, and the reference."""
+    yield f"true_{name}", name if name in SIGNALS else f"{name}_command"
+    if f"reference_{name}" in SIGNALS:
+        yield (f"reference_{name}",)
+
 
 PLOTS: Mapping[str, tuple[tuple[str, ...], ...]] = {
     "body_rate": (("true_body_rate",), ("reference_body_rate",), ("body_rate",)),
     "cluster_momentum": (("true_cluster_momentum", "cluster_momentum"),),
     "cluster_torque": (("true_cluster_torque",),),
-    "gimbal_angle": (("true_gimbal_angle", "gimbal_angle"), ("reference_gimbal_angle",)),
-    "gimbal_rate": (("true_gimbal_rate", "gimbal_rate_command"),),
-    "gimbal_torque": (("true_gimbal_torque", "gimbal_torque"),),
-    "rotor_speed": (("true_rotor_speed", "rotor_speed"),),
-    "wheel_speed": (("true_wheel_speed", "wheel_speed"), ("reference_wheel_speed",)),
-    "wheel_torque": (("true_wheel_torque", "wheel_torque"),),
+    **{name: tuple(_of_actuators(name)) for kind in KINDS.values() for name in kind.plots},
     "singularity_measure": (("singularity_measure",),),
     "applied_torque": (("applied_torque",),),
 }
@@ -100,9 +103,8 @@ def _line_names(signal: Signal, style: Style) -> tuple[str, ...]:
     head, _, qualifier = signal.label.partition(", ")
     if style != "line":
         return (qualifier,) * signal.width
-    if signal.per_unit:
-        kind = "wheel" if signal.per == "wheel" else "cmg"
-        return tuple(f"{kind}{unit}" for unit in signal.components)
+    if signal.per:
+        return tuple(f"{KINDS[signal.per].prefix}{unit}" for unit in signal.components)
     return signal.components or (head,)
 
 
@@ -138,15 +140,10 @@ def _envelope_fraction(time: Series, content: RecordingContent) -> Iterator[Trac
 
 
 def _limits(time: Series, limits: ShownLimits) -> Iterator[Trace]:
-    both, colors = np.array([1.0, -1.0]), (LIMIT_COLOR, LIMIT_COLOR)
     axis_colors = tuple(map(pale, AXIS_COLORS * 2))
-    yield _limit("gimbal_rate", time, limits.gimbal_rate * both, colors)
-    yield _limit("gimbal_torque", time, limits.gimbal_torque * both, colors)
-    yield _limit("rotor_speed", time, np.array([limits.rotor_speed]), colors[:1])
-    yield _limit("wheel_speed", time, limits.wheel_speed * both, colors)
-    yield _limit("wheel_torque", time, limits.wheel_torque * both, colors)
-    yield _limit("cluster_momentum", time, np.kron(both, limits.cluster_momentum), axis_colors)
-    yield _limit("cluster_torque", time, np.kron(both, limits.cluster_torque), axis_colors)
+    for plot, levels in limits.items():
+        by_axis = len(levels) == len(axis_colors)
+        yield _limit(plot, time, levels, axis_colors if by_axis else (LIMIT_COLOR,) * len(levels))
 
 
 def _limit(plot: str, time: Series, levels: Array, colors: tuple[Color, ...]) -> Trace:

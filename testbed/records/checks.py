@@ -14,7 +14,7 @@ import numpy as np
 from testbed.arrays import Array, Flags, Series
 from testbed.errors import InputError
 from testbed.records.foreign_units import foreign_column_problem, si_column
-from testbed.signals import SIGNALS, Signal, present_signals
+from testbed.signals import KINDS, SIGNALS, TURNED_BY, Signal, present_signals
 
 MINIMUM_SAMPLES = 10
 """Gyro samples that a run needs: with 3 equations each, three times as many as its 9 unknowns (6 inertia, 3 rates)."""
@@ -29,8 +29,7 @@ LARGEST_ACTUATION = 1e9
 LONGEST_RUN = 2e4
 """s; a prediction takes 64 points a second, and a longer run would fill the memory."""
 
-_MOMENTUM_SOURCES = ("gimbal_angle", "wheel_speed", "cluster_momentum", "applied_torque")
-_ACTUATION = (*_MOMENTUM_SOURCES, "rotor_speed")
+_ACTUATION = (*TURNED_BY, "rotor_speed")
 _LISTED = 10
 
 
@@ -120,9 +119,9 @@ def _half_present(signal: Signal, present: set[str]) -> str | None:
 
 
 def _uneven(present: set[str]) -> Iterator[str]:
-    """Find channels of the units, or of the wheels, that differ in how many of them they have."""
+    """Find channels of actuators of one kind that differ in how many of them they have."""
     sent = [signal for signal in present_signals(present) if signal.telemetry]
-    for kind in ("unit", "wheel"):
+    for kind in KINDS:
         widths = {signal.name: signal.width for signal in sent if signal.per == kind}
         if len(set(widths.values())) > 1:
             said = ", ".join(f"{name} {width}" for name, width in widths.items())
@@ -132,8 +131,8 @@ def _uneven(present: set[str]) -> Iterator[str]:
 def _missing_channels(present: set[str]) -> Iterator[str]:
     if present.isdisjoint(SIGNALS["body_rate"].columns):
         yield f"channel body_rate is missing: add {', '.join(SIGNALS['body_rate'].columns)}"
-    if all(present.isdisjoint(SIGNALS[name].columns) for name in _MOMENTUM_SOURCES):
-        yield f"no channel says what turned the platform: add one of {', '.join(_MOMENTUM_SOURCES)}"
+    if all(present.isdisjoint(SIGNALS[name].columns) for name in TURNED_BY):
+        yield f"no channel says what turned the platform: add one of {', '.join(TURNED_BY)}"
 
 
 def _time_problems(time: Series) -> Iterator[str]:

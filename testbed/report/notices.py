@@ -12,9 +12,8 @@ from testbed.experiment.flying import FlownRun
 from testbed.report.doubts import estimation_doubts, neglected_words, offset_words, torque_words
 from testbed.report.frame.blocks import Notice
 from testbed.report.sections.inertias import Inertias
-from testbed.report.sections.limits_table import LIMIT_NAMES
 from testbed.report.wording import capitalized, estimator_name, figures, listed
-from testbed.signals import SIGNALS
+from testbed.signals import FLAGS, KINDS, LIMITS
 
 NEAR_SINGULARITY = 0.05
 """Singularity measure below which steering is poor; 1 at the best."""
@@ -23,17 +22,6 @@ LARGE_DRIFT = 1e-6
 LARGE_ERROR = 4.0
 """Standard deviations; noise exceeds it in one estimate of 16,000."""
 
-_FLAGS = {
-    "gimbal_rate_saturated": "at the gimbal-rate limit",
-    "gimbal_torque_saturated": "at the gimbal-torque limit",
-    "rotor_momentum_clamped": "clamped at the rotor-momentum limit",
-    "wheel_torque_saturated": "at the wheel-torque limit",
-    "wheel_momentum_clamped": "held at the wheel-momentum limit",
-}
-
-
-_KINDS = {"unit": "CMG", "wheel": "Wheel"}
-
 
 def flight_notices(flown: FlownRun) -> Iterator[Notice]:
     """Yield what a flight did wrong: divergence, saturation, limits exceeded, singularity, drift of momentum."""
@@ -41,7 +29,7 @@ def flight_notices(flown: FlownRun) -> Iterator[Notice]:
         yield Notice(tone="bad", text=capitalized(flown.divergence))
     yield from _saturation(flown)
     summary = flown.summary
-    beyond = [LIMIT_NAMES[name] for name, share in summary.limit_use.items() if share > 1.0]
+    beyond = [LIMITS[name] for name, share in summary.limit_use.items() if share > 1.0]
     if beyond:
         yield _warning(f"Beyond its limit: {listed(beyond)}; the table of limits says by how much.")
     if summary.min_singularity_measure is not None and summary.min_singularity_measure < NEAR_SINGULARITY:
@@ -84,14 +72,14 @@ def _errors(inertias: Inertias) -> Iterator[Notice]:
 
 
 def _saturation(flown: FlownRun) -> Iterator[Notice]:
-    for flag, where in _FLAGS.items():
-        if flag not in flown.record.channels:
+    for flag in FLAGS:
+        if flag.name not in flown.record.channels or not flag.per:
             continue
-        raised = flown.record.channels[flag] > 0.5
+        raised = flown.record.channels[flag.name] > 0.5
         if raised.any():
             units = listed(str(index + 1) for index in np.flatnonzero(raised.any(axis=0)))
             seconds = figures(raised.any(axis=1).sum() * flown.period)
-            yield _warning(f"{_KINDS[SIGNALS[flag].per]} {units}: {seconds} s {where}.")
+            yield _warning(f"{KINDS[flag.per].called} {units}: {seconds} s {flag.held}.")
 
 
 def _warning(text: str) -> Notice:

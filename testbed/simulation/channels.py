@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.arrays import Array, Flags, Series, UnitSeries, Vectors3
-from testbed.cmg.actuators import Actuators
+from testbed.arrays import Array, Flags, UnitSeries, Vectors3
+from testbed.cmg.actuators import dexterity
 from testbed.cmg.cluster import Cluster, cluster_momentum, momentum_jacobian
-from testbed.cmg.singularity import singularity_measure
 from testbed.cmg.wheels import Wheels, wheel_momentum
 from testbed.plant.geometry import total_momentum
 from testbed.plant.layout import Layout, layout_of
@@ -108,18 +107,8 @@ def _true_momentum(
         "true_cluster_torque": torque_B,
     }
     if len(cluster.rotor_momentum):
-        known["singularity_measure"] = _measure(jacobian, cluster, flight.controller.actuators)[:, None]
+        known["singularity_measure"] = dexterity(flight.controller.actuators, jacobian, cluster.rotor_momentum)[:, None]
     return known
-
-
-def _measure(jacobian: Array, cluster: Cluster, actuators: Actuators) -> Series:
-    """Return the singularity measure of gyros and wheels together, each at the same share of its limit."""
-    strengths = cluster.rotor_momentum
-    if len(actuators.wheel_scale):
-        columns = np.broadcast_to(actuators.wheel_columns, (len(jacobian), *actuators.wheel_columns.shape))
-        jacobian = np.concatenate([jacobian, columns], axis=-1)
-        strengths = np.concatenate([strengths, actuators.wheel_scale])
-    return singularity_measure(jacobian, strengths)
 
 
 def _rate(cluster: Cluster, jacobian: Array, rate: UnitSeries, period: float) -> Vectors3:

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from testbed.arrays import Array, Series, Units, UnitSeries, Vector3, Vectors3
+from testbed.cmg.actuators import momentum_of_actuators
 from testbed.control.controller import Controller, Target
-from testbed.control.tracker import momentum_of_actuators, momentum_of_rates
+from testbed.control.tracker import momentum_of_rates
 from testbed.errors import InputError
 from testbed.maneuver.maneuver import Maneuver, Reference
 from testbed.sensors.gyro_response import Gyro

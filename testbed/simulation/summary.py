@@ -4,32 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
-from testbed.arrays import Array, Units, Vector3, Vectors3
+from testbed.arrays import Array, Vector3, Vectors3
 from testbed.rotation.quaternion import tilts
+from testbed.signals import FLAGS, LIMITS
 
-
-@dataclass(frozen=True, kw_only=True)
-class FlightLimits:
-    """What the largest fractions of a flight refer to.
-
-    Attributes:
-        gimbal_rate: rad/s.
-        gimbal_torque: N·m.
-        cluster_momentum: per body axis, shape (3,), N·m·s.
-        cluster_torque: per body axis, shape (3,), N·m.
-        wheel_torque: of each reaction wheel, shape (W,), N·m.
-        wheel_speed: at which each wheel is at its momentum limit, shape (W,), rad/s.
-    """
-
-    gimbal_rate: float
-    gimbal_torque: float
-    cluster_momentum: Vector3
-    cluster_torque: Vector3
-    wheel_torque: Units
-    wheel_speed: Units
+FlightLimits: TypeAlias = Mapping[str, float | Array]
+"""What the largest fractions of a flight refer to, by the names of `signals.LIMITS`, in the signals' units.
+A number for all of a kind, one for each, or one per body axis."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,8 +25,8 @@ class FlightSummary:
         tracking_rms: of true rate minus reference, shape (3,), rad/s.
         tracking_max: largest magnitude of it, shape (3,), rad/s.
         limit_use: largest fraction of each limit, by the limit's name.
-        saturated: time in which any gimbal, or the torque of any wheel, was at a limit, s.
-        rotor_clamped: time in which any rotor or wheel was at its momentum limit, s.
+        saturated: time in which any actuator was at a limit of its rate or torque, s.
+        rotor_clamped: time in which any was at its momentum limit, s.
         min_singularity_measure: smallest on the way; 1 at the best, 0 where a torque direction is lost; None without
             control moment gyros.
         momentum_drift: max |H_N(t) - H_N(0)|, without what the environment's torque changed, over the sum of the
@@ -84,19 +69,12 @@ def summarize(
         tracking_rms=np.sqrt((error**2).mean(axis=0)),
         tracking_max=np.abs(error).max(axis=0),
         limit_use=_limit_use(channels, limits),
-        saturated=_flagged_time(channels, _AT_LIMIT, period),
-        rotor_clamped=_flagged_time(channels, ("rotor_momentum_clamped", "wheel_momentum_clamped"), period),
+        saturated=_flagged_time(channels, period, of_momentum=False),
+        rotor_clamped=_flagged_time(channels, period, of_momentum=True),
         min_singularity_measure=_least_measure(channels),
         momentum_drift=_momentum_drift(momentum_N, total_rotor_momentum),
         largest_tilt=float(tilts(channels["true_attitude"]).max()),
     )
-
-
-_LIMITED = ("gimbal_rate", "gimbal_torque", "cluster_momentum", "cluster_torque", "wheel_torque", "wheel_speed")
-"""Quantities that have a limit, of those that a platform has."""
-
-
-_AT_LIMIT = ("gimbal_rate_saturated", "gimbal_torque_saturated", "wheel_torque_saturated")
 
 
 def _least_measure(channels: Mapping[str, Array]) -> float | None:
@@ -105,16 +83,13 @@ def _least_measure(channels: Mapping[str, Array]) -> float | None:
 
 
 def _limit_use(channels: Mapping[str, Array], limits: FlightLimits) -> dict[str, float]:
-    used = {
-        name: np.abs(channels[f"true_{name}"]) / getattr(limits, name)
-        for name in _LIMITED
-        if f"true_{name}" in channels
-    }
+    used = {name: np.abs(channels[f"true_{name}"]) / limits[name] for name in LIMITS if f"true_{name}" in channels}
     return {name: float(fraction.max()) for name, fraction in used.items()}
 
 
-def _flagged_time(channels: Mapping[str, Array], names: tuple[str, ...], period: float) -> float:
-    flags = np.concatenate([channels[name] for name in names if name in channels], axis=1)
+def _flagged_time(channels: Mapping[str, Array], period: float, *, of_momentum: bool) -> float:
+    names = [flag.name for flag in FLAGS if flag.of_momentum == of_momentum and flag.name in channels]
+    flags = np.concatenate([channels[name] for name in names], axis=1)
     return float(flags.any(axis=1).sum() * period)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from support.platforms import initial, plant, shipped
-from testbed.cmg.actuators import Actuators
+from testbed.cmg.actuators import Actuators, momentum_of_actuators
 from testbed.cmg.cluster import cluster_momentum, inertia_change, momentum_jacobian
 from testbed.cmg.steering import MoorePenrose
 from testbed.cmg.wheels import no_wheels
@@ -17,7 +17,6 @@ from testbed.control.tracker import (
     Tracker,
     feedback_gain,
     feedback_momentum_rate,
-    momentum_of_actuators,
     momentum_of_rates,
 )
 from testbed.control.wheels import WheelDrive

@@ -20,6 +20,7 @@ from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import theta_of
 from testbed.effects import registered
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
+from testbed.errors import InputError
 from testbed.experiment.flying import fly_maneuver
 from testbed.experiment.planning import plan_maneuver
 from testbed.records.record import Record
@@ -136,7 +137,15 @@ def test_records_without_torques_test_for_none_of_their_effects():
     }
 
 
-def test_of_wheels_no_next_flight_is_designed(monkeypatch):
-    """What would be designed is a path of gimbals, which there are none of."""
-    monkeypatch.setattr(testbed.library.diagnoses, "proposal_of", lambda *_: pytest.fail("one is designed"))
+def test_a_next_flight_that_cannot_be_designed_leaves_the_diagnosis_as_it_is(monkeypatch):
+    def refused(*_):
+        raise InputError("the motion leaves the finite numbers")
+
+    monkeypatch.setattr(testbed.library.diagnoses, "proposal_of", refused)
+    proposal, said = testbed.library.diagnoses._next_flight(scenario(), late(), lambda _: None)
+    assert proposal is None
+    assert said == ("no next flight: the motion leaves the finite numbers",)
+
+
+def test_wheels_of_which_nothing_is_ambiguous_need_no_next_flight():
     assert testbed.library.diagnoses._next_flight(scenario(), late(), lambda _: None) == (None, ())

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from testbed.diagnosis.findings import INERTIA
 from testbed.diagnosis.state import Diagnosis
+from testbed.next_experiment.flight import Path
 from testbed.next_experiment.proposal import Proposal, Separation
 from testbed.report.frame.blocks import Cell, Column, Paragraph, Section, Table
 from testbed.report.wording import figures, listed
 
+_MOVED: Mapping[Path, str] = {
+    "gimbal": "its gimbals",
+    "actuator": "its actuators",
+    "body_rate": "its body rate",
+}
 _TIMES = ("not at all", "once", "twice", "three times", "four times", "five times")
 
 
@@ -25,15 +31,15 @@ def distance_words(separation: Separation) -> str:
     """Return the distance of two models now, and after a flight."""
     now, after = figures(separation.now, 2), figures(separation.after, 2)
     if not separation.separable:
-        return f"{now} sigma apart, and no flight of this cluster brings them beyond {after}: they stay one class"
+        return f"{now} sigma apart, and no flight of this platform brings them beyond {after}: they stay one class"
     return f"{now} sigma apart now, {after} after one flight"
 
 
 def flight_words(proposal: Proposal) -> str:
     """Return how to fly next, in a sentence or two."""
     if proposal.flight is None:
-        return "No flight within this cluster's limits distinguishes them."
-    path = "its gimbals on the path that the scenario holds"
+        return "No flight within this platform's limits distinguishes them."
+    path = f"{_MOVED[proposal.flight.path]} on the path that the scenario holds"
     often = f"Fly it {_TIMES[proposal.times]} and add the records to the data."
     short = "" if proposal.enough else " Even then they may look alike: a stronger effect or a better gyro would tell."
     return f"Release the platform {proposal.flight.released_as}, {path}. {often}{short}"
@@ -45,13 +51,13 @@ def purpose_words(proposal: Proposal) -> str:
     return f"Distinguishes what the records so far do not: {'; '.join(pairs)}."
 
 
-def no_gimbals_words(diagnosis: Diagnosis) -> Iterator[str]:
-    """Yield why there is no next flight where gimbals are not what steers, and which experiment would help."""
+def no_design_words(diagnosis: Diagnosis) -> Iterator[str]:
+    """Yield why there is no next flight where applied torques are what turns, and which experiment would help."""
     experiments = dict.fromkeys(each.effect.confirm for each in diagnosis.added if each.look_alikes)
     if experiments:
         yield (
-            "no next flight: what is designed is a path of gimbals alone, and this platform has more than those. "
-            f"To distinguish the effects: {' '.join(experiments)}"
+            "no next flight: what is designed is a motion of gimbals and wheels, and this platform is turned by "
+            f"applied torques. To distinguish the effects: {' '.join(experiments)}"
         )
 
 

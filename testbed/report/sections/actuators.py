@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from testbed.arrays import Vector3
+from testbed.arrays import Array
 from testbed.experiment.experiment import Experiment
 from testbed.experiment.flying import flight_limits
 from testbed.report.frame.blocks import Figure, Section
@@ -22,8 +22,8 @@ def actuators_section(experiment: Experiment) -> Section:
     limits = flight_limits(experiment.scenario)
     figures = (
         *(_gimbal_figures(experiment) if experiment.truth.units else ()),
-        _signal_figure(experiment, "true_cluster_momentum", _axis_levels(limits.cluster_momentum)),
-        _signal_figure(experiment, "true_cluster_torque", _axis_levels(limits.cluster_torque)),
+        _signal_figure(experiment, "true_cluster_momentum", _axis_levels(limits["cluster_momentum"])),
+        _signal_figure(experiment, "true_cluster_torque", _axis_levels(limits["cluster_torque"])),
         *(_rotor_figures(experiment) if experiment.truth.units else ()),
         *(_wheel_figures(experiment) if len(experiment.truth.wheels.spin_inertia) else ()),
     )
@@ -32,7 +32,7 @@ def actuators_section(experiment: Experiment) -> Section:
 
 def _gimbal_figures(experiment: Experiment) -> Iterator[Figure]:
     limits = flight_limits(experiment.scenario)
-    rate, torque = _both_ways(limits.gimbal_rate), _both_ways(limits.gimbal_torque)
+    rate, torque = _both_ways(limits["gimbal_rate"]), _both_ways(limits["gimbal_torque"])
     yield _signal_figure(experiment, "true_gimbal_rate", rate, flag="gimbal_rate_saturated")
     yield _signal_figure(experiment, "true_gimbal_torque", torque, flag="gimbal_torque_saturated")
 
@@ -44,7 +44,7 @@ def _rotor_figures(experiment: Experiment) -> Iterator[Figure]:
 
 def _wheel_figures(experiment: Experiment) -> Iterator[Figure]:
     limits = flight_limits(experiment.scenario)
-    speed, torque = _both_ways(*sorted(set(limits.wheel_speed))), _both_ways(*sorted(set(limits.wheel_torque)))
+    speed, torque = _both_ways(limits["wheel_speed"]), _both_ways(limits["wheel_torque"])
     yield _signal_figure(experiment, "true_wheel_speed", speed, flag="wheel_momentum_clamped")
     yield _signal_figure(experiment, "true_wheel_torque", torque, flag="wheel_torque_saturated")
 
@@ -87,11 +87,14 @@ def _shading_note(shaded: tuple[Span, ...]) -> str:
     return "Shaded: a unit is at this limit." if shaded else ""
 
 
-def _both_ways(*limits: float) -> tuple[Level, ...]:
-    return tuple(Level(name="limit", values=(limit, -limit)) for limit in limits)
+def _both_ways(limits: float | Array) -> tuple[Level, ...]:
+    """Return a level for each limit that some actuators share."""
+    each = sorted(set(np.atleast_1d(limits).tolist()))
+    return tuple(Level(name="limit", values=(limit, -limit)) for limit in each)
 
 
-def _axis_levels(limit: Vector3) -> tuple[Level, ...]:
+def _axis_levels(limits: float | Array) -> tuple[Level, ...]:
     """Return one level for all axes that share a limit."""
+    limit = np.atleast_1d(limits)
     sharing = {float(value): [axis for axis, own in zip(AXES, limit, strict=True) if own == value] for value in limit}
     return tuple(Level(name=f"limit {', '.join(axes)}", values=(value, -value)) for value, axes in sharing.items())

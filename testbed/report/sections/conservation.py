@@ -24,7 +24,7 @@ def conservation_section(record: Record, summary: FlightSummary, truth: Platform
         truth: the platform that flew, for the momentum of its rotors.
     """
     momentum_N = record.channels["true_total_momentum"]
-    scale = float(np.abs(truth.cluster.rotor_momentum).sum() + truth.wheels.momentum_limit.sum())
+    scale = truth.held_capacity
     drift = np.asarray(momentum_N - momentum_N[0]) / scale
     said, title = _words(truth)
     text = Paragraph(

@@ -7,34 +7,16 @@ import numpy as np
 from testbed.arrays import Array
 from testbed.report.frame.blocks import Cell, Column, Table, Tone
 from testbed.report.wording import capitalized, figures
+from testbed.signals import LIMITS, SIGNALS
 from testbed.simulation.summary import FlightLimits, FlightSummary
-
-LIMIT_NAMES = {
-    "gimbal_rate": "gimbal rate",
-    "gimbal_torque": "gimbal motor torque",
-    "cluster_momentum": "cluster momentum",
-    "cluster_torque": "cluster torque",
-    "wheel_torque": "wheel motor torque",
-    "wheel_speed": "wheel speed",
-}
-"""Limits by the name that a flight's summary gives them."""
-
-_UNITS = {
-    "gimbal_rate": "rad/s",
-    "gimbal_torque": "N·m",
-    "cluster_momentum": "N·m·s",
-    "cluster_torque": "N·m",
-    "wheel_torque": "N·m",
-    "wheel_speed": "rad/s",
-}
 
 
 def limits_table(summary: FlightSummary, limits: FlightLimits) -> Table:
     """Return the table of limits and the largest share of each that the flight used."""
     rows = tuple(
         (
-            Cell(text=capitalized(LIMIT_NAMES[name])),
-            Cell(text=f"{_allowed(getattr(limits, name))} {_UNITS[name]}"),
+            Cell(text=capitalized(LIMITS[name])),
+            Cell(text=f"{_allowed(limits[name])} {SIGNALS[f'true_{name}'].unit}"),
             Cell(text=f"{100.0 * share:.1f}", tone=_tone(share)),
         )
         for name, share in summary.limit_use.items()

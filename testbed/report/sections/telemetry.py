@@ -11,18 +11,9 @@ from testbed.report.frame.series import Style, signal_lines
 from testbed.report.wording import capitalized
 from testbed.signals import SIGNALS
 
-_SHOWN = (
-    "body_rate",
-    "gimbal_angle",
-    "cluster_momentum",
-    "applied_torque",
-    "gimbal_rate_command",
-    "gimbal_torque",
-    "rotor_speed",
-    "wheel_speed",
-    "wheel_torque_command",
-    "wheel_torque",
-)
+_LEFT_OUT = ("motor_thrust", "attitude", "acceleration")
+"""Channels of which `applied_torque` and `body_rate` say the same."""
+_SHOWN = tuple(signal.name for signal in SIGNALS.values() if signal.telemetry and signal.name not in _LEFT_OUT)
 
 
 def telemetry_figures(record: Record) -> tuple[Figure, ...]:
