@@ -183,33 +183,45 @@ class Law:
             state: of its memory, shape (..., `states`).
             constants: values of the named ones.
         """
-        if self.memory in ("lag", "hysteresis"):
-            return np.asarray(state[..., 0])
-        product = self.product(at, constants)
-        return np.asarray(product - state[..., 1]) if self.memory == "delay" else product
+        return value_of(self.memory, self.product(at, constants), state)
 
     def first_state(self, at: Moment, constants: Mapping[str, Array]) -> Array:
-        """Return the state with which a run begins, shape (..., `states`): settled, and of a hysteresis none."""
-        product = self.product(at, constants)
-        states = {"": [], "lag": [product], "delay": [product, 0.0 * product], "hysteresis": [0.0 * product]}
-        every = states[self.memory]
-        return np.stack(every, axis=-1) if every else np.zeros((*np.shape(product), 0))
+        """Return the state with which a run begins, shape (..., `states`)."""
+        return first_state_of(self.memory, self.product(at, constants))
 
     def state_rate(self, at: Moment, state: Array, constants: Mapping[str, Array]) -> Array:
-        """Return the rate of change of the state, shape (..., `states`).
-
-        A lag is of first order, a delay its second-order Padé approximation, and a hysteresis the solid friction of
-        Dahl: ż = (x - |x| z)/c comes to the sign of x while the integral of x grows by a few c.
-
-        Source: Dahl, "Solid friction damping of mechanical vibrations", AIAA Journal (1976).
-        """
+        """Return the rate of change of the state, shape (..., `states`)."""
         if self.memory_constant is None:
             return np.zeros_like(state)
-        product, constant = self.product(at, constants), number(self.memory_constant, constants)
-        if self.memory == "lag":
-            return np.asarray(((product - state[..., 0]) / constant)[..., None])
-        if self.memory == "hysteresis":
-            size = product * np.sign(product.real)
-            return np.asarray(((product - size * state[..., 0]) / constant)[..., None])
-        late, rate = state[..., 0], state[..., 1]
-        return np.stack([rate / constant, (12.0 * (product - late) - 6.0 * rate) / constant], axis=-1)
+        return rate_of(self.memory, self.product(at, constants), state, number(self.memory_constant, constants))
+
+
+def value_of(memory: Memory, product: Array, state: Array) -> Array:
+    """Return what a memory makes of a product, shape (...), in a state of shape (..., states)."""
+    if memory in ("lag", "hysteresis"):
+        return np.asarray(state[..., 0])
+    return np.asarray(product - state[..., 1]) if memory == "delay" else product
+
+
+def first_state_of(memory: Memory, product: Array) -> Array:
+    """Return the state of a memory with which a run begins: settled, and of a hysteresis none."""
+    states = {"": [], "lag": [product], "delay": [product, 0.0 * product], "hysteresis": [0.0 * product]}
+    every = states[memory]
+    return np.stack(every, axis=-1) if every else np.zeros((*np.shape(product), 0))
+
+
+def rate_of(memory: Memory, product: Array, state: Array, constant: Array) -> Array:
+    """Return the rate of change of the state of a memory.
+
+    A lag is of first order, a delay its second-order Padé approximation, and a hysteresis the solid friction of Dahl:
+    ż = (x - |x| z)/c comes to the sign of x while the integral of x grows by a few c.
+
+    Source: Dahl, "Solid friction damping of mechanical vibrations", AIAA Journal (1976).
+    """
+    if memory == "lag":
+        return np.asarray(((product - state[..., 0]) / constant)[..., None])
+    if memory == "hysteresis":
+        size = product * np.sign(product.real)
+        return np.asarray(((product - size * state[..., 0]) / constant)[..., None])
+    late, rate = state[..., 0], state[..., 1]
+    return np.stack([rate / constant, (12.0 * (product - late) - 6.0 * rate) / constant], axis=-1)

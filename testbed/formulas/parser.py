@@ -21,7 +21,7 @@ from testbed.formulas.motion import GIMBALS, QUANTITIES, RATES, TIME
 MEMORIES = ("lag", "delay", "hysteresis")
 FUNCTIONS = ("abs", "norm", "sin", "cos", "pulse")
 CONSTANTS = ("f", "tau", "late", "stretch", "at", "width")
-"""Names of constants that are estimated: frequency, lag, delay, stretch of a hysteresis, a pulse's instant and width."""
+"""Constants that are estimated: frequency, lag, delay, stretch of a hysteresis, instant and width of a pulse."""
 _TOKEN = re.compile(r"\s*(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?|[A-Za-z]\w*|\*\*|[-+*/^(),|])")
 _LONGEST = 200
 """Characters of a formula; the longest of three factors with a memory has 80."""

@@ -19,12 +19,21 @@ def formula_hooks(pattern: Pattern) -> Hooks:
     return _AlongMotion(pattern) if pattern.follows_motion or pattern.states else _AlongTime(pattern)
 
 
-@final
-class _AlongTime(Hooks):
-    """A torque that time and the gimbals alone decide: it is known along the grid, as that of actuators is."""
+class _OfFormula(Hooks):
+    """What both kinds share."""
 
     def __init__(self, pattern: Pattern) -> None:
         self._pattern = pattern
+
+    @override
+    def cluster_momentum(self, momentum_B: Array, value: Array, grid: Grid) -> Array:
+        """The momentum as it is, complex where the parameters are: the integration carries steps of complex states."""
+        return momentum_B.astype(np.result_type(momentum_B, value), copy=False)
+
+
+@final
+class _AlongTime(_OfFormula):
+    """A torque that time and the gimbals alone decide: it is known along the grid, as that of actuators is."""
 
     @override
     def applied_torque(self, torque_B: Array, value: Array, grid: Grid) -> Array:
@@ -40,11 +49,11 @@ class _AlongTime(Hooks):
 
 
 @final
-class _AlongMotion(Hooks):
+class _AlongMotion(_OfFormula):
     """A torque that the motion decides, or that has a memory."""
 
     def __init__(self, pattern: Pattern) -> None:
-        self._pattern = pattern
+        super().__init__(pattern)
         self._grid: Grid | None = None
         self.states = pattern.states
         self.needs_attitude = pattern.reads_attitude
