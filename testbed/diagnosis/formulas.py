@@ -18,9 +18,9 @@ from scipy.special import logsumexp
 from testbed.arrays import Array
 from testbed.diagnosis.candidates import Candidate, Screening, SizePrior, accepted
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.latent import torque_response
+from testbed.diagnosis.latent import evidence_of_any, torque_response
 from testbed.diagnosis.model import Fit, Hypothesis, orthonormal, projected_out
-from testbed.diagnosis.search import Search, screened, with_effect, with_model
+from testbed.diagnosis.search import Search, log_odds_of_all, screened, with_effect, with_model
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis
 from testbed.effects.body_torque import BodyTorque
@@ -28,7 +28,7 @@ from testbed.effects.formula import Formula
 from testbed.formulas.grammar import MEMORIES, SCANNED, Class, patterns, shares
 from testbed.formulas.law import Law, Memory, first_state_of, rate_of, value_of
 from testbed.formulas.motion import Moment
-from testbed.formulas.pattern import Pattern
+from testbed.formulas.pattern import Pattern, contains
 from testbed.formulas.torque import Frame
 from testbed.prediction.grid import unit_count
 from testbed.prediction.integration import node_rates
@@ -91,8 +91,9 @@ def with_formulas(
     Returns:
         The same diagnosis where no formula stands.
     """
+    bare = with_model(replace(state, steps=(), explained=0.0), state.baseline) if state.steps else state
     while search.has_room(state) and state.left_over:
-        chosen = _best_addition(state, search)
+        chosen = _best_addition(state, bare, search)
         if chosen is None:
             break
         before, candidate, screening = chosen
@@ -106,21 +107,27 @@ def with_formulas(
             grown = noise(search.reconsidered(with_effect(grown, further, beside)))
             beside = search.screened(grown)
             further = accepted(beside)
-        state = residual(replace(grown, remaining=beside, unmodelled=-np.inf))
+        state = residual(replace(grown, remaining=beside))
+        explained = log_odds_of_all(state, bare) if state.steps else 0.0
+        left = evidence_of_any(state.shapes, beside.tested, beside.prior_odds.unmodelled)
+        state = replace(state, explained=explained, unmodelled=explained + left)
     return state
 
 
-def _best_addition(state: Diagnosis, search: Search) -> tuple[Diagnosis, Candidate, Screening] | None:
-    """Return the formula that explains the most, beside the effects in the model or in their place."""
-    bases = [state]
-    if state.steps:
-        bases.append(with_model(replace(state, steps=(), explained=0.0), state.baseline))
+def _best_addition(state: Diagnosis, bare: Diagnosis, search: Search) -> tuple[Diagnosis, Candidate, Screening] | None:
+    """Return the formula that explains the most, beside the effects in the model or in the place of the library's."""
+    library = state.steps[0].screening if state.steps else state.remaining
+    assert library is not None
+    listed = [each for each in library.signatures if not isinstance(each.placed.effect, Formula)]
+    in_place = [bare] if any(not isinstance(step.effect, Formula) for step in state.steps) else []
     found = []
-    for base in bases:
+    for base in (state, *in_place):
         screening = screened_formulas(base.runs, base.heldout, base.model, len(search.testable), search.progress)
         chosen = accepted(screening)
         if chosen is not None:
-            found.append((base, chosen, screening))
+            # What the data show of the library stays known, beside the formulas.
+            whole = replace(screening, signatures=(*screening.signatures, *listed))
+            found.append((base, chosen, whole))
     return max(found, key=lambda each: each[0].explained + each[2].odds(each[1]), default=None)
 
 
@@ -138,7 +145,7 @@ def screened_formulas(
 
     Returns:
         A screening like that of effects; evidence has the formula's share of the prior in it, p-values count all
-        formulas.
+        formulas. A formula that contains a better one, by a direction or a memory more, is no alternative to it.
     """
     progress("formulas")
     taken = {each.key for each in fit.placed}
@@ -163,7 +170,17 @@ def screened_formulas(
         for each in found.candidates
     )
     ordered = sorted(candidates, key=lambda each: -each.log_bayes_factor)
-    return replace(found, candidates=tuple(ordered), tested=max(library, 1), linearised={})
+    kept = [
+        each
+        for place, each in enumerate(ordered)
+        if not any(contains(_pattern(each), _pattern(better)) for better in ordered[:place])
+    ]
+    return replace(found, candidates=tuple(kept), tested=max(library, 1), linearised={})
+
+
+def _pattern(candidate: Candidate) -> Pattern:
+    assert isinstance(candidate.effect, Formula)
+    return candidate.effect.pattern
 
 
 def _not_outdone(tested: Sequence[_Tested]) -> Iterator[_Tested]:

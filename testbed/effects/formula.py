@@ -71,6 +71,20 @@ class Formula(Effect):
         self.needs: tuple[Channel, ...] = ("gimbal_angle",) if units else ("any_actuator",)
         self._start, self._scan_count = start, scan_count
 
+    @staticmethod
+    def of_size(pattern: Pattern, *, sizes: Array, moment: float, start: Array, name: str) -> Formula:
+        """Return a formula whose coefficients are typically of a size that was found.
+
+        Args:
+            pattern: the formula.
+            sizes: of the coefficients of each law, shape (laws,), SI.
+            moment: mean moment of inertia of the platform on which it was found, kg·m².
+            start: values of its constants there.
+            name: under which the library keeps it.
+        """
+        value = _TYPICAL_TORQUE * moment / TYPICAL_INERTIA / sizes
+        return Formula(pattern, typical_value=value, moment=moment, start=start, name=name)
+
     @override
     def hooks(self, component: str) -> Hooks:
         return formula_hooks(self.pattern)

@@ -120,6 +120,16 @@ class Pattern:
         return ((law, state[..., edges[index] : edges[index + 1]]) for index, law in enumerate(self.laws))
 
 
+def contains(wider: Pattern, narrower: Pattern) -> bool:
+    """Return whether one formula becomes another where parameters vanish: parts of a direction, a lag or a delay."""
+    same = wider.placement == narrower.placement or (wider.placement == "B" and narrower.placement in "xyz")
+    laws = all(
+        law == other or (law.memory in ("lag", "delay") and Law.of(*law.factors) == other)
+        for law, other in zip(wider.laws, narrower.laws, strict=False)
+    )
+    return same and laws and len(wider.laws) == len(narrower.laws) and wider != narrower
+
+
 def pattern_of(text: str) -> Pattern:
     """Return the pattern that a text says, such as `w_x*w_y about z` or `lag(w_x, tau) in B`.
 

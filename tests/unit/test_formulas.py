@@ -8,7 +8,7 @@ from testbed.errors import InputError
 from testbed.experiment.conduct import conduct
 from testbed.formulas.motion import Moment
 from testbed.formulas.parser import parsed
-from testbed.formulas.pattern import pattern_of
+from testbed.formulas.pattern import contains, pattern_of
 from testbed.scenario.scenario import Scenario
 
 AT = Moment(
@@ -117,3 +117,20 @@ def test_a_scenario_flies_its_formulas():
 def test_a_scenario_refuses_what_it_cannot_fly(keys, said):
     with pytest.raises(ValueError, match=said):
         with_torques(keys)
+
+
+@pytest.mark.parametrize(
+    ("wider", "narrower", "expected"),
+    [
+        ("w_x*w_y in B", "w_x*w_y about z", True),
+        ("lag(w_x, tau) in B", "w_x about z", True),
+        ("delay(w_x, late) about z", "w_x about z", True),
+        ("w_x*w_y about z", "w_x*w_y in B", False),
+        ("w_x*w_y in N", "w_x*w_y about z", False),
+        ("hysteresis(w_x, stretch) about z", "w_x about z", False),
+        ("w_x about z", "w_x about z", False),
+        ("w_x in B", "w_y about z", False),
+    ],
+)
+def test_a_formula_contains_those_that_it_becomes_where_parameters_vanish(wider, narrower, expected):
+    assert contains(pattern_of(wider), pattern_of(narrower)) is expected
