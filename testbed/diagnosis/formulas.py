@@ -18,7 +18,7 @@ from scipy.special import logsumexp
 from testbed.arrays import Array
 from testbed.diagnosis.candidates import Candidate, Screening, SizePrior, accepted
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.latent import evidence_of_any, torque_response
+from testbed.diagnosis.latent import TorqueShape, evidence_of_any, torque_response
 from testbed.diagnosis.model import Fit, Hypothesis, orthonormal, projected_out
 from testbed.diagnosis.search import Search, log_odds_of_all, screened, with_effect, with_model
 from testbed.diagnosis.settings import SETTINGS
@@ -39,6 +39,8 @@ _KNOTS_PER_SECOND = 12.0
 """Hat functions of a torque: as those of torque shapes, of which a sine of 4 Hz keeps nine tenths of its amplitude."""
 _FEWEST_KNOTS = 8
 """Of a run, however short, as those of torque shapes."""
+_NO_FORMULA = ("pulses", "oscillation of every run's own")
+"""Kinds of torque shapes that no formula has: what comes at instants, or in every run at another phase."""
 _AT_ONCE = 64
 """Laws whose responses are worked out together, as those of torque shapes."""
 
@@ -91,6 +93,7 @@ def with_formulas(
     Returns:
         The same diagnosis where no formula stands.
     """
+    begun = state
     bare = with_model(replace(state, steps=(), explained=0.0), state.baseline) if state.steps else state
     while search.has_room(state) and state.left_over:
         chosen = _best_addition(state, bare, search)
@@ -111,24 +114,44 @@ def with_formulas(
         explained = log_odds_of_all(state, bare) if state.steps else 0.0
         left = evidence_of_any(state.shapes, beside.tested, beside.prior_odds.unmodelled)
         state = replace(state, explained=explained, unmodelled=explained + left)
-    return state
+    # As for effects of the library: what has lower posterior odds than a torque that the grammar lacks is no name.
+    lacking = [] if begun.steps else [shape for shape in begun.shapes if shape.kind in _NO_FORMULA]
+    return begun if lacking and _odds_of(begun, lacking, search) > state.explained else state
+
+
+def _odds_of(state: Diagnosis, shapes: Sequence[TorqueShape], search: Search) -> float:
+    return evidence_of_any(shapes, max(len(search.testable), 1), state.runs.prior_odds.unmodelled)
 
 
 def _best_addition(state: Diagnosis, bare: Diagnosis, search: Search) -> tuple[Diagnosis, Candidate, Screening] | None:
     """Return the formula that explains the most, beside the effects in the model or in the place of the library's."""
     library = state.steps[0].screening if state.steps else state.remaining
-    assert library is not None
-    listed = [each for each in library.signatures if not isinstance(each.placed.effect, Formula)]
-    in_place = [bare] if any(not isinstance(step.effect, Formula) for step in state.steps) else []
+    bases = [(state, state.remaining)]
+    if any(not isinstance(step.effect, Formula) for step in state.steps):
+        bases.append((bare, library))
     found = []
-    for base in (state, *in_place):
-        screening = screened_formulas(base.runs, base.heldout, base.model, len(search.testable), search.progress)
+    for base, listed in bases:
+        formulas = screened_formulas(base.runs, base.heldout, base.model, len(search.testable), search.progress)
+        screening = _beside_library(formulas, listed, library)
         chosen = accepted(screening)
-        if chosen is not None:
-            # What the data show of the library stays known, beside the formulas.
-            whole = replace(screening, signatures=(*screening.signatures, *listed))
-            found.append((base, chosen, whole))
+        if chosen is not None and isinstance(chosen.effect, Formula):
+            found.append((base, chosen, screening))
     return max(found, key=lambda each: each[0].explained + each[2].odds(each[1]), default=None)
+
+
+def _beside_library(formulas: Screening, listed: Screening | None, library: Screening | None) -> Screening:
+    """Return formulas and the library's hypotheses together, which compete.
+
+    Args:
+        formulas: against a model.
+        listed: hypotheses of the library against the same model; None where there are none.
+        library: against the baseline: what the data show of each stays known.
+    """
+    others = [] if listed is None else [each for each in listed.candidates if not isinstance(each.effect, Formula)]
+    both = sorted([*formulas.candidates, *others], key=lambda each: -each.log_bayes_factor)
+    known = () if library is None else library.signatures
+    shown = [each for each in known if not isinstance(each.placed.effect, Formula)]
+    return replace(formulas, candidates=tuple(both), signatures=(*formulas.signatures, *shown))
 
 
 def screened_formulas(
@@ -165,6 +188,7 @@ def screened_formulas(
         replace(
             each,
             log_bayes_factor=each.log_bayes_factor + 2.0 * of[each.component],
+            size_penalty=each.size_penalty - 2.0 * of[each.component],
             p_value=min(1.0, each.p_value * len(tested) / max(found.tested, 1)),
         )
         for each in found.candidates
