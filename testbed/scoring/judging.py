@@ -89,7 +89,7 @@ def all_right(case: Case) -> bool:
 
 
 def recognised_as_unknown(case: Case) -> bool:
-    """Return whether it was said that no effect of the library explains the records: a gap is left, or a formula is named."""
+    """Return whether it was said that no effect of the library explains it: a gap is left, or a formula is named."""
     if case.diagnosis is None:
         return False
     return case.diagnosis.verdict == "unexplained" or any(step.effect == FORMULA for step in named(case))
