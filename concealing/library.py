@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from concealing import (
     actuator_effects,
+    formula_effects,
     further_effects,
     gyro_effects,
     inner_effects,
@@ -28,7 +29,9 @@ UNLISTED: dict[str, EffectKind] = unlisted_effects.KINDS
 """Effects that are in no library."""
 FURTHER: dict[str, EffectKind] = further_effects.KINDS | gyro_effects.FURTHER
 """Effects of the published table that only a set which is asked for has."""
-KINDS = LISTED | UNLISTED | FURTHER
+FORMULAS: dict[str, EffectKind] = formula_effects.KINDS
+"""Torques by laws of the motion, which `benchmarks.formulas` hides."""
+KINDS = LISTED | UNLISTED | FURTHER | FORMULAS
 
 
 def with_effects(craft: Craft, effects: Sequence[HiddenEffect], kinds: Mapping[str, EffectKind] = KINDS) -> Craft:

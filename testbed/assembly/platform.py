@@ -142,6 +142,7 @@ def true_plant(flown: Sequence[tuple[Scenario, PlatformModel]], threads: int = 1
         wheel_momentum=np.stack([first_wheel_momentum(scenario) for scenario, _ in flown]),
         wheel_momentum_limit=each_wheel(flown[0][0], "momentum_limit_N_m_s"),
         orbit_torque=_orbit_torque([platform for _, platform in flown]),
+        torques=[each.torque for each in flown[0][0].truth.torque],
         threads=threads,
     )
 

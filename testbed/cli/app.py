@@ -395,3 +395,41 @@ def view(
     from testbed.cli.view import view_run  # noqa: PLC0415
 
     view_run(run, web=web, offline=offline)
+
+
+effects_app = typer.Typer(
+    name="effects",
+    cls=Commands,
+    help="Effects of your own library, which later diagnoses know by their names.",
+    no_args_is_help=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    rich_markup_mode=None,
+)
+app.add_typer(effects_app)
+
+
+@effects_app.command()
+def save(
+    diagnosis: Annotated[
+        Path,
+        typer.Argument(metavar="DIAGNOSIS", help="Folder of a diagnosis that named a formula.", show_default=False),
+    ],
+    name: Annotated[
+        str, typer.Argument(metavar="NAME", help="Of the effect: small letters, digits and _.", show_default=False)
+    ],
+    number: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="Which formula, where the diagnosis named several.")
+    ] = None,
+) -> None:
+    """Keep a formula that a diagnosis named as an effect, as data in your own library."""
+    from testbed.cli.effects import save_effect  # noqa: PLC0415
+
+    save_effect(diagnosis, name, number)
+
+
+@effects_app.command(name="list")
+def list_effects() -> None:
+    """List the effects of your own library."""
+    from testbed.cli.effects import list_kept  # noqa: PLC0415
+
+    list_kept()

@@ -43,6 +43,7 @@ from testbed.diagnosis.signatures import (
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.dynamics.inertia import slopes_of_log_ratio
 from testbed.effects.contract import PLAUSIBLE_PER_INERTIA, NamedEffect, Parameter, Quantity
+from testbed.effects.formula import ID as FORMULA
 from testbed.errors import InputError
 
 INERTIA = "inertia"
@@ -136,10 +137,10 @@ def first_screening(diagnosis: Diagnosis) -> Screening | None:
 
 
 def shown_signatures(screening: Screening | None) -> tuple[Signature, ...]:
-    """Return the signatures that a reader is shown: the inertia is in every model already."""
+    """Return the signatures that a reader is shown: the inertia is in every model already, and no list has formulas."""
     if screening is None:
         return ()
-    return tuple(each for each in screening.signatures if each.placed.effect.id != INERTIA)
+    return tuple(each for each in screening.signatures if each.placed.effect.id not in (INERTIA, FORMULA))
 
 
 def detectable_sizes(diagnosis: Diagnosis) -> tuple[Detectable, ...]:

@@ -16,6 +16,7 @@ import numpy as np
 from testbed.arrays import Theta
 from testbed.diagnosis.candidates import Candidate, Screening, accepted
 from testbed.diagnosis.data import Runs
+from testbed.diagnosis.formulas import may_follow_formulas, with_formulas
 from testbed.diagnosis.latent import evidence_of_any, goodness, latent_torque, on_all_runs, torque_shapes
 from testbed.diagnosis.model import Hypothesis, fitted, fitted_initial_rates, in_torque_noise, refit, starts_of
 from testbed.diagnosis.noise import Residuals, noise_level, noise_tests, readings_of, with_noise_model
@@ -74,6 +75,8 @@ def diagnosed(
         if not state.unnamed:
             progress("residual")
             state = check_residual(state, noise, search)
+            if not alone and may_follow_formulas(state):
+                state = with_formulas(state, search, noise.explained, _residual_tested)
     except (InputError, np.linalg.LinAlgError) as error:  # the numbers leave a model that explained much: it stays
         state = replace(state, notices=(*state.notices, f"the diagnosis ended early, with what it had: {error}"))
     yield replace(state, complete=True)

@@ -378,6 +378,8 @@ class Search:
         rebuilt = with_model(replace(state, steps=()), model)
         screening = state.steps[0].screening
         for each in placed:
+            if all(other.placed.key != each.key for other in screening.signatures):  # it was found later than these
+                screening = self.screened(rebuilt)
             candidate = refitted(rebuilt.runs, rebuilt.heldout, rebuilt.model, screening, each)
             if candidate is None:
                 continue

@@ -168,13 +168,13 @@ class NamedEffect(ABC):
         recurs: whether it acts in every run; what happened once says nothing of the other runs.
     """
 
-    id: ClassVar[str]
-    components: ClassVar[tuple[str, ...]]
-    parameters: ClassVar[tuple[Parameter, ...]]
-    needs: ClassVar[tuple[Channel, ...]] = ("any_actuator",)
-    sentence: ClassVar[str]
-    look_alikes: ClassVar[tuple[str, ...]] = ()
-    confirm: ClassVar[str]
+    id: str
+    components: tuple[str, ...]
+    parameters: tuple[Parameter, ...]
+    needs: tuple[Channel, ...] = ("any_actuator",)
+    sentence: str
+    look_alikes: tuple[str, ...] = ()
+    confirm: str
     measured_by: ClassVar[tuple[Channel, ...]] = ()
     yields_to: ClassVar[tuple[str, ...]] = ()
     flies: ClassVar[bool] = True
@@ -185,6 +185,10 @@ class NamedEffect(ABC):
         """Return a sentence that describes it at its component."""
         sentence = self.sentence.format(component=_PLACES.get(component, component))
         return sentence[0].upper() + sentence[1:]
+
+    def measured(self, component: str, quantities: Sequence[Quantity]) -> str:  # noqa: ARG002 - for those that say more
+        """Return what describes it with its parameters as they were found."""
+        return self.described(component)
 
     @abstractmethod
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:

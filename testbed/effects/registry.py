@@ -38,6 +38,7 @@ from testbed.effects.gyro_saturation import GyroSaturation
 from testbed.effects.gyro_scale import GyroScale
 from testbed.effects.inertia import Inertia
 from testbed.effects.inertial_torque import InertialTorque
+from testbed.effects.library import kept_effects
 from testbed.effects.magnetic_dipole import MagneticDipole
 from testbed.effects.noise_effect import NoiseEffect
 from testbed.effects.quadratic_drag import QuadraticDrag
@@ -168,3 +169,16 @@ def _register_installed() -> None:
 
 
 _register_installed()
+
+
+def _register_kept() -> None:
+    """Register the formulas of the user's own library.
+
+    Raises:
+        InputError: one of them cannot be used, or its name is taken; the message names it.
+    """
+    for effect in kept_effects():
+        register_effect(effect)
+
+
+_register_kept()

@@ -11,6 +11,8 @@ import numpy as np
 from mujoco.batch import Batch
 
 from testbed.arrays import Array, Flags, Indices, Matrices3, Units, UnitSeries, Vectors3
+from testbed.formulas.torque import Torque
+from testbed.plant.formula_torques import FormulaTorques, Slopes, stepped
 from testbed.plant.geometry import unit_count, unit_names, wheel_count, wheel_names
 from testbed.plant.layout import described_state, layout_of
 from testbed.plant.properties import InitialState
@@ -47,6 +49,7 @@ class Plant:
         wheel_momentum: UnitSeries | None = None,
         wheel_momentum_limit: Units | float = math.inf,
         orbit_torque: OrbitTorque | None = None,
+        torques: Sequence[Torque] = (),
         threads: int = 1,
     ) -> None:
         """Put platforms into their initial states.
@@ -60,6 +63,7 @@ class Plant:
             wheel_momentum: Jw·Ω of the reaction wheels at the start, shape (B, W), N·m·s; at rest where None.
             wheel_momentum_limit: to which their drives push them, shape (W,), N·m·s.
             orbit_torque: what an orbit does to the platforms; nothing where None.
+            torques: by formulas, on each of the platforms.
             threads: that step the platforms.
         """
         self.models = tuple(models)
@@ -94,6 +98,7 @@ class Plant:
         if wheel_momentum is not None:
             self.qvel[:, self.layout.wheel_speed] = wheel_momentum / self.wheel_inertia
         self._engage_rotor_servos()
+        self._formulas = self._formulas_of(torques) if torques else None
         self.flying: Flags = np.ones(len(self.models), dtype=np.bool_)
         """Which platforms have not diverged, shape (B,)."""
         self._last_time, self._last_qpos, self._last_qvel = self._time.copy(), self.qpos.copy(), self.qvel.copy()
@@ -150,12 +155,59 @@ class Plant:
             self._ground(diverged)
 
     def _step(self, steps: int) -> None:
+        if self._formulas is not None:
+            for _ in range(steps):
+                self._step_by_stages(self._formulas)
+            return
         if self._orbit_torque is None:
             self._batch.step(np.flatnonzero(self.flying), nstep=steps)
             return
         for _ in range(steps):
             self._applied[:, self.layout.body_rate] = self._mean_orbit_torque(self._orbit_torque)
             self._batch.step(np.flatnonzero(self.flying), nstep=1)
+
+    def _formulas_of(self, torques: Sequence[Torque]) -> FormulaTorques:
+        """Return the formulas with the platforms where they start, and begin their memories."""
+        self._activation, self._memory = self._batch.bind("act"), np.zeros((len(self.models), 0))
+        self._rates = self._batch.bind("qacc"), self._batch.bind("act_dot")
+        formulas = FormulaTorques(
+            torques=tuple(torques), layout=self.layout, first_NA=matrix_of(self.qpos[:, self.layout.attitude])
+        )
+        self._memory = formulas.first_memory(formulas.moment(self._time.copy(), self.qpos, self.qvel))
+        return formulas
+
+    def _step_by_stages(self, formulas: FormulaTorques) -> None:
+        """Take one step of MuJoCo's own rule, the torques evaluated at each of its stages."""
+        ids, time, step = np.flatnonzero(self.flying), self._time.copy(), self.models[0].opt.timestep
+
+        def slopes_at(share: float, state: Slopes) -> Slopes:
+            self.qpos[ids], self.qvel[ids], self._activation[ids] = (part[ids] for part in state[:3])
+            self._time[ids] = time[ids] + share * step
+            at, memory = formulas.moment(time + share * step, state[0], state[1]), state[3]
+            torque_B = formulas.torque(at, memory)
+            if self._orbit_torque is not None:
+                torque_B = torque_B + self._orbit_torque(float(time[0] + share * step), self._attitude_NB)
+            self._applied[:, self.layout.body_rate] = torque_B
+            self._batch.forward(ids)
+            acceleration, activation_rate = (rate.copy() for rate in self._rates)
+            return state[1].copy(), acceleration, activation_rate, formulas.memory_rate(at, memory)
+
+        before = self.qpos.copy(), self.qvel.copy(), self._activation.copy(), self._memory
+        after = stepped(step, before, slopes_at, self._moved)
+        self.qpos[ids], self.qvel[ids], self._activation[ids] = (part[ids] for part in after[:3])
+        self._memory = after[3]
+        self._time[ids] = time[ids] + step
+
+    def _moved(self, state: Slopes, slopes: Slopes, time: float) -> Slopes:
+        """Return a state some time later; of positions, attitudes turn by the body rate."""
+        qpos = state[0].copy()
+        for model, own, velocity in zip(self.models, qpos, slopes[0], strict=True):
+            mujoco.mj_integratePos(model, own, velocity, time)
+        return qpos, *(part + time * slope for part, slope in zip(state[1:], slopes[1:], strict=True))
+
+    @property
+    def _attitude_NB(self) -> Matrices3:
+        return matrix_of(self.qpos[:, self.layout.attitude])
 
     def _mean_orbit_torque(self, torque_of: OrbitTorque) -> Vectors3:
         """Return the torque in the middle of the next step, by its last two values: it changes as the attitude does."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import hypot
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import AfterValidator, Field, field_validator
+from pydantic import AfterValidator, Field, Strict, field_validator
 
 from testbed.quantities import (
     Dipole,
@@ -23,6 +23,7 @@ from testbed.quantities import (
     SignedMomentum,
     SmallAngle,
 )
+from testbed.scenario.formulas import FormulaTorque
 from testbed.scenario.section import Section
 from testbed.scenario.values import (
     Angles,
@@ -44,6 +45,10 @@ from testbed.scenario.values import (
 _DirectionPart: TypeAlias = Annotated[float, Field(ge=-1, le=1)]
 _UNIT = 1e-3
 """By which the length of a direction may differ from one: three decimals in a file pass."""
+
+
+MOST_TORQUES = 20
+"""Formulas of one platform: those of a diagnosis, of two parts along three axes each, and as many again."""
 
 
 def _unit_vector(vector: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -131,6 +136,8 @@ class Truth(Section):
     gravity_gradient_factor: Annotated[float, Field(ge=0, le=1e3)] | None = None
     """True torque of an orbit's gravity gradient over that of the true inertia at the believed mean motion; a pure
     number."""
+    torque: Annotated[tuple[FormulaTorque, ...], Strict(False), Field(max_length=MOST_TORQUES)] = ()
+    """Torques by formulas, which add up."""
 
     @field_validator("rotor_momentum_N_m_s")
     @classmethod

@@ -20,6 +20,7 @@ from testbed.scenario.cluster import NO_CLUSTER, Cluster, Limits, stated_conflic
 from testbed.scenario.control import Controller
 from testbed.scenario.dispersion import Dispersion
 from testbed.scenario.environment import conservation_conflicts, start_conflicts, truth_conflicts
+from testbed.scenario.formulas import formula_conflicts
 from testbed.scenario.gyros import Gyros, gyros_of
 from testbed.scenario.maneuver import (
     ActuatorDesign,
@@ -120,7 +121,9 @@ class Scenario(BodyScenario):
     @field_validator("truth")
     @classmethod
     def _of_environment(cls, truth: Truth, info: ValidationInfo) -> Truth:
+        gyros = _gyros(info)
         refuse(truth_conflicts(info.data.get("environment"), truth), from_root=True)
+        refuse(formula_conflicts(truth.torque, None if gyros is None else gyros.units), from_root=True)
         return truth
 
     @field_validator("initial")

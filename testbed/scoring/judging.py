@@ -22,6 +22,8 @@ INERTIA_ALIASES = frozenset(
     {"inertia:platform", "gyro_scale:x", "gyro_scale:y", "gyro_scale:z", "gyro_misalignment:gyro_cross_axis"}
 )
 """What no residual tells apart where the total momentum is zero."""
+FORMULA = "formula"
+"""Of a torque that no library lists, by the law that it follows: it says that something unknown is there, and what."""
 _AXIS = ("axis_x", "axis_y", "axis_z")
 AT_REST = 0.05
 """rad/s: body rate at release below which the total momentum counts as zero; errors of release stay below."""
@@ -65,7 +67,7 @@ def exactly_right(case: Case) -> bool:
 def label_right(case: Case, label: str) -> bool:
     """Return whether a key, none or unknown is right; equivalence classes are not known here."""
     if case.answer.stratum == UNMODELLED:
-        return label == UNKNOWN
+        return label == UNKNOWN or label.startswith(f"{FORMULA}:")
     if not truths(case):
         return label == NONE
     return label in {hidden.key for hidden in truths(case)}
@@ -87,8 +89,10 @@ def all_right(case: Case) -> bool:
 
 
 def recognised_as_unknown(case: Case) -> bool:
-    """Return whether it was said that a gap is left that no effect explains."""
-    return case.diagnosis is not None and case.diagnosis.verdict == "unexplained"
+    """Return whether it was said that no effect of the library explains it: a gap is left, or a formula is named."""
+    if case.diagnosis is None:
+        return False
+    return case.diagnosis.verdict == "unexplained" or any(step.effect == FORMULA for step in named(case))
 
 
 def reported_set(diagnosis: DiagnosisFile) -> frozenset[str]:

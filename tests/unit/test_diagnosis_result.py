@@ -44,8 +44,9 @@ def content(diagnosis):
 
 
 @pytest.fixture(scope="module")
-def humming():
-    return last(records(3, hooks=[Humming(0.9)], values=[np.array([4e-4])]))
+def pulsing():
+    effects = STEADY | {"gyro_latency": EFFECTS["gyro_latency"]}
+    return last(records(3, hooks=[Pulsing()], values=[np.array([3e-4])]), effects=effects)
 
 
 def test_a_single_run_has_no_held_out_gap_and_json_says_null():
@@ -154,16 +155,26 @@ def test_understated_noise_is_a_step():
     assert step["gap_after"] < 1.2 < step["gap_before"]  # 1 and 1.5, each within 4 %
 
 
-def test_a_torque_without_a_name_is_unexplained_and_drawn(humming, tmp_path):
-    answer = content(humming)
+def test_a_torque_without_a_name_is_unexplained_and_drawn(pulsing, tmp_path):
+    answer = content(pulsing)
     assert answer["verdict"] == "unexplained"
-    assert answer["latent_torque"]["p_value"] < 1e-6
+    assert answer["latent_torque"]["p_value"] < 1e-3
     page = tmp_path / "report.html"
-    places = located(humming.runs, humming.baseline)
-    write_diagnosis_page(page, humming, places, residuals_of(humming), (), None, {"scenario": "diagnose"}, answer)
+    places = located(pulsing.runs, pulsing.baseline)
+    write_diagnosis_page(page, pulsing, places, residuals_of(pulsing), (), None, {"scenario": "diagnose"}, answer)
     text = page.read_text(encoding="utf-8")
     assert "run1: unmodelled torque, body axes" in text
     assert "An unmodelled torque stands out of the noise" in text
+
+
+def test_a_hum_is_named_as_a_formula_with_its_frequency():
+    diagnosis = last(records(3, hooks=[Humming(0.9)], values=[np.array([4e-4])]))
+    answer = content(diagnosis)
+    (step,) = (each for each in answer["steps"] if each["effect"] == "formula")
+    assert answer["verdict"] == "named"
+    assert step["component"] == "sin(2*pi*f*t) + cos(2*pi*f*t) in B"
+    frequency = step["parameters"]["frequency_hz"]
+    assert abs(frequency["value"] - 0.9) < 3.0 * frequency["std"] < 0.03
 
 
 def test_the_share_of_a_torque_that_the_names_explain_is_reported():
@@ -178,10 +189,10 @@ def test_the_share_of_a_torque_that_the_names_explain_is_reported():
     assert share_words(last(records(3))) == ""
 
 
-def test_sizes_and_residuals_belong_together(humming):
-    sizes = {size.placed.key: size for size in detectable_sizes(humming)}
+def test_sizes_and_residuals_belong_together(pulsing):
+    sizes = {size.placed.key: size for size in detectable_sizes(pulsing)}
     assert sizes["gyro_latency:gyro"].smallest[0].value == pytest.approx(0.01 * sizes["gyro_latency:gyro"].multiple)
-    for run in residuals_of(humming):
+    for run in residuals_of(pulsing):
         np.testing.assert_allclose(run.measured - run.nominal, NOISE * run.before, atol=1e-15)
         assert run.held_out == (run.name == "run3")
 

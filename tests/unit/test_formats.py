@@ -14,7 +14,7 @@ import testbed as tb
 import testbed.library.diagnoses
 from support.diagnosed_records import NOISE, SCENARIO, records
 from support.processes import ROOT
-from support.unlisted_torques import Humming
+from support.unlisted_torques import Pulsing
 from testbed.diagnosis.location import located
 from testbed.effects.registry import EFFECTS
 from testbed.formats.published import FORMATS, SCHEMAS, file_schema, published
@@ -152,12 +152,12 @@ def late_by(seconds, count=3, **options):
 def test_a_diagnosis_is_as_described_whatever_its_verdict(monkeypatch, tmp_path):
     few = ("gyro_latency", "viscous_drag", "gimbal_coulomb_friction")
     alike = ("gyro_latency", "gyro_bandwidth")
-    humming = records(3, hooks=[Humming(0.9)], values=[np.array([4e-4])])
+    pulsing = records(3, hooks=[Pulsing()], values=[np.array([3e-4])])
     made = {
         "none": diagnosed(monkeypatch, few, records(3)),
         "named": diagnosed(monkeypatch, few, late_by(0.02)),
         "ambiguous": diagnosed(monkeypatch, alike, late_by(0.02)),
-        "unexplained": diagnosed(monkeypatch, few, humming),
+        "unexplained": diagnosed(monkeypatch, ("gyro_latency", "body_torque"), pulsing),
     }
     for verdict, diagnosis in made.items():
         content = require_valid(diagnosis.save(tmp_path / verdict), "diagnosis")

@@ -21,6 +21,7 @@ PURE_NUMBERS = {
     "wheel_spin_inertia_factor",
     "wheel_torque_factor",
     "attitude_quat_NB",
+    "coefficient",
     "cluster_torque_fraction",
     "wheel_torque_fraction",
     "wheel_momentum_fraction",

@@ -13,7 +13,7 @@ from testbed.errors import InputError
 from testbed.scoring.calibration import bins
 from testbed.scoring.card import card_content, score_card
 from testbed.scoring.case import read_cases
-from testbed.scoring.judging import parameters_covered, reported_set, said_right, set_holds_truth
+from testbed.scoring.judging import parameters_covered, recognised_as_unknown, reported_set, said_right, set_holds_truth
 from testbed.scoring.rows import quantile, share
 
 THETA = [4e-2] * 3 + [0.0] * 3
@@ -295,3 +295,14 @@ def test_flown_cases_have_rows_of_their_own(scored):
     assert (named.hits, named.of) == (1, 2)
     assert row(cases, part, "effect class and component first at 2 times").hits == 2
     assert row(cases, "95 % intervals that hold the truth", "inertia with what was named").of == 12
+
+
+def test_a_formula_recognises_what_no_library_lists_and_is_a_wrong_name_elsewhere(scored):
+    formula = said(step("formula", "w_x*w_y about z"))
+    cases = scored(
+        (hidden(("sine_torque", "platform"), stratum="unlisted", wanted_sigma=8.0), formula), (NULL, formula)
+    )
+    unmodelled, null = cases
+    assert recognised_as_unknown(unmodelled)
+    assert said_right(unmodelled)
+    assert not said_right(null)

@@ -135,7 +135,7 @@ def disagreement_words(diagnosis: Diagnosis, agreements: Iterable[Agreement]) ->
 
 def addition_words(addition: Addition) -> Iterator[str]:
     """Yield lines on an effect: description, parameters, its equivalence class, the experiment that resolves it."""
-    yield addition.effect.described(addition.component)
+    yield addition.effect.measured(addition.component, addition.quantities)
     yield from (quantity_words(quantity) for quantity in addition.quantities)
     yield from (f"doubtful: {doubt}" for doubt in addition.doubts)
     if addition.look_alikes:

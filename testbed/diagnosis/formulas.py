@@ -1,0 +1,379 @@
+"""Formulas against a residual that no effect of the library explains: linearised, refitted, compared like effects.
+
+The response to a torque at every knot of every run turns each formula's values along the predicted motion into its
+signature: two thousand of them cost no more than a few predictions. Those with the most evidence, their share of the
+prior included, are refitted in the nonlinear prediction, as hypotheses of the library are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import ceil, log
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+from scipy.special import logsumexp
+
+from testbed.arrays import Array
+from testbed.diagnosis.candidates import Candidate, Screening, SizePrior, accepted
+from testbed.diagnosis.data import Runs
+from testbed.diagnosis.latent import TorqueShape, evidence_of_any, torque_response
+from testbed.diagnosis.model import Fit, Hypothesis, orthonormal, projected_out
+from testbed.diagnosis.search import Search, log_odds_of_all, screened, with_effect, with_model
+from testbed.diagnosis.settings import SETTINGS
+from testbed.diagnosis.state import Diagnosis
+from testbed.effects.body_torque import BodyTorque
+from testbed.effects.formula import Formula
+from testbed.formulas.grammar import MEMORIES, SCANNED, Class, patterns, shares
+from testbed.formulas.law import Law, Memory, first_state_of, rate_of, value_of
+from testbed.formulas.motion import Moment
+from testbed.formulas.pattern import Pattern, contains
+from testbed.formulas.torque import Frame
+from testbed.prediction.grid import unit_count
+from testbed.prediction.integration import node_rates
+from testbed.rotation.kinematics import integrate_attitude
+from testbed.rotation.quaternion import matrix_of
+
+_KNOTS_PER_SECOND = 12.0
+"""Hat functions of a torque: as those of torque shapes, of which a sine of 4 Hz keeps nine tenths of its amplitude."""
+_FEWEST_KNOTS = 8
+"""Of a run, however short, as those of torque shapes."""
+_NO_FORMULA = ("pulses", "oscillation of every run's own")
+"""Kinds of torque shapes that no formula has: what comes at instants, or in every run at another phase."""
+_AT_ONCE = 64
+"""Laws whose responses are worked out together, as those of torque shapes."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Tested:
+    """A formula at its best start.
+
+    Attributes:
+        pattern: the formula.
+        evidence: averaged over its starts, its share of the prior included.
+        start: values of its constants, shape (constants,).
+        starts: number of its start values.
+        power: root mean square of each of its laws there, shape (laws,).
+    """
+
+    pattern: Pattern
+    evidence: float
+    start: Array
+    starts: int
+    power: Array
+
+
+def may_follow_formulas(state: Diagnosis) -> bool:
+    """Return whether the residual may be searched for formulas.
+
+    Not over windows of torque that is known in part, where the residual is the loop's, nor beside healthy records.
+    """
+    belief = state.runs.belief
+    return state.left_over and not state.runs.known_in_part and (belief is None or not belief.others)
+
+
+def with_formulas(
+    state: Diagnosis,
+    search: Search,
+    noise: Callable[[Diagnosis], Diagnosis],
+    residual: Callable[[Diagnosis], Diagnosis],
+) -> Diagnosis:
+    """Return a diagnosis whose residual is more than noise with formulas for what no effect of the library explains.
+
+    A formula explains what the effects in the model leave, or all of it in their place, whichever has the larger
+    posterior odds. With it, the effects are tested again; up to three have a name together.
+
+    Args:
+        state: with its residual tested.
+        search: forward and backward steps among the hypotheses of the library.
+        noise: explains the noise anew with a model.
+        residual: tests the residual of a model.
+
+    Returns:
+        The same diagnosis where no formula stands.
+    """
+    begun = state
+    bare = with_model(replace(state, steps=(), explained=0.0), state.baseline) if state.steps else state
+    while search.has_room(state) and state.left_over:
+        chosen = _best_addition(state, bare, search)
+        if chosen is None:
+            break
+        before, candidate, screening = chosen
+        search = replace(search, testable=(*search.testable, candidate.placed), known={})
+        grown = noise(search.reconsidered(with_effect(before, candidate, screening)))
+        if grown.gap.fit > state.gap.fit:  # what fits worse is no explanation
+            break
+        beside = search.screened(grown)
+        further = accepted(beside)
+        while further is not None and search.has_room(grown):
+            grown = noise(search.reconsidered(with_effect(grown, further, beside)))
+            beside = search.screened(grown)
+            further = accepted(beside)
+        state = residual(replace(grown, remaining=beside))
+        explained = log_odds_of_all(state, bare) if state.steps else 0.0
+        left = evidence_of_any(state.shapes, beside.tested, beside.prior_odds.unmodelled)
+        state = replace(state, explained=explained, unmodelled=explained + left)
+    # As for effects of the library: what has lower posterior odds than a torque that the grammar lacks is no name.
+    lacking = [] if begun.steps else [shape for shape in begun.shapes if shape.kind in _NO_FORMULA]
+    return begun if lacking and _odds_of(begun, lacking, search) > state.explained else state
+
+
+def _odds_of(state: Diagnosis, shapes: Sequence[TorqueShape], search: Search) -> float:
+    return evidence_of_any(shapes, max(len(search.testable), 1), state.runs.prior_odds.unmodelled)
+
+
+def _best_addition(state: Diagnosis, bare: Diagnosis, search: Search) -> tuple[Diagnosis, Candidate, Screening] | None:
+    """Return the formula that explains the most, beside the effects in the model or in the place of the library's."""
+    library = state.steps[0].screening if state.steps else state.remaining
+    bases = [(state, state.remaining)]
+    if any(not isinstance(step.effect, Formula) for step in state.steps):
+        bases.append((bare, library))
+    found = []
+    for base, listed in bases:
+        formulas = screened_formulas(base.runs, base.heldout, base.model, len(search.testable), search.progress)
+        screening = _beside_library(formulas, listed, library)
+        chosen = accepted(screening)
+        if chosen is not None and isinstance(chosen.effect, Formula):
+            found.append((base, chosen, screening))
+    return max(found, key=lambda each: each[0].explained + each[2].odds(each[1]), default=None)
+
+
+def _beside_library(formulas: Screening, listed: Screening | None, library: Screening | None) -> Screening:
+    """Return formulas and the library's hypotheses together, which compete.
+
+    Args:
+        formulas: against a model.
+        listed: hypotheses of the library against the same model; None where there are none.
+        library: against the baseline: what the data show of each stays known.
+    """
+    others = [] if listed is None else [each for each in listed.candidates if not isinstance(each.effect, Formula)]
+    both = sorted([*formulas.candidates, *others], key=lambda each: -each.log_bayes_factor)
+    known = () if library is None else library.signatures
+    shown = [each for each in known if not isinstance(each.placed.effect, Formula)]
+    return replace(formulas, candidates=tuple(both), signatures=(*formulas.signatures, *shown))
+
+
+def screened_formulas(
+    runs: Runs, heldout: Runs | None, fit: Fit, library: int, progress: Callable[[str], None] = lambda _: None
+) -> Screening:
+    """Test every formula of the grammar, and refit those with the most evidence.
+
+    Args:
+        runs: that the model was fitted to.
+        heldout: to verify on; None where there are none.
+        fit: the present model.
+        library: number of hypotheses of the library, of which each has the prior of a class of formulas.
+        progress: called with what is being refitted.
+
+    Returns:
+        A screening like that of effects; evidence has the formula's share of the prior in it, p-values count all
+        formulas. A formula that contains a better one, by a direction or a memory more, is no alternative to it.
+    """
+    progress("formulas")
+    taken = {each.key for each in fit.placed}
+    every = patterns(unit_count(runs.grid))
+    share = shares(every)
+    tested = list(_linearised(runs, fit, every, share))
+    best = sorted(_not_outdone(tested), key=lambda each: -each.evidence)
+    moment = runs.mean_moment(fit.theta)
+    effects = [
+        Formula(each.pattern, typical_value=each.power, moment=moment, start=each.start, scan_count=each.starts)
+        for each in best[: SETTINGS.most_refits]
+    ]
+    placed = [Hypothesis(effect=each, component=each.components[0]) for each in effects]
+    found = screened(runs, heldout, fit, [each for each in placed if each.key not in taken], progress)
+    of = {str(pattern): log(of_class * runs.prior_odds.unmodelled) for pattern, of_class in share.items()}
+    candidates = tuple(
+        replace(
+            each,
+            log_bayes_factor=each.log_bayes_factor + 2.0 * of[each.component],
+            size_penalty=each.size_penalty - 2.0 * of[each.component],
+            p_value=min(1.0, each.p_value * len(tested) / max(found.tested, 1)),
+        )
+        for each in found.candidates
+    )
+    ordered = sorted(candidates, key=lambda each: -each.log_bayes_factor)
+    kept = [
+        each
+        for place, each in enumerate(ordered)
+        if not any(contains(_pattern(each), _pattern(better)) for better in ordered[:place])
+    ]
+    return replace(found, candidates=tuple(kept), tested=max(library, 1), linearised={})
+
+
+def _pattern(candidate: Candidate) -> Pattern:
+    assert isinstance(candidate.effect, Formula)
+    return candidate.effect.pattern
+
+
+def _not_outdone(tested: Sequence[_Tested]) -> Iterator[_Tested]:
+    """Yield formulas, those with a memory where the data say more for them than for the same without."""
+    evidence = {each.pattern: each.evidence for each in tested}
+    for each in tested:
+        bare = replace(each.pattern, laws=tuple(Law.of(*law.factors) for law in each.pattern.laws))
+        if bare == each.pattern or each.evidence > evidence.get(bare, -np.inf):
+            yield each
+
+
+def _linearised(
+    runs: Runs, fit: Fit, every: Mapping[Class, tuple[Pattern, ...]], share: Mapping[Pattern, float]
+) -> Iterator[_Tested]:
+    """Yield every formula with its evidence by the linearisation alone."""
+    along, knots = _Along.of(runs, fit), _knots(runs)
+    nuisance = orthonormal(fit.jacobian[: runs.samples])
+    directions, response = np.linalg.qr(projected_out(torque_response(runs, fit, knots), nuisance))
+    residual = directions.T @ fit.residual[: runs.samples]
+    typical = BodyTorque.parameters[0].typical_on(runs.mean_moment(fit.theta))
+    alike: dict[tuple[Law, ...], list[Pattern]] = {}
+    for pattern in (each for of_class in every.values() for each in of_class):
+        alike.setdefault(pattern.laws, []).append(pattern)
+    found: dict[Pattern, list[tuple[float, _Valued]]] = {}
+    for valued, columns in _columns(list(_valued(along, list(alike))), along, response, knots):
+        sizes = typical / valued.power
+        for pattern in alike[valued.laws]:
+            own = (columns[pattern.frame] @ pattern.axes.T).reshape(len(response), -1)
+            none = np.zeros(own.shape[1], dtype=bool)
+            prior = SizePrior(typical=np.repeat(sizes, len(pattern.axes)), positive=none, searched=none)
+            found.setdefault(pattern, []).append((prior.evidence(own.T @ own, own.T @ residual), valued))
+    for pattern, starts in found.items():
+        evidence = np.array([each for each, _ in starts])
+        best = starts[int(evidence.argmax())][1]
+        mean = 2.0 * (float(logsumexp(0.5 * evidence)) - log(len(evidence)))
+        yield _Tested(
+            pattern=pattern,
+            evidence=mean + 2.0 * log(share[pattern]),
+            start=best.start,
+            starts=len(starts),
+            power=best.power,
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Valued:
+    """Laws with values for their constants.
+
+    Attributes:
+        laws: of a formula.
+        start: values of their constants, shape (constants,).
+        values: at the nodes, shape (laws, R, N).
+    """
+
+    laws: tuple[Law, ...]
+    start: Array
+    values: Array
+
+    @property
+    def power(self) -> Array:
+        """Root mean square of each law in the run where it is largest, shape (laws,)."""
+        mean = (self.values**2).mean(axis=-1).max(axis=-1)
+        return np.asarray(np.sqrt(np.maximum(mean, np.finfo(float).tiny)))
+
+
+def _valued(along: _Along, every: Sequence[tuple[Law, ...]]) -> Iterator[_Valued]:
+    """Yield laws at each of their start values; those with the same memory are integrated together."""
+    for laws in every:
+        if not laws[0].names:
+            yield _Valued(laws=laws, start=np.zeros(0), values=along.products(laws, {}))
+        elif laws[0].names == ("f",):
+            for frequency in _frequencies(along):
+                values = along.products(laws, {"f": np.asarray(frequency)})
+                yield _Valued(laws=laws, start=np.array([frequency]), values=values)
+    for memory, name in MEMORIES.items():
+        own = [laws for laws in every if laws[0].memory == memory]
+        products = along.products([laws[0] for laws in own], {})
+        for constant in SCANNED[name]:
+            kept = _remembered(memory, products, along.time, np.asarray(constant))
+            yield from (
+                _Valued(laws=laws, start=np.array([constant]), values=values[None])
+                for laws, values in zip(own, kept, strict=True)
+            )
+
+
+def _columns(
+    every: Sequence[_Valued], along: _Along, response: Array, knots: int
+) -> Iterator[tuple[_Valued, Mapping[Frame, Array]]]:
+    """Yield what unit torques by laws do, shape (samples, laws, 3) by frame; many are worked out at once."""
+    for first in range(0, len(every), _AT_ONCE):
+        some = every[first : first + _AT_ONCE]
+        values = np.concatenate([each.values for each in some])
+        edges = np.cumsum([len(each.values) for each in some])[:-1]
+        frames: tuple[Frame, Frame] = ("B", "N")
+        parts = [
+            np.split((response @ along.torques(values, frame, knots)).reshape(len(response), -1, 3), edges, axis=1)
+            for frame in frames
+        ]
+        for each, *own in zip(some, *parts, strict=True):
+            yield each, dict(zip(frames, own, strict=True))
+
+
+def _frequencies(along: _Along) -> Array:
+    """Return those of oscillations, as those of torque shapes with a frequency."""
+    longest = float(along.time.max())
+    slowest = SETTINGS.resolved_periods / longest
+    return np.arange(slowest, SETTINGS.fastest_oscillation_hz, SETTINGS.frequency_resolution / longest)
+
+
+def _knots(runs: Runs) -> int:
+    time = runs.grid.node_time
+    return max(_FEWEST_KNOTS, ceil(_KNOTS_PER_SECOND * float((time[:, -1] - time[:, 0]).max())))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Along:
+    """What formulas read along the predicted motion of all runs, at the nodes of the grid.
+
+    Attributes:
+        time: since the first sample, shape (R, N), s.
+        moment: at all nodes, arrays of shape (R, N, ...).
+    """
+
+    time: Array
+    moment: Moment
+
+    @staticmethod
+    def of(runs: Runs, fit: Fit) -> _Along:
+        """Return the motion that a model predicts."""
+        grid = runs.grid
+        rates = node_rates(grid, [each.hooks for each in fit.placed], fit.values)[:, 0]
+        time = grid.node_time - grid.node_time[:, :1]
+        attitude = np.stack([matrix_of(integrate_attitude(own, rate)) for own, rate in zip(time, rates, strict=True)])
+        moment = Moment(time=time, body_rate=rates, attitude=attitude)
+        if grid.gimbals is not None:
+            angle, rate = (
+                np.broadcast_to(each[:, 0, ::2], (*time.shape, each.shape[-1]))
+                for each in (grid.gimbals.angle, grid.gimbals.rate)
+            )
+            moment = replace(moment, gimbal_angle=angle, gimbal_rate=rate)
+        return _Along(time=time, moment=moment)
+
+    def products(self, laws: Sequence[Law], constants: Mapping[str, Array]) -> Array:
+        """Return the laws' products at the nodes, shape (laws, R, N)."""
+        return np.stack([np.broadcast_to(law.product(self.moment, constants), self.time.shape) for law in laws])
+
+    def torques(self, values: Array, frame: str, knots: int) -> Array:
+        """Return unit torques by laws along three axes at the knots of every run, (R * knots * 3, laws * 3)."""
+        axes = np.eye(3) if frame == "B" else self.moment.attitude  # of N: rows of R_AB are the axes in B
+        along = values[..., None, None] * axes  # (laws, R, N, axis, component)
+        at = np.linspace(0.0, self.time.shape[1] - 1, knots)
+        before = np.minimum(at.astype(int), self.time.shape[1] - 2)
+        share = (at - before)[:, None, None]
+        at_knots: Array = (1.0 - share) * along[:, :, before] + share * along[:, :, before + 1]
+        return np.moveaxis(at_knots, (0, 3), (3, 4)).reshape(-1, len(values) * 3)
+
+
+def _remembered(memory: Memory, product: Array, time: Array, constant: Array) -> Array:
+    """Return what a memory makes of products that are known at nodes, both of shape (laws, R, N)."""
+    count = product.shape[-1]
+    half = make_interp_spline(np.arange(count), product, k=3, axis=-1)(np.arange(count - 1) + 0.5)
+    step = (time[:, 1] - time[:, 0])[None, :, None]
+    state = first_state_of(memory, product[..., 0])
+    values = [value_of(memory, product[..., 0], state)]
+    for node in range(count - 1):
+        first = rate_of(memory, product[..., node], state, constant)
+        second = rate_of(memory, half[..., node], state + 0.5 * step * first, constant)
+        third = rate_of(memory, half[..., node], state + 0.5 * step * second, constant)
+        fourth = rate_of(memory, product[..., node + 1], state + step * third, constant)
+        state = state + step / 6.0 * (first + 2.0 * second + 2.0 * third + fourth)
+        values.append(value_of(memory, product[..., node + 1], state))
+    return np.stack(values, axis=-1)

@@ -1,0 +1,199 @@
+"""What no effect of the library explains: formulas are searched, named with their size, flown and kept."""
+
+import json
+
+import numpy as np
+import pytest
+
+from support.diagnosed_records import nominal, records
+from support.flown_effects import flown, scenario
+from testbed.diagnosis.formulas import screened_formulas
+from testbed.diagnosis.method import diagnosed
+from testbed.diagnosis.model import fitted
+from testbed.diagnosis.reading import data_set_of
+from testbed.dynamics.inertia import theta_of
+from testbed.effects.formula import Formula, flown_entries
+from testbed.effects.library import FOLDER_VARIABLE, kept_effects
+from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
+from testbed.errors import InputError
+from testbed.formulas.grammar import classes, is_listed, patterns, shares
+from testbed.formulas.pattern import pattern_of
+from testbed.library.own_effects import save_effect
+from testbed.prediction.formula_hooks import formula_hooks
+
+FEW = {name: EFFECTS[name] for name in ("viscous_drag", "body_torque")}
+PRODUCT, SIZE = "w_x*w_y about z", 4e-3
+"""N·m·s²/rad²: 15 sigma in four runs."""
+
+
+def data_of(text=None, values=(), count=5, seed=3):
+    hooks = [] if text is None else [formula_hooks(pattern_of(text))]
+    sizes = [] if text is None else [np.array(values)]
+    return data_set_of(records(count, seconds=5.0, hooks=hooks, values=sizes, seed=seed), *nominal())
+
+
+def last_of(data, effects=FEW):
+    said = []
+    found = diagnosed(
+        data.runs,
+        data.heldout,
+        effects,
+        theta_of(nominal()[1].inertia),
+        said.append,
+        {name: NOISE_EFFECTS[name] for name in ("gyro_noise",)},
+    )
+    return list(found)[-1], said
+
+
+@pytest.fixture(scope="module")
+def product():
+    return last_of(data_of(PRODUCT, [SIZE]))[0]
+
+
+def test_an_unmodelled_product_of_rates_is_named_with_its_size(product):
+    (step,) = product.steps
+    assert (product.verdict, step.key) == ("named", f"formula:{PRODUCT}")
+    value, std = product.model.effect_values[0], float(np.sqrt(product.model.covariance[6, 6]))
+    assert abs(value - SIZE) < 3.0 * std < 0.3 * SIZE
+    assert product.gap.heldout < 1.05 < product.gap_before.heldout + 0.05
+    assert (
+        product.probabilities[step.key] > 0.5
+    )  # of two effects in the library; kinds of torque that nobody listed have the rest
+
+
+def test_the_page_says_it_as_physics(product):
+    (step,) = product.steps
+    effect = step.effect
+    said = effect.measured(step.component, effect.quantities(np.array([1.312e-3]), np.array([8.1e-5])))
+    assert said.startswith(
+        "A torque about z of (1.312 ± 0.081)e-3 N·m·s²/rad² times ω_x ω_y. Known to have this form: "
+    )
+    assert "inertia or alignment error" in said
+
+
+def test_no_formula_is_searched_where_nothing_is_left():
+    state, said = last_of(data_of(seed=5))
+    assert state.verdict == "none"
+    assert "formulas" not in said
+
+
+def test_an_effect_of_the_library_keeps_its_name():
+    data = data_set_of(
+        records(
+            5, seconds=5.0, hooks=[EFFECTS["viscous_drag"].hooks("platform")], values=[np.array([4e-4, 3e-4, 2e-4])]
+        ),
+        *nominal(),
+    )
+    state, _ = last_of(data)
+    assert [step.key for step in state.steps] == ["viscous_drag:platform"]
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("lag(norm(w)*w_x, tau) about y", [0.4, 3e-3]),
+        ("sin(2*pi*f*t) + cos(2*pi*f*t) about x", [1.3, 3e-4, -1e-4]),
+        ("w_x*gimbal_rate_2 about y", [4e-4]),
+        ("R_zx in B", [1e-4, -7e-5, 5e-5]),
+    ],
+)
+def test_the_formula_with_the_most_evidence_is_the_one_that_acts(text, values):
+    data = data_of(text, values)
+    fit = fitted(data.runs, [], theta_of(nominal()[1].inertia), [])
+    best = screened_formulas(data.runs, data.heldout, fit, library=60).candidates[0]
+    assert best.component == text
+    std = np.sqrt(np.diag(best.fit.covariance)[6:])
+    assert np.all(np.abs(best.fit.effect_values - values) < 4.0 * std)
+
+
+def test_the_extended_scenario_flies_it(tmp_path):
+    pattern = pattern_of("w_x*gimbal_rate_2 in B")
+    effect, size = Formula(pattern, typical_value=np.ones(1)), np.array([4e-4, -2e-4, 1e-4])
+    flight = flown([effect.extension(str(pattern), size, scenario())], tmp_path)
+    left, signature = flight.residual([effect.hooks(str(pattern))], size), flight.residual([])
+    assert left < 2e-6 < 0.02 * signature  # gimbal angles sampled at 160 Hz leave 3e-7, six digits of an MJCF 4e-7
+
+
+def test_formulas_add_up_in_the_scenario():
+    first, second = (Formula(pattern_of(text), typical_value=np.ones(1)) for text in ("t about x", "w_x about y"))
+    flies = scenario().model_copy(
+        update={
+            "truth": scenario().truth.model_validate(
+                first.extension("", np.array([1e-5]), scenario()).scenario["truth"]
+            )
+        }
+    )
+    entries = second.extension("", np.array([2e-5]), flies).scenario["truth"]["torque"]
+    assert [each["formula"] for each in entries] == ["t", "w_x"]
+
+
+def test_an_oscillation_is_flown_as_a_sine_and_a_cosine():
+    entries = flown_entries(pattern_of("sin(2*pi*f*t) + cos(2*pi*f*t) about x"), np.array([1.5, 2e-4, -1e-4]))
+    assert [(each["formula"], each["coefficient"]) for each in entries] == [
+        ("sin(2*pi*1.5*t)", 2e-4),
+        ("cos(2*pi*1.5*t)", -1e-4),
+    ]
+
+
+def test_the_prior_of_a_class_is_shared_and_falls_with_length():
+    every = patterns(6)
+    share = shares(every)
+    for alike in every.values():
+        assert sum(share[each] for each in alike) == pytest.approx(1.0)
+    assert share[pattern_of("w_x*w_y about z")] == 2.0 * share[pattern_of("w_x*w_y in B")]
+    assert share[pattern_of("w_x about z")] == 4.0 * share[pattern_of("lag(w_x, tau) about z")]
+    assert "gimbal rate" not in classes(0)
+
+
+def test_what_the_library_lists_is_no_formula_of_the_search():
+    assert is_listed(pattern_of("w_x about x"))
+    assert is_listed(pattern_of("abs(w_x)*w_x about x"))
+    assert not is_listed(pattern_of("w_x about y"))
+    assert not is_listed(pattern_of("w_x*w_x about x"))
+
+
+def diagnosis_with(tmp_path, *components):
+    step = {"effect": "formula", "parameters": {"coefficient_N_m_s2_rad2": {"value": -1.3e-3, "std": 1e-4, "unit": ""}}}
+    content = {
+        "steps": [step | {"component": each} for each in components],
+        "inertia": {"after": {"theta_kg_m2": [0.02, 0.022, 0.03, 0.0, 0.0, 0.0]}},
+    }
+    (tmp_path / "diagnosis.json").write_text(json.dumps(content), encoding="utf-8")
+    return tmp_path
+
+
+def test_a_formula_is_kept_as_data_under_a_name(tmp_path, monkeypatch):
+    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "own"))
+    path = save_effect(diagnosis_with(tmp_path, PRODUCT), "arm_product")
+    assert path == tmp_path / "own" / "arm_product.toml"
+    (effect,) = kept_effects()
+    assert (effect.id, effect.components) == ("arm_product", ("platform",))
+    assert effect.parameters[0].typical_on(0.024) == pytest.approx(1.3e-3)
+    state, said = last_of(data_of(PRODUCT, [SIZE]), FEW | {effect.id: effect})
+    assert [step.key for step in state.steps] == ["arm_product:platform"]
+    assert "formulas" not in said
+
+
+@pytest.mark.parametrize(
+    ("components", "name", "number", "said"),
+    [
+        ((), "arm", None, "names no formula"),
+        ((PRODUCT, "t about x"), "arm", None, "choose one by --number: 1: w_x"),
+        ((PRODUCT,), "arm", 2, "has no formula 2"),
+        ((PRODUCT,), "Arm!", None, "small letters"),
+        ((PRODUCT,), "tether", None, "is there already"),
+    ],
+)
+def test_what_cannot_be_kept_is_refused(components, name, number, said, tmp_path, monkeypatch):
+    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "own"))
+    with pytest.raises(InputError, match=said):
+        save_effect(diagnosis_with(tmp_path, *components), name, number)
+
+
+def test_a_damaged_effect_of_the_library_is_named(tmp_path, monkeypatch):
+    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path))
+    (tmp_path / "arm.toml").write_text(
+        'name = "arm"\nformula = "w_q about z"\nsizes = [1.0]\nmean_inertia_kg_m2 = 1.0\n'
+    )
+    with pytest.raises(InputError, match=r"arm\.toml: is no effect .* did you mean w_"):
+        list(kept_effects())
