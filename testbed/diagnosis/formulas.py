@@ -18,8 +18,8 @@ from scipy.special import logsumexp
 from testbed.arrays import Array
 from testbed.diagnosis.candidates import Candidate, Screening, SizePrior, accepted
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.latent import TorqueShape, evidence_of_any, torque_response
-from testbed.diagnosis.model import Fit, Hypothesis, orthonormal, projected_out
+from testbed.diagnosis.latent import TorqueShape, TorqueSpace, evidence_of_any, torque_space
+from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.search import Search, log_odds_of_all, screened, with_effect, with_model
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis
@@ -221,21 +221,19 @@ def _linearised(
 ) -> Iterator[_Tested]:
     """Yield every formula with its evidence by the linearisation alone."""
     along, knots = _Along.of(runs, fit), _knots(runs)
-    nuisance = orthonormal(fit.jacobian[: runs.samples])
-    directions, response = np.linalg.qr(projected_out(torque_response(runs, fit, knots), nuisance))
-    residual = directions.T @ fit.residual[: runs.samples]
+    space = torque_space(runs, fit, knots)
     typical = BodyTorque.parameters[0].typical_on(runs.mean_moment(fit.theta))
     alike: dict[tuple[Law, ...], list[Pattern]] = {}
     for pattern in (each for of_class in every.values() for each in of_class):
         alike.setdefault(pattern.laws, []).append(pattern)
     found: dict[Pattern, list[tuple[float, _Valued]]] = {}
-    for valued, columns in _columns(list(_valued(along, list(alike))), along, response, knots):
+    for valued, columns in _columns(list(_valued(along, list(alike))), along, space, knots):
         sizes = typical / valued.power
         for pattern in alike[valued.laws]:
-            own = (columns[pattern.frame] @ pattern.axes.T).reshape(len(response), -1)
+            own = (columns[pattern.frame] @ pattern.axes.T).reshape(len(space.residual), -1)
             none = np.zeros(own.shape[1], dtype=bool)
             prior = SizePrior(typical=np.repeat(sizes, len(pattern.axes)), positive=none, searched=none)
-            found.setdefault(pattern, []).append((prior.evidence(own.T @ own, own.T @ residual), valued))
+            found.setdefault(pattern, []).append((prior.evidence(own.T @ own, own.T @ space.residual), valued))
     for pattern, starts in found.items():
         evidence = np.array([each for each, _ in starts])
         best = starts[int(evidence.argmax())][1]
@@ -291,7 +289,7 @@ def _valued(along: _Along, every: Sequence[tuple[Law, ...]]) -> Iterator[_Valued
 
 
 def _columns(
-    every: Sequence[_Valued], along: _Along, response: Array, knots: int
+    every: Sequence[_Valued], along: _Along, space: TorqueSpace, knots: int
 ) -> Iterator[tuple[_Valued, Mapping[Frame, Array]]]:
     """Yield what unit torques by laws do, shape (samples, laws, 3) by frame; many are worked out at once."""
     for first in range(0, len(every), _AT_ONCE):
@@ -300,7 +298,7 @@ def _columns(
         edges = np.cumsum([len(each.values) for each in some])[:-1]
         frames: tuple[Frame, Frame] = ("B", "N")
         parts = [
-            np.split((response @ along.torques(values, frame, knots)).reshape(len(response), -1, 3), edges, axis=1)
+            np.split(space.columns(along.torques(values, frame, knots)).reshape(len(space.residual), -1, 3), edges, 1)
             for frame in frames
         ]
         for each, *own in zip(some, *parts, strict=True):
@@ -352,14 +350,14 @@ class _Along:
         return np.stack([np.broadcast_to(law.product(self.moment, constants), self.time.shape) for law in laws])
 
     def torques(self, values: Array, frame: str, knots: int) -> Array:
-        """Return unit torques by laws along three axes at the knots of every run, (R * knots * 3, laws * 3)."""
+        """Return unit torques by laws along three axes at the knots of every run, (R, knots * 3, laws * 3)."""
         axes = np.eye(3) if frame == "B" else self.moment.attitude  # of N: rows of R_AB are the axes in B
         along = values[..., None, None] * axes  # (laws, R, N, axis, component)
         at = np.linspace(0.0, self.time.shape[1] - 1, knots)
         before = np.minimum(at.astype(int), self.time.shape[1] - 2)
         share = (at - before)[:, None, None]
         at_knots: Array = (1.0 - share) * along[:, :, before] + share * along[:, :, before + 1]
-        return np.moveaxis(at_knots, (0, 3), (3, 4)).reshape(-1, len(values) * 3)
+        return np.moveaxis(at_knots, (0, 3), (3, 4)).reshape(len(self.time), -1, len(values) * 3)
 
 
 def _remembered(memory: Memory, product: Array, time: Array, constant: Array) -> Array:

@@ -301,7 +301,7 @@ def _torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
     time = runs.grid.node_time - runs.grid.node_time[:, :1]
     knots = max(_FEWEST_KNOTS, int(np.ceil(_KNOTS_PER_SECOND * time.max())))
     at = np.linspace(np.zeros(len(time)), time[:, -1], knots, axis=1)
-    space = _torque_space(_by_run(runs, fit, knots))
+    space = torque_space(runs, fit, knots)
     tried = [*_slow(at, _rates(runs, fit, at)), *_oscillations(runs, at), *_pulses(at)]
     alike = Counter(each.kind for each in tried)
     typical = BodyTorque.parameters[0].typical_on(runs.mean_moment(fit.theta))
@@ -398,11 +398,11 @@ def _rates(runs: Runs, fit: Fit, time: Array) -> Array:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _TorqueSpace:
+class TorqueSpace:
     """Of the samples what torques at the knots can do: as many numbers as there are torques, K.
 
     Attributes:
-        responses: of each run to its torques before what all runs share is projected out, shapes (3, K_run, T).
+        responses: of each run to its torques before what all runs share is projected out, shapes (K_run, T 3).
         taken: directions of what all runs share, as columns, shape (K, r).
         left: share of a length along them that stays, shape (r,).
         residual: shape (K,).
@@ -413,13 +413,31 @@ class _TorqueSpace:
     left: Array
     residual: Array
 
+    def columns(self, torques: Array) -> Array:
+        """Return what torques at the knots do, shape (K, C), for torques of shape (R, T 3, C)."""
+        return self._free(np.concatenate([of @ own for of, own in zip(self.responses, torques, strict=True)]))
 
-def _torque_space(free: Sequence[_Free]) -> _TorqueSpace:
-    """Return the space, from a factorisation of every run by itself.
+    def on_axes(self, functions: Array) -> Array:
+        """Return what torques do that follow functions, shape (R, T, F), on one axis after the other: (3, K, F)."""
+        by_axis = [np.moveaxis(of.reshape(len(of), -1, 3), -1, 0) for of in self.responses]
+        return self._free(np.concatenate([of @ own for of, own in zip(by_axis, functions, strict=True)], axis=1))
+
+    def _free(self, together: Array) -> Array:
+        return together - self.taken @ ((1.0 - self.left)[:, None] * (self.taken.T @ together))
+
+
+def torque_space(runs: Runs, fit: Fit, knots: int) -> TorqueSpace:
+    """Return what torques can do to the samples of runs, from a factorisation of every run by itself.
 
     With B = Q R of all runs and N an orthonormal basis of what they share, (1 - N Nᵀ) Q has the Gram matrix
     1 - PᵀP, P = NᵀQ = U S Vᵀ, whose square root is 1 - V (1 - √(1 - S²)) Vᵀ: what it does to R is done to torques.
+
+    Args:
+        runs: to be explained.
+        fit: of the present model to them; what it can absorb is projected out.
+        knots: of each run, as for `torque_responses`.
     """
+    free = _by_run(runs, fit, knots)
     shared = orthonormal(np.concatenate([each.shared for each in free]))
     bases = np.split(shared, np.cumsum([len(each.residual) for each in free])[:-1])
     residual = np.concatenate([each.residual for each in free])
@@ -430,21 +448,19 @@ def _torque_space(free: Sequence[_Free]) -> _TorqueSpace:
     left = np.sqrt(np.maximum(1.0 - sine**2, 0.0))
     outside = inside - along @ (shared.T @ residual)
     back = np.divide(1.0, left, out=np.zeros_like(left), where=left > _TAKEN)
-    return _TorqueSpace(
-        responses=[np.ascontiguousarray(np.moveaxis(rest.reshape(len(rest), -1, 3), -1, 0)) for _, rest in factors],
+    return TorqueSpace(
+        responses=[rest for _, rest in factors],
         taken=taken,
         left=np.where(left > _TAKEN, left, 0.0),
         residual=outside + taken @ ((back - 1.0) * (taken.T @ outside)),
     )
 
 
-def _responses(tried: Sequence[_Tried], space: _TorqueSpace) -> Iterator[Array]:
+def _responses(tried: Sequence[_Tried], space: TorqueSpace) -> Iterator[Array]:
     """Yield what the torques of each shape do, shape (K, 3 F), many at once."""
     for first in range(0, len(tried), _AT_ONCE):
         some = tried[first : first + _AT_ONCE]
-        torques = np.concatenate([each.torques for each in some], axis=-1)
-        together = np.concatenate([of @ own for of, own in zip(space.responses, torques, strict=True)], axis=1)
-        together -= space.taken @ ((1.0 - space.left)[:, None] * (space.taken.T @ together))
+        together = space.on_axes(np.concatenate([each.torques for each in some], axis=-1))
         ends = np.cumsum([each.torques.shape[-1] for each in some])
         yield from (np.concatenate(own, axis=-1) for own in np.split(together, ends[:-1], axis=-1))
 

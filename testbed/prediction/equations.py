@@ -313,7 +313,8 @@ class Equations:
         for hook, value, own in self._acting.values():
             if hook.states:
                 disturbed = state[..., own] + 1j * COMPLEX_STEP * np.eye(hook.states)
-                tangents[..., own] = np.swapaxes(hook.hidden_momentum(value, disturbed).imag, -1, -2) / COMPLEX_STEP
+                held = np.broadcast_to(hook.hidden_momentum(value, disturbed), (*disturbed.shape[:2], 3))
+                tangents[..., own] = np.swapaxes(held.imag, -1, -2) / COMPLEX_STEP
         return tangents
 
     def _add_effects(

@@ -11,15 +11,14 @@ from support.diagnosed_records import nominal, records
 from support.unlisted_torques import Growing, Humming, Pulsing
 from testbed.diagnosis.latent import (
     TorqueShape,
-    _by_run,
     _responses,
-    _torque_space,
     _Tried,
     evidence_of_any,
     goodness,
     on_all_runs,
     torque_responses,
     torque_shapes,
+    torque_space,
 )
 from testbed.diagnosis.misfit import log_evidence
 from testbed.diagnosis.model import Hypothesis, fitted, orthonormal, projected_out
@@ -141,7 +140,7 @@ def test_what_torques_can_do_is_the_same_run_by_run_as_all_runs_together():
     """Lengths and angles of the responses, and what of the residual lies among them."""
     data, fit = baseline(records(3))
     runs, fit = on_all_runs(data.runs, data.heldout, fit)
-    space = _torque_space(_by_run(runs, fit, KNOTS))
+    space = torque_space(runs, fit, KNOTS)
     nuisance = orthonormal(fit.jacobian[: runs.samples])
     whole = projected_out(block_diag(*torque_responses(runs, fit, KNOTS)), nuisance)
     torques = np.random.default_rng(3).standard_normal((len(runs.names), KNOTS, 2))
