@@ -145,7 +145,8 @@ def disturbed_rates(
     flat, at_nodes = motion.states.reshape(-1, 1, size), motion.equations.known_at(slice(0, nodes), 0)
     rates, by_state, by_momentum = motion.equations.rate_and_tangents(flat, at_nodes)
     rates = rates.reshape(runs, nodes, 3)
-    if not np.iscomplexobj(start):
+    carrying = (start, *effects, *(speck.value for speck in specks), known.momentum_B, known.torque_B)
+    if known.inertia_step is None and not any(map(np.iscomplexobj, carrying)):
         return rates[:, :, None]
     by_node, turned = by_momentum.reshape(1, runs, nodes, 3, 3), np.zeros((runs, nodes, start.shape[2], 3))
     _force(turned, known, by_node, None, rates[None], (0,))

@@ -18,7 +18,12 @@ from testbed.estimation.motion import drive_of, simulate
 from testbed.prediction.grid import grid_of
 from testbed.prediction.hooks import Hooks, Instant
 from testbed.prediction.integration import Values
-from testbed.prediction.prediction import predicted, predicted_with_derivatives, without_gyro_errors
+from testbed.prediction.prediction import (
+    derivatives_at,
+    predicted,
+    predicted_with_derivatives,
+    without_gyro_errors,
+)
 from testbed.prediction.smoothed import body_motion
 
 MOMENTUM_B = np.array([0.003, -0.004, 0.006])
@@ -62,6 +67,23 @@ def test_gimbals_are_moved_by_the_body_and_not_by_what_a_late_gyro_shows():
 def test_an_effect_outside_the_gyro_tells_nothing_of_it():
     drag = EFFECTS["viscous_drag"].hooks("platform")
     assert without_gyro_errors(GRID, [drag], values(1e-4)) is GRID
+
+
+@pytest.mark.parametrize("effect", ["contact", "flexible_appendage", "slosh"])
+def test_derivatives_at_the_starts_of_a_scan_are_those_of_a_model_that_begins_there(effect):
+    """A speck that does not move the body, all starts together, against the whole model at one start."""
+    scanned, drag = EFFECTS[effect], EFFECTS["viscous_drag"].hooks("platform")
+    starts = scanned.starts("platform", GRID)[:3]
+    shown = [place for place, parameter in enumerate(scanned.parameters) if not parameter.scanned]
+    hooks, model = [drag, scanned.hooks("platform")], values(1e-4)
+    found = derivatives_at(GRID, hooks, model, starts, shown)
+    for start, *blocks in zip(starts, *found, strict=True):
+        _, expected = predicted_with_derivatives(GRID, hooks, values(1e-4, start))
+        for block, whole in zip(blocks, expected, strict=True):
+            own = whole[..., 7 : 7 + len(start)]
+            scale = np.abs(own[..., shown]).max()
+            assert scale > 0.0
+            np.testing.assert_allclose(block[..., shown], own[..., shown], atol=1e-6 * scale)
 
 
 def test_parameter_sets_do_not_mix():
