@@ -18,7 +18,7 @@ from scipy.special import logsumexp
 from testbed.arrays import Array
 from testbed.diagnosis.candidates import Candidate, Screening, SizePrior, accepted
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.latent import TorqueShape, evidence_of_any, torque_response
+from testbed.diagnosis.latent import TorqueShape, evidence_of_any, on_enough_runs, torque_response
 from testbed.diagnosis.model import Fit, Hypothesis, orthonormal, projected_out
 from testbed.diagnosis.search import Search, log_odds_of_all, screened, with_effect, with_model
 from testbed.diagnosis.settings import SETTINGS
@@ -228,7 +228,8 @@ def _not_outdone(tested: Sequence[_Tested]) -> Iterator[_Tested]:
 def _linearised(
     runs: Runs, fit: Fit, every: Mapping[Class, tuple[Pattern, ...]], share: Mapping[Pattern, float]
 ) -> Iterator[_Tested]:
-    """Yield every formula with its evidence by the linearisation alone."""
+    """Yield every formula with its evidence by the linearisation alone; of very many runs an even choice counts."""
+    runs, fit = on_enough_runs(runs, fit)
     along, knots = _Along.of(runs, fit), _knots(runs)
     nuisance = orthonormal(fit.jacobian[: runs.samples])
     directions, response = np.linalg.qr(projected_out(torque_response(runs, fit, knots), nuisance))
