@@ -18,7 +18,7 @@ from scipy.special import logsumexp
 from testbed.arrays import Array
 from testbed.diagnosis.candidates import Candidate, Screening, SizePrior, accepted
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.latent import TorqueShape, TorqueSpace, evidence_of_any, torque_space
+from testbed.diagnosis.latent import TorqueShape, TorqueSpace, evidence_of_any, on_enough_runs, torque_space
 from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.search import Search, log_odds_of_all, screened, with_effect, with_model
 from testbed.diagnosis.settings import SETTINGS
@@ -95,15 +95,16 @@ def with_formulas(
     """
     begun = state
     bare = with_model(replace(state, steps=(), explained=0.0), state.baseline) if state.steps else state
-    while search.has_room(state) and state.left_over:
-        chosen = _best_addition(state, bare, search)
+    for _ in range(SETTINGS.most_effects):
+        chosen = _best_addition(state, bare if state is begun else None, search) if state.left_over else None
         if chosen is None:
             break
         before, candidate, screening = chosen
         search = replace(search, testable=(*search.testable, candidate.placed), known={})
-        grown = noise(search.reconsidered(with_effect(before, candidate, screening)))
-        if grown.gap.fit > state.gap.fit:  # what fits worse is no explanation
+        larger = search.reconsidered(with_effect(before, candidate, screening))
+        if larger.gap.fit > before.gap.fit:  # what fits worse is no explanation
             break
+        grown = noise(larger)
         beside = search.screened(grown)
         further = accepted(beside)
         while further is not None and search.has_room(grown):
@@ -111,7 +112,7 @@ def with_formulas(
             beside = search.screened(grown)
             further = accepted(beside)
         state = residual(replace(grown, remaining=beside))
-        explained = log_odds_of_all(state, bare) if state.steps else 0.0
+        explained = _explained(state, bare) if state.steps else 0.0
         left = evidence_of_any(state.shapes, beside.tested, beside.prior_odds.unmodelled)
         state = replace(state, explained=explained, unmodelled=explained + left)
     # As for effects of the library: what has lower posterior odds than a torque that the grammar lacks is no name.
@@ -119,15 +120,23 @@ def with_formulas(
     return begun if lacking and _odds_of(begun, lacking, search) > state.explained else state
 
 
+def _explained(state: Diagnosis, bare: Diagnosis) -> float:
+    """Return the odds of all effects in a model together against the nominal one, both in the noise of the latter."""
+    within = with_model(replace(bare, steps=state.steps), state.model)
+    return log_odds_of_all(within, bare)
+
+
 def _odds_of(state: Diagnosis, shapes: Sequence[TorqueShape], search: Search) -> float:
     return evidence_of_any(shapes, max(len(search.testable), 1), state.runs.prior_odds.unmodelled)
 
 
-def _best_addition(state: Diagnosis, bare: Diagnosis, search: Search) -> tuple[Diagnosis, Candidate, Screening] | None:
+def _best_addition(
+    state: Diagnosis, bare: Diagnosis | None, search: Search
+) -> tuple[Diagnosis, Candidate, Screening] | None:
     """Return the formula that explains the most, beside the effects in the model or in the place of the library's."""
     library = state.steps[0].screening if state.steps else state.remaining
-    bases = [(state, state.remaining)]
-    if any(not isinstance(step.effect, Formula) for step in state.steps):
+    bases = [(state, state.remaining)] if search.has_room(state) else []
+    if bare is not None and state.steps:
         bases.append((bare, library))
     found = []
     for base, listed in bases:
@@ -219,7 +228,8 @@ def _not_outdone(tested: Sequence[_Tested]) -> Iterator[_Tested]:
 def _linearised(
     runs: Runs, fit: Fit, every: Mapping[Class, tuple[Pattern, ...]], share: Mapping[Pattern, float]
 ) -> Iterator[_Tested]:
-    """Yield every formula with its evidence by the linearisation alone."""
+    """Yield every formula with its evidence by the linearisation alone; of very many runs an even choice counts."""
+    runs, fit = on_enough_runs(runs, fit)
     along, knots = _Along.of(runs, fit), _knots(runs)
     space = torque_space(runs, fit, knots)
     typical = BodyTorque.parameters[0].typical_on(runs.mean_moment(fit.theta))
