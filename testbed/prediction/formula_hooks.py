@@ -25,11 +25,6 @@ class _OfFormula(Hooks):
     def __init__(self, pattern: Pattern) -> None:
         self._pattern = pattern
 
-    @override
-    def cluster_momentum(self, momentum_B: Array, value: Array, grid: Grid) -> Array:
-        """The momentum as it is, complex where the parameters are: the integration carries steps of complex states."""
-        return momentum_B.astype(np.result_type(momentum_B, value), copy=False)
-
 
 @final
 class _AlongTime(_OfFormula):
