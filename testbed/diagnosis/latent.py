@@ -486,6 +486,13 @@ def _tested(
     )
 
 
-def surest(shapes: Sequence[TorqueShape]) -> TorqueShape | None:
-    """Return the shape with the smallest p-value; None if there is none."""
-    return min(shapes, key=lambda shape: shape.p_value, default=None)
+def most_probable(shapes: Sequence[TorqueShape], p_value: float) -> TorqueShape | None:
+    """Return the shape with the highest posterior odds among the significant ones; None if there is none.
+
+    Args:
+        shapes: all that were tried; those of a kind share its prior.
+        p_value: below which a shape is significant.
+    """
+    alike = Counter(shape.kind for shape in shapes)
+    significant = [shape for shape in shapes if shape.p_value < p_value]
+    return max(significant, key=lambda shape: shape.evidence - 2.0 * log(alike[shape.kind]), default=None)

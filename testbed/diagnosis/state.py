@@ -10,7 +10,7 @@ from typing import Literal
 from testbed.arrays import Theta
 from testbed.diagnosis.candidates import UNKNOWN, Candidate, Screening, accepted, by_class, probabilities_of
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.latent import LatentTorque, TorqueShape, surest
+from testbed.diagnosis.latent import LatentTorque, TorqueShape, most_probable
 from testbed.diagnosis.misfit import Misfit
 from testbed.diagnosis.model import AtComponent, Fit, Hypothesis
 from testbed.diagnosis.noise import NoiseHypothesis, NoiseLevel
@@ -137,8 +137,7 @@ class Diagnosis:
     @property
     def shape_left(self) -> TorqueShape | None:
         """The significant unmodelled torque of a known shape; None where there is none."""
-        shape = surest(self.shapes)
-        return shape if shape is not None and shape.p_value < SETTINGS.unexplained_p_value else None
+        return most_probable(self.shapes, SETTINGS.unexplained_p_value)
 
     @property
     def torque_explained(self) -> float | None:

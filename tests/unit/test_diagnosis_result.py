@@ -43,10 +43,14 @@ def content(diagnosis):
     return result_of(diagnosis, located(diagnosis.runs, diagnosis.baseline), ())
 
 
+CLEAR_PULSES = 6e-4
+"""N·m, of impulses for which the odds against a constant torque are e^8: twice those that are nearly one."""
+
+
 @pytest.fixture(scope="module")
 def pulsing():
     effects = STEADY | {"gyro_latency": EFFECTS["gyro_latency"]}
-    return last(records(3, hooks=[Pulsing()], values=[np.array([3e-4])]), effects=effects)
+    return last(records(3, hooks=[Pulsing()], values=[np.array([CLEAR_PULSES])]), effects=effects)
 
 
 def test_a_single_run_has_no_held_out_gap_and_json_says_null():
@@ -68,7 +72,7 @@ def test_a_single_run_gets_no_name_and_what_explains_it_is_reported():
 
 
 def test_a_name_with_lower_odds_than_an_unmodelled_torque_is_retracted():
-    pulses = last(records(3, hooks=[Pulsing()], values=[np.array([3e-4])]), effects=STEADY)
+    pulses = last(records(3, hooks=[Pulsing()], values=[np.array([CLEAR_PULSES])]), effects=STEADY)
     assert pulses.verdict == "unexplained"
     assert [each.key for each in pulses.retracted] == ["body_torque:platform"]
     assert not pulses.added
@@ -80,6 +84,15 @@ def test_a_name_with_lower_odds_than_an_unmodelled_torque_is_retracted():
     torque = np.array([1e-4, 2e-4, -1e-4])
     steady = last(records(3, hooks=[STEADY["body_torque"].hooks("platform")], values=[torque]), effects=STEADY)
     assert [step.placed.key for step in steady.steps] == ["body_torque:platform"]
+
+
+def test_a_name_with_about_the_odds_of_an_unmodelled_torque_stands_beside_it():
+    """Weak pulses are nearly a constant torque: 2 ln of the odds are 138.9 and 138.7."""
+    pulses = last(records(3, hooks=[Pulsing()], values=[np.array([CLEAR_PULSES / 2.0])]), effects=STEADY)
+    assert pulses.verdict == "ambiguous"
+    assert [each.key for each in pulses.added] == ["body_torque:platform"]
+    alike = "cannot distinguish body_torque (platform) from a torque that no effect of the library gives"
+    assert alike in diagnosis_verdict(pulses).text
 
 
 def test_held_out_runs_that_are_missed_without_a_reason_to_name_anything_are_explained():

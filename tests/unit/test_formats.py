@@ -152,7 +152,7 @@ def late_by(seconds, count=3, **options):
 def test_a_diagnosis_is_as_described_whatever_its_verdict(monkeypatch, tmp_path):
     few = ("gyro_latency", "viscous_drag", "gimbal_coulomb_friction")
     alike = ("gyro_latency", "gyro_bandwidth")
-    pulsing = records(3, hooks=[Pulsing()], values=[np.array([3e-4])])
+    pulsing = records(3, hooks=[Pulsing()], values=[np.array([6e-4])])
     made = {
         "none": diagnosed(monkeypatch, few, records(3)),
         "named": diagnosed(monkeypatch, few, late_by(0.02)),
