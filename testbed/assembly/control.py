@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.arrays import Matrices3, Series, Units, Vectors3
-from testbed.assembly.platform import PlatformModel, each_wheel
-from testbed.cmg.actuators import Actuators
+from testbed.assembly.platform import PlatformModel, each_wheel, platform_actuators
 from testbed.cmg.steering import (
     GeneralizedSingularityRobust,
     MoorePenrose,
@@ -61,7 +60,7 @@ def flight_controller(scenario: Scenario, nominal: PlatformModel) -> Controller:
     period = 1.0 / scenario.simulation.control_rate_hz
     servo = gimbal_servo(nominal.cluster, gyros.servo_bandwidth, gyros.servo_damping_ratio, gyros.gimbal_rate_limit)
     return Controller(
-        actuators=Actuators(cluster=nominal.cluster, wheels=nominal.wheels, gimbal_rate_limit=gyros.gimbal_rate_limit),
+        actuators=platform_actuators(scenario, nominal),
         tracker=Tracker(inertia=nominal.turned_inertia, gain=_gain(scenario)),
         law=steering_law(steering),
         servo=servo,

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from testbed.arrays import Matrix3, Series, Units, Vector3, Vectors3
-from testbed.cmg.actuators import envelope_share, held_capacity
+from testbed.cmg.actuators import Actuators, envelope_share, held_capacity
 from testbed.cmg.cluster import Cluster, platform_momentum
 from testbed.cmg.wheels import Wheels, no_wheels, turned_wheel_axes, wheel_momentum
 from testbed.dynamics.environment import Environment, Orbiting, Pivoted, local_axes, orbit_torque
@@ -343,6 +343,13 @@ def initial_momentum(scenario: Scenario, platform: PlatformModel) -> Vector3:
     at_rest = np.zeros_like(start.gimbal_angle)
     carried = platform_momentum(platform.cluster, platform.turned_inertia, start.body_rate, start.gimbal_angle, at_rest)
     return carried + wheel_momentum(platform.wheels, first_wheel_momentum(scenario))
+
+
+def platform_actuators(scenario: Scenario, platform: PlatformModel) -> Actuators:
+    """Return all gyros and wheels of a platform, with the rate limit that the scenario gives gimbals."""
+    return Actuators(
+        cluster=platform.cluster, wheels=platform.wheels, gimbal_rate_limit=scenario.gyros.gimbal_rate_limit
+    )
 
 
 def first_wheel_momentum(scenario: Scenario) -> Units:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import ceil, log
+from math import log
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
@@ -18,7 +18,15 @@ from scipy.special import logsumexp
 from testbed.arrays import Array
 from testbed.diagnosis.candidates import Candidate, Screening, SizePrior, accepted
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.latent import TorqueShape, TorqueSpace, evidence_of_any, on_enough_runs, torque_space
+from testbed.diagnosis.latent import (
+    AT_ONCE,
+    TorqueShape,
+    TorqueSpace,
+    evidence_of_any,
+    on_enough_runs,
+    shape_knots,
+    torque_space,
+)
 from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.search import Search, log_odds_of_all, screened, with_effect, with_model
 from testbed.diagnosis.settings import SETTINGS
@@ -35,14 +43,8 @@ from testbed.prediction.integration import node_rates
 from testbed.rotation.kinematics import integrate_attitude
 from testbed.rotation.quaternion import matrix_of
 
-_KNOTS_PER_SECOND = 12.0
-"""Hat functions of a torque: as those of torque shapes, of which a sine of 4 Hz keeps nine tenths of its amplitude."""
-_FEWEST_KNOTS = 8
-"""Of a run, however short, as those of torque shapes."""
 _NO_FORMULA = ("pulses", "oscillation of every run's own")
 """Kinds of torque shapes that no formula has: what comes at instants, or in every run at another phase."""
-_AT_ONCE = 64
-"""Laws whose responses are worked out together, as those of torque shapes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -230,7 +232,7 @@ def _linearised(
 ) -> Iterator[_Tested]:
     """Yield every formula with its evidence by the linearisation alone; of very many runs an even choice counts."""
     runs, fit = on_enough_runs(runs, fit)
-    along, knots = _Along.of(runs, fit), _knots(runs)
+    along, knots = _Along.of(runs, fit), shape_knots(runs)
     space = torque_space(runs, fit, knots)
     typical = BodyTorque.parameters[0].typical_on(runs.mean_moment(fit.theta))
     alike: dict[tuple[Law, ...], list[Pattern]] = {}
@@ -302,8 +304,8 @@ def _columns(
     every: Sequence[_Valued], along: _Along, space: TorqueSpace, knots: int
 ) -> Iterator[tuple[_Valued, Mapping[Frame, Array]]]:
     """Yield what unit torques by laws do, shape (samples, laws, 3) by frame; many are worked out at once."""
-    for first in range(0, len(every), _AT_ONCE):
-        some = every[first : first + _AT_ONCE]
+    for first in range(0, len(every), AT_ONCE):
+        some = every[first : first + AT_ONCE]
         values = np.concatenate([each.values for each in some])
         edges = np.cumsum([len(each.values) for each in some])[:-1]
         frames: tuple[Frame, Frame] = ("B", "N")
@@ -320,11 +322,6 @@ def _frequencies(along: _Along) -> Array:
     longest = float(along.time.max())
     slowest = SETTINGS.resolved_periods / longest
     return np.arange(slowest, SETTINGS.fastest_oscillation_hz, SETTINGS.frequency_resolution / longest)
-
-
-def _knots(runs: Runs) -> int:
-    time = runs.grid.node_time
-    return max(_FEWEST_KNOTS, ceil(_KNOTS_PER_SECOND * float((time[:, -1] - time[:, 0]).max())))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

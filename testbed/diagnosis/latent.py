@@ -16,7 +16,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from itertools import combinations_with_replacement, groupby, pairwise
-from math import exp, log
+from math import ceil, exp, log
 from typing import Literal, TypeAlias, final
 
 import numpy as np
@@ -141,7 +141,7 @@ def _from_content(content: Content) -> LatentTorque:
 
 def _latent_torque(runs: Runs, fit: Fit) -> LatentTorque:
     runs, fit = on_enough_runs(runs, fit)
-    knots = max(_FEWEST_KNOTS, int(np.ceil(KNOTS_PER_SECOND * float(np.ptp(runs.grid.node_time, axis=1).max()))))
+    knots = _knot_count(runs, KNOTS_PER_SECOND)
     # From its increments to the torque at the knots.
     walk = np.asarray(np.kron(np.tril(np.ones((knots, knots))), np.eye(3)), dtype=np.float64)
     increments, directions = _increments(_by_run(runs, fit, knots), walk)
@@ -157,6 +157,10 @@ def _latent_torque(runs: Runs, fit: Fit) -> LatentTorque:
         knot_time=np.linspace(ends[:, 0], ends[:, 1], knots, axis=1),
         torque_B=torque_B,
     )
+
+
+def _knot_count(runs: Runs, per_second: float) -> int:
+    return max(_FEWEST_KNOTS, ceil(per_second * float(np.ptp(runs.grid.node_time, axis=1).max())))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -245,7 +249,7 @@ _KNOTS_PER_SECOND = 12.0
 any shape changes by 0.03 at most in the same cases, that of pulses by 0.6."""
 _TAKEN = 1e-7
 """Share of a torque's effect below which all of it is what the model can do: above rounding, the root of 1e-16."""
-_AT_ONCE = 64
+AT_ONCE = 64
 """Shapes whose responses are worked out together: 12 -> 1.3 s for the pulses in five runs of 20 s, the same to
 1e-15."""
 
@@ -296,10 +300,15 @@ def torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
     )
 
 
+def shape_knots(runs: Runs) -> int:
+    """Return the number of knots of a torque of a known shape, the same in every run."""
+    return _knot_count(runs, _KNOTS_PER_SECOND)
+
+
 def _torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
     runs, fit = on_enough_runs(runs, fit)
     time = runs.grid.node_time - runs.grid.node_time[:, :1]
-    knots = max(_FEWEST_KNOTS, int(np.ceil(_KNOTS_PER_SECOND * time.max())))
+    knots = shape_knots(runs)
     at = np.linspace(np.zeros(len(time)), time[:, -1], knots, axis=1)
     space = torque_space(runs, fit, knots)
     tried = [*_slow(at, _rates(runs, fit, at)), *_oscillations(runs, at), *_pulses(at)]
@@ -458,8 +467,8 @@ def torque_space(runs: Runs, fit: Fit, knots: int) -> TorqueSpace:
 
 def _responses(tried: Sequence[_Tried], space: TorqueSpace) -> Iterator[Array]:
     """Yield what the torques of each shape do, shape (K, 3 F), many at once."""
-    for first in range(0, len(tried), _AT_ONCE):
-        some = tried[first : first + _AT_ONCE]
+    for first in range(0, len(tried), AT_ONCE):
+        some = tried[first : first + AT_ONCE]
         together = space.on_axes(np.concatenate([each.torques for each in some], axis=-1))
         ends = np.cumsum([each.torques.shape[-1] for each in some])
         yield from (np.concatenate(own, axis=-1) for own in np.split(together, ends[:-1], axis=-1))

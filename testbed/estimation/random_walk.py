@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from math import exp, inf, isinf, log1p
 
 import numpy as np
@@ -63,20 +64,6 @@ class Increments:
         return weighted, np.eye(self.across.shape[1]) - variance * self.across.T @ weighted
 
 
-def _log_likelihood(variance: float, increments: Increments, noise_freedom: float) -> float:
-    """Return log L(q) - log L(0).
-
-    If the noise is known with ν degrees of freedom only, all samples share a factor, ν over which is χ²(ν): what n
-    components show is of Student's t distribution, and its sum of squares counts as (ν + n) log(1 + Σ y² / ν).
-    """
-    explained, widened = increments.explained(variance), increments.widened(variance)
-    if isinf(noise_freedom):
-        return 0.5 * (explained - widened)
-    everything = _scale(increments) * exp(_VARIANCES[1])
-    whole = noise_freedom + increments.explained(everything)
-    return -0.5 * ((noise_freedom + increments.count(everything)) * log1p(-explained / whole) + widened)
-
-
 def _scale(increments: Increments) -> float:
     """Return the variance with which the best-known component is as large as the noise."""
     return 1.0 / max(float(increments.power.max(initial=0.0)), np.finfo(float).tiny)
@@ -90,11 +77,40 @@ def likeliest_variance(increments: Increments, noise_freedom: float = inf) -> tu
         noise_freedom: degrees of freedom with which the noise is known; infinite where it is stated.
     """
     scale = _scale(increments)
+    if isinf(noise_freedom):
+        log_likelihood = partial(_of_known_noise, increments=increments)
+    else:
+        everything = scale * exp(_VARIANCES[1])
+        log_likelihood = partial(
+            _of_estimated_noise,
+            increments=increments,
+            whole=noise_freedom + increments.explained(everything),
+            freedom=noise_freedom + increments.count(everything),
+        )
     found = scipy.optimize.minimize_scalar(
-        lambda exponent: -_log_likelihood(scale * np.exp(exponent), increments, noise_freedom),
-        bounds=_VARIANCES,
-        method="bounded",
+        lambda exponent: -log_likelihood(scale * np.exp(exponent)), bounds=_VARIANCES, method="bounded"
     )
     variance = scale * float(np.exp(found.x))
-    ratio = 2.0 * _log_likelihood(variance, increments, noise_freedom)
+    ratio = 2.0 * log_likelihood(variance)
     return (variance, ratio) if ratio > 0.0 else (0.0, 0.0)
+
+
+def _of_known_noise(variance: float, increments: Increments) -> float:
+    """Return log L(q) - log L(0)."""
+    return 0.5 * (increments.explained(variance) - increments.widened(variance))
+
+
+def _of_estimated_noise(variance: float, increments: Increments, whole: float, freedom: float) -> float:
+    """Return the same of noise that is known with ν degrees of freedom only.
+
+    All samples share a factor, ν over which is χ²(ν): what n components show is of Student's t distribution, and its
+    sum of squares counts as (ν + n) log(1 + Σ y² / ν).
+
+    Args:
+        variance: q.
+        increments: what they do to the residual.
+        whole: ν + Σ y².
+        freedom: ν + n.
+    """
+    share = log1p(-increments.explained(variance) / whole)
+    return -0.5 * (freedom * share + increments.widened(variance))

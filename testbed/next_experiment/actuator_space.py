@@ -10,7 +10,13 @@ import numpy as np
 
 from testbed.arrays import Array, Flags, Quaternion, Units, Vector3
 from testbed.assembly.maneuver import gimbal_limits
-from testbed.assembly.platform import PlatformModel, first_gimbal_angle, first_wheel_momentum, initial_momentum
+from testbed.assembly.platform import (
+    PlatformModel,
+    first_gimbal_angle,
+    first_wheel_momentum,
+    initial_momentum,
+    platform_actuators,
+)
 from testbed.cmg.actuators import Actuators, dexterity
 from testbed.cmg.cluster import cluster_momentum, momentum_jacobian
 from testbed.cmg.singularity import envelope_fraction, sphere_directions
@@ -231,9 +237,7 @@ def actuator_space(scenario: Scenario, nominal: PlatformModel) -> ActuatorSpace:
     return ActuatorSpace(
         limits=gimbal_limits(scenario, motion_section(scenario)),
         platform=nominal,
-        actuators=Actuators(
-            cluster=nominal.cluster, wheels=nominal.wheels, gimbal_rate_limit=scenario.gyros.gimbal_rate_limit
-        ),
+        actuators=platform_actuators(scenario, nominal),
         duration=flight_duration(scenario),
         first=np.concatenate([np.zeros_like(angle) if kept is None else angle, first_wheel_momentum(scenario)]),
         attitude=np.array(scenario.initial.attitude_quat_NB),

@@ -16,7 +16,7 @@ from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Array, Flags, Quaternion, Units
 from testbed.assembly.maneuver import body_rate_limits, gimbal_limits
-from testbed.assembly.platform import PlatformModel, first_gimbal_angle, first_wheel_momentum
+from testbed.assembly.platform import PlatformModel, first_gimbal_angle, first_wheel_momentum, platform_actuators
 from testbed.cmg.actuators import Actuators, momentum_and_jacobian
 from testbed.cmg.singularity import singularity_measure
 from testbed.dynamics.environment import outside_torque
@@ -218,9 +218,7 @@ def body_rate_space(scenario: Scenario, nominal: PlatformModel) -> BodyRateSpace
         limits=body_rate_limits(scenario, section),
         inner=gimbal_limits(scenario, inner),
         platform=nominal,
-        actuators=Actuators(
-            cluster=nominal.cluster, wheels=nominal.wheels, gimbal_rate_limit=scenario.gyros.gimbal_rate_limit
-        ),
+        actuators=platform_actuators(scenario, nominal),
         duration=flight_duration(scenario),
         first=np.concatenate([first_gimbal_angle(scenario), first_wheel_momentum(scenario)]),
         attitude=np.array(scenario.initial.attitude_quat_NB),

@@ -124,11 +124,13 @@ class Slope:
     """The slope of real states, W nodes of R runs side by side, and how it changes.
 
     Attributes:
+        body_rate: ω there, shape (R W, 3), rad/s.
         value: shape (R W, S).
         by_state: its derivatives by the states, shape (R W, S, S).
         by_momentum: by what the units hold, h, shape (R W, S, 3).
     """
 
+    body_rate: Array
     value: Array
     by_state: Array
     by_momentum: Array
@@ -261,14 +263,7 @@ class Equations:
 
     def instant(self, at: int, body_rate: Array, attitude: Array, own_state: Array) -> Instant:
         """Return an instant of the grid for an effect with states of its own, shapes as in `Instant`."""
-        return Instant(
-            time=self._known.time[:, at, None],
-            body_rate=body_rate,
-            attitude=attitude,
-            state=own_state,
-            first_NB=self._known.first_NB,
-            surroundings=self._known.surroundings,
-        )
+        return _instant(self._known, self._known.time[:, at, None], body_rate, attitude, own_state)
 
     def known_at(self, nodes: slice, later: int) -> Known:
         """Return what is known so many half steps after nodes."""
@@ -276,7 +271,8 @@ class Equations:
 
     def slope_and_tangents(self, state: Array, known: Known) -> Slope:
         """Return the slope of the real states of one parameter set, shape (R W, 1, S), with its derivatives."""
-        rate, by_state, by_momentum = self.rate_and_tangents(state, known)
+        hidden = self._hidden_tangents(state)
+        rate, by_state, by_momentum = self._rate_and_tangents(state, known, hidden)
         turning = cross_matrix(rate)
         momentum = self._whole_momentum(state, rate[:, None], known)
         size = state.shape[-1]
@@ -289,21 +285,25 @@ class Equations:
             value[:, 3:7], fixed[:, 3:7, 3:7], by_rate[:, 3:7] = _quaternion_slope(state[:, 0, 3:7], rate)
         self._add_effects(value, fixed, by_rate, state, rate, known)
         if known.bearing is not None:
-            _hold(known.bearing, turning, fixed, by_rate, by_held, self._hidden_tangents(state))
+            _hold(known.bearing, turning, fixed, by_rate, by_held, hidden)
         value[:, :3] -= np.matvec(turning, momentum[:, 0])
         if known.bearing is not None:
             for each in (value[..., None], fixed, by_rate, by_held):
                 each[:, :3] *= np.swapaxes(known.bearing.live, -1, -2)
-        return Slope(value=value, by_state=fixed + by_rate @ by_state, by_momentum=by_held + by_rate @ by_momentum)
-
-    def rate(self, state: Array, known: Known) -> Array:
-        """Return ω of states, shape (R W, P, 3), rad/s."""
-        return self._body_rate(state, known)
+        return Slope(
+            body_rate=rate,
+            value=value,
+            by_state=fixed + by_rate @ by_state,
+            by_momentum=by_held + by_rate @ by_momentum,
+        )
 
     def rate_and_tangents(self, state: Array, known: Known) -> tuple[Array, Array, Array]:
         """Return ω of real states, shape (R W, 3), rad/s, and its derivatives by state and h, as `Slope` has them."""
+        return self._rate_and_tangents(state, known, self._hidden_tangents(state))
+
+    def _rate_and_tangents(self, state: Array, known: Known, hidden: Array) -> tuple[Array, Array, Array]:
         inverse = np.broadcast_to(known.inverse[:, 0], (len(state), 3, 3))
-        by_state = -inverse @ self._hidden_tangents(state)
+        by_state = -inverse @ hidden
         by_state[..., :3] += inverse
         return self._body_rate(state, known)[:, 0], by_state, -inverse
 
@@ -326,7 +326,9 @@ class Equations:
             steps = 1j * COMPLEX_STEP * np.eye(3 + attitude + hook.states)
             if attitude:
                 base = kernels.matrix_of_quaternion(state[..., 3:7] + steps[:, 3:7])
-            at = _instant(known, rate[:, None] + steps[:, :3], base, state[..., own] + steps[:, 3 + attitude :])
+            at = _instant(
+                known, known.time, rate[:, None] + steps[:, :3], base, state[..., own] + steps[:, 3 + attitude :]
+            )
             shape = (len(state), len(steps), 3)
             parts = [(slice(0, 3), np.broadcast_to(hook.torque(value, at), shape))] if gives_torque(hook) else []
             if hook.states:
@@ -340,20 +342,20 @@ class Equations:
                     by_state[:, rows, own] += by[..., 3 + attitude :]
 
     def own_changes(
-        self, effects: Sequence[Array], state: Array, known: Known
+        self, effects: Sequence[Array], state: Array, body_rate: Array, known: Known
     ) -> Iterator[tuple[NDArray[np.intp], Array, Array]]:
         """Yield what complex steps of the effects' own parameters change where the motion is as it is.
 
         Args:
             effects: parameters with the steps, shapes (P, K).
             state: real, of one parameter set, shape (R W, 1, S).
+            body_rate: ω that goes with it, shape (R W, 3), rad/s.
             known: real, of these instants.
 
         Yields:
             Of each effect that acts: which parameter sets step its own, Q of them; the change of the slope, shape
             (R W, Q, S), and of the momentum that the effect's states hold, shape (R W, Q, 3).
         """
-        body_rate = self._body_rate(state, known)
         attitude = kernels.matrix_of_quaternion(state[..., 3:7]) if self._attitude else np.eye(3)
         for place, (hook, _, own) in self._acting.items():
             value = effects[place]
@@ -363,7 +365,8 @@ class Equations:
             chosen, sides = value[stepped], (len(state), len(stepped))
             at = _instant(
                 known,
-                np.broadcast_to(body_rate, (*sides, 3)),
+                known.time,
+                np.broadcast_to(body_rate[:, None], (*sides, 3)),
                 np.broadcast_to(attitude, (*sides, 3, 3)),
                 np.broadcast_to(state[..., own], (*sides, hook.states)),
             )
@@ -396,7 +399,7 @@ class Equations:
         torque_B = known.torque_B
         rates = [kernels.quaternion_rate(state[..., 3:7], body_rate)] if self._attitude else []
         for hook, value, own in self._acting.values():
-            at = _instant(known, body_rate, attitude, state[..., own])
+            at = _instant(known, known.time, body_rate, attitude, state[..., own])
             torque_B = torque_B + hook.torque(value, at)
             if hook.states:
                 rates.append(np.broadcast_to(hook.state_rate(value, at), (*body_rate.shape[:-1], hook.states)))
@@ -432,9 +435,9 @@ def _hold(bearing: Bearing, turning: Array, by_state: Array, by_rate: Array, by_
     by_held[:, :3] += across
 
 
-def _instant(known: Known, body_rate: Array, attitude: Array, own_state: Array) -> Instant:
+def _instant(known: Known, time: Array, body_rate: Array, attitude: Array, own_state: Array) -> Instant:
     return Instant(
-        time=known.time,
+        time=time,
         body_rate=body_rate,
         attitude=attitude,
         state=own_state,

@@ -26,7 +26,7 @@ from testbed.prediction.grid import Gimbals, Grid
 from testbed.prediction.held import held_inertia, held_momentum
 from testbed.prediction.hooks import Hooks, overrides
 from testbed.prediction.kernels import carried
-from testbed.prediction.variation import Motion, Speck, disturbed_rates, linearised
+from testbed.prediction.variation import Motion, Speck, blocks_of, disturbed_rates, linearised
 
 _ROUNDS = 16
 """Of Newton's method: from gyro samples it takes four or five; what it does not find is stepped along."""
@@ -38,8 +38,6 @@ _NEARER = 0.1
 share by which the motion was off when they were taken, a hundredth or less."""
 GRIDS = 8
 """For which what no parameter changes is kept: fitted and held-out runs, with the gyro's errors of some models."""
-_AT_ONCE = 10_000
-"""Steps of one run and parameter set that are taken together: beyond it arrays leave the processor's cache."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -176,8 +174,7 @@ def _guess(grid: Grid, equations: Equations, start: Array) -> Array:
 def _in_blocks(equations: Equations, states: Array) -> Array:
     """Return the states after all steps, so many together as is fast."""
     runs, steps, sets, _ = states.shape
-    size = max(1, _AT_ONCE // (runs * sets))
-    blocks = [slice(first, min(first + size, steps)) for first in range(0, steps, size)]
+    blocks = blocks_of(steps, runs * sets)
     return np.concatenate([equations.stepped(states[:, block], block) for block in blocks], axis=1)
 
 

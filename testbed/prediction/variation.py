@@ -21,7 +21,7 @@ from testbed.prediction.kernels import carried, forced, forced_by_inertia
 _INSTANTS = (0, 1, 1, 2)
 """When a step takes its slopes, in half steps from its beginning."""
 _AT_ONCE = 10_000
-"""Slopes that are taken together: beyond it arrays leave the processor's cache."""
+"""States of one run and parameter set that are stepped together: beyond it arrays leave the processor's cache."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -32,6 +32,7 @@ class Linearised:
         ahead: states after the steps, shape (R, M, 1, S).
         tangents: their derivatives by the states before, transposed, shape (R, M, S, S).
         states: where each slope is taken, shape (4, R, M, S).
+        rates: ω there, shape (4, R, M, 3), rad/s.
         by_slope: derivatives of the states after by each slope, W, shape (4, R, M, S, S).
         by_momentum: by the momentum h that the units hold when it is taken, shape (4, R, M, S, 3).
     """
@@ -39,20 +40,26 @@ class Linearised:
     ahead: Array
     tangents: Array
     states: Array
+    rates: Array
     by_slope: Array
     by_momentum: Array
+
+
+def blocks_of(steps: int, width: int) -> list[slice]:
+    """Return which steps are taken together, each of so many runs and parameter sets."""
+    length = max(1, _AT_ONCE // width)
+    return [slice(first, min(first + length, steps)) for first in range(0, steps, length)]
 
 
 def linearised(equations: Equations, states: Array) -> Linearised:
     """Return the steps from real states of one parameter set, shape (R, M, 1, S), and how they change."""
     runs, steps, _, size = states.shape
-    length = max(1, _AT_ONCE // (runs * (size + 3)))
-    blocks = [slice(first, min(first + length, steps)) for first in range(0, steps, length)]
-    parts = [_linearised(equations, states[:, block], block) for block in blocks]
+    parts = [_linearised(equations, states[:, block], block) for block in blocks_of(steps, runs * (size + 3))]
     return Linearised(
         ahead=np.concatenate([part.ahead for part in parts], axis=1),
         tangents=np.concatenate([part.tangents for part in parts], axis=1),
         states=np.concatenate([part.states for part in parts], axis=2),
+        rates=np.concatenate([part.rates for part in parts], axis=2),
         by_slope=np.concatenate([part.by_slope for part in parts], axis=2),
         by_momentum=np.concatenate([part.by_momentum for part in parts], axis=2),
     )
@@ -71,18 +78,6 @@ class Motion:
     equations: Equations
     states: Array
     along: Linearised
-
-    @cached_property
-    def stage_rates(self) -> Array:
-        """ω where each slope is taken, shape (4, R, M, 3), rad/s."""
-        _, runs, length, size = self.along.states.shape
-        steps = slice(0, length)
-        known = [self.equations.known_at(steps, instant) for instant in _INSTANTS]
-        rates = [
-            self.equations.rate(each.reshape(-1, 1, size), at)
-            for each, at in zip(self.along.states, known, strict=True)
-        ]
-        return np.stack(rates).reshape(4, runs, length, 3)
 
     @cached_property
     def stage_attitudes(self) -> Array:
@@ -116,6 +111,7 @@ def _linearised(equations: Equations, states: Array, steps: slice) -> Linearised
         ahead=after.reshape(runs, length, 1, size),
         tangents=np.swapaxes(tangents, -1, -2).reshape(runs, length, size, size),
         states=np.stack(taken).reshape(4, runs, length, size),
+        rates=np.stack([slope.body_rate for slope in slopes]).reshape(4, runs, length, 3),
         by_slope=np.stack(weights).reshape(4, runs, length, size, size),
         by_momentum=by_momentum.reshape(4, runs, length, size, 3),
     )
@@ -150,7 +146,7 @@ def disturbed_rates(
         return rates[:, :, None]
     by_node, turned = by_momentum.reshape(1, runs, nodes, 3, 3), np.zeros((runs, nodes, start.shape[2], 3))
     _force(turned, known, by_node, None, rates[None], (0,))
-    for stepped, _, held in motion.equations.own_changes(effects, flat, at_nodes):
+    for stepped, _, held in motion.equations.own_changes(effects, flat, rates.reshape(-1, 3), at_nodes):
         turned[:, :, stepped] += held.reshape(runs, nodes, -1, 3) @ np.swapaxes(by_node[0], -1, -2)
     added, begun = _added(motion, effects, known, start.shape[2]), start.imag[:, 0].copy()
     for speck in specks:
@@ -165,13 +161,13 @@ def _added(motion: Motion, effects: Sequence[Array], known: Known, sets: int) ->
     along = motion.along
     _, runs, length, size = along.states.shape
     added, steps = np.zeros((runs, length, sets, size)), slice(0, length)
-    of_slopes = zip(_INSTANTS, along.states, along.by_slope, along.by_momentum, strict=True)
-    for instant, states, by_slope, by_momentum in of_slopes:
+    of_slopes = zip(_INSTANTS, along.states, along.rates, along.by_slope, along.by_momentum, strict=True)
+    for instant, states, rates, by_slope, by_momentum in of_slopes:
         flat, at = states.reshape(-1, 1, size), motion.equations.known_at(steps, instant)
-        for stepped, slope, held in motion.equations.own_changes(effects, flat, at):
+        for stepped, slope, held in motion.equations.own_changes(effects, flat, rates.reshape(-1, 3), at):
             change = slope.reshape(runs, length, -1, size) @ np.swapaxes(by_slope, -1, -2)
             added[:, :, stepped] += change + held.reshape(runs, length, -1, 3) @ np.swapaxes(by_momentum, -1, -2)
-    _force(added, known, along.by_momentum, motion.by_torque, motion.stage_rates, _INSTANTS)
+    _force(added, known, along.by_momentum, motion.by_torque, along.rates, _INSTANTS)
     return added
 
 
@@ -205,7 +201,7 @@ def _drive(
                 reached = state + share * step * slopes[-1]
             at = motion.equations.instant(
                 2 * index + instant,
-                np.broadcast_to(motion.stage_rates[stage][:, index, None], (*sides, 3)),
+                np.broadcast_to(along.rates[stage][:, index, None], (*sides, 3)),
                 np.broadcast_to(attitudes[stage][:, index, None], (*sides, 3, 3)),
                 reached,
             )
