@@ -39,9 +39,9 @@ def p_value(squares: float, freedom: float, noise_freedom: float) -> float:
 _NODES = np.linspace(-4.0, 4.0, 129)
 """Standard deviations of the logarithm of the size at which the integrals over it are taken, evenly: 3e-5 of a normal
 prior lie beyond, and with half as many nodes the evidence of 71 sets changes by less than 0.01."""
-_WEIGHTS = np.exp(-0.5 * _NODES**2) / np.exp(-0.5 * _NODES**2).sum()
+SIZE_WEIGHTS = np.exp(-0.5 * _NODES**2) / np.exp(-0.5 * _NODES**2).sum()
 """Of the nodes in a mean over the normal distribution."""
-_FACTORS = np.exp(log(10.0) * SETTINGS.size_decades * _NODES)
+SIZE_FACTORS = np.exp(log(10.0) * SETTINGS.size_decades * _NODES)
 """Common factor of all parameters' sizes at the nodes, its median 1."""
 
 
@@ -91,7 +91,7 @@ class SizePrior:
         free = ~self.searched
         scale = self.typical[free]
         strength, axes = np.linalg.eigh(information[np.ix_(free, free)] * np.outer(scale, scale))
-        along, square = axes.T @ (scale * slope[free]), _FACTORS[:, None] ** 2
+        along, square = axes.T @ (scale * slope[free]), SIZE_FACTORS[:, None] ** 2
         spread = square / (1.0 + square * np.maximum(strength, 0.0))
         ratio = 0.5 * (along**2 * spread).sum(axis=1) - 0.5 * np.log1p(square * np.maximum(strength, 0.0)).sum(axis=1)
         positive = self.positive[free]
@@ -125,14 +125,14 @@ def evidence_of_power(square: float, freedom: int, typical_square: float) -> flo
     """
     if freedom == 0:
         return 0.0
-    power = _FACTORS**2 * typical_square / freedom
+    power = SIZE_FACTORS**2 * typical_square / freedom
     return _averaged(0.5 * square * power / (1.0 + power) - 0.5 * freedom * np.log1p(power))
 
 
 def _averaged(log_ratios: Array) -> float:
     """Return twice the logarithm of the mean of likelihood ratios over the prior of the common factor."""
     most = float(log_ratios.max())
-    return 2.0 * (most + log(float(_WEIGHTS @ np.exp(log_ratios - most))))
+    return 2.0 * (most + log(float(SIZE_WEIGHTS @ np.exp(log_ratios - most))))
 
 
 def mean_over_scan(found: float, elsewhere: Sequence[float], scan_count: int) -> float:
