@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from testbed.library.imports import ImportedRecords as ImportedRecords
     from testbed.library.imports import guess_map as guess_map
     from testbed.library.imports import import_log as import_log
+    from testbed.library.plans import FlightPlan as FlightPlan
+    from testbed.library.plans import plan as plan
     from testbed.library.records import Records as Records
     from testbed.library.records import frame_of as frame_of
     from testbed.library.records import read_records as read_records
@@ -70,6 +72,8 @@ _HOMES = {
     "ImportedRecords": "testbed.library.imports",
     "guess_map": "testbed.library.imports",
     "import_log": "testbed.library.imports",
+    "FlightPlan": "testbed.library.plans",
+    "plan": "testbed.library.plans",
     "Records": "testbed.library.records",
     "frame_of": "testbed.library.records",
     "read_records": "testbed.library.records",

@@ -144,6 +144,46 @@ def montecarlo(
     raise typer.Exit(code)
 
 
+@app.command(name="campaign-plan")
+def campaign_plan(
+    scenario: ScenarioName,
+    effect: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="Wanted: the name of `any` effect, of ID or of ID:COMPONENT; by default any."
+        ),
+    ] = None,
+    inertia_std: Annotated[
+        str | None,
+        typer.Option(metavar="STD", help="Wanted instead: J to this standard deviation in kg m², or J11=STD,J22=STD."),
+    ] = None,
+    data: Annotated[
+        Path | None, typer.Option(metavar="FOLDER", help="Flights flown already; with --resume, new ones too.")
+    ] = None,
+    flights: Annotated[int, typer.Option(metavar="N", min=1, max=MOST_SEEDS, help="At most.")] = 20,
+    alpha: Annotated[float, typer.Option(help="Probability of a false name, at whatever flight it stops.")] = 0.05,
+    maneuvers: Annotated[
+        str, typer.Option(metavar="chosen|own", help="By expected gain, or the scenario's own in every flight.")
+    ] = "chosen",
+    seed: Seed = None,
+    out: Out = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with the plan in DIR.")] = False,
+    changes: Changes = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Fly until an effect is named for sure, or J is known well enough; without a [truth], one flight a call."""
+    from testbed.cli.campaign_plan import plan_campaign  # noqa: PLC0415
+
+    _choose_output(json=json, quiet=quiet)
+    wanted = (effect, inertia_std)
+    raise typer.Exit(
+        plan_campaign(
+            scenario, changes or (), wanted, data, out, flights, alpha, seed, maneuvers=maneuvers, resume=resume
+        )
+    )
+
+
 @app.command()
 def reproduce(
     out: Out = None,

@@ -79,7 +79,16 @@ def offset_lines(statistics: CampaignStatistics) -> Iterator[str]:
 
 def parameter_table(title: str) -> Table:
     """Return an empty table with a column for each inertia parameter."""
-    table = Table(
+    table = plain_table(title)
+    table.add_column(no_wrap=True)
+    for name in PARAMETER_NAMES:
+        table.add_column(name, justify="right", no_wrap=True)
+    return table
+
+
+def plain_table(title: str) -> Table:
+    """Return an empty table without columns."""
+    return Table(
         title=Text(title),
         title_justify="left",
         title_style="bold",
@@ -88,10 +97,6 @@ def parameter_table(title: str) -> Table:
         pad_edge=False,
         padding=(0, 1, 0, 0),
     )
-    table.add_column(no_wrap=True)
-    for name in PARAMETER_NAMES:
-        table.add_column(name, justify="right", no_wrap=True)
-    return table
 
 
 def _plain(values: Theta, form: str) -> Iterator[str]:

@@ -17,6 +17,7 @@ from testbed.formats.comparison import ComparisonResult
 from testbed.formats.diagnosis import DiagnosisFile
 from testbed.formats.estimates import EstimatesResult
 from testbed.formats.parts import Part
+from testbed.formats.plan import PlanResult
 from testbed.formats.run import RunResult
 
 FORMATS: Mapping[str, tuple[type[Part], str]] = {
@@ -25,6 +26,7 @@ FORMATS: Mapping[str, tuple[type[Part], str]] = {
     "diagnosis": (DiagnosisFile, "testbed diagnose"),
     "estimates": (EstimatesResult, "testbed estimate"),
     "comparison": (ComparisonResult, "testbed compare"),
+    "plan": (PlanResult, "testbed campaign-plan"),
 }
 """Model of each file, by its name without `.json`, and the command that writes it."""
 

@@ -23,10 +23,12 @@ _SIZES = 25
 def sampled_flights(space: FlightSpace) -> list[NextFlight]:
     """Return flights within the limits: every release with every path."""
     paths = space.paths(np.random.default_rng(_SEED))
-    return [flight for release, path in product(space.releases(), paths) for flight in _largest(space, release, path)]
+    return [
+        flight for release, path in product(space.releases(), paths) for flight in largest_flight(space, release, path)
+    ]
 
 
-def _largest(space: FlightSpace, release: Release, path: Array) -> list[NextFlight]:
+def largest_flight(space: FlightSpace, release: Release, path: Array) -> list[NextFlight]:
     """Return a path as large as the limits let it be; none where not even the release keeps them."""
     sizes = _SMALLER ** np.arange(_SIZES)
     points = space.points(release, sizes[:, None, None] * path)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import groupby
 from math import exp, inf, log
 
@@ -48,7 +47,7 @@ class Evidence:
         values = [self.by_key[key] for key in candidates if key in self.by_key]
         return float(logsumexp(values)) - log(among) if values else -inf
 
-    @cached_property
+    @property
     def shares(self) -> Mapping[str, float]:
         """Posterior share of each hypothesis, and under the empty text that of none, at even prior odds."""
         values = np.array([0.0, *(each - log(len(self.by_key)) for each in self.by_key.values())])
