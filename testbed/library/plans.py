@@ -27,7 +27,7 @@ from testbed.formats.plan import PlanFlight, PlannedFlight, PlanResult, Wish
 from testbed.identification.identify import identify
 from testbed.library.diagnoses import diagnose
 from testbed.library.notebook import Shown
-from testbed.library.records import Records, stamps_of
+from testbed.library.records import Records
 from testbed.library.scenarios import naming, require_flyable
 from testbed.maneuver.maneuver import Maneuver
 from testbed.next_experiment.flight import NextFlight
@@ -293,8 +293,8 @@ class PlanSetup:
         self.progress("flights within the limits")
         return flights_to_choose_among(self.space, self.own)
 
-    def origin(self, records: Sequence[Record], command: str) -> Provenance:
-        """Return what makes the plan."""
+    def origin(self, command: str) -> Provenance:
+        """Return what makes the plan; plan.json has the hash of each record's file beside its flight."""
         deciding = {
             "seed": str(self.seed),
             "wanted": self.wanted.text,
@@ -302,8 +302,7 @@ class PlanSetup:
             "most_flights": str(self.most_flights),
             "maneuvers": self.maneuvers,
         }
-        stamps = stamps_of(Records(tuple(records)))
-        return provenance(self.scenario, self.scenario.file, command, data=stamps, deciding=deciding)
+        return provenance(self.scenario, self.scenario.file, command, deciding=deciding)
 
 
 def planned_in(
@@ -321,7 +320,8 @@ def planned_in(
     Raises:
         InputError: as `plan`.
     """
-    state, known = setup.folder.kept() if resume else (_begun(setup, command), [])
+    origin = setup.origin(command)
+    state, known = setup.folder.kept() if resume else (_begun(setup, origin), [])
     if resume:
         _require_same(setup, state)
         state = state.model_copy(update={"most_flights": setup.most_flights})
@@ -331,17 +331,15 @@ def planned_in(
     given = () if records is None else new_records(state, records.runs)
     try:
         for further, records_so_far in _flights(setup, state, known, given):
-            origin = setup.origin(records_so_far, command)
-            state, known = further.model_copy(update={"provenance": _provenance_of(origin)}), records_so_far
+            state, known = further, records_so_far
             setup.folder.keep(state)
             after(state)
     finally:
-        origin = setup.origin(known, command)
         setup.folder.finish(state, origin)
     return FlightPlan(result=state, records=Records(tuple(known)), folder=setup.folder.path, origin=origin)
 
 
-def _begun(setup: PlanSetup, command: str) -> PlanResult:
+def _begun(setup: PlanSetup, origin: Provenance) -> PlanResult:
     wanted = setup.wanted
     return PlanResult(
         schema_version=SCHEMA,
@@ -361,12 +359,8 @@ def _begun(setup: PlanSetup, command: str) -> PlanResult:
         flights=[],
         next=None,
         notices=[],
-        provenance=_provenance_of(setup.origin([], command)),
+        provenance=FileProvenance.model_validate(origin.reproducible),
     )
-
-
-def _provenance_of(origin: Provenance) -> FileProvenance:
-    return FileProvenance.model_validate(origin.reproducible)
 
 
 def _require_same(setup: PlanSetup, state: PlanResult) -> None:
@@ -375,7 +369,7 @@ def _require_same(setup: PlanSetup, state: PlanResult) -> None:
     Raises:
         InputError: what differs is named.
     """
-    now = _begun(setup, "")
+    now = _begun(setup, setup.origin(""))
     for key in ("wanted", "alpha", "seed", "maneuvers"):
         if getattr(now, key) != getattr(state, key):
             raise InputError(

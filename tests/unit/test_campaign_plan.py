@@ -1,4 +1,4 @@
-"""Flying until sure: what is wanted, when a name may be given, the loop in MuJoCo, and going on with a user's records."""
+"""Flying until sure: wishes, when a name may be given, the loop in MuJoCo, going on with a user's records."""
 
 from __future__ import annotations
 
@@ -13,16 +13,23 @@ import testbed as tb
 import testbed.library.diagnoses
 import testbed.library.plans
 from support.diagnosed_records import nominal
-from support.processes import run_testbed
+from support.processes import ROOT
+from testbed.cli.app import app
+from testbed.cli.failures import BAD_INPUT, exit_code_of
 from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError
+from testbed.maneuver.maneuver import Maneuver
+from testbed.maneuver.splines import clamped_spline
 from testbed.sequential.expected_gain import left_of
 from testbed.sequential.robust import Case, flights_to_choose_among, robust_space
 from testbed.sequential.wanted import EffectWanted, Named, effect_wanted, inertia_wanted, verified
 from tests.unit.test_formats import require_valid
 
 FEW = ("gimbal_zero", "gyro_bias", "gyro_scale")
-QUICK = {"simulation.duration_s": 5.0, "estimation.estimators": ["ls", "output_error"]}
+QUICK = {"gyro.noise_rad_s": 0.0017, "encoder.noise_rad": 1e-4, "tachometer.noise_rad_s": 0.05} | {
+    "torque_sensor.noise_N_m": 1e-4,
+    "estimation.estimators": ["ls", "output_error"],
+}
 OFF = {"encoder.zero_rad": [0.0, 0.0, 0.01, 0.0, 0.0, 0.0], "truth.mass_kg": 4.0}
 """What flies: the encoder of one unit is off by 10 mrad."""
 
@@ -117,7 +124,13 @@ def test_flights_to_choose_among_keep_the_limits_with_another_inertia_and_a_fail
     scenario, platform = nominal()
     space = robust_space(scenario)
     assert {case.text for case in space.cases} >= {"inertia times 0.8", "inertia times 1.2", "unit 6 failed"}
-    own = tb.design(tb.read_scenario("gimbal_slow", {"maneuver.starts": 1})).plan.maneuver
+    path = np.pad(np.random.default_rng(1).uniform(-0.5, 0.5, (8, 6)), ((2, 0), (0, 0))).cumsum(axis=0)
+    own = Maneuver(
+        name="own",
+        duration=5.0,
+        body_rate=clamped_spline(5.0, np.zeros((10, 3))),
+        gimbal_angle=clamped_spline(5.0, np.concatenate([path, path[-1:]])),
+    )
     flights = flights_to_choose_among(space, own)
     chosen = [flights[0], flights[-1]]
     for case in space.cases:
@@ -127,7 +140,8 @@ def test_flights_to_choose_among_keep_the_limits_with_another_inertia_and_a_fail
     assert Case(failed=2).platform(platform).cluster.rotor_momentum[2] == 0.0
 
 
-def test_a_plan_flies_until_the_effect_is_named(few, tmp_path):
+@pytest.mark.usefixtures("few")
+def test_a_plan_flies_until_the_effect_is_named(tmp_path):
     plan = tb.plan(flown(), effect="gimbal_zero", flights=4, folder=tmp_path / "plan")
     assert plan.outcome == "named"
     assert plan.names == ("gimbal_zero:cmg3",)
@@ -141,7 +155,8 @@ def test_a_plan_flies_until_the_effect_is_named(few, tmp_path):
     assert "gimbal_zero:cmg3" in (tmp_path / "plan" / "report.html").read_text(encoding="utf-8")
 
 
-def test_an_interrupted_plan_goes_on_to_the_same_end(few, tmp_path):
+@pytest.mark.usefixtures("few")
+def test_an_interrupted_plan_goes_on_to_the_same_end(tmp_path):
     whole = tb.plan(flown(), effect="gimbal_zero", flights=3, folder=tmp_path / "whole", maneuvers="own")
 
     def interrupt(state):
@@ -155,7 +170,8 @@ def test_an_interrupted_plan_goes_on_to_the_same_end(few, tmp_path):
     assert rest.result == whole.result
 
 
-def test_without_a_truth_the_user_flies_and_the_plan_goes_on_with_the_records(few, records, tmp_path):
+@pytest.mark.usefixtures("few")
+def test_without_a_truth_the_user_flies_and_the_plan_goes_on_with_the_records(records, tmp_path):
     folder = tmp_path / "plan"
     first = tb.plan(believed(), effect="gimbal_zero", folder=folder)
     assert first.outcome is None
@@ -167,12 +183,12 @@ def test_without_a_truth_the_user_flies_and_the_plan_goes_on_with_the_records(fe
     assert proposed.maneuver.kind == "control_points"
     waiting = tb.plan(believed(), effect="gimbal_zero", folder=folder, resume=True)
     assert waiting.result == second.result
-    named_apart = tb.records_from(
-        {"mine": {name: mine.runs[1].channels[name][:, 0] for name in ()} | _table(mine.runs[1])}
+    third = tb.plan(
+        believed(), tb.records_from({"mine": _table(mine.runs[1])}), effect="gimbal_zero", folder=folder, resume=True
     )
-    third = tb.plan(believed(), named_apart, effect="gimbal_zero", folder=folder, resume=True)
-    assert third.outcome == "named"
-    assert third.result.flights[-1].scenario is None
+    assert [flight.record for flight in third.result.flights] == ["basic", "mine"]
+    assert third.result.flights[-1].log_e_value > log(1.0 / 0.05)
+    assert third.result.flights[-1].verdict is not None
     require_valid(folder, "plan")
 
 
@@ -181,7 +197,8 @@ def _table(record):
     return {name: frame[name].to_numpy() for name in frame if not name.startswith("true_")}
 
 
-def test_an_inertia_is_known_well_enough_after_enough_flights(few):
+@pytest.mark.usefixtures("few")
+def test_an_inertia_is_known_well_enough_after_enough_flights():
     plan = tb.plan(flown({"truth.mass_kg": 4.0}), inertia_std={"J33": 6e-5}, maneuvers="own", flights=6)
     reached = [flight.std_kg_m2[2] <= 6e-5 for flight in plan.result.flights]
     assert plan.outcome == "inertia"
@@ -190,7 +207,8 @@ def test_an_inertia_is_known_well_enough_after_enough_flights(few):
     assert plan.to_pandas().shape[0] == len(reached)
 
 
-def test_going_on_as_another_plan_is_refused(few, records, tmp_path):
+@pytest.mark.usefixtures("few")
+def test_going_on_as_another_plan_is_refused(records, tmp_path):
     mine = tb.Records((records[0],))
     tb.plan(believed(), mine, effect="gimbal_zero", folder=tmp_path / "plan", maneuvers="own")
     again = {"folder": tmp_path / "plan", "resume": True, "maneuvers": "own"}
@@ -200,9 +218,9 @@ def test_going_on_as_another_plan_is_refused(few, records, tmp_path):
         tb.plan(believed(), effect="gimbal_zero", alpha=0.01, **again)
     with pytest.raises(InputError, match="another scenario"):
         tb.plan(flown(), effect="gimbal_zero", **again)
+    other = tb.read_records(tb.Records((records[1],)).save(tmp_path / "other"))
     with pytest.raises(InputError, match="another flight of this name"):
-        other = tb.Records((records[1],)).save(tmp_path / "other")
-        tb.plan(believed(), tb.read_records(other), effect="gimbal_zero", **again)
+        tb.plan(believed(), other, effect="gimbal_zero", **again)
     (tmp_path / "plan" / "plan.json").write_text("{}", encoding="utf-8")
     with pytest.raises(InputError, match="not as testbed wrote it"):
         tb.plan(believed(), effect="gimbal_zero", **again)
@@ -223,8 +241,22 @@ def test_going_on_as_another_plan_is_refused(few, records, tmp_path):
         (["crazyflie"], "is not flown"),
     ],
 )
-def test_what_cannot_be_planned_ends_with_a_message(arguments, said, tmp_path):
-    ended = run_testbed("campaign-plan", *arguments, cwd=tmp_path)
-    assert ended.returncode == 2
-    assert said in ended.stderr
-    assert "Traceback" not in ended.stderr
+def test_what_cannot_be_planned_ends_with_a_message(arguments, said, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    source, *options = arguments
+    path = str(ROOT / "scenarios" / f"{source}.toml")
+    assert exit_code_of(lambda: app(["campaign-plan", path, *options])) == BAD_INPUT
+    printed = capsys.readouterr()
+    assert said in printed.err
+    assert printed.out == ""
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.usefixtures("few")
+def test_the_command_says_what_to_fly_next_and_how_to_go_on(tmp_path, capsys):
+    out = tmp_path / "plan"
+    path = str(ROOT / "scenarios" / "basic.toml")
+    assert exit_code_of(lambda: app(["campaign-plan", path, "--effect", "gimbal_zero", "--out", str(out)])) == 0
+    printed = capsys.readouterr().out
+    assert "flight 1 is to be flown" in printed
+    assert f"--data FOLDER --out {out} --resume" in printed
