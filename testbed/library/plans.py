@@ -326,16 +326,17 @@ def planned_in(
         _require_same(setup, state)
         state = state.model_copy(update={"most_flights": setup.most_flights})
         state = state.model_copy(update={"outcome": None}) if state.outcome == "used_up" else state
-    else:
-        setup.folder.begin(setup.scenario)
     given = () if records is None else new_records(state, records.runs)
     try:
         for further, records_so_far in _flights(setup, state, known, given):
             state, known = further, records_so_far
-            setup.folder.keep(state)
+            setup.folder.keep(state, setup.scenario, known)
             after(state)
-    finally:
-        setup.folder.finish(state, origin)
+    except KeyboardInterrupt:
+        if state.flights:
+            setup.folder.finish(state, origin)
+        raise
+    setup.folder.finish(state, origin)
     return FlightPlan(result=state, records=Records(tuple(known)), folder=setup.folder.path, origin=origin)
 
 
@@ -403,9 +404,7 @@ def _flights(
             continue
         else:
             return
-        record = telemetry_only(record)
-        setup.folder.keep_record(record)
-        known = [*known, record]
+        known = [*known, telemetry_only(record)]
         state, evidence = _assessed(setup, state, known, scenario)
         yield state, known
 

@@ -17,7 +17,7 @@ from testbed.next_experiment.scenario import write_next
 from testbed.outputs.provenance import Provenance
 from testbed.records.reading import read_record
 from testbed.records.record import Record
-from testbed.records.writing import write_record
+from testbed.records.writing import table_path, write_record
 from testbed.report.plan import write_plan_page
 from testbed.scenario.scenario import Scenario
 
@@ -38,11 +38,6 @@ class PlanFolder:
 
     path: Path
 
-    def begin(self, scenario: Scenario) -> None:
-        """Write the scenario, as it was read."""
-        with whole_file(self.path / SCENARIO) as part:
-            part.write_bytes(scenario.file.content)
-
     def kept(self) -> tuple[PlanResult, list[Record]]:
         """Return the campaign that the folder holds, and its records, in order.
 
@@ -61,16 +56,18 @@ class PlanFolder:
             ) from error
         return state, [read_record(self.path / RECORDS / f"{flight.record}.parquet") for flight in state.flights]
 
-    def keep_record(self, record: Record) -> None:
-        """Write a flight's telemetry.
+    def keep(self, state: PlanResult, scenario: Scenario, records: Sequence[Record]) -> None:
+        """Write what is known so far: the scenario as it was read, records that are not there yet, then plan.json.
 
         Raises:
-            InputError: its name can be no file's.
+            InputError: a record's name can be no file's.
         """
-        write_record(record, self.path / RECORDS)
-
-    def keep(self, state: PlanResult) -> None:
-        """Write what is known so far."""
+        if not (self.path / SCENARIO).exists():
+            with whole_file(self.path / SCENARIO) as part:
+                part.write_bytes(scenario.file.content)
+        for record in records:
+            if not table_path(record, self.path / RECORDS).exists():
+                write_record(record, self.path / RECORDS)
         with whole_file(self.path / PLAN) as part:
             write_json(part, state.model_dump(mode="json", by_alias=True))
 

@@ -30,8 +30,8 @@ QUICK = {"gyro.noise_rad_s": 0.0017, "encoder.noise_rad": 1e-4, "tachometer.nois
     "torque_sensor.noise_N_m": 1e-4,
     "estimation.estimators": ["ls", "output_error"],
 }
-OFF = {"encoder.zero_rad": [0.0, 0.0, 0.01, 0.0, 0.0, 0.0], "truth.mass_kg": 4.0}
-"""What flies: the encoder of one unit is off by 10 mrad."""
+OFF = {"encoder.zero_rad": [0.0, 0.0, 0.04, 0.0, 0.0, 0.0], "truth.mass_kg": 4.0}
+"""What flies: the encoder of one unit is off by 40 mrad."""
 
 
 @pytest.fixture
@@ -249,6 +249,15 @@ def test_what_cannot_be_planned_ends_with_a_message(arguments, said, tmp_path, m
     printed = capsys.readouterr()
     assert said in printed.err
     assert printed.out == ""
+    assert not list(tmp_path.iterdir())
+
+
+def test_records_that_cannot_be_used_leave_nothing_behind(records, tmp_path):
+    still = {
+        name: np.zeros_like(column) if "body_rate" in name else column for name, column in _table(records[0]).items()
+    }
+    with pytest.raises(InputError):
+        tb.plan(believed(), tb.records_from({"still": still}), folder=tmp_path / "plan")
     assert not list(tmp_path.iterdir())
 
 

@@ -36,7 +36,7 @@ def test_every_shipped_scenario_is_listed_with_its_question():
 
 
 def test_every_command_is_listed():
-    named = set(re.findall(r"\| `testbed (\w+)", (REFERENCE / "commands.md").read_text(encoding="utf-8")))
+    named = set(re.findall(r"\| `testbed ([\w-]+)", (REFERENCE / "commands.md").read_text(encoding="utf-8")))
     commands = {command.name or command.callback.__name__ for command in app.registered_commands}
     assert named == commands | {group.typer_instance.info.name for group in app.registered_groups}
 
