@@ -36,6 +36,8 @@ the next is its square."""
 _NEARER = 0.1
 """Share of the correction before beyond which the tangents are taken anew: with old ones corrections shrink by the
 share by which the motion was off when they were taken, a hundredth or less."""
+_WATCHED = 64
+"""Steps after which a motion that is stepped along is looked at: one that ran away is not followed to its end."""
 GRIDS = 8
 """For which what no parameter changes is kept: fitted and held-out runs, with the gyro's errors of some models."""
 
@@ -100,6 +102,8 @@ def _stepped_along(grid: Grid, hooks: Sequence[Hooks], values: Values, known: Kn
     equations = Equations(hooks, values.effects, known)
     states = [equations.initial(values.initial_rate, values.sets)]
     for step in range(grid.node_time.shape[1] - 1):
+        if step % _WATCHED == 0:
+            require_bounded(equations.body_rates(states[-1], slice(step, step + 1)))
         states.append(equations.stepped(states[-1], slice(step, step + 1)))
     return equations.body_rates(np.concatenate(states, axis=1), slice(0, len(states)))
 
