@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from testbed.arrays import Array, Flags, Series, Vectors3
 from testbed.cmg.cluster import Cluster
@@ -28,6 +30,10 @@ from testbed.estimation.telemetry import (
 )
 from testbed.prediction.wheel_impulses import ImpulseNoise
 
+_ALIKE = 2.0
+"""Times the shortest run of a part is its longest: as all take as many steps, at most half of them are too many."""
+_WASTED = 1.5
+"""Times as many steps as the runs need, from which they are integrated in parts: each costs what calls cost."""
 LONGEST_STEP = 1.0 / 64.0
 """s. The motions of 1 rad/s and 5 Hz that such platforms make are integrated to 1e-7 rad/s with it (a test says so)."""
 
@@ -55,7 +61,7 @@ class Gimbals:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Grid:
-    """Runs side by side; each has its own step, all have the same number of steps.
+    """Runs side by side; each has its own step, all have the same number of steps; those of `parts` are alike.
 
     Attributes:
         runs: telemetry of each, only what the actuators' telemetry covers.
@@ -72,6 +78,9 @@ class Grid:
             where their commands are not known.
         follows_commands: whether the gimbals follow their commands but for a lag, so that rates can be predicted.
         wheel_noise: in what noise the impulses of the wheels' motors are compared; None where they are not.
+        number: of each run among all that are fitted together, shape (R,).
+        earlier: how long the runs before it last together, shape (R,), s.
+        longest_step: s.
     """
 
     runs: tuple[Telemetry, ...]
@@ -85,6 +94,31 @@ class Grid:
     thrust: Array | None = None
     follows_commands: bool = False
     wheel_noise: ImpulseNoise | None = None
+    number: NDArray[np.intp]
+    earlier: Series
+    longest_step: float
+
+    @cached_property
+    def parts(self) -> tuple[Grid, ...]:
+        """The runs on grids of their own by length; the grid itself where their lengths are alike."""
+        spans = np.ptp(self.time, axis=1)
+        if len(spans) * spans.max() <= _WASTED * spans.sum():
+            return (self,)
+        parts, left = [], np.argsort(-spans, kind="stable")
+        while left.size:
+            alike = _ALIKE * spans[left] > spans[left[0]]
+            parts.append(self._part(np.sort(left[alike])))
+            left = left[~alike]
+        return tuple(parts)
+
+    def _part(self, which: NDArray[np.intp]) -> Grid:
+        return replace(
+            grid_of([self.runs[index] for index in which], self.longest_step),
+            follows_commands=self.follows_commands,
+            wheel_noise=self.wheel_noise,
+            number=self.number[which],
+            earlier=self.earlier[which],
+        )
 
     @property
     def thrusters(self) -> Thrusters | None:
@@ -144,6 +178,9 @@ def grid_of(telemetry: Sequence[Telemetry], longest_step: float = LONGEST_STEP) 
         cluster_momentum_B=reported_B + wheel_momentum @ wheels.axis_B if wheels.axis_B.size else reported_B,
         applied_torque_B=_sampled(runs, [run.applied_torque for run in runs], _with_lead(runs, time)),
         thrust=_thrust(runs, _with_lead(runs, time)),
+        number=np.arange(len(runs)),
+        earlier=np.cumsum(spans) - spans,
+        longest_step=longest_step,
     )
 
 
