@@ -28,6 +28,7 @@ from testbed.estimation.telemetry import (
     has_gimbals,
     is_commanded,
 )
+from testbed.prediction.tachometer import without_tachometer_noise
 from testbed.prediction.wheel_impulses import ImpulseNoise
 
 _ALIKE = 2.0
@@ -163,6 +164,7 @@ def grid_of(telemetry: Sequence[Telemetry], longest_step: float = LONGEST_STEP) 
     """
     runs = tuple(covered_part(run) for run in telemetry)
     _require_alike(runs)
+    runs = tuple(without_tachometer_noise(runs))
     spans = np.array([run.gyro_time[-1] - run.gyro_time[0] for run in runs])
     steps = max(2, math.ceil(spans.max() / min(longest_step, _resolving_step(runs))))
     time = np.stack([np.linspace(run.gyro_time[0], run.gyro_time[-1], 2 * steps + 1) for run in runs])
@@ -266,7 +268,7 @@ def _wheels(runs: Sequence[Telemetry], time: Array) -> tuple[Array, Wheels]:
     sent = [(run, run.wheels) for run in runs if run.wheels is not None]
     if not sent:
         return np.zeros((len(runs), 1, 1, 0)), no_wheels()
-    along = [run.through(wheels.momentum)(at) for (run, wheels), at in zip(sent, time, strict=True)]
+    along = [run.through(wheels.best_momentum)(at) for (run, wheels), at in zip(sent, time, strict=True)]
     return np.stack(along)[:, None], sent[0][1].wheels
 
 
