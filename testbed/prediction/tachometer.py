@@ -135,7 +135,7 @@ def _bands(time: Series) -> _Bands:
 
 
 def _of_one_wheel(bands: Sequence[_Bands], samples: Sequence[Series]) -> tuple[list[Series], float]:
-    """Return the noise in a wheel's samples, shapes (K,), N·m·s, and the variance of what is left of it, (N·m·s)²."""
+    """Return the noise in a wheel's samples, shapes (K,), N·m·s, and the variance of the error that stays, (N·m·s)²."""
     pairs = [(own, own.differences(each)) for own, each in zip(bands, samples, strict=True)]
     if not any(values.any() for _, values in pairs):  # a wheel that stands still, or holds one speed exactly
         return [np.zeros_like(each) for each in samples], 0.0

@@ -57,7 +57,7 @@ def errors(runs: list[Telemetry], true: list[Array]) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("seed", [11, 12, 13])
-def test_noise_is_told_from_the_impulses_that_were_commanded(seed):
+def test_noise_is_separated_by_the_impulses_that_were_commanded(seed):
     command = torques(seed, jitter=1e-4)
     error, stated = errors([run(held(command), seed, command)], [held(command)])
     assert error < 0.2 * NOISE
