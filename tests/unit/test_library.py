@@ -17,7 +17,7 @@ import testbed as tb
 from support.processes import ROOT
 from testbed.dynamics.inertia import PARAMETER_NAMES
 
-MODULES = ("campaigns", "comparisons", "diagnoses", "estimates", "imports", "records", "runs", "scenarios")
+MODULES = ("campaigns", "comparisons", "diagnoses", "estimates", "imports", "plans", "records", "runs", "scenarios")
 
 
 @pytest.fixture(scope="module")
