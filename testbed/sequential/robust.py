@@ -205,8 +205,8 @@ def flights_to_choose_among(space: RobustSpace, own: Maneuver) -> list[NextFligh
         own: maneuver of the scenario, as designed for its criterion; only paths of gimbals are tried from releases.
     """
     flights = sampled_flights(space)
-    if isinstance(space.nominal, ActuatorSpace) and own.gimbal_angle is not None and own.wheel_momentum is None:
-        points = own.gimbal_angle.c
+    points = None if own.gimbal_angle is None else own.gimbal_angle.c
+    if isinstance(space.nominal, ActuatorSpace) and points is not None and points.shape[1] == len(space.nominal.scale):
         path = (1.0 - _SLACK) * (points[2:-1] - points[0]) / space.nominal.scale
         both = product(space.releases(), (path, -path))
         flights += [flight for release, each in both for flight in largest_flight(space, release, each)]
