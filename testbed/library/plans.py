@@ -44,7 +44,8 @@ from testbed.scenario.platform import Truth
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.scenario import Scenario
 from testbed.sequential.evidence import Evidence, candidates_of, evidence_of
-from testbed.sequential.expected_gain import class_goal, goal_of
+from testbed.sequential.expected_gain import EffectGoal, class_goal, goal_of
+from testbed.sequential.refining import refinement_of
 from testbed.sequential.robust import (
     RobustSpace,
     chosen_flight,
@@ -529,7 +530,8 @@ def _chosen(setup: PlanSetup, state: PlanResult, known: list[Record], evidence: 
         return own
     evidence = _evidence(setup, known) if evidence is None else evidence
     goal = goal_of(evidence, setup.wanted)
-    chosen = chosen_flight(goal, evidence.runs, setup.space, setup.candidates, setup.progress)
+    better = refinement_of(evidence, goal, setup.space, setup.progress) if isinstance(goal, EffectGoal) else None
+    chosen = chosen_flight(goal, evidence.runs, setup.space, setup.candidates, setup.progress, better)
     if chosen is None:
         return own
     purpose = f"Flight {number} of a campaign for {wish_words(state)}: the one of which the most is expected."

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from testbed.arrays import Theta
-from testbed.diagnosis.candidates import SizePrior
+from testbed.diagnosis.candidates import NONE, SizePrior
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit, Hypothesis, fitted, orthonormal, projected_out
 from testbed.diagnosis.signatures import Signature, hypotheses, signatures
@@ -49,9 +49,9 @@ class Evidence:
 
     @property
     def shares(self) -> Mapping[str, float]:
-        """Posterior share of each hypothesis, and under the empty text that of none, at even prior odds."""
+        """Posterior share of each hypothesis, and of none, at even prior odds."""
         values = np.array([0.0, *(each - log(len(self.by_key)) for each in self.by_key.values())])
-        return dict(zip(("", *self.by_key), np.exp(values - logsumexp(values)).tolist(), strict=True))
+        return dict(zip((NONE, *self.by_key), np.exp(values - logsumexp(values)).tolist(), strict=True))
 
 
 def evidence_of(runs: Runs, effects: Mapping[str, Effect], theta: Theta) -> Evidence:

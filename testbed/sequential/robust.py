@@ -219,8 +219,11 @@ def chosen_flight(
     space: RobustSpace,
     flights: Sequence[NextFlight],
     progress: Callable[[str], None] = lambda _: None,
+    refinement: Callable[[NextFlight], NextFlight] | None = None,
 ) -> Chosen | None:
     """Return the flight with the largest gain in the mean over all cases; None where there are none.
+
+    The best of the given ones is refined, and the refined one taken where it is better in that mean.
 
     Args:
         goal: what it is chosen for.
@@ -228,24 +231,31 @@ def chosen_flight(
         space: platform and limits.
         flights: to choose among.
         progress: called with what is being done.
+        refinement: makes a flight better; None where there is none for this goal.
     """
     if not flights:
         return None
     progress("what each flight would show")
     expected = _gains(goal, runs, space, flights, Case())
-    best = np.argsort(-expected, kind="stable")[:FINALISTS]
-    finalists, gains = [flights[index] for index in best], [expected[best]]
-    for case in space.cases[1:]:
-        progress(f"what the best flights would show, {case.text}")
-        gains.append(_gains(goal, runs, space, finalists, case))
-    by_case = np.stack(gains)
+    finalists = [flights[index] for index in np.argsort(-expected, kind="stable")[:FINALISTS]]
+    progress("what the best flights would show in the worst cases")
+    by_case = _gains_by_case(goal, runs, space, finalists)
     most = int(by_case.mean(axis=0).argmax())
+    if refinement is not None:
+        finalists.append(refinement(finalists[most]))
+        by_case = np.hstack([by_case, _gains_by_case(goal, runs, space, finalists[-1:])])
+        most = int(by_case.mean(axis=0).argmax())
     return Chosen(
         flight=finalists[most],
         gain=float(by_case[0, most]),
         worst=float(by_case[:, most].min()),
         worst_case=space.cases[int(by_case[:, most].argmin())].text,
     )
+
+
+def _gains_by_case(goal: Goal, runs: Runs, space: RobustSpace, flights: Sequence[NextFlight]) -> Array:
+    """Return what is expected of flights in every case, shape (cases, F)."""
+    return np.stack([_gains(goal, runs, space, flights, case) for case in space.cases])
 
 
 def _gains(goal: Goal, runs: Runs, space: RobustSpace, flights: Sequence[NextFlight], case: Case) -> Array:
