@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from testbed.assembly.engine import engine_of
 from testbed.assembly.platform import nominal_platform, true_platform
 from testbed.campaign.plan import BLOCK_RUNS, CampaignPlan
 from testbed.errors import InputError
@@ -132,7 +133,13 @@ def identity_of(plan: CampaignPlan) -> dict[str, Any]:
         "nominal_model_sha256": model_sha256(nominal_platform(plan.scenario).model),
         "true_model_sha256": model_sha256(true_platform(plan.scenario).model),
         "versions": deciding_versions(),
-    }
+    } | _engine_of(plan)
+
+
+def _engine_of(plan: CampaignPlan) -> dict[str, Any]:
+    """Return what steps the platforms where it is not MuJoCo, and the version of what compiles it."""
+    engine = engine_of(plan.scenario, many=True)
+    return {} if engine == "mujoco" else {"engine": engine, "version_numba": version("numba")}
 
 
 def maneuver_sha256(maneuver: Maneuver) -> str:
@@ -177,6 +184,7 @@ def _deciding_keys(scenario: Scenario) -> dict[str, Any]:
     keys: dict[str, Any] = json.loads(scenario.model_dump_json(exclude_none=True, by_alias=True))
     keys["platform"].pop("model", None)
     keys["maneuver"].pop("file", None)
+    keys["simulation"].pop("engine")  # what flies is said beside the scenario
     return keys
 
 
