@@ -50,7 +50,9 @@ class Gyrostats:
 
     Attributes:
         body: J' as J11, J22, J33, J23, J13, J12, kg·m²; weight times place of the centre of mass from the pivot, N·m,
-            zero of a platform that floats; drag, N·m·s/rad; step, s; shape (B, 11).
+            zero of a platform that floats; drag, N·m·s/rad; step, s; and of an orbit, zero on none, its rate n, rad/s,
+            3 n² times the gradient's factor, J about the centre of mass as J', dipole, A·m², field and constant torque
+            in local axes, T and N·m; shape (B, 28).
         units: g; s and t at gimbal angle zero; Ix, Iy, I and Js, kg·m²; kv of the motor's tachometer loop, N·m·s/rad,
             the motor's limit, N·m; the rotor servo's torque at rest, N·m, and its change with speed, N·m·s/rad; shape
             (B, M, 17).
@@ -70,21 +72,20 @@ _INDICES, _LIST, _TABLE, _TABLES = ("i8", 1), ("f8", 1), ("f8", 2), ("f8", 3)
 """Kinds of numbers and numbers of axes of what the loops are given."""
 
 
-def advance(gyrostats: Gyrostats, platforms: Indices, demand: Array, applied: Array, steps: int, state: Array) -> None:
+def advance(gyrostats: Gyrostats, platforms: Indices, demand: Array, steps: int, state: Array) -> None:
     """Step some platforms on.
 
     Args:
         gyrostats: all platforms.
         platforms: which are stepped.
         demand: of the motors, shape (B, nu).
-        applied: constant torque on each, shape (B, 3), N·m, body axes.
         steps: how many.
         state: of all, shape (B, S), the time last; is changed. Its torques are those of the last step's last stage.
     """
     places = gyrostats.places
-    loop = kept(_advance, (*_PLACES, _INDICES, _INDICES, _TABLE, _TABLES, _TABLES, _TABLE, _TABLE, _TABLE))
+    loop = kept(_advance, (*_PLACES, _INDICES, _INDICES, _TABLE, _TABLES, _TABLES, _TABLE, _TABLE))
     given = (places.body, places.units, places.wheels, np.array([steps]), platforms)
-    loop(*given, gyrostats.body, gyrostats.units, gyrostats.wheels, demand, applied, state)
+    loop(*given, gyrostats.body, gyrostats.units, gyrostats.wheels, demand, state)
 
 
 def total_momentum(gyrostats: Gyrostats, platform: int, state: Array) -> Vectors3:
@@ -106,14 +107,14 @@ def total_momentum(gyrostats: Gyrostats, platform: int, state: Array) -> Vectors
 # p_w and the torque of a motor with a lag. Its rates hold ω; of every unit ḋ and Ω; of every wheel Ω.
 
 
-def _advance(of_body, of_units, of_wheels, steps, platforms, body, units, wheels, demand, applied, state):
+def _advance(of_body, of_units, of_wheels, steps, platforms, body, units, wheels, demand, state):
     count, more = units.shape[1], wheels.shape[1]
     size = 7 + 4 * count + 3 * more
     start, at, slope, mean = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
     axes, rates, torque = np.empty((count, 6)), np.empty(3 + 2 * count + more), np.empty(2 * count + more)
     for platform in platforms:
         own, gyros, turning, row = body[platform], units[platform], wheels[platform], state[platform]
-        step = own[10]
+        step, acted_on = own[10], np.any(own[6:10] != 0.0) or own[11] > 0.0
         _to_momenta(of_body, of_units, of_wheels, own, gyros, turning, row, axes, start)
         for _ in range(steps[0]):
             mean[:] = 0.0
@@ -121,8 +122,11 @@ def _advance(of_body, of_units, of_wheels, steps, platforms, body, units, wheels
             for stage in range(4):
                 _find_rates(own, gyros, turning, at, axes, rates)
                 _find_torques(of_units, of_wheels, gyros, turning, demand[platform], at, rates, torque)
-                _find_slopes(own, gyros, turning, applied[platform], at, axes, rates, torque, slope)
+                _find_slopes(gyros, turning, at, axes, rates, torque, slope)
                 _lag(of_wheels, turning, demand[platform], at, slope)
+                if acted_on:
+                    now = row[-1] + (0.0 if stage == 0 else step if stage == 3 else 0.5 * step)
+                    _act_from_outside(own, now, at, rates, slope)
                 weight = 1.0 / 6.0 if stage in (0, 3) else 1.0 / 3.0
                 onward = step if stage == 2 else 0.5 * step
                 for index in range(size):
@@ -249,21 +253,15 @@ def _find_torques(of_units, of_wheels, gyros, turning, demand, at, rates, torque
         n, k = n + 3, k + 1
 
 
-def _find_slopes(own, gyros, turning, applied, at, axes, rates, torque, slope):
-    """How the motion in momenta changes."""
+def _find_slopes(gyros, turning, at, axes, rates, torque, slope):
+    """How the motion in momenta changes by itself and by its motors."""
     q, i, j, l = at[0], at[1], at[2], at[3]  # noqa: E741 - the quaternion's four letters
     x, y, z = rates[0], rates[1], rates[2]
     slope[0] = 0.5 * -(i * x + j * y + l * z)
     slope[1] = 0.5 * (q * x + (j * z - l * y))
     slope[2] = 0.5 * (q * y + (l * x - i * z))
     slope[3] = 0.5 * (q * z + (i * y - j * x))
-    up_x, up_y, up_z = _to_body(at, 0.0, 0.0, 1.0)
-    slope[4], slope[5], slope[6] = _to_inertial(
-        at,
-        applied[0] - own[9] * x + up_y * own[8] - up_z * own[7],
-        applied[1] - own[9] * y + up_z * own[6] - up_x * own[8],
-        applied[2] - own[9] * z + up_x * own[7] - up_y * own[6],
-    )
+    slope[4], slope[5], slope[6] = 0.0, 0.0, 0.0
     n, k = 7, 0
     for unit in range(len(gyros)):
         of, axis = gyros[unit], axes[unit]
@@ -278,6 +276,34 @@ def _find_slopes(own, gyros, turning, applied, at, axes, rates, torque, slope):
         slope[n] = rates[3 + k]
         slope[n + 1] = torque[k] - turning[wheel, 7] * rates[3 + k]
         n, k = n + 3, k + 1
+
+
+def _act_from_outside(own, time, at, rates, slope):
+    """H changes by gravity and drag of a bearing, or by what an orbit does."""
+    u, v, w = _to_body(at, 0.0, 0.0, 1.0)
+    x = v * own[8] - w * own[7] - own[9] * rates[0]
+    y = w * own[6] - u * own[8] - own[9] * rates[1]
+    z = u * own[7] - v * own[6] - own[9] * rates[2]
+    if own[11] > 0.0:
+        u, v, w = _on_orbit(own, time, at)
+        x, y, z = x + u, y + v, z + w
+    slope[4], slope[5], slope[6] = _to_inertial(at, x, y, z)
+
+
+def _on_orbit(own, time, at):
+    """Return 3 n² r × J r + m × B and the constant torque, body axes; see `environment.orbit_torque`."""
+    cos, sin = np.cos(own[11] * time), np.sin(own[11] * time)
+    x, y, z = _to_body(at, -sin, 0.0, cos)
+    a, b, c = _to_body(at, cos * own[22] - sin * own[24], own[23], sin * own[22] + cos * own[24])
+    u, v, w = _to_body(at, cos * own[25] - sin * own[27], own[26], sin * own[25] + cos * own[27])
+    i = own[13] * x + own[18] * y + own[17] * z
+    j = own[18] * x + own[14] * y + own[16] * z
+    k = own[17] * x + own[16] * y + own[15] * z
+    return (
+        u + own[12] * (y * k - z * j) + own[20] * c - own[21] * b,
+        v + own[12] * (z * i - x * k) + own[21] * a - own[19] * c,
+        w + own[12] * (x * j - y * i) + own[19] * b - own[20] * a,
+    )
 
 
 def _lag(of_wheels, turning, demand, at, slope):

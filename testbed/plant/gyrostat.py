@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from testbed.arrays import Array, Matrix3
-from testbed.dynamics.environment import parallel_axes
+from testbed.dynamics.environment import OrbitTorque, parallel_axes
 from testbed.dynamics.gyrostat_kernel import Gyrostats, Places
 from testbed.dynamics.inertia import theta_of
 from testbed.plant.geometry import composite_inertia, composite_mass, first_moment, unit_names, wheel_names
@@ -124,14 +124,30 @@ def _uncovered_motors(model: mujoco.MjModel, layout: Layout) -> Iterator[str]:
         yield "motors that are none of the usual ones"
 
 
-def gyrostats_of(models: Sequence[mujoco.MjModel]) -> Gyrostats:
-    """Return the numbers of compiled platforms of one layout, none of which has anything `uncovered`."""
+def gyrostats_of(models: Sequence[mujoco.MjModel], orbit_torque: OrbitTorque | None = None) -> Gyrostats:
+    """Return the numbers of compiled platforms of one layout, none of which has anything `uncovered`, on an orbit."""
     numbers: dict[int, tuple[Array, Array, Array]] = {}
     for model in models:
         if id(model) not in numbers:
             numbers[id(model)] = _numbers(model)
     body, units, wheels = zip(*(numbers[id(model)] for model in models), strict=True)
-    return Gyrostats(body=np.stack(body), units=np.stack(units), wheels=np.stack(wheels), places=_places(models[0]))
+    orbit = np.zeros((len(models), 17)) if orbit_torque is None else _orbit_numbers(orbit_torque)
+    return Gyrostats(
+        body=np.concatenate([np.stack(body), orbit], axis=1),
+        units=np.stack(units),
+        wheels=np.stack(wheels),
+        places=_places(models[0]),
+    )
+
+
+def _orbit_numbers(torque: OrbitTorque) -> Array:
+    orbit = torque.orbit
+    alike = np.concatenate([orbit.dipole_B, orbit.field_L, orbit.torque_L])
+    rows = [
+        np.concatenate([[orbit.rate, 3.0 * orbit.rate**2 * orbit.gradient], theta_of(inertia), alike])
+        for inertia in torque.inertia
+    ]
+    return np.array(rows)
 
 
 def _numbers(model: mujoco.MjModel) -> tuple[Array, Array, Array]:

@@ -9,23 +9,24 @@ import mujoco
 import numpy as np
 
 from testbed.arrays import Array, Indices, Vectors3
+from testbed.dynamics.environment import OrbitTorque
 from testbed.dynamics.gyrostat_kernel import advance, total_momentum
 from testbed.plant.gyrostat import gyrostats_of
-from testbed.plant.layout import layout_of
 
 
 class GyrostatBatch:
     """Platforms that are gyrostats, with what a `Plant` uses of MuJoCo's batch; states stand as MuJoCo orders them."""
 
-    def __init__(self, models: Sequence[mujoco.MjModel], threads: int) -> None:
+    def __init__(self, models: Sequence[mujoco.MjModel], threads: int, orbit_torque: OrbitTorque | None = None) -> None:
         """Put platforms where their models draw them.
 
         Args:
             models: compiled, of one layout; none has anything `testbed.plant.gyrostat.uncovered`.
             threads: that step the platforms.
+            orbit_torque: what an orbit does to the platforms; nothing where None.
         """
         model, count = models[0], len(models)
-        self._gyrostats, self._threads = gyrostats_of(models), threads
+        self._gyrostats, self._threads = gyrostats_of(models, orbit_torque), threads
         ends = np.cumsum([model.nq, model.nv, model.na, model.nv, 1])
         self._state = np.zeros((count, ends[-1]))
         qpos, qvel, act, torque, time = np.split(self._state, ends[:-1], axis=1)
@@ -40,7 +41,6 @@ class GyrostatBatch:
             "qfrc_applied": np.zeros((count, model.nv)),
             "ncon": np.zeros(count),
         }
-        self._body_rate = layout_of(model).body_rate
 
     def bind(self, name: str) -> Array:
         """Return a live array by MuJoCo's name, the platforms on its first axis."""
@@ -48,10 +48,9 @@ class GyrostatBatch:
 
     def step(self, ids: Indices, nstep: int) -> None:
         """Step some platforms on; what one does depends neither on the others nor on the threads, bit for bit."""
-        applied = np.ascontiguousarray(self._bound["qfrc_applied"][:, self._body_rate])
 
         def take(share: Indices) -> None:
-            advance(self._gyrostats, share, self._bound["ctrl"], applied, nstep, self._state)
+            advance(self._gyrostats, share, self._bound["ctrl"], nstep, self._state)
 
         shares = [share for share in np.array_split(ids, self._threads) if share.size]
         if len(shares) < 2:

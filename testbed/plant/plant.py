@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Literal, TypeAlias
 
 import mujoco
@@ -11,6 +11,7 @@ import numpy as np
 from mujoco.batch import Batch
 
 from testbed.arrays import Array, Flags, Indices, Matrices3, Units, UnitSeries, Vectors3
+from testbed.dynamics.environment import OrbitTorque
 from testbed.formulas.torque import Torque
 from testbed.plant.formula_torques import FormulaTorques, Slopes, stepped
 from testbed.plant.geometry import total_momentum, unit_count, unit_names, wheel_count, wheel_names
@@ -24,9 +25,6 @@ Model: TypeAlias = mujoco.MjModel
 RotorMode: TypeAlias = Literal["constant_speed", "free"]
 Engine: TypeAlias = Literal["mujoco", "compiled"]
 """What steps platforms: MuJoCo, or the compiled equations of motion of a gyrostat."""
-
-OrbitTorque: TypeAlias = Callable[[float, Matrices3], Vectors3]
-"""From the time, s, and R_NB of the platforms, shape (B, 3, 3), to torques on them, shape (B, 3), N·m, body axes."""
 
 _RATE_BOUND = 1e4
 """rad/s. No rate of this platform comes near it; a state beyond it has diverged."""
@@ -76,7 +74,8 @@ class Plant:
         self.layout = layout_of(self.models[0])
         self.divergence: dict[int, str] = {}
         """What went wrong with each platform that diverged, with time and state."""
-        self._batch = GyrostatBatch(models, threads) if engine == "compiled" else _batch(self.models, threads)
+        compiled = engine == "compiled"
+        self._batch = GyrostatBatch(models, threads, orbit_torque) if compiled else _batch(self.models, threads)
         self.qpos: Array = self._batch.bind("qpos")
         """Live view of MuJoCo's positions, shape (B, nq); copy to keep."""
         self.qvel: Array = self._batch.bind("qvel")
@@ -169,7 +168,7 @@ class Plant:
             for _ in range(steps):
                 self._step_by_stages(self._formulas)
             return
-        if self._orbit_torque is None:
+        if self._orbit_torque is None or isinstance(self._batch, GyrostatBatch):  # which knows of the orbit
             self._batch.step(np.flatnonzero(self.flying), nstep=steps)
             return
         for _ in range(steps):
