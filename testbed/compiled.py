@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from functools import cache
 from types import FunctionType
@@ -9,6 +10,12 @@ from typing import Any, TypeVar
 
 LONG = 5_000
 """Steps from which a loop is compiled: that takes 0.8 s, as long as 25 loops of 5,000 steps take without."""
+
+
+def compiler_loaded() -> bool:
+    """Return whether something has loaded the compiler: what was kept of a loop is then quicker however short it is."""
+    return "numba" in sys.modules
+
 
 _Loop = TypeVar("_Loop", bound=Callable[..., Any])
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from testbed.assembly.engine import engine_of
 from testbed.assembly.platform import nominal_platform, true_platform
-from testbed.campaign.plan import BLOCK_RUNS, CampaignPlan
+from testbed.campaign.plan import CampaignPlan, block_runs
 from testbed.errors import InputError
 from testbed.files import read_bytes, whole_file
 from testbed.maneuver.maneuver import Maneuver
@@ -127,7 +127,7 @@ def identity_of(plan: CampaignPlan) -> dict[str, Any]:
         "name": plan.scenario.name,
         "seed": plan.seed,
         "runs": plan.runs,
-        "block_runs": BLOCK_RUNS,
+        "block_runs": block_runs(plan),
         "scenario": _deciding_keys(plan.scenario),
         "maneuver_sha256": maneuver_sha256(plan.maneuver),
         "nominal_model_sha256": model_sha256(nominal_platform(plan.scenario).model),
