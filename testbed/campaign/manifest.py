@@ -19,6 +19,7 @@ from testbed.errors import InputError
 from testbed.files import read_bytes, whole_file
 from testbed.maneuver.maneuver import Maneuver
 from testbed.plant.fingerprint import model_sha256
+from testbed.plant.plant import Engine
 from testbed.scenario.scenario import Scenario
 
 MANIFEST = "campaign.json"
@@ -112,9 +113,10 @@ def write_manifest(folder: Path, manifest: Manifest) -> None:
         ) from error
 
 
-def deciding_versions() -> dict[str, str]:
-    """Return the versions of everything that a run's numbers pass through."""
-    return {package: version(package) for package in _DECIDING_PACKAGES}
+def deciding_versions(engine: Engine = "mujoco") -> dict[str, str]:
+    """Return the versions of everything that the numbers of runs pass through, which an engine flew."""
+    packages = _DECIDING_PACKAGES if engine == "mujoco" else (*_DECIDING_PACKAGES, "numba")
+    return {package: version(package) for package in packages}
 
 
 def identity_of(plan: CampaignPlan) -> dict[str, Any]:
@@ -123,6 +125,7 @@ def identity_of(plan: CampaignPlan) -> dict[str, Any]:
     Raises:
         InputError: the platforms cannot be built.
     """
+    engine = engine_of(plan.scenario, many=True)
     return {
         "name": plan.scenario.name,
         "seed": plan.seed,
@@ -132,14 +135,8 @@ def identity_of(plan: CampaignPlan) -> dict[str, Any]:
         "maneuver_sha256": maneuver_sha256(plan.maneuver),
         "nominal_model_sha256": model_sha256(nominal_platform(plan.scenario).model),
         "true_model_sha256": model_sha256(true_platform(plan.scenario).model),
-        "versions": deciding_versions(),
-    } | _engine_of(plan)
-
-
-def _engine_of(plan: CampaignPlan) -> dict[str, Any]:
-    """Return what steps the platforms where it is not MuJoCo, and the version of what compiles it."""
-    engine = engine_of(plan.scenario, many=True)
-    return {} if engine == "mujoco" else {"engine": engine, "version_numba": version("numba")}
+        "versions": deciding_versions(engine),
+    } | ({} if engine == "mujoco" else {"engine": engine})
 
 
 def maneuver_sha256(maneuver: Maneuver) -> str:
