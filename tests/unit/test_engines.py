@@ -9,6 +9,7 @@ import pytest
 
 from support.campaigns import plan_of, small_scenario
 from testbed.assembly.engine import engine_of
+from testbed.campaign.columns import parameter_columns
 from testbed.campaign.engine_check import check_engines
 from testbed.campaign.flights import fly_seeds
 from testbed.campaign.manifest import identity_of
@@ -69,6 +70,19 @@ def test_the_engines_agree_on_every_run_of_a_campaign(tmp_path):
     check = check_engines(plan_of(small_scenario(tmp_path), 6), 6)
     assert check.runs == 6
     assert 0.0 < check.largest_difference < 1e-7
+
+
+def test_a_campaign_has_the_same_estimates_with_either_engine(tmp_path):
+    """To a thousandth of their standard deviations, at a step that is not converged to more."""
+    block = Block(index=0, first=0, seeds=(1, 2, 3))
+    flown = [block_rows(plan_of(scenario_with(tmp_path, engine), 3), block) for engine in ("mujoco", "compiled")]
+    for theirs, ours in zip(*flown, strict=True):
+        for name in ("ls", "output_error"):
+            estimates, others, std = (
+                np.array([row[column] for column in parameter_columns(prefix)])
+                for row, prefix in ((theirs, name), (ours, name), (theirs, f"{name}_std"))
+            )
+            assert np.abs((estimates - others) / std).max() < 1e-3
 
 
 @pytest.mark.parametrize(("runs", "threads"), [(1, 1), (3, 2)])
