@@ -27,6 +27,7 @@ class GyrostatBatch:
         """
         model, count = models[0], len(models)
         self._gyrostats, self._threads = gyrostats_of(models, orbit_torque), threads
+        self._pool = ThreadPoolExecutor(threads)  # which starts a thread when it first needs one
         ends = np.cumsum([model.nq, model.nv, model.na, model.nv, 1])
         self._state = np.zeros((count, ends[-1]))
         qpos, qvel, act, torque, time = np.split(self._state, ends[:-1], axis=1)
@@ -56,8 +57,7 @@ class GyrostatBatch:
         if len(shares) < 2:
             take(ids)
             return
-        with ThreadPoolExecutor(len(shares)) as pool:
-            list(pool.map(take, shares))
+        list(self._pool.map(take, shares))
 
     def total_momentum(self, platform: int, qpos: Array, qvel: Array) -> Vectors3:
         """Return the momentum of a platform along its motion, as `testbed.plant.geometry.total_momentum` does."""
