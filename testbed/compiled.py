@@ -69,17 +69,22 @@ _FREE = {"nogil": True, "error_model": "numpy"}
 equations of a gyrostat take 1.3 in the place of 1.9 microseconds a step."""
 
 
-@cache
 def _with_parts(loop: Callable[..., Any]) -> Callable[..., Any]:
     """Return a function whose calls of functions of its own module go to what is compiled of these."""
-    from numba import njit  # noqa: PLC0415 - as above
-
-    compile_later: Any = njit
     names = [name for name in loop.__code__.co_names if isinstance(loop.__globals__.get(name), FunctionType)]
     own = {name: loop.__globals__[name] for name in names if loop.__globals__[name].__module__ == loop.__module__}
     if not own:
         return loop
-    parts = {name: compile_later(_with_parts(part), **_FREE) for name, part in own.items()}
-    whole = FunctionType(loop.__code__, loop.__globals__ | parts)
+    whole = FunctionType(loop.__code__, loop.__globals__ | {name: _part(each) for name, each in own.items()})
     whole.__qualname__, whole.__module__ = loop.__qualname__, loop.__module__
     return whole
+
+
+@cache
+def _part(of_loop: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function that loops call, compiled as soon as one of them is, and once for all."""
+    from numba import njit  # noqa: PLC0415 - as above
+
+    compile_later: Any = njit
+    part: Callable[..., Any] = compile_later(_with_parts(of_loop), **_FREE)
+    return part

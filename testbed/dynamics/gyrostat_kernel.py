@@ -114,11 +114,11 @@ def _advance(of_body, of_units, of_wheels, steps, platforms, body, units, wheels
     axes, rates, torque = np.empty((count, 6)), np.empty(3 + 2 * count + more), np.empty(2 * count + more)
     for platform in platforms:
         own, gyros, turning, row = body[platform], units[platform], wheels[platform], state[platform]
-        step, acted_on = own[10], np.any(own[6:10] != 0.0) or own[11] > 0.0
+        step, acted_on = own[10], own[9] + own[11] + abs(own[6]) + abs(own[7]) + abs(own[8]) > 0.0
         _to_momenta(of_body, of_units, of_wheels, own, gyros, turning, row, axes, start)
         for _ in range(steps[0]):
-            mean[:] = 0.0
-            at[:] = start
+            for index in range(size):
+                mean[index], at[index] = 0.0, start[index]
             for stage in range(4):
                 _find_rates(own, gyros, turning, at, axes, rates)
                 _find_torques(of_units, of_wheels, gyros, turning, demand[platform], at, rates, torque)
