@@ -53,8 +53,8 @@ NULL_SHARE, PAIR_SHARE = 0.25, 0.125
 DROPPED = 2
 """First readings of a run that are left out: imuSensor says zero when it is called first, which may be late."""
 _ATTEMPTS = 20
-_DURATION = (45.0, 60.0)
-_RUNS = (2, 3, 3, 4)
+_DURATION = (30.0, 40.0)
+_RUNS = (2, 3, 3)
 _KNOTS = (4.0, 8.0)
 """s between two corners of the wanted body rate; between them its acceleration is constant."""
 _DIAGONAL, _PRODUCTS = 0.03, 0.02
