@@ -149,6 +149,19 @@ class WheelMotors:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class SmoothedMomentum:
+    """What wheels hold behind the noise of their tachometers.
+
+    Attributes:
+        samples: Jw Ω at the actuators' times, shape (K, W), N·m·s.
+        variance: of their errors, shape (W,), (N·m·s)².
+    """
+
+    samples: UnitSeries
+    variance: Units
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class WheelTelemetry:
     """What W reaction wheels sent, at the actuators' times, and what is known of them.
 
@@ -158,6 +171,7 @@ class WheelTelemetry:
         torque: of their motors, shape (K, W), N·m; None where it was not sent.
         torque_command: that they should give, shape (K, W), N·m; None where it was not sent.
         motors: None where they are not known.
+        smoothed: the momentum without the tachometers' noise; None where it was not separated.
     """
 
     wheels: Wheels
@@ -165,12 +179,19 @@ class WheelTelemetry:
     torque: UnitSeries | None = None
     torque_command: UnitSeries | None = None
     motors: WheelMotors | None = None
+    smoothed: SmoothedMomentum | None = None
+
+    @property
+    def best_momentum(self) -> UnitSeries:
+        """Jw Ω as well as it is known, shape (K, W), N·m·s."""
+        return self.momentum if self.smoothed is None else self.smoothed.samples
 
     def with_samples(self, change: Callable[[Array], Array]) -> WheelTelemetry:
         """Return the wheels with every sampled channel changed alike."""
         channels = {"momentum": self.momentum, "torque": self.torque, "torque_command": self.torque_command}
         sampled: dict[str, Any] = {name: change(each) for name, each in channels.items() if each is not None}
-        return replace(self, **sampled)
+        smoothed = self.smoothed and replace(self.smoothed, samples=change(self.smoothed.samples))
+        return replace(self, **sampled, smoothed=smoothed)
 
 
 Gimbals_co = TypeVar("Gimbals_co", bound=GimbalTelemetry | None, default=GimbalTelemetry | None, covariant=True)

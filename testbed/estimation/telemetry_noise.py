@@ -40,7 +40,8 @@ def _covariance_of_wheels(sent: WheelTelemetry | None) -> Array:
     if sent is None:
         return np.zeros((3, 3))
     axes_B = sent.wheels.axis_B
-    return np.asarray((axes_B.T * _variance(sent.momentum)) @ axes_B)
+    variance = fast_variance(sent.momentum) if sent.smoothed is None else sent.smoothed.variance
+    return np.asarray((axes_B.T * variance) @ axes_B)
 
 
 def _covariance_of_gimbals(run: Telemetry) -> Array:
@@ -48,12 +49,12 @@ def _covariance_of_gimbals(run: Telemetry) -> Array:
     if run.gimbals is not None:
         cluster, angle = run.gimbals.cluster, run.gimbals.angle
         slopes = cluster.rotor_momentum[:, None] * transverse_axes(cluster, angle)
-        return np.asarray(np.einsum("kui,kuj,u->ij", slopes, slopes, _variance(angle)) / len(slopes))
+        return np.asarray(np.einsum("kui,kuj,u->ij", slopes, slopes, fast_variance(angle)) / len(slopes))
     if run.cluster_momentum is not None and run.wheels is None:
-        return np.diag(_variance(run.cluster_momentum))
+        return np.diag(fast_variance(run.cluster_momentum))
     return np.zeros((3, 3))
 
 
-def _variance(channel: Array) -> Array:
+def fast_variance(channel: Array) -> Array:
     """Return the variance of columns' white noise, estimated from their fastest changes; zero of too few samples."""
     return np.zeros(channel.shape[1]) if len(channel) <= _ORDER else median_variance(channel, _ORDER)

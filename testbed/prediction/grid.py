@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from testbed.arrays import Array, Flags, Series, Vectors3
 from testbed.cmg.cluster import Cluster
@@ -26,8 +28,13 @@ from testbed.estimation.telemetry import (
     has_gimbals,
     is_commanded,
 )
+from testbed.prediction.tachometer import without_tachometer_noise
 from testbed.prediction.wheel_impulses import ImpulseNoise
 
+_ALIKE = 2.0
+"""Times the shortest run of a part is its longest: as all take as many steps, at most half of them are too many."""
+_WASTED = 1.5
+"""Times as many steps as the runs need, from which they are integrated in parts: each costs what calls cost."""
 LONGEST_STEP = 1.0 / 64.0
 """s. The motions of 1 rad/s and 5 Hz that such platforms make are integrated to 1e-7 rad/s with it (a test says so)."""
 
@@ -55,7 +62,7 @@ class Gimbals:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Grid:
-    """Runs side by side; each has its own step, all have the same number of steps.
+    """Runs side by side; each has its own step, all have the same number of steps; those of `parts` are alike.
 
     Attributes:
         runs: telemetry of each, only what the actuators' telemetry covers.
@@ -72,6 +79,9 @@ class Grid:
             where their commands are not known.
         follows_commands: whether the gimbals follow their commands but for a lag, so that rates can be predicted.
         wheel_noise: in what noise the impulses of the wheels' motors are compared; None where they are not.
+        number: of each run among all that are fitted together, shape (R,).
+        earlier: how long the runs before it last together, shape (R,), s.
+        longest_step: s.
     """
 
     runs: tuple[Telemetry, ...]
@@ -85,6 +95,31 @@ class Grid:
     thrust: Array | None = None
     follows_commands: bool = False
     wheel_noise: ImpulseNoise | None = None
+    number: NDArray[np.intp]
+    earlier: Series
+    longest_step: float
+
+    @cached_property
+    def parts(self) -> tuple[Grid, ...]:
+        """The runs on grids of their own by length; the grid itself where their lengths are alike."""
+        spans = np.ptp(self.time, axis=1)
+        if len(spans) * spans.max() <= _WASTED * spans.sum():
+            return (self,)
+        parts, left = [], np.argsort(-spans, kind="stable")
+        while left.size:
+            alike = _ALIKE * spans[left] > spans[left[0]]
+            parts.append(self._part(np.sort(left[alike])))
+            left = left[~alike]
+        return tuple(parts)
+
+    def _part(self, which: NDArray[np.intp]) -> Grid:
+        return replace(
+            grid_of([self.runs[index] for index in which], self.longest_step),
+            follows_commands=self.follows_commands,
+            wheel_noise=self.wheel_noise,
+            number=self.number[which],
+            earlier=self.earlier[which],
+        )
 
     @property
     def thrusters(self) -> Thrusters | None:
@@ -129,6 +164,7 @@ def grid_of(telemetry: Sequence[Telemetry], longest_step: float = LONGEST_STEP) 
     """
     runs = tuple(covered_part(run) for run in telemetry)
     _require_alike(runs)
+    runs = tuple(without_tachometer_noise(runs))
     spans = np.array([run.gyro_time[-1] - run.gyro_time[0] for run in runs])
     steps = max(2, math.ceil(spans.max() / min(longest_step, _resolving_step(runs))))
     time = np.stack([np.linspace(run.gyro_time[0], run.gyro_time[-1], 2 * steps + 1) for run in runs])
@@ -144,6 +180,9 @@ def grid_of(telemetry: Sequence[Telemetry], longest_step: float = LONGEST_STEP) 
         cluster_momentum_B=reported_B + wheel_momentum @ wheels.axis_B if wheels.axis_B.size else reported_B,
         applied_torque_B=_sampled(runs, [run.applied_torque for run in runs], _with_lead(runs, time)),
         thrust=_thrust(runs, _with_lead(runs, time)),
+        number=np.arange(len(runs)),
+        earlier=np.cumsum(spans) - spans,
+        longest_step=longest_step,
     )
 
 
@@ -229,7 +268,7 @@ def _wheels(runs: Sequence[Telemetry], time: Array) -> tuple[Array, Wheels]:
     sent = [(run, run.wheels) for run in runs if run.wheels is not None]
     if not sent:
         return np.zeros((len(runs), 1, 1, 0)), no_wheels()
-    along = [run.through(wheels.momentum)(at) for (run, wheels), at in zip(sent, time, strict=True)]
+    along = [run.through(wheels.best_momentum)(at) for (run, wheels), at in zip(sent, time, strict=True)]
     return np.stack(along)[:, None], sent[0][1].wheels
 
 

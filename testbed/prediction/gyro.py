@@ -38,7 +38,7 @@ def readings(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates
             window = sum(averaging, np.zeros(rates.shape[1])) * float(np.median(np.diff(telemetry.gyro_time)))
             reading = _averaged(motion, telemetry.gyro_time, behind[0], behind[1], window)
         for hook, value in pairs:
-            reading = hook.gyro_reading(reading, value, telemetry.gyro_time, run)
+            reading = hook.gyro_reading(reading, value, telemetry.gyro_time, int(grid.number[run]))
         predicted.append(reading)
     return predicted
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache, reduce
 
 import numpy as np
+from numpy.typing import NDArray
 
 from testbed.arrays import Array
 from testbed.dynamics.gyrostat import require_bounded
@@ -36,8 +37,11 @@ the next is its square."""
 _NEARER = 0.1
 """Share of the correction before beyond which the tangents are taken anew: with old ones corrections shrink by the
 share by which the motion was off when they were taken, a hundredth or less."""
-GRIDS = 8
-"""For which what no parameter changes is kept: fitted and held-out runs, with the gyro's errors of some models."""
+_WATCHED = 64
+"""Steps after which a motion that is stepped along is looked at: one that ran away is not followed to its end."""
+GRIDS = 32
+"""For which what no parameter changes is kept: parts of fitted and held-out runs, with the gyro's errors of some
+models."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -65,6 +69,11 @@ class Values:
         """P; an array with a single set stands for all."""
         trims = 1 if self.trim is None else len(self.trim[0])
         return max(len(self.theta), len(self.initial_rate[0]), trims, *map(len, self.effects), 1)
+
+    def of_runs(self, which: NDArray[np.intp]) -> Values:
+        """Return the same of some runs."""
+        trim = None if self.trim is None else self.trim[which]
+        return replace(self, initial_rate=self.initial_rate[which], trim=trim)
 
     @property
     def own_size(self) -> int:
@@ -100,6 +109,8 @@ def _stepped_along(grid: Grid, hooks: Sequence[Hooks], values: Values, known: Kn
     equations = Equations(hooks, values.effects, known)
     states = [equations.initial(values.initial_rate, values.sets)]
     for step in range(grid.node_time.shape[1] - 1):
+        if step % _WATCHED == 0:
+            require_bounded(equations.body_rates(states[-1], slice(step, step + 1)))
         states.append(equations.stepped(states[-1], slice(step, step + 1)))
     return equations.body_rates(np.concatenate(states, axis=1), slice(0, len(states)))
 

@@ -42,7 +42,20 @@ def predicted(grid: Grid, hooks: Sequence[Hooks], values: Values) -> list[Array]
     Raises:
         InputError: the motion leaves the finite numbers.
     """
-    return readings(grid, hooks, values.effects, node_rates(grid, hooks, values))
+    return _of_parts(grid, values, lambda part, own: readings(part, hooks, own.effects, node_rates(part, hooks, own)))
+
+
+def _of_parts(grid: Grid, values: Values, predict: Callable[[Grid, Values], list[Array]]) -> list[Array]:
+    """Return blocks of all runs, each part of them integrated by itself."""
+    if len(grid.parts) == 1:
+        return predict(grid, values)
+    by_part = [predict(part, values.of_runs(part.number)) for part in grid.parts]
+    blocks: list[Array] = [np.empty(0)] * sum(map(len, by_part))
+    for part, own in zip(grid.parts, by_part, strict=True):
+        for index, block in enumerate(own):
+            kind, run = divmod(index, len(part.runs))
+            blocks[kind * len(grid.runs) + int(part.number[run])] = block
+    return blocks
 
 
 def without_gyro_errors(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Grid:
@@ -58,7 +71,9 @@ def without_gyro_errors(grid: Grid, hooks: Sequence[Hooks], values: Values) -> G
     """
     errors: Sequence[Vectors3 | None] = [None] * len(grid.runs)
     if any(map(acts_in_gyro, hooks)):
-        errors = gyro_errors(grid, hooks, values.effects, node_rates(grid, hooks, values))
+        errors = _of_parts(
+            grid, values, lambda part, own: gyro_errors(part, hooks, own.effects, node_rates(part, hooks, own))
+        )
     if all(run.gyro_error is error for run, error in zip(grid.runs, errors, strict=True)):
         return grid
     runs = tuple(replace(run, gyro_error=error) for run, error in zip(grid.runs, errors, strict=True))
@@ -79,11 +94,16 @@ def predicted_channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> li
     Raises:
         InputError: the motion leaves the finite numbers.
     """
-    blocks = predicted(grid, hooks, values)
+    blocks = _of_parts(grid, values, lambda part, own: _channels(part, hooks, own))
+    return [np.broadcast_to(block, (values.sets, *block.shape[1:])) for block in blocks]
+
+
+def _channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> list[Array]:
+    blocks = readings(grid, hooks, values.effects, node_rates(grid, hooks, values))
     inside = [_acts_inside(hook) for hook in hooks]
     hooks, effects = list(compress(hooks, inside)), list(compress(values.effects, inside))
     blocks += _gimbal_channels_of_sets(grid, hooks, effects) if hooks else _gimbal_channels_of_telemetry(grid)
-    return [np.broadcast_to(block, (values.sets, *block.shape[1:])) for block in blocks]
+    return blocks
 
 
 def _gimbal_channels_of_sets(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> list[Array]:
@@ -192,7 +212,7 @@ def derivatives_at(
 
 def _batches(grid: Grid, sets: int) -> list[slice]:
     """Return which parameter sets are integrated together."""
-    size = max(_FEWEST_SETS, _AT_ONCE // grid.time.size)
+    size = max(_FEWEST_SETS, _AT_ONCE // max(part.time.size for part in grid.parts))
     return [slice(first, first + size) for first in range(0, sets, size)]
 
 

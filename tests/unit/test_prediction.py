@@ -11,6 +11,7 @@ from typing_extensions import override
 from support.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times
 from testbed.arrays import Array
 from testbed.dynamics.inertia import symmetric_inverse
+from testbed.effects.contact import PAUSE, Contact
 from testbed.effects.contract import components_in
 from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError
@@ -45,6 +46,26 @@ def values(*effects: float | Array, theta=TRUE_THETA) -> Values:
 def test_the_prediction_meets_the_exact_motion_in_every_run():
     for reading, run in zip(predicted(GRID, [], values()), (RUN, SHORT), strict=True):
         np.testing.assert_allclose(reading[0], run.body_rate, atol=1e-8)  # rad/s, of 1 rad/s
+
+
+def test_runs_of_many_lengths_are_integrated_in_parts_and_answered_in_their_order():
+    lengths = (12, len(RUN.gyro_time), 14, 40, 13)
+    runs = [replace(RUN, gyro_time=RUN.gyro_time[:number], body_rate=RUN.body_rate[:number]) for number in lengths]
+    grid = grid_of(runs)
+    assert [part.number.tolist() for part in grid.parts] == [[1], [3], [0, 2, 4]]
+    begin = grid.earlier[3] + 3 * PAUSE - RUN.gyro_time[0]
+    touch = np.array([[begin + RUN.gyro_time[20], 1e-3, -2e-3, 5e-4]])
+    first = np.tile(RUN.body_rate[0], (len(runs), 1, 1))
+    model = Values(theta=TRUE_THETA[None], initial_rate=first, effects=(touch,))
+    found = predicted(grid, [Contact().hooks("platform")], model)
+    assert [block.shape[1] for block in found] == list(lengths)
+    for run, reading in enumerate(found):
+        own = touch - np.eye(4)[0] * (grid.earlier[run] + run * PAUSE)  # in its own time
+        alone = replace(model.of_runs(np.array([run])), effects=(own,))
+        expected = predicted(grid_of([runs[run]]), [Contact().hooks("platform")], alone)[0]
+        np.testing.assert_allclose(reading, expected, atol=1e-7)
+        moved = np.abs(reading[0] - RUN.body_rate[: lengths[run]]).max()
+        assert (moved > 1e-2) == (run == 3)  # the touch is in one run alone
 
 
 def test_it_agrees_with_the_estimators_own_prediction():

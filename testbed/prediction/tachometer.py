@@ -1,0 +1,192 @@
+"""What wheels hold behind the noise of their tachometers.
+
+A wheel's momentum is what its motor adds up. What samples differ by from the impulses that were commanded, all of them
+where no command is known, is modelled as an integrated Wiener process, of intensity q (torques that were not foreseen
+change smoothly), plus a Wiener process, of intensity r (they jitter), plus white noise of variance s². All three follow
+from the samples by restricted maximum likelihood, so that what jitters is not smoothed away. With divided second
+differences Qᵀy of samples, which no line changes, their covariance is K = q R + r W + s² QᵀQ, R and W tridiagonal, and
+the posterior mean is y - s² Q K⁻¹ Qᵀ y.
+
+Left as they are, the tachometers' errors stand in the predicted body rate as J⁻¹ δh, and a model in which the body does
+not follow its wheels' fast motion explains samples better than the true one: light platforms seemed to have a flexible
+appendage.
+
+Sources: Reinsch, "Smoothing by spline functions", Numerische Mathematik (1967); Wahba, "A comparison of GCV and GML for
+choosing the smoothing parameter in the generalized spline smoothing problem", Annals of Statistics (1985).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.optimize import minimize
+
+from testbed.arrays import Array, Series, UnitSeries
+from testbed.estimation.telemetry import SmoothedMomentum, Telemetry
+from testbed.estimation.telemetry_noise import fast_variance
+from testbed.prediction.wheel_impulses import impulses_of
+
+_FEWEST = 20
+"""Samples of all runs from which three variances are estimated; of fewer the tachometers are taken as they are."""
+_RANGE = 25.0
+"""Largest natural logarithm of an intensity over the noise's variance, times counted in the usual interval: beyond it
+the noise is rounding."""
+_STARTS = ((-4.0, -12.0), (-12.0, -2.0), (6.0, 0.0))
+"""Logarithms of q and r over s² from which the search begins: torques that change smoothly, torques that jitter, and
+hardly any noise."""
+_SIMPLEX = ((0.0, 0.0), (3.0, 0.0), (0.0, 3.0))
+"""Around each of them: by its corners, factors of twenty, it walks."""
+_ENOUGH = 1e-2
+"""Of the logarithms and of twice the log-likelihood, to which the search goes: a hundredth of what one standard error
+of a variance costs."""
+_SHARE = 1e-4
+"""Step of a central difference: its error is the square of it, a millionth of a percent."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Bands:
+    """Lower bands, shapes (3, n), of what adds up to the covariance of a run's second differences, and Q.
+
+    Attributes:
+        smooth: R, of torques that change smoothly.
+        jitter: W, of torques that jitter.
+        noise: QᵀQ.
+        weights: of three neighbouring samples in each difference, shape (n, 3).
+    """
+
+    smooth: Array
+    jitter: Array
+    noise: Array
+    weights: Array
+
+    def covariance(self, ratios: Array) -> Array:
+        """Return the bands of K/s², of q/s² and r/s²."""
+        smooth, jitter = ratios
+        return np.asarray(smooth * self.smooth + jitter * self.jitter + self.noise)
+
+    def differences(self, samples: Series) -> Series:
+        """Return Qᵀy of samples, shape (n + 2,), shape (n,)."""
+        first, second, third = self.weights.T
+        return np.asarray(first * samples[:-2] + second * samples[1:-1] + third * samples[2:])
+
+    def spread(self, differences: Series) -> Series:
+        """Return Q z of one number for each difference, shape (n,), shape (n + 2,)."""
+        whole = np.zeros(len(differences) + 2)
+        for place, weights in enumerate(self.weights.T):
+            whole[place : place + len(differences)] += weights * differences
+        return whole
+
+
+def without_tachometer_noise(runs: Sequence[Telemetry]) -> list[Telemetry]:
+    """Return runs whose wheels' momenta are known as well as all their samples tell, where they send wheel speeds.
+
+    Args:
+        runs: of one platform, whose tachometers are equally good in all; what was smoothed before stays.
+    """
+    sent = [run.wheels for run in runs if run.wheels is not None]
+    samples = sum(len(each.momentum) for each in sent)
+    if samples < _FEWEST or len(sent) < len(runs) or all(each.smoothed is not None for each in sent):
+        return list(runs)
+    bands, commanded = [_bands(run.actuator_time) for run in runs], [_commanded(run) for run in runs]
+    unforeseen = [each.momentum - known for each, known in zip(sent, commanded, strict=True)]
+    by_wheel = [_of_one_wheel(bands, list(samples)) for samples in zip(*(each.T for each in unforeseen), strict=True)]
+    errors = [np.stack(of_run, axis=-1) for of_run in zip(*(found for found, _ in by_wheel), strict=True)]
+    variance = np.array([variance for _, variance in by_wheel])
+    return [
+        replace(
+            run,
+            wheels=replace(wheels, smoothed=SmoothedMomentum(samples=wheels.momentum - error, variance=variance)),
+        )
+        for run, wheels, error in zip(runs, sent, errors, strict=True)
+    ]
+
+
+def _commanded(run: Telemetry) -> UnitSeries:
+    """Return what wheels gained by the torques that are known, less the known friction, shape (K, W), N·m·s."""
+    assert run.wheels is not None
+    impulses = impulses_of(run, commanded=True) or impulses_of(run, commanded=False)
+    whole = np.zeros_like(run.wheels.momentum)
+    if impulses is not None:
+        np.cumsum(impulses.asked - impulses.friction, axis=0, out=whole[1:])
+    return whole
+
+
+def _bands(time: Series) -> _Bands:
+    """Return the bands of a run, times counted in its usual interval."""
+    step = np.diff(time) / np.median(np.diff(time))
+    before, after = 1.0 / step[:-1], 1.0 / step[1:]
+    weights = np.stack([before, -before - after, after], axis=-1)
+    smooth, jitter, noise = (np.zeros((3, len(before))) for _ in range(3))
+    smooth[0], smooth[1, :-1] = (step[:-1] + step[1:]) / 3.0, step[1:-1] / 6.0
+    jitter[0], jitter[1, :-1] = before + after, -after[:-1]
+    for apart in range(3):
+        products = weights[: len(before) - apart, apart:] * weights[apart:, : 3 - apart]
+        noise[apart, : len(before) - apart] = products.sum(axis=1)
+    return _Bands(smooth=smooth, jitter=jitter, noise=noise, weights=weights)
+
+
+def _of_one_wheel(bands: Sequence[_Bands], samples: Sequence[Series]) -> tuple[list[Series], float]:
+    """Return the noise in a wheel's samples, shapes (K,), N·m·s, and the variance of what is left of it, (N·m·s)²."""
+    pairs = [(own, own.differences(each)) for own, each in zip(bands, samples, strict=True)]
+    if not any(values.any() for _, values in pairs):  # a wheel that stands still, or holds one speed exactly
+        return [np.zeros_like(each) for each in samples], 0.0
+    ratios = _likeliest_ratios(pairs)
+    squares, noise, taken = 0.0, list[Series](), 0.0
+    for own, values in pairs:
+        solved = cho_solve_banded((cholesky_banded(own.covariance(ratios), lower=True), True), values)
+        squares += float(values @ solved)
+        noise.append(own.spread(solved))
+        taken += _trace(own, ratios)
+    number = sum(map(len, samples))
+    left = squares / sum(len(values) for _, values in pairs) * (1.0 - taken / number)
+    # Where torques change too fast for it, no noise is told from them: what fast changes show of it, and stays, counts.
+    seen = sum(len(each) * _fast_variance(each) for each in samples) / number
+    removed = sum(float(each @ each) for each in noise) / number
+    return noise, max(left, seen - removed)
+
+
+def _fast_variance(samples: Series) -> float:
+    return float(fast_variance(samples[:, None])[0])
+
+
+def _likeliest_ratios(pairs: Sequence[tuple[_Bands, Series]]) -> Array:
+    """Return q/s² and r/s² of the samples of all runs together."""
+    found = [
+        minimize(
+            _minus_log_likelihood,
+            start,
+            (pairs,),
+            "Nelder-Mead",
+            bounds=[(-_RANGE, _RANGE)] * 2,
+            options={"initial_simplex": np.add(start, _SIMPLEX), "xatol": _ENOUGH, "fatol": _ENOUGH},
+        )
+        for start in _STARTS
+    ]
+    return np.asarray(np.exp(min(found, key=lambda each: float(each.fun)).x))
+
+
+def _minus_log_likelihood(logarithms: Array, pairs: Sequence[tuple[_Bands, Series]]) -> float:
+    """Return minus twice the restricted log-likelihood, the noise's variance at its best, without constants."""
+    squares, determinants, number = 0.0, 0.0, 0
+    for own, values in pairs:
+        factor = cholesky_banded(own.covariance(np.exp(logarithms)), lower=True)
+        squares += float(values @ cho_solve_banded((factor, True), values))
+        determinants += _log_determinant(factor)
+        number += len(values)
+    return number * float(np.log(squares / number)) + determinants
+
+
+def _trace(own: _Bands, ratios: Array) -> float:
+    """Return the trace of s² Q K⁻¹ Qᵀ: how log det K grows with the noise's share of it, by a central difference."""
+    whole = own.covariance(ratios)
+    above, below = (
+        _log_determinant(cholesky_banded(whole + step * own.noise, lower=True)) for step in (_SHARE, -_SHARE)
+    )
+    return (above - below) / (2.0 * _SHARE)
+
+
+def _log_determinant(factor: Array) -> float:
+    return 2.0 * float(np.log(factor[0]).sum())
