@@ -9,15 +9,9 @@ import scipy
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.dynamics.inertia import theta_of
 from testbed.effects.contract import Extension, Parameter
 from testbed.effects.noise_effect import Finding, NoiseEffect, Readings
-from testbed.estimation.telemetry_noise import predicted_rate_variance
 from testbed.scenario.scenario import Scenario
-
-_COUNTED = -0.5
-"""Correlation of neighbouring errors of a tachometer that counts lines: what one reading rounds off, the next one has.
-Those of others are white; which one flies is not known."""
 
 
 @final
@@ -25,7 +19,7 @@ class GyroNoiseColor(NoiseEffect):
     """Noise of which neighbouring samples have the correlation ρ: z_k = ρ z_(k-1) + e_k, its variance as it was.
 
     ρ is the mean of the axes, estimated from the residual's fast part (`estimation/noise_spectrum.py`); every test is
-    on samples that are whitened by it. What the noise of tachometers may put into it is none of the gyro's.
+    on samples that are whitened by it.
     """
 
     id = "gyro_noise_color"
@@ -40,8 +34,7 @@ class GyroNoiseColor(NoiseEffect):
         spectrum = readings.spectrum
         if spectrum is None:
             return None
-        own = spectrum.color - np.clip(spectrum.color, _COUNTED * _share_of_wheels(readings), 0.0)
-        square = (own / spectrum.color_std) ** 2
+        square = (spectrum.color / spectrum.color_std) ** 2
         return Finding(
             values=np.array([spectrum.color]),
             std=np.array([spectrum.color_std]),
@@ -55,13 +48,3 @@ class GyroNoiseColor(NoiseEffect):
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
         return Extension(scenario={"gyro": {"noise_correlation": float(values[0])}})
-
-
-def _share_of_wheels(readings: Readings) -> float:
-    """Return the share of the residual's variance that tachometers' noise makes, the mean of axes and runs."""
-    theta = theta_of(readings.inertia)
-    shares = [
-        (predicted_rate_variance(run, theta) if run.wheels is not None else np.zeros(3)) / sigma**2
-        for run, sigma in zip(readings.runs, readings.sigma, strict=True)
-    ]
-    return float(min(np.array(shares)[np.broadcast_to(readings.live, np.shape(shares))].mean(), 1.0))
