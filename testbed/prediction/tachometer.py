@@ -1,11 +1,12 @@
 """What wheels hold behind the noise of their tachometers.
 
-A wheel's momentum is what its motor adds up. What samples differ by from the impulses that were commanded, all of them
-where no command is known, is modelled as an integrated Wiener process, of intensity q (torques that were not foreseen
-change smoothly), plus a Wiener process, of intensity r (they jitter), plus white noise of variance s². All three follow
-from the samples by restricted maximum likelihood, so that what jitters is not smoothed away. With divided second
-differences Qᵀy of samples, which no line changes, their covariance is K = q R + r W + s² QᵀQ, R and W tridiagonal, and
-the posterior mean is y - s² Q K⁻¹ Qᵀ y.
+A wheel's momentum is what its motor adds up. What samples differ by from the impulses that were commanded is modelled
+as an integrated Wiener process, of intensity q (torques that were not foreseen change smoothly), plus a Wiener process,
+of intensity r (they jitter), plus white noise of variance s². All three follow from the samples by restricted maximum
+likelihood, so that what jitters is not smoothed away. With divided second differences Qᵀy of samples, which no line
+changes, their covariance is K = q R + r W + s² QᵀQ, R and W tridiagonal, and the posterior mean is y - s² Q K⁻¹ Qᵀ y.
+Where no torque is known nothing is taken away: turns that a maneuver asked for are no random walk, and noise would be
+found in them that is none.
 
 Left as they are, the tachometers' errors stand in the predicted body rate as J⁻¹ δh, and a model in which the body does
 not follow its wheels' fast motion explains samples better than the true one: light platforms seemed to have a flexible
@@ -22,7 +23,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
-from scipy.optimize import minimize
+from scipy.optimize import minimize, minimize_scalar
 
 from testbed.arrays import Array, Series, UnitSeries
 from testbed.estimation.telemetry import SmoothedMomentum, Telemetry
@@ -34,6 +35,11 @@ _FEWEST = 20
 _RANGE = 25.0
 """Largest natural logarithm of an intensity over the noise's variance, times counted in the usual interval: beyond it
 the noise is rounding."""
+_NO_NOISE = 30.0
+"""The same where there is none; far above the range, so that one of the two ratios is large whatever they share."""
+_SURELY = 9.0
+"""By which twice the log-likelihood has to fall without any noise: three standard errors. Of torques that jitter a
+fifth may pass for noise by chance, and would be taken away."""
 _STARTS = ((-4.0, -12.0), (-12.0, -2.0), (6.0, 0.0))
 """Logarithms of q and r over s² from which the search begins: torques that change smoothly, torques that jitter, and
 hardly any noise."""
@@ -81,16 +87,17 @@ class _Bands:
 
 
 def without_tachometer_noise(runs: Sequence[Telemetry]) -> list[Telemetry]:
-    """Return runs whose wheels' momenta are known as well as all their samples tell, where they send wheel speeds.
+    """Return runs whose wheels' momenta are known as well as speeds and torques together show.
 
     Args:
         runs: of one platform, whose tachometers are equally good in all; what was smoothed before stays.
     """
     sent = [run.wheels for run in runs if run.wheels is not None]
-    samples = sum(len(each.momentum) for each in sent)
-    if samples < _FEWEST or len(sent) < len(runs) or all(each.smoothed is not None for each in sent):
+    commanded = [given for given in map(_commanded, runs) if given is not None]
+    done = all(each.smoothed is not None for each in sent)
+    if done or len(commanded) < len(runs) or sum(map(len, commanded)) < _FEWEST:
         return list(runs)
-    bands, commanded = [_bands(run.actuator_time) for run in runs], [_commanded(run) for run in runs]
+    bands = [_bands(run.actuator_time) for run in runs]
     unforeseen = [each.momentum - known for each, known in zip(sent, commanded, strict=True)]
     by_wheel = [_of_one_wheel(bands, list(samples)) for samples in zip(*(each.T for each in unforeseen), strict=True)]
     errors = [np.stack(of_run, axis=-1) for of_run in zip(*(found for found, _ in by_wheel), strict=True)]
@@ -104,14 +111,13 @@ def without_tachometer_noise(runs: Sequence[Telemetry]) -> list[Telemetry]:
     ]
 
 
-def _commanded(run: Telemetry) -> UnitSeries:
-    """Return what wheels gained by the torques that are known, less the known friction, shape (K, W), N·m·s."""
-    assert run.wheels is not None
+def _commanded(run: Telemetry) -> UnitSeries | None:
+    """Return what wheels gained by their torques, less the known friction, shape (K, W), N·m·s; None if not known."""
     impulses = impulses_of(run, commanded=True) or impulses_of(run, commanded=False)
-    whole = np.zeros_like(run.wheels.momentum)
-    if impulses is not None:
-        np.cumsum(impulses.asked - impulses.friction, axis=0, out=whole[1:])
-    return whole
+    if impulses is None:
+        return None
+    gained = np.cumsum(impulses.asked - impulses.friction, axis=0)
+    return np.concatenate([np.zeros_like(gained[:1]), gained])
 
 
 def _bands(time: Series) -> _Bands:
@@ -129,31 +135,36 @@ def _bands(time: Series) -> _Bands:
 
 
 def _of_one_wheel(bands: Sequence[_Bands], samples: Sequence[Series]) -> tuple[list[Series], float]:
-    """Return the noise in a wheel's samples, shapes (K,), N·m·s, and the variance of what is left of it, (N·m·s)²."""
+    """Return the noise in a wheel's samples, shapes (K,), N·m·s, and the variance of the error that stays, (N·m·s)²."""
     pairs = [(own, own.differences(each)) for own, each in zip(bands, samples, strict=True)]
     if not any(values.any() for _, values in pairs):  # a wheel that stands still, or holds one speed exactly
         return [np.zeros_like(each) for each in samples], 0.0
+    number = sum(map(len, samples))
+    seen = sum(len(each) * _fast_variance(each) for each in samples) / number
     ratios = _likeliest_ratios(pairs)
-    squares, noise, taken = 0.0, list[Series](), 0.0
+    if ratios is None:
+        return [np.zeros_like(each) for each in samples], seen
+    squares, errors, taken = 0.0, list[Series](), 0.0
     for own, values in pairs:
         solved = cho_solve_banded((cholesky_banded(own.covariance(ratios), lower=True), True), values)
         squares += float(values @ solved)
-        noise.append(own.spread(solved))
+        errors.append(own.spread(solved))
         taken += _trace(own, ratios)
-    number = sum(map(len, samples))
-    left = squares / sum(len(values) for _, values in pairs) * (1.0 - taken / number)
-    # Where torques change too fast for it, no noise is told from them: what fast changes show of it, and stays, counts.
-    seen = sum(len(each) * _fast_variance(each) for each in samples) / number
-    removed = sum(float(each @ each) for each in noise) / number
-    return noise, max(left, seen - removed)
+    variance = squares / sum(len(values) for _, values in pairs)
+    return errors, variance * (1.0 - taken / number)
 
 
 def _fast_variance(samples: Series) -> float:
     return float(fast_variance(samples[:, None])[0])
 
 
-def _likeliest_ratios(pairs: Sequence[tuple[_Bands, Series]]) -> Array:
-    """Return q/s² and r/s² of the samples of all runs together."""
+def _likeliest_ratios(pairs: Sequence[tuple[_Bands, Series]]) -> Array | None:
+    """Return q/s² and r/s² of the samples of all runs together; None where they may as well be without noise."""
+    without = minimize_scalar(
+        lambda share: _minus_log_likelihood(np.array([share, -share]) + _NO_NOISE, pairs),
+        bounds=(-_RANGE, _RANGE),
+        method="bounded",
+    )
     found = [
         minimize(
             _minus_log_likelihood,
@@ -165,7 +176,9 @@ def _likeliest_ratios(pairs: Sequence[tuple[_Bands, Series]]) -> Array:
         )
         for start in _STARTS
     ]
-    return np.asarray(np.exp(min(found, key=lambda each: float(each.fun)).x))
+    best = min(found, key=lambda each: float(each.fun))
+    surely = float(without.fun) - float(best.fun) > _SURELY
+    return np.asarray(np.exp(best.x)) if surely else None
 
 
 def _minus_log_likelihood(logarithms: Array, pairs: Sequence[tuple[_Bands, Series]]) -> float:

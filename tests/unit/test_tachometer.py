@@ -1,0 +1,105 @@
+"""Wheels' momenta behind the noise of their tachometers: noise is taken away, what wheels really do stays."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from testbed.arrays import Array
+from testbed.cmg.wheels import Wheels
+from testbed.estimation.telemetry import Telemetry, WheelMotors, WheelTelemetry
+from testbed.prediction.grid import grid_of
+from testbed.prediction.tachometer import without_tachometer_noise
+
+PERIOD, NOISE, SPIN = 0.1, 7.5e-7, 1.5e-5  # s, N·m·s, kg·m²: those of the shipped CubeSat
+TIME = PERIOD * np.arange(600)
+WHEELS = Wheels(
+    axis_B=np.eye(3), spin_inertia=np.full(3, SPIN), momentum_limit=np.full(3, 0.1), torque_limit=np.full(3, 0.1)
+)
+MOTORS = WheelMotors(
+    viscous_friction=np.zeros(3), coulomb_friction=np.zeros(3), loop_bandwidth=np.zeros(3), period=PERIOD
+)
+
+
+def torques(seed: int, jitter: float = 0.0) -> Array:
+    """What motors hold through every period, shape (600, 3), N·m: a slow turn, and white torques beside it."""
+    slow = 4e-3 * np.cos(0.6 * TIME[:, None] + np.arange(3))
+    return slow + jitter * np.random.default_rng(seed).standard_normal((600, 3))
+
+
+def held(torque: Array) -> Array:
+    """The momentum that they make of it, shape (600, 3), N·m·s."""
+    return 0.02 + np.concatenate([np.zeros((1, 3)), np.cumsum(torque[:-1], axis=0) * PERIOD])
+
+
+def run(momentum: Array, seed: int, command: Array | None = None, noise: float = NOISE) -> Telemetry:
+    shown = momentum + noise * np.random.default_rng(1000 + seed).standard_normal(momentum.shape)
+    wheels = WheelTelemetry(wheels=WHEELS, momentum=shown, torque_command=command, motors=MOTORS)
+    return Telemetry(
+        gyro_time=TIME,
+        body_rate=np.zeros((600, 3)),
+        gyro_noise=4e-4,
+        actuator_time=TIME,
+        gimbals=None,
+        applied_torque=None,
+        wheels=wheels,
+    )
+
+
+def errors(runs: list[Telemetry], true: list[Array]) -> tuple[float, float]:
+    """Root mean square of the momenta's errors, and as it is stated."""
+    cleaned = without_tachometer_noise(runs)
+    each = [one.wheels for one in cleaned if one.wheels is not None]
+    found = [wheels.best_momentum - momentum for wheels, momentum in zip(each, true, strict=True)]
+    smoothed = each[0].smoothed
+    assert smoothed is not None
+    return float(np.sqrt(np.mean(np.square(found)))), float(np.sqrt(smoothed.variance.mean()))
+
+
+@pytest.mark.parametrize("seed", [11, 12, 13])
+def test_noise_is_separated_by_the_impulses_that_were_commanded(seed):
+    command = torques(seed, jitter=1e-4)
+    error, stated = errors([run(held(command), seed, command)], [held(command)])
+    assert error < 0.2 * NOISE
+    assert stated < 0.25 * NOISE
+
+
+@pytest.mark.parametrize("seed", [21, 22, 23])
+def test_motors_that_give_less_than_they_are_asked_for_do_not_mislead(seed):
+    command = torques(seed, jitter=1e-4)
+    momentum = held(0.95 * command)
+    error, stated = errors([run(momentum, seed, command)], [momentum])
+    assert error < 1.05 * NOISE
+    assert error < 1.3 * stated
+
+
+@pytest.mark.parametrize("seed", [31, 32, 33])
+def test_motors_that_jitter_beside_their_commands_are_not_smoothed(seed):
+    momentum = held(torques(seed, jitter=1e-3))
+    exact, _ = errors([run(momentum, seed, torques(seed), noise=0.0)], [momentum])
+    noisy, _ = errors([run(momentum, seed, torques(seed))], [momentum])
+    assert exact < 0.2 * NOISE  # of jitter of 130 times the noise
+    assert noisy < 1.05 * NOISE
+
+
+def test_wheels_whose_torques_are_not_known_are_taken_as_they_are():
+    (left,) = without_tachometer_noise([run(held(torques(41)), 41)])
+    assert left.wheels is not None
+    assert left.wheels.smoothed is None
+
+
+def test_a_wheel_that_stands_still_is_left_as_it_is():
+    error, stated = errors([run(np.zeros((600, 3)), 51, np.zeros((600, 3)), noise=0.0)], [np.zeros((600, 3))])
+    assert (error, stated) == (0.0, 0.0)
+
+
+def test_the_prediction_follows_what_is_left():
+    command = torques(61, jitter=1e-4)
+    noisy = run(held(command), 61, command)
+    grid = grid_of([noisy])
+    at_samples = [np.interp(TIME, grid.time[0], grid.wheel_momentum[0, 0, :, wheel]) for wheel in range(3)]
+    assert noisy.wheels is not None
+    cleaned = np.std(np.transpose(at_samples) - held(command))
+    assert cleaned < 0.3 * np.std(noisy.wheels.momentum - held(command))
+    (again,) = without_tachometer_noise(grid.runs)
+    assert again is grid.runs[0]  # what was smoothed before stays
