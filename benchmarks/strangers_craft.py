@@ -28,6 +28,9 @@ STEPS = tuple(
     sorted({50_000_000 // (2**a * 5**b) for a in range(8) for b in range(8)} & set(range(50_000, 5_000_001)))[::-1]
 )
 """ns, those of which half a control period is a whole number: 5 ms, 4 ms ... 0.05 ms."""
+_BIAS, _TURNS = 0.5, np.array([1.0, -1.0, 1.0, -1.0])
+"""Share of their limits at which wheels turn at release, and which way: in a pyramid of four no momentum in all. None
+stands still then in a flight, as is usual in orbit; where one may stick, a diagnosis compares none."""
 _LARGEST_SHARE = 0.3
 """Of the mass of the satellite, in parts that move."""
 
@@ -306,7 +309,7 @@ def engine_craft(
 
 
 def _wheels(wheels: Wheels, platform: WheelPlatform) -> list[dict[str, Any]]:
-    speeds = platform.held_momentum / platform.wheels.spin_inertia
+    speeds = _BIAS * _TURNS * platform.momentum_limit / platform.wheels.spin_inertia
     return [
         {
             "axis": wheels.axis[index].tolist(),
