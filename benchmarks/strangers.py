@@ -8,7 +8,8 @@ environment of its own, under build/, when it is called first.
 from __future__ import annotations
 
 from benchmarks import platform_sets
-from benchmarks.strangers_cases import PLATFORMS, make_stranger, stranger_orders
+from benchmarks.strangers_cases import make_stranger, stranger_orders
+from benchmarks.strangers_engine import PLATFORMS
 
 SEED, CASES = 30917, 200
 """Of a set that nobody has looked at, and cases of each platform; 411 and 412 were looked at in making this."""

@@ -12,8 +12,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from benchmarks import platform_sets, strangers, strangers_cases
-from benchmarks.strangers_cases import PLATFORMS, Flown, Run, StrangerCase, make_stranger, record_of, stranger_orders
-from benchmarks.strangers_craft import WITH_PARTS, answered, engine_craft, flyable_delay, step_of
+from benchmarks.strangers_cases import make_stranger, record_of, stranger_orders
+from benchmarks.strangers_craft import engine_craft, flyable_delay, step_of
+from benchmarks.strangers_effects import WITH_PARTS, answered
+from benchmarks.strangers_engine import PLATFORMS, Flown, Run, StrangerCase
 from concealing.effect import HiddenEffect
 from concealing.order import Order
 from concealing.power import UnreachableError
