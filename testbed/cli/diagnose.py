@@ -8,6 +8,7 @@ from pathlib import Path
 
 from rich.progress import SpinnerColumn, TimeElapsedColumn
 from rich.text import Text
+from threadpoolctl import threadpool_limits
 
 from testbed.assembly.extension import SCENARIO
 from testbed.cli.console import (
@@ -85,7 +86,10 @@ def diagnose_records(
     with reserved_folder(out, f"{scenario.name}-diagnosis", resume=resume) as folder:
         records = read_records(data)
         healthy = None if reference is None else read_records(reference)
-        with kept_parts(folder, origin_of(scenario, records, command_line(), healthy), resume=resume) as parts:
+        with (
+            kept_parts(folder, origin_of(scenario, records, command_line(), healthy), resume=resume) as parts,
+            threadpool_limits(limits=1, user_api="blas"),  # as in `testbed.diagnose`
+        ):
             return _diagnose(scenario, records, healthy, folder, parts)
 
 

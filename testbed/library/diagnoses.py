@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from threadpoolctl import threadpool_limits
+
 from testbed.arrays import Matrix3
 from testbed.assembly.description import write_mjcf, write_urdf
 from testbed.assembly.extension import write_extended
@@ -321,11 +323,13 @@ def diagnose(
         >>> tb.diagnose(scenario, records).verdict
         'none'
     """
-    with nullcontext() if keep is None or reference is None else keeping(keep):
-        made = prepared_records(scenario, records, reference, progress)
-    with nullcontext() if keep is None else keeping(keep):
-        first, last = _first_and_last(made.stages(progress))
-    return concluded(made, last, located(first.runs, first.baseline), progress, propose=propose)
+    # Many small problems: shared among threads they wait for one another, and take three times as long and more.
+    with threadpool_limits(limits=1, user_api="blas"):
+        with nullcontext() if keep is None or reference is None else keeping(keep):
+            made = prepared_records(scenario, records, reference, progress)
+        with nullcontext() if keep is None else keeping(keep):
+            first, last = _first_and_last(made.stages(progress))
+        return concluded(made, last, located(first.runs, first.baseline), progress, propose=propose)
 
 
 def prepared_records(
