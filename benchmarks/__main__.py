@@ -24,6 +24,7 @@ from benchmarks.table import PAGE, PartRows, here_and_now, page, read_parts, wri
 PARTS = {
     "flight": "benchmarks.flight:ratios",
     "campaign": "benchmarks.campaign:ratios",
+    "engines": "benchmarks.engines:ratios",
     "basilisk": "benchmarks.basilisk:ratios",
     "sysid": "benchmarks.sysid:ratios",
     "design": "benchmarks.design:ratios",

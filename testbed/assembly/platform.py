@@ -12,11 +12,11 @@ from testbed.arrays import Matrix3, Series, Units, Vector3, Vectors3
 from testbed.cmg.actuators import Actuators, envelope_share, held_capacity
 from testbed.cmg.cluster import Cluster, platform_momentum
 from testbed.cmg.wheels import Wheels, no_wheels, turned_wheel_axes, wheel_momentum
-from testbed.dynamics.environment import Environment, Orbiting, Pivoted, local_axes, orbit_torque
+from testbed.dynamics.environment import Environment, Orbiting, OrbitTorque, Pivoted
 from testbed.errors import InputError, UnphysicalPlatformError
 from testbed.plant.build import build
 from testbed.plant.geometry import cluster_of, composite_inertia, composite_mass, wheels_of
-from testbed.plant.plant import Model, OrbitTorque, Plant
+from testbed.plant.plant import Engine, Model, Plant
 from testbed.plant.properties import AirBearing, GyroProperties, InitialState, PlatformProperties, WheelProperties
 from testbed.scenario import environment as surroundings
 from testbed.scenario.actuators import ReactionWheels, control_moment_gyros, wheel_count
@@ -125,12 +125,13 @@ def shown_model(scenario: Scenario) -> Model:
     return build(true_properties(scenario), scenario.platform.model)
 
 
-def true_plant(flown: Sequence[tuple[Scenario, PlatformModel]], threads: int = 1) -> Plant:
+def true_plant(flown: Sequence[tuple[Scenario, PlatformModel]], threads: int = 1, engine: Engine = "mujoco") -> Plant:
     """Return flown platforms side by side in their initial states.
 
     Args:
         flown: each platform with its scenario; what all share is taken from the first.
         threads: that step the platforms.
+        engine: what steps them.
     """
     gyros = flown[0][0].gyros
     return Plant(
@@ -144,6 +145,7 @@ def true_plant(flown: Sequence[tuple[Scenario, PlatformModel]], threads: int = 1
         orbit_torque=_orbit_torque([platform for _, platform in flown]),
         torques=[each.torque for each in flown[0][0].truth.torque],
         threads=threads,
+        engine=engine,
     )
 
 
@@ -390,7 +392,4 @@ def _orbit_torque(platforms: Sequence[PlatformModel]) -> OrbitTorque | None:
     orbit = platforms[0].environment
     if not isinstance(orbit, Orbiting):
         return None
-    inertia = np.stack([platform.inertia for platform in platforms])
-    return lambda time, matrix_NB: orbit_torque(
-        orbit, inertia, np.swapaxes(matrix_NB, -1, -2) @ local_axes(orbit, np.asarray(time))
-    )
+    return OrbitTorque(orbit=orbit, inertia=np.stack([platform.inertia for platform in platforms]))

@@ -15,6 +15,7 @@ from distributed import Client, Future, as_completed
 from distributed.core import rpc
 from distributed.scheduler import KilledWorker
 
+from testbed.assembly.engine import engine_of
 from testbed.campaign.executor import MOST_DEATHS, BlockRows, Notify
 from testbed.campaign.manifest import deciding_versions
 from testbed.campaign.plan import Block, CampaignPlan
@@ -94,9 +95,10 @@ class DaskExecutor:
 def _submit(
     client: Client, plan: CampaignPlan, blocks: Iterator[Block], flying: as_completed, given: dict[Hashable, Block]
 ) -> None:
+    versions = deciding_versions(engine_of(plan.scenario, many=True))
     for block in blocks:
         # Sent with each block: a plan kept on a worker would be lost with it.
-        future = client.submit(_flown, plan, block, deciding_versions(), pure=False)
+        future = client.submit(_flown, plan, block, versions, pure=False)
         given[future.key] = block
         flying.add(future)
 
@@ -107,7 +109,7 @@ def _flown(plan: CampaignPlan, block: Block, versions: dict[str, str]) -> list[R
     Raises:
         InputError: this worker's versions differ.
     """
-    here = deciding_versions()
+    here = deciding_versions(engine_of(plan.scenario, many=True))
     if here != versions:
         differing = [name for name in versions if here[name] != versions[name]]
         other = ", ".join(f"{name} {here[name]} instead of {versions[name]}" for name in differing)

@@ -47,7 +47,7 @@ def fly_seeds(scenario: Scenario, maneuver: Maneuver, seeds: Sequence[int], thre
     truth = None if _disperses_platform(scenario) else true_platform(scenario)
     ready = [_prepared(dispersed(scenario, seed), truth, seed) for seed in seeds]
     sorties = [entry for entry in ready if isinstance(entry, Sortie)]
-    flown = iter(fly_sorties(scenario, sorties, nominal, maneuver, threads) if sorties else [])
+    flown = iter(fly_sorties(scenario, sorties, nominal, maneuver, threads, many=True) if sorties else [])
     return [_finished(entry, next(flown)) if isinstance(entry, Sortie) else entry for entry in ready]
 
 

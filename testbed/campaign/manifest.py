@@ -12,12 +12,14 @@ from typing import Any
 
 import numpy as np
 
+from testbed.assembly.engine import engine_of
 from testbed.assembly.platform import nominal_platform, true_platform
-from testbed.campaign.plan import BLOCK_RUNS, CampaignPlan
+from testbed.campaign.plan import CampaignPlan, block_runs
 from testbed.errors import InputError
 from testbed.files import read_bytes, whole_file
 from testbed.maneuver.maneuver import Maneuver
 from testbed.plant.fingerprint import model_sha256
+from testbed.plant.plant import Engine
 from testbed.scenario.scenario import Scenario
 
 MANIFEST = "campaign.json"
@@ -111,9 +113,10 @@ def write_manifest(folder: Path, manifest: Manifest) -> None:
         ) from error
 
 
-def deciding_versions() -> dict[str, str]:
-    """Return the versions of everything that a run's numbers pass through."""
-    return {package: version(package) for package in _DECIDING_PACKAGES}
+def deciding_versions(engine: Engine = "mujoco") -> dict[str, str]:
+    """Return the versions of everything that the numbers of runs pass through, which an engine flew."""
+    packages = _DECIDING_PACKAGES if engine == "mujoco" else (*_DECIDING_PACKAGES, "numba")
+    return {package: version(package) for package in packages}
 
 
 def identity_of(plan: CampaignPlan) -> dict[str, Any]:
@@ -122,17 +125,18 @@ def identity_of(plan: CampaignPlan) -> dict[str, Any]:
     Raises:
         InputError: the platforms cannot be built.
     """
+    engine = engine_of(plan.scenario, many=True)
     return {
         "name": plan.scenario.name,
         "seed": plan.seed,
         "runs": plan.runs,
-        "block_runs": BLOCK_RUNS,
+        "block_runs": block_runs(plan),
         "scenario": _deciding_keys(plan.scenario),
         "maneuver_sha256": maneuver_sha256(plan.maneuver),
         "nominal_model_sha256": model_sha256(nominal_platform(plan.scenario).model),
         "true_model_sha256": model_sha256(true_platform(plan.scenario).model),
-        "versions": deciding_versions(),
-    }
+        "versions": deciding_versions(engine),
+    } | ({} if engine == "mujoco" else {"engine": engine})
 
 
 def maneuver_sha256(maneuver: Maneuver) -> str:
@@ -177,6 +181,7 @@ def _deciding_keys(scenario: Scenario) -> dict[str, Any]:
     keys: dict[str, Any] = json.loads(scenario.model_dump_json(exclude_none=True, by_alias=True))
     keys["platform"].pop("model", None)
     keys["maneuver"].pop("file", None)
+    keys["simulation"].pop("engine")  # what flies is said beside the scenario
     return keys
 
 

@@ -9,6 +9,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from testbed.arrays import Array
+from testbed.campaign.engine_check import EngineCheck
 from testbed.campaign.statistics import CampaignStatistics, EstimatorStatistics
 
 _SCHEMA = 1
@@ -40,6 +41,11 @@ def montecarlo_of(
         "seconds": seconds,
         "simulated_s": flight_s * (statistics.runs - statistics.failed),
     }
+
+
+def checked(check: EngineCheck) -> dict[str, Any]:
+    """Return what montecarlo.json holds of runs that both engines flew."""
+    return {"runs": check.runs, "largest_difference_rad_s": check.largest_difference, "run": check.run}
 
 
 def failures_of(table: pa.Table) -> list[dict[str, Any]]:

@@ -132,6 +132,10 @@ def montecarlo(
         int | None,
         typer.Option(metavar="N", min=1, max=1024, help="Cores to use on this machine; by default all."),
     ] = None,
+    check: Annotated[
+        int,
+        typer.Option(metavar="N", min=0, max=MOST_RUNS, help="Fly N of the runs by both engines, and compare them."),
+    ] = 0,
     changes: Changes = None,
     json: Json = False,
     quiet: Quiet = False,
@@ -140,7 +144,17 @@ def montecarlo(
     from testbed.cli.montecarlo import run_montecarlo  # noqa: PLC0415
 
     _choose_output(json=json, quiet=quiet)
-    code = run_montecarlo(scenario, changes or (), runs, seed, out, resume=resume, scheduler=scheduler, workers=workers)
+    code = run_montecarlo(
+        scenario,
+        changes or (),
+        runs,
+        seed,
+        out,
+        resume=resume,
+        scheduler=scheduler,
+        workers=workers,
+        check=check,
+    )
     raise typer.Exit(code)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from testbed.assembly.control import flight_clock
+from testbed.assembly.engine import engine_of
 from testbed.assembly.maneuver import profile_of
 from testbed.assembly.platform import PlatformModel, nominal_body, true_platform
 from testbed.cli.console import say
@@ -25,7 +26,7 @@ def check_scenario(source: str, changes: Sequence[str]) -> None:
     with naming(scenario):
         nominal = nominal_body(scenario)
         if isinstance(scenario, Scenario):
-            true_platform(scenario)
+            engine_of(scenario, true_platform(scenario).model, many=True)
             _read_table(scenario)
             if isinstance(nominal, PlatformModel) and not starts_of(scenario):
                 plan_maneuver(scenario, nominal)  # of a design, limits are known when it is done

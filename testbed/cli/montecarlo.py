@@ -29,6 +29,7 @@ def run_montecarlo(
     resume: bool,
     scheduler: str | None,
     workers: int | None,
+    check: int,
 ) -> int:
     """Fly a campaign, write its folder as it goes, print its statistics; returns the exit code.
 
@@ -46,7 +47,7 @@ def run_montecarlo(
             plan = planned_in(folder, scenario, seed=seed, runs=runs, resume=resume, progress=report)
         try:
             with campaign_progress(runs) as progress:
-                campaign = flown_into(folder, plan, origin, executor, progress)
+                campaign = flown_into(folder, plan, origin, executor, progress, check)
         except KeyboardInterrupt:
             again = f"repeat the command with --out {folder} --resume to go on"
             say(f"Interrupted. What was flown is kept in {folder}: {again}")
@@ -64,6 +65,12 @@ def _print_result(source: str, folder: Path, campaign: Campaign) -> None:
         say(text)
     flown = statistics.runs - statistics.failed
     say(f"Runs       {flown} of {statistics.runs} completed")
+    if campaign.engine_check is not None:
+        check = campaign.engine_check
+        say(
+            f"Engines    {check.runs} runs in MuJoCo and by the compiled equations: body rates within "
+            f"{check.largest_difference:.1e} rad/s (run {check.run})"
+        )
     for failure in failures[:_MOST_LISTED]:
         warn(f"run {failure['run']} failed", str(failure["message"]))
         say(f"           to see it: testbed run {source} --dispersed --seed {failure['seed']}")

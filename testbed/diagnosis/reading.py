@@ -31,6 +31,7 @@ from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError
 from testbed.estimation.contact import shows_a_jump
 from testbed.estimation.telemetry import Telemetry
+from testbed.prediction.command_phase import command_phase, with_command_phase
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.prediction import predicted_with_derivatives
 from testbed.records.record import Record
@@ -348,6 +349,7 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
             refused.append(str(error))
     if not usable:
         raise InputError("\n".join(refused))
+    usable = _in_phase(usable)
     theta, gate = theta_of(nominal.inertia), Gate(accepted=scenario.diagnosis.accept)
     together = runs_together(usable, range(len(usable)))
     together = replace(together, belief=belief_of(together, scenario, theta))
@@ -520,6 +522,7 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
             *(f"left out: {reason}" for reason in passed.refused),
             *grouped(notices),
             *passed.doubts,
+            *_phase_notice(passed.together),
             *_undetermined(passed.together),
         ),
         given=_given(passed.together),
@@ -535,6 +538,20 @@ def _undetermined(runs: Runs) -> Iterator[str]:
         yield (
             f"the runs turn about {about} only: {left_out} of the inertia are not determined, and left out of tables "
             "and files; effects on the other axes are not tested for"
+        )
+
+
+def _in_phase(usable: Usable) -> Usable:
+    """Return the parts with what the wheels' impulses show of when their commands change."""
+    found = iter(with_command_phase([part.telemetry for _, parts in usable for part in parts]))
+    return [(record, tuple(replace(part, telemetry=next(found)) for part in parts)) for record, parts in usable]
+
+
+def _phase_notice(runs: Runs) -> Iterator[str]:
+    if phase := command_phase(runs.grid.runs):
+        yield (
+            f"the wheels' telemetry is sampled {1e3 * phase:.1f} ms after their commands change, as the wheels' speeds "
+            "show: impulses are compared so"
         )
 
 

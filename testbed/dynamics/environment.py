@@ -148,6 +148,24 @@ def orbit_torque(orbit: Orbiting, inertia: Array, local_B: Array) -> Array:
     return np.asarray(gradient_torque(orbit, inertia, local_B) + magnetic_B + np.matvec(local_B, orbit.torque_L))
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OrbitTorque:
+    """What an orbit does to B platforms that fly on it.
+
+    Attributes:
+        orbit: the same of all.
+        inertia: J of each about its centre of mass, shape (B, 3, 3), kg·m².
+    """
+
+    orbit: Orbiting
+    inertia: Array
+
+    def __call__(self, time: float, matrix_NB: Matrices3) -> Vectors3:
+        """Return torques, shape (B, 3), N·m, body axes, at a time in s and attitudes R_NB, shape (B, 3, 3)."""
+        local_B = np.swapaxes(matrix_NB, -1, -2) @ local_axes(self.orbit, np.asarray(time))
+        return orbit_torque(self.orbit, self.inertia, local_B)
+
+
 def gradient_torque(orbit: Orbiting, inertia: Array, local_B: Array) -> Array:
     """Return the gravity gradient's torque alone, as `orbit_torque`."""
     down_B = local_B[..., 2]  # up is the same

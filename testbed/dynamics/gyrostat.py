@@ -6,7 +6,8 @@ L is the total angular momentum in body axes, J(d) the inertia with the gimbals 
 eq. (1) without the derivative of any measurement. Two implementations follow this law with the classical fourth-order
 rule: `estimation.motion` on plain numbers, compiled, one run at a time, and `prediction.equations` on arrays of runs,
 parameter sets and complex steps, with what the effects add. A property test holds them to each other to rounding;
-docs/notes/2026-11-23-one-of-each.md has what either is for. What both refuse is defined here.
+docs/notes/2026-11-23-one-of-each.md has what either is for. What both refuse is defined here. There h is measured;
+where its motion follows from motors' torques, as in a simulated flight, `gyrostat_kernel` has the equations.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from testbed.arrays import Array, Matrices3, Series, Theta, Vector3, Vectors3
-from testbed.compiled import LONG, compiled
+from testbed.compiled import LONG, compiled, compiler_loaded, kept
 from testbed.dynamics.environment import gravity_torque
 from testbed.dynamics.gyrostat import require_bounded
 from testbed.dynamics.inertia import inertia_of, symmetric_inverse
@@ -287,16 +287,17 @@ def _runge_kutta(drive: Drive, inverse: Matrices3, initial_momentum_B: Vector3) 
     inputs = np.concatenate([inverse.reshape(-1, 9), free_rate, drive.grid.applied_torque_B], axis=1)
     history = np.zeros((len(inputs) // 2 + 1, 3))
     history[0] = initial_momentum_B
-    if len(history) > LONG:
-        compiled(_march)(compiled(_slope), inputs, history, step)
+    if len(history) > LONG or compiler_loaded():
+        kept(_march, (("f8", 2), ("f8", 1), ("f8", 2)))(inputs, np.array([step]), history)
         return history
     rows = history.tolist()
-    _march(_slope, inputs.tolist(), rows, step)
+    _march(inputs.tolist(), [step], rows)
     return np.array(rows)
 
 
-def _march(slope: Callable[..., tuple[float, float, float]], inputs: _Rows, history: _Rows, step: float) -> None:
-    """Fill in a history of L from its first row on; a step begins at every other row of the inputs."""
+def _march(inputs: _Rows, steps: _Row, history: _Rows) -> None:
+    """Fill in a history of L from its first row on; a step, all alike, begins at every other row of the inputs."""
+    step, slope = steps[0], _slope
     half = step / 2
     first = history[0]
     x, y, z = first[0], first[1], first[2]

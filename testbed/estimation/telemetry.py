@@ -140,12 +140,14 @@ class WheelMotors:
         coulomb_friction: of each bearing, shape (W,), N·m.
         loop_bandwidth: of the loop on each wheel's speed inside its drive, shape (W,), rad/s; 0 for none.
         period: of the control loop, s; a motor holds its command through it, and telemetry is sampled on its clock.
+        command_phase: share of the period for which a command has held when it is sampled.
     """
 
     viscous_friction: Units
     coulomb_friction: Units
     loop_bandwidth: Units
     period: float
+    command_phase: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -10,6 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Vectors3
 from testbed.assembly.control import expected_torque, flight_clock, flight_controller, preferred_gimbal_angle
+from testbed.assembly.engine import engine_of
 from testbed.assembly.platform import PlatformModel, each_wheel, initial_momentum, true_plant
 from testbed.assembly.sensors import flight_sensors
 from testbed.dynamics.environment import outside_torque
@@ -106,7 +107,13 @@ def fly_maneuver(
 
 
 def fly_sorties(
-    scenario: Scenario, sorties: Sequence[Sortie], nominal: PlatformModel, maneuver: Maneuver, threads: int = 1
+    scenario: Scenario,
+    sorties: Sequence[Sortie],
+    nominal: PlatformModel,
+    maneuver: Maneuver,
+    threads: int = 1,
+    *,
+    many: bool = False,
 ) -> list[FlownRun]:
     """Fly a maneuver in the closed loop, several flights side by side; each comes out as if flown alone, bit for bit.
 
@@ -116,20 +123,30 @@ def fly_sorties(
         nominal: what the controller believes.
         maneuver: the reference.
         threads: that step the platforms.
+        many: whether they are of many flights, as of a campaign; see `assembly.engine.engine_of`.
+
+    Raises:
+        InputError: the scenario asks for an engine that does not cover its platform.
     """
     flight = prepare_flight(scenario, sorties, nominal, maneuver)
-    plant = true_plant([(sortie.scenario, sortie.truth) for sortie in sorties], threads)
+    engine = engine_of(scenario, sorties[0].truth.model, many=many)
+    plant = true_plant([(sortie.scenario, sortie.truth) for sortie in sorties], threads, engine)
     outcomes = fly(plant, flight)
     return [
-        _flown(sortie, outcome, flight_of(flight, platform))
+        _flown(
+            sortie,
+            outcome,
+            flight_of(flight, platform),
+            plant.total_momentum(platform, outcome.log.qpos, outcome.log.qvel),
+        )
         for platform, (sortie, outcome) in enumerate(zip(sorties, outcomes, strict=True))
     ]
 
 
-def _flown(sortie: Sortie, outcome: Outcome, flight: Flight) -> FlownRun:
-    """Make the record and the figures of one flight."""
+def _flown(sortie: Sortie, outcome: Outcome, flight: Flight, momentum_N: Vectors3) -> FlownRun:
+    """Make the record and the figures of one flight, whose total momentum the simulation knows."""
     scenario, truth = sortie.scenario, sortie.truth
-    channels = channels_of(outcome.log, flight, truth.model, truth.cluster, truth.wheels)
+    channels = channels_of(outcome.log, flight, truth.model, truth.cluster, truth.wheels, momentum_N)
     time = flight.clock.tick_times[: len(outcome.log.gyro)]
     touched = np.flatnonzero(outcome.log.contacts)
     record = Record(

@@ -61,6 +61,17 @@ class FailedRun(Part):
     """What happened."""
 
 
+class EngineCheck(Part):
+    """Runs that were flown by MuJoCo and by the compiled equations of motion, both from the same seeds."""
+
+    runs: int
+    """How many."""
+    largest_difference_rad_s: float
+    """Largest difference of their true body rates at the control ticks, about any axis, rad/s."""
+    run: int
+    """Number of the run in which it is."""
+
+
 class CampaignResult(Part):
     """montecarlo.json: bias, scatter and coverage of every estimator over many flights."""
 
@@ -86,5 +97,7 @@ class CampaignResult(Part):
     """Time that flying and estimating took, s."""
     simulated_s: float
     """Flight time of all completed runs together, s."""
+    engine_check: EngineCheck | None = None
+    """How far the engines come out apart; absent but with `--check`."""
     provenance: Provenance
     """What decides the result."""

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
 
+from testbed.assembly.engine import engine_of, require_covered
+from testbed.campaign.engine_check import EngineCheck, check_engines
 from testbed.campaign.executor import Executor
 from testbed.campaign.local import LocalExecutor, usable_cores
 from testbed.campaign.manifest import read_manifest
@@ -20,7 +22,7 @@ from testbed.campaign.statistics import CampaignStatistics, EstimatorStatistics,
 from testbed.errors import InputError
 from testbed.library.notebook import Shown
 from testbed.library.runs import DesignProgress, Maneuver, design, silent
-from testbed.library.scenarios import require_flyable
+from testbed.library.scenarios import naming, require_flyable
 from testbed.outputs.campaign_folder import campaign_result, finish_campaign, kept_maneuver, start_campaign
 from testbed.outputs.folder import reserved_folder
 from testbed.outputs.provenance import Provenance, provenance
@@ -45,6 +47,7 @@ class Campaign(Shown):
         statistics: bias, scatter and coverage of each estimator.
         origin: what made it.
         seconds: that flying and estimating took.
+        engine_check: how far apart runs come out that both engines flew; None where none were.
     """
 
     plan: CampaignPlan
@@ -52,6 +55,7 @@ class Campaign(Shown):
     statistics: CampaignStatistics
     origin: Provenance
     seconds: float
+    engine_check: EngineCheck | None = None
 
     @property
     def estimators(self) -> Mapping[str, EstimatorStatistics]:
@@ -66,7 +70,7 @@ class Campaign(Shown):
     @property
     def result(self) -> dict[str, Any]:
         """What montecarlo.json holds, without provenance."""
-        return campaign_result(self.plan, self.table, self.statistics, self.seconds)
+        return campaign_result(self.plan, self.table, self.statistics, self.seconds, self.engine_check)
 
     @property
     def verdict(self) -> str:
@@ -101,6 +105,7 @@ def monte_carlo(
     workers: int | None = None,
     folder: str | Path | None = None,
     resume: bool = False,
+    check: int = 0,
     progress: Progress = SILENT,
 ) -> Campaign:
     """Fly a scenario many times, each run with its own noise and dispersions.
@@ -116,6 +121,7 @@ def monte_carlo(
         workers: cores of this machine to use; all where None.
         folder: keeps the runs as they come, and page and statistics at the end; in memory only where None.
         resume: whether to go on with the campaign in the folder.
+        check: how many of the runs are flown by MuJoCo and by the compiled equations, to compare.
         progress: called as runs come.
 
     Raises:
@@ -131,16 +137,25 @@ def monte_carlo(
     executor = executor_of(scheduler, workers)
     campaign_seed = flown.seed if seed is None else seed
     origin = origin_of(flown, campaign_seed, runs, "testbed.monte_carlo")
+    if check:
+        require_covered(flown)
     if folder is None:
         planned = design(flown) if maneuver is None else maneuver
         plan = CampaignPlan(scenario=flown, maneuver=planned.plan.maneuver, seed=campaign_seed, runs=runs)
         began = time.monotonic()
         table = run_campaign(plan, None, executor, progress)
         seconds = time.monotonic() - began
-        return Campaign(plan=plan, table=table, statistics=statistics_of(table), origin=origin, seconds=seconds)
+        return Campaign(
+            plan=plan,
+            table=table,
+            statistics=statistics_of(table),
+            origin=origin,
+            seconds=seconds,
+            engine_check=check_engines(plan, check) if check else None,
+        )
     with reserved_folder(Path(folder), "montecarlo", resume=resume) as reserved:
         plan = planned_in(reserved.path, flown, maneuver, seed=campaign_seed, runs=runs, resume=resume)
-        return flown_into(reserved.path, plan, origin, executor, progress)
+        return flown_into(reserved.path, plan, origin, executor, progress, check)
 
 
 def planned_in(
@@ -177,7 +192,7 @@ def planned_in(
 
 
 def flown_into(
-    folder: Path, plan: CampaignPlan, origin: Provenance, executor: Executor, progress: Progress
+    folder: Path, plan: CampaignPlan, origin: Provenance, executor: Executor, progress: Progress, check: int = 0
 ) -> Campaign:
     """Fly what a folder does not hold yet of a campaign, and write its statistics and its page.
 
@@ -187,15 +202,25 @@ def flown_into(
         origin: what makes it.
         executor: gets the blocks flown.
         progress: called as runs come.
+        check: how many of the runs are flown by both engines, to compare.
 
     Raises:
-        InputError: the folder cannot be written, or is another campaign's.
+        InputError: the folder cannot be written, or is another campaign's; or runs cannot be compared.
     """
+    if check:
+        require_covered(plan.scenario)
     table = run_campaign(plan, folder, executor, progress)
     statistics = statistics_of(table)
-    finish_campaign(folder, plan.scenario.file, origin, plan, table, statistics)
-    seconds = read_manifest(folder).seconds
-    return Campaign(plan=plan, table=table, statistics=statistics, origin=origin, seconds=seconds)
+    compared = check_engines(plan, check) if check else None
+    finish_campaign(folder, plan.scenario.file, origin, plan, table, statistics, compared)
+    return Campaign(
+        plan=plan,
+        table=table,
+        statistics=statistics,
+        origin=origin,
+        seconds=read_manifest(folder).seconds,
+        engine_check=compared,
+    )
 
 
 def executor_of(scheduler: str | None, workers: int | None) -> Executor:
@@ -218,5 +243,13 @@ def executor_of(scheduler: str | None, workers: int | None) -> Executor:
 
 
 def origin_of(scenario: Scenario, seed: int, runs: int, command: str) -> Provenance:
-    """Return the provenance of a campaign."""
-    return provenance(scenario, scenario.file, command, deciding={"seed": str(seed), "runs": str(runs)})
+    """Return the provenance of a campaign.
+
+    Raises:
+        InputError: the scenario asks for an engine that does not cover its platform.
+    """
+    with naming(scenario):
+        engine = engine_of(scenario, many=True)
+    return provenance(
+        scenario, scenario.file, command, deciding={"seed": str(seed), "runs": str(runs), "engine": engine}
+    )

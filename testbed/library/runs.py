@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from testbed.arrays import Theta
 from testbed.assembly.dispersion import dispersed
+from testbed.assembly.engine import engine_of
 from testbed.assembly.platform import nominal_platform
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.errors import InputError
@@ -226,9 +227,10 @@ def fly(
     """
     flown = require_flyable(scenario)
     seed = flown.seed if seed is None else seed
-    origin = provenance(flown, flown.file, "testbed.fly", deciding={"seed": str(seed), "dispersed": str(draw)})
     plan = None if maneuver is None else maneuver.plan
     with naming(flown):
+        deciding = {"seed": str(seed), "dispersed": str(draw), "engine": engine_of(flown, many=False)}
+        origin = provenance(flown, flown.file, "testbed.fly", deciding=deciding)
         drawn = dispersed(flown, seed) if draw else None
         experiment = conduct(flown, seed, progress, plan=plan, flown_scenario=drawn)
     return Run(scenario=flown, experiment=experiment, origin=origin)

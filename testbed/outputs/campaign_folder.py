@@ -12,9 +12,10 @@ import pyarrow as pa
 
 from testbed.assembly.control import flight_clock
 from testbed.assembly.platform import nominal_platform
+from testbed.campaign.engine_check import EngineCheck
 from testbed.campaign.manifest import MANIFEST, read_manifest
 from testbed.campaign.plan import CampaignPlan
-from testbed.campaign.result import montecarlo_of
+from testbed.campaign.result import checked, montecarlo_of
 from testbed.campaign.statistics import CampaignStatistics
 from testbed.errors import InputError
 from testbed.experiment.planning import Plan, plan_maneuver, starts_of
@@ -78,6 +79,7 @@ def finish_campaign(
     plan: CampaignPlan,
     table: pa.Table,
     statistics: CampaignStatistics,
+    engine_check: EngineCheck | None = None,
 ) -> None:
     """Write montecarlo.json, provenance.json and the report of a complete campaign.
 
@@ -88,11 +90,12 @@ def finish_campaign(
         plan: of the campaign.
         table: its runs.
         statistics: of the runs.
+        engine_check: of runs that both engines flew.
 
     Raises:
         InputError: the folder cannot be written.
     """
-    result = campaign_result(plan, table, statistics, read_manifest(folder).seconds)
+    result = campaign_result(plan, table, statistics, read_manifest(folder).seconds, engine_check)
     result |= {"provenance": origin.reproducible}
     try:
         for name, content in (("montecarlo.json", result), ("provenance.json", origin.content)):
@@ -112,7 +115,11 @@ def finish_campaign(
 
 
 def campaign_result(
-    plan: CampaignPlan, table: pa.Table, statistics: CampaignStatistics, seconds: float
+    plan: CampaignPlan,
+    table: pa.Table,
+    statistics: CampaignStatistics,
+    seconds: float,
+    engine_check: EngineCheck | None = None,
 ) -> dict[str, Any]:
     """Return what montecarlo.json holds, without provenance.
 
@@ -121,7 +128,9 @@ def campaign_result(
         table: its runs.
         statistics: of the runs.
         seconds: that flying and estimating took.
+        engine_check: of runs that both engines flew.
     """
     clock = flight_clock(plan.scenario, plan.maneuver.duration)
     flight = clock.ticks * clock.period
-    return montecarlo_of(table, statistics, name=plan.scenario.name, seed=plan.seed, seconds=seconds, flight_s=flight)
+    result = montecarlo_of(table, statistics, name=plan.scenario.name, seed=plan.seed, seconds=seconds, flight_s=flight)
+    return result | ({} if engine_check is None else {"engine_check": checked(engine_check)})

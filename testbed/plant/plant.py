@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Literal, TypeAlias
 
 import mujoco
@@ -11,9 +11,11 @@ import numpy as np
 from mujoco.batch import Batch
 
 from testbed.arrays import Array, Flags, Indices, Matrices3, Units, UnitSeries, Vectors3
+from testbed.dynamics.environment import OrbitTorque
 from testbed.formulas.torque import Torque
 from testbed.plant.formula_torques import FormulaTorques, Slopes, stepped
-from testbed.plant.geometry import unit_count, unit_names, wheel_count, wheel_names
+from testbed.plant.geometry import total_momentum, unit_count, unit_names, wheel_count, wheel_names
+from testbed.plant.gyrostat_batch import GyrostatBatch
 from testbed.plant.layout import described_state, layout_of
 from testbed.plant.properties import InitialState
 from testbed.rotation.quaternion import matrix_of
@@ -21,16 +23,15 @@ from testbed.rotation.quaternion import matrix_of
 Model: TypeAlias = mujoco.MjModel
 """A compiled platform, named here so that no other room has to import MuJoCo."""
 RotorMode: TypeAlias = Literal["constant_speed", "free"]
-
-OrbitTorque: TypeAlias = Callable[[float, Matrices3], Vectors3]
-"""From the time, s, and R_NB of the platforms, shape (B, 3, 3), to torques on them, shape (B, 3), N·m, body axes."""
+Engine: TypeAlias = Literal["mujoco", "compiled"]
+"""What steps platforms: MuJoCo, or the compiled equations of motion of a gyrostat."""
 
 _RATE_BOUND = 1e4
 """rad/s. No rate of this platform comes near it; a state beyond it has diverged."""
 
 
 class Plant:
-    """One platform or many, flying side by side in MuJoCo; every array has the platforms on its first axis.
+    """One platform or many, flying side by side; every array has the platforms on its first axis.
 
     The gimbal motors take torque demands; each motor's own limit and tachometer loop are inside the model. The rotor
     servos hold their speed (`constant_speed`) or stay disengaged (`free`); in both modes a rotor whose momentum is
@@ -51,6 +52,7 @@ class Plant:
         orbit_torque: OrbitTorque | None = None,
         torques: Sequence[Torque] = (),
         threads: int = 1,
+        engine: Engine = "mujoco",
     ) -> None:
         """Put platforms into their initial states.
 
@@ -65,14 +67,15 @@ class Plant:
             orbit_torque: what an orbit does to the platforms; nothing where None.
             torques: by formulas, on each of the platforms.
             threads: that step the platforms.
+            engine: what steps them; "compiled" for platforms with nothing `testbed.plant.gyrostat.uncovered`, on which
+                no formulas act.
         """
         self.models = tuple(models)
         self.layout = layout_of(self.models[0])
         self.divergence: dict[int, str] = {}
         """What went wrong with each platform that diverged, with time and state."""
-        self._batch = Batch(self.models[0], len(self.models), threads)
-        if any(model is not self.models[0] for model in self.models):
-            self._batch.set_models(self.models)
+        compiled = engine == "compiled"
+        self._batch = GyrostatBatch(models, threads, orbit_torque) if compiled else _batch(self.models, threads)
         self.qpos: Array = self._batch.bind("qpos")
         """Live view of MuJoCo's positions, shape (B, nq); copy to keep."""
         self.qvel: Array = self._batch.bind("qvel")
@@ -129,6 +132,12 @@ class Plant:
         """True speeds of the reaction wheels relative to the body, shape (B, W), rad/s."""
         return self.qvel[:, self.layout.wheel_speed]
 
+    def total_momentum(self, platform: int, qpos: Array, qvel: Array) -> Vectors3:
+        """Return the momentum of a platform along its motion; see `testbed.plant.geometry.total_momentum`."""
+        if isinstance(self._batch, GyrostatBatch):
+            return self._batch.total_momentum(platform, qpos, qvel)
+        return total_momentum(self.models[platform], qpos, qvel)
+
     def advance(
         self, gimbal_torque_demand: UnitSeries, steps: int, wheel_torque_demand: UnitSeries | None = None
     ) -> None:
@@ -159,7 +168,7 @@ class Plant:
             for _ in range(steps):
                 self._step_by_stages(self._formulas)
             return
-        if self._orbit_torque is None:
+        if self._orbit_torque is None or isinstance(self._batch, GyrostatBatch):  # which knows of the orbit
             self._batch.step(np.flatnonzero(self.flying), nstep=steps)
             return
         for _ in range(steps):
@@ -178,7 +187,9 @@ class Plant:
 
     def _step_by_stages(self, formulas: FormulaTorques) -> None:
         """Take one step of MuJoCo's own rule, the torques evaluated at each of its stages."""
-        ids, time, step = np.flatnonzero(self.flying), self._time.copy(), self.models[0].opt.timestep
+        assert not isinstance(self._batch, GyrostatBatch), "its equations have no such torques"
+        batch, ids = self._batch, np.flatnonzero(self.flying)
+        time, step = self._time.copy(), self.models[0].opt.timestep
 
         def slopes_at(share: float, state: Slopes) -> Slopes:
             self.qpos[ids], self.qvel[ids], self._activation[ids] = (part[ids] for part in state[:3])
@@ -188,7 +199,7 @@ class Plant:
             if self._orbit_torque is not None:
                 torque_B = torque_B + self._orbit_torque(float(time[0] + share * step), self._attitude_NB)
             self._applied[:, self.layout.body_rate] = torque_B
-            self._batch.forward(ids)
+            batch.forward(ids)
             acceleration, activation_rate = (rate.copy() for rate in self._rates)
             return state[1].copy(), acceleration, activation_rate, formulas.memory_rate(at, memory)
 
@@ -252,6 +263,14 @@ class Plant:
             f"{self._time[platform]:.6g} s. The last finite state was {state}. "
             "Try a smaller simulation.step_s or a softer gimbal servo"
         )
+
+
+def _batch(models: Sequence[Model], threads: int) -> Batch:
+    """Return platforms that MuJoCo steps."""
+    batch = Batch(models[0], len(models), threads)
+    if any(model is not models[0] for model in models):
+        batch.set_models(models)
+    return batch
 
 
 def _wheel_loop_gain(model: Model) -> Units:

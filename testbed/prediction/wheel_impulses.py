@@ -183,15 +183,16 @@ def _impulses(run: Telemetry, commanded: bool) -> Impulses:
 def _mean_torque(wheels: WheelTelemetry, motors: WheelMotors, interval: Array, *, commanded: bool) -> UnitSeries:
     """Return the mean torque of every interval, shape (L, W), N·m.
 
-    A command is what a motor gives from its sample on, a measured torque what it gave before: each for a control
-    period, through which a loop on the wheel's speed lets it decline. In between, torques go on a line.
+    A command is what a motor gives from its sample on, less the phase for which it had held, a measured torque what it
+    gave before: each for a control period, through which a loop on the wheel's speed lets it decline. In between,
+    torques go on a line.
     """
     sampled = wheels.torque_command if commanded else wheels.torque
     assert sampled is not None
     limit = wheels.wheels.torque_limit
     torque, decline = np.clip(sampled, -limit, limit), np.maximum(motors.loop_bandwidth * motors.period, _LEAST_LOOP)
     beside = 0.5 * np.minimum(motors.period / interval, 1.0)[:, None]
-    share = 0.5 - beside if commanded else 0.5 + beside
+    share = 0.5 - (1.0 - 2.0 * motors.command_phase) * beside if commanded else 0.5 + beside
     held = -np.expm1(-decline) / decline if commanded else np.expm1(decline) / decline
     return np.asarray(held * (torque[:-1] + share * np.diff(torque, axis=0)))
 

@@ -8,7 +8,6 @@ from testbed.arrays import Array, Flags, UnitSeries, Vectors3
 from testbed.cmg.actuators import dexterity
 from testbed.cmg.cluster import Cluster, cluster_momentum, momentum_jacobian
 from testbed.cmg.wheels import Wheels, wheel_momentum
-from testbed.plant.geometry import total_momentum
 from testbed.plant.layout import Layout, layout_of
 from testbed.plant.plant import Model
 from testbed.sensors.units import UnitSensor, read_units
@@ -17,7 +16,12 @@ from testbed.simulation.log import FlightLog
 
 
 def channels_of(
-    log: FlightLog, flight: Flight, model: Model, true_cluster: Cluster, true_wheels: Wheels
+    log: FlightLog,
+    flight: Flight,
+    model: Model,
+    true_cluster: Cluster,
+    true_wheels: Wheels,
+    true_momentum_N: Vectors3,
 ) -> dict[str, Array]:
     """Return every channel of a flown record by signal name, each of shape (N, width), one row per control tick.
 
@@ -27,12 +31,14 @@ def channels_of(
         model: the flown platform.
         true_cluster: its units.
         true_wheels: its reaction wheels.
+        true_momentum_N: its total angular momentum, shape (N, 3), N·m·s, inertial axes.
     """
     layout = layout_of(model)
     channels = (
         _telemetry(log, flight, layout)
         | _true_state(log, layout)
-        | _true_momentum(log, flight, model, layout, true_cluster, true_wheels)
+        | _true_momentum(log, flight, layout, true_cluster, true_wheels)
+        | {"true_total_momentum": true_momentum_N}
         | _reference(log, flight)
         | _saturation(log, model, layout)
     )
@@ -88,7 +94,7 @@ def _true_position(log: FlightLog, layout: Layout) -> dict[str, Array]:
 
 
 def _true_momentum(
-    log: FlightLog, flight: Flight, model: Model, layout: Layout, cluster: Cluster, wheels: Wheels
+    log: FlightLog, flight: Flight, layout: Layout, cluster: Cluster, wheels: Wheels
 ) -> dict[str, Array]:
     angle, rate = log.qpos[:, layout.gimbal_angle], log.qvel[:, layout.gimbal_rate]
     rotor_momentum = cluster.rotor_spin_inertia * log.qvel[:, layout.rotor_speed]
@@ -103,7 +109,6 @@ def _true_momentum(
         momentum_B, torque_B = momentum_B + of_wheels_B, torque_B - _slope(of_wheels_B, period)
     known = {
         "true_cluster_momentum": momentum_B,
-        "true_total_momentum": total_momentum(model, log.qpos, log.qvel),
         "true_cluster_torque": torque_B,
     }
     if len(cluster.rotor_momentum):

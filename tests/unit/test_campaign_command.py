@@ -52,8 +52,7 @@ def figures(folder: Path) -> dict:
 def small_blocks():
     """Interruptions need blocks, not runs."""
     with pytest.MonkeyPatch.context() as patch:
-        for module in ("plan", "manifest"):
-            patch.setattr(f"testbed.campaign.{module}.BLOCK_RUNS", BLOCK_RUNS)
+        patch.setattr("testbed.campaign.plan.BLOCK_RUNS", BLOCK_RUNS)
         yield
 
 

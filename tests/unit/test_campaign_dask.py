@@ -91,7 +91,7 @@ def test_a_killed_worker_loses_nothing_and_counts_nothing_twice(scheduler, worke
 def test_a_worker_with_other_versions_is_refused(scheduler, path, monkeypatch):
     plan = plan_of(path, 2)
     versions = deciding_versions() | {"mujoco": "3.0.0"}
-    monkeypatch.setattr("testbed.campaign.dask_executor.deciding_versions", lambda: versions)
+    monkeypatch.setattr("testbed.campaign.dask_executor.deciding_versions", lambda _: versions)
     with pytest.raises(InputError, match=r"the worker on .* has mujoco 4.* instead of 3.0.0; install"):
         list(DaskExecutor(address=scheduler).finished(plan, list(blocks_of(plan)), pytest.fail))
 

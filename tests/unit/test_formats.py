@@ -26,6 +26,7 @@ MAY_BE_ABSENT = {"constant_torque_N_m", "constant_torque_std_N_m", "next", "comp
 MAY_BE_ABSENT |= {"gimbal_rate", "gimbal_torque", "wheel_torque", "wheel_speed"}  # limits of what a platform has not
 MAY_BE_ABSENT |= {"center_of_mass_offset_m", "center_of_mass_offset_std_m", "bound_center_of_mass_offset_std_m"}
 MAY_BE_ABSENT |= {"center_of_mass_offset", "largest_tilt_rad"}  # but on an air bearing
+MAY_BE_ABSENT |= {"engine_check"}  # but with --check
 OPEN = {"Provenance", "FilesProvenance"}
 """What decides a result is not the same for all of them."""
 NO_UNIT_IN_KEY = (

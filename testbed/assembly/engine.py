@@ -1,0 +1,50 @@
+"""What steps the flights of a scenario: MuJoCo, or the compiled equations of motion of a gyrostat."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from testbed.assembly.platform import true_platform
+from testbed.errors import InputError
+from testbed.plant.gyrostat import uncovered
+from testbed.plant.plant import Engine, Model
+from testbed.scenario.scenario import Scenario
+
+
+def engine_of(scenario: Scenario, model: Model | None = None, *, many: bool) -> Engine:
+    """Return what steps the platforms of a scenario's flights.
+
+    Args:
+        scenario: with its [simulation] engine.
+        model: of what flies; compiled here where it is looked at and None.
+        many: whether it is for many flights, as of a campaign, which "auto" flies by the compiled equations.
+
+    Raises:
+        InputError: the compiled equations are asked for, and do not cover the platform; the message says what of it.
+    """
+    wanted = scenario.simulation.engine
+    if wanted == "mujoco" or (wanted == "auto" and not many):
+        return "mujoco"
+    reasons = list(_uncovered(scenario, true_platform(scenario).model if model is None else model))
+    if wanted == "compiled" and reasons:
+        raise InputError(
+            f'{scenario.name}: simulation.engine is "compiled", but the platform has {"; ".join(reasons)}, which these '
+            'equations of motion do not; write "auto" or "mujoco", which fly it in MuJoCo'
+        )
+    return "mujoco" if reasons else "compiled"
+
+
+def require_covered(scenario: Scenario) -> None:
+    """Refuse a platform that the compiled equations do not cover.
+
+    Raises:
+        InputError: as `engine_of`.
+    """
+    simulation = scenario.simulation.model_copy(update={"engine": "compiled"})
+    engine_of(scenario.model_copy(update={"simulation": simulation}), many=True)
+
+
+def _uncovered(scenario: Scenario, model: Model) -> Iterator[str]:
+    yield from uncovered(model)
+    if scenario.truth.torque:
+        yield "torques by formulas (truth.torque)"

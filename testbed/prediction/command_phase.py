@@ -1,0 +1,90 @@
+"""When wheels' commands change between the samples of their telemetry.
+
+A command holds for a control period. Telemetry that is not sampled at the instant of the change shows a command that
+will end before the next sample: the impulse in between is (1 - p) of this command's and p of the next one's, where p is
+the share of the period that had passed at the sample. Taken for p = 0, the wheels seem to run ahead of their commands,
+and friction that nobody has is named for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from testbed.arrays import Array
+from testbed.estimation.telemetry import Telemetry
+from testbed.prediction.impulse_noise import impulse_fit
+from testbed.prediction.wheel_impulses import ImpulseNoise, Impulses, impulses_of, without_correlation
+
+_UNKNOWNS = 4
+"""Of a wheel: its factor, the phase, viscous and dry friction. A lag of its motor is a phase below zero, of this wheel
+alone."""
+_FEWEST = 20
+"""Impulses for each unknown from which a phase is looked for."""
+_SURELY = 5.0
+"""Standard errors of the median wheel by which a phase has to differ from none: by chance in three of ten million."""
+
+
+def with_command_phase(runs: Sequence[Telemetry]) -> list[Telemetry]:
+    """Return runs whose wheels' commands are known to change between samples, where impulses show that they do.
+
+    Args:
+        runs: of one platform; its telemetry is sampled at the same phase of the control period in all.
+    """
+    both = [(_at_phase(run, 0.0), _at_phase(run, 1.0)) for run in runs]
+    impulses = [(now, following) for now, following in both if now is not None and following is not None]
+    if len(impulses) < len(runs) or sum(len(now.kept) for now, _ in impulses) < _FEWEST * _UNKNOWNS:
+        return list(runs)
+    noise = impulse_fit([now for now, _ in impulses], commanded=True).noise
+    phase = _common(np.array([_of_wheel(impulses, noise, wheel) for wheel in range(len(noise.tachometer))]))
+    return [_in_phase(run, phase) for run in runs] if phase else list(runs)
+
+
+def command_phase(runs: Sequence[Telemetry]) -> float:
+    """Return how long the commands of runs have held when they are sampled, s."""
+    motors = [run.wheels.motors for run in runs if run.wheels is not None and run.wheels.motors is not None]
+    return motors[0].command_phase * motors[0].period if motors else 0.0
+
+
+def _common(by_wheel: Array) -> float:
+    """Return the phase that the median wheel has; 0 where it shows none.
+
+    Args:
+        by_wheel: phase and its standard error, shape (W, 2).
+    """
+    phase, error = by_wheel.T
+    surely = np.median(phase / error) > _SURELY
+    return float(np.clip(np.median(phase), 0.0, 1.0)) if surely else 0.0
+
+
+def _of_wheel(impulses: Sequence[tuple[Impulses, Impulses]], noise: ImpulseNoise, wheel: int) -> tuple[float, float]:
+    """Return the phase of one wheel and its standard error, by weighted least squares."""
+    columns = np.concatenate(
+        [without_correlation(now, noise, _columns(now, following)[:, now.kept]) for now, following in impulses], axis=1
+    )[:, :, wheel]
+    length = np.maximum(np.linalg.norm(columns, axis=1), np.finfo(float).tiny)
+    needed, others = columns[0], (columns[1:] / length[1:, None]).T
+    inverse = np.linalg.pinv(others)
+    values = inverse @ needed
+    variance = float(np.square(needed - others @ values).sum()) / (len(needed) - _UNKNOWNS)
+    covariance = variance * (inverse @ inverse.T)
+    factor = values[0] / length[1]
+    error = float(np.sqrt(covariance[1, 1])) / length[2]
+    return float(values[1] / length[2] / factor), max(error / abs(factor), np.finfo(float).tiny)
+
+
+def _columns(now: Impulses, following: Impulses) -> Array:
+    """Return what the motion took, then what may explain it, shape (1 + 4, L, W), N·m·s."""
+    return np.stack([now.needed, now.asked, following.asked - now.asked, now.turned, now.directed])
+
+
+def _at_phase(run: Telemetry, phase: float) -> Impulses | None:
+    return impulses_of(_in_phase(run, phase), commanded=True)
+
+
+def _in_phase(run: Telemetry, phase: float) -> Telemetry:
+    if run.wheels is None or run.wheels.motors is None:
+        return run
+    return replace(run, wheels=replace(run.wheels, motors=replace(run.wheels.motors, command_phase=phase)))
