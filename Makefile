@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: demo test robustness check bench bench-long blind format docs clean
+.PHONY: demo test robustness check bench bench-long blind strangers format docs clean
 
 demo: $(STAMP)
 	@rm -rf runs/demo
@@ -35,6 +35,13 @@ bench-long: $(STAMP)-dev
 # which are in random order; with CASES=24 a smaller set, in runs/ only.
 blind: $(STAMP)-dev
 	@$(BIN)/python -m benchmarks.blind $(if $(CASES),--cases $(CASES),--write) $(if $(FIRST),--first $(FIRST))
+
+# make strangers makes, diagnoses and scores the cases that Basilisk flies, and writes docs/strangers.md; it can be interrupted,
+# and goes on where it was; with FIRST=20 only so many of each satellite's cases, in random order, in runs/ only.
+strangers: $(STAMP)-dev
+	@$(BIN)/python -m benchmarks.strangers make $(if $(FIRST),--first $(FIRST))
+	@$(BIN)/python -m benchmarks.strangers run $(if $(FIRST),--first $(FIRST))
+	@$(BIN)/python -m benchmarks.strangers card $(if $(FIRST),,--write)
 
 format: $(STAMP)-dev
 	@$(BIN)/ruff check --fix .

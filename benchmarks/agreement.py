@@ -13,8 +13,7 @@ import sys
 
 import numpy as np
 
-from benchmarks.basilisk import REQUIREMENT
-from benchmarks.environments import environment
+from benchmarks.environments import BASILISK, environment
 from support.agreement import FOLDER, PLATFORMS, difference, frozen, orbited
 from support.tumbling_brick import damping_of, predicted, published, rates, tumbled
 
@@ -39,7 +38,7 @@ def main() -> None:
 
 def freeze() -> None:
     """Fly everything in Basilisk again and write its trajectories."""
-    python = environment("basilisk-venv", REQUIREMENT)
+    python = environment(*BASILISK)
     for script in SCRIPTS:
         subprocess.run([str(python), str(FOLDER / script)], check=True)
 

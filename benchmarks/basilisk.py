@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.environments import UnavailableError, environment
+from benchmarks.environments import BASILISK, UnavailableError, environment
 from benchmarks.flight_worker import STEPS, body_rate_errors, largest_step
 from benchmarks.paired import PairedTimes, paired, workers
 from benchmarks.ratios import Ratio
@@ -28,7 +28,6 @@ from testbed.scenario.scenario import Scenario
 
 SCENARIO = Path(__file__).resolve().parents[1] / "scenarios" / "gimbal_d_optimal.toml"
 SCRIPT = Path(__file__).with_name("foreign") / "basilisk_flights.py"
-REQUIREMENT = "bsk==2.12.1"
 COMMAND = "python -m benchmarks.basilisk"
 RUNS, PROCESSES, PAIRS, CHECKED = 100, 2, 5, 2
 ATTITUDE_ERROR = 0.13
@@ -42,7 +41,7 @@ PLAIN_STEPS = (1_000_000, 500_000)
 def ratios() -> list[Ratio]:
     """Return the rows: Basilisk arranged at its best, and as its own examples arrange it."""
     try:
-        python = environment("basilisk-venv", REQUIREMENT)
+        python = environment(*BASILISK)
     except UnavailableError as error:
         return [_row("100 closed-loop flights of 5 s, Basilisk", None, note=f"not measured: {error}")]
     scenario = read_scenario(SCENARIO)

@@ -7,6 +7,8 @@ import sys
 from pathlib import Path
 
 BUILD = Path(__file__).resolve().parents[1] / "build"
+BASILISK = ("basilisk-venv", "bsk==2.12.1")
+"""Name and requirement of Basilisk's."""
 
 
 class UnavailableError(Exception):

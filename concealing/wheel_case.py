@@ -111,7 +111,7 @@ def platform_of(scenario: Path) -> WheelPlatform:
     count = wheels["units"]
     around, platform = known.get("environment", {}), known["platform"]
     pivot = None
-    if around:
+    if around.get("kind") == "air_bearing":
         pivot = Pivot(offset=np.array(around["center_of_mass_offset_m"]), gravity=around.get("gravity_m_s2", _GRAVITY))
     return WheelPlatform(
         inertia=np.array(platform["inertia_kg_m2"]),
@@ -128,8 +128,8 @@ def platform_of(scenario: Path) -> WheelPlatform:
             tachometer_noise=known["wheel_tachometer"]["noise_rad_s"],
             torque_noise=0.0,
         ),
-        bias_instability=gyro["bias_instability_rad_s"],
-        bias_time=gyro["bias_correlation_time_s"],
+        bias_instability=gyro.get("bias_instability_rad_s", 0.0),
+        bias_time=gyro.get("bias_correlation_time_s", np.inf),
         gyro_rate=gyro["sample_rate_hz"],
         control_rate=known["simulation"]["control_rate_hz"],
     )

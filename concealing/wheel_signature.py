@@ -15,6 +15,7 @@ from concealing.nominal import DivergedError, Telemetry, nudged, predictions, un
 from concealing.wheel_case import WheelCase, platform_of
 from concealing.wheel_effects import IN_DRIVES
 from concealing.wheel_flight import FlownWheels, fly_wheels, shown_speed
+from concealing.wheels import Wheels
 
 _COARSE = 0.5
 """Refinement of flights that are only sized, as in `concealing.signature`."""
@@ -67,15 +68,29 @@ def _telemetry(flown: FlownWheels) -> Telemetry:
 def left_by_drives(flown: FlownWheels) -> Array:
     """Return what of the tachometers' readings the nominal motors and bearings leave, rad/s, flat.
 
-    Js (Ω + ω·a) = Js (Ω + ω·a)(0) + ∫ (u - c Ω - d sign Ω) dt, with u as it was commanded; a speed at release that
-    nobody knows, of each wheel and run, is projected out.
+    A speed at release that nobody knows, of each wheel and run, is projected out.
     """
-    wheels, log, period = flown.platform.wheels, flown.log, flown.clock.period
-    shown = shown_speed(flown, log.time)
-    braked = wheels.viscous * shown + wheels.coulomb * np.tanh(shown / SIGN_WIDTH)
-    asked = np.clip(log.command, -wheels.torque_limit, wheels.torque_limit)
-    given = np.concatenate([np.zeros_like(asked[:1]), period * np.cumsum(asked[:-1], axis=0)])
-    taken = wheels.spin_inertia * (shown + log.body_rate @ wheels.axis.T)
-    left = (taken - given + CubicSpline(log.time, braked).antiderivative()(log.time)) / wheels.spin_inertia
+    log = flown.log
+    left = left_by_motors(flown.platform.wheels, log.time, shown_speed(flown, log.time), log.body_rate, log.command)
     recorded = [left[ticks, run] for run, ticks in enumerate(flown.rows)]
     return np.concatenate([(each - each.mean(axis=0)).ravel() for each in recorded])
+
+
+def left_by_motors(wheels: Wheels, time: Array, shown: Array, body_rate: Array, command: Array) -> Array:
+    """Return by how much wheels turn faster than their motors have driven them since release, (K, ..., W), rad/s.
+
+    Js (Ω + ω·a) = Js (Ω + ω·a)(0) + ∫ (u - c Ω - d sign Ω) dt, with u as it was commanded; but for the first term.
+
+    Args:
+        wheels: nominal ones.
+        time: of control ticks, equally spaced, (K,), s.
+        shown: speeds, (K, ..., W), rad/s.
+        body_rate: (K, ..., 3), rad/s.
+        command: from each tick to the next, (K, ..., W), N·m.
+    """
+    period = time[1] - time[0]
+    braked = wheels.viscous * shown + wheels.coulomb * np.tanh(shown / SIGN_WIDTH)
+    asked = np.clip(command, -wheels.torque_limit, wheels.torque_limit)
+    given = np.concatenate([np.zeros_like(asked[:1]), period * np.cumsum(asked[:-1], axis=0)])
+    taken = wheels.spin_inertia * (shown + body_rate @ wheels.axis.T)
+    return (taken - given + CubicSpline(time, braked).antiderivative()(time)) / wheels.spin_inertia

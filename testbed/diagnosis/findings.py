@@ -296,13 +296,17 @@ def _doubts(diagnosis: Diagnosis, placed: Hypothesis) -> Iterator[str]:
         if parameter.lies_at_bound(value):
             yield f"{parameter.name} lies at {value:.3g}, where its search ends: the name is what came nearest"
             continue
-        limits = _plausible(parameter, diagnosis.runs.mean_moment(model.theta))
-        beyond = [limit for limit in limits if (value > limit > 0.0) or (value < limit < 0.0)]
-        for limit in beyond:
+        limit = passed_limit(value, *_plausible(parameter, diagnosis.runs.mean_moment(model.theta)))
+        if limit is not None:
             yield (
                 f"{_in_words(effect, values, index, value)} is implausible, as hardware ends at "
                 f"{_in_words(effect, values, index, limit)}: something else may be behind it"
             )
+
+
+def passed_limit(value: float, least: float, greatest: float) -> float | None:
+    """Return which limit a value has passed; None where it lies between them."""
+    return least if value < least else greatest if value > greatest else None
 
 
 def _plausible(parameter: Parameter, moment: float) -> tuple[float, float]:

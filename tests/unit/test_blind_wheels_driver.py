@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from benchmarks import blind_wheels
+from benchmarks import blind_wheels, platform_sets
 from benchmarks.blind_diagnosis import DIAGNOSIS, REFUSED, SECONDS
 from concealing.sealing import SEAL, sealed_text, write_sealed
 
@@ -16,7 +16,7 @@ HIDDEN_IN = {"case_0001": None, "case_0002": 4.0, "case_0003": None}
 
 def called(monkeypatch, *arguments):
     monkeypatch.setattr(sys, "argv", ["blind_wheels", *map(str, arguments)])
-    blind_wheels.main()
+    platform_sets.main(blind_wheels.SETS)
 
 
 @pytest.fixture
@@ -60,7 +60,7 @@ def test_running_diagnoses_what_is_not_diagnosed_yet_and_locks_the_answers(out, 
         locked = (out / "cubesat_wheels" / "answers").stat().st_mode & 0o777
         seen.append((scenario.name, data.parent.name, diagnoses.name, count, jobs, locked))
 
-    monkeypatch.setattr(blind_wheels, "diagnose_all", diagnose_all)
+    monkeypatch.setattr(platform_sets, "diagnose_all", diagnose_all)
     called(monkeypatch, "run", "--out", out, "--platforms", "cubesat_wheels", "--cases", 9, "--first", 3, "--jobs", 1)
     assert seen == [("cubesat_wheels.toml", "cubesat_wheels", "diagnoses", 3, 1, 0)]
     assert (out / "cubesat_wheels" / "answers").stat().st_mode & 0o777 == 0o700
