@@ -293,7 +293,7 @@ def _doubts(diagnosis: Diagnosis, placed: Hypothesis) -> Iterator[str]:
     values = model.effect_values[model.own(placed)]
     for index, parameter in enumerate(effect.parameters):
         value = float(values[index])
-        if parameter.lies_at_bound(value):
+        if parameter.lies_at_bound(value / parameter.growth_on(placed.moment)):
             yield f"{parameter.name} lies at {value:.3g}, where its search ends: the name is what came nearest"
             continue
         limit = passed_limit(value, *_plausible(parameter, diagnosis.runs.mean_moment(model.theta)))

@@ -55,7 +55,7 @@ def diagnosed(
     Raises:
         InputError: the nominal motion leaves the finite numbers.
     """
-    testable, untestable = hypotheses(runs, effects)
+    testable, untestable = hypotheses(runs, effects, runs.mean_moment(nominal_theta))
     progress("baseline")
     first = replace(baseline(runs, heldout, nominal_theta, given), untestable=tuple(untestable), alone=alone)
     noise = _NoiseStep(stated=first, effects={} if alone else noise_effects, others=len(testable))

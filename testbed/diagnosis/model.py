@@ -19,7 +19,7 @@ from testbed.diagnosis.data import Belief, Runs
 from testbed.diagnosis.keeping import Content, array_from_content, array_to_content, part
 from testbed.diagnosis.settings import SETTINGS
 from testbed.dynamics.inertia import slopes_of_log_ratio
-from testbed.effects.contract import Effect
+from testbed.effects.contract import TYPICAL_INERTIA, Effect
 from testbed.errors import InputError
 from testbed.estimation.torque_noise import torque_noise
 from testbed.prediction.hooks import Hooks
@@ -68,11 +68,13 @@ class Hypothesis:
         effect: which.
         component: where.
         given: whether it is part of the nominal model, and no explanation of what that lacks.
+        moment: mean moment of inertia of the platform, kg·m²: masses and inertias are searched as far as it goes.
     """
 
     effect: Effect
     component: str
     given: bool = False
+    moment: float = TYPICAL_INERTIA
 
     @property
     def hooks(self) -> Hooks:
@@ -87,7 +89,15 @@ class Hypothesis:
     @property
     def bounds(self) -> tuple[Array, Array]:
         """Least and greatest values, each of shape (K,)."""
-        return self.effect.bounds
+        return self._grown(self.effect.bounds)
+
+    def reach(self, start: Array) -> tuple[Array, Array]:
+        """Return the least and greatest values that a search from a start, shape (K,), can come to, shapes (K,)."""
+        return self._grown(self.effect.reach(start))
+
+    def _grown(self, bounds: tuple[Array, Array]) -> tuple[Array, Array]:
+        growth = np.array([each.growth_on(self.moment) for each in self.effect.parameters])
+        return bounds[0] * growth, bounds[1] * growth
 
     @property
     def key(self) -> str:

@@ -14,7 +14,7 @@ from testbed.arrays import Array
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import NEGLIGIBLE, Fit, Hypothesis, orthonormal, projected_out
 from testbed.diagnosis.settings import SETTINGS
-from testbed.effects.contract import AXES, CLUSTER, Channel, Effect, NamedEffect, components_in
+from testbed.effects.contract import AXES, CLUSTER, TYPICAL_INERTIA, Channel, Effect, NamedEffect, components_in
 from testbed.prediction.environment import environment_kind
 from testbed.prediction.grid import thruster_count, unit_count, wheel_count
 from testbed.prediction.hooks import Instant, overrides
@@ -243,7 +243,7 @@ def _signature(placed: Hypothesis, start: Array, columns: Array, free: Array, re
     seen = strength > max(NEGLIGIBLE, _DEPENDENT * strength.max(initial=0.0))
     basis, present = left[:, seen], left[:, seen].T @ residual
     step = (right[seen].T @ (present / strength[seen])) / usable
-    lower, upper = (bound - start for bound in placed.effect.reach(start))
+    lower, upper = (bound - start for bound in placed.reach(start))
     if np.any((step < lower) | (step > upper)):
         step = _bounded(basis.T @ free, present, lower, upper, usable)
     missed = present - basis.T @ (free @ step)
@@ -294,12 +294,15 @@ class Untestable:
         return other.id in self.look_alikes or self.effect in other.look_alikes
 
 
-def hypotheses(runs: Runs, effects: Mapping[str, Effect]) -> tuple[list[Hypothesis], list[Untestable]]:
+def hypotheses(
+    runs: Runs, effects: Mapping[str, Effect], moment: float = TYPICAL_INERTIA
+) -> tuple[list[Hypothesis], list[Untestable]]:
     """Return what can be tested with the channels that the runs carry, and what cannot.
 
     Args:
         runs: to be explained.
         effects: by id; those of another environment are neither.
+        moment: mean moment of inertia of the platform, kg·m².
     """
     present, environments = channels_of(runs), {"", environment_kind(runs.grid)}
     testable, not_testable = [], []
@@ -324,7 +327,7 @@ def hypotheses(runs: Runs, effects: Mapping[str, Effect]) -> tuple[list[Hypothes
             )
         else:
             components = components_on(runs, effect)
-            testable += [Hypothesis(effect=effect, component=component) for component in components]
+            testable += [Hypothesis(effect=effect, component=component, moment=moment) for component in components]
     return testable, not_testable
 
 

@@ -83,6 +83,14 @@ class Parameter:
         """Return whether a value lies where a search ends, and not where the effect is absent or as it typically is."""
         return value in (self.lower, self.upper) and value not in (self.absent, self.typical)
 
+    def growth_on(self, moment: float) -> float:
+        """Return how many times as far searches go on a platform of a mean moment of inertia, at least once.
+
+        Args:
+            moment: kg·m².
+        """
+        return max(1.0, moment / TYPICAL_INERTIA) if self.unit in _GROWING else 1.0
+
     def typical_on(self, moment: float) -> float:
         """Return the typical distance from where the effect is absent, on a platform of a mean moment of inertia.
 
@@ -97,6 +105,8 @@ class Parameter:
         return self.plausible[0] <= value <= self.plausible[1]
 
 
+_GROWING = frozenset({"kg", "kg·m²"})
+"""Units of what is searched the farther the larger the platform is; forces have bounds far beyond any platform's."""
 PLAUSIBLE_PER_INERTIA = {
     "N·m": 10.0,
     "N·m·s": 10.0,
@@ -104,10 +114,12 @@ PLAUSIBLE_PER_INERTIA = {
     "N·m·s/rad": 10.0,
     "N·m·s²/rad²": 10.0,
     "kg·m²": 0.5,
+    "kg": 37.5,
 }
 """Largest parameters, by their units, over the platform's mean moment of inertia: accelerations of 10 rad/s², jumps
-of 10 rad/s, a pendulum of 5 Hz, motions that stop within a tenth of a second, half of the inertia. A platform with more
-is held by more than what is looked for here; typical effects are a hundredth of it. They decide warnings alone."""
+of 10 rad/s, a pendulum of 5 Hz, motions that stop within a tenth of a second, half of the inertia, a quarter of it in a
+mass at the arm of slosh, 0.08 m. A platform with more is held by more than what is looked for here; typical effects are
+a hundredth of it. They decide warnings alone."""
 
 TYPICAL_INERTIA = 0.024
 """kg·m², mean moment of inertia of the class of platforms whose typical sizes parameters state: that of the shipped

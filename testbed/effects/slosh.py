@@ -72,7 +72,7 @@ class Slosh(Effect):
     parameters = (
         *mode_parameters(1.0, (0.2, 5.0), 0.05),
         *(
-            Parameter(name=f"mass_{axis}_kg", unit="kg", typical=typical, lower=-0.9, upper=0.9, plausible=(-0.9, 0.9))
+            Parameter(name=f"mass_{axis}_kg", unit="kg", typical=typical, lower=-0.9, upper=0.9)
             for axis, typical in zip("xyz", (0.04, 0.03, -0.05), strict=True)
         ),
     )

@@ -67,12 +67,12 @@ def evidence_of(runs: Runs, effects: Mapping[str, Effect], theta: Theta) -> Evid
     Raises:
         InputError: the nominal motion leaves the finite numbers.
     """
-    testable, _ = hypotheses(runs, {name: each for name, each in effects.items() if each.recurs})
+    moment = runs.mean_moment(theta)
+    testable, _ = hypotheses(runs, {name: each for name, each in effects.items() if each.recurs}, moment)
     fit = fitted(runs, [], theta, [])
     nuisance = orthonormal(fit.jacobian)
     residual = projected_out(fit.residual, nuisance)
     square, freedom = float(residual @ residual), len(residual) - nuisance.shape[1]
-    moment = runs.mean_moment(theta)
     by_key: dict[str, float] = {}
     best: dict[str, Signature] = {}
     for key, group in groupby(signatures(runs, fit, testable), key=lambda each: each.placed.key):
