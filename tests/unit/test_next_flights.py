@@ -42,7 +42,7 @@ SEEDS = (90101, 90102, 90103)
 """Of the flights before the next one, which has the last; nothing is calibrated on them."""
 NEXT_SEED = 91000
 HIDDEN = {
-    "cubesat_wheels": ("quadratic_drag", (4e-4, 4e-4, 4e-4), "viscous_drag"),
+    "cubesat_wheels": ("quadratic_drag", (2e-4, 2e-4, 2e-4), "viscous_drag"),
     "mixed": ("body_torque", (3e-5, 2e-5, -2e-5), "inertial_torque"),
 }
 """Of each platform an effect, its sizes, and the one that the first flights do not tell from it."""
