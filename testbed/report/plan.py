@@ -7,11 +7,13 @@ from math import exp, log
 from pathlib import Path
 
 import numpy as np
+import plotly.graph_objects as go
 
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.formats.plan import PlanFlight, PlanResult
-from testbed.report.frame.blocks import Cell, Column, Notice, Page, Paragraph, Section, Table, Tone
+from testbed.report.frame.blocks import Cell, Column, Figure, Notice, Page, Paragraph, Section, Table, Tone
 from testbed.report.frame.page import write_page
+from testbed.report.frame.style import color, layout
 from testbed.report.sections.provenance import provenance_section
 from testbed.report.wording import figures, listed
 
@@ -91,7 +93,8 @@ def plan_page(state: PlanResult, provenance: Mapping[str, str]) -> Page:
         state: the campaign.
         provenance: what to its value.
     """
-    sections = [Section(title="Flights", blocks=(flights_table(state),))]
+    blocks = (flights_table(state), _growth(state)) if len(state.flights) > 1 else (flights_table(state),)
+    sections = [Section(title="Flights", blocks=blocks)]
     if state.flights and state.flights[-1].theta_kg_m2 is not None:
         sections.append(Section(title="Inertia", blocks=(_inertia_table(state),)))
     if state.next is not None:
@@ -142,7 +145,38 @@ def flights_table(state: PlanResult) -> Table:
         "without an effect, at whatever flight they stop. That of what is wanted is the mean over all hypotheses that "
         "share the prior. A diagnosis is made once it is as large."
     )
-    return Table(columns=tuple(Column(title=title) for title in titles), rows=tuple(rows), note=note, numeric=False)
+    shown = len(titles) - (state.wanted.inertia_std_kg_m2 is None)  # the last column is of a wanted inertia alone
+    columns = tuple(Column(title=title) for title in titles[:shown])
+    return Table(columns=columns, rows=tuple(row[:shown] for row in rows), note=note, numeric=False)
+
+
+def _growth(state: PlanResult) -> Figure:
+    """Return the e-values after every flight against the one at which a name may be given."""
+    numbers = [flight.number for flight in state.flights]
+    lines = {
+        "what is wanted": [flight.log_e_value for flight in state.flights],
+        "leading effect": [flight.leading_log_e_value for flight in state.flights],
+    }
+    traces = [
+        go.Scatter(
+            x=numbers,
+            y=np.array(values) / log(10.0),
+            name=name,
+            mode="lines+markers",
+            line={"color": color(own)},
+            customdata=[e_value_words(value) for value in values],
+            hovertemplate="flight %{x}: %{customdata}<extra></extra>",
+        )
+        for (name, values), own in zip(lines.items(), ("fitted", "faint"), strict=True)
+    ]
+    chart = go.Figure(traces, layout=layout("flight", "log10 of the e-value"))
+    chart.add_hline(y=-log(state.alpha) / log(10.0), line={"color": color("limit"), "dash": "dash"})
+    chart.update_xaxes(dtick=1)
+    return Figure(
+        title="How sure it is after every flight",
+        chart=chart,
+        note=f"Dashed: {figures(1.0 / state.alpha)}, from which on a diagnosis is asked for the name.",
+    )
 
 
 def _inertia_table(state: PlanResult) -> Table:
