@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from math import exp, inf, isinf, log, sqrt
+from math import exp, inf, isinf, log, log1p, sqrt
 from types import MappingProxyType
 
 import numpy as np
-import scipy
-from scipy.special import log_ndtr, logsumexp
+from scipy.special import chdtr, chdtrc, fdtr, fdtrc, log_ndtr, logsumexp
 
 from testbed.arrays import Array, Flags, Series
 from testbed.diagnosis.model import AtComponent, Fit, Hypothesis
@@ -27,8 +26,13 @@ def log_p_value(squares: float, freedom: float, noise_freedom: float) -> float:
         noise_freedom: those of the noise's variance; infinite where it is stated.
     """
     if isinf(noise_freedom):
-        return float(scipy.stats.chi2.logsf(squares, freedom))
-    return float(scipy.stats.f.logsf(squares / freedom, freedom, noise_freedom))
+        below, above = chdtr(freedom, squares), chdtrc(freedom, squares)
+    else:
+        ratio = squares / freedom
+        below, above = fdtr(freedom, noise_freedom, ratio), fdtrc(freedom, noise_freedom, ratio)
+    if below < above:
+        return log1p(-below)
+    return log(above) if above > 0.0 else -inf
 
 
 def p_value(squares: float, freedom: float, noise_freedom: float) -> float:
@@ -95,6 +99,8 @@ class SizePrior:
         spread = square / (1.0 + square * np.maximum(strength, 0.0))
         ratio = 0.5 * (along**2 * spread).sum(axis=1) - 0.5 * np.log1p(square * np.maximum(strength, 0.0)).sum(axis=1)
         positive = self.positive[free]
+        if not positive.any():
+            return _averaged(ratio)
         mean, variance = (spread * along) @ axes.T, spread @ (axes.T**2)
         halves = log_ndtr(mean[:, positive] / np.sqrt(variance[:, positive])) + log(2.0)
         return _averaged(ratio + halves.sum(axis=1))

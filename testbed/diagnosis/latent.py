@@ -411,7 +411,8 @@ class TorqueSpace:
     """Of the samples what torques at the knots can do: as many numbers as there are torques, K.
 
     Attributes:
-        responses: of each run to its torques before what all runs share is projected out, shapes (K_run, T 3).
+        responses: of each run to its torques on each axis, before what all runs share is projected out, shapes
+            (3, K_run, T).
         taken: directions of what all runs share, as columns, shape (K, r).
         left: share of a length along them that stays, shape (r,).
         residual: shape (K,).
@@ -424,12 +425,14 @@ class TorqueSpace:
 
     def columns(self, torques: Array) -> Array:
         """Return what torques at the knots do, shape (K, C), for torques of shape (R, T 3, C)."""
-        return self._free(np.concatenate([of @ own for of, own in zip(self.responses, torques, strict=True)]))
+        pairs = zip(self.responses, torques, strict=True)
+        by_run = [sum(axis @ own[index::3] for index, axis in enumerate(of)) for of, own in pairs]
+        return self._free(np.concatenate(by_run))
 
     def on_axes(self, functions: Array) -> Array:
         """Return what torques do that follow functions, shape (R, T, F), on one axis after the other: (3, K, F)."""
-        by_axis = [np.moveaxis(of.reshape(len(of), -1, 3), -1, 0) for of in self.responses]
-        return self._free(np.concatenate([of @ own for of, own in zip(by_axis, functions, strict=True)], axis=1))
+        pairs = zip(self.responses, functions, strict=True)
+        return self._free(np.concatenate([of @ own for of, own in pairs], axis=1))
 
     def _free(self, together: Array) -> Array:
         return together - self.taken @ ((1.0 - self.left)[:, None] * (self.taken.T @ together))
@@ -458,7 +461,7 @@ def torque_space(runs: Runs, fit: Fit, knots: int) -> TorqueSpace:
     outside = inside - along @ (shared.T @ residual)
     back = np.divide(1.0, left, out=np.zeros_like(left), where=left > _TAKEN)
     return TorqueSpace(
-        responses=[rest for _, rest in factors],
+        responses=[np.stack([rest[:, axis::3] for axis in range(3)]) for _, rest in factors],
         taken=taken,
         left=np.where(left > _TAKEN, left, 0.0),
         residual=outside + taken @ ((back - 1.0) * (taken.T @ outside)),

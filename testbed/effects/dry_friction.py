@@ -22,7 +22,8 @@ class _Dry(Hooks):
     @override
     def torque(self, value: Array, at: Instant) -> Array:
         """T = -τ ω / (ω⁴ + w⁴)^¼: beyond three widths within 0.3 % of τ."""
-        return np.asarray(-value[:, :3] * at.body_rate / (at.body_rate**4 + value[:, 3:] ** 4) ** (1 / 4))
+        rate, width = at.body_rate * at.body_rate, value[:, 3:] * value[:, 3:]
+        return np.asarray(-value[:, :3] * at.body_rate / np.sqrt(np.sqrt(rate * rate + width * width)))
 
 
 @final

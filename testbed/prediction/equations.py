@@ -106,6 +106,14 @@ class Known:
             surroundings=self.surroundings,
         )
 
+    @property
+    def arrays(self) -> list[Array]:
+        """All of them, for comparing; not the surroundings."""
+        held = [] if self.bearing is None else [self.bearing.live.astype(np.float64), self.bearing.coupling]
+        stepped = [] if self.inertia_step is None else [self.inertia_step]
+        own = [self.time, self.step, self.momentum_B, self.torque_B, self.inverse, self.first_NB]
+        return [*own, *stepped, *held]
+
     def _by_instant(self, values: Array, instants: slice) -> Array:
         """Return values of shape (R, P, T, ...) as (R W, P, ...), or (1, P, ...) where they are the same everywhere."""
         runs, length = self.time.shape

@@ -16,13 +16,14 @@ from functools import lru_cache, reduce
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from testbed.arrays import Array
 from testbed.dynamics.gyrostat import require_bounded
 from testbed.dynamics.inertia import symmetric_inverse
 from testbed.prediction.algebra import inertia_matrix
 from testbed.prediction.environment import environment_hooks
-from testbed.prediction.equations import Bearing, Equations, Known
+from testbed.prediction.equations import Bearing, Equations, Known, acts_on_motion
 from testbed.prediction.grid import Gimbals, Grid
 from testbed.prediction.held import held_inertia, held_momentum
 from testbed.prediction.hooks import Hooks, overrides
@@ -39,6 +40,8 @@ _NEARER = 0.1
 share by which the motion was off when they were taken, a hundredth or less."""
 _WATCHED = 64
 """Steps after which a motion that is stepped along is looked at: one that ran away is not followed to its end."""
+_MOTIONS = 4
+"""That are kept: those of the present model, as all hypotheses have it, and of the parts of a grid in turn."""
 GRIDS = 32
 """For which what no parameter changes is kept: parts of fitted and held-out runs, with the gyro's errors of some
 models."""
@@ -134,19 +137,46 @@ def _is_one_motion(values: Values) -> bool:
     return all(bool((each.real == each[:1].real).all()) for each in sets)
 
 
+@dataclass(frozen=True, eq=False)
+class _Sought:
+    """A motion of one parameter set on a grid; two that are the same to the last bit are equal."""
+
+    grid: Grid
+    equations: Equations
+    first: Array
+    """States at the first node, shape (R, 1, 1, S)."""
+    key: tuple[object, ...]
+
+    @override
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Sought) and self.key == other.key
+
+    @override
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+
 def _found(grid: Grid, hooks: Sequence[Hooks], values: Values, known: Known) -> Motion | None:
     """Return the motion of the first parameter set without the complex steps and the specks.
 
-    None where Newton's method does not find them.
+    None where Newton's method does not find them. Many derivatives in turn are taken of the same motion.
     """
     number = len(hooks) - values.specks
-    equations = Equations(
-        hooks[:number],
-        [value[:1].real for value in values.effects[:number]],
-        known.without_steps(),
-        attitude=any(hook.needs_attitude for hook in hooks),
-    )
-    states = _guess(grid, equations, equations.initial(values.initial_rate[:, :1].real, 1))
+    effects = [value[:1].real for value in values.effects[:number]]
+    attitude = any(hook.needs_attitude for hook in hooks)
+    real = known.without_steps()
+    equations = Equations(hooks[:number], effects, real, attitude=attitude)
+    first = equations.initial(values.initial_rate[:, :1].real, 1)
+    acting = [(hook, value) for hook, value in zip(hooks, effects, strict=False) if acts_on_motion(hook)]
+    alike = tuple(hook if vars(hook) else type(hook) for hook, _ in acting)
+    numbers = tuple(each.tobytes() for each in (first, *(value for _, value in acting), *real.arrays))
+    return _motion(_Sought(grid, equations, first, (grid, alike, attitude, known.surroundings, *numbers)))
+
+
+@lru_cache(maxsize=_MOTIONS)
+def _motion(sought: _Sought) -> Motion | None:
+    grid, equations = sought.grid, sought.equations
+    states = _guess(grid, equations, sought.first)
     along, before = linearised(equations, states[:, :-1]), np.inf
     ahead = along.ahead
     for _ in range(_ROUNDS):

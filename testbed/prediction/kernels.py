@@ -70,12 +70,17 @@ def turning(torque: Array, momentum: Array, rate: Array) -> Array:
 
 def cross(left: Array, right: Array) -> Array:
     """Return left × right, shape (..., 3), of arrays that broadcast to one another."""
-    sides = np.broadcast_shapes(left.shape, right.shape)
+    sides = np.broadcast(left, right).shape
     kind = np.result_type(left, right)
-    rows = [np.broadcast_to(each.astype(kind, copy=False), sides).reshape(-1, *sides[-2:]) for each in (left, right)]
+    rows = [as_large(each.astype(kind, copy=False), sides).reshape(-1, *sides[-2:]) for each in (left, right)]
     product = np.empty(sides, dtype=kind)
     kept(_cross, (_REAL,) * 3, (_CARRYING,) * 3)(*rows, product.reshape(rows[0].shape))
     return product
+
+
+def as_large(values: Array, shape: tuple[int, ...]) -> Array:
+    """Return values broadcast to a shape, at no cost where they have it."""
+    return values if values.shape == shape else np.broadcast_to(values, shape)
 
 
 def matrix_of_quaternion(quaternion: Array) -> Array:
@@ -236,10 +241,10 @@ def pivots(own: Array, shared: Array) -> Array:
 
 def _vectors(vectors: tuple[Array, ...], matrices: tuple[Array, ...]) -> tuple[list[Array], Array]:
     """Return arrays broadcast to one another, the vectors with one kind of number, and room for a result like them."""
-    sides = np.broadcast_shapes(*(each.shape[:2] for each in (*vectors, *matrices)))
+    sides = np.broadcast(*(each[..., 0] for each in vectors), *(each[..., 0, 0] for each in matrices)).shape
     kind = np.result_type(*vectors)
-    given = [np.broadcast_to(each.astype(kind, copy=False), (*sides, 3)) for each in vectors]
-    given += [np.broadcast_to(each, (*sides, 3, 3)) for each in matrices]
+    given = [as_large(each.astype(kind, copy=False), (*sides, 3)) for each in vectors]
+    given += [as_large(each, (*sides, 3, 3)) for each in matrices]
     return given, np.empty((*sides, 3), dtype=kind)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from testbed.arrays import Array
 from testbed.prediction.equations import Equations, Known, acts_on_motion, gives_torque
 from testbed.prediction.hooks import Hooks
-from testbed.prediction.kernels import carried, forced, forced_by_inertia
+from testbed.prediction.kernels import as_large, carried, forced, forced_by_inertia
 
 _INSTANTS = (0, 1, 1, 2)
 """When a step takes its slopes, in half steps from its beginning."""
@@ -189,7 +189,10 @@ def _drive(
     if not acts_on_motion(hook):
         return
     sides, step = (len(rates), len(value)), motion.equations.step[:, None, None]
-    along, attitudes = motion.along, motion.stage_attitudes
+    along = motion.along
+    stages = (4, *along.rates.shape[1:3], len(value))
+    body_rates = np.broadcast_to(along.rates[..., None, :], (*stages, 3))
+    attitudes = np.broadcast_to(motion.stage_attitudes[..., None, :, :], (*stages, 3, 3))
     state = np.asarray(hook.initial_state(value, np.broadcast_to(rates[:, :1], (*sides, 3))))
     state = np.broadcast_to(state, (*sides, hook.states)).astype(np.complex128)
     if hook.states:
@@ -201,8 +204,8 @@ def _drive(
                 reached = state + share * step * slopes[-1]
             at = motion.equations.instant(
                 2 * index + instant,
-                np.broadcast_to(along.rates[stage][:, index, None], (*sides, 3)),
-                np.broadcast_to(attitudes[stage][:, index, None], (*sides, 3, 3)),
+                body_rates[stage, :, index],
+                attitudes[stage, :, index],
                 reached,
             )
             if gives_torque(hook):
@@ -222,7 +225,7 @@ def _drive(
 
 
 def _imaginary(vectors: Array, sides: tuple[int, int]) -> Array:
-    return np.broadcast_to(vectors, (*sides, 3)).imag
+    return as_large(vectors, (*sides, 3)).imag
 
 
 def _force(
