@@ -2,8 +2,10 @@
 
 Run with `python -m benchmarks.crazyflie`; with `--picture` it draws docs/images/crazyflie.png too.
 
-Inertia, lag and delay are fitted to the fit runs alone, as `testbed diagnose` fits them. Held-out pieces are compared
+Effects are fitted to the fit runs alone, as `testbed diagnose` fits them: in windows, with a factor of the torque per
+command about each axis and a trim in each record, and in the noise that the model leaves. Held-out pieces are compared
 whole: rates through a zero-phase low-pass of 20 Hz, differentiated, against J⁻¹ (τ - ω × J ω) through the same one.
+Each piece has a trim of its own.
 """
 
 from __future__ import annotations
@@ -20,9 +22,8 @@ from scipy.signal import butter, sosfiltfilt
 from testbed.arrays import Array, Theta
 from testbed.assembly.platform import nominal_body
 from testbed.assembly.telemetry import telemetry_of
-from testbed.diagnosis.data import Runs
-from testbed.diagnosis.model import Fit, Hypothesis, fitted
-from testbed.diagnosis.reading import data_set_of
+from testbed.diagnosis.model import Fit, Hypothesis, fitted, in_torque_noise, starts_of
+from testbed.diagnosis.reading import DataSet, data_set_of
 from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.estimation.telemetry import Telemetry
@@ -35,14 +36,19 @@ from testbed.signals import AXES
 ROOT = Path(__file__).resolve().parents[1]
 DATA = ROOT / "data" / "crazyflie"
 PICTURE = ROOT / "docs" / "images" / "crazyflie.png"
-MODELS: dict[str, tuple[str, ...]] = {
+LAG, DELAY = ("actuator_lag", "actuators"), ("actuator_delay", "actuators")
+REACTION = ("rotor_acceleration_reaction", "z")
+MODELS: dict[str, tuple[tuple[str, str], ...]] = {
     "static": (),
-    "lag": ("actuator_lag",),
-    "delay": ("actuator_delay",),
-    "lag + delay": ("actuator_lag", "actuator_delay"),
+    "delay": (DELAY,),
+    "lag": (LAG,),
+    "lag + delay": (LAG, DELAY),
+    "lag + reaction": (LAG, REACTION),
+    "lag + delay + reaction": (LAG, DELAY, REACTION),
 }
+"""Effect and component of each; the reaction is that of rotors to their own acceleration."""
 START = 0.02
-"""s, of every lag and delay: from zero both would have to be distinguished before they are there."""
+"""s, of every lag, delay and lead: from zero they would have to be distinguished before they are there."""
 CUT_OFF = 20.0
 """Hz."""
 SHOWN = ("roll_pitch_5", 2.0, 4.0)
@@ -92,11 +98,13 @@ class Piece:
 def main() -> None:
     """Print the held-out R² of every model and axis."""
     fits, pieces = fits_and_pieces()
-    print(f"{'model':12} {'fitted, ms':>12}  held-out R² of the angular acceleration: {', '.join(EXCITED)}")
+    axes = ", ".join(EXCITED)
+    print(f"{'model':22} {'fitted, ms':>18}  {'deviance':>8}  held-out R² of the angular acceleration: {axes}")
     for name, fit in fits.items():
-        fitted_ms = " + ".join(f"{1e3 * value:.1f}" for value in fit.effect_values)
+        own = fit.effect_values[len(fit.effect_values) - len(MODELS[name]) :]
+        fitted_ms = " + ".join(f"{1e3 * value:.1f}" for value in own)
         shares = "  ".join(f"{r_squared(pieces, fit, axis):6.3f}" for axis in AXES)
-        print(f"{name:12} {fitted_ms:>12}  {shares}")
+        print(f"{name:22} {fitted_ms:>18}  {fit.deviance:8.0f}  {shares}")
     if "--picture" in sys.argv:
         draw(fits, next(piece for piece in pieces if piece.name == SHOWN[0]))
 
@@ -105,8 +113,8 @@ def fits_and_pieces() -> tuple[dict[str, Fit], list[Piece]]:
     """Return every model, fitted to the fit runs, and the records that were held out."""
     scenario, records = read_body_scenario(shipped_scenario("crazyflie")), read_data_set(DATA)
     nominal = nominal_body(scenario)
-    runs = data_set_of(records, scenario, nominal).runs
-    fits = {name: _fit(runs, effects, theta_of(nominal.inertia)) for name, effects in MODELS.items()}
+    data = data_set_of(records, scenario, nominal)
+    fits = {name: _fit(data, effects, theta_of(nominal.inertia)) for name, effects in MODELS.items()}
     held_out = [record for record in records if record.details.role == "heldout"]
     return fits, [_piece(record.details.name, telemetry_of(record, scenario, nominal)) for record in held_out]
 
@@ -116,8 +124,9 @@ def r_squared(pieces: Sequence[Piece], fit: Fit, axis: str) -> float:
     column = AXES.index(axis)
     turning = [piece for piece in pieces if piece.name.startswith(EXCITED[axis])]
     measured = np.concatenate([piece.measured[:, column] for piece in turning])
-    predicted = np.concatenate([piece.predicted(fit)[:, column] for piece in turning])
-    return 1.0 - float(((measured - predicted) ** 2).sum() / ((measured - measured.mean()) ** 2).sum())
+    missed = [piece.measured[:, column] - piece.predicted(fit)[:, column] for piece in turning]
+    left = np.concatenate([each - each.mean() for each in missed])  # the mean is the trim's
+    return 1.0 - float((left**2).sum() / ((measured - measured.mean()) ** 2).sum())
 
 
 def draw(fits: dict[str, Fit], piece: Piece) -> None:
@@ -128,7 +137,7 @@ def draw(fits: dict[str, Fit], piece: Piece) -> None:
     lines = (
         ("measured", piece.measured, "black", 2.0),
         ("static torque of the commands", piece.predicted(fits["static"]), "tab:red", 1.0),
-        ("with lag and delay", piece.predicted(fits["lag + delay"]), "tab:blue", 1.5),
+        ("with lag, delay and reaction", piece.predicted(fits["lag + delay + reaction"]), "tab:blue", 1.5),
     )
     for label, values, color, width in lines:
         axes.plot(piece.time[rows], values[rows, 0], label=label, color=color, linewidth=width)
@@ -138,9 +147,11 @@ def draw(fits: dict[str, Fit], piece: Piece) -> None:
     figure.savefig(PICTURE, dpi=110)
 
 
-def _fit(runs: Runs, effects: Sequence[str], theta: Theta) -> Fit:
-    placed = [Hypothesis(effect=EFFECTS[name], component="actuators") for name in effects]
-    return fitted(runs, placed, theta, [np.array([START])] * len(placed))
+def _fit(data: DataSet, effects: Sequence[tuple[str, str]], theta: Theta) -> Fit:
+    placed = [Hypothesis(effect=EFFECTS[name], component=component) for name, component in effects]
+    starts = [*starts_of(data.runs, data.given), *([np.array([START])] * len(placed))]
+    fit = fitted(data.runs, [*data.given, *placed], theta, starts)
+    return in_torque_noise(data.runs, None, fit)[2]
 
 
 def _piece(name: str, telemetry: Telemetry) -> Piece:

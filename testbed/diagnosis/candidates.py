@@ -171,13 +171,14 @@ class Candidate(AtComponent):
     Attributes:
         placed: effect and component.
         fit: the model with it.
-        chi_square_reduction: χ² of the present model less that of this one.
+        chi_square_reduction: χ² of the present model less that of this one; where the torque's noise is estimated with
+            every model, the deviance (`Fit.deviance`).
         rank: directions that the data show of the effect.
         trials_penalty: logarithm of the factor by which a scan over start values lowers its odds (`mean_over_scan`).
         heldout_log_likelihood_gain: twice the increase of the held-out runs' log-likelihood.
         size_penalty: by how much the prior of its size lowers its evidence below the reduction of χ² (`SizePrior`).
         log_bayes_factor: of all runs, on the deviance scale: 2 ln B, less twice the trials penalty.
-        by_run: χ² of the model's gyro residual in every run, shape (R,).
+        by_run: the same of the model's gyro residual in every run, shape (R,).
         p_value: of the reduction of χ², times the number of hypotheses and of each one's start values (Bonferroni),
             divided by the held-out likelihood ratio: its mean is 1 without the effect, so that the quotient is a
             p-value too. Not below the family-wise error if the fitted runs alone do not show the effect.

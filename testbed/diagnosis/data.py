@@ -470,6 +470,20 @@ class Runs:
         return np.moveaxis(self._whiteners[block] @ by_axis, 0, 1).reshape(values.shape)
 
     @cached_property
+    def noise_deviance(self) -> Array:
+        """Twice the logarithm of what the density of each run's samples is divided by, shape (R,).
+
+        It is that of a covariance C which is estimated with every model: ln det C + ln 1ᵀ C⁻¹ 1, the second for the
+        rate that is free at the first sample. Zero where all models have the same noise.
+        """
+        if self.torque_noise is None:
+            return np.zeros(len(self.names))
+        logarithms = [np.log(np.diagonal(each, axis1=1, axis2=2)).sum(axis=1) for each in self._factors]
+        constants = [(each.sum(axis=2) ** 2).sum(axis=1) for each in self._whiteners]
+        pairs = zip(logarithms, constants, self.live, strict=True)
+        return np.array([float((2.0 * log + np.log(one))[live].sum()) for log, one, live in pairs])
+
+    @cached_property
     def _factors(self) -> list[Array]:
         """Cholesky factors of the noise's covariance of each run and axis, shape (3, N, N), rad/s."""
         assert self.torque_noise is not None

@@ -68,7 +68,7 @@ def diagnosed(
             chosen = None if alone else accepted(screening)
             state = replace(state, remaining=screening)
             larger = None if chosen is None else add(search, state, chosen, screening)
-            if larger is None or larger.gap.fit > state.gap.fit:  # what fits worse is no explanation
+            if larger is None or _fits_worse(larger, state):  # what fits worse is no explanation
                 break
             state = noise.explained(larger)
             yield state
@@ -101,6 +101,12 @@ def baseline(runs: Runs, heldout: Runs | None, nominal_theta: Theta, given: Sequ
         gap=gap_of(runs, model, heldout),
         noise=noise_level(readings_of(runs, model)),
     )
+
+
+def _fits_worse(larger: Diagnosis, state: Diagnosis) -> bool:
+    if state.runs.known_in_part:
+        return larger.model.deviance > state.model.deviance
+    return larger.gap.fit > state.gap.fit
 
 
 def add(search: Search, state: Diagnosis, chosen: Candidate, screening: Screening) -> Diagnosis:
@@ -177,9 +183,8 @@ class _NoiseStep:
     def explained(self, state: Diagnosis, *, white: bool = False) -> Diagnosis:
         """Return the diagnosis with the noise that its residual shows: all of it if white, else its fastest part."""
         runs, heldout, model = state.runs, state.heldout, state.model
-        if runs.known_in_part:  # what is not known of the torque is noise as well
-            runs, heldout, model = in_torque_noise(runs, heldout, model)
-            return replace(state, runs=runs, heldout=heldout, model=model, gap=gap_of(runs, model, heldout))
+        if runs.known_in_part:  # the noise is the torque's as well, and was estimated with the model
+            return state
         runs = replace(runs.as_stated(), noise_freedom=self.stated.runs.noise_freedom)
         if state.runs.stated_sigma is not None:
             model = refit(runs, model)

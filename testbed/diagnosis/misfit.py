@@ -250,7 +250,7 @@ def _log_evidence(heldout: Runs, fit: Fit) -> float:
         gained, seen, best = best - misfit, trial, misfit
         if gained < _CONVERGED:
             break
-    return -best - prior.narrowed(seen)
+    return -best - prior.narrowed(seen) - seen.noise_deviance
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

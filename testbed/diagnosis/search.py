@@ -20,11 +20,20 @@ from testbed.diagnosis.candidates import (
 )
 from testbed.diagnosis.data import Runs, Shown
 from testbed.diagnosis.misfit import Prior, heldout_misfit_of, log_evidence, misfit_of
-from testbed.diagnosis.model import Fit, Hypothesis, all_corrected, fitted, fitted_initial_rates, refit
+from testbed.diagnosis.model import (
+    Fit,
+    Hypothesis,
+    all_corrected,
+    fitted,
+    fitted_initial_rates,
+    in_torque_noise,
+    refit,
+)
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import Signature, Start, reach_of, signatures, without
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.dynamics.inertia import inertia_of
+from testbed.effects.actuator_gain import ActuatorGain
 from testbed.errors import InputError
 
 _SHARES = (1.0, 0.1, 0.0)
@@ -55,7 +64,7 @@ def odds_together(
         effects: as they were added.
     """
     (before_heldout, before), (after_heldout, after) = without, within
-    gain = before.chi_square - after.chi_square - sum(each.size_penalty for each in effects)
+    gain = before.deviance - after.deviance - sum(each.size_penalty for each in effects)
     heldout_gain = _held_out_evidence(after_heldout, after) - log_evidence(before_heldout, before)
     return gain + heldout_gain - 2.0 * sum(log(tested) + each.trials_penalty for each in effects)
 
@@ -131,49 +140,82 @@ def _best_of(starts: Sequence[Signature]) -> Signature:
     return replace(best, elsewhere=tuple(each.here for each in starts if each is not best), reaches=reaches)
 
 
-def refitted(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, placed: Hypothesis) -> Candidate | None:
-    """Return one hypothesis of a screening, refitted whether it was promising or not; arguments as in `screened`.
+def refitted(
+    runs: Runs,
+    heldout: Runs | None,
+    fit: Fit,
+    screening: Screening,
+    placed: Hypothesis,
+    known: Fit | None = None,
+) -> Candidate | None:
+    """Return one hypothesis of a screening, refitted whether it was promising or not.
 
     None where no motion of a body can be fitted with it.
+
+    Args:
+        runs: as in `screened`, like the held-out ones and the fit.
+        heldout: see there.
+        fit: see there.
+        screening: of the hypotheses.
+        placed: the hypothesis.
+        known: the model with it that was found before; a search that ends far from as good begins from there again.
     """
-    for candidate in screening.candidates:
-        if candidate.placed.key == placed.key:
-            return candidate
     signature = next(each for each in screening.signatures if each.placed.key == placed.key)
-    return _candidate(runs, heldout, fit, signature, screening.tested, log_evidence(heldout, fit))
+    candidate = next((each for each in screening.candidates if each.placed.key == placed.key), None)
+    if candidate is None:
+        candidate = _candidate(runs, heldout, fit, signature, screening.tested, log_evidence(heldout, fit))
+    if known is None or (candidate is not None and candidate.fit.deviance < known.deviance + _LOST):
+        return candidate
+    return _candidate(runs, heldout, fit, signature, screening.tested, log_evidence(heldout, fit), known)
 
 
-def with_candidate(runs: Runs, heldout: Runs | None, fit: Fit, screening: Screening, placed: Hypothesis) -> Screening:
-    """Return a screening with one hypothesis among those that were refitted; arguments as in `refitted`.
+def with_candidate(state: Diagnosis, screening: Screening, placed: Hypothesis, known: Fit) -> Screening:
+    """Return a screening of a model with one hypothesis among those that were refitted.
 
     The same screening if an effect in the model confounds the hypothesis, so that it was not tested.
+
+    Args:
+        state: the model.
+        screening: of the hypotheses against it.
+        placed: the hypothesis.
+        known: the model with it, as in `refitted`.
     """
     if all(each.placed.key != placed.key for each in screening.signatures):
         return screening
-    candidate = refitted(runs, heldout, fit, screening, placed)
+    candidate = refitted(state.runs, state.heldout, state.model, screening, placed, known)
     if candidate is None or candidate in screening.candidates:
         return screening
-    candidates = sorted((*screening.candidates, candidate), key=lambda each: -each.log_bayes_factor)
-    return replace(screening, candidates=tuple(candidates))
+    others = [each for each in screening.candidates if each.placed.key != placed.key]
+    return replace(screening, candidates=tuple(sorted((*others, candidate), key=lambda each: -each.log_bayes_factor)))
 
 
 def _candidate(
-    runs: Runs, heldout: Runs | None, fit: Fit, signature: Signature, tested: int, without: float
+    runs: Runs,
+    heldout: Runs | None,
+    fit: Fit,
+    signature: Signature,
+    tested: int,
+    without: float,
+    known: Fit | None = None,
 ) -> Candidate | None:
     placed = signature.placed
     try:
-        model = _refitted(runs, fit, signature)
+        runs, model = (
+            (runs, _refitted(runs, fit, signature)) if known is None else _from_known(runs, fit, known, placed)
+        )
         own_runs, heldout = all_corrected(runs, heldout, model)
         if own_runs is not runs:  # what the gyro is off by, it is off in the gimbals' channels as well
             model = refit(own_runs, model)
+        if runs.belief is None or runs.belief.torque_noise is None:  # healthy records show what it is
+            own_runs, heldout, model = in_torque_noise(own_runs, heldout, model)
     except (InputError, np.linalg.LinAlgError):  # with it the motion runs away: it does not explain these runs
         return None
     if not _is_of_a_body(model):
         return None
     gain, size_evidence = _evidence_of_refit(runs, fit, model, signature)
     heldout_gain = _held_out_evidence(heldout, model) - without if placed.effect.recurs else 0.0
-    if heldout_gain > 0.0 and fit.chi_square > model.chi_square:
-        heldout_gain *= gain / (fit.chi_square - model.chi_square)
+    if heldout_gain > 0.0 and fit.deviance > model.deviance:
+        heldout_gain *= gain / (fit.deviance - model.deviance)
     here = size_evidence + heldout_gain
     evidence = _anywhere(runs, signature, here, runs.mean_moment(fit.theta))
     alone = log_p_value(gain, max(signature.rank, 1), runs.noise_freedom)
@@ -188,13 +230,13 @@ def _candidate(
         size_penalty=gain - size_evidence,
         heldout_log_likelihood_gain=heldout_gain,
         log_bayes_factor=evidence,
-        by_run=np.array([float((part**2).sum()) for part in runs.by_run(model.residual)]),
+        by_run=own_runs.noise_deviance + [float((part**2).sum()) for part in runs.by_run(model.residual)],
         p_value=exp(min(together, 0.0)),
     )
 
 
 def _evidence_of_refit(runs: Runs, fit: Fit, model: Fit, signature: Signature) -> tuple[float, float]:
-    """Return by how much a hypothesis reduces χ² beyond what healthy records show, and the evidence of that.
+    """Return by how much a hypothesis reduces the deviance beyond what healthy records show, and the evidence of that.
 
     Args:
         runs: that are fitted.
@@ -202,7 +244,7 @@ def _evidence_of_refit(runs: Runs, fit: Fit, model: Fit, signature: Signature) -
         model: with it.
         signature: of the hypothesis, at the start of its search.
     """
-    placed, gain = signature.placed, max(fit.chi_square - model.chi_square, 0.0)
+    placed, gain = signature.placed, max(fit.deviance - model.deviance, 0.0)
     columns, own = model.signature_of(placed), model.effect_values[model.own(placed)]
     values = own - [each.absent for each in placed.effect.parameters]
     information, slope = columns.T @ columns, columns.T @ model.residual
@@ -289,6 +331,14 @@ def _refitted(runs: Runs, fit: Fit, signature: Signature) -> Fit:
     return min(found, key=lambda each: each.chi_square)
 
 
+def _from_known(runs: Runs, fit: Fit, known: Fit, placed: Hypothesis) -> tuple[Runs, Fit]:
+    """Return runs in the noise of a model that was found before, and the same effects fitted to them from there."""
+    values = dict(zip([each.key for each in known.placed], known.values.effects, strict=True))
+    effects = [*fit.placed, placed]
+    runs = replace(runs, torque_noise=known.torque_noise)
+    return runs, fitted(runs, effects, known.theta, [values[each.key][0] for each in effects])
+
+
 def _starts(runs: Runs, signature: Signature) -> Iterator[Array]:
     """Yield where to begin a search, inside the bounds: where healthy records have the effect, if they show it."""
     lower, upper = signature.placed.bounds
@@ -320,8 +370,7 @@ class Search:
 
     def has_room(self, state: Diagnosis) -> bool:
         """Return whether another effect may be added."""
-        most = SETTINGS.most_effects_in_part if state.runs.known_in_part else SETTINGS.most_effects
-        return len(state.steps) < most
+        return len(state.steps) < (SETTINGS.most_effects_of_loop if _shows_the_loop(state) else SETTINGS.most_effects)
 
     def screened(self, state: Diagnosis) -> Screening:
         """Compare all hypotheses with the present model."""
@@ -350,7 +399,7 @@ class Search:
         for index, step in enumerate(state.steps[:-1]):
             kept = [other.placed for other in (*state.steps[:index], *state.steps[index + 1 :])]
             less = with_model(state, _less(state, kept))
-            screening = with_candidate(less.runs, less.heldout, less.model, self.screened(less), step.placed)
+            screening = with_candidate(less, self.screened(less), step.placed, state.model)
             chosen = accepted(screening)
             if chosen is None:
                 return self._rebuilt(state, kept)
@@ -386,6 +435,18 @@ class Search:
             rebuilt = with_effect(rebuilt, candidate, screening)
             screening = self.screened(rebuilt) if each is not placed[-1] else screening
         return rebuilt
+
+
+def _shows_the_loop(state: Diagnosis) -> bool:
+    """Return whether commands explain so little of the motion that records show the controller's answer to it.
+
+    The geometric mean over the axes counts: about one axis an effect may still be missing.
+    """
+    gains = [each for each in state.model.placed if each.given and isinstance(each.effect, ActuatorGain)]
+    if not state.runs.known_in_part or not gains:
+        return False
+    logarithms = state.model.effect_values[state.model.own(gains[0])]
+    return not gains[0].effect.parameters[0].is_plausible(float(logarithms.mean()))
 
 
 def _less(state: Diagnosis, kept: Sequence[Hypothesis]) -> Fit:
@@ -440,15 +501,23 @@ def with_effect(state: Diagnosis, chosen: Candidate, screening: Screening) -> Di
         screening: in which it was compared.
     """
     after = with_model(state, chosen.fit)
-    step = Step(candidate=chosen, screening=screening, before=state.gap, after=after.gap)
+    before = state.gap if after.model.torque_noise is None else _gap_in_noise_of(after, state.model)
+    step = Step(candidate=chosen, screening=screening, before=before, after=after.gap)
     return replace(after, steps=(*state.steps, step))
 
 
 def with_model(state: Diagnosis, model: Fit) -> Diagnosis:
     """Take over a model, and what it knows of the gyro's errors; the gimbals' channels are then predicted anew."""
-    runs, heldout = all_corrected(state.runs, state.heldout, model)
-    model = refit(runs, model)
+    runs = replace(state.runs, torque_noise=model.torque_noise)
+    heldout = state.heldout and replace(state.heldout, torque_noise=model.torque_noise)
+    runs, heldout = all_corrected(runs, heldout, model)
+    runs, heldout, model = in_torque_noise(runs, heldout, refit(runs, model))
     return replace(state, runs=runs, heldout=heldout, model=model, gap=gap_of(runs, model, heldout))
+
+
+def _gap_in_noise_of(state: Diagnosis, model: Fit) -> Gap:
+    """Return the gap of another model in the noise of this one: in noise of its own hardly any model has one."""
+    return gap_of(state.runs, refit(state.runs, model), state.heldout)
 
 
 def gap_of(runs: Runs, fit: Fit, heldout: Runs | None) -> Gap:

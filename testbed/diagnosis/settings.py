@@ -213,12 +213,13 @@ class DiagnosisSettings:
 
     Source: formula: at the uncertainty above a factor of 2, from which on `largest_inertia_ratio` refuses records.
     """
-    most_effects_in_part: int = 1
-    """Effects that are added to the model at most where torque is known in part.
+    most_effects_of_loop: int = 1
+    """Effects that are added at most where torque is known in part, and commands give less of it than any hardware.
 
-    Source: chosen on the healthy flights of data/crazypad: behind the delay of the loop, drags, sloshing and the like
-    were found beside it that differ from flight to flight by twice to six times the noise. A second name is no
-    more than these.
+    The records then show what the controller makes of the motion, and not what the actuators make of commands.
+    Source: chosen on the healthy flights of data/crazypad, where commands explain a fifth of the motion: behind the
+    delay of the loop, drags, sloshing and the like were found beside it that differ from flight to flight by twice to
+    six times the noise. In data/crazyflie they explain three quarters, and up to `most_effects` are added.
     """
     most_windows: int = 60
     """Windows of half-known torque, evenly chosen of more, that are fitted, and that are held out.

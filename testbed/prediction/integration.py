@@ -138,7 +138,7 @@ def _is_one_motion(values: Values) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class _Sought:
+class _MotionProblem:
     """A motion of one parameter set on a grid; two that are the same to the last bit are equal."""
 
     grid: Grid
@@ -149,7 +149,7 @@ class _Sought:
 
     @override
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Sought) and self.key == other.key
+        return isinstance(other, _MotionProblem) and self.key == other.key
 
     @override
     def __hash__(self) -> int:
@@ -170,13 +170,13 @@ def _found(grid: Grid, hooks: Sequence[Hooks], values: Values, known: Known) -> 
     acting = [(hook, value) for hook, value in zip(hooks, effects, strict=False) if acts_on_motion(hook)]
     alike = tuple(hook if vars(hook) else type(hook) for hook, _ in acting)
     numbers = tuple(each.tobytes() for each in (first, *(value for _, value in acting), *real.arrays))
-    return _motion(_Sought(grid, equations, first, (grid, alike, attitude, known.surroundings, *numbers)))
+    return _motion(_MotionProblem(grid, equations, first, (grid, alike, attitude, known.surroundings, *numbers)))
 
 
 @lru_cache(maxsize=_MOTIONS)
-def _motion(sought: _Sought) -> Motion | None:
-    grid, equations = sought.grid, sought.equations
-    states = _guess(grid, equations, sought.first)
+def _motion(problem: _MotionProblem) -> Motion | None:
+    grid, equations = problem.grid, problem.equations
+    states = _guess(grid, equations, problem.first)
     along, before = linearised(equations, states[:, :-1]), np.inf
     ahead = along.ahead
     for _ in range(_ROUNDS):

@@ -105,8 +105,8 @@ def test_an_effect_in_the_model_is_asked_of_however_little_it_promised(start, se
     (own,) = [each for each in screening.candidates if each.placed.key == TRUE]
     others = replace(screening, candidates=tuple(each for each in screening.candidates if each is not own))
     assert accepted(others) is None or accepted(others).placed.key != TRUE
-    again = with_candidate(start.runs, start.heldout, start.model, others, state.steps[0].placed)
+    again = with_candidate(start, others, state.steps[0].placed, state.model)
     assert accepted(again).placed.key == TRUE
-    assert with_candidate(start.runs, start.heldout, start.model, screening, own.placed) is screening
+    assert with_candidate(start, screening, own.placed, state.model) is screening
     masked = replace(others, signatures=tuple(each for each in others.signatures if each.placed.key != TRUE))
-    assert with_candidate(start.runs, start.heldout, start.model, masked, own.placed) is masked
+    assert with_candidate(start, masked, own.placed, state.model) is masked
