@@ -14,7 +14,7 @@ from testbed.assembly.platform import nominal_platform
 from testbed.assembly.telemetry import telemetry_of
 from testbed.diagnosis.data import wheel_channel
 from testbed.dynamics.inertia import theta_of
-from testbed.effects.contract import Effect, Extension, components_in
+from testbed.effects.contract import Effect, Extension, components_in, wheel_index
 from testbed.effects.noise_effect import Readings
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.estimation.telemetry import Telemetry
@@ -182,7 +182,7 @@ def test_derivatives_agree_with_differences(effect: Effect, tmp_path):
     telemetry = flown(None, tmp_path, gentle())
     grid, hooks, at = grid_of([telemetry]), [effect.hooks(WHEEL)], typical(effect)
     grid = replace(grid, wheel_noise=wheel_channel(grid))
-    index = 0 if any(effect is each.values[0] for each in IN_MOTION) else 1
+    index = 0 if any(effect is each.values[0] for each in IN_MOTION) else 1 + wheel_index(WHEEL)
     size = 1.0 if index == 0 else float(max(np.abs(block).max() for (block,) in measured_impulses(grid)))
     _, derivatives = predicted_with_derivatives(grid, hooks, values_of(at), range(6, 6 + len(at)), predicted_channels)
     for number, scale in enumerate(at):
