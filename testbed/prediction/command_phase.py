@@ -43,7 +43,9 @@ def with_command_phase(runs: Sequence[Telemetry]) -> list[Telemetry]:
     columns = zip(
         *(without_correlation(now, noise, _columns(now, following)) for now, following in impulses), strict=True
     )
-    phase = _common(np.array([_of_wheel(np.concatenate(of_runs, axis=-1)) for of_runs in columns]))
+    by_wheel = [np.concatenate(of_runs, axis=-1) for of_runs in columns]
+    asked = [_of_wheel(each) for each in by_wheel if each[1].any()]  # a wheel that coasts shows no phase
+    phase = _common(np.array(asked)) if asked else 0.0
     return [_in_phase(run, phase) for run in runs] if phase else list(runs)
 
 

@@ -88,7 +88,9 @@ def _fits(impulses: Sequence[Impulses], unit: ImpulseNoise) -> list[_OneWheel]:
 
 def _fit(columns: Array, scale: Array) -> _OneWheel:
     """Return the fit of the first of the columns, shape (1 + C, K), by the others."""
-    lengths = np.maximum(np.linalg.norm(columns[1:], axis=1), np.finfo(float).tiny)
+    lengths = np.linalg.norm(columns[1:], axis=1)
+    asked_nothing = not lengths[_COMMANDS].all()  # of a wheel that coasts, how it follows is not known
+    lengths = np.where(lengths > 0.0, lengths, 1.0)
     others = (columns[1:] / lengths[:, None]).T
     inverse = np.linalg.pinv(others)
     values = inverse @ columns[0]
@@ -100,7 +102,7 @@ def _fit(columns: Array, scale: Array) -> _OneWheel:
         deviance=freedom * float(np.log(variance + np.finfo(float).tiny)) - 2.0 * float(np.log(scale).sum()),
         variance=variance,
         factor=float(one @ values),
-        factor_variance=variance * float(np.square(one @ inverse).sum()),
+        factor_variance=np.inf if asked_nothing else variance * float(np.square(one @ inverse).sum()),
     )
 
 

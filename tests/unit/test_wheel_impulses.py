@@ -49,6 +49,16 @@ def with_still(run: Telemetry, wheel: int) -> Telemetry:
     )
 
 
+def with_coasting(run: Telemetry, wheel: int) -> Telemetry:
+    """The same with a wheel that turns on without friction, commanded nothing."""
+    still = with_still(run, wheel).wheels
+    assert still is not None
+    noise = NOISE * np.random.default_rng(7).standard_normal(len(run.actuator_time))
+    momentum = still.momentum.copy()
+    momentum[:, wheel] = 0.02 + noise
+    return replace(run, wheels=replace(still, momentum=momentum))
+
+
 def smallest_friction(runs: Runs, component: str) -> float:
     """Standard error of a dry friction alone, N·m."""
     at_rest = np.zeros((len(runs.names), 1, 3))
@@ -107,6 +117,18 @@ def test_what_a_motor_does_is_not_tested_for_in_a_wheel_that_stands_still():
 
 def test_the_phase_of_the_commands_is_found_beside_a_wheel_that_stands_still():
     run = with_still(commanded_wheels(0.3, 53), 1)
+    assert command_phase(with_command_phase([run])) == pytest.approx(0.3 * PERIOD, abs=0.015 * PERIOD)
+
+
+def test_a_wheel_that_is_commanded_nothing_keeps_the_others_compared_by_their_commands():
+    noise = runs_with(with_coasting(flown(), 1)).grid.wheel_noise
+    assert noise is not None
+    assert noise.commanded
+    assert noise.wheels == (0, 1, 2, 3)
+
+
+def test_the_phase_of_the_commands_is_found_beside_wheels_that_are_commanded_nothing():
+    run = with_coasting(with_coasting(commanded_wheels(0.3, 54), 1), 3)
     assert command_phase(with_command_phase([run])) == pytest.approx(0.3 * PERIOD, abs=0.015 * PERIOD)
 
 
