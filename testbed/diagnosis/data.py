@@ -101,7 +101,7 @@ def wheel_channel(grid: Grid) -> ImpulseNoise | None:
     """
     for commanded in (True, False):
         impulses = all_impulses(grid, commanded=commanded)
-        wheels = wheels_with(impulses, SETTINGS.servo_numbers_per_unknown * IMPULSE_UNKNOWNS)
+        wheels = wheels_with(impulses, SETTINGS.wheel_numbers_per_unknown * IMPULSE_UNKNOWNS)
         if not wheels:
             continue
         fit = impulse_fit(impulses, wheels, commanded=commanded)
