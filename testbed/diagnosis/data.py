@@ -26,7 +26,7 @@ from testbed.estimation.noise_spectrum import correlated, decorrelated
 from testbed.estimation.telemetry import ALL_AXES, Telemetry, has_momentum
 from testbed.estimation.torque_noise import covariance
 from testbed.prediction.grid import Grid, grid_of, unit_count
-from testbed.prediction.impulse_noise import IMPULSE_UNKNOWNS, impulse_fit
+from testbed.prediction.impulse_noise import IMPULSE_UNKNOWNS, impulse_fit, wheels_with
 from testbed.prediction.motor_torques import has_torques, measured_torques
 from testbed.prediction.servo import response, ticks_of
 from testbed.prediction.servo_response import by_stretches, by_units, constants, has_commands, measured_responses, shown
@@ -96,13 +96,15 @@ def response_channel(grid: Grid) -> tuple[list[Array], Array] | None:
 def wheel_channel(grid: Grid) -> ImpulseNoise | None:
     """Return in what noise the wheels' motors are compared with what turns the wheels; None where they are not.
 
-    By their commands where these are sent and every wheel follows its own, or else by their measured torques.
+    By their commands where these are sent and every wheel that is compared follows its own, or else by their measured
+    torques. A wheel that stands still, or of which there are too few impulses, is left out; the others stay.
     """
     for commanded in (True, False):
         impulses = all_impulses(grid, commanded=commanded)
-        if sum(len(each.kept) for each in impulses) < SETTINGS.servo_numbers_per_unknown * IMPULSE_UNKNOWNS:
+        wheels = wheels_with(impulses, SETTINGS.wheel_numbers_per_unknown * IMPULSE_UNKNOWNS)
+        if not wheels:
             continue
-        fit = impulse_fit(impulses, commanded=commanded)
+        fit = impulse_fit(impulses, wheels, commanded=commanded)
         beyond = np.abs(np.log(np.maximum(fit.factor, np.finfo(float).tiny))) > np.log(SETTINGS.wheel_following)
         if not (beyond & (np.abs(fit.factor - 1.0) > _SURELY * fit.factor_std)).any():
             return fit.noise
@@ -275,9 +277,9 @@ class Runs:
             (N, 3), rad/s; empty where there are none.
         grid: their telemetry on the integration's grid.
         sigma: of the gyro, each run and axis, shape (R, 3), rad/s.
-        inner: measured motor torques, responses to commands and impulses of wheels, blocks in the order in which they
-            are predicted.
-        inner_sigma: of each block, shape (M,), (M - 3,) or (W,), in the block's unit.
+        inner: measured motor torques, responses to commands and impulses of one wheel after the other, blocks in the
+            order in which they are predicted.
+        inner_sigma: of each block, shape (M,), (M - 3,) or, of a wheel, (1,), in the block's unit.
         noise_freedom: degrees of freedom with which sigma is known; infinite where it is stated.
         belief: what is known of the parameters a priori; None where the runs alone decide them.
         torque_noise: noise of the samples and of a torque that nobody commanded, as `estimation.torque_noise` has it,
@@ -392,7 +394,7 @@ class Runs:
         """Return (measured - predicted) / sigma of all blocks, one after the other; the gyro's `samples` come first.
 
         Args:
-            predicted: blocks of all channels, each of shape (N, 3), (N, M) or (N, M - 3).
+            predicted: blocks of all channels, each of shape (N, 3), (N, M), (N, M - 3) or (N, 1).
         """
         pairs = zip((*self.measured, *self.inner), predicted, strict=True)
         return np.concatenate([block.ravel() for block in self._whitened([values - guess for values, guess in pairs])])
@@ -433,7 +435,7 @@ class Runs:
             residual: of all blocks, shape (numbers,); of the gyro's alone there is nothing of the gimbals.
 
         Returns:
-            Of each run the blocks of `inner` that are its own, each of shape (K, 6) or (K, 3).
+            Of each run the blocks of `inner` that are its own, each of shape (K, 6), (K, 3) or (K, 1).
         """
         edges = self.samples + np.cumsum([0, *(block.size for block in self.inner)])
         parts = [
@@ -448,7 +450,7 @@ class Runs:
         """Return derivatives of all blocks in units of sigma, each of shape (numbers in the block, C).
 
         Args:
-            derivatives: of each block, or of the gyro's alone, shape (N, 3, C), (N, M, C) or (N, M - 3, C).
+            derivatives: of each block, or of the gyro's alone, shape (N, 3, C), (N, M, C), (N, M - 3, C) or (N, 1, C).
         """
         return [block.reshape(-1, block.shape[-1]) for block in self._whitened(derivatives)]
 
@@ -521,8 +523,9 @@ def runs_of(names: Sequence[str], telemetry: Sequence[Telemetry]) -> Runs:
     torques, rates = torque_channel(grid), response_channel(grid)
     noise = wheel_channel(grid)
     grid = replace(grid, follows_commands=rates is not None, wheel_noise=noise)
-    wheels = None if noise is None else (measured_impulses(grid), noise.sigma)
-    inner = [channel for channel in (torques, rates, wheels) if channel is not None]
+    inner = [channel for channel in (torques, rates) if channel is not None]
+    if noise is not None:
+        inner += zip(measured_impulses(grid), noise.sigma[:, None], strict=True)
     return Runs(
         names=tuple(names),
         grid=grid,

@@ -16,10 +16,10 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit, orthonormal, projected_out
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.compared import compared
-from testbed.prediction.grid import unit_count, wheel_count
+from testbed.prediction.grid import unit_count
 from testbed.prediction.motor_torques import has_torques
 from testbed.prediction.servo_response import by_units, followed
-from testbed.prediction.wheel_response import compared_runs
+from testbed.prediction.wheel_response import compared_wheels, impulse_times
 from testbed.signals import AXES, unit_numbers
 
 Path = Literal["reading", "torque"]
@@ -199,23 +199,24 @@ def _inner(runs: Runs, fit: Fit) -> Iterator[_Residual]:
             runs=runs.names,
             time=times,
             values=values,
-            dependence=partial(_inner_dependence, "gimbal", splines, 1, times, values),
+            dependence=partial(_inner_dependence, "gimbal", splines, 1, times, values, 0),
         )
-    if runs.grid.wheel_noise is not None:
-        yield _of_wheels(runs, blocks[len(names) * len(runs.names) :])
+    yield from _of_wheels(runs, blocks[len(names) * len(runs.names) :])
 
 
-def _of_wheels(runs: Runs, values: Sequence[Array]) -> _Residual:
-    """Return the residual of the impulses of the wheels' motors, at the ends of their intervals."""
-    times = [run.actuator_time[impulses.kept + 1] for run, impulses in compared_runs(runs.grid)]
+def _of_wheels(runs: Runs, blocks: Sequence[Array]) -> Iterator[_Residual]:
+    """Yield the residual of the impulses of each wheel's motor, at the ends of their intervals."""
+    count = len(runs.names)
     splines = [run.through(run.wheels.momentum) for run in runs.grid.runs if run.wheels is not None]
-    return _Residual(
-        signals=tuple(f"wheel_torque_{wheel}" for wheel in unit_numbers(wheel_count(runs.grid))),
-        runs=runs.names,
-        time=times,
-        values=values,
-        dependence=partial(_inner_dependence, "wheel", splines, 0, times, values),
-    )
+    for place, wheel in enumerate(compared_wheels(runs.grid)):
+        times, values = impulse_times(runs.grid, wheel), blocks[place * count : (place + 1) * count]
+        yield _Residual(
+            signals=(f"wheel_torque_{wheel + 1}",),
+            runs=runs.names,
+            time=times,
+            values=values,
+            dependence=partial(_inner_dependence, "wheel", splines, 0, times, values, wheel),
+        )
 
 
 def _inner_dependence(
@@ -224,7 +225,8 @@ def _inner_dependence(
     order: int,
     times: Sequence[Series],
     values: Sequence[Array],
-    unit: int,
+    first: int,
+    column: int,
 ) -> Dependence | None:
     """Return which of its unit's motions a residual goes along with.
 
@@ -234,15 +236,17 @@ def _inner_dependence(
         order: of the derivative that is its rate.
         times: of the residual, of every run.
         values: of the residual, of every run, shape (K, M).
-        unit: index from 0.
+        first: index of the unit whose residual is in the first of its columns.
+        column: of the residual.
     """
+    unit = first + column
     moving = f"{kind}_{'rate' if kind == 'gimbal' else 'speed'}_{unit + 1}"
     names = (moving, f"sign({moving})", f"{kind}_acceleration_{unit + 1}")
     rate, change = (
         np.concatenate([spline(time, each)[:, unit] for spline, time in zip(splines, times, strict=True)])
         for each in (order, order + 1)
     )
-    residual = np.concatenate([part[:, unit] for part in values])
+    residual = np.concatenate([part[:, column] for part in values])
     columns = np.stack([rate, np.sign(rate), change])
     lengths = np.linalg.norm(columns, axis=1) * np.linalg.norm(residual)
     correlation = columns @ residual / np.where(lengths > 0.0, lengths, 1.0)

@@ -101,7 +101,8 @@ def _noise(diagnosis: Diagnosis) -> Content:
 def untestable(diagnosis: Diagnosis) -> Iterator[Content]:
     """Yield the effects that could not be tested for, or not at their typical size, with what it would take."""
     for each in diagnosis.untestable:
-        yield {"effect": each.effect, "needs": each.needs}
+        place = {} if each.component is None else {"component": each.component}
+        yield {"effect": each.effect} | place | {"needs": each.needs}
     for size in detectable_sizes(diagnosis):
         if not size.seen_when_typical:
             yield _named(size.placed) | {"needs": needs_of(size)}

@@ -16,7 +16,27 @@ from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.compared import compared
 from testbed.prediction.grid import unit_count
 from testbed.prediction.servo_response import by_units, followed
-from testbed.prediction.wheel_response import compared_runs
+from testbed.prediction.wheel_response import compared_wheels, impulse_times
+from testbed.signals import unit_numbers
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class UnitResiduals:
+    """One actuator in a channel.
+
+    Attributes:
+        name: what it is called, e.g. `CMG 3`.
+        time: of its samples that are compared, shape (K,), s.
+        measured: shape (K,).
+        nominal: what the nominal model predicts, inertia and initial rates re-estimated, shape (K,).
+        extended: what the model with all effects predicts, shape (K,).
+    """
+
+    name: str
+    time: Series
+    measured: Series
+    nominal: Series
+    extended: Series
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -26,20 +46,12 @@ class GimbalResiduals:
     Attributes:
         name: of the channel.
         unit: of its values.
-        time: of its samples, shape (K,), s.
-        measured: of each unit, shape (K, 6).
-        nominal: what the nominal model predicts, inertia and initial rates re-estimated, shape (K, 6).
-        extended: what the model with all effects predicts, shape (K, 6).
-        actuator: what a unit is called.
+        actuators: those that are compared, each at its own times.
     """
 
     name: str
     unit: str
-    time: Series
-    measured: UnitSeries
-    nominal: UnitSeries
-    extended: UnitSeries
-    actuator: str = "CMG"
+    actuators: tuple[UnitResiduals, ...]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -108,6 +120,11 @@ def _together(windows: Sequence[RunResiduals]) -> RunResiduals:
 
 
 def _channel_together(windows: Sequence[GimbalResiduals]) -> GimbalResiduals:
+    by_actuator = zip(*(window.actuators for window in windows), strict=True)
+    return replace(windows[0], actuators=tuple(map(_actuator_together, by_actuator)))
+
+
+def _actuator_together(windows: Sequence[UnitResiduals]) -> UnitResiduals:
     return replace(
         windows[0],
         time=np.concatenate([window.time for window in windows]),
@@ -145,30 +162,41 @@ def _angle_at_gyro(run: Telemetry) -> UnitSeries | None:
 
 def _gimbals(runs: Runs, fits: tuple[Fit, Fit], index: int) -> Iterator[GimbalResiduals]:
     """Yield motor torques, servo response and wheels' impulses of one run, of those that are in the residual."""
-    run, count, first = runs.grid.runs[index], len(runs.names), len(runs.inner)
+    run, count, wheels = runs.grid.runs[index], len(runs.names), compared_wheels(runs.grid)
     parts = [runs.gimbals_by_run(fit.residual)[index] for fit in fits]
-    if runs.grid.wheel_noise is not None:
-        first -= count
     own = zip(runs.inner[index::count], runs.inner_sigma[index::count], *parts, strict=True)
-    for number, (measured, sigma, before, after) in enumerate(own):
-        series = (measured, measured - sigma * before, measured - sigma * after)
-        torques = measured.shape[1] == unit_count(runs.grid)
-        if number * count >= first:
-            impulses = compared_runs(runs.grid)[index][1]
-            yield _channel(
-                "impulses of the wheels' motors", "N·m·s", run.actuator_time[impulses.kept + 1], series, "wheel"
-            )
-        elif torques:
-            yield _channel("motor torques", "N·m", run.actuator_time[compared(run)], series)
+    series = [(measured, measured - sigma * before, measured - sigma * after) for measured, sigma, before, after in own]
+    of_gimbals = len(series) - len(wheels)
+    for each in series[:of_gimbals]:
+        if each[0].shape[1] == unit_count(runs.grid):
+            yield _channel("motor torques", "N·m", run.actuator_time[compared(run)], each)
         else:
             commanded = runs.grid.commanded_runs[index]
-            by_unit = tuple(by_units(commanded, values) for values in series)
+            by_unit = tuple(by_units(commanded, values) for values in each)
             name = "fast changes of the gimbal angles, in directions that hold no load"
             yield _channel(name, "rad", run.actuator_time[followed(commanded)], by_unit)
+    if wheels:
+        yield GimbalResiduals(
+            name="impulses of the wheels' motors",
+            unit="N·m·s",
+            actuators=tuple(
+                _actuator(
+                    f"wheel {wheel + 1}", impulse_times(runs.grid, wheel)[index], [values[:, 0] for values in each]
+                )
+                for wheel, each in zip(wheels, series[of_gimbals:], strict=True)
+            ),
+        )
 
 
-def _channel(name: str, unit: str, time: Series, series: Sequence[Array], actuator: str = "CMG") -> GimbalResiduals:
+def _channel(name: str, unit: str, time: Series, series: Sequence[UnitSeries]) -> GimbalResiduals:
+    """Return a channel of all units, each shape of `series` (K, M), at the same times."""
+    names = unit_numbers(series[0].shape[1])
+    actuators = [
+        _actuator(f"CMG {names[unit]}", time, [each[:, unit] for each in series]) for unit in range(len(names))
+    ]
+    return GimbalResiduals(name=name, unit=unit, actuators=tuple(actuators))
+
+
+def _actuator(name: str, time: Series, series: Sequence[Series]) -> UnitResiduals:
     measured, nominal, extended = series
-    return GimbalResiduals(
-        name=name, unit=unit, time=time, measured=measured, nominal=nominal, extended=extended, actuator=actuator
-    )
+    return UnitResiduals(name=name, time=time, measured=measured, nominal=nominal, extended=extended)

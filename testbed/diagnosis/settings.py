@@ -409,6 +409,14 @@ class DiagnosisSettings:
     Source: chosen, and checked on the same 42 sets: 0.8 to 1.3 in 41 of them, whatever they hide; 3.0 in one with a lag
     of 47 ms, whose channel is not compared, so that the lag is not tested for.
     """
+    wheel_numbers_per_unknown: int = 4
+    """Impulses of a wheel for each unknown of its noise below which it is not compared, such as one that hardly turns
+    one way: of noise from fewer, the least friction would be significant.
+
+    Source: measured: scores of dry and viscous friction and of the factor of wheels without any, 3,000 for each number
+    of impulses (seeds 1000 to 1249 of `support.wheel_telemetry`): of 10 impulses 0.8 % are above a χ² of 20, of 15
+    0.2 %, of 20 and of more none.
+    """
     wheel_following: float = 2.0
     """Factor between the torque that turns a wheel and the one that its motor is commanded beyond which the command, or
     its unit, is another one's, and the channel is not compared; a motor that is off by more is named by its body.

@@ -14,7 +14,7 @@ from testbed.arrays import Array
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import NEGLIGIBLE, Fit, Hypothesis, orthonormal, projected_out
 from testbed.diagnosis.settings import SETTINGS
-from testbed.effects.contract import AXES, CLUSTER, TYPICAL_INERTIA, Channel, Effect, NamedEffect, components_in
+from testbed.effects.contract import AXES, CLUSTER, TYPICAL_INERTIA, WHEELS, Channel, Effect, NamedEffect, components_in
 from testbed.prediction.environment import environment_kind
 from testbed.prediction.grid import thruster_count, unit_count, wheel_count
 from testbed.prediction.hooks import Instant, overrides
@@ -25,6 +25,7 @@ from testbed.prediction.prediction import (
     predicted_channels,
     predicted_with_derivatives,
 )
+from testbed.prediction.wheel_response import compared_wheels
 
 _UNSEEN = 1e-3
 """Sigma: a parameter whose typical size does less than this, such as the frequency of a speck of mass, is left out.
@@ -274,6 +275,7 @@ class Untestable:
     Attributes:
         effect: its id.
         needs: the channel that is missing, or the size that would have been seen.
+        component: where that is so; None of an effect that cannot be tested for anywhere.
         look_alikes: ids of effects that are confounded with it.
         keeps_share: whether it may be there all the same, so that what looks like it is as little certain as it is; not
             where the channels that are there would show it.
@@ -281,6 +283,7 @@ class Untestable:
 
     effect: str
     needs: str
+    component: str | None = None
     look_alikes: tuple[str, ...] = ()
     keeps_share: bool = False
 
@@ -326,9 +329,25 @@ def hypotheses(
                 )
             )
         else:
-            components = components_on(runs, effect)
-            testable += [Hypothesis(effect=effect, component=component, moment=moment) for component in components]
+            unseen = _wheels_not_compared(runs) if _OF_MOTORS.intersection(effect.needs) else []
+            for component in components_on(runs, effect):
+                if component in unseen:
+                    not_testable.append(Untestable(effect=effect.id, component=component, needs=_IMPULSES))
+                else:
+                    testable.append(Hypothesis(effect=effect, component=component, moment=moment))
     return testable, not_testable
+
+
+_OF_MOTORS: frozenset[Channel] = frozenset({"wheel_torque", "wheel_torque_command"})
+"""Channels that show what a wheel's motor gives, if its impulses are compared."""
+_IMPULSES = "that wheel turning one way, below its limits"
+"""What is missing of one wheel that stands still or always is where impulses are not compared, others turning."""
+
+
+def _wheels_not_compared(runs: Runs) -> list[str]:
+    """Return the wheels whose motors' impulses are not compared."""
+    compared = compared_wheels(runs.grid)
+    return [WHEELS[wheel] for wheel in range(wheel_count(runs.grid)) if wheel not in compared]
 
 
 _NO_FEEDBACK = "commands that no controller makes of the body rate"

@@ -21,6 +21,7 @@ from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import Values
 from testbed.prediction.motor_torques import has_torques
 from testbed.prediction.prediction import predicted_channels, predicted_with_derivatives
+from testbed.prediction.wheel_response import compared_wheels
 
 _STEP = 1.0 / 32.0
 """s; half as fine as a diagnosis integrates: distances move by less than 1 %, and by less than 1e-4 σ for case 11 of 14
@@ -79,7 +80,7 @@ def blank_runs(flights: Sequence[NextFlight], like: Runs, platform: Body) -> Run
     grid = replace(
         grid_of(telemetry, _STEP), follows_commands=like.grid.follows_commands, wheel_noise=like.grid.wheel_noise
     )
-    kinds = int(has_torques(grid)) + int(grid.follows_commands) + int(grid.wheel_noise is not None)
+    kinds = int(has_torques(grid)) + int(grid.follows_commands) + len(compared_wheels(grid))
     return Runs(
         names=tuple(f"flight {number}" for number in range(len(flights))),
         grid=grid,

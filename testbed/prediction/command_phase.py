@@ -15,8 +15,8 @@ import numpy as np
 
 from testbed.arrays import Array
 from testbed.estimation.telemetry import Telemetry
-from testbed.prediction.impulse_noise import impulse_fit
-from testbed.prediction.wheel_impulses import ImpulseNoise, Impulses, impulses_of, without_correlation
+from testbed.prediction.impulse_noise import impulse_fit, wheels_with
+from testbed.prediction.wheel_impulses import Impulses, impulses_of, without_correlation
 
 _UNKNOWNS = 4
 """Of a wheel: its factor, the phase, viscous and dry friction. A lag of its motor is a phase below zero, of this wheel
@@ -35,10 +35,17 @@ def with_command_phase(runs: Sequence[Telemetry]) -> list[Telemetry]:
     """
     both = [(_at_phase(run, 0.0), _at_phase(run, 1.0)) for run in runs]
     impulses = [(now, following) for now, following in both if now is not None and following is not None]
-    if len(impulses) < len(runs) or sum(len(now.kept) for now, _ in impulses) < _FEWEST * _UNKNOWNS:
+    at_sample = [now for now, _ in impulses]
+    wheels = wheels_with(at_sample, _FEWEST * _UNKNOWNS)
+    if len(impulses) < len(runs) or not wheels:
         return list(runs)
-    noise = impulse_fit([now for now, _ in impulses], commanded=True).noise
-    phase = _common(np.array([_of_wheel(impulses, noise, wheel) for wheel in range(len(noise.tachometer))]))
+    noise = impulse_fit(at_sample, wheels, commanded=True).noise
+    columns = zip(
+        *(without_correlation(now, noise, _columns(now, following)) for now, following in impulses), strict=True
+    )
+    by_wheel = [np.concatenate(of_runs, axis=-1) for of_runs in columns]
+    asked = [_of_wheel(each) for each in by_wheel if each[1].any()]  # a wheel that coasts shows no phase
+    phase = _common(np.array(asked)) if asked else 0.0
     return [_in_phase(run, phase) for run in runs] if phase else list(runs)
 
 
@@ -52,18 +59,19 @@ def _common(by_wheel: Array) -> float:
     """Return the phase that the median wheel has; 0 where it shows none.
 
     Args:
-        by_wheel: phase and its standard error, shape (W, 2).
+        by_wheel: phase and its standard error, shape (C, 2).
     """
     phase, error = by_wheel.T
     surely = np.median(phase / error) > _SURELY
     return float(np.clip(np.median(phase), 0.0, 1.0)) if surely else 0.0
 
 
-def _of_wheel(impulses: Sequence[tuple[Impulses, Impulses]], noise: ImpulseNoise, wheel: int) -> tuple[float, float]:
-    """Return the phase of one wheel and its standard error, by weighted least squares."""
-    columns = np.concatenate(
-        [without_correlation(now, noise, _columns(now, following)[:, now.kept]) for now, following in impulses], axis=1
-    )[:, :, wheel]
+def _of_wheel(columns: Array) -> tuple[float, float]:
+    """Return the phase of one wheel and its standard error, by weighted least squares.
+
+    Args:
+        columns: what its motion took, then what may explain it, without correlation, shape (1 + 4, K), N·m·s.
+    """
     length = np.maximum(np.linalg.norm(columns, axis=1), np.finfo(float).tiny)
     needed, others = columns[0], (columns[1:] / length[1:, None]).T
     inverse = np.linalg.pinv(others)

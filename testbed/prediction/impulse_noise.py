@@ -28,8 +28,8 @@ class ImpulseFit(NamedTuple):
 
     Attributes:
         noise: of them.
-        factor: of the torque that the wheels' motion takes over the one that was asked for, shape (W,).
-        factor_std: its standard error, shape (W,).
+        factor: of the torque that the C wheels' motion takes over the one that was asked for, shape (C,).
+        factor_std: its standard error, shape (C,).
     """
 
     noise: ImpulseNoise
@@ -46,23 +46,31 @@ class _OneWheel(NamedTuple):
     factor_variance: float
 
 
-def impulse_fit(impulses: Sequence[Impulses], *, commanded: bool) -> ImpulseFit:
+def wheels_with(impulses: Sequence[Impulses], fewest: int) -> tuple[int, ...]:
+    """Return the wheels of which there are so many impulses in all runs; one that stands still is not among them."""
+    wheels = range(len(impulses[0].kept)) if impulses else range(0)
+    return tuple(wheel for wheel in wheels if sum(len(each.kept[wheel]) for each in impulses) >= fewest)
+
+
+def impulse_fit(impulses: Sequence[Impulses], wheels: tuple[int, ...], *, commanded: bool) -> ImpulseFit:
     """Return the noise of impulses, and how far the wheels follow what was asked for.
 
     Args:
         impulses: of every run.
+        wheels: those that are compared, C of them.
         commanded: whether they are those of commands.
     """
-    interval = float(np.median(np.concatenate([each.interval for each in impulses])))
-    wheels = impulses[0].torque.shape[1]
-    by_ratio = [_fits(impulses, ImpulseNoise(commanded, np.ones(wheels), np.full(wheels, ratio / interval), interval))
-                for ratio in _RATIOS]  # fmt: skip
-    best = [min(range(len(_RATIOS)), key=lambda ratio: by_ratio[ratio][wheel].deviance) for wheel in range(wheels)]
-    found = [by_ratio[ratio][wheel] for wheel, ratio in enumerate(best)]
-    moved = np.concatenate([each.needed[each.kept] for each in impulses]).std(axis=0)
-    variance = np.maximum([each.variance for each in found], (_LEAST * moved) ** 2) + np.finfo(float).tiny
+    interval, count = float(np.median(np.concatenate([each.interval for each in impulses]))), len(wheels)
+    units = [
+        ImpulseNoise(commanded, wheels, np.ones(count), np.full(count, ratio / interval), interval) for ratio in _RATIOS
+    ]
+    by_wheel = list(zip(*(_fits(impulses, unit) for unit in units), strict=True))
+    best = [int(np.argmin([fit.deviance for fit in fits])) for fits in by_wheel]
+    found = [fits[ratio] for fits, ratio in zip(by_wheel, best, strict=True)]
+    moved = [np.concatenate([each.needed[each.kept[wheel], wheel] for each in impulses]).std() for wheel in wheels]
+    variance = np.maximum([each.variance for each in found], (_LEAST * np.array(moved)) ** 2) + np.finfo(float).tiny
     return ImpulseFit(
-        noise=ImpulseNoise(commanded, np.sqrt(variance), variance * _RATIOS[best] / interval, interval),
+        noise=ImpulseNoise(commanded, wheels, np.sqrt(variance), variance * _RATIOS[best] / interval, interval),
         factor=np.array([each.factor for each in found]),
         factor_std=np.sqrt([each.factor_variance for each in found]),
     )
@@ -70,15 +78,19 @@ def impulse_fit(impulses: Sequence[Impulses], *, commanded: bool) -> ImpulseFit:
 
 def _fits(impulses: Sequence[Impulses], unit: ImpulseNoise) -> list[_OneWheel]:
     """Return the fit of every wheel in noise of s = 1."""
-    parts = [without_correlation(each, unit, _columns(each)[:, each.kept]) for each in impulses]
-    white = np.concatenate(parts, axis=1) / unit.sigma
-    scale = np.concatenate([impulse_scale(each, unit) for each in impulses]) / unit.sigma
-    return [_fit(white[:, :, wheel], scale[:, wheel]) for wheel in range(white.shape[2])]
+    white = zip(*(without_correlation(each, unit, _columns(each)) for each in impulses), strict=True)
+    scale = zip(*(impulse_scale(each, unit) for each in impulses), strict=True)
+    return [
+        _fit(np.concatenate(columns, axis=-1) / sigma, np.concatenate(scales) / sigma)
+        for columns, scales, sigma in zip(white, scale, unit.sigma, strict=True)
+    ]
 
 
 def _fit(columns: Array, scale: Array) -> _OneWheel:
     """Return the fit of the first of the columns, shape (1 + C, K), by the others."""
-    lengths = np.maximum(np.linalg.norm(columns[1:], axis=1), np.finfo(float).tiny)
+    lengths = np.linalg.norm(columns[1:], axis=1)
+    asked_nothing = not lengths[_COMMANDS].all()  # of a wheel that coasts, how it follows is not known
+    lengths = np.where(lengths > 0.0, lengths, 1.0)
     others = (columns[1:] / lengths[:, None]).T
     inverse = np.linalg.pinv(others)
     values = inverse @ columns[0]
@@ -90,7 +102,7 @@ def _fit(columns: Array, scale: Array) -> _OneWheel:
         deviance=freedom * float(np.log(variance + np.finfo(float).tiny)) - 2.0 * float(np.log(scale).sum()),
         variance=variance,
         factor=float(one @ values),
-        factor_variance=variance * float(np.square(one @ inverse).sum()),
+        factor_variance=np.inf if asked_nothing else variance * float(np.square(one @ inverse).sum()),
     )
 
 

@@ -83,8 +83,8 @@ def without_gyro_errors(grid: Grid, hooks: Sequence[Hooks], values: Values) -> G
 def predicted_channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> list[Array]:
     """Return all that is compared: every run's gyro samples, motor torques, servo responses, impulses of wheels.
 
-    Blocks of shape (P, N, 3), (P, N, 6) or (P, N, W), in the units of the channel; block b belongs to run b modulo the
-    runs. All but the gyro's are there if the runs carry what they are compared with.
+    Blocks of shape (P, N, 3), (P, N, 6) or, of each wheel, (P, K, 1), in the units of the channel; block b belongs to
+    run b modulo the runs. All but the gyro's are there if the runs carry what they are compared with.
 
     Args:
         grid: the runs.

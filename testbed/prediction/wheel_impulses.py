@@ -5,12 +5,15 @@ differentiated: Jw (ΔΩ + a·Δω) + ∫ friction dt, from tachometer and gyro,
 
 The tachometer's noise stands in two impulses, with opposite signs; what turns a wheel beside all that is predicted adds
 an impulse of its own to each. Impulses are compared without the correlation that this makes: what is constant in time
-then counts by its integral over the record, as it should.
+then counts by its integral over the record, as it should. Every wheel is compared by itself: where one turns round, or
+is at a limit, the impulses of the others are as good as ever.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import lru_cache
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
@@ -45,8 +48,8 @@ class Impulses(NamedTuple):
         turned: ∫ Ω dt, shape (L, W), rad.
         directed: ∫ sign Ω dt, shape (L, W), s.
         viscous: friction over speed that is known, shape (W,), N·m·s/rad.
-        kept: the intervals that are compared, shape (K,).
-        first: which of these do not follow on the one before, shape (K,).
+        kept: of each wheel the intervals that are compared, shape (K,), K of its own.
+        first: which of these do not follow on the one before, likewise.
     """
 
     interval: Array
@@ -56,8 +59,8 @@ class Impulses(NamedTuple):
     turned: UnitSeries
     directed: UnitSeries
     viscous: Units
-    kept: NDArray[np.intp]
-    first: NDArray[np.bool_]
+    kept: tuple[NDArray[np.intp], ...]
+    first: tuple[NDArray[np.bool_], ...]
 
     @property
     def asked(self) -> UnitSeries:
@@ -75,19 +78,21 @@ class ImpulseNoise(NamedTuple):
 
     Attributes:
         commanded: whether those that are commanded, and not those that were measured, are held against the motion.
-        tachometer: standard deviation s of a sample of Jw Ω, shape (W,), N·m·s.
-        torque: density ρ of the torques beside all that is predicted, shape (W,), N²·m²·s.
+        wheels: indices of the C wheels that are compared.
+        tachometer: standard deviation s of a sample of their Jw Ω, shape (C,), N·m·s.
+        torque: density ρ of the torques beside all that is predicted, shape (C,), N²·m²·s.
         interval: the usual one between samples, s.
     """
 
     commanded: bool
+    wheels: tuple[int, ...]
     tachometer: Units
     torque: Units
     interval: float
 
     @property
     def sigma(self) -> Units:
-        """Standard deviation of what `without_correlation` leaves, shape (W,), N·m·s.
+        """Standard deviation of what `without_correlation` leaves, shape (C,), N·m·s.
 
         F = 2 s² + ρ Δt - s⁴ / F of an impulse behind many.
         """
@@ -127,33 +132,42 @@ def lagged(impulses: Impulses, lag: Array) -> Array:
     return np.asarray(asked + behind * lag[:, None] * (1.0 - left))
 
 
-def without_correlation(impulses: Impulses, noise: ImpulseNoise, values: Array) -> Array:
-    """Return the part of compared impulses that those before do not foretell, shape (..., K, W), N·m·s.
+def without_correlation(impulses: Impulses, noise: ImpulseNoise, values: Array) -> list[Array]:
+    """Return the part of compared impulses that those before do not foretell, of each wheel, shape (..., K), N·m·s.
 
     With the covariance 2 s² + ρ Δt_k of each and -s² of neighbours, by its Cholesky factor; scaled so that their noise
     is `ImpulseNoise.sigma` everywhere.
 
     Args:
         impulses: of the run.
-        noise: s and ρ.
-        values: shape (..., K, W), N·m·s.
+        noise: s and ρ, and which C wheels are compared.
+        values: in all intervals, shape (..., L, W), N·m·s.
     """
-    coupled, pivot = _factor(impulses, noise)
+    parts = zip(noise.wheels, noise.sigma, _factors(impulses, noise), strict=True)
+    return [
+        _uncorrelated(values[..., impulses.kept[wheel], wheel], coupled, pivot) * (sigma / np.sqrt(pivot))
+        for wheel, sigma, (coupled, pivot) in parts
+    ]
+
+
+def impulse_scale(impulses: Impulses, noise: ImpulseNoise) -> list[Array]:
+    """Return what `without_correlation` scales the compared impulses of each wheel by, shape (K,)."""
+    return [sigma / np.sqrt(pivot) for sigma, (_, pivot) in zip(noise.sigma, _factors(impulses, noise), strict=True)]
+
+
+def _factors(impulses: Impulses, noise: ImpulseNoise) -> Iterator[tuple[Array, Array]]:
+    """Yield of each wheel s² where an impulse follows on another, and the covariance's pivots, both of shape (K,)."""
+    for wheel, tachometer, torque in zip(noise.wheels, noise.tachometer, noise.torque, strict=True):
+        coupled = np.where(impulses.first[wheel], 0.0, tachometer**2)
+        own = 2.0 * tachometer**2 + torque * impulses.interval[impulses.kept[wheel]]
+        yield coupled, pivots(own[:, None], coupled[:, None])[:, 0]
+
+
+def _uncorrelated(values: Array, coupled: Array, pivot: Array) -> Array:
+    """Return a wheel's impulses, shape (..., K), less what those before foretell of them."""
     kept = np.concatenate([np.zeros_like(pivot[:1]), coupled[1:] / pivot[:-1]])
-    flat = values.reshape(-1, *values.shape[-2:])
-    return np.asarray(accumulated(kept[None], flat).reshape(values.shape) * (noise.sigma / np.sqrt(pivot)))
-
-
-def impulse_scale(impulses: Impulses, noise: ImpulseNoise) -> Array:
-    """Return what `without_correlation` scales every compared impulse by, shape (K, W)."""
-    return np.asarray(noise.sigma / np.sqrt(_factor(impulses, noise)[1]))
-
-
-def _factor(impulses: Impulses, noise: ImpulseNoise) -> tuple[Array, Array]:
-    """Return s² where a compared impulse follows on another, and the pivots of the covariance, both of shape (K, W)."""
-    interval = impulses.interval[impulses.kept][:, None]
-    coupled = np.where(impulses.first[:, None], 0.0, noise.tachometer**2)
-    return coupled, pivots(2.0 * noise.tachometer**2 + noise.torque * interval, coupled)
+    flat = values.reshape(prod(values.shape[:-1]), values.shape[-1], 1)
+    return np.asarray(accumulated(kept[None, :, None], flat).reshape(values.shape))
 
 
 @lru_cache(maxsize=_REMEMBERED)
@@ -166,7 +180,7 @@ def _impulses(run: Telemetry, commanded: bool) -> Impulses:
     body_rate = body_motion(run)(np.clip(time, run.gyro_time[0], run.gyro_time[-1]))
     before, after = speed[:-1], speed[1:]
     turned, directed = 0.5 * (before + after) * interval[:, None], _direction(before, after) * interval[:, None]
-    kept = np.flatnonzero(_is_compared(run, wheels, speed))
+    kept = tuple(np.flatnonzero(of_wheel) for of_wheel in _is_compared(run, wheels, speed).T)
     return Impulses(
         interval=interval,
         torque=_mean_torque(wheels, motors, interval, commanded=commanded),
@@ -176,7 +190,7 @@ def _impulses(run: Telemetry, commanded: bool) -> Impulses:
         directed=directed,
         viscous=motors.viscous_friction,
         kept=kept,
-        first=np.diff(kept, prepend=-2) > 1,
+        first=tuple(np.diff(of_wheel, prepend=-2) > 1 for of_wheel in kept),
     )
 
 
@@ -205,10 +219,10 @@ def _direction(before: UnitSeries, after: UnitSeries) -> UnitSeries:
 
 
 def _is_compared(run: Telemetry, wheels: WheelTelemetry, speed: UnitSeries) -> NDArray[np.bool_]:
-    """Return between which samples impulses are compared, shape (L,): no wheel at a limit, nor where it may stick."""
+    """Return between which samples each wheel is compared, shape (L, W): not at a limit, nor where it may stick."""
     limits = wheels.wheels
-    known = compared(run) & (np.abs(wheels.momentum) < _AT_LIMIT * limits.momentum_limit).all(axis=1)
-    known &= (np.abs(speed) > _STICKING).all(axis=1)
+    known = compared(run)[:, None] & (np.abs(wheels.momentum) < _AT_LIMIT * limits.momentum_limit)
+    known &= np.abs(speed) > _STICKING
     if wheels.torque_command is not None:
-        known &= (np.abs(wheels.torque_command) < _AT_LIMIT * limits.torque_limit).all(axis=1)
-    return np.asarray(known[1:] & known[:-1] & (speed[1:] * speed[:-1] > 0.0).all(axis=1))
+        known &= np.abs(wheels.torque_command) < _AT_LIMIT * limits.torque_limit
+    return np.asarray(known[1:] & known[:-1] & (speed[1:] * speed[:-1] > 0.0))

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import chain
 
 import numpy as np
 
-from testbed.arrays import Array
-from testbed.estimation.telemetry import Telemetry
+from testbed.arrays import Array, Series
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.wheel_impulses import (
@@ -30,24 +30,21 @@ def all_impulses(grid: Grid, *, commanded: bool) -> list[Impulses]:
     return [] if None in found else [each for each in found if each is not None]
 
 
-def measured_impulses(grid: Grid) -> list[Array]:
-    """Return what the wheels' motion took of their motors in every run, each of shape (K, W), N·m·s, as compared."""
-    return [without_correlation(each, noise, each.needed[each.kept]) for each, noise in _compared(grid)]
+def measured_impulses(grid: Grid) -> list[list[Array]]:
+    """Return what each compared wheel's motion took of its motor in every run, as compared, shape (K, 1), N·m·s."""
+    return _by_wheel([without_correlation(each, noise, each.needed) for each, noise in _compared(grid)])
 
 
 def predicted_impulses(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> list[Array]:
-    """Return what the motors should have given in every run, each of shape (P, K, W), N·m·s, as compared.
+    """Return what the motors should have given, as compared, of wheel after wheel, in every run, (P, K, 1), N·m·s.
 
     Args:
         grid: the runs; their wheels are compared.
         hooks: the effects in the model.
         effects: their parameters, shapes (P, Q).
     """
-    blocks = []
-    for impulses, noise in _compared(grid):
-        given = impulses_with(impulses, hooks, effects)[:, impulses.kept]
-        blocks.append(without_correlation(impulses, noise, given))
-    return blocks
+    given = [without_correlation(each, noise, impulses_with(each, hooks, effects)) for each, noise in _compared(grid)]
+    return list(chain.from_iterable(_by_wheel(given)))
 
 
 def impulses_with(impulses: Impulses, hooks: Sequence[Hooks], effects: Sequence[Array]) -> Array:
@@ -68,9 +65,20 @@ def impulses_with(impulses: Impulses, hooks: Sequence[Hooks], effects: Sequence[
     return given
 
 
-def compared_runs(grid: Grid) -> list[tuple[Telemetry, Impulses]]:
-    """Return the runs whose wheels are compared, with their impulses."""
-    return [(run, each) for run, (each, _) in zip(grid.runs, _compared(grid), strict=True)]
+def compared_wheels(grid: Grid) -> tuple[int, ...]:
+    """Return the indices of the wheels whose impulses are compared."""
+    return () if grid.wheel_noise is None else grid.wheel_noise.wheels
+
+
+def impulse_times(grid: Grid, wheel: int) -> list[Series]:
+    """Return the ends of the intervals in which a wheel's impulses are compared, of every run, shape (K,), s."""
+    pairs = zip(grid.runs, _compared(grid), strict=True)
+    return [run.actuator_time[impulses.kept[wheel] + 1] for run, (impulses, _) in pairs]
+
+
+def _by_wheel(of_runs: Sequence[Sequence[Array]]) -> list[list[Array]]:
+    """Return the wheels' impulses of every run, shape (..., K), as those of every wheel, blocks of one column."""
+    return [[block[..., None] for block in of_wheel] for of_wheel in zip(*of_runs, strict=True)]
 
 
 def _compared(grid: Grid) -> Iterator[tuple[Impulses, ImpulseNoise]]:

@@ -9,7 +9,7 @@ import pytest
 
 from support.diagnosed_records import nominal, records
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.run_residuals import GimbalResiduals, RunResiduals
+from testbed.diagnosis.run_residuals import GimbalResiduals, RunResiduals, UnitResiduals
 from testbed.report.diagnosis.prediction import (
     MEAN_OVER,
     prediction_section,
@@ -26,7 +26,7 @@ def run(name="run", *, held_out=False, extended=True) -> RunResiduals:
     rng = np.random.default_rng(5)
     measured = np.column_stack([np.sin(TIME), np.cos(TIME), TIME])
     noise = rng.normal(size=measured.shape)
-    torque = np.tile(np.sin(TIME)[:, None], (1, 6))
+    torque = np.sin(TIME)
     return RunResiduals(
         name=name,
         held_out=held_out,
@@ -38,7 +38,12 @@ def run(name="run", *, held_out=False, extended=True) -> RunResiduals:
         after=noise if extended else noise + 1.0,
         gimbals=(
             GimbalResiduals(
-                name="motor torques", unit="N·m", time=TIME, measured=torque, nominal=torque, extended=torque
+                name="motor torques",
+                unit="N·m",
+                actuators=tuple(
+                    UnitResiduals(name=f"CMG {unit}", time=TIME, measured=torque, nominal=torque, extended=torque)
+                    for unit in range(1, 7)
+                ),
             ),
         ),
     )

@@ -16,7 +16,7 @@ from testbed.report.frame.panels import Panel, panel_chart
 from testbed.report.frame.series import Line
 from testbed.rotation.kinematics import integrate_attitude
 from testbed.rotation.quaternion import quaternion_inverse, quaternion_product
-from testbed.signals import AXES, unit_numbers
+from testbed.signals import AXES
 
 MEAN_OVER = 0.5 / BANDWIDTH
 """s. Residuals are shown as they are, and averaged over half a period of the fastest shape that the misfit counts."""
@@ -128,14 +128,14 @@ def _attitude(run: RunResiduals) -> go.Figure:
 def _gimbals(run: RunResiduals, channel: GimbalResiduals) -> go.Figure:
     panels = [
         Panel(
-            y_title=channel.unit if unit % _UNIT_COLUMNS == 0 else "",
-            title=f"{channel.actuator} {name}",
+            y_title=channel.unit if place % _UNIT_COLUMNS == 0 else "",
+            title=each.name,
             lines=(
-                Line(name="measured", x=channel.time, y=channel.measured[:, unit], color="measured", style="points"),
-                *_predicted(run, channel.time, channel.nominal[:, unit], channel.extended[:, unit], agreeing=True),
+                Line(name="measured", x=each.time, y=each.measured, color="measured", style="points"),
+                *_predicted(run, each.time, each.nominal, each.extended, agreeing=True),
             ),
         )
-        for unit, name in enumerate(unit_numbers(channel.measured.shape[1]))
+        for place, each in enumerate(channel.actuators)
     ]
     return panel_chart([panels[first : first + _UNIT_COLUMNS] for first in range(0, len(panels), _UNIT_COLUMNS)])
 

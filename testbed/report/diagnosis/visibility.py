@@ -149,7 +149,8 @@ def _sizes_table(sizes: Sequence[Detectable]) -> Table:
 
 def _untestable(diagnosis: Diagnosis, sizes: Sequence[Detectable]) -> Iterator[tuple[Cell, ...]]:
     for each in diagnosis.untestable:
-        yield Cell(text=each.effect), Cell(text=""), Cell(text=f"the channel {each.needs}")
+        needs = f"the channel {each.needs}" if each.component is None else each.needs
+        yield Cell(text=each.effect), Cell(text=each.component or ""), Cell(text=needs)
     for size in sizes:
         if not size.seen_when_typical:
             yield Cell(text=size.placed.effect.id), Cell(text=size.placed.component), Cell(text=needs_of(size))
