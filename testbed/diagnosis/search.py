@@ -206,10 +206,11 @@ def _candidate(
         own_runs, heldout = all_corrected(runs, heldout, model)
         if own_runs is not runs:  # what the gyro is off by, it is off in the gimbals' channels as well
             model = refit(own_runs, model)
-        if runs.belief is None or runs.belief.torque_noise is None:  # healthy records show what it is
-            own_runs, heldout, model = in_torque_noise(own_runs, heldout, model)
+        in_own = in_torque_noise(own_runs, heldout, model)
     except (InputError, np.linalg.LinAlgError):  # with it the motion runs away: it does not explain these runs
         return None
+    if not _shows_the_loop(in_own[0], in_own[2]):  # else its noise is no better known than the nominal model's
+        own_runs, heldout, model = in_own
     if not _is_of_a_body(model):
         return None
     gain, size_evidence = _evidence_of_refit(runs, fit, model, signature)
@@ -370,7 +371,8 @@ class Search:
 
     def has_room(self, state: Diagnosis) -> bool:
         """Return whether another effect may be added."""
-        return len(state.steps) < (SETTINGS.most_effects_of_loop if _shows_the_loop(state) else SETTINGS.most_effects)
+        of_loop = _shows_the_loop(state.runs, state.model)
+        return len(state.steps) < (SETTINGS.most_effects_of_loop if of_loop else SETTINGS.most_effects)
 
     def screened(self, state: Diagnosis) -> Screening:
         """Compare all hypotheses with the present model."""
@@ -437,15 +439,15 @@ class Search:
         return rebuilt
 
 
-def _shows_the_loop(state: Diagnosis) -> bool:
+def _shows_the_loop(runs: Runs, model: Fit) -> bool:
     """Return whether commands explain so little of the motion that records show the controller's answer to it.
 
     The geometric mean over the axes counts: about one axis an effect may still be missing.
     """
-    gains = [each for each in state.model.placed if each.given and isinstance(each.effect, ActuatorGain)]
-    if not state.runs.known_in_part or not gains:
+    gains = [each for each in model.placed if each.given and isinstance(each.effect, ActuatorGain)]
+    if not runs.known_in_part or not gains:
         return False
-    logarithms = state.model.effect_values[state.model.own(gains[0])]
+    logarithms = model.effect_values[model.own(gains[0])]
     return not gains[0].effect.parameters[0].is_plausible(float(logarithms.mean()))
 
 
