@@ -24,6 +24,10 @@ class UnphysicalPlatformError(InputError):
         return f"{self.key}{self.text}"
 
 
+class DivergedFlightError(InputError):
+    """A simulated flight on which something depends left the finite numbers. The command exits with code 3."""
+
+
 class InfeasibleDesignError(InputError):
     """No start of a maneuver design satisfied its constraints."""
 

@@ -19,7 +19,7 @@ from testbed.diagnosis.data import joined
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.effects.registry import EFFECTS
-from testbed.errors import InputError
+from testbed.errors import DivergedFlightError, InputError
 from testbed.experiment.flying import fly_maneuver
 from testbed.experiment.planning import plan_maneuver
 from testbed.formats.parts import Provenance as FileProvenance
@@ -174,7 +174,8 @@ def plan(
         after: called with what is known after every flight.
 
     Raises:
-        InputError: scenario, records, wish or folder cannot be used, or a simulated flight diverged.
+        InputError: scenario, records, wish or folder cannot be used.
+        DivergedFlightError: a simulated flight diverged; the flights before it are kept.
 
     Example:
         >>> import testbed as tb
@@ -414,7 +415,7 @@ def _flown(setup: PlanSetup, planned: PlannedFlight) -> Record:
     """Fly in MuJoCo what is planned, on the truth of the scenario.
 
     Raises:
-        InputError: the flight diverged.
+        DivergedFlightError: what went wrong, and when.
     """
     own = planned.gain is None
     believed = setup.believed if own else read_scenario(setup.folder.path / planned.scenario)
@@ -426,7 +427,7 @@ def _flown(setup: PlanSetup, planned: PlannedFlight) -> Record:
     seed = int(np.random.SeedSequence([setup.seed, planned.number]).generate_state(1)[0])
     run = fly_maneuver(flown, nominal, truth, maneuver, seed)
     if run.divergence:
-        raise InputError(f"{setup.scenario.name}: flight {planned.number} came to no end: {run.divergence}")
+        raise DivergedFlightError(f"{setup.scenario.name}: flight {planned.number} came to no end: {run.divergence}")
     return replace(run.record, details=replace(run.record.details, name=f"flight_{planned.number:02d}"))
 
 

@@ -70,7 +70,7 @@ def campaign_page(
             *_estimates(table, statistics),
             flights_section(table),
             *_failures(table, scenario_path),
-            provenance_section(provenance, result),
+            provenance_section(provenance, "montecarlo.json", result),
         ),
     )
 

@@ -76,7 +76,7 @@ def estimates_page(
         sections=(
             *together,
             *(_record_section(record, identification.estimations[record.details.name], theta) for record in records),
-            provenance_section(provenance, result),
+            provenance_section(provenance, "estimates.json", result),
         ),
     )
 

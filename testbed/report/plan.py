@@ -104,7 +104,7 @@ def plan_page(state: PlanResult, provenance: Mapping[str, str]) -> Page:
         subtitle=f"Wanted: {wish_words(state)}.",
         verdict=plan_verdict(state),
         notices=tuple(Notice(tone="warn", text=text) for text in state.notices),
-        sections=(*sections, provenance_section(provenance, state.model_dump(mode="json", by_alias=True))),
+        sections=(*sections, provenance_section(provenance, "plan.json", state.model_dump(mode="json", by_alias=True))),
     )
 
 

@@ -50,7 +50,7 @@ def run_page(experiment: Experiment, provenance: Mapping[str, str], result: Mapp
         subtitle=experiment.scenario.description,
         verdict=run_verdict(experiment),
         notices=tuple(run_notices(experiment)),
-        sections=(*_sections(experiment, inertias), provenance_section(provenance, result)),
+        sections=(*_sections(experiment, inertias), provenance_section(provenance, "result.json", result)),
     )
 
 

@@ -15,7 +15,7 @@ import testbed.library.plans
 from support.diagnosed_records import nominal
 from support.processes import ROOT
 from testbed.cli.app import app
-from testbed.cli.failures import BAD_INPUT, exit_code_of
+from testbed.cli.failures import BAD_INPUT, DIVERGED, exit_code_of
 from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError
 from testbed.maneuver.maneuver import Maneuver
@@ -250,6 +250,19 @@ def test_what_cannot_be_planned_ends_with_a_message(arguments, said, tmp_path, m
     assert said in printed.err
     assert printed.out == ""
     assert not list(tmp_path.iterdir())
+
+
+def test_a_simulated_flight_that_diverges_ends_the_plan_as_it_ends_a_run(tmp_path, capsys):
+    # No step of 1.25 ms follows a body that turns by 3 rad in each.
+    keys = (
+        "initial.body_rate_rad_s=[2000.0, 1300.0, 600.0]",
+        "estimation.initial_momentum=estimated",
+        "truth.mass_kg=4.0",
+    )
+    spin = [part for key in keys for part in ("--set", key)]
+    path = str(ROOT / "scenarios" / "basic.toml")
+    assert exit_code_of(lambda: app(["campaign-plan", path, *spin, "--out", str(tmp_path / "plan")])) == DIVERGED
+    assert "flight 1 came to no end: " in capsys.readouterr().err
 
 
 def test_records_that_cannot_be_used_leave_nothing_behind(records, tmp_path):

@@ -79,6 +79,6 @@ def diagnosis_page(
             *left_section(diagnosis),
             *next_section(proposal),
             *visibility_section(diagnosis),
-            provenance_section(provenance, result),
+            provenance_section(provenance, "diagnosis.json", result),
         ),
     )

@@ -51,7 +51,11 @@ def write_reproduction_page(
         "numbers, and the same with this project's maneuvers and estimators.",
         verdict=claims_verdict(claims),
         notices=(),
-        sections=(claims_section(claims, over_seeds), *_sections(reproduction), provenance_section(provenance, result)),
+        sections=(
+            claims_section(claims, over_seeds),
+            *_sections(reproduction),
+            provenance_section(provenance, "reproduce.json", result),
+        ),
     )
     write_page(path, page)
 

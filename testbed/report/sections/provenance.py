@@ -9,16 +9,17 @@ from typing import Any
 from testbed.report.frame.blocks import Cell, Column, Listing, Section, Table
 
 
-def provenance_section(provenance: Mapping[str, str], result: Mapping[str, Any]) -> Section:
+def provenance_section(provenance: Mapping[str, str], file: str, result: Mapping[str, Any]) -> Section:
     """Return the section that says where the run comes from.
 
     Args:
         provenance: what to its value; a value of several lines, such as a scenario's text, is listed as it is.
-        result: what result.json holds.
+        file: name of the file of the result.
+        result: what it holds.
     """
     short = {what: value for what, value in provenance.items() if not _is_text(value)}
     texts = {what: value for what, value in provenance.items() if _is_text(value)}
-    texts["result.json"] = json.dumps(result, indent=2, ensure_ascii=False)
+    texts[file] = json.dumps(result, indent=2, ensure_ascii=False)
     listings = (Listing(title=what, text=value) for what, value in texts.items())
     return Section(title="Provenance", blocks=(_table(short), *listings))
 
