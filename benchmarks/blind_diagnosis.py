@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.blind_candidates import CANDIDATES, candidates_of
-from testbed.diagnosis.findings import first_screening
+from testbed.diagnosis.detectable import first_screening
 from testbed.effects.registry import NOISE_EFFECTS
 from testbed.errors import InputError
 from testbed.files import whole_file

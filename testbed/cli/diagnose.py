@@ -25,7 +25,8 @@ from testbed.cli.console import (
 from testbed.cli.diagnose_tables import candidates_table, detectable_table, inertia_table, places_table
 from testbed.cli.failures import COMPLETED, INTERRUPTED
 from testbed.cli.options import changed_scenario, print_folder, require_folder
-from testbed.diagnosis.findings import Addition, addition_of, confounded, first_screening
+from testbed.diagnosis.detectable import confounded, first_screening
+from testbed.diagnosis.findings import Addition, addition_of
 from testbed.diagnosis.keeping import keeping
 from testbed.diagnosis.location import ResidualSegment, located
 from testbed.diagnosis.reading import DataSet

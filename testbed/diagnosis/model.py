@@ -174,6 +174,13 @@ class Fit:
         return self.chi_square + self.noise_deviance
 
     @property
+    def trims(self) -> Array:
+        """Trim of every record, shape (records, 3), N·m; of none where trims are not free."""
+        if self.values.trim is None:
+            return np.zeros((0, 3))
+        return np.asarray(self.values.trim[np.unique(self.record_of, return_index=True)[1], 0])
+
+    @property
     def root_mean_square(self) -> float:
         """Of the whitened residual: 1 is the noise floor."""
         measured = self.residual[: len(self.residual) - self.believed]

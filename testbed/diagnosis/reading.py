@@ -20,9 +20,9 @@ from typing_extensions import override
 from testbed.arrays import Array, Flags, Series, Theta
 from testbed.assembly.platform import Body
 from testbed.diagnosis.data import Belief, Runs, runs_of
-from testbed.diagnosis.findings import Reference
 from testbed.diagnosis.model import Fit, Hypothesis, fitted, nominal_fit, orthonormal
 from testbed.diagnosis.noise import pooled_noise, with_pooled_noise, with_telemetry_noise, without_spikes
+from testbed.diagnosis.reference import Reference
 from testbed.diagnosis.settings import SETTINGS, PriorOdds
 from testbed.diagnosis.windows import Part, outliers_notice, parts_of
 from testbed.dynamics.inertia import PARAMETER_NAMES, inertia_of, theta_of

@@ -9,24 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from testbed.diagnosis.findings import (
-    INERTIA,
-    Addition,
-    Agreement,
-    Detectable,
-    InertiaChange,
-    additions,
-    confounded,
-    detectable_sizes,
-    inertia_change,
-    nominal_gap,
-    pairs_alike,
-    stds_of,
-)
+from testbed.diagnosis.detectable import INERTIA, Detectable, confounded, detectable_sizes, pairs_alike
+from testbed.diagnosis.findings import Addition, InertiaChange, additions, inertia_change, nominal_gap, stds_of
 from testbed.diagnosis.location import ResidualSegment
 from testbed.diagnosis.misfit import BANDWIDTH, Misfit, explained
 from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.noise import NoiseHypothesis
+from testbed.diagnosis.run_agreement import Agreement
 from testbed.diagnosis.state import Diagnosis, Gap
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.contract import Quantity

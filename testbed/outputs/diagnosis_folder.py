@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from testbed.assembly.extension import PLATFORM, SCENARIO, extended, write_extended
-from testbed.diagnosis.findings import Agreement
 from testbed.diagnosis.location import ResidualSegment
 from testbed.diagnosis.result import result_of
+from testbed.diagnosis.run_agreement import Agreement
 from testbed.diagnosis.run_residuals import residuals_of
 from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import inertia_of

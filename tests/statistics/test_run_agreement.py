@@ -9,9 +9,9 @@ import pytest
 from scipy.stats import kstest
 
 from support.diagnosed_records import nominal, records
-from testbed.diagnosis.findings import agreements
 from testbed.diagnosis.model import Hypothesis, fitted
 from testbed.diagnosis.reading import data_set_of
+from testbed.diagnosis.run_agreement import agreements
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 

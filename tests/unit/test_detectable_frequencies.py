@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from support.diagnosed_records import nominal, records
-from testbed.diagnosis.findings import detectable_sizes
+from testbed.diagnosis.detectable import detectable_sizes
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.result import result_of

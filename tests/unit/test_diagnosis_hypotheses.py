@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from support.diagnosed_records import nominal, records
-from testbed.diagnosis.findings import confounded
+from testbed.diagnosis.detectable import confounded
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.reading import data_set_of

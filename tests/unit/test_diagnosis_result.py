@@ -11,7 +11,7 @@ import pytest
 from support.diagnosed_records import NOISE, nominal, records
 from support.unlisted_torques import Humming, Pulsing
 from testbed.diagnosis.candidates import NONE, UNKNOWN
-from testbed.diagnosis.findings import detectable_sizes
+from testbed.diagnosis.detectable import detectable_sizes
 from testbed.diagnosis.location import located
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of

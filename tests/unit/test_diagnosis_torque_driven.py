@@ -8,10 +8,10 @@ import pytest
 import testbed as tb
 from testbed.assembly.platform import nominal_body
 from testbed.diagnosis import search
-from testbed.diagnosis.findings import reference_of
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.model import fitted
 from testbed.diagnosis.reading import data_set_of
+from testbed.diagnosis.reference import reference_of
 from testbed.dynamics.inertia import inertia_of, log_ratio, of_log_ratio, slopes_of_log_ratio, theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError

@@ -8,7 +8,8 @@ import numpy as np
 import plotly.graph_objects as go
 
 from testbed.arrays import Indices
-from testbed.diagnosis.findings import Agreement, quantities_of
+from testbed.diagnosis.findings import quantities_of
+from testbed.diagnosis.run_agreement import Agreement
 from testbed.diagnosis.state import Diagnosis
 from testbed.effects.contract import Quantity
 from testbed.report.diagnosis.verdict import agreement_words, effect_name

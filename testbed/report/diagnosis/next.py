@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from testbed.diagnosis.findings import INERTIA
+from testbed.diagnosis.detectable import INERTIA
 from testbed.diagnosis.state import Diagnosis
 from testbed.next_experiment.flight import Path
 from testbed.next_experiment.proposal import Proposal, Separation

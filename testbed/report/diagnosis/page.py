@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from testbed.diagnosis.findings import Agreement
 from testbed.diagnosis.location import ResidualSegment
+from testbed.diagnosis.run_agreement import Agreement
 from testbed.diagnosis.run_residuals import RunResiduals
 from testbed.diagnosis.state import Diagnosis
 from testbed.next_experiment.proposal import Proposal

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import groupby
 from math import isclose
 
-from testbed.diagnosis.findings import Detectable, detectable_sizes, pairs_alike
+from testbed.diagnosis.detectable import Detectable, detectable_sizes, pairs_alike
 from testbed.diagnosis.state import Diagnosis
 from testbed.effects.contract import Quantity
 from testbed.report.wording import figures

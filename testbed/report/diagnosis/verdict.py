@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from math import isfinite
 
-from testbed.diagnosis.findings import Addition, Agreement, doubt_words
+from testbed.diagnosis.findings import Addition, doubt_words
+from testbed.diagnosis.run_agreement import Agreement
 from testbed.diagnosis.state import Diagnosis, Gap
 from testbed.effects.contract import NamedEffect, Quantity
 from testbed.report.diagnosis.misfit import gimbals_words, misfit_change_words, misfit_words, shows_in_gyro

@@ -8,7 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from testbed.arrays import Array
-from testbed.diagnosis.findings import (
+from testbed.diagnosis.detectable import (
     Detectable,
     confounded,
     detectable_sizes,
