@@ -44,6 +44,7 @@ class Impulses(NamedTuple):
         interval: shape (L,), s.
         torque: mean that the motors were asked for, or gave, shape (L, W), N·m.
         gained: Jw (ΔΩ + a·Δω), shape (L, W), N·m·s.
+        carried: Jw a·Δω of it, which the body turns with the wheel, shape (L, W), N·m·s.
         friction: ∫ of the friction that is known, shape (L, W), N·m·s.
         turned: ∫ Ω dt, shape (L, W), rad.
         directed: ∫ sign Ω dt, shape (L, W), s.
@@ -55,6 +56,7 @@ class Impulses(NamedTuple):
     interval: Array
     torque: UnitSeries
     gained: UnitSeries
+    carried: UnitSeries
     friction: UnitSeries
     turned: UnitSeries
     directed: UnitSeries
@@ -178,13 +180,15 @@ def _impulses(run: Telemetry, commanded: bool) -> Impulses:
     motors, interval = wheels.motors, np.diff(time)
     speed = wheels.momentum / wheels.wheels.spin_inertia
     body_rate = body_motion(run)(np.clip(time, run.gyro_time[0], run.gyro_time[-1]))
-    before, after = speed[:-1], speed[1:]
+    before, after, inertia = speed[:-1], speed[1:], wheels.wheels.spin_inertia
+    carried = inertia * np.diff(body_rate @ wheels.wheels.axis_B.T, axis=0)
     turned, directed = 0.5 * (before + after) * interval[:, None], _direction(before, after) * interval[:, None]
     kept = tuple(np.flatnonzero(of_wheel) for of_wheel in _is_compared(run, wheels, speed).T)
     return Impulses(
         interval=interval,
         torque=_mean_torque(wheels, motors, interval, commanded=commanded),
-        gained=wheels.wheels.spin_inertia * np.diff(speed + body_rate @ wheels.wheels.axis_B.T, axis=0),
+        gained=inertia * np.diff(speed, axis=0) + carried,
+        carried=carried,
         friction=motors.viscous_friction * turned + motors.coulomb_friction * directed,
         turned=turned,
         directed=directed,

@@ -32,12 +32,21 @@ def held(torque: Array) -> Array:
     return 0.02 + np.concatenate([np.zeros((1, 3)), np.cumsum(torque[:-1], axis=0) * PERIOD])
 
 
-def run(momentum: Array, seed: int, command: Array | None = None, noise: float = NOISE) -> Telemetry:
+def corners(seed: int) -> Array:
+    """Body rates along straight lines from corner to corner, shape (600, 3), rad/s: a slew's."""
+    at = np.arange(0.0, TIME[-1] + 6.0, 6.0)
+    rates = np.random.default_rng(seed).uniform(-0.16, 0.16, (3, len(at)))
+    return np.stack([np.interp(TIME, at, each) for each in rates], axis=1)
+
+
+def run(
+    momentum: Array, seed: int, command: Array | None = None, noise: float = NOISE, body_rate: Array | None = None
+) -> Telemetry:
     shown = momentum + noise * np.random.default_rng(1000 + seed).standard_normal(momentum.shape)
     wheels = WheelTelemetry(wheels=WHEELS, momentum=shown, torque_command=command, motors=MOTORS)
     return Telemetry(
         gyro_time=TIME,
-        body_rate=np.zeros((600, 3)),
+        body_rate=np.zeros((600, 3)) if body_rate is None else body_rate,
         gyro_noise=4e-4,
         actuator_time=TIME,
         gimbals=None,
@@ -62,6 +71,17 @@ def test_noise_is_separated_by_the_impulses_that_were_commanded(seed):
     error, stated = errors([run(held(command), seed, command)], [held(command)])
     assert error < 0.2 * NOISE
     assert stated < 0.25 * NOISE
+
+
+@pytest.mark.parametrize("seed", [71, 72, 73])
+def test_what_the_body_turns_with_the_wheels_is_not_smoothed_away(seed):
+    command, carried = torques(seed, jitter=1e-4), SPIN * corners(seed)
+    true = held(command) + carried[0] - carried  # relative to the body, as a tachometer counts
+    (cleaned,) = without_tachometer_noise([run(true, seed, command, body_rate=corners(seed))])
+    assert cleaned.wheels is not None
+    missed, turned = cleaned.wheels.best_momentum - true, carried - carried.mean(axis=0)
+    assert abs(np.sum(missed * turned) / np.sum(turned**2)) < 0.01
+    assert np.std(missed) < 0.2 * NOISE
 
 
 @pytest.mark.parametrize("seed", [21, 22, 23])
