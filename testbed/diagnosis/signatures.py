@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import sqrt
@@ -325,7 +325,7 @@ def hypotheses(
                     effect=effect.id,
                     needs=" and ".join(missing),
                     look_alikes=effect.look_alikes,
-                    keeps_share=present.isdisjoint(effect.measured_by),
+                    keeps_share=_may_be_there(effect, present),
                 )
             )
         else:
@@ -336,6 +336,21 @@ def hypotheses(
                 else:
                     testable.append(Hypothesis(effect=effect, component=component, moment=moment))
     return testable, not_testable
+
+
+_OF_UNITS: frozenset[Channel] = frozenset({"gimbal_angle", "wheel_speed"})
+"""Channels that show which kinds of units a platform has; an effect in a unit needs that of its kind."""
+
+
+def _may_be_there(effect: Effect, present: Collection[Channel]) -> bool:
+    """Return whether an effect that cannot be tested for may act all the same.
+
+    Not where a channel shows what it does, nor in units of a kind that the platform lacks: telemetry has those of
+    another alone.
+    """
+    of_units = _OF_UNITS.intersection(present)
+    lacks_units = bool(of_units) and not _OF_UNITS.intersection(effect.needs) <= of_units
+    return not lacks_units and set(effect.measured_by).isdisjoint(present)
 
 
 _OF_MOTORS: frozenset[Channel] = frozenset({"wheel_torque", "wheel_torque_command"})

@@ -34,7 +34,7 @@ class ActuatorDelay(Effect):
     components = ("actuators",)
     parameters = (Parameter(name="delay_s", unit="s", typical=0.02, lower=0.0, upper=0.5, plausible=(0.0, 0.3)),)
     needs = ("applied_torque_or_cluster_momentum",)
-    measured_by = ("gimbal_angle",)
+    measured_by = ("gimbal_angle", "wheel_speed")
     sentence = "The actuators do what they are asked for a moment later."
     look_alikes = ("actuator_lag", "gyro_latency", "telemetry_skew")
     confirm = "Steps of the torque: behind a delay the body's rate waits and then breaks off, behind a lag it bends."

@@ -41,7 +41,7 @@ class ActuatorGain(Effect):
         for axis in "xyz"
     )
     needs = ("applied_torque_or_cluster_momentum",)
-    measured_by = ("gimbal_angle",)
+    measured_by = ("gimbal_angle", "wheel_speed")
     sentence = "The actuators do more or less than is recorded, about each axis by a share of its own."
     look_alikes = ("inertia", "gyro_scale")
     confirm = "A known load on the platform: the inertia then is known, and the gain is not taken for it."

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from support.diagnosed_records import nominal, records
+from support.wheel_telemetry import commanded_wheels
+from testbed.diagnosis.data import runs_of
 from testbed.diagnosis.detectable import confounded
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.result import unconfounded_needs
-from testbed.diagnosis.signatures import without
+from testbed.diagnosis.signatures import hypotheses, without
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.contract import CLUSTER, components_in
 from testbed.effects.registry import EFFECTS
@@ -58,3 +61,22 @@ def test_what_was_not_asked_of_beside_an_effect_is_said_with_what_it_would_take(
     assert confounded(stages[-1]) == ()
     assert confounded(sticking) == ((lag, rough),)
     assert unconfounded_needs(rough).startswith("cmg4 without gimbal_coulomb_friction")
+
+
+def in_doubt(runs) -> set[str]:
+    """Return the effects that are not tested for, but may be there."""
+    return {each.effect for each in hypotheses(runs, EFFECTS)[1] if each.keeps_share}
+
+
+def test_what_a_platform_has_no_units_for_takes_no_share_from_what_looks_like_it():
+    wheels = runs_of(["run"], [commanded_wheels(0.0, seed=1)])
+    scenario, platform = nominal()
+    gyros = data_set_of(records(3), scenario, platform).runs
+    assert {"gimbal_misalignment", "actuator_gain", "wheel_torque_scale"}.isdisjoint(in_doubt(wheels))
+    assert {"wheel_misalignment", "wheel_inertia", "actuator_gain"}.isdisjoint(in_doubt(gyros))
+    of_itself = [
+        replace(run, gimbals=None, cluster_momentum=np.zeros((len(run.actuator_time), 3))) for run in gyros.grid.runs
+    ]
+    assert {"gimbal_misalignment", "wheel_misalignment"} <= in_doubt(
+        runs_of([str(each) for each in range(len(of_itself))], of_itself)
+    )
