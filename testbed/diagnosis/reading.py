@@ -1,300 +1,32 @@
-"""From records to the runs of a diagnosis: the gate that they pass, their roles and their noise.
-
-The gate comes before any model is fitted: can these records be this platform's, in these units? What a library of
-effects explains is per cents of the motion. A factor of 57, an inertia twice as large, or clocks that differ from run
-to run are mistakes and no effects, and each would be given the name of one.
-"""
+"""From records to the runs of a diagnosis: the gate that they pass, their roles and their noise."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from typing import TypeAlias, final
+from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
-import scipy
-from scipy.interpolate import CubicSpline
-from scipy.linalg import eigh
-from typing_extensions import override
 
-from testbed.arrays import Array, Flags, Series, Theta
+from testbed.arrays import Flags, Theta
 from testbed.assembly.platform import Body
 from testbed.diagnosis.data import Belief, Runs, runs_of
-from testbed.diagnosis.model import Fit, Hypothesis, fitted, nominal_fit, orthonormal
+from testbed.diagnosis.gate import Gate, require_motion, require_si, require_this_platform
+from testbed.diagnosis.model import Fit, Hypothesis, fitted, nominal_fit
 from testbed.diagnosis.noise import pooled_noise, with_pooled_noise, with_telemetry_noise, without_spikes
 from testbed.diagnosis.reference import Reference
 from testbed.diagnosis.settings import SETTINGS, PriorOdds
 from testbed.diagnosis.windows import Part, outliers_notice, parts_of
-from testbed.dynamics.inertia import PARAMETER_NAMES, inertia_of, theta_of
+from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.effects.gyro_saturation import is_clipped
 from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError
 from testbed.estimation.contact import shows_a_jump
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.command_phase import command_phase, with_command_phase
-from testbed.prediction.hooks import Hooks
-from testbed.prediction.prediction import predicted_with_derivatives
 from testbed.records.record import Record
 from testbed.scenario.body import BodyScenario
-from testbed.scenario.diagnosis import Doubt
 from testbed.signals import AXES
-
-_MISTAKES = {
-    "deg/s": (np.pi / 180, "multiply it by 0.01745329252"),
-    "rpm": (np.pi / 30, "multiply it by 0.1047197551"),
-    "mrad/s": (1e-3, "multiply it by 0.001"),
-    "rad/s of the other sign": (-1.0, "turn the signs of the gyro, or those of the actuators"),
-}
-"""What the gyro is in, by what brings it to rad/s, and the remedy: exact factors of units, and a turned sign."""
-_DEPENDENT = 1e-10
-"""Share of the largest singular value below which columns of unit length count as dependent: clock shifts and inertia
-together; between rounding, 1e-16 of some 1e4 samples, and what any motion shows."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Gate:
-    """What the gate refuses, unless somebody said to know better.
-
-    Attributes:
-        accepted: doubts that the scenario says to be none, by `accept` in [diagnosis].
-        notices: what was let through in spite of a doubt, or is too weak a doubt to refuse for.
-    """
-
-    accepted: tuple[Doubt, ...] = ()
-    notices: list[str] = field(default_factory=list)
-
-    def refuse(self, doubt: Doubt, text: str) -> None:
-        """Refuse records for a doubt, or note that they were let through.
-
-        Args:
-            doubt: by the word that accepts it.
-            text: what is doubtful, and the remedy.
-
-        Raises:
-            InputError: the doubt was not accepted.
-        """
-        if doubt not in self.accepted:
-            raise InputError(f'{text}; if they are right as they are, add "{doubt}" to accept in [diagnosis]')
-        self.notices.append(f"accepted by the scenario: {text}")
-
-
-def require_si(runs: Runs, theta: Theta, gate: Gate) -> None:
-    """Refuse records that should not even be fitted.
-
-    Args:
-        runs: to be fitted.
-        theta: of the nominal model, kg·m².
-        gate: what is accepted.
-
-    Raises:
-        InputError: a gyro in another unit.
-    """
-    missed = np.full(len(runs.names), np.inf)
-    if runs.driven_by_momentum:
-        missed = _nominally_missed(runs, theta)
-        _require_unit(runs, theta, missed, gate)
-    for run, name, share in zip(runs.grid.runs, runs.names, missed, strict=True):
-        peak = float(np.abs(run.body_rate).max())
-        if peak > SETTINGS.plausible_body_rate and share > SETTINGS.unexplained_rate_share:
-            gate.refuse(
-                "body_rate",
-                f"{name}: the gyro reaches {peak:.4g} rad/s ({np.degrees(peak):.0f} deg/s), which looks like deg/s: "
-                f"multiply it by {np.pi / 180:.10g}",
-            )
-
-
-def require_this_platform(runs: Runs, baseline: Fit, theta: Theta, gate: Gate) -> None:
-    """Refuse records that the nominal model cannot be meant for.
-
-    Args:
-        runs: that were fitted.
-        baseline: the nominal model fitted to them.
-        theta: of the nominal model, kg·m².
-        gate: what is accepted.
-
-    Raises:
-        InputError: another inertia by far, a motion that the actuators do not make, or clocks that differ between runs.
-    """
-    if not runs.driven_by_momentum:
-        return  # torques are integrated: what a prediction misses grows without bounds, and says nothing of a mistake
-    _require_inertia(baseline, theta, gate)
-    shift = _ClockShifts(runs, baseline)
-    shift.require_one_clock(gate)
-    if (missed := _missed(runs, shift.common_residual)).min() > SETTINGS.unexplained_rate_share:
-        gate.refuse(
-            "telemetry",
-            f"the actuators' telemetry does not explain {missed.min():.0%} or more of the body rate in every run: "
-            "check that the scenario is of this platform, and the order and signs of its units and axes",
-        )
-
-
-def require_explicable(runs: Runs, before: float, after: Fit, gate: Gate) -> None:
-    """Refuse to name effects that together explain hardly any of a gap that no effect of this platform makes.
-
-    Args:
-        runs: that were fitted.
-        before: gap of the baseline.
-        after: the model with all effects that were found.
-        gate: what is accepted.
-
-    Raises:
-        InputError: the gap that is left is by far too large; the message says whether the gyro shows it.
-    """
-    gap, gyro = after.root_mean_square, float(np.sqrt(np.mean(after.residual[: runs.samples] ** 2)))
-    if not runs.driven_by_momentum or gap <= max(SETTINGS.hopeless_gap, SETTINGS.hopeless_gap_share * before):
-        return
-    sizes = f"the gap is {before:.3g} times the noise, and {gap:.3g} with the effects that explain the most of it"
-    if gyro > SETTINGS.hopeless_gap:
-        gate.refuse(
-            "gap",
-            f"{sizes}: these records are not of the scenario's platform; check its geometry, and the order and signs "
-            "of units and axes",
-        )
-        return
-    gate.refuse(
-        "gap",
-        f"{sizes}, but {gyro:.3g} in the gyro's samples alone: the gimbals have another servo than the scenario, or "
-        "their telemetry has less noise than its prediction resolves; if it is simulated, give encoders and torques "
-        "noise, as the scenario diagnose does, or else leave gimbal_torque and gimbal_rate_command out",
-    )
-
-
-def require_motion(runs: Runs, gate: Gate) -> None:
-    """Refuse platforms at rest.
-
-    Raises:
-        InputError: no run turns by more than noise.
-    """
-    powers = [
-        rates.var(axis=0).sum() / (sigma[live] ** 2).sum()
-        for rates, sigma, live in zip(runs.measured, runs.sigma, runs.live, strict=True)
-    ]
-    if max(powers) < SETTINGS.least_motion:
-        gate.refuse(
-            "rest",
-            f"the body rate of no run stands out of the gyro's noise (its power is {max(powers):.2g} times that of the "
-            "noise): a platform at rest identifies nothing; fly a maneuver",
-        )
-
-
-def _missed(runs: Runs, residual: Array) -> Array:
-    """Return the ratio of the residual's variance to the body rate's, of each run, shape (R,)."""
-    parts = [part * sigma for part, sigma in zip(runs.by_run(residual), runs.sigma, strict=True)]
-    powers = [((rates - rates.mean(axis=0)) ** 2).sum() for rates in runs.measured]
-    noise = [
-        SETTINGS.least_motion * rates.size * (sigma**2).mean()
-        for rates, sigma in zip(runs.measured, runs.sigma, strict=True)
-    ]
-    return np.array([(part**2).sum() / max(pair) for part, *pair in zip(parts, powers, noise, strict=True)])
-
-
-def _require_unit(runs: Runs, theta: Theta, as_given: Array, gate: Gate) -> None:
-    """Compare with what the nominal model predicts: refitted, the inertia would take up any factor of the gyro."""
-    wrong = as_given > SETTINGS.unexplained_rate_share
-    if not wrong.any():
-        return
-    for unit, (factor, remedy) in _MISTAKES.items():
-        mended = wrong & (_nominally_missed(_times(runs, factor), theta) < SETTINGS.unit_rate_share)
-        if mended.any():
-            names = ", ".join(name for name, yes in zip(runs.names, mended, strict=True) if yes)
-            gate.refuse(
-                "unit",
-                f"{names}: the gyro reads {1.0 / factor:.3g} times what the actuators predict, as if it were in "
-                f"{unit}: {remedy}",
-            )
-
-
-def _nominally_missed(runs: Runs, theta: Theta) -> Array:
-    try:
-        return _missed(runs, nominal_fit(runs, theta).residual)
-    except InputError:  # the motion runs away
-        return np.full(len(runs.names), np.inf)
-
-
-def _times(runs: Runs, factor: float) -> Runs:
-    """Return the runs with another unit of the gyro."""
-    scaled = tuple(replace(run, body_rate=factor * run.body_rate) for run in runs.grid.runs)
-    return replace(runs, grid=replace(runs.grid, runs=scaled), sigma=abs(factor) * runs.sigma)
-
-
-def _require_inertia(baseline: Fit, theta: Theta, gate: Gate) -> None:
-    """Refuse an inertia that is another by a factor, beyond its uncertainty.
-
-    Only of a model that the data bear out, or by a factor that a unit makes: where even the best inertia leaves more
-    than noise, what is missing, such as friction, may stand in for inertia, and is to be looked for.
-    """
-    columns = baseline.jacobian[:, np.diag(baseline.normal) > 0.0]
-    if orthonormal(columns).shape[1] < columns.shape[1]:
-        return  # a motion that leaves a direction of the inertia open says nothing of it
-    shown = baseline.shown[:6]
-    covariance = np.where(np.outer(shown, shown), baseline.covariance[:6, :6], 0.0)
-    largest = SETTINGS.largest_inertia_ratio
-    ratios, directions = eigh(inertia_of(baseline.theta), inertia_of(theta))
-    for ratio, direction in zip(ratios, directions.T, strict=True):
-        slope = theta_of(np.outer(direction, direction)) * np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
-        doubt = SETTINGS.inertia_ratio_std * float(np.sqrt(max(slope @ covariance @ slope, 0.0)))
-        if ratio - doubt > largest or ratio + doubt < 1.0 / largest:
-            said = f"the records show {ratio:.3g} times the scenario's inertia about one axis"
-            no_unit = 1.0 / SETTINGS.smallest_unit_factor < ratio < SETTINGS.smallest_unit_factor
-            if no_unit and baseline.chi_square > SETTINGS.misfitting * baseline.freedom:
-                gate.notices.append(f"without any effect, {said}: what is missing may stand in for it")
-                return
-            gate.refuse(
-                "inertia",
-                f"{said}: they are of another platform, or gyro or actuators are in other units; check the scenario's "
-                "inertia and rotor momentum",
-            )
-
-
-@final
-class _Shifted(Hooks):
-    """The gyro's clock is late by its own amount in every run; to first order, which is enough to find it."""
-
-    @override
-    def gyro_reading(self, reading: Array, value: Array, time: Series, run: int) -> Array:
-        slope = CubicSpline(time, reading.real, axis=1)(time, 1)
-        return np.asarray(reading - value[:, run, None, None] * slope)
-
-
-@final
-class _ClockShifts:
-    """A shift of the gyro's clock in every run, fitted beside inertia and initial rates to first order."""
-
-    def __init__(self, runs: Runs, baseline: Fit) -> None:
-        self._runs = runs
-        number = len(runs.names)
-        values = replace(baseline.values, effects=(np.zeros((1, number)),))
-        _, derivatives = predicted_with_derivatives(runs.grid, [_Shifted()], values, range(6, 6 + number))
-        own = np.concatenate(runs.whitened_columns(derivatives))
-        gyro = replace(baseline, residual=baseline.residual[: len(own)], jacobian=baseline.jacobian[: len(own)])
-        self._shift, self._own_residual = _explained(gyro, own)
-        _, self.common_residual = _explained(gyro, own.sum(axis=1, keepdims=True))
-
-    def require_one_clock(self, gate: Gate) -> None:
-        """Refuse clocks that differ between runs by more than half a sample, where that explains most of the gap."""
-        own, common = (float(each @ each) for each in (self._own_residual, self.common_residual))
-        gained, excess = common - own, common - len(self.common_residual)
-        periods = [float(np.median(np.diff(run.gyro_time))) for run in self._runs.grid.runs]
-        apart = np.ptp(self._shift) > SETTINGS.clock_shift_periods * max(periods)
-        by_chance = scipy.stats.chi2.sf(gained, max(len(self._shift) - 1, 1))
-        if apart and gained > SETTINGS.clock_shift_gain * excess and by_chance < SETTINGS.clock_shift_p_value:
-            late = zip(self._runs.names, self._shift, strict=True)
-            shifts = ", ".join(f"{name} {1e3 * seconds:+.0f} ms" for name, seconds in late)
-            gate.refuse(
-                "clocks",
-                f"the gyro is late against the actuators by a different time in every run ({shifts}): bring the "
-                "channels of each run to one clock",
-            )
-
-
-def _explained(baseline: Fit, columns: Array) -> tuple[Array, Array]:
-    """Fit columns and the baseline's parameters to its residual; return the columns' factors and the new residual."""
-    together = np.hstack([baseline.jacobian, columns])
-    scale = np.maximum(np.linalg.norm(together, axis=0), np.finfo(float).tiny)
-    answer = np.linalg.lstsq(together / scale, baseline.residual, rcond=_DEPENDENT)[0]
-    shift = (answer / scale)[-columns.shape[1] :]
-    return np.asarray(shift), np.asarray(baseline.residual - (together / scale) @ answer)
-
 
 Usable: TypeAlias = list[tuple[Record, tuple[Part, ...]]]
 """Records with the parts of them that can be predicted."""

@@ -15,10 +15,11 @@ from testbed.assembly.description import write_mjcf, write_urdf
 from testbed.assembly.extension import write_extended
 from testbed.assembly.platform import Body, nominal_body
 from testbed.diagnosis.findings import Addition, additions, doubt_words, model_notices, noise_notices
+from testbed.diagnosis.gate import Gate, require_explicable
 from testbed.diagnosis.keeping import Store, keeping
 from testbed.diagnosis.location import ResidualSegment, located
 from testbed.diagnosis.method import diagnosed
-from testbed.diagnosis.reading import DataSet, Gate, data_set_of, require_explicable
+from testbed.diagnosis.reading import DataSet, data_set_of
 from testbed.diagnosis.reference import reference_of
 from testbed.diagnosis.result import result_of
 from testbed.diagnosis.run_agreement import Agreement, agreements

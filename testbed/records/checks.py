@@ -21,7 +21,7 @@ MINIMUM_SAMPLES = 10
 
 LARGEST_BODY_RATE = 1e4
 """Largest body rate, rad/s, that is read: three times what the widest gyros show in deg/s. Whether it is in rad/s is
-asked where there is a platform to compare with (`diagnosis/reading.py`)."""
+asked where there is a platform to compare with (`diagnosis/gate.py`)."""
 SLOWEST_PERIOD = 10.0
 """s; the slowest sampling that is taken for seconds: 80 Hz in milliseconds is 12.5 a row."""
 LARGEST_ACTUATION = 1e9
