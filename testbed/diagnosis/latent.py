@@ -480,14 +480,18 @@ def _responses(tried: Sequence[_Tried], space: TorqueSpace) -> Iterator[Array]:
 def _tested(
     tried: _Tried, columns: Array, residual: Array, shapes: int, noise_freedom: float, typical: float
 ) -> TorqueShape:
-    """Return what a shape explains; its root mean square is typically as large as a constant torque, N·m."""
+    """Return what a shape explains; its mean size is typically as large as a constant torque, N·m.
+
+    Quick pulses and the constant torque that they amount to are then as probable a priori: of each other's root mean
+    square, pulses would be the smaller torques, and would be taken for every constant one below its typical size.
+    """
     basis = orthonormal(columns)
     freedom, square = basis.shape[1], float(((basis.T @ residual) ** 2).sum())
     by_chance = exp(min(0.0, log(shapes) + log_p_value(square, freedom, noise_freedom))) if freedom else 1.0
-    power = np.mean(tried.torques**2, axis=1).max(axis=0)  # of the run where it is largest: some act in one alone
+    size = np.mean(np.abs(tried.torques), axis=1).max(axis=0)  # of the run where it is largest: some act in one alone
     none = np.zeros(columns.shape[1], dtype=bool)
     sizes = SizePrior(
-        typical=np.tile(typical / np.sqrt(np.maximum(power, np.finfo(float).tiny)), 3), positive=none, searched=none
+        typical=np.tile(typical / np.maximum(size, np.finfo(float).tiny), 3), positive=none, searched=none
     )
     return TorqueShape(
         kind=tried.kind,

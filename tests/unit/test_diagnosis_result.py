@@ -87,7 +87,7 @@ def test_a_name_with_lower_odds_than_an_unmodelled_torque_is_retracted():
 
 
 def test_a_name_with_about_the_odds_of_an_unmodelled_torque_stands_beside_it():
-    """Weak pulses are nearly a constant torque: 2 ln of the odds are 138.9 and 138.7."""
+    """Weak pulses are nearly a constant torque: neither is four times as probable as the other."""
     pulses = last(records(3, hooks=[Pulsing()], values=[np.array([CLEAR_PULSES / 2.0])]), effects=STEADY)
     assert pulses.verdict == "ambiguous"
     assert [each.key for each in pulses.added] == ["body_torque:platform"]
