@@ -17,12 +17,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from itertools import combinations_with_replacement, groupby, pairwise
 from math import ceil, exp, log
-from typing import Literal, TypeAlias, final
+from typing import Literal, TypeAlias
 
 import numpy as np
 import scipy
 from scipy.special import logsumexp
-from typing_extensions import override
 
 from testbed.arrays import Array
 from testbed.diagnosis.candidates import SizePrior, log_p_value, p_value
@@ -32,10 +31,8 @@ from testbed.diagnosis.model import Fit, evaluated, fitted_initial_rates, orthon
 from testbed.diagnosis.settings import SETTINGS
 from testbed.effects.body_torque import BodyTorque
 from testbed.estimation.random_walk import Increments, likeliest_variance
-from testbed.prediction.grid import Grid
-from testbed.prediction.hooks import Hooks
+from testbed.prediction import prediction
 from testbed.prediction.integration import node_rates
-from testbed.prediction.prediction import common_size, predicted_with_derivatives
 
 KNOTS_PER_SECOND = 8.0
 """Hat functions of the torque: enough for 4 Hz, the fastest that 16 Hz samples distinguish from noise. With half or
@@ -213,21 +210,6 @@ def _increments(free: Sequence[_Free], walk: Array) -> tuple[Increments, list[Ar
     return Increments(power=power, slope=slope, across=across), directions
 
 
-@final
-class _Hats(Hooks):
-    """A torque that is linear between knots, the same knots in every run as shares of its length."""
-
-    @override
-    def applied_torque(self, torque_B: Array, value: Array, grid: Grid) -> Array:
-        knots = value.reshape(len(value), -1, 3)
-        place = np.linspace(0.0, knots.shape[1] - 1.0, grid.time.shape[1])
-        before = np.minimum(place.astype(np.intp), knots.shape[1] - 2)
-        share = (place - before)[:, None]
-        return np.asarray(
-            torque_B[:, :, -len(place) :] + (1.0 - share) * knots[:, before] + share * knots[:, before + 1]
-        )
-
-
 def torque_responses(runs: Runs, fit: Fit, knots: int) -> list[Array]:
     """Return every run's whitened response to a torque at each of its knots, shapes (samples, knots * 3).
 
@@ -236,11 +218,7 @@ def torque_responses(runs: Runs, fit: Fit, knots: int) -> list[Array]:
         fit: of the present model to them.
         knots: of each run, evenly from its first sample to its last; the torque is linear between them.
     """
-    effects = (*fit.values.effects, np.zeros((1, 3 * knots)))
-    common = common_size(fit.values.effects)
-    values = replace(fit.values, effects=effects)
-    hooks = [*(each.hooks for each in fit.placed), _Hats()]
-    _, derivatives = predicted_with_derivatives(runs.grid, hooks, values, range(common, common + 3 * knots))
+    derivatives = prediction.torque_responses(runs.grid, [each.hooks for each in fit.placed], fit.values, knots)
     return runs.whitened_columns(derivatives)
 
 

@@ -95,27 +95,43 @@ def node_rates(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Array:
     Raises:
         InputError: the motion leaves the finite numbers.
     """
-    outside = environment_hooks(grid)
-    if outside is not None:
-        hooks, values = [outside, *hooks], replace(values, effects=(values.theta, *values.effects))
+    hooks, values = _with_outside(grid, hooks, values)
     one_motion = _is_one_motion(values)
     known = _known(grid, hooks, values, one_motion=one_motion)
     with np.errstate(over="ignore", invalid="ignore"):
-        motion = _found(grid, hooks, values, known) if one_motion else None
-        rates = _stepped_along(grid, hooks, values, known) if motion is None else _beside(motion, hooks, values, known)
+        if one_motion:
+            rates = _beside(_found(grid, hooks, values, known), hooks, values, known)
+        else:
+            equations = Equations(hooks, values.effects, known)
+            states = _stepped_along(equations, equations.initial(values.initial_rate, values.sets), grid)
+            rates = equations.body_rates(states, slice(0, states.shape[1]))
     require_bounded(rates)
     return np.ascontiguousarray(np.swapaxes(rates, 1, 2))
 
 
-def _stepped_along(grid: Grid, hooks: Sequence[Hooks], values: Values, known: Known) -> Array:
-    """Return ω at all nodes, shape (R, M + 1, P, 3), of any parameter sets, one step after the other."""
-    equations = Equations(hooks, values.effects, known)
-    states = [equations.initial(values.initial_rate, values.sets)]
+def motion_of(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Motion:
+    """Return the motion of one parameter set; arguments and errors as `node_rates`."""
+    hooks, values = _with_outside(grid, hooks, values)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return _found(grid, hooks, values, _known(grid, hooks, values, one_motion=True))
+
+
+def _with_outside(grid: Grid, hooks: Sequence[Hooks], values: Values) -> tuple[Sequence[Hooks], Values]:
+    """Return the effects and their parameters with what acts on the runs from outside, if anything does."""
+    outside = environment_hooks(grid)
+    if outside is None:
+        return hooks, values
+    return [outside, *hooks], replace(values, effects=(values.theta, *values.effects))
+
+
+def _stepped_along(equations: Equations, start: Array, grid: Grid) -> Array:
+    """Return the states at all nodes, shape (R, M + 1, P, S), of any parameter sets, one step after the other."""
+    states = [start]
     for step in range(grid.node_time.shape[1] - 1):
         if step % _WATCHED == 0:
             require_bounded(equations.body_rates(states[-1], slice(step, step + 1)))
         states.append(equations.stepped(states[-1], slice(step, step + 1)))
-    return equations.body_rates(np.concatenate(states, axis=1), slice(0, len(states)))
+    return np.concatenate(states, axis=1)
 
 
 def _beside(motion: Motion, hooks: Sequence[Hooks], values: Values, known: Known) -> Array:
@@ -156,10 +172,10 @@ class _MotionProblem:
         return hash(self.key)
 
 
-def _found(grid: Grid, hooks: Sequence[Hooks], values: Values, known: Known) -> Motion | None:
+def _found(grid: Grid, hooks: Sequence[Hooks], values: Values, known: Known) -> Motion:
     """Return the motion of the first parameter set without the complex steps and the specks.
 
-    None where Newton's method does not find them. Many derivatives in turn are taken of the same motion.
+    Many derivatives in turn are taken of the same motion.
     """
     number = len(hooks) - values.specks
     effects = [value[:1].real for value in values.effects[:number]]
@@ -174,7 +190,17 @@ def _found(grid: Grid, hooks: Sequence[Hooks], values: Values, known: Known) -> 
 
 
 @lru_cache(maxsize=_MOTIONS)
-def _motion(problem: _MotionProblem) -> Motion | None:
+def _motion(problem: _MotionProblem) -> Motion:
+    """Return the motion; what Newton's method does not find is stepped along."""
+    found = _by_newton(problem)
+    if found is not None:
+        return found
+    states = _stepped_along(problem.equations, problem.first, problem.grid)
+    require_bounded(problem.equations.body_rates(states, slice(0, states.shape[1])))
+    return Motion(equations=problem.equations, states=states, along=linearised(problem.equations, states[:, :-1]))
+
+
+def _by_newton(problem: _MotionProblem) -> Motion | None:
     grid, equations = problem.grid, problem.equations
     states = _guess(grid, equations, problem.first)
     along, before = linearised(equations, states[:, :-1]), np.inf

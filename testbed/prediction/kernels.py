@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from testbed.arrays import Array
 from testbed.compiled import kept
@@ -165,6 +166,29 @@ def forced_by_inertia(added: Array, by: Array, rates: Array, inertia_step: Array
     everywhere = np.broadcast_to(inertia_step, (runs, sets, 2 * steps + max(instants) - 1, 3, 3))
     signature = (("f8", 5), ("f8", 4), ("f8", 5), ("i8", 1), ("f8", 4))
     kept(_force_by_inertia, signature)(by, rates, everywhere, np.array(instants), added)
+
+
+def answers(
+    by_torque: Array, tangents: Array, by_state: Array, knots: NDArray[np.intp], axes: NDArray[np.intp], apart: float
+) -> Array:
+    """Return what torques at knots do to ω at the nodes of R runs, shape (R, P, M + 1, 3), rad/s per N·m.
+
+    A torque is linear between knots: one at its own, zero at the others.
+
+    Args:
+        by_torque: derivatives of the states after each step by a torque at its beginning, twice in its middle and at
+            its end, shape (4, R, M, S, 3).
+        tangents: as in `carried`.
+        by_state: derivatives of ω at the nodes by the states, shape (R, M + 1, 3, S).
+        knots: at which, P of them, counted from that at the first node.
+        axes: about which, shape (P,).
+        apart: half steps from knot to knot.
+    """
+    runs, nodes = by_state.shape[:2]
+    rates = np.zeros((runs, len(knots), nodes, 3))
+    signature = (("f8", 5), _MATRICES, _MATRICES, ("i8", 1), ("i8", 1), ("f8", 1), _MATRICES)
+    kept(_answer, signature)(by_torque, tangents, by_state, knots, axes, np.array([apart]), rates)
+    return rates
 
 
 def slopes_a_unit_apart(values: Array) -> Array:
@@ -446,6 +470,32 @@ def _force_by_inertia(by, rates, inertia_step, instants, added):
                         for state in range(added.shape[3]):
                             of = by[place, run, step, state]
                             added[run, step, row, state] += of[0] * x + of[1] * y + of[2] * z
+
+
+def _answer(by_torque, tangents, by_state, knots, axes, apart, rates):
+    steps, size = tangents.shape[1], tangents.shape[2]
+    state, after = np.empty(size), np.empty(size)
+    for run in range(rates.shape[0]):
+        for row in range(rates.shape[1]):
+            knot, axis = knots[row], axes[row]
+            state[:] = 0.0
+            for step in range(max(int((knot - 1) * apart[0] / 2.0) - 1, 0), steps):
+                by = tangents[run, step]
+                for one in range(size):
+                    after[one] = 0.0
+                    for before in range(size):
+                        after[one] += state[before] * by[before, one]
+                for place in range(4):
+                    weight = 1.0 - abs((2 * step + (place + 1) // 2) / apart[0] - knot)
+                    if weight > 0.0:
+                        for one in range(size):
+                            after[one] += weight * by_torque[place, run, step, one, axis]
+                for one in range(size):
+                    state[one] = after[one]
+                of, rate = by_state[run, step + 1], rates[run, row, step + 1]
+                for one in range(3):
+                    for before in range(size):
+                        rate[one] += of[one, before] * state[before]
 
 
 def _eliminate(shared, left):

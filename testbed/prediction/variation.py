@@ -85,6 +85,32 @@ class Motion:
         return np.broadcast_to(self.equations.attitude(self.along.states), (*self.along.states.shape[:3], 3, 3))
 
     @cached_property
+    def rate_by_state(self) -> Array:
+        """Derivatives of ω at the nodes by the states, shape (R, M + 1, 3, S)."""
+        return self._at_nodes[1]
+
+    @cached_property
+    def rates(self) -> Array:
+        """ω at the nodes, shape (R, M + 1, 3), rad/s."""
+        return self._at_nodes[0]
+
+    @cached_property
+    def rate_by_momentum(self) -> Array:
+        """Derivatives of ω at the nodes by the momentum that is held, shape (R, M + 1, 3, 3)."""
+        return self._at_nodes[2]
+
+    @cached_property
+    def _at_nodes(self) -> tuple[Array, Array, Array]:
+        runs, nodes, _, size = self.states.shape
+        at_nodes = self.equations.known_at(slice(0, nodes), 0)
+        rates, by_state, by_momentum = self.equations.rate_and_tangents(self.states.reshape(-1, 1, size), at_nodes)
+        return (
+            rates.reshape(runs, nodes, 3),
+            by_state.reshape(runs, nodes, 3, size),
+            by_momentum.reshape(runs, nodes, 3, 3),
+        )
+
+    @cached_property
     def by_torque(self) -> Array:
         """Derivatives of the states after each step by a torque on the body in each slope, shape (4, R, M, S, 3)."""
         return self.along.by_slope[..., :3] * self.equations.live
@@ -138,21 +164,20 @@ def disturbed_rates(
         start: at the first node, shape (R, 1, P, S).
     """
     runs, nodes, _, size = motion.states.shape
-    flat, at_nodes = motion.states.reshape(-1, 1, size), motion.equations.known_at(slice(0, nodes), 0)
-    rates, by_state, by_momentum = motion.equations.rate_and_tangents(flat, at_nodes)
-    rates = rates.reshape(runs, nodes, 3)
+    rates, by_node = motion.rates, motion.rate_by_momentum
     carrying = (start, *effects, *(speck.value for speck in specks), known.momentum_B, known.torque_B)
     if known.inertia_step is None and not any(map(np.iscomplexobj, carrying)):
         return rates[:, :, None]
-    by_node, turned = by_momentum.reshape(1, runs, nodes, 3, 3), np.zeros((runs, nodes, start.shape[2], 3))
-    _force(turned, known, by_node, None, rates[None], (0,))
+    turned = np.zeros((runs, nodes, start.shape[2], 3))
+    _force(turned, known, by_node[None], None, rates[None], (0,))
+    flat, at_nodes = motion.states.reshape(-1, 1, size), motion.equations.known_at(slice(0, nodes), 0)
     for stepped, _, held in motion.equations.own_changes(effects, flat, rates.reshape(-1, 3), at_nodes):
-        turned[:, :, stepped] += held.reshape(runs, nodes, -1, 3) @ np.swapaxes(by_node[0], -1, -2)
+        turned[:, :, stepped] += held.reshape(runs, nodes, -1, 3) @ np.swapaxes(by_node, -1, -2)
     added, begun = _added(motion, effects, known, start.shape[2]), start.imag[:, 0].copy()
     for speck in specks:
-        _drive(speck, motion, rates, begun, added, turned, by_node[0])
+        _drive(speck, motion, rates, begun, added, turned, by_node)
     changes = carried(motion.along.tangents, begun, added)
-    turned += changes @ np.swapaxes(by_state.reshape(runs, nodes, 3, size), -1, -2)
+    turned += changes @ np.swapaxes(motion.rate_by_state, -1, -2)
     return np.asarray(rates[:, :, None] + 1j * turned)
 
 
