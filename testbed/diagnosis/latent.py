@@ -27,7 +27,7 @@ from testbed.arrays import Array
 from testbed.diagnosis.candidates import SizePrior, log_p_value, p_value
 from testbed.diagnosis.data import Runs, chosen, joined
 from testbed.diagnosis.keeping import Content, array_from_content, array_to_content, part
-from testbed.diagnosis.model import Fit, evaluated, fitted_initial_rates, orthonormal, projected_out
+from testbed.diagnosis.model import Fit, evaluated, fitted_initial_rates, orthonormal, projected_out, square_within
 from testbed.diagnosis.settings import SETTINGS
 from testbed.effects.body_torque import BodyTorque
 from testbed.estimation.random_walk import Increments, likeliest_variance
@@ -260,6 +260,16 @@ class _Tried:
     torques: Array
     """At the knots of every run, shape (R, T, F): a function stands for three torques, one on each axis."""
     frequency_hz: float | None = None
+    by_run: bool = False
+    """Whether every run has amplitudes of its own."""
+
+    @property
+    def functions(self) -> Array:
+        """What is free at the knots of every run, shape (R, T, F), or (R, T, R F) if every run has its own."""
+        if not self.by_run:
+            return self.torques
+        own = np.einsum("rtf,rq->rtqf", self.torques, np.eye(len(self.torques)))
+        return np.asarray(own.reshape(*self.torques.shape[:2], -1))
 
 
 def torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
@@ -338,12 +348,12 @@ def _oscillations(runs: Runs, time: Array) -> Iterator[_Tried]:
         )
         shown = float(frequency) if resolved else None
         yield _Tried(kind="oscillation", words=words, torques=together, frequency_hz=shown)
-        own = np.einsum("rtf,rq->rtqf", together, np.eye(len(time))).reshape(*time.shape, -1)
         yield _Tried(
             kind="oscillation of every run's own",
             words=f"{words}, in no step between runs",
-            torques=own,
+            torques=together,
             frequency_hz=shown,
+            by_run=True,
         )
 
 
@@ -405,14 +415,14 @@ class TorqueSpace:
         """Return what torques at the knots do, shape (K, C), for torques of shape (R, T 3, C)."""
         pairs = zip(self.responses, torques, strict=True)
         by_run = [sum(axis @ own[index::3] for index, axis in enumerate(of)) for of, own in pairs]
-        return self._free(np.concatenate(by_run))
+        return self.free(np.concatenate(by_run))
 
-    def on_axes(self, functions: Array) -> Array:
-        """Return what torques do that follow functions, shape (R, T, F), on one axis after the other: (3, K, F)."""
-        pairs = zip(self.responses, functions, strict=True)
-        return self._free(np.concatenate([of @ own for of, own in pairs], axis=1))
+    def on_axes(self, functions: Array) -> list[Array]:
+        """Return what torques do in every run that follow functions, shape (R, T, F), by axis: shapes (3, K_run, F)."""
+        return [of @ own for of, own in zip(self.responses, functions, strict=True)]
 
-    def _free(self, together: Array) -> Array:
+    def free(self, together: Array) -> Array:
+        """Return what is left of columns in all runs, shape (..., K, C), once what these share is projected out."""
         return together - self.taken @ ((1.0 - self.left)[:, None] * (self.taken.T @ together))
 
 
@@ -450,19 +460,35 @@ def _responses(tried: Sequence[_Tried], space: TorqueSpace) -> Iterator[Array]:
     """Yield what the torques of each shape do, shape (K, 3 F), many at once."""
     for first in range(0, len(tried), AT_ONCE):
         some = tried[first : first + AT_ONCE]
-        together = space.on_axes(np.concatenate([each.torques for each in some], axis=-1))
-        ends = np.cumsum([each.torques.shape[-1] for each in some])
-        yield from (np.concatenate(own, axis=-1) for own in np.split(together, ends[:-1], axis=-1))
+        distinct = {
+            id(each.torques): each.torques for each in some
+        }  # runs share a shape's functions, or have their own
+        together = space.on_axes(np.concatenate(list(distinct.values()), axis=-1))
+        ends = np.cumsum([each.shape[-1] for each in distinct.values()])[:-1]
+        of_runs = zip(*(np.split(run, ends, axis=-1) for run in together), strict=True)
+        found = dict(zip(distinct, of_runs, strict=True))
+        for each in some:
+            by_run = found[id(each.torques)]
+            columns = _beside(by_run) if each.by_run else np.concatenate(by_run, axis=1)
+            yield np.concatenate(list(space.free(columns)), axis=-1)
+
+
+def _beside(by_run: Sequence[Array]) -> Array:
+    """Return columns of every run, shapes (3, K_run, F), as columns of all runs, each its own: (3, K, R F)."""
+    rows, columns = (np.cumsum([0, *(each.shape[axis] for each in by_run)]) for axis in (1, 2))
+    whole = np.zeros((3, rows[-1], columns[-1]))
+    for run, each in enumerate(by_run):
+        whole[:, rows[run] : rows[run + 1], columns[run] : columns[run + 1]] = each
+    return whole
 
 
 def _tested(
     tried: _Tried, columns: Array, residual: Array, shapes: int, noise_freedom: float, typical: float
 ) -> TorqueShape:
     """Return what a shape explains; its root mean square is typically as large as a constant torque, N·m."""
-    basis = orthonormal(columns)
-    freedom, square = basis.shape[1], float(((basis.T @ residual) ** 2).sum())
+    square, freedom = square_within(residual, columns)
     by_chance = exp(min(0.0, log(shapes) + log_p_value(square, freedom, noise_freedom))) if freedom else 1.0
-    power = np.mean(tried.torques**2, axis=1).max(axis=0)  # of the run where it is largest: some act in one alone
+    power = np.mean(tried.functions**2, axis=1).max(axis=0)  # of the run where it is largest: some act in one alone
     none = np.zeros(columns.shape[1], dtype=bool)
     sizes = SizePrior(
         typical=np.tile(typical / np.sqrt(np.maximum(power, np.finfo(float).tiny)), 3), positive=none, searched=none

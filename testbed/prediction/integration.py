@@ -28,7 +28,7 @@ from testbed.prediction.grid import Gimbals, Grid
 from testbed.prediction.held import held_inertia, held_momentum
 from testbed.prediction.hooks import Hooks, overrides
 from testbed.prediction.kernels import carried
-from testbed.prediction.variation import Motion, Speck, blocks_of, disturbed_rates, linearised
+from testbed.prediction.variation import Motion, Speck, blocks_of, disturbed_rates, linearised, nearly_tangents
 
 _ROUNDS = 16
 """Of Newton's method: from gyro samples it takes four or five; what it does not find is stepped along."""
@@ -203,10 +203,9 @@ def _motion(problem: _MotionProblem) -> Motion:
 def _by_newton(problem: _MotionProblem) -> Motion | None:
     grid, equations = problem.grid, problem.equations
     states = _guess(grid, equations, problem.first)
-    along, before = linearised(equations, states[:, :-1]), np.inf
-    ahead = along.ahead
+    tangents, ahead, before = nearly_tangents(equations, states), _in_blocks(equations, states[:, :-1]), np.inf
     for _ in range(_ROUNDS):
-        change = carried(along.tangents, np.zeros_like(states[:, 0]), ahead - states[:, 1:])
+        change = carried(tangents, np.zeros_like(states[:, 0]), ahead - states[:, 1:])
         states = states + change
         moved = max(_share(change[..., group], states[..., group]) for group in equations.groups)
         if not np.isfinite(moved):
@@ -217,7 +216,7 @@ def _by_newton(problem: _MotionProblem) -> Motion | None:
             return Motion(equations=equations, states=states + change, along=along)
         if moved > _NEARER * before:
             along = linearised(equations, states[:, :-1])
-            ahead = along.ahead
+            tangents, ahead = along.tangents, along.ahead
         else:
             ahead = _in_blocks(equations, states[:, :-1])
         before = moved

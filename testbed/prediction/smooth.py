@@ -9,7 +9,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Array, Series
-from testbed.prediction.kernels import cubic_between, slopes_a_unit_apart
+from testbed.prediction.kernels import cubic_between, followed, slopes_a_unit_apart
 
 _FORGOTTEN = 40.0
 """Time constants after which exp(-t/T) no longer shows in a double."""
@@ -62,12 +62,8 @@ class Smooth:
         linear = rise - 2 * lag * square
         constant = self._values[:, :-1] - lag * linear
         end = constant + self._step * (linear + self._step * (square + self._step * cubic))
-        kept = decay(np.array([self._step]), time_constant)[:, None]
-        state, filtered = constant[:, 0], [constant[:, 0]]
-        for index in range(end.shape[1]):
-            state = end[:, index] + kept * (state - constant[:, index])
-            filtered.append(state)
-        return Smooth(self._time, np.stack(filtered, axis=1))
+        kept = decay(np.array([self._step]), time_constant)
+        return Smooth(self._time, followed(constant, end, kept))
 
 
 def node_slopes(values: Array, step: float | Array) -> Array:
