@@ -248,9 +248,8 @@ def _known(grid: Grid, hooks: Sequence[Hooks], values: Values, *, one_motion: bo
     momentum_B, asked_B = grid.cluster_momentum_B, grid.applied_torque_B
     inertia = [inertia_matrix(values.theta)[None, :, None]]
     pairs = list(zip(hooks, values.effects, strict=True))
-    gimbals = effective_gimbals(grid, hooks, values.effects)
-    if gimbals is not None:
-        of_gimbals_B, held = _held_as_recorded(gimbals) if gimbals is grid.gimbals else _held(gimbals)
+    if grid.gimbals is not None:
+        of_gimbals_B, held = _held_by_gimbals(grid, grid.gimbals, pairs)
         momentum_B = of_gimbals_B + momentum_B if grid.wheels.axis_B.size else of_gimbals_B
         inertia.append(held)
     for hook, value in pairs:
@@ -302,6 +301,38 @@ def _on_bearing(known: Known, grid: Grid, inertia: Array) -> Known:
 def _sum(parts: Iterable[Array]) -> Array:
     """Return the sum of arrays of shapes (R, P, T, 3, 3) that broadcast."""
     return reduce(np.add, parts)
+
+
+def _held_by_gimbals(grid: Grid, gimbals: Gimbals, pairs: Sequence[tuple[Hooks, Array]]) -> tuple[Array, Array]:
+    """Return h, shape (R, P, T, 3), N·m·s, and J(d) - J(0), shape (R, P, T, 3, 3), kg·m², with effects (P, K)."""
+    acting = [(hook, value) for hook, value in pairs if overrides(hook, "gimbals")]
+    if not acting:
+        return _held_as_recorded(gimbals)
+    hooks, effects = zip(*acting, strict=True)
+    distinct, place = distinct_sets(effects)
+    changed = effective_gimbals(grid, hooks, distinct)
+    assert changed is not None
+
+    def of_all_sets(held: Array) -> Array:
+        return held[:, place] if 1 < len(distinct[0]) == held.shape[1] else held
+
+    momentum_B, inertia = _held(changed)
+    return of_all_sets(momentum_B), of_all_sets(inertia)
+
+
+def distinct_sets(effects: Sequence[Array]) -> tuple[list[Array], NDArray[np.intp]]:
+    """Return the parameter sets of effects that differ, shapes (D, K), and which of them each of P sets is, shape (P,).
+
+    Most sets are a step in what does not change these effects.
+
+    Args:
+        effects: parameters of some effects, shapes (P, K); an array with a single set stands for all.
+    """
+    sizes = np.cumsum([value.shape[1] for value in effects])[:-1]
+    sets = max(map(len, effects))
+    rows = np.concatenate([np.broadcast_to(value, (sets, value.shape[1])) for value in effects], axis=1)
+    distinct, place = np.unique(rows, axis=0, return_inverse=True)
+    return np.split(distinct, sizes, axis=1), place.ravel()
 
 
 def _held(gimbals: Gimbals) -> tuple[Array, Array]:

@@ -15,7 +15,7 @@ from testbed.prediction.equations import COMPLEX_STEP
 from testbed.prediction.grid import Grid
 from testbed.prediction.gyro import acts_in_gyro, gyro_errors, readings
 from testbed.prediction.hooks import Hooks, overrides
-from testbed.prediction.integration import GRIDS, Values, motion_of, node_rates
+from testbed.prediction.integration import GRIDS, Values, distinct_sets, motion_of, node_rates
 from testbed.prediction.kernels import answers
 from testbed.prediction.motor_torques import has_torques, motor_torques
 from testbed.prediction.servo_response import servo_responses
@@ -109,12 +109,9 @@ def _channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> list[Array]
 
 def _gimbal_channels_of_sets(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> list[Array]:
     """Return the gimbals' channels of sets most of which differ in what does not change them."""
-    sizes = np.cumsum([value.shape[1] for value in effects])[:-1]
-    sets = max(map(len, effects))
-    rows = np.concatenate([np.broadcast_to(value, (sets, value.shape[1])) for value in effects], axis=1)
-    distinct, place = np.unique(rows, axis=0, return_inverse=True)
-    blocks = _gimbal_channels(grid, hooks, np.split(distinct, sizes, axis=1))
-    return [np.broadcast_to(block, (len(distinct), *block.shape[1:]))[place.ravel()] for block in blocks]
+    distinct, place = distinct_sets(effects)
+    blocks = _gimbal_channels(grid, hooks, distinct)
+    return [np.broadcast_to(block, (len(distinct[0]), *block.shape[1:]))[place] for block in blocks]
 
 
 def _gimbal_channels(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> list[Array]:
