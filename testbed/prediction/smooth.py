@@ -26,11 +26,11 @@ class Smooth:
         self._step = time[1] - time[0]
         self._slopes = node_slopes(values, self._step) if slopes is None else slopes
 
-    def at(self, time: Series, time_constant: Array, delay: Array) -> Array:
+    def at(self, time: Array, time_constant: Array, delay: Array) -> Array:
         """Return what a low-pass T ẋ = u - x with a delay behind it shows of the motion, shape (P, N, 3).
 
         Args:
-            time: shape (N,), s.
+            time: shape (N,) or (P, N), s.
             time_constant: T, shape (P,), s; zero for none.
             delay: shape (P,), s.
         """
