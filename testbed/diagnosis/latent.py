@@ -422,7 +422,7 @@ class TorqueSpace:
         return [of @ own for of, own in zip(self.responses, functions, strict=True)]
 
     def free(self, together: Array) -> Array:
-        """Return what is left of columns in all runs, shape (..., K, C), once what these share is projected out."""
+        """Return columns in all runs, shape (..., K, C), with all that these share projected out."""
         return together - self.taken @ ((1.0 - self.left)[:, None] * (self.taken.T @ together))
 
 

@@ -183,9 +183,9 @@ def _found(grid: Grid, hooks: Sequence[Hooks], values: Values, known: Known) -> 
     real = known.without_steps()
     equations = Equations(hooks[:number], effects, real, attitude=attitude)
     first = equations.initial(values.initial_rate[:, :1].real, 1)
-    acting = [(hook, value) for hook, value in zip(hooks, effects, strict=False) if acts_on_motion(hook)]
-    alike = tuple(hook if vars(hook) else type(hook) for hook, _ in acting)
-    numbers = tuple(each.tobytes() for each in (first, *(value for _, value in acting), *real.arrays))
+    acting = [place for place, hook in enumerate(hooks[:number]) if acts_on_motion(hook)]
+    alike = tuple((place, hooks[place] if vars(hooks[place]) else type(hooks[place])) for place in acting)
+    numbers = tuple(each.tobytes() for each in (first, *(effects[place] for place in acting), *real.arrays))
     return _motion(_MotionProblem(grid, equations, first, (grid, alike, attitude, known.surroundings, *numbers)))
 
 
