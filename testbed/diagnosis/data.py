@@ -468,8 +468,8 @@ class Runs:
         if self.torque_noise is None or block >= len(self.names):
             sigma = self.sigma[block] if block < len(self.names) else self.inner_sigma[block - len(self.names)]
             return np.asarray(values / (sigma if values.ndim == 2 else sigma[:, None]))
-        by_axis = np.moveaxis(values.reshape(*values.shape[:2], -1), 1, 0)
-        return np.moveaxis(self._whiteners[block] @ by_axis, 0, 1).reshape(values.shape)
+        by_axis = values.reshape(*values.shape[:2], -1).transpose(1, 0, 2)
+        return (self._whiteners[block] @ by_axis).transpose(1, 0, 2).reshape(values.shape)
 
     @cached_property
     def noise_deviance(self) -> Array:

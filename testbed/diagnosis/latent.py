@@ -17,25 +17,22 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from itertools import combinations_with_replacement, groupby, pairwise
 from math import ceil, exp, log
-from typing import Literal, TypeAlias, final
+from typing import Literal, TypeAlias
 
 import numpy as np
 import scipy
 from scipy.special import logsumexp
-from typing_extensions import override
 
 from testbed.arrays import Array
 from testbed.diagnosis.candidates import SizePrior, log_p_value, p_value
 from testbed.diagnosis.data import Runs, chosen, joined
 from testbed.diagnosis.keeping import Content, array_from_content, array_to_content, part
-from testbed.diagnosis.model import Fit, evaluated, fitted_initial_rates, orthonormal, projected_out
+from testbed.diagnosis.model import Fit, evaluated, fitted_initial_rates, orthonormal, projected_out, square_within
 from testbed.diagnosis.settings import SETTINGS
 from testbed.effects.body_torque import BodyTorque
 from testbed.estimation.random_walk import Increments, likeliest_variance
-from testbed.prediction.grid import Grid
-from testbed.prediction.hooks import Hooks
+from testbed.prediction import prediction
 from testbed.prediction.integration import node_rates
-from testbed.prediction.prediction import common_size, predicted_with_derivatives
 
 KNOTS_PER_SECOND = 8.0
 """Hat functions of the torque: enough for 4 Hz, the fastest that 16 Hz samples distinguish from noise. With half or
@@ -213,21 +210,6 @@ def _increments(free: Sequence[_Free], walk: Array) -> tuple[Increments, list[Ar
     return Increments(power=power, slope=slope, across=across), directions
 
 
-@final
-class _Hats(Hooks):
-    """A torque that is linear between knots, the same knots in every run as shares of its length."""
-
-    @override
-    def applied_torque(self, torque_B: Array, value: Array, grid: Grid) -> Array:
-        knots = value.reshape(len(value), -1, 3)
-        place = np.linspace(0.0, knots.shape[1] - 1.0, grid.time.shape[1])
-        before = np.minimum(place.astype(np.intp), knots.shape[1] - 2)
-        share = (place - before)[:, None]
-        return np.asarray(
-            torque_B[:, :, -len(place) :] + (1.0 - share) * knots[:, before] + share * knots[:, before + 1]
-        )
-
-
 def torque_responses(runs: Runs, fit: Fit, knots: int) -> list[Array]:
     """Return every run's whitened response to a torque at each of its knots, shapes (samples, knots * 3).
 
@@ -236,11 +218,7 @@ def torque_responses(runs: Runs, fit: Fit, knots: int) -> list[Array]:
         fit: of the present model to them.
         knots: of each run, evenly from its first sample to its last; the torque is linear between them.
     """
-    effects = (*fit.values.effects, np.zeros((1, 3 * knots)))
-    common = common_size(fit.values.effects)
-    values = replace(fit.values, effects=effects)
-    hooks = [*(each.hooks for each in fit.placed), _Hats()]
-    _, derivatives = predicted_with_derivatives(runs.grid, hooks, values, range(common, common + 3 * knots))
+    derivatives = prediction.torque_responses(runs.grid, [each.hooks for each in fit.placed], fit.values, knots)
     return runs.whitened_columns(derivatives)
 
 
@@ -282,6 +260,16 @@ class _Tried:
     torques: Array
     """At the knots of every run, shape (R, T, F): a function stands for three torques, one on each axis."""
     frequency_hz: float | None = None
+    by_run: bool = False
+    """Whether every run has amplitudes of its own."""
+
+    @property
+    def functions(self) -> Array:
+        """What is free at the knots of every run, shape (R, T, F), or (R, T, R F) if every run has its own."""
+        if not self.by_run:
+            return self.torques
+        own = np.einsum("rtf,rq->rtqf", self.torques, np.eye(len(self.torques)))
+        return np.asarray(own.reshape(*self.torques.shape[:2], -1))
 
 
 def torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
@@ -360,12 +348,12 @@ def _oscillations(runs: Runs, time: Array) -> Iterator[_Tried]:
         )
         shown = float(frequency) if resolved else None
         yield _Tried(kind="oscillation", words=words, torques=together, frequency_hz=shown)
-        own = np.einsum("rtf,rq->rtqf", together, np.eye(len(time))).reshape(*time.shape, -1)
         yield _Tried(
             kind="oscillation of every run's own",
             words=f"{words}, in no step between runs",
-            torques=own,
+            torques=together,
             frequency_hz=shown,
+            by_run=True,
         )
 
 
@@ -427,14 +415,14 @@ class TorqueSpace:
         """Return what torques at the knots do, shape (K, C), for torques of shape (R, T 3, C)."""
         pairs = zip(self.responses, torques, strict=True)
         by_run = [sum(axis @ own[index::3] for index, axis in enumerate(of)) for of, own in pairs]
-        return self._free(np.concatenate(by_run))
+        return self.free(np.concatenate(by_run))
 
-    def on_axes(self, functions: Array) -> Array:
-        """Return what torques do that follow functions, shape (R, T, F), on one axis after the other: (3, K, F)."""
-        pairs = zip(self.responses, functions, strict=True)
-        return self._free(np.concatenate([of @ own for of, own in pairs], axis=1))
+    def on_axes(self, functions: Array) -> list[Array]:
+        """Return what torques do in every run that follow functions, shape (R, T, F), by axis: shapes (3, K_run, F)."""
+        return [of @ own for of, own in zip(self.responses, functions, strict=True)]
 
-    def _free(self, together: Array) -> Array:
+    def free(self, together: Array) -> Array:
+        """Return columns in all runs, shape (..., K, C), with all that these share projected out."""
         return together - self.taken @ ((1.0 - self.left)[:, None] * (self.taken.T @ together))
 
 
@@ -472,9 +460,26 @@ def _responses(tried: Sequence[_Tried], space: TorqueSpace) -> Iterator[Array]:
     """Yield what the torques of each shape do, shape (K, 3 F), many at once."""
     for first in range(0, len(tried), AT_ONCE):
         some = tried[first : first + AT_ONCE]
-        together = space.on_axes(np.concatenate([each.torques for each in some], axis=-1))
-        ends = np.cumsum([each.torques.shape[-1] for each in some])
-        yield from (np.concatenate(own, axis=-1) for own in np.split(together, ends[:-1], axis=-1))
+        distinct = {
+            id(each.torques): each.torques for each in some
+        }  # runs share a shape's functions, or have their own
+        together = space.on_axes(np.concatenate(list(distinct.values()), axis=-1))
+        ends = np.cumsum([each.shape[-1] for each in distinct.values()])[:-1]
+        of_runs = zip(*(np.split(run, ends, axis=-1) for run in together), strict=True)
+        found = dict(zip(distinct, of_runs, strict=True))
+        for each in some:
+            by_run = found[id(each.torques)]
+            columns = _beside(by_run) if each.by_run else np.concatenate(by_run, axis=1)
+            yield np.concatenate(list(space.free(columns)), axis=-1)
+
+
+def _beside(by_run: Sequence[Array]) -> Array:
+    """Return columns of every run, shapes (3, K_run, F), as columns of all runs, each its own: (3, K, R F)."""
+    rows, columns = (np.cumsum([0, *(each.shape[axis] for each in by_run)]) for axis in (1, 2))
+    whole = np.zeros((3, rows[-1], columns[-1]))
+    for run, each in enumerate(by_run):
+        whole[:, rows[run] : rows[run + 1], columns[run] : columns[run + 1]] = each
+    return whole
 
 
 def _tested(
@@ -485,10 +490,9 @@ def _tested(
     Quick pulses and the constant torque that they amount to are then as probable a priori: of each other's root mean
     square, pulses would be the smaller torques, and would be taken for every constant one below its typical size.
     """
-    basis = orthonormal(columns)
-    freedom, square = basis.shape[1], float(((basis.T @ residual) ** 2).sum())
+    square, freedom = square_within(residual, columns)
     by_chance = exp(min(0.0, log(shapes) + log_p_value(square, freedom, noise_freedom))) if freedom else 1.0
-    size = np.mean(np.abs(tried.torques), axis=1).max(axis=0)  # of the run where it is largest: some act in one alone
+    size = np.mean(np.abs(tried.functions), axis=1).max(axis=0)  # of the run where it is largest: some act in one alone
     none = np.zeros(columns.shape[1], dtype=bool)
     sizes = SizePrior(
         typical=np.tile(typical / np.maximum(size, np.finfo(float).tiny), 3), positive=none, searched=none

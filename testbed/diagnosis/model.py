@@ -50,6 +50,22 @@ def orthonormal(matrix: Array) -> Array:
     return np.asarray(left[:, strength > NEGLIGIBLE])
 
 
+def square_within(vector: Array, columns: Array) -> tuple[float, int]:
+    """Return the squared length of what columns can explain of a vector, and their rank, as `orthonormal` has it.
+
+    Of Q R = (C v), the triangle R holds all that this takes: its last column is Qᵀ v.
+
+    Args:
+        vector: v, shape (N,).
+        columns: C, shape (N, K), whatever their scales.
+    """
+    scale = np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
+    triangle: Array = np.asarray(np.linalg.qr(np.column_stack([columns / scale, vector]), mode="r"))
+    left, strength, _ = np.linalg.svd(triangle[:, :-1], full_matrices=False)
+    explained = left[:, strength > NEGLIGIBLE].T @ triangle[:, -1]
+    return float(explained @ explained), explained.size
+
+
 def projected_out(values: Array, basis: Array) -> Array:
     """Return what of a vector or of columns lies outside of what a basis spans.
 

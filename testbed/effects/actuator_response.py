@@ -63,7 +63,7 @@ def late_momentum(asked_B: Array, grid: Grid, time_constant: Array, delay: Array
         time_constant: of a first-order lag, shape (P,), s.
         delay: shape (P,), s.
     """
-    if grid.gimbals is not None:
+    if grid.gimbals is not None or not asked_B.any():  # what holds no momentum has none later
         return asked_B
     every, behind = _side_by_side(asked_B, grid, time_constant, delay)
     at = np.arange(float(asked_B.shape[2]))

@@ -29,6 +29,7 @@ class _Mode(Hooks):
     """States: deflection η, rad, and rate in N about the axis, p = η̇ + a·ω, rad/s; the mode holds I a p."""
 
     states = 2
+    quadratic = True
 
     @override
     def initial_state(self, value: Array, body_rate: Array) -> Array:

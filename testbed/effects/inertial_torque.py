@@ -19,8 +19,9 @@ class _Constant(Hooks):
 
     @override
     def torque(self, value: Array, at: Instant) -> Array:
-        """Rᵀ T, without the conjugation of NumPy's vecmat."""
-        return np.asarray((value[..., None] * at.attitude).sum(axis=-2))
+        """Rᵀ T, row by row: without the conjugation of NumPy's vecmat, and faster than a sum over an axis of three."""
+        rows = (value[..., axis, None] * at.attitude[..., axis, :] for axis in range(3))
+        return np.asarray(sum(rows, np.zeros(3)))
 
 
 @final

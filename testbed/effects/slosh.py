@@ -30,6 +30,7 @@ class _Loose(Hooks):
     """States: displacement ξ, m, and relative velocity in N, u = ξ̇ + ω × ρ, m/s, ρ = r + ξ; it holds m ρ × u."""
 
     states = 6
+    quadratic = True
 
     @override
     def initial_state(self, value: Array, body_rate: Array) -> Array:

@@ -176,6 +176,7 @@ class Equations:
             if acts_on_motion(hook)
         }
         self._hides = any(hook.states for hook, _, _ in self._acting.values())
+        self._at = dict[tuple[int, int, int], Known]()
 
     def guessed(self, start: Array, rates: Array) -> Array:
         """Return states at all nodes of a motion that is known about, shape (R, M + 1, 1, S).
@@ -274,8 +275,11 @@ class Equations:
         return _instant(self._known, self._known.time[:, at, None], body_rate, attitude, own_state)
 
     def known_at(self, nodes: slice, later: int) -> Known:
-        """Return what is known so many half steps after nodes."""
-        return self._known.at(_half_steps(nodes, later))
+        """Return what is known so many half steps after nodes; a motion is searched in the same blocks of them."""
+        key = nodes.start, nodes.stop, later
+        if key not in self._at:
+            self._at[key] = self._known.at(_half_steps(nodes, later))
+        return self._at[key]
 
     def slope_and_tangents(self, state: Array, known: Known) -> Slope:
         """Return the slope of the real states of one parameter set, shape (R W, 1, S), with its derivatives."""
@@ -329,8 +333,8 @@ class Equations:
         self, slope: Array, by_state: Array, by_rate: Array, state: Array, rate: Array, known: Known
     ) -> None:
         """Add the torques and states of the effects to slopes and their derivatives, by what each depends on."""
-        attitude, base = 4 * self._attitude, np.eye(3)
         for hook, value, own in self._acting.values():
+            attitude, base = 4 * hook.needs_attitude, np.eye(3)
             steps = 1j * COMPLEX_STEP * np.eye(3 + attitude + hook.states)
             if attitude:
                 base = kernels.matrix_of_quaternion(state[..., 3:7] + steps[:, 3:7])

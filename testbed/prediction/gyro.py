@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from testbed.arrays import Array, Series, Vectors3
+from testbed.arrays import Array, Vectors3
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks, overrides
 from testbed.prediction.smooth import Smooth, node_slopes
@@ -27,23 +27,45 @@ def readings(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates
     pairs = list(zip(hooks, effects, strict=True))
     lag = sum((hook.gyro_time_constant(value) for hook, value in pairs), np.zeros(1))
     delay = sum((hook.gyro_delay(value) for hook, value in pairs), np.zeros(1))
-    behind = [np.broadcast_to(each, rates.shape[1]) for each in (lag, delay)]
     averaging = [hook.gyro_averaging(value) for hook, value in pairs if overrides(hook, "gyro_averaging")]
-    slopes = node_slopes(rates, grid.step[:, None, None, None])
+    read = _read(grid, rates, lag, delay, averaging)
     predicted = []
     for run, telemetry in enumerate(grid.runs):
-        motion = Smooth(grid.node_time[run], rates[run], slopes[run])
-        reading = motion.at(telemetry.gyro_time, *behind)
-        if averaging:
-            window = sum(averaging, np.zeros(rates.shape[1])) * float(np.median(np.diff(telemetry.gyro_time)))
-            reading = _averaged(motion, telemetry.gyro_time, behind[0], behind[1], window)
+        reading = read[run, :, : len(telemetry.gyro_time)]
         for hook, value in pairs:
             reading = hook.gyro_reading(reading, value, telemetry.gyro_time, int(grid.number[run]))
         predicted.append(reading)
     return predicted
 
 
-def _averaged(motion: Smooth, time: Series, lag: Array, delay: Array, window: Array) -> Array:
+def _read(grid: Grid, rates: Array, lag: Array, delay: Array, averaging: Sequence[Array]) -> Array:
+    """Return what a gyro reads behind a lag and a delay, shape (R, P, N, 3), rad/s, N of the run with most samples.
+
+    All runs side by side, in units of their steps; those with fewer samples have their last one again.
+
+    Args:
+        grid: the runs.
+        rates: ω at the grid's nodes, shape (R, P, M + 1, 3).
+        lag: shape (P,) or (1,), s.
+        delay: alike.
+        averaging: shares of the sampling interval over which is averaged, shapes (P,) or (1,); their sum counts.
+    """
+    runs, sets, nodes, _ = rates.shape
+    most = max(len(run.gyro_time) for run in grid.runs)
+    times = np.stack([np.pad(run.gyro_time, (0, most - len(run.gyro_time)), mode="edge") for run in grid.runs])
+    at = np.repeat((times - grid.node_time[:, :1]) / grid.step[:, None], sets, axis=0)
+    late, behind = ((np.broadcast_to(each, sets) / grid.step[:, None]).ravel() for each in (lag, delay))
+    rows = rates.reshape(-1, nodes, 3)
+    motion = Smooth(np.arange(float(nodes)), rows, node_slopes(rows, 1.0))
+    if averaging:
+        interval = np.array([np.median(np.diff(run.gyro_time)) for run in grid.runs]) / grid.step
+        read = _averaged(motion, at, late, behind, (sum(averaging, np.zeros(sets)) * interval[:, None]).ravel())
+    else:
+        read = motion.at(at, late, behind)
+    return np.asarray(read.reshape(runs, sets, most, 3))
+
+
+def _averaged(motion: Smooth, time: Array, lag: Array, delay: Array, window: Array) -> Array:
     """Return the means of a motion over windows that end at times, shape (P, N, 3).
 
     By Gauss's rule of three points, which is exact for a motion that is a quintic over the window.

@@ -52,11 +52,15 @@ class Hooks:
         states: number of further states that the effect integrates.
         needs_attitude: whether its torque depends on the attitude.
         predicts_gimbals: whether what it changes in the gimbals' channels is predicted, if it acts inside the units.
+        quadratic: whether its states have rates that are polynomials of the second degree in them and in ω, and hold a
+            momentum that is one in them, while nothing else of the motion counts and it gives no torque: such effects
+            are followed as machine code while they are specks, all others step by step.
     """
 
     states: int = 0
     needs_attitude: bool = False
     predicts_gimbals: bool = True
+    quadratic: bool = False
 
     def gimbals(self, gimbals: Gimbals, value: Array, grid: Grid) -> Gimbals:  # noqa: ARG002
         """Return the units as they are instead of as telemetry has them."""

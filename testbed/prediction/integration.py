@@ -28,7 +28,7 @@ from testbed.prediction.grid import Gimbals, Grid
 from testbed.prediction.held import held_inertia, held_momentum
 from testbed.prediction.hooks import Hooks, overrides
 from testbed.prediction.kernels import carried
-from testbed.prediction.variation import Motion, Speck, blocks_of, disturbed_rates, linearised
+from testbed.prediction.variation import Motion, Speck, blocks_of, disturbed_rates, linearised, nearly_tangents
 
 _ROUNDS = 16
 """Of Newton's method: from gyro samples it takes four or five; what it does not find is stepped along."""
@@ -95,27 +95,43 @@ def node_rates(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Array:
     Raises:
         InputError: the motion leaves the finite numbers.
     """
-    outside = environment_hooks(grid)
-    if outside is not None:
-        hooks, values = [outside, *hooks], replace(values, effects=(values.theta, *values.effects))
+    hooks, values = _with_outside(grid, hooks, values)
     one_motion = _is_one_motion(values)
     known = _known(grid, hooks, values, one_motion=one_motion)
     with np.errstate(over="ignore", invalid="ignore"):
-        motion = _found(grid, hooks, values, known) if one_motion else None
-        rates = _stepped_along(grid, hooks, values, known) if motion is None else _beside(motion, hooks, values, known)
+        if one_motion:
+            rates = _beside(_found(grid, hooks, values, known), hooks, values, known)
+        else:
+            equations = Equations(hooks, values.effects, known)
+            states = _stepped_along(equations, equations.initial(values.initial_rate, values.sets), grid)
+            rates = equations.body_rates(states, slice(0, states.shape[1]))
     require_bounded(rates)
     return np.ascontiguousarray(np.swapaxes(rates, 1, 2))
 
 
-def _stepped_along(grid: Grid, hooks: Sequence[Hooks], values: Values, known: Known) -> Array:
-    """Return ω at all nodes, shape (R, M + 1, P, 3), of any parameter sets, one step after the other."""
-    equations = Equations(hooks, values.effects, known)
-    states = [equations.initial(values.initial_rate, values.sets)]
+def motion_of(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Motion:
+    """Return the motion of one parameter set; arguments and errors as `node_rates`."""
+    hooks, values = _with_outside(grid, hooks, values)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return _found(grid, hooks, values, _known(grid, hooks, values, one_motion=True))
+
+
+def _with_outside(grid: Grid, hooks: Sequence[Hooks], values: Values) -> tuple[Sequence[Hooks], Values]:
+    """Return the effects and their parameters with what acts on the runs from outside, if anything does."""
+    outside = environment_hooks(grid)
+    if outside is None:
+        return hooks, values
+    return [outside, *hooks], replace(values, effects=(values.theta, *values.effects))
+
+
+def _stepped_along(equations: Equations, start: Array, grid: Grid) -> Array:
+    """Return the states at all nodes, shape (R, M + 1, P, S), of any parameter sets, one step after the other."""
+    states = [start]
     for step in range(grid.node_time.shape[1] - 1):
         if step % _WATCHED == 0:
             require_bounded(equations.body_rates(states[-1], slice(step, step + 1)))
         states.append(equations.stepped(states[-1], slice(step, step + 1)))
-    return equations.body_rates(np.concatenate(states, axis=1), slice(0, len(states)))
+    return np.concatenate(states, axis=1)
 
 
 def _beside(motion: Motion, hooks: Sequence[Hooks], values: Values, known: Known) -> Array:
@@ -156,10 +172,10 @@ class _MotionProblem:
         return hash(self.key)
 
 
-def _found(grid: Grid, hooks: Sequence[Hooks], values: Values, known: Known) -> Motion | None:
+def _found(grid: Grid, hooks: Sequence[Hooks], values: Values, known: Known) -> Motion:
     """Return the motion of the first parameter set without the complex steps and the specks.
 
-    None where Newton's method does not find them. Many derivatives in turn are taken of the same motion.
+    Many derivatives in turn are taken of the same motion.
     """
     number = len(hooks) - values.specks
     effects = [value[:1].real for value in values.effects[:number]]
@@ -167,20 +183,29 @@ def _found(grid: Grid, hooks: Sequence[Hooks], values: Values, known: Known) -> 
     real = known.without_steps()
     equations = Equations(hooks[:number], effects, real, attitude=attitude)
     first = equations.initial(values.initial_rate[:, :1].real, 1)
-    acting = [(hook, value) for hook, value in zip(hooks, effects, strict=False) if acts_on_motion(hook)]
-    alike = tuple(hook if vars(hook) else type(hook) for hook, _ in acting)
-    numbers = tuple(each.tobytes() for each in (first, *(value for _, value in acting), *real.arrays))
+    acting = [place for place, hook in enumerate(hooks[:number]) if acts_on_motion(hook)]
+    alike = tuple((place, hooks[place] if vars(hooks[place]) else type(hooks[place])) for place in acting)
+    numbers = tuple(each.tobytes() for each in (first, *(effects[place] for place in acting), *real.arrays))
     return _motion(_MotionProblem(grid, equations, first, (grid, alike, attitude, known.surroundings, *numbers)))
 
 
 @lru_cache(maxsize=_MOTIONS)
-def _motion(problem: _MotionProblem) -> Motion | None:
+def _motion(problem: _MotionProblem) -> Motion:
+    """Return the motion; what Newton's method does not find is stepped along."""
+    found = _by_newton(problem)
+    if found is not None:
+        return found
+    states = _stepped_along(problem.equations, problem.first, problem.grid)
+    require_bounded(problem.equations.body_rates(states, slice(0, states.shape[1])))
+    return Motion(equations=problem.equations, states=states, along=linearised(problem.equations, states[:, :-1]))
+
+
+def _by_newton(problem: _MotionProblem) -> Motion | None:
     grid, equations = problem.grid, problem.equations
     states = _guess(grid, equations, problem.first)
-    along, before = linearised(equations, states[:, :-1]), np.inf
-    ahead = along.ahead
+    tangents, ahead, before = nearly_tangents(equations, states), _in_blocks(equations, states[:, :-1]), np.inf
     for _ in range(_ROUNDS):
-        change = carried(along.tangents, np.zeros_like(states[:, 0]), ahead - states[:, 1:])
+        change = carried(tangents, np.zeros_like(states[:, 0]), ahead - states[:, 1:])
         states = states + change
         moved = max(_share(change[..., group], states[..., group]) for group in equations.groups)
         if not np.isfinite(moved):
@@ -191,7 +216,7 @@ def _motion(problem: _MotionProblem) -> Motion | None:
             return Motion(equations=equations, states=states + change, along=along)
         if moved > _NEARER * before:
             along = linearised(equations, states[:, :-1])
-            ahead = along.ahead
+            tangents, ahead = along.tangents, along.ahead
         else:
             ahead = _in_blocks(equations, states[:, :-1])
         before = moved
@@ -223,9 +248,8 @@ def _known(grid: Grid, hooks: Sequence[Hooks], values: Values, *, one_motion: bo
     momentum_B, asked_B = grid.cluster_momentum_B, grid.applied_torque_B
     inertia = [inertia_matrix(values.theta)[None, :, None]]
     pairs = list(zip(hooks, values.effects, strict=True))
-    gimbals = effective_gimbals(grid, hooks, values.effects)
-    if gimbals is not None:
-        of_gimbals_B, held = _held_as_recorded(gimbals) if gimbals is grid.gimbals else _held(gimbals)
+    if grid.gimbals is not None:
+        of_gimbals_B, held = _held_by_gimbals(grid, grid.gimbals, pairs)
         momentum_B = of_gimbals_B + momentum_B if grid.wheels.axis_B.size else of_gimbals_B
         inertia.append(held)
     for hook, value in pairs:
@@ -277,6 +301,38 @@ def _on_bearing(known: Known, grid: Grid, inertia: Array) -> Known:
 def _sum(parts: Iterable[Array]) -> Array:
     """Return the sum of arrays of shapes (R, P, T, 3, 3) that broadcast."""
     return reduce(np.add, parts)
+
+
+def _held_by_gimbals(grid: Grid, gimbals: Gimbals, pairs: Sequence[tuple[Hooks, Array]]) -> tuple[Array, Array]:
+    """Return h, shape (R, P, T, 3), N·m·s, and J(d) - J(0), shape (R, P, T, 3, 3), kg·m², with effects (P, K)."""
+    acting = [(hook, value) for hook, value in pairs if overrides(hook, "gimbals")]
+    if not acting:
+        return _held_as_recorded(gimbals)
+    hooks, effects = zip(*acting, strict=True)
+    distinct, place = distinct_sets(effects)
+    changed = effective_gimbals(grid, hooks, distinct)
+    assert changed is not None
+
+    def of_all_sets(held: Array) -> Array:
+        return held[:, place] if 1 < len(distinct[0]) == held.shape[1] else held
+
+    momentum_B, inertia = _held(changed)
+    return of_all_sets(momentum_B), of_all_sets(inertia)
+
+
+def distinct_sets(effects: Sequence[Array]) -> tuple[list[Array], NDArray[np.intp]]:
+    """Return the parameter sets of effects that differ, shapes (D, K), and which of them each of P sets is, shape (P,).
+
+    Most sets are a step in what does not change these effects.
+
+    Args:
+        effects: parameters of some effects, shapes (P, K); an array with a single set stands for all.
+    """
+    sizes = np.cumsum([value.shape[1] for value in effects])[:-1]
+    sets = max(map(len, effects))
+    rows = np.concatenate([np.broadcast_to(value, (sets, value.shape[1])) for value in effects], axis=1)
+    distinct, place = np.unique(rows, axis=0, return_inverse=True)
+    return np.split(distinct, sizes, axis=1), place.ravel()
 
 
 def _held(gimbals: Gimbals) -> tuple[Array, Array]:

@@ -11,8 +11,10 @@ they carry a derivative.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from testbed.arrays import Array
 from testbed.compiled import kept
@@ -25,6 +27,18 @@ _TURNED = ("c16", 4)
 
 _LAW, _TICKS = ("f8", 1), (("f8", 2), ("c16", 2))
 """Kinds of numbers and numbers of axes: the constants of a servo's law, its signals at ticks."""
+
+
+class Polynomials(NamedTuple):
+    """Polynomials of the second degree in numbers z, of P parameter sets.
+
+    Attributes:
+        terms: of each, which polynomial it belongs to and which two of (1, z) are multiplied, shape (T, 3).
+        factors: of the terms, shape (P, T).
+    """
+
+    terms: NDArray[np.intp]
+    factors: Array
 
 
 def body_rate(momentum: Array, held: Array, inverse: Array) -> Array:
@@ -151,6 +165,35 @@ def forced(added: Array, by: Array, changes: Array, instants: Sequence[int]) -> 
     kept(_force, (("f8", 5), ("f8", 4), ("i8", 1), ("f8", 4)))(by, everywhere, np.array(instants), added)
 
 
+def driven(
+    rate: Polynomials,
+    held: Polynomials,
+    start: Array,
+    motion: tuple[Array, Array],
+    by_momentum: Array,
+    by_node: Array,
+) -> Array:
+    """Return what states add that follow a motion by the classical rule, shape (R, M + 1, P, S + 3).
+
+    At every node: what its step adds to the changes of the motion's S states, none at the last one, and the change of ω
+    there by the momentum that they hold.
+
+    Args:
+        rate: of the K states, polynomials in these and ω.
+        held: momentum, 3 polynomials in the same.
+        start: the states at first, shape (R, P, K).
+        motion: ω where the steps take their slopes, shape (4, R, M, 3), rad/s, and each run's step, shape (R,), s.
+        by_momentum: derivatives of the motion's states after each step by the momentum in each slope, shape
+            (4, R, M, S, 3).
+        by_node: of ω at the nodes, shape (R, M + 1, 3, 3).
+    """
+    changes = np.zeros((start.shape[0], by_node.shape[1], start.shape[1], by_momentum.shape[3] + 3))
+    terms, factors = ("i8", 2), ("c16", 2)
+    signature = (terms, factors, terms, factors, _CARRYING, _MATRICES, ("f8", 1), ("f8", 5), _MATRICES, _MATRICES)
+    kept(_drive, signature)(*rate, *held, start, *motion, by_momentum, by_node, changes)
+    return changes
+
+
 def forced_by_inertia(added: Array, by: Array, rates: Array, inertia_step: Array, instants: Sequence[int]) -> None:
     """Add what changes of the inertia do, as `forced`: each is as a change of the momentum by dJ ω.
 
@@ -165,6 +208,29 @@ def forced_by_inertia(added: Array, by: Array, rates: Array, inertia_step: Array
     everywhere = np.broadcast_to(inertia_step, (runs, sets, 2 * steps + max(instants) - 1, 3, 3))
     signature = (("f8", 5), ("f8", 4), ("f8", 5), ("i8", 1), ("f8", 4))
     kept(_force_by_inertia, signature)(by, rates, everywhere, np.array(instants), added)
+
+
+def answers(
+    by_torque: Array, tangents: Array, by_state: Array, knots: NDArray[np.intp], axes: NDArray[np.intp], apart: float
+) -> Array:
+    """Return what torques at knots do to ω at the nodes of R runs, shape (R, P, M + 1, 3), rad/s per N·m.
+
+    A torque is linear between knots: one at its own, zero at the others.
+
+    Args:
+        by_torque: derivatives of the states after each step by a torque at its beginning, twice in its middle and at
+            its end, shape (4, R, M, S, 3).
+        tangents: as in `carried`.
+        by_state: derivatives of ω at the nodes by the states, shape (R, M + 1, 3, S).
+        knots: at which, P of them, counted from that at the first node.
+        axes: about which, shape (P,).
+        apart: half steps from knot to knot.
+    """
+    runs, nodes = by_state.shape[:2]
+    rates = np.zeros((runs, len(knots), nodes, 3))
+    signature = (("f8", 5), _MATRICES, _MATRICES, ("i8", 1), ("i8", 1), ("f8", 1), _MATRICES)
+    kept(_answer, signature)(by_torque, tangents, by_state, knots, axes, np.array([apart]), rates)
+    return rates
 
 
 def slopes_a_unit_apart(values: Array) -> Array:
@@ -192,6 +258,21 @@ def cubic_between(values: Array, rises: Array, place: Array) -> Array:
     between = np.empty((*place.shape, values.shape[-1]), dtype=kind)
     kept(_between, *((each, each, (each[0], 2), each) for each in (_REAL, _CARRYING)))(*given, between)
     return between
+
+
+def followed(begin: Array, end: Array, kept_share: Array) -> Array:
+    """Return what settles on lines, one in each step, shape (P, M + 1, A): at first it is on the first one.
+
+    Args:
+        begin: where the lines begin, shape (P, M, A).
+        end: where they end, alike.
+        kept_share: of the distance to a line after its step, shape (P,).
+    """
+    kind = np.result_type(begin, end, kept_share)
+    given = [np.asarray(each, dtype=kind) for each in (begin, end, kept_share)]
+    states = np.empty((begin.shape[0], begin.shape[1] + 1, begin.shape[2]), dtype=kind)
+    kept(_follow, *((each, each, (each[0], 1), each) for each in (_REAL, _CARRYING)))(*given, states)
+    return states
 
 
 def servo_angles(signals: Sequence[Array], step: Sequence[Array], law: Sequence[float]) -> Array:
@@ -389,6 +470,16 @@ def _between(values, rises, place, between):
                 between[row, at, axis] = first + part * (rise + part * bend)
 
 
+def _follow(begin, end, kept_share, states):
+    for row in range(states.shape[0]):
+        for axis in range(states.shape[2]):
+            states[row, 0, axis] = begin[row, 0, axis]
+        for step in range(begin.shape[1]):
+            for axis in range(states.shape[2]):
+                left = states[row, step, axis] - begin[row, step, axis]
+                states[row, step + 1, axis] = end[row, step, axis] + kept_share[row] * left
+
+
 def _servo_angles(command, fed_forward, load, slope, first, step, law, angles):
     bandwidth, gain, limit, bound, period = law
     for unit in range(angles.shape[1]):
@@ -432,6 +523,44 @@ def _force(by, changes, instants, added):
                             added[run, step, row, state] += of[0] * x + of[1] * y + of[2] * z
 
 
+def _drive(terms, factors, held_terms, held_factors, start, rates, step, by_momentum, by_node, changes):
+    size, last, width = start.shape[2], changes.shape[1] - 1, by_momentum.shape[3]
+    state, total, slope, numbers = start[0, 0].copy(), start[0, 0].copy(), start[0, 0].copy(), np.empty(size + 4) + 0j
+    held, numbers[0] = np.empty(3) + 0j, 1.0
+    shares, times = (0.0, 0.5, 0.5, 1.0), (1.0, 2.0, 2.0, 1.0)
+    for run in range(changes.shape[0]):
+        for row in range(changes.shape[2]):
+            state[:], slope[:] = start[run, row], 0.0
+            for index in range(last + 1):
+                total[:] = 0.0
+                for stage in range(4 if index < last else 1):
+                    for own in range(size):
+                        numbers[1 + own] = state[own] + shares[stage] * step[run] * slope[own]
+                    _sum_terms(held_terms, held_factors[row], numbers, held)
+                    if stage == 0:
+                        _add_turned(by_node[run, index], held, changes[run, index, row, width:])
+                    if index < last:
+                        _add_turned(by_momentum[stage, run, index], held, changes[run, index, row, :width])
+                        for axis in range(3):
+                            numbers[1 + size + axis] = rates[stage, run, index, axis]
+                        _sum_terms(terms, factors[row], numbers, slope)
+                        for own in range(size):
+                            total[own] += times[stage] * slope[own]
+                for own in range(size):
+                    state[own] += step[run] / 6.0 * total[own]
+
+
+def _sum_terms(terms, factors, numbers, sums):
+    sums[:] = 0.0
+    for term in range(terms.shape[0]):
+        sums[terms[term, 0]] += factors[term] * numbers[terms[term, 1]] * numbers[terms[term, 2]]
+
+
+def _add_turned(by, vector, sums):
+    for row in range(by.shape[0]):
+        sums[row] += by[row, 0] * vector[0].imag + by[row, 1] * vector[1].imag + by[row, 2] * vector[2].imag
+
+
 def _force_by_inertia(by, rates, inertia_step, instants, added):
     for run in range(added.shape[0]):
         for step in range(added.shape[1]):
@@ -446,6 +575,32 @@ def _force_by_inertia(by, rates, inertia_step, instants, added):
                         for state in range(added.shape[3]):
                             of = by[place, run, step, state]
                             added[run, step, row, state] += of[0] * x + of[1] * y + of[2] * z
+
+
+def _answer(by_torque, tangents, by_state, knots, axes, apart, rates):
+    steps, size = tangents.shape[1], tangents.shape[2]
+    state, after = np.empty(size), np.empty(size)
+    for run in range(rates.shape[0]):
+        for row in range(rates.shape[1]):
+            knot, axis = knots[row], axes[row]
+            state[:] = 0.0
+            for step in range(max(int((knot - 1) * apart[0] / 2.0) - 1, 0), steps):
+                by = tangents[run, step]
+                for one in range(size):
+                    after[one] = 0.0
+                    for before in range(size):
+                        after[one] += state[before] * by[before, one]
+                for place in range(4):
+                    weight = 1.0 - abs((2 * step + (place + 1) // 2) / apart[0] - knot)
+                    if weight > 0.0:
+                        for one in range(size):
+                            after[one] += weight * by_torque[place, run, step, one, axis]
+                for one in range(size):
+                    state[one] = after[one]
+                of, rate = by_state[run, step + 1], rates[run, row, step + 1]
+                for one in range(3):
+                    for before in range(size):
+                        rate[one] += of[one, before] * state[before]
 
 
 def _eliminate(shared, left):

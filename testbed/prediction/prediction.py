@@ -15,7 +15,8 @@ from testbed.prediction.equations import COMPLEX_STEP
 from testbed.prediction.grid import Grid
 from testbed.prediction.gyro import acts_in_gyro, gyro_errors, readings
 from testbed.prediction.hooks import Hooks, overrides
-from testbed.prediction.integration import GRIDS, Values, node_rates
+from testbed.prediction.integration import GRIDS, Values, distinct_sets, motion_of, node_rates
+from testbed.prediction.kernels import answers
 from testbed.prediction.motor_torques import has_torques, motor_torques
 from testbed.prediction.servo_response import servo_responses
 from testbed.prediction.smoothed import body_motion
@@ -108,12 +109,9 @@ def _channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> list[Array]
 
 def _gimbal_channels_of_sets(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> list[Array]:
     """Return the gimbals' channels of sets most of which differ in what does not change them."""
-    sizes = np.cumsum([value.shape[1] for value in effects])[:-1]
-    sets = max(map(len, effects))
-    rows = np.concatenate([np.broadcast_to(value, (sets, value.shape[1])) for value in effects], axis=1)
-    distinct, place = np.unique(rows, axis=0, return_inverse=True)
-    blocks = _gimbal_channels(grid, hooks, np.split(distinct, sizes, axis=1))
-    return [np.broadcast_to(block, (len(distinct), *block.shape[1:]))[place.ravel()] for block in blocks]
+    distinct, place = distinct_sets(effects)
+    blocks = _gimbal_channels(grid, hooks, distinct)
+    return [np.broadcast_to(block, (len(distinct[0]), *block.shape[1:]))[place] for block in blocks]
 
 
 def _gimbal_channels(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> list[Array]:
@@ -208,6 +206,35 @@ def derivatives_at(
     batches = [sets[batch] for batch in _batches(grid, len(sets))]
     parts = [predict(grid, hooks, replace(values, effects=(*values.effects, batch), specks=1)) for batch in batches]
     return [_at_starts(np.concatenate(block), starts, shown) for block in zip(*parts, strict=True)]
+
+
+def torque_responses(grid: Grid, hooks: Sequence[Hooks], values: Values, knots: int) -> list[Array]:
+    """Return ∂ω̄/∂torque on the body at knots, of every run, shapes (N, 3, 3 * knots), rad/s per N·m.
+
+    Args:
+        grid: the runs.
+        hooks: the effects in the model.
+        values: one parameter set, P = 1.
+        knots: of each run, evenly from its first sample to its last; the torque is linear between them.
+    """
+    blocks = _of_parts(grid, values, lambda part, own: _torque_responses(part, hooks, own, knots))
+    return [np.moveaxis(block, 0, -1) for block in blocks]
+
+
+def _torque_responses(grid: Grid, hooks: Sequence[Hooks], values: Values, knots: int) -> list[Array]:
+    motion, in_gyro = motion_of(grid, hooks, values), any(map(acts_in_gyro, hooks))
+    knot, axis = np.divmod(np.arange(3 * knots), 3)
+    parts: list[list[Array]] = []
+    for some in _batches(grid, 3 * knots):
+        along = motion.along
+        apart = (grid.time.shape[1] - 1) / (knots - 1)
+        changes = answers(motion.by_torque, along.tangents, motion.rate_by_state, knot[some], axis[some], apart)
+        if in_gyro:
+            rates = motion.rates[:, None] + 1j * COMPLEX_STEP * changes
+            parts.append([each.imag / COMPLEX_STEP for each in readings(grid, hooks, values.effects, rates)])
+        else:  # what the gyro reads is linear in the motion
+            parts.append(readings(grid, [], [], changes))
+    return [np.concatenate(of_run) for of_run in zip(*parts, strict=True)]
 
 
 def _batches(grid: Grid, sets: int) -> list[slice]:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Array, Series
-from testbed.prediction.kernels import cubic_between, slopes_a_unit_apart
+from testbed.prediction.kernels import cubic_between, followed, slopes_a_unit_apart
 
 _FORGOTTEN = 40.0
 """Time constants after which exp(-t/T) no longer shows in a double."""
@@ -26,11 +26,11 @@ class Smooth:
         self._step = time[1] - time[0]
         self._slopes = node_slopes(values, self._step) if slopes is None else slopes
 
-    def at(self, time: Series, time_constant: Array, delay: Array) -> Array:
+    def at(self, time: Array, time_constant: Array, delay: Array) -> Array:
         """Return what a low-pass T ẋ = u - x with a delay behind it shows of the motion, shape (P, N, 3).
 
         Args:
-            time: shape (N,), s.
+            time: shape (N,) or (P, N), s.
             time_constant: T, shape (P,), s; zero for none.
             delay: shape (P,), s.
         """
@@ -62,12 +62,8 @@ class Smooth:
         linear = rise - 2 * lag * square
         constant = self._values[:, :-1] - lag * linear
         end = constant + self._step * (linear + self._step * (square + self._step * cubic))
-        kept = decay(np.array([self._step]), time_constant)[:, None]
-        state, filtered = constant[:, 0], [constant[:, 0]]
-        for index in range(end.shape[1]):
-            state = end[:, index] + kept * (state - constant[:, index])
-            filtered.append(state)
-        return Smooth(self._time, np.stack(filtered, axis=1))
+        kept = decay(np.array([self._step]), time_constant)
+        return Smooth(self._time, followed(constant, end, kept))
 
 
 def node_slopes(values: Array, step: float | Array) -> Array:

@@ -15,8 +15,8 @@ import numpy as np
 
 from testbed.arrays import Array
 from testbed.prediction.equations import Equations, Known, acts_on_motion, gives_torque
-from testbed.prediction.hooks import Hooks
-from testbed.prediction.kernels import as_large, carried, forced, forced_by_inertia
+from testbed.prediction.hooks import Hooks, Instant
+from testbed.prediction.kernels import Polynomials, as_large, carried, driven, forced, forced_by_inertia
 
 _INSTANTS = (0, 1, 1, 2)
 """When a step takes its slopes, in half steps from its beginning."""
@@ -65,6 +65,30 @@ def linearised(equations: Equations, states: Array) -> Linearised:
     )
 
 
+def nearly_tangents(equations: Equations, states: Array) -> Array:
+    """Return nearly the tangents of the steps between real states at all nodes, shape (R, M + 1, 1, S), alike.
+
+    The classical rule makes 1 + F + F²/2 + F³/6 + F⁴/24 of slopes whose derivatives by the states, times the step, are
+    F all along it; here they are the mean of those at its ends. That takes a quarter of the time, and is near enough
+    for Newton's method.
+    """
+    runs, nodes, _, size = states.shape
+    by_state = np.concatenate(
+        [
+            equations.slope_and_tangents(
+                states[:, block].reshape(-1, 1, size), equations.known_at(block, 0)
+            ).by_state.reshape(runs, -1, size, size)
+            for block in blocks_of(nodes, runs * (size + 3))
+        ],
+        axis=1,
+    )
+    mean = 0.5 * equations.step[:, None, None, None] * (by_state[:, :-1] + by_state[:, 1:])
+    tangents = whole = np.eye(size)
+    for power in (4.0, 3.0, 2.0, 1.0):
+        tangents = whole + mean @ tangents / power
+    return np.swapaxes(tangents, -1, -2)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Motion:
     """A motion of one parameter set that was found.
@@ -83,6 +107,32 @@ class Motion:
     def stage_attitudes(self) -> Array:
         """R_RB there, shape (4, R, M, 3, 3); the identity where no effect asks for it."""
         return np.broadcast_to(self.equations.attitude(self.along.states), (*self.along.states.shape[:3], 3, 3))
+
+    @property
+    def rate_by_state(self) -> Array:
+        """Derivatives of ω at the nodes by the states, shape (R, M + 1, 3, S)."""
+        return self._at_nodes[1]
+
+    @property
+    def rates(self) -> Array:
+        """ω at the nodes, shape (R, M + 1, 3), rad/s."""
+        return self._at_nodes[0]
+
+    @property
+    def rate_by_momentum(self) -> Array:
+        """Derivatives of ω at the nodes by the momentum that is held, shape (R, M + 1, 3, 3)."""
+        return self._at_nodes[2]
+
+    @cached_property
+    def _at_nodes(self) -> tuple[Array, Array, Array]:
+        runs, nodes, _, size = self.states.shape
+        at_nodes = self.equations.known_at(slice(0, nodes), 0)
+        rates, by_state, by_momentum = self.equations.rate_and_tangents(self.states.reshape(-1, 1, size), at_nodes)
+        return (
+            rates.reshape(runs, nodes, 3),
+            by_state.reshape(runs, nodes, 3, size),
+            by_momentum.reshape(runs, nodes, 3, 3),
+        )
 
     @cached_property
     def by_torque(self) -> Array:
@@ -138,21 +188,20 @@ def disturbed_rates(
         start: at the first node, shape (R, 1, P, S).
     """
     runs, nodes, _, size = motion.states.shape
-    flat, at_nodes = motion.states.reshape(-1, 1, size), motion.equations.known_at(slice(0, nodes), 0)
-    rates, by_state, by_momentum = motion.equations.rate_and_tangents(flat, at_nodes)
-    rates = rates.reshape(runs, nodes, 3)
+    rates, by_node = motion.rates, motion.rate_by_momentum
     carrying = (start, *effects, *(speck.value for speck in specks), known.momentum_B, known.torque_B)
     if known.inertia_step is None and not any(map(np.iscomplexobj, carrying)):
         return rates[:, :, None]
-    by_node, turned = by_momentum.reshape(1, runs, nodes, 3, 3), np.zeros((runs, nodes, start.shape[2], 3))
-    _force(turned, known, by_node, None, rates[None], (0,))
+    turned = np.zeros((runs, nodes, start.shape[2], 3))
+    _force(turned, known, by_node[None], None, rates[None], (0,))
+    flat, at_nodes = motion.states.reshape(-1, 1, size), motion.equations.known_at(slice(0, nodes), 0)
     for stepped, _, held in motion.equations.own_changes(effects, flat, rates.reshape(-1, 3), at_nodes):
-        turned[:, :, stepped] += held.reshape(runs, nodes, -1, 3) @ np.swapaxes(by_node[0], -1, -2)
+        turned[:, :, stepped] += held.reshape(runs, nodes, -1, 3) @ np.swapaxes(by_node, -1, -2)
     added, begun = _added(motion, effects, known, start.shape[2]), start.imag[:, 0].copy()
     for speck in specks:
-        _drive(speck, motion, rates, begun, added, turned, by_node[0])
+        _drive(speck, motion, rates, begun, added, turned, by_node)
     changes = carried(motion.along.tangents, begun, added)
-    turned += changes @ np.swapaxes(by_state.reshape(runs, nodes, 3, size), -1, -2)
+    turned += changes @ np.swapaxes(motion.rate_by_state, -1, -2)
     return np.asarray(rates[:, :, None] + 1j * turned)
 
 
@@ -197,6 +246,12 @@ def _drive(
     state = np.broadcast_to(state, (*sides, hook.states)).astype(np.complex128)
     if hook.states:
         begun[..., :3] += _imaginary(hook.hidden_momentum(value, state), sides)
+    if hook.quadratic:
+        along_it = (along.rates, motion.equations.step)
+        changes = driven(*_polynomials(hook, value), state, along_it, along.by_momentum, by_node)
+        added += changes[:, :-1, :, :-3]
+        turned += changes[..., -3:]
+        return
     for index in range(added.shape[1]):
         reached, slopes = state, list[Array]()
         for stage, (share, instant) in enumerate(zip((0.0, 0.5, 0.5, 1.0), _INSTANTS, strict=True)):
@@ -222,6 +277,48 @@ def _drive(
     if hook.states:
         held = _imaginary(hook.hidden_momentum(value, state), sides)
         turned[:, -1] += held @ np.swapaxes(by_node[:, -1], -1, -2)
+
+
+_ROUNDING = 1e-12
+"""Share of the largest number of a polynomial's probes below which a coefficient is what rounding left of none."""
+
+
+def _polynomials(hook: Hooks, value: Array) -> tuple[Polynomials, Polynomials]:
+    """Return the rate of a quadratic effect's states, and the momentum that they hold, of parameters (P, K).
+
+    Of numbers z, the states and ω, the values at 0, ±z_i and z_i + z_j tell all coefficients.
+    """
+    count = hook.states + 3
+    units = np.eye(count)
+    first, second = np.triu_indices(count, 1)
+    probes = np.concatenate([np.zeros((1, count)), units, -units, units[first] + units[second]])
+    every = np.broadcast_to(probes[:, None], (len(probes), len(value), count))
+    at = Instant(
+        time=np.zeros((len(probes), 1)),
+        body_rate=every[..., hook.states :],
+        attitude=np.eye(3),
+        state=every[..., : hook.states].astype(np.complex128),
+    )
+    pairs = np.concatenate(
+        [
+            [(0, 0)],
+            np.stack([np.zeros(count, dtype=np.intp), np.arange(1, count + 1)], axis=1),
+            np.stack([np.arange(1, count + 1)] * 2, axis=1),
+            np.stack([first, second], axis=1) + 1,
+        ]
+    )
+    found = []
+    for values in (hook.state_rate(value, at), hook.hidden_momentum(value, at.state)):
+        none, plus, minus, both = np.split(values, np.cumsum([1, count, count]))
+        mixed = both - plus[first] - plus[second] + none
+        factors = np.concatenate([none, 0.5 * (plus - minus), 0.5 * (plus + minus) - none, mixed])
+        parts = ((factors.real, values.real), (factors.imag, values.imag))
+        real, imaginary = (np.where(np.abs(one) > _ROUNDING * np.abs(of).max(), one, 0.0) for one, of in parts)
+        factors = real + 1j * imaginary
+        pair, polynomial = np.nonzero((factors != 0.0).any(axis=1))
+        terms = np.column_stack([polynomial, pairs[pair]])
+        found.append(Polynomials(terms=terms, factors=factors[pair, :, polynomial].T))
+    return found[0], found[1]
 
 
 def _imaginary(vectors: Array, sides: tuple[int, int]) -> Array:

@@ -23,6 +23,7 @@ from testbed.prediction.prediction import (
     derivatives_at,
     predicted,
     predicted_with_derivatives,
+    torque_responses,
     without_gyro_errors,
 )
 from testbed.prediction.smoothed import body_motion
@@ -252,3 +253,26 @@ def test_an_absent_effect_changes_nothing(effect):
         with_effect = predicted(GRID, [effect.hooks(component)], values(absent))
         for run in range(2):
             np.testing.assert_allclose(with_effect[run], plain[run], atol=1e-12)
+
+
+@pytest.mark.parametrize("time_constant", [(), (0.01,)])
+def test_equal_torques_at_all_knots_are_a_constant_torque(time_constant):
+    """Behind a slow gyro as without one."""
+    hooks = [EFFECTS["gyro_bandwidth"].hooks("gyro") for _ in time_constant]
+    constant = [*hooks, EFFECTS["body_torque"].hooks("platform")]
+    own = range(6 + len(hooks), 9 + len(hooks))
+    _, expected = predicted_with_derivatives(GRID, constant, values(*time_constant, np.zeros(3)), own)
+    for response, derivative in zip(torque_responses(GRID, hooks, values(*time_constant), 9), expected, strict=True):
+        together = response.reshape(*response.shape[:2], 9, 3).sum(axis=2)
+        np.testing.assert_allclose(together, derivative, atol=1e-11 * np.abs(derivative).max())
+
+
+@pytest.mark.parametrize("effect", ["flexible_appendage", "slosh"])
+def test_specks_of_the_second_degree_are_followed_as_step_by_step(effect):
+    hook = EFFECTS[effect].hooks("platform")
+    stepped = type("Stepped", (type(hook),), {"quadratic": False})()
+    starts = EFFECTS[effect].starts("platform", GRID)[:2]
+    every = [derivatives_at(GRID, [each], values(), starts, [2, 3, 4]) for each in (hook, stepped)]
+    for compiled, expected in zip(*every, strict=True):
+        assert np.abs(expected).max() > 0.0
+        np.testing.assert_allclose(compiled, expected, atol=1e-10 * np.abs(expected).max())
