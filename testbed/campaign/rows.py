@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 from testbed.arrays import Theta, Vector3
@@ -13,7 +14,7 @@ from testbed.campaign.plan import Block, CampaignPlan
 from testbed.dynamics.environment import Pivoted
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.experiment.experiment import Estimation
-from testbed.experiment.running_estimators import try_estimate_flight
+from testbed.experiment.running_estimators import MeasuredFlight, estimate_flights
 from testbed.simulation.summary import FlightSummary
 
 Row: TypeAlias = dict[str, Any]
@@ -32,12 +33,14 @@ def block_rows(plan: CampaignPlan, block: Block, threads: int = 1) -> list[Row]:
         threads: that step the platforms.
     """
     nominal, most = nominal_platform(plan.scenario), _side_by_side(plan)
-    flights = (
-        flight
+    rows = [
+        row
         for first in range(0, len(block.seeds), most)
-        for flight in fly_seeds(plan.scenario, plan.maneuver, block.seeds[first : first + most], threads)
-    )
-    return [{"run": block.first + index} | _row(plan, nominal, flight) for index, flight in enumerate(flights)]
+        for row in _rows(
+            plan, nominal, fly_seeds(plan.scenario, plan.maneuver, block.seeds[first : first + most], threads)
+        )
+    ]
+    return [{"run": block.first + index} | row for index, row in enumerate(rows)]
 
 
 def _side_by_side(plan: CampaignPlan) -> int:
@@ -46,20 +49,26 @@ def _side_by_side(plan: CampaignPlan) -> int:
     return max(1, int(_MEMORY / (_BYTES_A_TICK * ticks)))
 
 
-def _row(plan: CampaignPlan, nominal: PlatformModel, flight: DispersedFlight) -> Row:
+def _rows(plan: CampaignPlan, nominal: PlatformModel, flights: Sequence[DispersedFlight]) -> list[Row]:
+    """Return the rows of flights side by side; those that were completed are estimated together."""
+    measured = [
+        MeasuredFlight(flight.scenario, flight.truth, flight.flown.record)
+        for flight in flights
+        if flight.truth is not None and flight.flown is not None and not flight.message
+    ]
+    estimations = iter(estimate_flights(measured, nominal, plan.maneuver, checked=False))
+    return [_flown(flight) | ({} if flight.message else _estimates(next(estimations))) for flight in flights]
+
+
+def _flown(flight: DispersedFlight) -> Row:
     row: Row = {"seed": flight.seed, "outcome": "failed" if flight.message else "completed", "message": flight.message}
     if flight.truth is not None:
         row |= _parameters("true", theta_of(flight.truth.inertia))
         if isinstance(flight.truth.environment, Pivoted):
             row |= _offset("true", flight.truth.environment.offset_B)
-    if flight.flown is None or flight.truth is None:
-        return row
-    row |= _flight(flight.flown.summary) | {"first_contact_s": flight.flown.first_contact}
-    if flight.message:
-        return row
-    return row | _estimates(
-        try_estimate_flight(flight.scenario, nominal, flight.truth, plan.maneuver, flight.flown.record, checked=False)
-    )
+    if flight.flown is not None:
+        row |= _flight(flight.flown.summary) | {"first_contact_s": flight.flown.first_contact}
+    return row
 
 
 def _estimates(estimation: Estimation) -> Row:

@@ -1,6 +1,7 @@
 """Scalar-first quaternions: products, matrices, and vectors turned between frames.
 
-All functions broadcast over one leading axis. SciPy's rotations do the arithmetic; this is where its conventions end.
+All functions broadcast over one leading axis, of a single quaternion or vector over any number of them. SciPy's
+rotations do the arithmetic; this is where its conventions end.
 """
 
 from __future__ import annotations
@@ -28,7 +29,8 @@ def quaternion_inverse(quat_AB: Quaternions) -> Quaternions:
 
 def matrix_of(quat_AB: Quaternions) -> Matrices3:
     """Return R_AB, shape (..., 3, 3), which takes B components to A."""
-    return np.asarray(_rotation(quat_AB).as_matrix())
+    matrices = _rotation(np.reshape(quat_AB, (-1, 4))).as_matrix()
+    return np.asarray(matrices.reshape(*np.shape(quat_AB)[:-1], 3, 3))
 
 
 def turned(quat_AB: Quaternions, vector_B: Vectors3) -> Vectors3:
@@ -42,7 +44,8 @@ def exponential(rotation_vector: Vectors3) -> Quaternions:
     Args:
         rotation_vector: φ, shape (..., 3), rad.
     """
-    return _quaternion(scipy.spatial.transform.Rotation.from_rotvec(rotation_vector))
+    turns = scipy.spatial.transform.Rotation.from_rotvec(np.reshape(rotation_vector, (-1, 3)))
+    return _quaternion(turns).reshape(*np.shape(rotation_vector)[:-1], 4)
 
 
 def tilts(quat_NB: Quaternions) -> Series:
