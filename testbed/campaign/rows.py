@@ -7,7 +7,6 @@ from typing import Any, TypeAlias
 
 from testbed.arrays import Theta, Vector3
 from testbed.assembly.control import flight_clock
-from testbed.assembly.platform import PlatformModel, nominal_platform
 from testbed.campaign.columns import offset_columns
 from testbed.campaign.flights import DispersedFlight, fly_seeds
 from testbed.campaign.plan import Block, CampaignPlan
@@ -32,14 +31,10 @@ def block_rows(plan: CampaignPlan, block: Block, threads: int = 1) -> list[Row]:
         block: which runs.
         threads: that step the platforms.
     """
-    nominal, most = nominal_platform(plan.scenario), _side_by_side(plan)
-    rows = [
-        row
-        for first in range(0, len(block.seeds), most)
-        for row in _rows(
-            plan, nominal, fly_seeds(plan.scenario, plan.maneuver, block.seeds[first : first + most], threads)
-        )
-    ]
+    most, rows = _side_by_side(plan), list[Row]()
+    for first in range(0, len(block.seeds), most):
+        seeds = block.seeds[first : first + most]
+        rows += _rows(plan, fly_seeds(plan.scenario, plan.maneuver, seeds, threads, plan.platforms))
     return [{"run": block.first + index} | row for index, row in enumerate(rows)]
 
 
@@ -49,14 +44,14 @@ def _side_by_side(plan: CampaignPlan) -> int:
     return max(1, int(_MEMORY / (_BYTES_A_TICK * ticks)))
 
 
-def _rows(plan: CampaignPlan, nominal: PlatformModel, flights: Sequence[DispersedFlight]) -> list[Row]:
+def _rows(plan: CampaignPlan, flights: Sequence[DispersedFlight]) -> list[Row]:
     """Return the rows of flights side by side; those that were completed are estimated together."""
     measured = [
         MeasuredFlight(flight.scenario, flight.truth, flight.flown.record)
         for flight in flights
         if flight.truth is not None and flight.flown is not None and not flight.message
     ]
-    estimations = iter(estimate_flights(measured, nominal, plan.maneuver, checked=False))
+    estimations = iter(estimate_flights(measured, plan.platforms.nominal, plan.maneuver, checked=False))
     return [_flown(flight) | ({} if flight.message else _estimates(next(estimations))) for flight in flights]
 
 

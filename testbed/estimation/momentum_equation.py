@@ -48,8 +48,10 @@ def momentum_equation(telemetry: Telemetry, body_rate: Vectors3) -> MomentumEqua
     """
     known = drive_of(telemetry).samples
     matrix_NB = matrix_of(integrate_attitude(telemetry.gyro_time, body_rate))
-    impulse_N = _impulse(telemetry.gyro_time, np.matvec(matrix_NB, known.applied_torque_B), axis=-2)
-    to_body = np.swapaxes(matrix_NB, -1, -2)
+    to_body, impulse_B = np.swapaxes(matrix_NB, -1, -2), np.zeros(3)
+    if known.applied_torque_B.any():
+        torque_N = np.matvec(matrix_NB, known.applied_torque_B)
+        impulse_B = np.matvec(to_body, _impulse(telemetry.gyro_time, torque_N, axis=-2))
     shifted = np.matvec(known.inertia_change_B, body_rate)
     columns = [momentum_regressor(body_rate), -to_body]
     if telemetry.torque_unknowns:
@@ -57,7 +59,7 @@ def momentum_equation(telemetry: Telemetry, body_rate: Vectors3) -> MomentumEqua
         columns.append(-to_body @ _impulse(telemetry.gyro_time, turned, axis=-3))
     return MomentumEquation(
         regressor=np.concatenate(columns, axis=-1),
-        response=np.matvec(to_body, impulse_N) - known.cluster_momentum_B - shifted,
+        response=impulse_B - known.cluster_momentum_B - shifted,
         matrix_NB=matrix_NB,
     )
 

@@ -36,8 +36,7 @@ def _running_product(steps: Quaternions) -> Quaternions:
         return product
     reach = 1
     while reach < samples:
-        before, behind = product[..., :-reach, :], product[..., reach:, :]
-        product[..., reach:, :] = quaternion_product(before.reshape(-1, 4), behind.reshape(-1, 4)).reshape(behind.shape)
+        product[..., reach:, :] = quaternion_product(product[..., :-reach, :], product[..., reach:, :])
         reach *= 2
     return product
 

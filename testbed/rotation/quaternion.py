@@ -9,17 +9,27 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from testbed.arrays import Matrices3, Quaternions, Series, Vectors3
+from testbed.arrays import Array, Matrices3, Quaternions, Series, Vectors3
 
 
 def quaternion_product(left: Quaternions, right: Quaternions) -> Quaternions:
-    """Return quat_AC = quat_AB ⊗ quat_BC, shape (..., 4), unit.
+    """Return quat_AC = quat_AB ⊗ quat_BC, shape (..., 4), unit; broadcasts.
+
+    Written out, to the last bit as SciPy does it: that takes ten times as long for a few thousand.
 
     Args:
         left: quat_AB, shape (..., 4).
         right: quat_BC, shape (..., 4).
     """
-    return _quaternion(_rotation(left) * _rotation(right))
+    a, b, c, d = _unit(*np.moveaxis(np.asarray(left, dtype=np.float64), -1, 0))
+    e, f, g, h = _unit(*np.moveaxis(np.asarray(right, dtype=np.float64), -1, 0))
+    product = _unit(
+        a * e - b * f - c * g - d * h,
+        a * f + e * b + (c * h - d * g),
+        a * g + e * c + (d * f - b * h),
+        a * h + e * d + (b * g - c * f),
+    )
+    return np.stack(product, axis=-1)
 
 
 def quaternion_inverse(quat_AB: Quaternions) -> Quaternions:
@@ -51,6 +61,11 @@ def exponential(rotation_vector: Vectors3) -> Quaternions:
 def tilts(quat_NB: Quaternions) -> Series:
     """Return the angles between the body z axis and that of N, shape (...,), rad."""
     return np.asarray(2.0 * np.arcsin(np.minimum(1.0, np.hypot(quat_NB[..., 1], quat_NB[..., 2]))))
+
+
+def _unit(w: Array, x: Array, y: Array, z: Array) -> tuple[Array, Array, Array, Array]:
+    length = np.sqrt(x * x + y * y + z * z + w * w)
+    return w / length, x / length, y / length, z / length
 
 
 def _rotation(quat_AB: Quaternions) -> scipy.spatial.transform.Rotation:
