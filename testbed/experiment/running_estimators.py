@@ -77,7 +77,7 @@ def estimate_flights(
     estimated = iter(
         zip(
             run_side_by_side(scenario, [each for _, each in sent], settings, checked=checked),
-            bounds_std([_true_motion(flight, each) for flight, each in sent]),
+            bounds_std(_true_motions(sent)),
             strict=True,
         )
     )
@@ -270,8 +270,28 @@ def _std_of(covariance: Covariance) -> Array | None:
     return np.sqrt(np.diag(covariance)) if _is_covariance(covariance) else None
 
 
-def _true_motion(flight: MeasuredFlight, telemetry: Telemetry) -> KnownMotion:
-    """Return the motion as it was: true gimbal angles, rotor and wheel speeds, at the telemetry's times."""
+def _true_motions(flights: Sequence[tuple[MeasuredFlight, Telemetry]]) -> list[KnownMotion]:
+    """Return the motions as they were, at the telemetry's times."""
+    firsts = [
+        (flight.record.channels, int(np.searchsorted(flight.record.time, telemetry.gyro_time[0])))
+        for flight, telemetry in flights
+    ]
+    attitude_NB = np.array([channels["true_attitude"][row] for channels, row in firsts]).reshape(-1, 4)
+    momentum_N = np.array([channels["true_total_momentum"][row] for channels, row in firsts]).reshape(-1, 3)
+    momenta_B = turned(quaternion_inverse(attitude_NB), momentum_N) if firsts else momentum_N
+    return [
+        KnownMotion(
+            _true_telemetry(flight, telemetry),
+            theta_of(flight.truth.turned_inertia),
+            momentum_B,
+            _true_acting(flight.truth, telemetry),
+        )
+        for (flight, telemetry), momentum_B in zip(flights, momenta_B, strict=True)
+    ]
+
+
+def _true_telemetry(flight: MeasuredFlight, telemetry: Telemetry) -> Telemetry:
+    """Return the telemetry with true gimbal angles, rotor and wheel speeds."""
     truth, record = flight.truth, flight.record
     rows, gimbals, wheels = np.searchsorted(record.time, telemetry.actuator_time), None, None
     if truth.units:
@@ -283,11 +303,7 @@ def _true_motion(flight: MeasuredFlight, telemetry: Telemetry) -> KnownMotion:
     if len(truth.wheels.spin_inertia):
         momentum = record.channels["true_wheel_speed"][rows] * truth.wheels.spin_inertia
         wheels = WheelTelemetry(wheels=truth.wheels, momentum=momentum)
-    actual = replace(telemetry, gimbals=gimbals, wheels=wheels)
-    first = int(np.searchsorted(record.time, telemetry.gyro_time[0]))
-    attitude_BN = quaternion_inverse(record.channels["true_attitude"][first])
-    momentum_B = turned(attitude_BN, record.channels["true_total_momentum"][first])
-    return KnownMotion(actual, theta_of(truth.turned_inertia), momentum_B, _true_acting(truth, telemetry))
+    return replace(telemetry, gimbals=gimbals, wheels=wheels)
 
 
 def _true_acting(truth: PlatformModel, telemetry: Telemetry) -> Array | None:
