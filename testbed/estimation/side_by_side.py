@@ -1,7 +1,7 @@
 """Flights side by side: the telemetry of several as one, with the flights on a leading axis.
 
 Flights that were sampled at the same times on platforms that are believed to be the same go through an estimator
-together, which takes a tenth of the time that they take one by one. What a flight answers depends on no other.
+together, which takes a sixth of the time that they take one by one. What a flight answers depends on no other.
 """
 
 from __future__ import annotations
