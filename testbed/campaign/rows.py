@@ -19,8 +19,9 @@ from testbed.simulation.summary import FlightSummary
 Row: TypeAlias = dict[str, Any]
 """One run by column name; a column is absent where the run has no such value."""
 
-_MEMORY, _BYTES_A_TICK = 1e9, 2.5e3
-"""What the flights of a block may take together, and what one takes for a control period: its log and its record."""
+_MEMORY, _BYTES_A_TICK = 3e8, 2.5e3
+"""What the flights of a block may take together, and what one takes for a control period: its log and its record. So 50
+flights of a minute go side by side, and all of a block of shorter ones."""
 
 
 def block_rows(plan: CampaignPlan, block: Block, threads: int = 1) -> list[Row]:

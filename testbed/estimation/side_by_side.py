@@ -6,7 +6,7 @@ together, which takes a sixth of the time that they take one by one. What a flig
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import TypeVar
@@ -15,7 +15,12 @@ import numpy as np
 
 from testbed.arrays import Array
 from testbed.errors import InputError
+from testbed.estimation.motion import LONGEST_STEP
 from testbed.estimation.telemetry import GimbalTelemetry, Telemetry, WheelTelemetry
+
+MOST_INSTANTS = 20_000
+"""Of all flights that stand side by side, samples or steps of the integration: an instant takes some 10 kB on the way.
+Of flights of 5 s more than 100 at once are no quicker."""
 
 _Answer = TypeVar("_Answer")
 
@@ -45,11 +50,20 @@ def answers_side_by_side(
             middle = len(which) // 2
             return found(which[:middle]) + found(which[middle:])
 
+    answers = {index: answer for which in _alike(flights) for index, answer in zip(which, found(which), strict=True)}
+    return [answers[index] for index in range(len(flights))]
+
+
+def _alike(flights: Sequence[Telemetry]) -> Iterator[list[int]]:
+    """Yield the indices of flights that can be put side by side, no more of them than fit into the memory."""
     groups: dict[Hashable, list[int]] = {}
     for index, flight in enumerate(flights):
         groups.setdefault(_likeness(flight), []).append(index)
-    answers = {index: answer for which in groups.values() for index, answer in zip(which, found(which), strict=True)}
-    return [answers[index] for index in range(len(flights))]
+    for which in groups.values():
+        time = flights[which[0]].gyro_time
+        instants = max(len(time), int(np.ptp(time) / LONGEST_STEP), 1)
+        most = max(MOST_INSTANTS // instants, 1)
+        yield from (which[first : first + most] for first in range(0, len(which), most))
 
 
 @lru_cache(maxsize=2)  # several estimators ask for the same in turn

@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from support.synthetic_telemetry import NOMINAL_THETA, exact_telemetry, nominal_flight, sample_times
+from support.synthetic_telemetry import DURATION, NOMINAL_THETA, exact_telemetry, nominal_flight, sample_times
 from testbed.errors import InputError
+from testbed.estimation import side_by_side as side_by_side_room
 from testbed.estimation.estimate import EstimationSettings
+from testbed.estimation.motion import LONGEST_STEP
 from testbed.estimation.registry import ESTIMATORS, SIDE_BY_SIDE
 from testbed.estimation.side_by_side import answers_side_by_side, side_by_side
 
@@ -63,6 +65,21 @@ def test_a_flight_without_an_answer_says_why_and_leaves_the_others_theirs():
     usual = answers("output_error", FLIGHTS)
     for index in (0, 2, 3, 4):
         np.testing.assert_array_equal(found[index].theta, usual[index].theta)
+
+
+def test_no_more_than_fit_into_the_memory_stand_side_by_side(monkeypatch):
+    usual = answers("iv_momentum", FLIGHTS)
+    sizes = []
+
+    def together(flights, which):
+        sizes.append(len(which))
+        return SIDE_BY_SIDE["iv_momentum"](flights, SETTINGS)
+
+    monkeypatch.setattr(side_by_side_room, "MOST_INSTANTS", int(2.5 * DURATION / LONGEST_STEP))
+    few = answers_side_by_side(FLIGHTS, together, lambda index: ESTIMATORS["iv_momentum"](FLIGHTS[index], SETTINGS))
+    assert sizes == [2, 2]
+    for estimate, same in zip(few, usual, strict=True):
+        np.testing.assert_array_equal(estimate.theta, same.theta)
 
 
 def test_flights_that_are_not_alike_are_not_put_side_by_side():
