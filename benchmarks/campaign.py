@@ -33,7 +33,7 @@ GIB = 2**30
 def ratios() -> list[Ratio]:
     """Return the time on one core over that on two."""
     plan = campaign_plan(RUNS)
-    times = paired(lambda: _campaign_seconds(plan, CORES), lambda: _campaign_seconds(plan, 1), PAIRS)
+    times = paired(lambda: campaign_seconds(plan, CORES), lambda: campaign_seconds(plan, 1), PAIRS)
     return [
         Ratio(
             what=f"campaign of {RUNS} runs with four estimators: {CORES} cores against 1",
@@ -82,7 +82,7 @@ def campaign_plan(runs: int) -> CampaignPlan:
     return CampaignPlan(scenario=scenario, maneuver=maneuver, seed=1, runs=runs)
 
 
-def _campaign_seconds(plan: CampaignPlan, workers: int) -> float:
+def campaign_seconds(plan: CampaignPlan, workers: int) -> float:
     """Time a campaign in a folder of its own, its statistics included, as `testbed montecarlo` does it."""
     with tempfile.TemporaryDirectory() as folder:
         return seconds(
@@ -100,10 +100,15 @@ def _measured_alone(runs: int) -> dict[str, float]:
 
 
 def _fly(runs: int) -> None:
-    took = _campaign_seconds(campaign_plan(runs), CORES)
+    took = campaign_seconds(campaign_plan(runs), CORES)
+    print(json.dumps({"seconds": took, "peak_bytes": peak_bytes(CORES)}))
+
+
+def peak_bytes(workers: int) -> int:
+    """Return the most memory that this process and so many workers of its can have held together."""
     own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     largest_worker = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
-    print(json.dumps({"seconds": took, "peak_bytes": 1024 * (own + CORES * largest_worker)}))
+    return 1024 * (own + workers * largest_worker)
 
 
 if __name__ == "__main__":

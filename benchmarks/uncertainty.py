@@ -29,7 +29,7 @@ from testbed.estimation.registry import ESTIMATORS
 from testbed.estimation.uncertainty import EXACT, USUAL, Uncertainty
 from testbed.experiment.flying import Sortie, fly_sorties
 from testbed.experiment.planning import plan_maneuver
-from testbed.experiment.running_estimators import estimate_flight
+from testbed.experiment.running_estimators import MeasuredFlight, estimate_flight
 from testbed.maneuver.maneuver import Maneuver
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.scenario import Scenario
@@ -102,7 +102,8 @@ def _hits(name: str, scenario: Scenario, maneuver: Maneuver, seeds: list[int]) -
     ]
     found = []
     for sortie, flown in zip(sorties, fly_sorties(scenario, sorties, nominal, maneuver), strict=True):
-        estimates = estimate_flight(believed, nominal, sortie.truth, maneuver, flown.record, checked=False).by_name
+        measured = MeasuredFlight(believed, sortie.truth, flown.record)
+        estimates = estimate_flight(measured, nominal, maneuver, checked=False).by_name
         true = theta_of(sortie.truth.inertia)
         found.append(
             {

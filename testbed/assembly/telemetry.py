@@ -24,7 +24,7 @@ from testbed.estimation.telemetry import (
 )
 from testbed.records.checks import live_columns, sampled_rows
 from testbed.records.record import Record
-from testbed.records.selection import sampled, usable
+from testbed.records.selection import sampled, telemetry_only, usable
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.scenario import Scenario
 from testbed.signals import AXES, SIGNALS, TURNED_BY
@@ -47,7 +47,7 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
             seconds.
     """
     require_time_in_seconds(record, scenario.gyro.sample_rate_hz)
-    part = usable(record)
+    part = usable(telemetry_only(record))
     live = live_axes(record, scenario)
     gyro_time, body_rate = sampled(part, "body_rate")
     body_rate = np.where(live, body_rate, 0.0)  # a bearing holds the platform: these are no readings
@@ -255,4 +255,6 @@ def _channel(record: Record, name: str, time: Series) -> Array | None:
     if name not in record.channels:
         return None
     known, values = sampled(record, name)
+    if np.array_equal(known, time):
+        return values
     return np.stack([np.interp(time, known, column) for column in values.T], axis=1)

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from testbed.assembly.dispersion import dispersed
-from testbed.assembly.platform import PlatformModel, nominal_platform, true_platform
+from testbed.assembly.platform import PlatformModel, true_platform
+from testbed.campaign.plan import Platforms, platforms_of
 from testbed.errors import InputError
 from testbed.experiment.flying import FlownRun, Sortie, fly_sorties
 from testbed.maneuver.maneuver import Maneuver
@@ -32,7 +33,13 @@ class DispersedFlight:
     message: str
 
 
-def fly_seeds(scenario: Scenario, maneuver: Maneuver, seeds: Sequence[int], threads: int = 1) -> list[DispersedFlight]:
+def fly_seeds(
+    scenario: Scenario,
+    maneuver: Maneuver,
+    seeds: Sequence[int],
+    threads: int = 1,
+    platforms: Platforms | None = None,
+) -> list[DispersedFlight]:
     """Fly a maneuver once per seed, side by side; a flight that fails does not stop the others.
 
     What a seed gives depends on the scenario and the seed alone, bit for bit.
@@ -42,19 +49,13 @@ def fly_seeds(scenario: Scenario, maneuver: Maneuver, seeds: Sequence[int], thre
         maneuver: the reference of all flights.
         seeds: one per flight.
         threads: that step the platforms.
+        platforms: of the scenario; compiled where None.
     """
-    nominal = nominal_platform(scenario)
-    truth = None if _disperses_platform(scenario) else true_platform(scenario)
+    nominal, truth = platforms_of(scenario) if platforms is None else platforms
     ready = [_prepared(dispersed(scenario, seed), truth, seed) for seed in seeds]
     sorties = [entry for entry in ready if isinstance(entry, Sortie)]
     flown = iter(fly_sorties(scenario, sorties, nominal, maneuver, threads, many=True) if sorties else [])
     return [_finished(entry, next(flown)) if isinstance(entry, Sortie) else entry for entry in ready]
-
-
-def _disperses_platform(scenario: Scenario) -> bool:
-    """Return whether the flights have different platforms, which have to be compiled one by one."""
-    spread = scenario.dispersion
-    return spread is not None and (any(spread.inertia_kg_m2) or spread.rotor_momentum_relative > 0.0)
 
 
 def _prepared(drawn: Scenario, truth: PlatformModel | None, seed: int) -> Sortie | DispersedFlight:

@@ -4,19 +4,45 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from testbed.assembly.engine import engine_of
+from testbed.assembly.platform import PlatformModel, nominal_platform, true_platform
 from testbed.maneuver.maneuver import Maneuver
 from testbed.scenario.scenario import Scenario
 
 BLOCK_RUNS = 25
 """Runs in a block: flown side by side, written together, and the most that an interruption costs per worker."""
-COMPILED_BLOCK_RUNS = 50
-"""The same of platforms stepped by the compiled equations. There the controller, which is NumPy's work for all flights
-at once, takes a good part of the time: flights of `scenarios/basic.toml` take 17.9 ms each 25 at a time, 13.1 with 50
-and 11.1 with 100, when small campaigns would no longer occupy all cores."""
+COMPILED_BLOCK_RUNS = 100
+"""The same of platforms stepped by the compiled equations. There the controller and the estimators, which are NumPy's
+work for all flights at once, take half of the time, and the more of them the less each. 100 flights of 5 s take a
+second or two, as long as a process takes to start: smaller campaigns lose nothing by being no more than one block."""
+
+
+class Platforms(NamedTuple):
+    """The platforms of a campaign.
+
+    Attributes:
+        nominal: what controller, designer and estimators believe.
+        truth: what flies; None where each flight has its own.
+    """
+
+    nominal: PlatformModel
+    truth: PlatformModel | None
+
+
+def platforms_of(scenario: Scenario) -> Platforms:
+    """Compile the platforms that all flights of a scenario share.
+
+    Raises:
+        InputError: as `assembly.platform.nominal_platform`.
+    """
+    spread = scenario.dispersion
+    each_its_own = spread is not None and (any(spread.inertia_kg_m2) or spread.rotor_momentum_relative > 0.0)
+    return Platforms(nominal_platform(scenario), None if each_its_own else true_platform(scenario))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,6 +60,11 @@ class CampaignPlan:
     maneuver: Maneuver
     seed: int
     runs: int
+
+    @cached_property
+    def platforms(self) -> Platforms:
+        """Compiled once by each worker."""
+        return platforms_of(self.scenario)
 
 
 @dataclass(frozen=True, kw_only=True)

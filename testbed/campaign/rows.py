@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 from testbed.arrays import Theta, Vector3
 from testbed.assembly.control import flight_clock
-from testbed.assembly.platform import PlatformModel, nominal_platform
 from testbed.campaign.columns import offset_columns
 from testbed.campaign.flights import DispersedFlight, fly_seeds
 from testbed.campaign.plan import Block, CampaignPlan
 from testbed.dynamics.environment import Pivoted
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.experiment.experiment import Estimation
-from testbed.experiment.running_estimators import try_estimate_flight
+from testbed.experiment.running_estimators import MeasuredFlight, estimate_flights
 from testbed.simulation.summary import FlightSummary
 
 Row: TypeAlias = dict[str, Any]
 """One run by column name; a column is absent where the run has no such value."""
 
-_MEMORY, _BYTES_A_TICK = 1e9, 2.5e3
-"""What the flights of a block may take together, and what one takes for a control period: its log and its record."""
+_MEMORY, _BYTES_A_TICK = 3e8, 2.5e3
+"""What the flights of a block may take together, and what one takes for a control period: its log and its record. So 50
+flights of a minute go side by side, and all of a block of shorter ones."""
 
 
 def block_rows(plan: CampaignPlan, block: Block, threads: int = 1) -> list[Row]:
@@ -31,13 +32,11 @@ def block_rows(plan: CampaignPlan, block: Block, threads: int = 1) -> list[Row]:
         block: which runs.
         threads: that step the platforms.
     """
-    nominal, most = nominal_platform(plan.scenario), _side_by_side(plan)
-    flights = (
-        flight
-        for first in range(0, len(block.seeds), most)
-        for flight in fly_seeds(plan.scenario, plan.maneuver, block.seeds[first : first + most], threads)
-    )
-    return [{"run": block.first + index} | _row(plan, nominal, flight) for index, flight in enumerate(flights)]
+    most, rows = _side_by_side(plan), list[Row]()
+    for first in range(0, len(block.seeds), most):
+        seeds = block.seeds[first : first + most]
+        rows += _rows(plan, fly_seeds(plan.scenario, plan.maneuver, seeds, threads, plan.platforms))
+    return [{"run": block.first + index} | row for index, row in enumerate(rows)]
 
 
 def _side_by_side(plan: CampaignPlan) -> int:
@@ -46,20 +45,26 @@ def _side_by_side(plan: CampaignPlan) -> int:
     return max(1, int(_MEMORY / (_BYTES_A_TICK * ticks)))
 
 
-def _row(plan: CampaignPlan, nominal: PlatformModel, flight: DispersedFlight) -> Row:
+def _rows(plan: CampaignPlan, flights: Sequence[DispersedFlight]) -> list[Row]:
+    """Return the rows of flights side by side; those that were completed are estimated together."""
+    measured = [
+        MeasuredFlight(flight.scenario, flight.truth, flight.flown.record)
+        for flight in flights
+        if flight.truth is not None and flight.flown is not None and not flight.message
+    ]
+    estimations = iter(estimate_flights(measured, plan.platforms.nominal, plan.maneuver, checked=False))
+    return [_flown(flight) | ({} if flight.message else _estimates(next(estimations))) for flight in flights]
+
+
+def _flown(flight: DispersedFlight) -> Row:
     row: Row = {"seed": flight.seed, "outcome": "failed" if flight.message else "completed", "message": flight.message}
     if flight.truth is not None:
         row |= _parameters("true", theta_of(flight.truth.inertia))
         if isinstance(flight.truth.environment, Pivoted):
             row |= _offset("true", flight.truth.environment.offset_B)
-    if flight.flown is None or flight.truth is None:
-        return row
-    row |= _flight(flight.flown.summary) | {"first_contact_s": flight.flown.first_contact}
-    if flight.message:
-        return row
-    return row | _estimates(
-        try_estimate_flight(flight.scenario, nominal, flight.truth, plan.maneuver, flight.flown.record, checked=False)
-    )
+    if flight.flown is not None:
+        row |= _flight(flight.flown.summary) | {"first_contact_s": flight.flown.first_contact}
+    return row
 
 
 def _estimates(estimation: Estimation) -> Row:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from testbed.arrays import Axes, Matrices3, Series, UnitSeries, Vectors3
+from testbed.arrays import Array, Axes, Matrices3, Series, UnitSeries, Vectors3
 from testbed.cmg.cluster import Cluster, cluster_momentum, inertia_change
 from testbed.estimation.telemetry import GimbalRun, Telemetry, has_gimbals
 
@@ -20,7 +20,7 @@ _BLOCK = 16_384
 
 @dataclass(frozen=True, kw_only=True)
 class Actuation:
-    """The known part of the platform's angular momentum at N times, body axes.
+    """The known part of the platform's angular momentum at N times, body axes; of flights side by side on leading axes.
 
     Attributes:
         cluster_momentum_B: h, shape (N, 3), N·m·s.
@@ -62,9 +62,9 @@ def actuation(telemetry: Telemetry, time: Series) -> Actuation:
     if len(blocks) == 1:
         return blocks[0]
     return Actuation(
-        cluster_momentum_B=np.concatenate([block.cluster_momentum_B for block in blocks]),
-        inertia_change_B=np.concatenate([block.inertia_change_B for block in blocks]),
-        applied_torque_B=np.concatenate([block.applied_torque_B for block in blocks]),
+        cluster_momentum_B=np.concatenate([block.cluster_momentum_B for block in blocks], axis=-2),
+        inertia_change_B=np.concatenate([block.inertia_change_B for block in blocks], axis=-3),
+        applied_torque_B=np.concatenate([block.applied_torque_B for block in blocks], axis=-2),
     )
 
 
@@ -87,7 +87,13 @@ class _GimbalSplines(NamedTuple):
 
     def at(self, time: Series) -> GimbalMotion:
         nominal = np.broadcast_to(self.cluster.rotor_momentum, (len(time), len(self.cluster.rotor_momentum)))
-        return GimbalMotion(self.angle(time), self.angle(time, 1), nominal if self.spin is None else self.spin(time))
+        rate = np.ascontiguousarray(self.angle(time, 1))
+        return GimbalMotion(_at(self.angle, time), rate, nominal if self.spin is None else _at(self.spin, time))
+
+
+def _at(spline: CubicSpline, time: Series) -> Array:
+    """Return a spline's values, flight after flight in memory: products are then rounded as those of one flight."""
+    return np.ascontiguousarray(spline(time))
 
 
 class _Splines(NamedTuple):
@@ -109,10 +115,10 @@ def _splines(telemetry: Telemetry) -> _Splines:
     known = gimbals is not None or wheels is not None
     return _Splines(
         gimbals=gimbals,
-        wheels=None if wheels is None else telemetry.through(wheels.momentum),
+        wheels=None if wheels is None else telemetry.through(wheels.momentum, axis=-2),
         wheel_axes_B=np.zeros((0, 3)) if wheels is None else wheels.wheels.axis_B,
-        momentum=None if known or reported is None else telemetry.through(reported),
-        torque=None if torque is None else telemetry.through(torque),
+        momentum=None if known or reported is None else telemetry.through(reported, axis=-2),
+        torque=None if torque is None else telemetry.through(torque, axis=-2),
         outside=_outside(telemetry),
     )
 
@@ -129,16 +135,16 @@ def _gimbal_splines(run: GimbalRun) -> _GimbalSplines:
     spin = run.gimbals.rotor_momentum
     return _GimbalSplines(
         cluster=run.gimbals.cluster,
-        angle=run.through(np.unwrap(run.gimbals.angle, axis=0)),  # encoders may start over after a turn
-        spin=None if spin is None else run.through(spin),
+        angle=run.through(np.unwrap(run.gimbals.angle, axis=-2), axis=-2),  # encoders may start over after a turn
+        spin=None if spin is None else run.through(spin, axis=-2),
     )
 
 
 def _actuation(splines: _Splines, time: Series) -> Actuation:
     momentum_B, change_B = _momentum_and_change(splines, time)
     if splines.wheels is not None:
-        momentum_B = momentum_B + splines.wheels(time) @ splines.wheel_axes_B
-    torque_B = np.zeros((len(time), 3)) if splines.torque is None else splines.torque(time)
+        momentum_B = momentum_B + _at(splines.wheels, time) @ splines.wheel_axes_B
+    torque_B = np.zeros((len(time), 3)) if splines.torque is None else _at(splines.torque, time)
     if splines.outside is not None:
         torque_B = torque_B + splines.outside(time)
     return Actuation(cluster_momentum_B=momentum_B, inertia_change_B=change_B, applied_torque_B=torque_B)
@@ -148,5 +154,5 @@ def _momentum_and_change(splines: _Splines, time: Series) -> tuple[Vectors3, Mat
     if splines.gimbals is not None:
         cluster, motion = splines.gimbals.cluster, splines.gimbals.at(time)
         return cluster_momentum(cluster, *motion), inertia_change(cluster, motion.angle)
-    known_B = np.zeros((len(time), 3)) if splines.momentum is None else splines.momentum(time)
+    known_B = np.zeros((len(time), 3)) if splines.momentum is None else _at(splines.momentum, time)
     return known_B, np.zeros((len(time), 3, 3))

@@ -10,9 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy
 
-from testbed.arrays import Array, Flags, Regressor, Theta, Vector3
+from testbed.arrays import Array, Flags, Indices, Regressor, Theta, Vector3
 from testbed.errors import InputError
 from testbed.estimation.alignment_model import (
     KINDS,
@@ -27,6 +26,7 @@ from testbed.estimation.alignment_model import (
 from testbed.estimation.alignment_observability import Observability, observability
 from testbed.estimation.estimate import EstimationSettings
 from testbed.estimation.identifiability import without_momentum
+from testbed.estimation.levenberg_marquardt import Searches
 from testbed.estimation.likelihood import most_likely, require_physical
 from testbed.estimation.momentum_equation import mean_momentum
 from testbed.estimation.motion import Motion, simulate
@@ -137,20 +137,18 @@ def _observability(telemetry: Telemetry, record: SampledGimbals, start: _Unknown
     return observability(columns, telemetry.gyro_noise, start.theta, working_units(record.cluster))
 
 
-def _search(
-    telemetry: Telemetry, record: SampledGimbals, start: _Unknowns, observable: Observability
-) -> scipy.optimize.OptimizeResult:
+def _search(telemetry: Telemetry, record: SampledGimbals, start: _Unknowns, observable: Observability) -> Searches:
     """Search over coordinates in the basis of the observable directions, and over the initial momentum."""
 
-    def motion(values: Array) -> Motion:
-        return _motion(record, _moved(start, observable, values))
+    def motion(values: Array, _: Indices) -> Motion:
+        return _motion(record, _moved(start, observable, values[0]))
 
-    def sensitivity(values: Array, at: Motion) -> Regressor:
-        columns = _columns(record, _moved(start, observable, values), at)
+    def sensitivity(values: Array, _: Indices, at: Motion) -> Regressor:
+        columns = _columns(record, _moved(start, observable, values[0]), at)
         return np.hstack([columns[:, :-3] @ _steps(observable), columns[:, -3:]])
 
     first = np.concatenate([np.zeros(observable.basis.shape[1]), start.momentum_B])
-    return most_likely(telemetry.body_rate, first, motion, sensitivity)
+    return most_likely(telemetry.body_rate[None], first[None], motion, sensitivity)
 
 
 def _steps(observable: Observability) -> Array:
@@ -162,15 +160,16 @@ def _moved(start: _Unknowns, observable: Observability, values: Array) -> _Unkno
     return _Unknowns(parameters=start.parameters + _steps(observable) @ values[:-3], momentum_B=values[-3:])
 
 
-def _estimate(start: _Unknowns, observable: Observability, answer: scipy.optimize.OptimizeResult) -> AlignmentEstimate:
-    variance = float(answer.fun @ answer.fun) / (answer.fun.size - answer.x.size)
-    covariance = variance * np.linalg.inv(answer.jac.T @ answer.jac)  # eqs. (12), (13)
-    steps, end = _steps(observable), _moved(start, observable, answer.x)
+def _estimate(start: _Unknowns, observable: Observability, answer: Searches) -> AlignmentEstimate:
+    residual, columns, values = answer.residual[0], answer.columns[0], answer.unknowns[0]
+    variance = float(residual @ residual) / (residual.size - values.size)
+    covariance = variance * np.linalg.inv(columns.T @ columns)  # eqs. (12), (13)
+    steps, end = _steps(observable), _moved(start, observable, values)
     return AlignmentEstimate(
         parameters=end.parameters,
         covariance=steps @ covariance[:-3, :-3] @ steps.T,
         initial_momentum_B=end.momentum_B,
         observability=observable,
         residual_sigma=float(np.sqrt(variance)),
-        iterations=answer.njev,
+        iterations=int(answer.rounds[0]),
     )

@@ -8,7 +8,7 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from testbed.arrays import Array, Matrix3, Series, Theta, Vector3, Vectors3
+from testbed.arrays import Array, Indices, Matrix3, Series, Theta, Vector3, Vectors3
 from testbed.dynamics.environment import Pivoted, parallel_axes
 from testbed.dynamics.inertia import inertia_words, theta_of
 from testbed.estimation.answer import Answer
@@ -89,6 +89,18 @@ class Estimate(Answer):
         return self if pivot is None else replace(self, theta=self.theta - _about_pivot(pivot, self.offset_error))
 
 
+class EstimatorSideBySide(Protocol):
+    """Estimates the inertia from flights that stand side by side on leading axes; what it says of one is its alone."""
+
+    def __call__(self, telemetry: Telemetry, settings: EstimationSettings) -> list[Estimate]:
+        """Return an estimate for each flight.
+
+        Raises:
+            InputError: as `Estimator`, of any of the flights, or these take different ways.
+        """
+        ...
+
+
 class Estimator(Protocol):
     """Estimates the inertia from one run."""
 
@@ -105,6 +117,44 @@ class Estimator(Protocol):
 def _about_pivot(pivot: Pivoted, offset_error: Vector3) -> Theta:
     """Return what θ about a pivot is more than about the estimated centre of mass, shape (6,), kg·m²."""
     return theta_of(parallel_axes(pivot.mass, pivot.offset_B + offset_error))
+
+
+def estimates_of(
+    telemetry: Telemetry,
+    parameters: Array,
+    covariance: Array,
+    *,
+    influence: Array,
+    residual: Array,
+    sigma: Array,
+    iterations: Indices | int,
+) -> list[Estimate]:
+    """Return the estimates of flights side by side, or of one, from residuals of all of the gyro's samples, rad/s.
+
+    Args:
+        telemetry: of all.
+        parameters: shape (..., P); what follows as in `estimate_of`.
+        covariance: shape (..., P, P).
+        influence: shape (..., P, 3N).
+        residual: shape (..., 3N), rad/s.
+        sigma: shape (...).
+        iterations: shape (...), or the same of all.
+    """
+    rounds = np.broadcast_to(iterations, parameters.shape[:-1])
+    return [
+        estimate_of(
+            telemetry,
+            parameters[flight],
+            covariance[flight],
+            influence=influence[flight],
+            time=telemetry.gyro_time,
+            residual=residual[flight],
+            unit="rad/s",
+            sigma=float(sigma[flight]),
+            iterations=int(rounds[flight]),
+        )
+        for flight in np.ndindex(parameters.shape[:-1])
+    ]
 
 
 def estimate_of(

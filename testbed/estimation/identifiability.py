@@ -23,49 +23,67 @@ DROWNED = "the motion is too weak, or too short, for the gyro's noise"
 
 
 def without_momentum(regressor: Regressor, unknowns: int = 6) -> Regressor:
-    """Return the unknowns' columns, what the momentum's columns explain of them taken out, shape (3N, P).
+    """Return the unknowns' columns, what the momentum's columns explain of them taken out, shape (..., 3N, P).
 
     Args:
-        regressor: shape (3N, P + M), the columns of unknown momenta last.
+        regressor: shape (..., 3N, P + M), the columns of unknown momenta last.
         unknowns: P, by default the inertia's parameters.
     """
-    wanted, momentum = regressor[:, :unknowns], regressor[:, unknowns:]
-    return np.asarray(wanted - momentum @ np.linalg.lstsq(momentum, wanted, rcond=None)[0])
+    wanted, momentum = regressor[..., :unknowns], regressor[..., unknowns:]
+    return np.asarray(wanted - momentum @ explaining(momentum, wanted))
 
 
-def require_identifiable(regressor: Regressor, sigma: float, inertia_size: float, body_rate: Vectors3) -> None:
+def explaining(columns: Array, values: Array) -> Array:
+    """Return the smallest X of the least squares of columns X - values, shape (..., M, P).
+
+    Args:
+        columns: shape (..., R, M), of any rank.
+        values: shape (..., R, P).
+    """
+    smallest = np.zeros((*columns.shape[:-2], columns.shape[-1], values.shape[-1]))
+    for flight in np.ndindex(columns.shape[:-2] if columns.shape[-1] else 0):
+        smallest[flight] = np.linalg.lstsq(columns[flight], values[flight])[0]
+    return smallest
+
+
+def require_identifiable(regressor: Regressor, sigma: float, inertia_size: Array, body_rate: Vectors3) -> None:
     """Refuse a motion that leaves a direction of the inertia open.
 
     A direction is open where the motion does not excite it, or so little that a third of the inertia itself would lie
     within one standard deviation: such an excitation does not differ from zero at three standard deviations.
 
     Args:
-        regressor: noise-free, shape (3N, 6 + M), the columns of unknown momenta last.
+        regressor: noise-free, shape (..., 3N, 6 + M), the columns of unknown momenta last.
         sigma: standard deviation of the noise on its rows.
-        inertia_size: size of the inertia, kg·m².
-        body_rate: of the motion, shape (N, 3), rad/s, for the message.
+        inertia_size: size of the inertia, shape (...), kg·m².
+        body_rate: of the motion, shape (..., N, 3), rad/s, for the message.
 
     Raises:
-        UnidentifiableError: names the open directions and what the motion lacks.
+        UnidentifiableError: names the open directions and what the motion lacks, of flights side by side the first's
+            that lacks something.
     """
     triangle = np.linalg.qr(without_momentum(regressor), mode="r")  # has the same, in a handful of rows
     _, strength, directions = np.linalg.svd(triangle)
-    unexcited = strength <= RELATIVE_RANK * strength[0]
-    drowned = strength * inertia_size <= SIGNIFICANCE * sigma
-    if unexcited.any() or drowned.any():
-        names = ", ".join(
-            named_direction(direction, PARAMETER_NAMES) for direction in sparse_basis(directions[unexcited | drowned])
-        )
-        reason = _missing_axis(body_rate, sigma) or (CONFOUNDED if unexcited.any() else DROWNED)
-        raise UnidentifiableError(
-            f"{names} cannot be determined: {reason}; fly a maneuver whose actuators turn the body about three axes, "
-            "or a longer one"
-        )
+    unexcited = strength <= RELATIVE_RANK * strength[..., :1]
+    drowned = strength * np.asarray(inertia_size)[..., None] <= SIGNIFICANCE * sigma
+    opened = unexcited | drowned
+    if not opened.any():
+        return
+    flight = tuple(np.argwhere(opened.any(axis=-1))[0])
+    rates = np.broadcast_to(body_rate, (*opened.shape[:-1], *body_rate.shape[-2:]))
+    names = ", ".join(
+        named_direction(direction, PARAMETER_NAMES) for direction in sparse_basis(directions[flight][opened[flight]])
+    )
+    reason = _missing_axis(rates[flight], sigma) or (CONFOUNDED if unexcited[flight].any() else DROWNED)
+    raise UnidentifiableError(
+        f"{names} cannot be determined: {reason}; fly a maneuver whose actuators turn the body about three axes, "
+        "or a longer one"
+    )
 
 
-def inertia_size(theta: Theta) -> float:
-    """Return the mean principal moment, kg·m²."""
-    return float(theta[:3].mean())
+def inertia_size(theta: Theta) -> Array:
+    """Return the mean principal moment, shape (...), kg·m²."""
+    return np.asarray(theta[..., :3].mean(axis=-1))
 
 
 def named_direction(direction: Array, names: Sequence[str]) -> str:

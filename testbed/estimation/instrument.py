@@ -14,6 +14,7 @@ from testbed.estimation.motion import drive_of, is_physical, simulate, with_torq
 from testbed.estimation.regression import Solution
 from testbed.estimation.telemetry import Telemetry
 
+APART = "flights of which some are iterated on and some are not go on one by one"
 ITERATIONS = 3
 """Rounds of the iterated instrument; a fourth moves the estimate by less than 1 % of its standard deviation."""
 
@@ -26,20 +27,28 @@ def refined(
     Args:
         telemetry: one run.
         settings: which instrument.
-        solve: from the instrument's ω, shape (N, 3), rad/s, and the inertia known so far to a solution.
+        solve: from the instrument's ω, shape (..., N, 3), rad/s, and the inertia known so far to a solution.
 
     Raises:
-        InputError: the reference is asked for and there is none.
+        InputError: the reference is asked for and there is none, or flights side by side part.
     """
     solution = solve(_first_rate(telemetry, settings), settings.nominal_theta)
     rounds = 1
-    while settings.instrument == "iterated" and rounds < ITERATIONS and is_physical(solution.parameters[:6]):
-        theta = solution.parameters[:6]
-        momentum_B = solution.parameters[6:9] if telemetry.momentum_unknowns else np.zeros(3)
+    while settings.instrument == "iterated" and rounds < ITERATIONS and _all_physical(solution):
+        theta = solution.parameters[..., :6]
+        momentum_B = solution.parameters[..., 6:9] if telemetry.momentum_unknowns else np.zeros(3)
         torque = telemetry.torque_of(solution.parameters)
         solution = solve(_simulated_rate(telemetry, theta, momentum_B, torque), theta)
         rounds += 1
     return solution, rounds
+
+
+def _all_physical(solution: Solution) -> bool:
+    """Return whether bodies can have the inertias, of flights side by side alike."""
+    physical = is_physical(solution.parameters[..., :6])
+    if physical.any() != physical.all():
+        raise InputError(APART)
+    return bool(physical.all())
 
 
 def _first_rate(telemetry: Telemetry, settings: EstimationSettings) -> Vectors3:

@@ -40,7 +40,7 @@ def instrumental_variable(telemetry: Telemetry, settings: EstimationSettings) ->
         return solution_of(equation.regressor, instrument, equation.response)
 
     solution, iterations = refined(part, settings, solve)
-    sigma = residual_sigma(solution)
+    sigma = float(residual_sigma(solution))
     noise = filtered_noise(part, equation, solution, filter_time)
     gain = noise_gain(solution, noise.image)
     return estimate_of(

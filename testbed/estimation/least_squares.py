@@ -29,7 +29,7 @@ def least_squares(telemetry: Telemetry, settings: EstimationSettings) -> Estimat
     part = identifiable_part(telemetry, settings)
     equation = filtered_equation(part, part.body_rate, settings.prefilter_time)
     solution = solution_of(equation.regressor, equation.regressor, equation.response)  # eq. (14)
-    sigma = residual_sigma(solution)
+    sigma = float(residual_sigma(solution))
     noise = filtered_noise(part, equation, solution, settings.prefilter_time)
     return estimate_of(
         part,

@@ -1,16 +1,15 @@
-"""The search for the most likely unknowns of a motion, whatever they are."""
+"""The search for the most likely unknowns of motions, whatever they are."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 from functools import lru_cache
 
 import numpy as np
-import scipy
 
-from testbed.arrays import Array, Regressor, Response, Theta, Vectors3
+from testbed.arrays import Array, Indices, Regressor, Response, Theta, Vectors3
 from testbed.errors import InputError
+from testbed.estimation.levenberg_marquardt import Searches, minima
 from testbed.estimation.motion import Motion, is_physical
 
 REFUSED = 1e3
@@ -20,44 +19,56 @@ REFUSED = 1e3
 def most_likely(
     measured_rate: Vectors3,
     start: Array,
-    motion: Callable[[Array], Motion],
-    sensitivity: Callable[[Array, Motion], Regressor],
-) -> scipy.optimize.OptimizeResult:
+    motion: Callable[[Array, Indices], Motion],
+    sensitivity: Callable[[Array, Indices, Motion], Regressor],
+) -> Searches:
     """Minimise the squares of predicted minus measured rates, Levenberg-Marquardt with analytic sensitivities.
 
     Args:
-        measured_rate: shape (N, 3), rad/s.
-        start: unknowns to start from, shape (P,).
-        motion: that unknowns predict; InputError where they predict none.
-        sensitivity: ∂ω/∂(unknowns), shape (3N, P), of the motion that they predict.
+        measured_rate: of F flights, shape (F, N, 3), rad/s.
+        start: unknowns to start from, shape (F, P).
+        motion: that unknowns, shape (A, P), of the flights with given indices predict; InputError where those of any of
+            them predict none.
+        sensitivity: ∂ω/∂(unknowns), shape (A, 3N, P), of the motion that they predict.
+
+    Returns:
+        The searches at their ends, all of them at a minimum.
 
     Raises:
-        InputError: no minimum was found.
+        InputError: no minimum was found of one of them.
     """
 
     @lru_cache(maxsize=1)  # the residual and its sensitivities are asked for at the same unknowns
-    def motion_at(unknowns: bytes) -> Motion:
-        return motion(np.frombuffer(unknowns))
+    def motion_at(unknowns: bytes, flights: bytes) -> Motion:
+        which = np.frombuffer(flights, dtype=np.intp)
+        return motion(np.frombuffer(unknowns).reshape(len(which), -1), which)
 
-    def residual(unknowns: Array) -> Response:
-        with suppress(InputError):  # a trial whose motion runs away is not the answer, nor the end of the search
-            return np.asarray((motion_at(unknowns.tobytes()).body_rate - measured_rate).ravel())
-        return np.full(measured_rate.size, REFUSED)
+    def residual(unknowns: Array, flights: Indices) -> Response:
+        try:
+            rates = motion_at(unknowns.tobytes(), flights.tobytes()).body_rate
+        except InputError:  # a trial whose motion runs away is not the answer, nor the end of the search
+            if len(flights) == 1:
+                return np.full((1, measured_rate[0].size), REFUSED)
+            each = zip(unknowns[:, None], flights[:, None], strict=True)
+            return np.concatenate([residual(*one) for one in each])
+        return (rates.reshape(measured_rate[flights].shape) - measured_rate[flights]).reshape(len(flights), -1)
 
-    def columns(unknowns: Array) -> Regressor:
-        return sensitivity(unknowns, motion_at(unknowns.tobytes()))
+    def columns(unknowns: Array, flights: Indices) -> Regressor:
+        predicted = motion_at(unknowns.tobytes(), flights.tobytes())
+        return sensitivity(unknowns, flights, predicted).reshape(len(flights), measured_rate[0].size, -1)
 
-    answer = scipy.optimize.least_squares(residual, start, columns, method="lm", x_scale="jac")
-    if not answer.success:
-        raise InputError(f"output error found no minimum in {answer.nfev} evaluations; look at the record's residuals")
-    return answer
+    searches = minima(start, residual, columns)
+    if not searches.found.all():
+        trials = searches.trials[~searches.found].max()
+        raise InputError(f"output error found no minimum in {trials} evaluations; look at the record's residuals")
+    return searches
 
 
 def require_physical(theta: Theta) -> None:
     """Refuse to predict the motion of what is no body.
 
     Raises:
-        InputError: the inertia does not resist turning about every axis.
+        InputError: an inertia, shape (..., 6), does not resist turning about every axis.
     """
-    if not is_physical(theta):
+    if not is_physical(theta).all():
         raise InputError("no body has this inertia")

@@ -10,7 +10,9 @@ from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Array, Matrices3, Series, Theta, Vector3, Vectors3
 from testbed.dynamics.inertia import momentum_regressor
+from testbed.estimation.identifiability import explaining
 from testbed.estimation.motion import Drive, Motion, drive_of, simulate, torque_basis, with_torque
+from testbed.estimation.regression import rows_of
 from testbed.estimation.telemetry import Telemetry
 from testbed.rotation.kinematics import integrate_attitude
 from testbed.rotation.quaternion import matrix_of
@@ -21,9 +23,9 @@ class MomentumEquation:
     """The equation Ψ (θ, H₀, c) = Y at the gyro's times.
 
     Attributes:
-        regressor: Ψ = [Γ(ω), -Rᵀ, -Rᵀ ∫ R b dt], shape (N, 3, 9 + K), b the directions of the constant torques c.
-        response: Y, shape (N, 3), N·m·s.
-        matrix_NB: R, shape (N, 3, 3); N is the body frame at the first sample.
+        regressor: Ψ = [Γ(ω), -Rᵀ, -Rᵀ ∫ R b dt], shape (..., N, 3, 9 + K), b the directions of the constant torques c.
+        response: Y, shape (..., N, 3), N·m·s.
+        matrix_NB: R, shape (..., N, 3, 3); N is the body frame at the first sample.
     """
 
     regressor: Array
@@ -42,38 +44,39 @@ def momentum_equation(telemetry: Telemetry, body_rate: Vectors3) -> MomentumEqua
 
     Args:
         telemetry: the actuators' part and the times.
-        body_rate: ω at the gyro's times, shape (N, 3), rad/s.
+        body_rate: ω at the gyro's times, shape (..., N, 3), rad/s.
     """
     known = drive_of(telemetry).samples
     matrix_NB = matrix_of(integrate_attitude(telemetry.gyro_time, body_rate))
-    impulse_N = _impulse(telemetry.gyro_time, np.matvec(matrix_NB, known.applied_torque_B))
-    to_body = np.swapaxes(matrix_NB, 1, 2)
+    to_body, impulse_B = np.swapaxes(matrix_NB, -1, -2), np.zeros(3)
+    if known.applied_torque_B.any():
+        torque_N = np.matvec(matrix_NB, known.applied_torque_B)
+        impulse_B = np.matvec(to_body, _impulse(telemetry.gyro_time, torque_N, axis=-2))
     shifted = np.matvec(known.inertia_change_B, body_rate)
     columns = [momentum_regressor(body_rate), -to_body]
     if telemetry.torque_unknowns:
         turned = matrix_NB @ torque_basis(telemetry, telemetry.gyro_time)
-        columns.append(-to_body @ _impulse(telemetry.gyro_time, turned))
+        columns.append(-to_body @ _impulse(telemetry.gyro_time, turned, axis=-3))
     return MomentumEquation(
-        regressor=np.concatenate(columns, axis=2),
-        response=np.matvec(to_body, impulse_N) - known.cluster_momentum_B - shifted,
+        regressor=np.concatenate(columns, axis=-1),
+        response=impulse_B - known.cluster_momentum_B - shifted,
         matrix_NB=matrix_NB,
     )
 
 
 def unknown_columns(telemetry: Telemetry, regressor: Array) -> Array:
-    """Return Ψ without the initial momentum's columns where that is known, shape (N, 3, P)."""
-    return regressor if telemetry.momentum_unknowns else np.delete(regressor, slice(6, 9), axis=2)
+    """Return Ψ without the initial momentum's columns where that is known, shape (..., N, 3, P)."""
+    return regressor if telemetry.momentum_unknowns else np.delete(regressor, slice(6, 9), axis=-1)
 
 
 def mean_momentum(telemetry: Telemetry, theta: Theta) -> Vector3:
-    """Return H₀ that fits an inertia and the measured rates best, shape (3,), N·m·s; zero where the run says so."""
+    """Return H₀ that fits an inertia and the measured rates best, shape (..., 3), N·m·s; zero where the run says so."""
     if telemetry.initial_momentum == "zero":
         return np.zeros(3)
     if telemetry.torque_unknowns:
-        return _momentum_and_torque(telemetry, theta)[:3]
-    equation = measured_equation(telemetry)
-    momentum_B = equation.regressor[..., :6] @ theta - equation.response
-    return np.asarray(np.matvec(equation.matrix_NB, momentum_B).mean(axis=0))
+        return _momentum_and_torque(telemetry, theta)[..., :3]
+    momentum_B, equation = _turning_momentum(telemetry, theta), measured_equation(telemetry)
+    return np.asarray(np.matvec(equation.matrix_NB, momentum_B).mean(axis=-2))
 
 
 def likely_motion(telemetry: Telemetry, theta: Theta) -> tuple[Drive, Motion]:
@@ -97,13 +100,18 @@ def likely_motion(telemetry: Telemetry, theta: Theta) -> tuple[Drive, Motion]:
 
 
 def _momentum_and_torque(telemetry: Telemetry, theta: Theta) -> Array:
-    """Return the unknown momentum and torques that fit an inertia and the measured rates best, shape (P - 6,)."""
+    """Return the unknown momentum and torques that fit an inertia and the measured rates best, shape (..., P - 6)."""
+    others = rows_of(unknown_columns(telemetry, measured_equation(telemetry).regressor)[..., 6:])
+    momentum_B = _turning_momentum(telemetry, theta)
+    return explaining(-others, momentum_B.reshape(*momentum_B.shape[:-2], -1, 1))[..., 0]
+
+
+def _turning_momentum(telemetry: Telemetry, theta: Theta) -> Vectors3:
+    """Return Γ(ω) θ - Y, the momentum that is left to the other unknowns, shape (..., N, 3), N·m·s."""
     equation = measured_equation(telemetry)
-    momentum_B = equation.regressor[..., :6] @ theta - equation.response
-    others = unknown_columns(telemetry, equation.regressor)[..., 6:]
-    return np.asarray(np.linalg.lstsq(-others.reshape(-1, others.shape[-1]), momentum_B.ravel())[0])
+    return np.asarray(np.matvec(equation.regressor[..., :6], theta[..., None, :]) - equation.response)
 
 
-def _impulse(time: Series, torque_N: Array) -> Array:
-    """Return ∫ R τ dt from the first sample, shape (N, 3, ...), N·m·s."""
-    return np.asarray(CubicSpline(time, torque_N).antiderivative()(time))
+def _impulse(time: Series, torque_N: Array, axis: int) -> Array:
+    """Return ∫ R τ dt from the first sample, of the shape of the torque with its samples on an axis, N·m·s."""
+    return np.ascontiguousarray(CubicSpline(time, torque_N, axis=axis).antiderivative()(time))

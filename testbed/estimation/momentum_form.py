@@ -6,7 +6,7 @@ import numpy as np
 
 from testbed.arrays import Array, Matrices3, Theta, Vectors3
 from testbed.dynamics.inertia import inertia_of, symmetric_inverse
-from testbed.estimation.estimate import Estimate, EstimationSettings, estimate_of
+from testbed.estimation.estimate import Estimate, EstimationSettings, estimates_of
 from testbed.estimation.identifiability import inertia_size, require_identifiable
 from testbed.estimation.instrument import refined
 from testbed.estimation.momentum_equation import (
@@ -18,11 +18,17 @@ from testbed.estimation.momentum_equation import (
 from testbed.estimation.motion import drive_of
 from testbed.estimation.noise_image import attitude_noise, pendulum_of
 from testbed.estimation.preparation import identifiable_part
-from testbed.estimation.regression import Solution, covariance_of, noise_gain, residual_sigma, solution_of
+from testbed.estimation.regression import Solution, covariance_of, noise_gain, residual_sigma, rows_of, solution_of
 from testbed.estimation.telemetry import Telemetry
 
 
 def momentum_form(telemetry: Telemetry, settings: EstimationSettings) -> Estimate:
+    """Estimate the inertia from one run, as `momentum_forms`."""
+    (estimate,) = momentum_forms(telemetry, settings)
+    return estimate
+
+
+def momentum_forms(telemetry: Telemetry, settings: EstimationSettings) -> list[Estimate]:
     """Estimate the inertia from Γ(ω) θ - Rᵀ H₀ = -h - (J(d) - J(0)) ω with an instrument.
 
     Each sample's rows are scaled by J(d)⁻¹, which makes their noise the gyro's, white and equal on all axes: the
@@ -30,7 +36,7 @@ def momentum_form(telemetry: Telemetry, settings: EstimationSettings) -> Estimat
     the integral of the noisy gyro, whose share of the noise is in the covariance but not in the weight.
 
     Args:
-        telemetry: one run.
+        telemetry: one run, or flights side by side.
         settings: the instrument.
 
     Raises:
@@ -46,48 +52,45 @@ def momentum_form(telemetry: Telemetry, settings: EstimationSettings) -> Estimat
         scale = _inertia_inverse(part, theta)
         instrument = _rows(part, scale, momentum_equation(part, body_rate))
         require_identifiable(instrument, 0.0, inertia_size(settings.nominal_theta), body_rate)
-        response = np.matvec(scale, equation.response).ravel()
-        return solution_of(_rows(part, scale, equation), instrument, response)
+        response = np.matvec(scale, equation.response)
+        return solution_of(_rows(part, scale, equation), instrument, response.reshape(*response.shape[:-2], -1))
 
     solution, iterations = refined(part, settings, solve)
     sigma = residual_sigma(solution)
     gain = noise_gain(solution, _noise_image(part, equation, solution))
-    return estimate_of(
+    return estimates_of(
         part,
         solution.parameters,
         covariance_of(gain, sigma**2),  # eq. (19)
         influence=-gain,
-        time=part.gyro_time,
         residual=-solution.residual,  # Ψθ - Y is the measured rate minus the predicted one
-        unit="rad/s",
         sigma=sigma,
         iterations=iterations,
     )
 
 
 def _inertia_inverse(telemetry: Telemetry, theta: Theta) -> Matrices3:
-    """Return J(d)⁻¹ at the gyro's times, shape (N, 3, 3), 1/(kg·m²)."""
+    """Return J(d)⁻¹ at the gyro's times, shape (..., N, 3, 3), 1/(kg·m²)."""
     change_B = drive_of(telemetry).samples.inertia_change_B
-    return symmetric_inverse(inertia_of(theta) + change_B)
+    return symmetric_inverse(inertia_of(theta)[..., None, :, :] + change_B)
 
 
 def _rows(telemetry: Telemetry, scale: Matrices3, equation: MomentumEquation) -> Array:
-    """Return the scaled regressor's rows, shape (3N, P)."""
-    columns = scale @ unknown_columns(telemetry, equation.regressor)
-    return np.asarray(columns.reshape(-1, columns.shape[-1]))
+    """Return the scaled regressor's rows, shape (..., 3N, P)."""
+    return rows_of(np.asarray(scale @ unknown_columns(telemetry, equation.regressor)))
 
 
 def _noise_image(telemetry: Telemetry, equation: MomentumEquation, solution: Solution) -> Array:
-    """Return MᵀZ of the scaled equation's noise, shape (3N, P): Z itself without momentum."""
+    """Return MᵀZ of the scaled equation's noise, shape (..., 3N, P): Z itself without momentum."""
     pendulum = pendulum_of(telemetry, solution, telemetry.gyro_time)
     if telemetry.initial_momentum == "zero" and pendulum is None:
         return solution.instrument
-    scale = _inertia_inverse(telemetry, solution.parameters[:6])
+    scale = _inertia_inverse(telemetry, solution.parameters[..., :6])
     if pendulum is None:
-        momentum_B = np.swapaxes(equation.matrix_NB, 1, 2) @ solution.parameters[6:9]
+        momentum_B = np.matvec(equation.matrix_NB.mT, solution.parameters[..., None, 6:9])
     else:
         momentum_B = _whole_momentum(telemetry, solution.parameters[:6])
-    rows = solution.instrument.reshape(len(scale), 3, -1)
+    rows = solution.instrument.reshape(*scale.shape[:-1], -1)
     image = attitude_noise(rows, scale, telemetry.gyro_time, equation.matrix_NB, momentum_B, pendulum)
     return image.reshape(solution.instrument.shape)
 

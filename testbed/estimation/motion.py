@@ -2,6 +2,8 @@
 
 The state is the platform's total angular momentum L in body axes, because its equation needs no derivative of a
 measurement: `dynamics.gyrostat`. With L = J(d) ω + h this is paper eq. (1), the gimbals' own terms included.
+
+Flights side by side, with the same times and in no surroundings, stand on leading axes of all arrays.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from typing import TypeAlias
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
-from testbed.arrays import Array, Matrices3, Series, Theta, Vector3, Vectors3
+from testbed.arrays import Array, Flags, Indices, Matrices3, Series, Theta, Vector3, Vectors3
 from testbed.compiled import LONG, compiled, compiler_loaded, kept
 from testbed.dynamics.environment import gravity_torque
 from testbed.dynamics.gyrostat import require_bounded
@@ -126,7 +128,7 @@ def _as_pendulum(drive: Drive, telemetry: Telemetry) -> Drive:
 
 
 def torque_basis(telemetry: Telemetry, time: Series) -> Array:
-    """Return the unit torques of a run's constant torques, shape (N, 3, K), body axes; the body's own come first.
+    """Return the unit torques of a run's constant torques, shape (..., N, 3, K), body axes; the body's own come first.
 
     Behind them stand, on a pivot, those of an offset of the centre of mass.
 
@@ -145,18 +147,38 @@ def torque_basis(telemetry: Telemetry, time: Series) -> Array:
         parts.append(matrix_BN(telemetry, time))
     if telemetry.surroundings is not None:
         parts.append(telemetry.surroundings.gravity_basis(time))
-    return np.concatenate(parts, axis=2)
+    lead = max((part.shape[:-3] for part in parts), key=len)
+    return np.concatenate([np.broadcast_to(part, (*lead, *part.shape[-3:])) for part in parts], axis=-1)
 
 
 def matrix_BN(telemetry: Telemetry, time: Series) -> Matrices3:
-    """Return the attitude by the measured rate, shape (N, 3, 3), inertial to body axes; N is B at the first sample."""
+    """Return the attitude by the measured rate, shape (..., N, 3, 3), inertial to body axes; N is B at its start."""
     attitude_NB = integrate_attitude(telemetry.gyro_time, telemetry.body_rate)
-    columns = CubicSpline(telemetry.gyro_time, attitude_NB)(time)
-    return np.swapaxes(matrix_of(columns / np.linalg.norm(columns, axis=1, keepdims=True)), 1, 2)
+    columns = CubicSpline(telemetry.gyro_time, attitude_NB, axis=-2)(time)
+    return np.swapaxes(matrix_of(columns / np.linalg.norm(columns, axis=-1, keepdims=True)), -1, -2)
+
+
+def drive_of_some(drive: Drive, flights: Indices) -> Drive:
+    """Return what acts on some of the flights side by side, in a given order."""
+
+    def some(known: Actuation) -> Actuation:
+        return Actuation(
+            cluster_momentum_B=_some(known.cluster_momentum_B, flights, axes=2),
+            inertia_change_B=_some(known.inertia_change_B, flights, axes=3),
+            applied_torque_B=_some(known.applied_torque_B, flights, axes=2),
+        )
+
+    basis = _some(drive.torque_basis, flights, axes=3)
+    return replace(drive, samples=some(drive.samples), grid=some(drive.grid), torque_basis=basis)
+
+
+def _some(values: Array, flights: Indices, axes: int) -> Array:
+    """Return the values of some flights; what is the same of all has no axis for them."""
+    return values[flights] if values.ndim > axes else values
 
 
 def with_torque(drive: Drive, torque: Array) -> Drive:
-    """Return what acts on the platform with constant torques, N·m, and an error of the offset, m, shape (K,)."""
+    """Return what acts on the platform with constant torques, N·m, and an error of the offset, m, shape (..., K)."""
     if not torque.size:
         return drive
     pendulum = drive.pendulum
@@ -164,14 +186,14 @@ def with_torque(drive: Drive, torque: Array) -> Drive:
         moved = replace(drive, pendulum=replace(pendulum, offset_B=pendulum.offset_B + torque[-3:]))
         torque_B = drive.grid.applied_torque_B + drive.torque_basis[..., :-3] @ torque[:-3]
         return replace(moved, grid=replace(drive.grid, applied_torque_B=torque_B))
-    torque_B = drive.grid.applied_torque_B + drive.torque_basis @ torque
+    torque_B = drive.grid.applied_torque_B + np.matvec(drive.torque_basis, torque[..., None, :])
     return replace(drive, grid=replace(drive.grid, applied_torque_B=torque_B))
 
 
-def is_physical(theta: Theta) -> bool:
-    """Return whether an inertia resists turning about every axis; an estimate from poor data may not."""
+def is_physical(theta: Theta) -> Flags:
+    """Return whether an inertia resists turning about every axis, shape (...); an estimate from poor data may not."""
     principal = np.linalg.eigvalsh(inertia_of(theta))
-    return bool(principal[0] > SMALLEST_SHARE * abs(principal[2]))
+    return np.asarray(principal[..., 0] > SMALLEST_SHARE * np.abs(principal[..., 2]))
 
 
 def simulate(drive: Drive, theta: Theta, initial_momentum_B: Vector3) -> Motion:
@@ -179,8 +201,8 @@ def simulate(drive: Drive, theta: Theta, initial_momentum_B: Vector3) -> Motion:
 
     Args:
         drive: what the actuators did.
-        theta: inertia parameters, kg·m², physical.
-        initial_momentum_B: L at the first output time, N·m·s, body axes.
+        theta: inertia parameters, shape (..., 6), kg·m², physical.
+        initial_momentum_B: L at the first output time, shape (..., 3), N·m·s, body axes.
 
     Raises:
         InputError: the motion leaves the finite numbers, as it does where channels or units do not belong together.
@@ -190,24 +212,25 @@ def simulate(drive: Drive, theta: Theta, initial_momentum_B: Vector3) -> Motion:
     with np.errstate(over="ignore", invalid="ignore"):
         momentum_B, up_B = _integrated(drive, inverse, initial_momentum_B)
     require_bounded(momentum_B)
-    node_rate = np.matvec(inverse[::2], momentum_B - grid.cluster_momentum_B[::2])
-    slope = grid.applied_torque_B[::2] + np.cross(momentum_B, node_rate)
+    node_inverse = inverse[..., ::2, :, :]
+    node_rate = np.matvec(node_inverse, momentum_B - grid.cluster_momentum_B[..., ::2, :])
+    slope = grid.applied_torque_B[..., ::2, :] + np.cross(momentum_B, node_rate)
     if drive.pendulum is not None and up_B is not None:
         slope = slope + gravity_torque(drive.pendulum.weight, up_B, drive.pendulum.offset_B)
-    at_samples = CubicHermiteSpline(drive.grid_time[::2], momentum_B, slope)(drive.time)
+    at_samples = CubicHermiteSpline(drive.grid_time[::2], momentum_B, slope, axis=-2)(drive.time)
     sample_inverse = _inverse(theta, samples)
     return Motion(
-        body_rate=np.matvec(sample_inverse, at_samples - samples.cluster_momentum_B),
+        body_rate=np.matvec(sample_inverse, np.ascontiguousarray(at_samples) - samples.cluster_momentum_B),
         momentum_B=momentum_B,
         inertia_inverse=sample_inverse,
-        node_inverse=inverse[::2],
+        node_inverse=node_inverse,
         node_rate=node_rate,
         up_B=up_B,
     )
 
 
 def _inverse(theta: Theta, known: Actuation) -> Matrices3:
-    return symmetric_inverse(inertia_of(theta) + known.inertia_change_B)
+    return symmetric_inverse(inertia_of(theta)[..., None, :, :] + known.inertia_change_B)
 
 
 def _integrated(drive: Drive, inverse: Matrices3, initial_momentum_B: Vector3) -> tuple[Vectors3, Vectors3 | None]:
@@ -283,16 +306,21 @@ def _runge_kutta(drive: Drive, inverse: Matrices3, initial_momentum_B: Vector3) 
     On plain numbers: NumPy's overhead on single vectors would be four fifths of the time.
     """
     step = float(drive.grid_time[2] - drive.grid_time[0])
-    free_rate = np.matvec(inverse, drive.grid.cluster_momentum_B)
-    inputs = np.concatenate([inverse.reshape(-1, 9), free_rate, drive.grid.applied_torque_B], axis=1)
-    history = np.zeros((len(inputs) // 2 + 1, 3))
-    history[0] = initial_momentum_B
-    if len(history) > LONG or compiler_loaded():
-        kept(_march, (("f8", 2), ("f8", 1), ("f8", 2)))(inputs, np.array([step]), history)
-        return history
-    rows = history.tolist()
-    _march(inputs.tolist(), [step], rows)
-    return np.array(rows)
+    lead, instants = inverse.shape[:-3], len(drive.grid_time)
+    inputs = np.empty((*lead, instants, 15))
+    inputs[..., :9] = inverse.reshape(*lead, instants, 9)
+    inputs[..., 9:12] = np.matvec(inverse, drive.grid.cluster_momentum_B)
+    inputs[..., 12:] = drive.grid.applied_torque_B
+    history = np.zeros((*lead, instants // 2 + 1, 3))
+    history[..., 0, :] = initial_momentum_B
+    for own, motion in zip(inputs.reshape(-1, instants, 15), history.reshape(-1, instants // 2 + 1, 3), strict=True):
+        if len(motion) > LONG or compiler_loaded():
+            kept(_march, (("f8", 2), ("f8", 1), ("f8", 2)))(own, np.array([step]), motion)
+        else:
+            rows = motion.tolist()
+            _march(own.tolist(), [step], rows)
+            motion[:] = rows
+    return history
 
 
 def _march(inputs: _Rows, steps: _Row, history: _Rows) -> None:

@@ -114,8 +114,9 @@ def following(time: Series, rows: Array) -> Array:
 
 
 def _sums_from(rows: Array) -> Array:
-    """Return the sums of rows from each sample on, of its own row half, shape (N, 3, P)."""
-    return np.asarray(np.cumsum(rows[::-1], axis=0)[::-1] - rows / 2.0)
+    """Return the sums of rows from each sample on, of its own row half, shape (..., N, 3, P)."""
+    sums = np.cumsum(rows[..., ::-1, :, :], axis=-3)[..., ::-1, :, :]
+    return np.asarray(sums - rows / 2.0)
 
 
 def _widths(time: Series) -> Array:
@@ -140,14 +141,14 @@ def attitude_noise(
     momentum_B: Vectors3,
     pendulum: PendulumNoise | None = None,
 ) -> Array:
-    """Return Mᵀ Z of the scaled momentum equation, M e = e - J⁻¹ L × Rᵀ ∫ R e dt, shape (N, 3, P).
+    """Return Mᵀ Z of the scaled momentum equation, M e = e - J⁻¹ L × Rᵀ ∫ R e dt, shape (..., N, 3, P).
 
     Args:
-        instrument: Z, rows scaled by J⁻¹, shape (N, 3, P).
-        scale: J(d)⁻¹, shape (N, 3, 3), 1/(kg·m²).
+        instrument: Z, rows scaled by J⁻¹, shape (..., N, 3, P).
+        scale: J(d)⁻¹, shape (..., N, 3, 3), 1/(kg·m²).
         time: shape (N,), s.
-        matrix_NB: R, shape (N, 3, 3).
-        momentum_B: L, shape (N, 3), N·m·s.
+        matrix_NB: R, shape (..., N, 3, 3).
+        momentum_B: L, shape (..., N, 3), N·m·s.
         pendulum: gravity on a pivot, whose impulse carries the noise too; None without one.
     """
     effect = scale @ cross_matrix(momentum_B) @ _transposed(matrix_NB)

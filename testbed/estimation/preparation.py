@@ -19,6 +19,7 @@ from testbed.estimation.identifiability import (
 )
 from testbed.estimation.momentum_equation import likely_motion, measured_equation, unknown_columns
 from testbed.estimation.motion import is_physical
+from testbed.estimation.regression import rows_of
 from testbed.estimation.telemetry import Telemetry, covered_part
 from testbed.signals import AXES
 
@@ -33,6 +34,10 @@ def identifiable_part(telemetry: Telemetry, settings: EstimationSettings) -> Tel
     The look is at a simulated motion: gyro noise excites every direction, and a fit to it would answer with confidence
     where there is nothing to see.
 
+    Args:
+        telemetry: one run, or flights side by side.
+        settings: the nominal inertia.
+
     Raises:
         InputError: too few samples.
         UnidentifiableError: the motion leaves directions of the inertia open, or the gyro shows none of it.
@@ -46,7 +51,8 @@ def identifiable_part(telemetry: Telemetry, settings: EstimationSettings) -> Tel
 
 
 def _require_live_gyro(body_rate: Vectors3) -> None:
-    dead = [axis for axis, rate in zip(AXES, body_rate.T, strict=True) if not rate.any()]
+    turns = np.any(body_rate, axis=-2).reshape(-1, 3).all(axis=0)
+    dead = [axis for index, axis in enumerate(AXES) if not turns[index]]
     if dead:
         raise UnidentifiableError(
             f"the inertia cannot be determined: the gyro reads exactly zero throughout about {', '.join(dead)}, where "
@@ -58,17 +64,17 @@ def likely_theta(telemetry: Telemetry, nominal_theta: Theta) -> Theta:
     """Return the nominal inertia, corrected in the directions in which the gyro shows more than its own noise.
 
     Least squares in momentum form with the noise's mean share taken out of the normal matrix, so that what is excited
-    is not pulled down by noise, and what is not excited stays nominal. Shape (6,), kg·m².
+    is not pulled down by noise, and what is not excited stays nominal. Shape (..., 6), kg·m².
     """
     equation, variance = measured_equation(telemetry), telemetry.gyro_noise**2
-    columns = unknown_columns(telemetry, equation.regressor)
-    regressor = without_momentum(columns.reshape(-1, columns.shape[-1]))
-    samples = len(equation.response)
-    normal = regressor.T @ regressor - samples * variance * NOISE_SHARE
-    wanted = regressor.T @ equation.response.ravel() - normal @ nominal_theta
+    regressor = without_momentum(rows_of(unknown_columns(telemetry, equation.regressor)))
+    samples = equation.response.shape[-2]
+    normal = regressor.mT @ regressor - samples * variance * NOISE_SHARE
+    response = equation.response.reshape(*regressor.shape[:-1])
+    wanted = np.matvec(regressor.mT, response) - np.matvec(normal, nominal_theta)
     strength, directions = np.linalg.eigh(normal)
     noise_spread = 2.0 * variance * np.sqrt(2.0 * samples)
-    seen = strength > np.maximum(SIGNIFICANCE * noise_spread, RELATIVE_RANK**2 * strength[-1])
-    known = directions[:, seen]
-    likely = np.asarray(nominal_theta + known @ ((known.T @ wanted) / strength[seen]))
-    return likely if is_physical(likely) else nominal_theta
+    seen = strength > np.maximum(SIGNIFICANCE * noise_spread, RELATIVE_RANK**2 * strength[..., -1:])
+    along = np.divide(np.matvec(directions.mT, wanted), strength, where=seen, out=np.zeros_like(strength))
+    likely = nominal_theta + np.matvec(directions, along)
+    return np.where(is_physical(likely)[..., None], likely, nominal_theta)

@@ -31,7 +31,7 @@ class HeldMomentum(NamedTuple):
 
 
 def rate_sensitivity(drive: Drive, motion: Motion, held: HeldMomentum | None = None) -> Array:
-    """Return ∂ω/∂(θ, p, L₀) at the output times, shape (N, 3, 9 + E), SI.
+    """Return ∂ω/∂(θ, p, L₀) at the output times, shape (..., N, 3, 9 + E), SI.
 
     ∂ω = J⁻¹ (∂L - Γ(ω) ∂θ - ∂(J ω + h)/∂p ∂p), and ∂L follows from the variational equation of the momentum.
 
@@ -66,7 +66,7 @@ def torque_sensitivity(drive: Drive, motion: Motion, torque_basis: Array) -> Arr
         motion: the motion that they and the parameters give.
         torque_basis: the directions at the times of the integration, shape (4P+1, 3, K), body axes.
     """
-    torque = torque_basis[::2]
+    torque = torque_basis[..., ::2, :, :]
     if motion.up_B is not None:
         torque = np.concatenate([torque, np.zeros_like(torque)], axis=1)
     momentum = _momentum_sensitivity(drive, motion, torque)[..., :-3]
@@ -102,14 +102,15 @@ def _momentum_sensitivity(drive: Drive, motion: Motion, torque: Array) -> Array:
     Of a pendulum, u stands below L in S and B.
     """
     feedback = _feedback(drive, motion)
-    forcing = np.zeros((*torque.shape[:-1], torque.shape[-1] + 3))
+    forcing = np.zeros((*feedback.shape[:-1], torque.shape[-1] + 3))
     forcing[..., :-3] = torque
     time = drive.grid_time[::4]
     with np.errstate(over="ignore", invalid="ignore"):
         nodes = _linear_runge_kutta(feedback, forcing, time[1] - time[0])
     require_bounded(nodes, LARGEST)
-    slope = feedback[::2] @ nodes + forcing[::2]
-    return np.asarray(CubicHermiteSpline(time, nodes[:, :3], slope[:, :3])(drive.time))
+    slope = feedback[..., ::2, :, :] @ nodes + forcing[..., ::2, :, :]
+    columns = CubicHermiteSpline(time, nodes[..., :3, :], slope[..., :3, :], axis=-3)(drive.time)
+    return np.ascontiguousarray(columns)
 
 
 def _feedback(drive: Drive, motion: Motion) -> Array:
@@ -132,11 +133,11 @@ def _linear_runge_kutta(feedback: Array, forcing: Array, step: float) -> Array:
     start, middle, end = slice(0, -1, 2), slice(1, None, 2), slice(2, None, 2)
 
     def slope(at: slice, state: Array) -> Array:
-        change = feedback[at] @ state
-        change[..., size:] += forcing[at]
+        change = feedback[..., at, :, :] @ state
+        change[..., size:] += forcing[..., at, :, :]
         return np.asarray(change)
 
-    identity = np.zeros((len(feedback) // 2, size, size + forcing.shape[-1]))
+    identity = np.zeros((*feedback.shape[:-3], feedback.shape[-3] // 2, size, size + forcing.shape[-1]))
     identity[..., :size] = np.eye(size)
     first = slope(start, identity)
     second = slope(middle, identity + step / 2 * first)
@@ -148,16 +149,18 @@ def _linear_runge_kutta(feedback: Array, forcing: Array, step: float) -> Array:
 
 def _chained(transition: Array, increment: Array) -> Array:
     """Return S of every step's end, S ← Φ S + G, after its start S = ∂L₀/∂(θ, p, L₀) = (0, 0, I)."""
-    first = np.zeros(increment.shape[1:])
-    first[:3, -3:] = np.eye(3)
-    if len(transition) > LONG:
-        chain = np.concatenate([first[None], increment])
-        compiled(_link)(np.ascontiguousarray(transition), chain)
+    first = np.zeros((*increment.shape[:-3], *increment.shape[-2:]))
+    first[..., :3, -3:] = np.eye(3)
+    if transition.shape[-3] > LONG:
+        chain = np.concatenate([first[..., None, :, :], increment], axis=-3)
+        turns = np.ascontiguousarray(transition)
+        for flight in np.ndindex(chain.shape[:-3]):
+            compiled(_link)(turns[flight], chain[flight])
         return chain
     states = [first]
-    for turn, growth in zip(transition, increment, strict=True):
+    for turn, growth in zip(np.moveaxis(transition, -3, 0), np.moveaxis(increment, -3, 0), strict=True):
         states.append(turn @ states[-1] + growth)
-    return np.array(states)
+    return np.stack(states, axis=-3)
 
 
 def _link(transition: Array, chain: Array) -> None:

@@ -269,12 +269,12 @@ class Telemetry(Generic[Gimbals_co]):
         return len(self.torque_names) + (0 if self.pivot is None else 3)
 
     def torque_of(self, unknowns: Array) -> Array:
-        """Return the constant torques among an estimator's unknowns, N·m, then the offset's error, m, shape (K,)."""
-        return unknowns[len(unknowns) - self.torque_unknowns :]
+        """Return the constant torques among an estimator's unknowns, N·m, then the offset's error, m, (..., K)."""
+        return unknowns[..., unknowns.shape[-1] - self.torque_unknowns :]
 
-    def through(self, samples: Array) -> CubicSpline:
-        """Return the cubic spline through samples of an actuator channel, shape (K, ...)."""
-        return CubicSpline(self.actuator_time, samples)
+    def through(self, samples: Array, axis: int = 0) -> CubicSpline:
+        """Return the cubic spline through samples of an actuator channel, shape (K, ...), or on another axis."""
+        return CubicSpline(self.actuator_time, samples, axis=axis)
 
     def with_actuator_samples(self: Telemetry, time: Series, change: Callable[[Array], Array]) -> Telemetry:
         """Return the run with every actuator channel changed alike.
@@ -331,4 +331,4 @@ def covered_part(telemetry: Telemetry) -> Telemetry:
             f"{len(covered)} of {len(telemetry.gyro_time)} gyro samples lie within the actuator telemetry, and no "
             f"{FEWEST_SAMPLES} of them follow one another without a gap: give a longer record"
         )
-    return replace(telemetry, gyro_time=telemetry.gyro_time[keep], body_rate=telemetry.body_rate[keep])
+    return replace(telemetry, gyro_time=telemetry.gyro_time[keep], body_rate=telemetry.body_rate[..., keep, :])

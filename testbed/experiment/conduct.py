@@ -9,7 +9,7 @@ from testbed.experiment.aligning import align_flight
 from testbed.experiment.experiment import Experiment
 from testbed.experiment.flying import Sortie, fly_sorties
 from testbed.experiment.planning import Plan, plan_maneuver
-from testbed.experiment.running_estimators import try_estimate_flight
+from testbed.experiment.running_estimators import MeasuredFlight, estimate_flight
 from testbed.maneuver.design import Start
 from testbed.scenario.scenario import Scenario
 
@@ -43,7 +43,7 @@ def conduct(
     if not flown.divergence and scenario.estimation.alignments:
         aligning = align_flight(drawn, nominal, truth, flown.record)
     if not flown.divergence:
-        estimation = try_estimate_flight(drawn, nominal, truth, plan.maneuver, flown.record)
+        estimation = estimate_flight(MeasuredFlight(drawn, truth, flown.record), nominal, plan.maneuver)
     return Experiment(
         scenario=drawn,
         seed=seed,

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +17,8 @@ from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.errors import InputError
 from testbed.estimation.bound import cramer_rao_bound
 from testbed.estimation.estimate import Estimate, EstimationSettings
-from testbed.estimation.registry import ESTIMATORS
+from testbed.estimation.registry import ESTIMATORS, SIDE_BY_SIDE
+from testbed.estimation.side_by_side import answers_side_by_side
 from testbed.estimation.telemetry import GimbalTelemetry, Telemetry, WheelTelemetry
 from testbed.experiment.checking import checks_of, considered, with_spread
 from testbed.experiment.experiment import Estimation
@@ -30,46 +33,69 @@ _ROUNDING = 1e-9
 """How far a correlation matrix's smallest eigenvalue may lie below zero: six numbers of order 1, inverted once."""
 
 
+class MeasuredFlight(NamedTuple):
+    """A simulated flight to estimate from.
+
+    Attributes:
+        scenario: as it was flown; estimators and their settings are those of all flights that are estimated together.
+        truth: what flew; only the bound knows it.
+        record: of the flight.
+    """
+
+    scenario: Scenario
+    truth: PlatformModel
+    record: Record
+
+
 def estimate_flight(
-    scenario: Scenario,
-    nominal: PlatformModel,
-    truth: PlatformModel,
-    maneuver: Maneuver,
-    record: Record,
-    *,
-    checked: bool = True,
+    flight: MeasuredFlight, nominal: PlatformModel, maneuver: Maneuver, *, checked: bool = True
 ) -> Estimation:
-    """Estimate the inertia from a simulated flight; the bound is that of its true motion.
+    """Estimate the inertia from one simulated flight; as `estimate_flights`."""
+    (estimation,) = estimate_flights([flight], nominal, maneuver, checked=checked)
+    return estimation
+
+
+def estimate_flights(
+    flights: Sequence[MeasuredFlight], nominal: PlatformModel, maneuver: Maneuver, *, checked: bool
+) -> list[Estimation]:
+    """Estimate the inertia from simulated flights, from each alone; the bound is that of its true motion.
+
+    A flight that gives no estimate, such as one that soon met the wall, is kept too, with the reason.
 
     Args:
-        scenario: estimators and their settings.
-        nominal: what they believe.
-        truth: what flew; only the bound knows it.
+        flights: of one scenario.
+        nominal: what the estimators believe.
         maneuver: the reference.
-        record: of the flight.
         checked: whether to test the estimates; in a campaign the statistics do.
     """
-    telemetry = telemetry_of(record, scenario, nominal)
+    if not flights:
+        return []
+    scenario = flights[0].scenario
+    telemetry = [_telemetry_or_reason(flight, nominal) for flight in flights]
+    sent = [(flight, each) for flight, each in zip(flights, telemetry, strict=True) if isinstance(each, Telemetry)]
     settings = estimation_settings(scenario, nominal, maneuver)
-    estimation = run_estimators(scenario, telemetry, settings, checked=checked)
-    return _with_bound(estimation, _true_bound_std(truth, telemetry, record))
+    estimated = iter(
+        zip(
+            run_side_by_side(scenario, [each for _, each in sent], settings, checked=checked),
+            bounds_std(_true_motions(sent)),
+            strict=True,
+        )
+    )
+    return [
+        _with_bound(*next(estimated)) if isinstance(each, Telemetry) else _failed(scenario, each) for each in telemetry
+    ]
 
 
-def try_estimate_flight(
-    scenario: Scenario,
-    nominal: PlatformModel,
-    truth: PlatformModel,
-    maneuver: Maneuver,
-    record: Record,
-    *,
-    checked: bool = True,
-) -> Estimation:
-    """As `estimate_flight`; a flight that gives no estimate, such as one that soon met the wall, is kept too."""
+def _telemetry_or_reason(flight: MeasuredFlight, nominal: PlatformModel) -> Telemetry | str:
     try:
-        return estimate_flight(scenario, nominal, truth, maneuver, record, checked=checked)
+        return telemetry_of(flight.record, flight.scenario, nominal)
     except InputError as error:
-        failures = {str(name): str(error) for name in scenario.estimation.estimators}
-        return Estimation(by_name={}, failures=failures, bound_std=None)
+        return str(error)
+
+
+def _failed(scenario: Scenario, reason: str) -> Estimation:
+    failures = {str(name): reason for name in scenario.estimation.estimators}
+    return Estimation(by_name={}, failures=failures, bound_std=None)
 
 
 def estimate_telemetry(scenario: Scenario, nominal: PlatformModel, telemetry: Telemetry, name: str) -> Estimation:
@@ -91,8 +117,8 @@ def estimate_telemetry(scenario: Scenario, nominal: PlatformModel, telemetry: Te
         raise InputError(f"{name}: no estimator gave an estimate ({reasons})")
     best = min(estimation.by_name.values(), key=lambda estimate: float(np.trace(estimate.covariance)))
     acting = None if telemetry.pivot is None else best.acting
-    bound = bound_std(telemetry, best.turned_theta(telemetry.pivot), best.initial_momentum_B, acting)
-    return _with_bound(estimation, bound)
+    at = KnownMotion(telemetry, best.turned_theta(telemetry.pivot), best.initial_momentum_B, acting)
+    return _with_bound(estimation, *bounds_std([at]))
 
 
 def _with_bound(estimation: Estimation, std: Array | None) -> Estimation:
@@ -105,20 +131,36 @@ def _with_bound(estimation: Estimation, std: Array | None) -> Estimation:
 def run_estimators(
     scenario: Scenario, telemetry: Telemetry, settings: EstimationSettings, *, checked: bool
 ) -> Estimation:
-    """Run every estimator that the scenario names; one that gives no estimate does not stop the others.
+    """Run every estimator that the scenario names on one run; as `run_side_by_side`."""
+    (estimation,) = run_side_by_side(scenario, [telemetry], settings, checked=checked)
+    return estimation
+
+
+def run_side_by_side(
+    scenario: Scenario, flights: Sequence[Telemetry], settings: EstimationSettings, *, checked: bool
+) -> list[Estimation]:
+    """Run every estimator that the scenario names on every run; one that gives no estimate does not stop the others.
 
     Args:
         scenario: names the estimators.
-        telemetry: of one run.
+        flights: the telemetry of each run.
         settings: of the estimators.
         checked: whether to test what they answer.
 
     Returns:
-        The estimates, everything considered, without a bound.
+        The estimates of each, everything considered, without a bound.
     """
-    answers: dict[str, Estimate | str] = {
-        name: _answer(name, telemetry, settings) for name in scenario.estimation.estimators
-    }
+    by_name = {name: _answers(name, flights, settings) for name in scenario.estimation.estimators}
+    return [
+        _estimation({name: answers[index] for name, answers in by_name.items()}, telemetry, settings, checked=checked)
+        for index, telemetry in enumerate(flights)
+    ]
+
+
+def _estimation(
+    answers: Mapping[str, Estimate | str], telemetry: Telemetry, settings: EstimationSettings, *, checked: bool
+) -> Estimation:
+    """Consider and check what the estimators answer on one run."""
     failures = {name: answer for name, answer in answers.items() if isinstance(answer, str)}
     estimates = {name: answer for name, answer in answers.items() if isinstance(answer, Estimate)}
     by_name = considered(estimates, telemetry, settings)
@@ -137,8 +179,22 @@ def run_estimators(
     )
 
 
+def _answers(name: str, flights: Sequence[Telemetry], settings: EstimationSettings) -> list[Estimate | str]:
+    """Return an estimator's estimate of each run, or why there is none."""
+
+    def alone(index: int) -> Estimate | str:
+        return _answer(name, flights[index], settings)
+
+    estimator = SIDE_BY_SIDE.get(name)
+    if estimator is None:
+        return [alone(index) for index in range(len(flights))]
+    return answers_side_by_side(
+        flights, lambda each, _: [doubt_of(estimate) or estimate for estimate in estimator(each, settings)], alone
+    )
+
+
 def _answer(name: str, telemetry: Telemetry, settings: EstimationSettings) -> Estimate | str:
-    """Return an estimator's estimate, or why there is none."""
+    """Return an estimator's estimate of one run, or why there is none."""
     try:
         estimate = ESTIMATORS[name](telemetry, settings)
     except InputError as error:
@@ -171,28 +227,72 @@ def _is_covariance(covariance: Covariance) -> bool:
     return bool(np.linalg.eigvalsh(covariance / np.outer(scale, scale))[0] >= -_ROUNDING)
 
 
-def bound_std(
-    telemetry: Telemetry, theta: Theta, initial_momentum_B: Vector3, acting: Array | None = None
-) -> Array | None:
-    """Return the square root of the Cramér-Rao bound's diagonal, kg·m²; None where the motion leaves θ undetermined.
+class KnownMotion(NamedTuple):
+    """A motion at which the bound is taken.
+
+    Attributes:
+        telemetry: times, noise and actuators.
+        theta: inertia parameters, shape (6,), kg·m².
+        initial_momentum_B: at the first sample, shape (3,), N·m·s.
+        acting: as of `cramer_rao_bound`.
+    """
+
+    telemetry: Telemetry
+    theta: Theta
+    initial_momentum_B: Vector3
+    acting: Array | None = None
+
+
+def bounds_std(motions: Sequence[KnownMotion]) -> list[Array | None]:
+    """Return the square roots of each bound's diagonal, kg·m²; None where the motion leaves θ undetermined.
 
     Shape (6,); on a pivot (9,), the last three of the offset of the centre of mass, m.
 
     Args:
-        telemetry: times, noise and actuators of the motion.
-        theta: at which the bound is taken.
-        initial_momentum_B: at which the bound is taken, N·m·s.
-        acting: as of `cramer_rao_bound`.
+        motions: each with its own bound.
     """
-    try:
-        covariance = cramer_rao_bound(telemetry, theta, initial_momentum_B, acting)
-    except (InputError, np.linalg.LinAlgError):
-        return None
+
+    def together(telemetry: Telemetry, which: Sequence[int]) -> list[Array | None]:
+        theta = np.stack([motions[index].theta for index in which])
+        momentum_B = np.stack([motions[index].initial_momentum_B for index in which])
+        return [_std_of(bound) for bound in cramer_rao_bound(telemetry, theta, momentum_B)]
+
+    def alone(index: int) -> Array | None:
+        try:
+            return _std_of(cramer_rao_bound(*motions[index]))
+        except (InputError, np.linalg.LinAlgError):
+            return None
+
+    return answers_side_by_side([motion.telemetry for motion in motions], together, alone)
+
+
+def _std_of(covariance: Covariance) -> Array | None:
     return np.sqrt(np.diag(covariance)) if _is_covariance(covariance) else None
 
 
-def _true_bound_std(truth: PlatformModel, telemetry: Telemetry, record: Record) -> Array | None:
-    """The bound of the motion as it was: true gimbal angles, rotor and wheel speeds, at the telemetry's times."""
+def _true_motions(flights: Sequence[tuple[MeasuredFlight, Telemetry]]) -> list[KnownMotion]:
+    """Return the motions as they were, at the telemetry's times."""
+    firsts = [
+        (flight.record.channels, int(np.searchsorted(flight.record.time, telemetry.gyro_time[0])))
+        for flight, telemetry in flights
+    ]
+    attitude_NB = np.array([channels["true_attitude"][row] for channels, row in firsts]).reshape(-1, 4)
+    momentum_N = np.array([channels["true_total_momentum"][row] for channels, row in firsts]).reshape(-1, 3)
+    momenta_B = turned(quaternion_inverse(attitude_NB), momentum_N) if firsts else momentum_N
+    return [
+        KnownMotion(
+            _true_telemetry(flight, telemetry),
+            theta_of(flight.truth.turned_inertia),
+            momentum_B,
+            _true_acting(flight.truth, telemetry),
+        )
+        for (flight, telemetry), momentum_B in zip(flights, momenta_B, strict=True)
+    ]
+
+
+def _true_telemetry(flight: MeasuredFlight, telemetry: Telemetry) -> Telemetry:
+    """Return the telemetry with true gimbal angles, rotor and wheel speeds."""
+    truth, record = flight.truth, flight.record
     rows, gimbals, wheels = np.searchsorted(record.time, telemetry.actuator_time), None, None
     if truth.units:
         gimbals = GimbalTelemetry(
@@ -203,11 +303,7 @@ def _true_bound_std(truth: PlatformModel, telemetry: Telemetry, record: Record) 
     if len(truth.wheels.spin_inertia):
         momentum = record.channels["true_wheel_speed"][rows] * truth.wheels.spin_inertia
         wheels = WheelTelemetry(wheels=truth.wheels, momentum=momentum)
-    actual = replace(telemetry, gimbals=gimbals, wheels=wheels)
-    first = int(np.searchsorted(record.time, telemetry.gyro_time[0]))
-    attitude_BN = quaternion_inverse(record.channels["true_attitude"][first])
-    momentum_B = turned(attitude_BN, record.channels["true_total_momentum"][first])
-    return bound_std(actual, theta_of(truth.turned_inertia), momentum_B, _true_acting(truth, telemetry))
+    return replace(telemetry, gimbals=gimbals, wheels=wheels)
 
 
 def _true_acting(truth: PlatformModel, telemetry: Telemetry) -> Array | None:

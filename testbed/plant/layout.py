@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import mujoco
 import numpy as np
@@ -47,6 +48,7 @@ class Layout:
     body_rate: slice
 
 
+@lru_cache(maxsize=4)  # each record of a campaign asks for that of the same model
 def layout_of(model: mujoco.MjModel) -> Layout:
     """Look up by name where each quantity stands, so that further joints in an extended model do no harm."""
     units = unit_count(model)

@@ -70,7 +70,7 @@ def _estimate(
 ) -> Estimate:
     solution = solution_of(equation.regressor, instrument, equation.response)
     noise = filtered_noise(telemetry, equation, solution, settings.prefilter_time)
-    sigma = residual_sigma(solution)
+    sigma = float(residual_sigma(solution))
     gain = noise_gain(solution, noise.image)
     return estimate_of(
         replace(telemetry, initial_momentum="zero"),  # no momentum among the parameters

@@ -11,29 +11,32 @@ from testbed.rotation.quaternion import exponential, quaternion_product
 
 
 def integrate_attitude(time: Series, body_rate: Vectors3) -> Quaternions:
-    """Return the attitude at each sample relative to the first, shape (N, 4), scalar first.
+    """Return the attitude at each sample relative to the first, shape (..., N, 4), scalar first.
 
     The samples are joined by a cubic spline, and each interval is turned by the fourth-order Magnus expansion
     φ = ∫ω dt + Δt²/12 ω₀ × ω₁, so that the result stays a rotation whatever the noise.
 
     Args:
         time: shape (N,), s, N ≥ 2.
-        body_rate: ω, shape (N, 3), rad/s, body axes.
+        body_rate: ω, shape (..., N, 3), rad/s, body axes; of motions side by side on leading axes.
     """
-    angle = np.diff(CubicSpline(time, body_rate).antiderivative()(time), axis=0)
-    coning = np.diff(time)[:, None] ** 2 / 12.0 * np.cross(body_rate[:-1], body_rate[1:])
-    return _running_product(exponential(np.vstack([np.zeros(3), angle + coning])))
+    angle = np.diff(CubicSpline(time, body_rate, axis=-2).antiderivative()(time), axis=-2)
+    coning = np.diff(time)[:, None] ** 2 / 12.0 * np.cross(body_rate[..., :-1, :], body_rate[..., 1:, :])
+    turns = np.zeros(body_rate.shape)
+    turns[..., 1:, :] = angle + coning
+    return _running_product(exponential(turns))
 
 
 def _running_product(steps: Quaternions) -> Quaternions:
     """Return steps[0] ⊗ … ⊗ steps[k] for every k, in log2(N) vectorised passes, or one by one where they are many."""
-    product = steps.copy()
-    if len(steps) > LONG:
-        compiled(_turn_on)(product)
+    product, samples = steps.copy(), steps.shape[-2]
+    if samples > LONG:
+        for motion in product.reshape(-1, samples, 4):
+            compiled(_turn_on)(motion)
         return product
     reach = 1
-    while reach < len(product):
-        product[reach:] = quaternion_product(product[:-reach], product[reach:])
+    while reach < samples:
+        product[..., reach:, :] = quaternion_product(product[..., :-reach, :], product[..., reach:, :])
         reach *= 2
     return product
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import accumulate
 from math import radians
 from typing import Annotated, Literal
@@ -160,7 +161,8 @@ class Gyros:
     skewed: bool
 
 
-def gyros_of(cluster: Cluster, entries: Sequence[ControlMomentGyros]) -> Gyros:
+@lru_cache(maxsize=8)  # every part of a flight asks for those of its scenario
+def gyros_of(cluster: Cluster, entries: tuple[ControlMomentGyros, ...]) -> Gyros:
     """Return all gyros of a platform.
 
     Args:

@@ -51,6 +51,8 @@ def gauss_markov(std: float, correlation_time: float, dt: float, shape: Shape, r
         shape: samples first.
         rng: source of randomness.
     """
+    if std == 0.0:
+        return np.zeros(shape)
     decay = np.exp(-dt / correlation_time)
     drive = std * rng.standard_normal(shape)
     drive[1:] *= np.sqrt(1.0 - decay**2)
@@ -66,6 +68,8 @@ def random_walk(coefficient: float, dt: float, shape: Shape, rng: np.random.Gene
         shape: samples first.
         rng: source of randomness.
     """
+    if coefficient == 0.0:
+        return np.zeros(shape)
     steps = coefficient * np.sqrt(dt) * rng.standard_normal(shape)
     steps[0] = 0.0
     return np.asarray(np.cumsum(steps, axis=0))
@@ -82,6 +86,8 @@ def angle_quantization(coefficient: float, dt: float, shape: Shape, rng: np.rand
         shape: samples first.
         rng: source of randomness.
     """
+    if coefficient == 0.0:
+        return np.zeros(shape)
     half_step = np.sqrt(3.0) * coefficient
     angle_error = rng.uniform(-half_step, half_step, (shape[0] + 1, *shape[1:]))
     return np.diff(angle_error, axis=0) / dt

@@ -41,8 +41,11 @@ def unit_errors(sensor: UnitSensor, samples: int, units: int, seed: np.random.Se
         units: M, number of CMG units.
         seed: of this sensor in this flight; the same seed gives the same errors.
     """
-    (white,) = generators(seed, 1)
-    return np.asarray(sensor.zero_offset + sensor.white_noise * white.standard_normal((samples, units)))
+    errors = np.zeros((samples, units)) + sensor.zero_offset
+    if np.any(sensor.white_noise):
+        (white,) = generators(seed, 1)
+        errors += sensor.white_noise * white.standard_normal((samples, units))
+    return errors
 
 
 def encoder_side(angle: UnitSeries, rate: UnitSeries, dead_zone: Units) -> UnitSeries:
