@@ -232,7 +232,7 @@ def _linearised(
 ) -> Iterator[_Tested]:
     """Yield every formula with its evidence by the linearisation alone; of very many runs an even choice counts."""
     runs, fit = on_enough_runs(runs, fit)
-    along, knots = _Along.of(runs, fit), shape_knots(runs)
+    along, knots = Along.of(runs, fit), shape_knots(runs)
     space = torque_space(runs, fit, knots)
     typical = BodyTorque.parameters[0].typical_on(runs.mean_moment(fit.theta))
     alike: dict[tuple[Law, ...], list[Pattern]] = {}
@@ -280,7 +280,7 @@ class _Valued:
         return np.asarray(np.sqrt(np.maximum(mean, np.finfo(float).tiny)))
 
 
-def _valued(along: _Along, every: Sequence[tuple[Law, ...]]) -> Iterator[_Valued]:
+def _valued(along: Along, every: Sequence[tuple[Law, ...]]) -> Iterator[_Valued]:
     """Yield laws at each of their start values; those with the same memory are integrated together."""
     for laws in every:
         if not laws[0].names:
@@ -301,7 +301,7 @@ def _valued(along: _Along, every: Sequence[tuple[Law, ...]]) -> Iterator[_Valued
 
 
 def _columns(
-    every: Sequence[_Valued], along: _Along, space: TorqueSpace, knots: int
+    every: Sequence[_Valued], along: Along, space: TorqueSpace, knots: int
 ) -> Iterator[tuple[_Valued, Mapping[Frame, Array]]]:
     """Yield what unit torques by laws do, shape (samples, laws, 3) by frame; many are worked out at once."""
     for first in range(0, len(every), AT_ONCE):
@@ -317,7 +317,7 @@ def _columns(
             yield each, dict(zip(frames, own, strict=True))
 
 
-def _frequencies(along: _Along) -> Array:
+def _frequencies(along: Along) -> Array:
     """Return those of oscillations, as those of torque shapes with a frequency."""
     longest = float(along.time.max())
     slowest = SETTINGS.resolved_periods / longest
@@ -325,7 +325,7 @@ def _frequencies(along: _Along) -> Array:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Along:
+class Along:
     """What formulas read along the predicted motion of all runs, at the nodes of the grid.
 
     Attributes:
@@ -337,7 +337,7 @@ class _Along:
     moment: Moment
 
     @staticmethod
-    def of(runs: Runs, fit: Fit) -> _Along:
+    def of(runs: Runs, fit: Fit) -> Along:
         """Return the motion that a model predicts."""
         grid = runs.grid
         rates = node_rates(grid, [each.hooks for each in fit.placed], fit.values)[:, 0]
@@ -350,7 +350,7 @@ class _Along:
                 for each in (grid.gimbals.angle, grid.gimbals.rate)
             )
             moment = replace(moment, gimbal_angle=angle, gimbal_rate=rate)
-        return _Along(time=time, moment=moment)
+        return Along(time=time, moment=moment)
 
     def products(self, laws: Sequence[Law], constants: Mapping[str, Array]) -> Array:
         """Return the laws' products at the nodes, shape (laws, R, N)."""
