@@ -22,17 +22,18 @@ import numpy as np
 
 from benchmarks.formula_baselines import METHODS, said_of, write_set
 from benchmarks.formula_sets import SCENARIO, HiddenFormula, Said, data_of, set_of
-from benchmarks.formulas_page import page, rows_of
+from benchmarks.formulas_page import OURS, page, rows_of
 from benchmarks.table import DOCS, here_and_now
 from testbed.arrays import Theta
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.method import diagnosed
-from testbed.diagnosis.model import fitted
+from testbed.diagnosis.model import Hypothesis, fitted
 from testbed.diagnosis.reading import DataSet
 from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.formula import Formula
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
+from testbed.errors import InputError
 from testbed.files import whole_file, write_json
 from testbed.scenario.reader import read_scenario
 
@@ -50,8 +51,12 @@ def done(seed: int, number: int, out: Path) -> None:
     if path.exists():
         return
     case, hidden = set_of(seed, number)
-    data = data_of(case)
-    state, spent = _diagnosed(data)
+    try:
+        data = data_of(case)
+        state, spent = _diagnosed(data)
+    except InputError as error:  # it counts as a set of which nothing is said
+        _keep(path, {"hidden": asdict(hidden), "said": {OURS: asdict(Said())}, "refused": str(error), "covered": []})
+        return
     with whole_file(out / "seen" / f"{path.stem}.npz") as seen:
         write_set(seen, data.runs, fitted(data.runs, [], _nominal_theta(), []))
     _keep(path, _content(state, hidden) | spent)
@@ -62,7 +67,7 @@ def _diagnosed(data: DataSet) -> tuple[Diagnosis, Mapping[str, float]]:
     begun, formulas = time.process_time(), list[float]()
 
     def noted(what: str) -> None:
-        if what == "formulas":
+        if what.startswith("formulas"):
             formulas.append(time.process_time() - begun)
 
     *_, state = diagnosed(data.runs, data.heldout, EFFECTS, _nominal_theta(), noted, NOISE_EFFECTS)
@@ -77,15 +82,19 @@ def _nominal_theta() -> Theta:
 def _content(state: Diagnosis, hidden: HiddenFormula) -> dict[str, Any]:
     """Return what was said of a set, against what is hidden, as JSON."""
     first = next((step for step in state.steps if isinstance(step.effect, Formula)), None)
-    alike = () if first is None else tuple(each.component for each in first.look_alikes)
+    alike = state.rivals if first is None else tuple(map(_text, first.look_alikes))
     said = Said(named=tuple(each.key for each in state.added), alike=alike)
     return {
         "hidden": asdict(hidden),
-        "said": {"testbed": asdict(said)},
+        "said": {OURS: asdict(said)},
         "verdict": state.verdict,
         "heldout": [state.gap_before.heldout, state.gap.heldout],
         "covered": list(_covered(state, hidden)),
     }
+
+
+def _text(placed: Hypothesis) -> str:
+    return placed.component if isinstance(placed.effect, Formula) else placed.key
 
 
 def _covered(state: Diagnosis, hidden: HiddenFormula) -> Iterator[bool]:
@@ -101,7 +110,7 @@ def _covered(state: Diagnosis, hidden: HiddenFormula) -> Iterator[bool]:
 def asked(method: str, out: Path) -> None:
     """Ask another method of the sets of which it was not asked yet."""
     kept = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in sorted((out / "sets").glob("*.json"))}
-    left = [name for name, content in kept.items() if method not in content["said"]]
+    left = [name for name, content in kept.items() if method not in content["said"] and "refused" not in content]
     for first in range(0, len(left), _TOGETHER):
         with tempfile.TemporaryDirectory() as folder:
             for name in left[first : first + _TOGETHER]:

@@ -103,11 +103,8 @@ def is_listed(pattern: Pattern) -> bool:
 
 def shares(every: Mapping[Class, tuple[Pattern, ...]]) -> Mapping[Pattern, float]:
     """Return each formula's share of the prior of its class: it halves with each factor, constant and direction."""
-    return {
-        pattern: 2.0**-pattern.length / sum(2.0**-each.length for each in alike)
-        for alike in every.values()
-        for pattern in alike
-    }
+    weights = [{pattern: 2.0**-pattern.length for pattern in alike} for alike in every.values()]
+    return {pattern: weight / sum(own.values()) for own in weights for pattern, weight in own.items()}
 
 
 def class_of(pattern: Pattern, units: int) -> Class:

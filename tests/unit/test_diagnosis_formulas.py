@@ -7,6 +7,7 @@ import pytest
 
 from support.diagnosed_records import nominal, records
 from support.flown_effects import flown, scenario
+from testbed.diagnosis.findings import model_notices
 from testbed.diagnosis.formulas import screened_formulas
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.model import fitted
@@ -86,6 +87,19 @@ def test_an_effect_of_the_library_keeps_its_name():
     )
     state, _ = last_of(data)
     assert [step.key for step in state.steps] == ["viscous_drag:platform"]
+
+
+@pytest.mark.parametrize(
+    ("size", "named", "rivals"),
+    [(1e-5, "formula:t in N", False), (2e-6, "inertial_torque:platform", True)],
+)
+def test_a_ramp_fixed_in_space_takes_the_place_of_a_constant_torque_where_it_is_told_from_it(size, named, rivals):
+    """Beside free initial rates a constant torque leaves a sixteenth of a ramp's power."""
+    data = data_of("t in N", size * np.array([1.0, -0.7, 0.5]), count=3)
+    state, _ = last_of(data, {"inertial_torque": EFFECTS["inertial_torque"]})
+    assert state.steps[0].key == named
+    assert ("t in N" in state.rivals) == rivals
+    assert any("t in N" in each for each in model_notices(state)) == rivals
 
 
 @pytest.mark.parametrize(
