@@ -38,6 +38,7 @@ from testbed.formulas.law import Law, Memory, first_state_of, rate_of, value_of
 from testbed.formulas.motion import Moment
 from testbed.formulas.pattern import Pattern, contains
 from testbed.formulas.torque import Frame
+from testbed.prediction.formula_hooks import applied_torque
 from testbed.prediction.grid import unit_count
 from testbed.prediction.integration import node_rates
 from testbed.rotation.kinematics import integrate_attitude
@@ -145,7 +146,7 @@ def _with_rivals(state: Diagnosis, bare: Diagnosis, search: Search) -> tuple[Dia
     within = with_model(replace(bare, steps=state.steps), state.model)
     effects, count = [step.candidate for step in state.steps], max(len(search.testable), 1)
     explained = odds_together((None, bare.model), (None, within.model), count, effects)
-    every = patterns(unit_count(bare.runs.grid))
+    every = _grammar(bare.runs)
     tested = _linearised(bare.runs, bare.model, every, shares(every))
     unlisted = 2.0 * log(bare.runs.prior_odds.unmodelled / count)
     odds = {str(each.pattern): each.evidence + unlisted for each in tested}
@@ -216,7 +217,7 @@ def screened_formulas(
     """
     progress("formulas")
     taken = {each.key for each in fit.placed}
-    every = patterns(unit_count(runs.grid))
+    every = _grammar(runs)
     share = shares(every)
     tested = list(_linearised(runs, fit, every, share))
     best = sorted(_not_outdone(tested), key=lambda each: -each.evidence)
@@ -245,6 +246,11 @@ def screened_formulas(
         if not any(contains(_pattern(each), _pattern(better)) for better in ordered[:place])
     ]
     return replace(found, candidates=tuple(kept), tested=max(library, 1), linearised={})
+
+
+def _grammar(runs: Runs) -> Mapping[Class, tuple[Pattern, ...]]:
+    """Return the formulas of what the telemetry of runs shows."""
+    return patterns(unit_count(runs.grid), torque=runs.grid.runs[0].applied_torque is not None)
 
 
 def _pattern(candidate: Candidate) -> Pattern:
@@ -377,7 +383,8 @@ class Along:
         rates = node_rates(grid, [each.hooks for each in fit.placed], fit.values)[:, 0]
         time = grid.node_time - grid.node_time[:, :1]
         attitude = np.stack([matrix_of(integrate_attitude(own, rate)) for own, rate in zip(time, rates, strict=True)])
-        moment = Moment(time=time, body_rate=rates, attitude=attitude)
+        torque_B = applied_torque(grid)[:, 0, ::2]
+        moment = Moment(time=time, body_rate=rates, attitude=attitude, applied_torque=torque_B)
         if grid.gimbals is not None:
             angle, rate = (
                 np.broadcast_to(each[:, 0, ::2], (*time.shape, each.shape[-1]))

@@ -68,7 +68,11 @@ class Formula(Effect):
         )
         self.confirm = separating_flight(pattern)
         units = any(law.units_needed for law in pattern.laws)
-        self.needs: tuple[Channel, ...] = ("gimbal_angle",) if units else ("any_actuator",)
+        self._reads_torque = any(law.reads_torque for law in pattern.laws)
+        self.needs: tuple[Channel, ...] = (
+            *(("gimbal_angle",) if units else ()),
+            *(("applied_torque",) if self._reads_torque else ()),
+        ) or ("any_actuator",)
         self._start, self._scan_count = start, scan_count
 
     @staticmethod
@@ -109,7 +113,12 @@ class Formula(Effect):
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
-        """Return it as entries of [[truth.torque]], behind those that the scenario has."""
+        """Return it as entries of [[truth.torque]], behind those that the scenario has.
+
+        None where it reads the torque of actuators, which a flown platform does not have.
+        """
+        if self._reads_torque:
+            return Extension()
         present: list[dict[str, Any]] = [each.model_dump(exclude_unset=True) for each in scenario.truth.torque]
         return Extension(scenario={"truth": {"torque": [*present, *flown_entries(self.pattern, values)]}})
 

@@ -8,13 +8,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from testbed.formulas.law import Law
-from testbed.formulas.motion import ATTITUDES, GIMBAL_RATES, GIMBALS, RATES, TIME
+from testbed.formulas.motion import ATTITUDES, GIMBAL_RATES, GIMBALS, RATES, TIME, TORQUES
 from testbed.formulas.pattern import Pattern
 
 KNOWN_CAUSES: Mapping[str, str] = {
     "lag": "heat, a fluid or an eddy current that takes time to follow",
     "delay": "a transport delay, in a line or in a digital loop",
     "hysteresis": "dry friction with presliding, in a bearing or a cable",
+    "actuator torque": "a motor, propeller or jet that gives another torque than in proportion, or along another axis",
     "gimbal rate": "a gyroscopic torque of a gimbal whose momentum or axis is not as drawn",
     "gimbal angle": "an unbalanced or misaligned gimbal, whose mass moves with its angle",
     "attitude": "gravity on a centre of mass beside the pivot, a cable to the surroundings, or a field outside",
@@ -41,6 +42,7 @@ def _forms(law: Law) -> set[str]:
     timed = [factor.function for factor in law.factors if factor.argument == TIME]
     has = {
         law.memory: bool(law.memory),
+        "actuator torque": any(each in TORQUES for each in arguments),
         "gimbal rate": any(each in GIMBAL_RATES for each in arguments),
         "gimbal angle": any(each in GIMBALS for each in arguments),
         "attitude": any(each in ATTITUDES for each in arguments),
@@ -61,6 +63,8 @@ def separating_flight(pattern: Pattern) -> str:
     read = set(law.quantities)
     if law.memory:
         return "The same maneuver at half and at twice the pace: what has a memory falls behind by the same time."
+    if read & {*TORQUES}:
+        return "The same motion at half and at twice the torque, and one with torque about a single axis."
     if read & {*GIMBALS, *GIMBAL_RATES}:
         return "The same body motion with that gimbal held, the others doing its part: the torque is gone."
     if pattern.placement == "N" or read & {*ATTITUDES}:

@@ -10,7 +10,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.formulas.motion import GIMBAL_RATES, GIMBALS, QUANTITIES, RATES, TIME, Moment, unit_of
+from testbed.formulas.motion import GIMBAL_RATES, GIMBALS, QUANTITIES, RATES, TIME, TORQUES, Moment, unit_of
 from testbed.formulas.units import Unit
 
 Constant: TypeAlias = float | str
@@ -55,6 +55,8 @@ class Factor:
             return Unit(rad=1, s=-1)
         if self.argument in GIMBALS:
             return Unit(rad=1)
+        if self.argument in TORQUES:
+            return Unit(N_m=1)
         return Unit(s=1) if self.argument == TIME else Unit()
 
     @property
@@ -131,6 +133,11 @@ class Law:
     def units_needed(self) -> int:
         """Greatest number of a gimbal that it reads; 0 for none."""
         return max(map(unit_of, self.quantities), default=0)
+
+    @property
+    def reads_torque(self) -> bool:
+        """Whether it reads the torque of actuators."""
+        return not set(TORQUES).isdisjoint(self.quantities)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -139,7 +139,7 @@ class _Parser:
         near = difflib.get_close_matches(name, [*allowed, *(FUNCTIONS if allowed == QUANTITIES else ())], n=1)
         if otherwise and not near:
             self._refuse(f"{name!r} here", otherwise)
-        listed = f"the names are {', '.join([TIME, *RATES])}, R_xx to R_zz, gimbal_1 and gimbal_rate_1"
+        listed = f"the names are {', '.join([TIME, *RATES])}, R_xx to R_zz, gimbal_1, gimbal_rate_1 and torque_x"
         wrong = f"{name!r} is no quantity" if name else "it ends where a quantity is missing"
         return self._refuse(wrong, f"did you mean {near[0]}?" if near else listed)
 

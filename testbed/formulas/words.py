@@ -97,4 +97,4 @@ def _factor(text: str) -> str:
     for plain, symbol in (("gimbal_rate_", "ḋ"), ("gimbal_", "d"), ("norm(w)", "|ω|"), ("2*pi*", "2π ")):
         text = text.replace(plain, symbol)
     text = text.replace("abs(", "|").replace(")", "|") if text.startswith("abs(") else text
-    return text.replace("w_", "ω_").replace("*t", " t")
+    return text.replace("w_", "ω_").replace("torque_", "τ_").replace("*t", " t")
