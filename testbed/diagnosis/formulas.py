@@ -38,7 +38,7 @@ from testbed.formulas.law import Law, Memory, first_state_of, rate_of, value_of
 from testbed.formulas.motion import Moment
 from testbed.formulas.pattern import Pattern, contains
 from testbed.formulas.torque import Frame
-from testbed.prediction.formula_hooks import applied_torque
+from testbed.prediction.formula_hooks import applied_torque, laid_end_to_end
 from testbed.prediction.grid import unit_count
 from testbed.prediction.integration import node_rates
 from testbed.rotation.kinematics import integrate_attitude
@@ -329,6 +329,10 @@ def _valued(along: Along, every: Sequence[tuple[Law, ...]]) -> Iterator[_Valued]
             for frequency in _frequencies(along):
                 values = along.products(laws, {"f": np.asarray(frequency)})
                 yield _Valued(laws=laws, start=np.array([frequency]), values=values)
+        elif laws[0].names == ("at", "width"):
+            for start in _pulses(along):
+                values = along.products(laws, {"at": np.asarray(start[0]), "width": np.asarray(start[1])})
+                yield _Valued(laws=laws, start=np.array(start), values=values)
     for memory, name in MEMORIES.items():
         own = [laws for laws in every if laws[0].memory == memory]
         products = along.products([laws[0] for laws in own], {})
@@ -364,6 +368,13 @@ def _frequencies(along: Along) -> Array:
     return np.arange(slowest, SETTINGS.fastest_oscillation_hz, SETTINGS.frequency_resolution / longest)
 
 
+def _pulses(along: Along) -> Iterator[tuple[float, float]]:
+    """Yield instants and widths of pulses in single runs, the instants as far apart as a pulse is wide."""
+    for width in SCANNED["width"]:
+        for elapsed in along.moment.elapsed:
+            yield from ((float(instant), width) for instant in np.arange(elapsed[0], elapsed[-1], width))
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Along:
     """What formulas read along the predicted motion of all runs, at the nodes of the grid.
@@ -384,7 +395,8 @@ class Along:
         time = grid.node_time - grid.node_time[:, :1]
         attitude = np.stack([matrix_of(integrate_attitude(own, rate)) for own, rate in zip(time, rates, strict=True)])
         torque_B = applied_torque(grid)[:, 0, ::2]
-        moment = Moment(time=time, body_rate=rates, attitude=attitude, applied_torque=torque_B)
+        elapsed = time + laid_end_to_end(grid)[:, None]
+        moment = Moment(time=time, body_rate=rates, attitude=attitude, elapsed=elapsed, applied_torque=torque_B)
         if grid.gimbals is not None:
             angle, rate = (
                 np.broadcast_to(each[:, 0, ::2], (*time.shape, each.shape[-1]))

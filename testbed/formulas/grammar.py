@@ -7,7 +7,7 @@ from itertools import combinations_with_replacement
 from typing import Literal, TypeAlias
 
 from testbed.formulas.law import Factor, Law, Memory
-from testbed.formulas.motion import ATTITUDES, AXES, GIMBAL_RATES, GIMBALS, RATES, TIME, TORQUES
+from testbed.formulas.motion import ATTITUDES, AXES, ELAPSED, GIMBAL_RATES, GIMBALS, RATES, TIME, TORQUES
 from testbed.formulas.pattern import PLACEMENTS, Pattern
 
 Class: TypeAlias = Literal[
@@ -22,6 +22,7 @@ Class: TypeAlias = Literal[
     "gimbal rate",
     "gimbal rate times body rate",
     "actuator torque",
+    "pulse in one run",
 ]
 """Formulas that are driven by the same quantities."""
 MEMORIES: Mapping[Memory, str] = {"lag": "tau", "delay": "late", "hysteresis": "stretch"}
@@ -30,8 +31,10 @@ SCANNED: Mapping[str, tuple[float, ...]] = {
     "tau": (0.05, 0.1, 0.2, 0.4, 0.8, 1.6),
     "late": (0.05, 0.1, 0.2, 0.4),
     "stretch": (0.03, 0.1, 0.3),
+    "width": (0.1, 0.2, 0.4, 0.8),
 }
-"""Values from which constants are searched: a factor of two apart, a refit comes to what lies between."""
+"""Values from which constants are searched: a factor of two apart, a refit comes to what lies between. A pulse narrower
+than 0.1 s is a blow, `contact`; instants are tried as far apart as it is wide."""
 
 
 def classes(units: int, *, torque: bool = False) -> Mapping[Class, tuple[tuple[Law, ...], ...]]:
@@ -46,6 +49,7 @@ def classes(units: int, *, torque: bool = False) -> Mapping[Class, tuple[tuple[L
     waves = (Factor(function=each, argument=TIME, constants=("f",)) for each in ("sin", "cos"))
     found: dict[Class, list[tuple[Factor, ...]]] = {
         "time": [(Factor(argument=TIME),)],
+        "pulse in one run": [(Factor(function="once", argument=ELAPSED, constants=("at", "width")),)],
         "rate": [(each,) for each in rates],
         "drag": [
             *((Factor(function="norm", argument="w"), each) for each in rates),
@@ -73,7 +77,7 @@ def classes(units: int, *, torque: bool = False) -> Mapping[Class, tuple[tuple[L
 def with_memories(name: Class, law: Law) -> Iterator[Law]:
     """Yield a law of a class without and with every memory that says something else of it."""
     yield law
-    if name in ("time", "oscillation", "attitude"):
+    if name in ("time", "oscillation", "pulse in one run", "attitude"):
         return
     for memory, constant in MEMORIES.items():
         if memory != "hysteresis" or (len(law.factors) == 1 and not law.factors[0].function):

@@ -8,10 +8,10 @@ from typing import final
 import numpy as np
 from typing_extensions import override
 
-from testbed.arrays import Array
+from testbed.arrays import Array, Series
 from testbed.formulas.motion import Moment
 from testbed.formulas.pattern import Pattern
-from testbed.prediction.grid import Grid
+from testbed.prediction.grid import Grid, begin_of_runs
 from testbed.prediction.hooks import Hooks, Instant
 
 
@@ -88,6 +88,7 @@ class _AlongMotion(_OfFormula):
             time=time,
             body_rate=body_rate,
             attitude=attitude,
+            elapsed=time + laid_end_to_end(self._grid)[run][:, None],
             applied_torque=applied_torque(self._grid)[run, :, places],
         )
         gimbals = self._grid.gimbals
@@ -99,10 +100,16 @@ class _AlongMotion(_OfFormula):
 def _along_grid(grid: Grid) -> Moment:
     """Return time and actuators along the grid, shapes (R, 1, T) and (R, 1, T, M or 3); the motion is not known."""
     time, unknown = (grid.time - grid.time[:, :1])[:, None], np.zeros((1, 1, 1, 3))
-    at = Moment(time=time, body_rate=unknown, applied_torque=applied_torque(grid))
+    elapsed = time + laid_end_to_end(grid)[:, None, None]
+    at = Moment(time=time, body_rate=unknown, elapsed=elapsed, applied_torque=applied_torque(grid))
     if grid.gimbals is None:
         return at
     return replace(at, gimbal_angle=grid.gimbals.angle, gimbal_rate=grid.gimbals.rate)
+
+
+def laid_end_to_end(grid: Grid) -> Series:
+    """Return how long after the first run each one begins, shape (R,), s, the runs laid end to end."""
+    return np.asarray(begin_of_runs(grid) + grid.time[:, 0])
 
 
 def applied_torque(grid: Grid) -> Array:

@@ -109,6 +109,7 @@ def test_a_ramp_fixed_in_space_takes_the_place_of_a_constant_torque_where_it_is_
         ("sin(2*pi*f*t) + cos(2*pi*f*t) about x", [1.3, 3e-4, -1e-4]),
         ("w_x*gimbal_rate_2 about y", [4e-4]),
         ("R_zx in B", [1e-4, -7e-5, 5e-5]),
+        ("once(at, width) about y", [8.3, 0.25, 2e-4]),
     ],
 )
 def test_the_formula_with_the_most_evidence_is_the_one_that_acts(text, values):
