@@ -167,10 +167,10 @@ def said_of(folder: Path, method: str) -> dict[str, Said]:
     """
     python = environment(*REQUIREMENTS[method])
     done = subprocess.run([str(python), str(FOREIGN / SCRIPTS[method]), str(folder)], check=True, capture_output=True)
-    told = [json.loads(line) for line in done.stdout.decode().splitlines()]
+    answers = [json.loads(line) for line in done.stdout.decode().splitlines()]
     if method == "sindy":
-        return {each["set"]: sindy_said(each["weights"]) for each in told}
-    return {each["set"]: operon_said(folder / f"{each['set']}.npz", np.array(each["torque"])) for each in told}
+        return {each["set"]: sindy_said(each["weights"]) for each in answers}
+    return {each["set"]: operon_said(folder / f"{each['set']}.npz", np.array(each["torque"])) for each in answers}
 
 
 def sindy_said(weights: Mapping[str, float]) -> Said:

@@ -33,7 +33,7 @@ The concealing engine hides a torque that follows a random law, which no effect 
 at 16 Hz of the shipped platform. It writes laws down by exponents, without the testbed's grammar. A law is about a body
 axis, or in any direction of the body or of space; the families come in turns, and one set of five has no effect. Every
 set is diagnosed with the whole library, one run held out. *Right class*: the hidden formula, or the same law in any
-direction of the body, is named first or cannot be told from what is. *Exact*: it is named first.
+direction of the body, is named first or cannot be distinguished from what is. *Exact*: it is named first.
 
 The other methods see the same records, and are judged by the same rule. *SINDy* is an ensemble of sparse regressions
 (pysindy) of the differentiated residual torque on what every law of the grammar without a memory would make; all terms
@@ -153,7 +153,7 @@ def _share(row: str, right: Sequence[bool | None], wanted: str = "") -> dict[str
 
 
 def _medians(sets: Sequence[Kept], none: Sequence[Kept]) -> Iterator[dict[str, Any]]:
-    told = [each for each in sets if "refused" not in each]
+    diagnosed = [each for each in sets if "refused" not in each]
     figures: list[tuple[str, str, Sequence[Kept], Callable[[Kept], float]]] = [
         *(
             (
@@ -178,10 +178,10 @@ def _medians(sets: Sequence[Kept], none: Sequence[Kept]) -> Iterator[dict[str, A
         (
             "processor time with formulas over that without, sets with an effect",
             "≤ 2",
-            told,
+            diagnosed,
             lambda each: each["seconds"] / each["without_formulas"],
         ),
-        ("processor time of a diagnosis, s", "", [*told, *none], lambda each: each["seconds"]),
+        ("processor time of a diagnosis, s", "", [*diagnosed, *none], lambda each: each["seconds"]),
     ]
     for row, wanted, own, value in figures:
         if own:

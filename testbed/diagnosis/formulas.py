@@ -95,7 +95,7 @@ def with_formulas(
 
     A formula explains what the effects in the model leave, or all of it in their place, whichever has the larger
     posterior odds. With it, the effects are tested again; up to three have a name together. Where effects of the
-    library leave nothing, formulas take their place only if they are told from these.
+    library leave nothing, formulas take their place only if they are distinguished from these.
 
     Args:
         state: with its residual tested.
@@ -104,7 +104,7 @@ def with_formulas(
         residual: tests the residual of a model.
 
     Returns:
-        The same diagnosis where no formula stands, with the formulas that its effects are not told from.
+        The same diagnosis where no formula stands, with the formulas that its effects are not distinguished from.
     """
     bare = with_model(replace(state, steps=(), explained=0.0), state.baseline) if state.steps else state
     state, outdone = (state, False) if state.left_over else _with_rivals(state, bare, search)
@@ -148,8 +148,8 @@ def _with_rivals(state: Diagnosis, bare: Diagnosis, search: Search) -> tuple[Dia
     explained = odds_together((None, bare.model), (None, within.model), count, effects)
     every = _grammar(bare.runs)
     tested = _linearised(bare.runs, bare.model, every, shares(every))
-    unlisted = 2.0 * log(bare.runs.prior_odds.unmodelled / count)
-    odds = {str(each.pattern): each.evidence + unlisted for each in tested}
+    unmodelled = 2.0 * log(bare.runs.prior_odds.unmodelled / count)
+    odds = {str(each.pattern): each.evidence + unmodelled for each in tested}
     rivals = [key for key in odds if odds[key] > explained - SETTINGS.indistinguishable]
     rivals.sort(key=lambda key: -odds[key])
     outdone = max(odds.values()) > explained + SETTINGS.indistinguishable

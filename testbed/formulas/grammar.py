@@ -34,7 +34,7 @@ SCANNED: Mapping[str, tuple[float, ...]] = {
     "width": (0.1, 0.2, 0.4, 0.8),
 }
 """Values from which constants are searched: a factor of two apart, a refit comes to what lies between. A pulse narrower
-than 0.1 s is a blow, `contact`; instants are tried as far apart as it is wide."""
+than 0.1 s is an impulse, `contact`; instants are tried as far apart as it is wide."""
 
 
 def classes(units: int, *, torque: bool = False) -> Mapping[Class, tuple[tuple[Law, ...], ...]]:

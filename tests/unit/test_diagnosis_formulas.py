@@ -93,7 +93,7 @@ def test_an_effect_of_the_library_keeps_its_name():
     ("size", "named", "rivals"),
     [(1e-5, "formula:t in N", False), (2e-6, "inertial_torque:platform", True)],
 )
-def test_a_ramp_fixed_in_space_takes_the_place_of_a_constant_torque_where_it_is_told_from_it(size, named, rivals):
+def test_a_ramp_fixed_in_space_takes_the_place_of_a_constant_torque_where_the_two_differ(size, named, rivals):
     """Beside free initial rates a constant torque leaves a sixteenth of a ramp's power."""
     data = data_of("t in N", size * np.array([1.0, -0.7, 0.5]), count=3)
     state, _ = last_of(data, {"inertial_torque": EFFECTS["inertial_torque"]})
