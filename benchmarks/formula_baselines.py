@@ -94,8 +94,8 @@ class _Seen:
         self.along, self.units = Along.of(runs, fit), unit_count(runs.grid)
 
     def laws(self) -> dict[str, Array]:
-        """Return the laws without memory and frequency along the motion, each (R, N), by their text."""
-        every = [law for name, of_class in classes(self.units).items() if name != "oscillation" for (law,) in of_class]
+        """Return the laws without memory and constants along the motion, each (R, N), by their text."""
+        every = [law for of_class in classes(self.units).values() for laws in of_class for law in laws if not law.names]
         return dict(zip(map(str, every), self.along.products(every, {}), strict=True))
 
     def best_wave(self) -> dict[str, Array]:
