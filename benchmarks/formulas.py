@@ -151,9 +151,13 @@ def _run(seed: int, sets: int, jobs: int, out: Path) -> None:
         (out / name).mkdir(parents=True, exist_ok=True)
     with ProcessPoolExecutor(jobs) as pool:
         futures = [pool.submit(done, seed, number, out) for number in range(1, sets + 1)]
-        for count, future in enumerate(futures, start=1):
-            future.result()
-            print(f"{count} of {sets}", flush=True)
+        try:
+            for count, future in enumerate(futures, start=1):
+                future.result()
+                print(f"{count} of {sets}", flush=True)
+        except BaseException:  # what is wrong with one set is wrong with the others
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
 
 
 def _card(seed: int, sets: int, out: Path, folders: Sequence[Path]) -> None:

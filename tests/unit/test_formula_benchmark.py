@@ -7,13 +7,19 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from benchmarks.formula_baselines import is_term, sindy_said
+from benchmarks.formula_baselines import is_term, operon_said, sindy_said, write_set
 from benchmarks.formula_sets import NO_LAW, HiddenFormula, Said, formula_of, judged, placed_formulas, wanted
 from benchmarks.formulas_page import page, rows_of
 from concealing.formula_effects import LAWS, drawn_law
+from support.diagnosed_records import nominal, records
+from testbed.diagnosis.model import fitted
+from testbed.diagnosis.reading import data_set_of
+from testbed.dynamics.inertia import theta_of
 from testbed.formulas.pattern import pattern_of
+from testbed.prediction.formula_hooks import formula_hooks
 
-PRODUCT = "w_x*w_y about z"
+PRODUCT, SIZE = "w_x*w_y about z", 4e-3
+"""N·m·s²/rad²."""
 
 
 def test_families_and_sizes_come_in_turns_and_one_set_of_five_hides_nothing():
@@ -85,3 +91,29 @@ def test_the_page_has_every_method_by_size_and_family_and_the_sets_without_an_ef
     assert "| two_rates at 8 σ | 1 of 2 | 1 of 2 | 0 of 1 | 0 of 1 | - | - |" in text
     assert "| without an effect, testbed names something | 50% | 2 |" in text
     assert "| processor time with formulas over that without, sets with an effect | 2 | 2 | 2 | ≤ 2 |" in text
+
+
+@pytest.fixture(scope="module")
+def seen(tmp_path_factory):
+    """Return the file of what the other methods see of runs with a product of rates."""
+    path = tmp_path_factory.mktemp("seen") / "set_0001.npz"
+    hooks = [formula_hooks(pattern_of(PRODUCT))]
+    data = data_set_of(records(3, seconds=3.0, hooks=hooks, values=[np.array([SIZE])], seed=3), *nominal())
+    write_set(path, data.runs, fitted(data.runs, [], theta_of(nominal()[1].inertia), []))
+    return path
+
+
+def test_a_regressor_is_what_a_unit_torque_by_its_law_does_to_the_gyro(seen):
+    with np.load(seen) as kept:
+        column = list(kept["terms"]).index("w_x*w_y @ z")
+        own = np.concatenate([kept[f"columns_{run}"][..., column].ravel() for run in range(2)])
+        left = np.concatenate([kept[f"residual_{run}"].ravel() for run in range(2)])
+        assert own @ left / (own @ own) == pytest.approx(SIZE, rel=0.1)
+        assert kept["features"].shape == (len(kept["torque"]), len(kept["names"]))
+
+
+def test_an_expression_has_the_name_of_the_formula_that_explains_it(seen):
+    with np.load(seen) as kept:
+        torque = kept["unit_torques"][..., list(kept["terms"]).index("w_x*w_y @ z")]
+    assert operon_said(seen, torque).named == (f"formula:{PRODUCT}",)
+    assert operon_said(seen, np.zeros_like(torque)) == Said()
