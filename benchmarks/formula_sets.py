@@ -20,6 +20,7 @@ from concealing.files import record
 from concealing.flown import fly_case
 from concealing.formula_effects import LAWS, drawn_law
 from concealing.guidance import pool
+from concealing.library import KINDS
 from concealing.power import UnreachableError
 from concealing.sizing import sized
 from testbed.arrays import Array
@@ -38,6 +39,19 @@ NULL_EVERY = 5
 """Of so many sets the last one has no effect."""
 NO_LAW = "none"
 """Family of a set without an effect."""
+LISTED = (
+    "body_torque",
+    "inertial_torque",
+    "viscous_drag",
+    "quadratic_drag",
+    "tether",
+    "slosh",
+    "contact",
+    "flexible_appendage",
+    "gimbal_zero",
+    "rotor_speed",
+)
+"""Effects of the library that formulas might take for theirs."""
 _RUNS, _DURATION = 5, 5.0
 _UNITS = 6
 """Gimbals of the platform."""
@@ -87,6 +101,22 @@ def set_of(seed: int, number: int) -> tuple[Case, HiddenFormula]:
         says = HiddenFormula(family=family, sigma=sigma, shown=shown, formula=str(formula), values=tuple(values))
         return replace(case, effects=(hidden,)), says
     return case, HiddenFormula(family=NO_LAW, sigma=0.0)
+
+
+def listed_set_of(seed: int, number: int) -> tuple[Case, str]:
+    """Return a set that hides an effect of the library at 16 sigma, one after the other, and the effect."""
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number, 1)))
+    effect = LISTED[(number - 1) % len(LISTED)]
+    kind = KINDS[effect]
+    for _ in count():
+        case = _bare_case(rng)
+        typical = HiddenEffect(effect=effect, component=kind.components[0], parameters=kind.draw(rng))
+        try:
+            hidden, _ = sized(case, typical, SIGMAS[-1])
+        except UnreachableError:
+            continue
+        break
+    return replace(case, effects=(hidden,)), effect
 
 
 def _bare_case(rng: np.random.Generator) -> Case:

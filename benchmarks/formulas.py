@@ -1,8 +1,9 @@
-"""Torques by random formulas, hidden by the concealing engine: python -m benchmarks.formulas run|others|card --seed S.
+"""Torques by random formulas, hidden by the concealing engine: python -m benchmarks.formulas STAGE --seed S.
 
 `run` makes sets (`benchmarks.formula_sets`) and diagnoses each with the whole library; `others` asks two other methods
 of them (`benchmarks.formula_baselines`); `card` scores what has been done so far, with --write into docs/. What is
-there already in OUT is kept: an interrupted `run` or `others` goes on where it was.
+there already in OUT is kept: an interrupted `run` or `others` goes on where it was. `listed` diagnoses sets that hide
+effects of the library, and prints what has their name.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.formula_baselines import METHODS, said_of, write_set
-from benchmarks.formula_sets import SCENARIO, HiddenFormula, Said, data_of, set_of
+from benchmarks.formula_sets import SCENARIO, HiddenFormula, Said, data_of, listed_set_of, set_of
 from benchmarks.formulas_page import OURS, page, rows_of
 from benchmarks.table import DOCS, here_and_now
 from testbed.arrays import Theta
@@ -129,7 +130,7 @@ def _keep(path: Path, content: Mapping[str, Any]) -> None:
 def main() -> None:
     """Do what the command line says."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.formulas", description=__doc__.splitlines()[0])
-    parser.add_argument("stage", choices=("run", "others", "card"))
+    parser.add_argument("stage", choices=("run", "others", "card", "listed"))
     parser.add_argument("--sets", type=int, default=SETS, help=f"default {SETS}")
     parser.add_argument("--seed", type=int, default=SEED, help=f"default {SEED}")
     parser.add_argument("--jobs", type=int, default=2, help="processes, default 2")
@@ -139,6 +140,8 @@ def main() -> None:
     out: Path = chosen.out or Path("runs") / f"formulas-{chosen.seed}"
     if chosen.stage == "run":
         _run(chosen.seed, chosen.sets, chosen.jobs, out)
+    elif chosen.stage == "listed":
+        _listed(chosen.seed, chosen.sets)
     elif chosen.stage == "others":
         for method in METHODS:
             asked(method, out)
@@ -158,6 +161,18 @@ def _run(seed: int, sets: int, jobs: int, out: Path) -> None:
         except BaseException:  # what is wrong with one set is wrong with the others
             pool.shutdown(wait=False, cancel_futures=True)
             raise
+
+
+def _listed(seed: int, sets: int) -> None:
+    """Print what is named where an effect of the library is hidden."""
+    formulas = 0
+    for number in range(1, sets + 1):
+        case, effect = listed_set_of(seed, number)
+        state, spent = _diagnosed(data_of(case))
+        named = [each.key for each in state.added]
+        formulas += any(isinstance(step.effect, Formula) for step in state.steps)
+        print(f"{number}: {effect}: {state.verdict}, {named}, nearly as well {list(state.rivals)}, {spent}", flush=True)
+    print(f"{formulas} of {sets} sets have a formula among their names")
 
 
 def _card(seed: int, sets: int, out: Path, folders: Sequence[Path]) -> None:
