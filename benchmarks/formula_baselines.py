@@ -147,9 +147,8 @@ class _Seen:
 def unit_torques(along: Along, values: Array) -> Array:
     """Return the torques that laws make about each of the axes along the motion, shape (R, N, 3, L 6), body axes."""
     body = np.broadcast_to(np.eye(3), along.moment.attitude.shape)
-    axes = np.concatenate(
-        [body, np.swapaxes(along.moment.attitude, -1, -2)], axis=-1
-    )  # of N: columns are the axes in B
+    space = np.swapaxes(along.moment.attitude, -1, -2)  # its columns are the axes of N in B
+    axes = np.concatenate([body, space], axis=-1)
     every = np.moveaxis(values, 0, -1)[..., None, :, None] * axes[..., :, None, :]
     return every.reshape(*every.shape[:3], -1)
 
