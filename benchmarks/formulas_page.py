@@ -34,6 +34,7 @@ at 16 Hz of the shipped platform. It writes laws down by exponents, without the 
 axis, or in any direction of the body or of space; the families come in turns, and one set of five has no effect. Every
 set is diagnosed with the whole library, one run held out. *Right class*: the hidden formula, or the same law in any
 direction of the body, is named first or cannot be distinguished from what is. *Exact*: it is named first.
+Laws with a memory, of gimbals, of actuators' torque and pulses are searched for, and not hidden here.
 
 The other methods see the same records, and are judged by the same rule. *SINDy* is an ensemble of sparse regressions
 (pysindy) of the differentiated residual torque on what every law of the grammar without a memory would make; all terms
