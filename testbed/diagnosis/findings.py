@@ -200,8 +200,25 @@ def noise_notices(diagnosis: Diagnosis) -> tuple[str, ...]:
 
 
 def model_notices(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """Return what there is to know of the model that is no effect: trims, an inertia at its limit, what ran away."""
-    return (*_trim_words(diagnosis), *_given_words(diagnosis), *_inertia_words(diagnosis), *_set_aside_words(diagnosis))
+    """Return what there is to know of the model that is no effect.
+
+    Trims, an inertia at its limit, what ran away, and formulas that explain as much.
+    """
+    return (
+        *_trim_words(diagnosis),
+        *_given_words(diagnosis),
+        *_inertia_words(diagnosis),
+        *_set_aside_words(diagnosis),
+        *_rival_words(diagnosis),
+    )
+
+
+def _rival_words(diagnosis: Diagnosis) -> Iterator[str]:
+    if diagnosis.rivals:
+        yield (
+            "torques by formulas, which no library lists, explain these records nearly as well as what is named: "
+            f"{', '.join(diagnosis.rivals)}"
+        )
 
 
 def _trim_words(diagnosis: Diagnosis) -> Iterator[str]:

@@ -28,7 +28,7 @@ from testbed.diagnosis.latent import (
     torque_space,
 )
 from testbed.diagnosis.model import Fit, Hypothesis
-from testbed.diagnosis.search import Search, log_odds_of_all, screened, with_effect, with_model
+from testbed.diagnosis.search import Search, log_odds_of_all, odds_together, screened, with_effect, with_model
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis
 from testbed.effects.body_torque import BodyTorque
@@ -38,6 +38,7 @@ from testbed.formulas.law import Law, Memory, first_state_of, rate_of, value_of
 from testbed.formulas.motion import Moment
 from testbed.formulas.pattern import Pattern, contains
 from testbed.formulas.torque import Frame
+from testbed.prediction.formula_hooks import applied_torque, laid_end_to_end
 from testbed.prediction.grid import unit_count
 from testbed.prediction.integration import node_rates
 from testbed.rotation.kinematics import integrate_attitude
@@ -45,6 +46,14 @@ from testbed.rotation.quaternion import matrix_of
 
 _NO_FORMULA = ("pulses", "oscillation of every run's own")
 """Kinds of torque shapes that no formula has: what comes at instants, or in every run at another phase."""
+_FAR = 30.0
+"""Of evidence, by which a formula may be behind the best one and still be refitted: five times what is
+indistinguishable. A sine between two of the frequencies that are tried loses 5 % of its χ², 13 at 16 sigma."""
+
+
+_HOPELESS = 0.0
+"""Linearised evidence up to which an effect of the library is not refitted beside a formula: among forty hypotheses it
+takes 7.4 to be as probable as none."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,12 +76,13 @@ class _Tested:
 
 
 def may_follow_formulas(state: Diagnosis) -> bool:
-    """Return whether the residual may be searched for formulas.
+    """Return whether formulas may explain what the effects in the model leave, or what they explain.
 
     Not over windows of torque that is known in part, where the residual is the loop's, nor beside healthy records.
     """
     belief = state.runs.belief
-    return state.left_over and not state.runs.known_in_part and (belief is None or not belief.others)
+    asked = state.left_over or bool(state.steps)
+    return asked and not state.runs.known_in_part and (belief is None or not belief.others)
 
 
 def with_formulas(
@@ -84,7 +94,8 @@ def with_formulas(
     """Return a diagnosis whose residual is more than noise with formulas for what no effect of the library explains.
 
     A formula explains what the effects in the model leave, or all of it in their place, whichever has the larger
-    posterior odds. With it, the effects are tested again; up to three have a name together.
+    posterior odds. With it, the effects are tested again; up to three have a name together. Where effects of the
+    library leave nothing, formulas take their place only if they are distinguished from these.
 
     Args:
         state: with its residual tested.
@@ -93,16 +104,18 @@ def with_formulas(
         residual: tests the residual of a model.
 
     Returns:
-        The same diagnosis where no formula stands.
+        The same diagnosis where no formula stands, with the formulas that its effects are not distinguished from.
     """
-    begun = state
     bare = with_model(replace(state, steps=(), explained=0.0), state.baseline) if state.steps else state
+    state, outdone = (state, False) if state.left_over else _with_rivals(state, bare, search)
+    begun = state
     for _ in range(SETTINGS.most_effects):
-        chosen = _best_addition(state, bare if state is begun else None, search) if state.left_over else None
+        wanted = state.left_over or (outdone and state is begun)
+        chosen = _best_addition(state, bare if state is begun else None, search) if wanted else None
         if chosen is None:
             break
         before, candidate, screening = chosen
-        search = replace(search, testable=(*search.testable, candidate.placed), known={})
+        search = replace(search, testable=(*search.testable, candidate.placed), known={}, least=_HOPELESS)
         larger = search.reconsidered(with_effect(before, candidate, screening))
         if larger.gap.fit > before.gap.fit:  # what fits worse is no explanation
             break
@@ -117,9 +130,30 @@ def with_formulas(
         explained = _explained(state, bare) if state.steps else 0.0
         left = evidence_of_any(state.shapes, beside.tested, beside.prior_odds.unmodelled)
         state = replace(state, explained=explained, unmodelled=explained + left)
+    if not begun.left_over and state.explained < begun.explained + SETTINGS.indistinguishable:
+        return begun
     # As for effects of the library: what has lower posterior odds than a torque that the grammar lacks is no name.
     lacking = [] if begun.steps else [shape for shape in begun.shapes if shape.kind in _NO_FORMULA]
     return begun if lacking and _odds_of(begun, lacking, search) > state.explained else state
+
+
+def _with_rivals(state: Diagnosis, bare: Diagnosis, search: Search) -> tuple[Diagnosis, bool]:
+    """Return a diagnosis with the formulas that may explain what its effects do, and whether one explains clearly more.
+
+    Compared are the fitted runs alone, the formulas as they are linearised.
+    """
+    search.progress("formulas in place of effects")
+    within = with_model(replace(bare, steps=state.steps), state.model)
+    effects, count = [step.candidate for step in state.steps], max(len(search.testable), 1)
+    explained = odds_together((None, bare.model), (None, within.model), count, effects)
+    every = _grammar(bare.runs)
+    tested = _linearised(bare.runs, bare.model, every, shares(every))
+    unmodelled = 2.0 * log(bare.runs.prior_odds.unmodelled / count)
+    odds = {str(each.pattern): each.evidence + unmodelled for each in tested}
+    rivals = [key for key in odds if odds[key] > explained - SETTINGS.indistinguishable]
+    rivals.sort(key=lambda key: -odds[key])
+    outdone = max(odds.values()) > explained + SETTINGS.indistinguishable
+    return replace(state, rivals=tuple(rivals[: SETTINGS.most_refits])), outdone
 
 
 def _explained(state: Diagnosis, bare: Diagnosis) -> float:
@@ -137,7 +171,7 @@ def _best_addition(
 ) -> tuple[Diagnosis, Candidate, Screening] | None:
     """Return the formula that explains the most, beside the effects in the model or in the place of the library's."""
     library = state.steps[0].screening if state.steps else state.remaining
-    bases = [(state, state.remaining)] if search.has_room(state) else []
+    bases = [(state, state.remaining)] if search.has_room(state) and state.left_over else []
     if bare is not None and state.steps:
         bases.append((bare, library))
     found = []
@@ -183,7 +217,7 @@ def screened_formulas(
     """
     progress("formulas")
     taken = {each.key for each in fit.placed}
-    every = patterns(unit_count(runs.grid))
+    every = _grammar(runs)
     share = shares(every)
     tested = list(_linearised(runs, fit, every, share))
     best = sorted(_not_outdone(tested), key=lambda each: -each.evidence)
@@ -191,6 +225,7 @@ def screened_formulas(
     effects = [
         Formula(each.pattern, typical_value=each.power, moment=moment, start=each.start, scan_count=each.starts)
         for each in best[: SETTINGS.most_refits]
+        if each.evidence > best[0].evidence - _FAR
     ]
     placed = [Hypothesis(effect=each, component=each.components[0]) for each in effects]
     found = screened(runs, heldout, fit, [each for each in placed if each.key not in taken], progress)
@@ -213,6 +248,11 @@ def screened_formulas(
     return replace(found, candidates=tuple(kept), tested=max(library, 1), linearised={})
 
 
+def _grammar(runs: Runs) -> Mapping[Class, tuple[Pattern, ...]]:
+    """Return the formulas of what the telemetry of runs shows."""
+    return patterns(unit_count(runs.grid), torque=runs.grid.runs[0].applied_torque is not None)
+
+
 def _pattern(candidate: Candidate) -> Pattern:
     assert isinstance(candidate.effect, Formula)
     return candidate.effect.pattern
@@ -232,7 +272,7 @@ def _linearised(
 ) -> Iterator[_Tested]:
     """Yield every formula with its evidence by the linearisation alone; of very many runs an even choice counts."""
     runs, fit = on_enough_runs(runs, fit)
-    along, knots = _Along.of(runs, fit), shape_knots(runs)
+    along, knots = Along.of(runs, fit), shape_knots(runs)
     space = torque_space(runs, fit, knots)
     typical = BodyTorque.parameters[0].typical_on(runs.mean_moment(fit.theta))
     alike: dict[tuple[Law, ...], list[Pattern]] = {}
@@ -280,7 +320,7 @@ class _Valued:
         return np.asarray(np.sqrt(np.maximum(mean, np.finfo(float).tiny)))
 
 
-def _valued(along: _Along, every: Sequence[tuple[Law, ...]]) -> Iterator[_Valued]:
+def _valued(along: Along, every: Sequence[tuple[Law, ...]]) -> Iterator[_Valued]:
     """Yield laws at each of their start values; those with the same memory are integrated together."""
     for laws in every:
         if not laws[0].names:
@@ -289,6 +329,10 @@ def _valued(along: _Along, every: Sequence[tuple[Law, ...]]) -> Iterator[_Valued
             for frequency in _frequencies(along):
                 values = along.products(laws, {"f": np.asarray(frequency)})
                 yield _Valued(laws=laws, start=np.array([frequency]), values=values)
+        elif laws[0].names == ("at", "width"):
+            for start in _pulses(along):
+                values = along.products(laws, {"at": np.asarray(start[0]), "width": np.asarray(start[1])})
+                yield _Valued(laws=laws, start=np.array(start), values=values)
     for memory, name in MEMORIES.items():
         own = [laws for laws in every if laws[0].memory == memory]
         products = along.products([laws[0] for laws in own], {})
@@ -301,7 +345,7 @@ def _valued(along: _Along, every: Sequence[tuple[Law, ...]]) -> Iterator[_Valued
 
 
 def _columns(
-    every: Sequence[_Valued], along: _Along, space: TorqueSpace, knots: int
+    every: Sequence[_Valued], along: Along, space: TorqueSpace, knots: int
 ) -> Iterator[tuple[_Valued, Mapping[Frame, Array]]]:
     """Yield what unit torques by laws do, shape (samples, laws, 3) by frame; many are worked out at once."""
     for first in range(0, len(every), AT_ONCE):
@@ -317,15 +361,22 @@ def _columns(
             yield each, dict(zip(frames, own, strict=True))
 
 
-def _frequencies(along: _Along) -> Array:
+def _frequencies(along: Along) -> Array:
     """Return those of oscillations, as those of torque shapes with a frequency."""
     longest = float(along.time.max())
     slowest = SETTINGS.resolved_periods / longest
     return np.arange(slowest, SETTINGS.fastest_oscillation_hz, SETTINGS.frequency_resolution / longest)
 
 
+def _pulses(along: Along) -> Iterator[tuple[float, float]]:
+    """Yield instants and widths of pulses in single runs, the instants as far apart as a pulse is wide."""
+    for width in SCANNED["width"]:
+        for elapsed in along.moment.elapsed:
+            yield from ((float(instant), width) for instant in np.arange(elapsed[0], elapsed[-1], width))
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Along:
+class Along:
     """What formulas read along the predicted motion of all runs, at the nodes of the grid.
 
     Attributes:
@@ -337,20 +388,22 @@ class _Along:
     moment: Moment
 
     @staticmethod
-    def of(runs: Runs, fit: Fit) -> _Along:
+    def of(runs: Runs, fit: Fit) -> Along:
         """Return the motion that a model predicts."""
         grid = runs.grid
         rates = node_rates(grid, [each.hooks for each in fit.placed], fit.values)[:, 0]
         time = grid.node_time - grid.node_time[:, :1]
         attitude = np.stack([matrix_of(integrate_attitude(own, rate)) for own, rate in zip(time, rates, strict=True)])
-        moment = Moment(time=time, body_rate=rates, attitude=attitude)
+        torque_B = applied_torque(grid)[:, 0, ::2]
+        elapsed = time + laid_end_to_end(grid)[:, None]
+        moment = Moment(time=time, body_rate=rates, attitude=attitude, elapsed=elapsed, applied_torque=torque_B)
         if grid.gimbals is not None:
             angle, rate = (
                 np.broadcast_to(each[:, 0, ::2], (*time.shape, each.shape[-1]))
                 for each in (grid.gimbals.angle, grid.gimbals.rate)
             )
             moment = replace(moment, gimbal_angle=angle, gimbal_rate=rate)
-        return _Along(time=time, moment=moment)
+        return Along(time=time, moment=moment)
 
     def products(self, laws: Sequence[Law], constants: Mapping[str, Array]) -> Array:
         """Return the laws' products at the nodes, shape (laws, R, N)."""

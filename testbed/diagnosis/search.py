@@ -88,6 +88,7 @@ def screened(
     fit: Fit,
     hypotheses: Sequence[Hypothesis],
     progress: Callable[[str], None] = lambda _: None,
+    least: float = -inf,
 ) -> Screening:
     """Test every hypothesis, and refit those that explain the most.
 
@@ -97,13 +98,14 @@ def screened(
         fit: the present model.
         hypotheses: effects that are not in it.
         progress: called with what is being refitted.
+        least: linearised evidence of those that are refitted.
     """
     every = list(signatures(runs, fit, hypotheses))
     best = most_telling(every)
     tested, moment = max(len(best), 1), runs.mean_moment(fit.theta)
     linearised = {each.placed.key: _linearised_evidence(runs, each, moment) for each in best}
     order = sorted(best, key=lambda each: -linearised[each.placed.key])
-    promising = [each for each in order[: SETTINGS.most_refits] if each.rank]
+    promising = [each for each in order[: SETTINGS.most_refits] if each.rank and linearised[each.placed.key] > least]
     candidates, aside, without = [], [], log_evidence(heldout, fit)
     for signature in promising:
         progress(signature.placed.key)
@@ -362,11 +364,13 @@ class Search:
     Attributes:
         testable: all of them.
         progress: called with what is being done.
+        least: evidence of a linearised hypothesis from which on it is refitted.
         known: screenings so far, by the effects in the model; steps back come to the same model again.
     """
 
     testable: tuple[Hypothesis, ...]
     progress: Callable[[str], None]
+    least: float = -inf
     known: dict[tuple[str, ...], tuple[Runs, Screening]] = field(default_factory=dict)
 
     def has_room(self, state: Diagnosis) -> bool:
@@ -380,7 +384,7 @@ class Search:
         runs, screening = self.known.get(key, (None, None))
         if runs is None or screening is None or not _has_equal_noise(runs, state.runs):
             others = without(self.testable, state.model.placed)
-            screening = screened(state.runs, state.heldout, state.model, others, self.progress)
+            screening = screened(state.runs, state.heldout, state.model, others, self.progress, self.least)
             self.known[key] = (state.runs, screening)
         return screening
 

@@ -87,6 +87,7 @@ class Diagnosis:
         shapes: of unmodelled torques, against the final model, the one with the most evidence first.
         unmodelled: evidence of any such torque against the baseline.
         explained: odds of all effects together against the baseline; 0 without any.
+        rivals: formulas that explain as much as effects of the library that leave nothing, the best one first.
         goodness: p-value of the χ² of the final model's gyro residual in all runs.
         untestable: effects for which a channel is missing.
         alone: whether all runs are of one record, which gets no name.
@@ -112,6 +113,7 @@ class Diagnosis:
     shapes: tuple[TorqueShape, ...] = ()
     unmodelled: float = -inf
     explained: float = 0.0
+    rivals: tuple[str, ...] = ()
     goodness: float = 1.0
     untestable: tuple[Untestable, ...] = ()
     alone: bool = False

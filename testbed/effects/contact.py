@@ -7,10 +7,10 @@ from typing import final
 import numpy as np
 from typing_extensions import override
 
-from testbed.arrays import Array, Series
+from testbed.arrays import Array
 from testbed.effects.contract import Effect, Extension, Parameter
 from testbed.estimation.contact import likeliest_jumps
-from testbed.prediction.grid import Grid
+from testbed.prediction.grid import Grid, begin_of_runs
 from testbed.prediction.hooks import Hooks
 from testbed.scenario.scenario import Scenario
 
@@ -19,9 +19,6 @@ SPREAD = 0.02
 
 With 0.01 s half of the searches that began 0.03 s or less from the instant were led astray; with 0.02 s, none of 16.
 """
-PAUSE = 1.0
-"""s between the runs, laid end to end: fifty times the spread of a touch, so that none is in two runs, and an estimated
-instant stays in its own."""
 _STARTS = 8
 """Instants that are searched from, over all runs: as many as hypotheses are refitted; each costs a linearisation."""
 
@@ -33,11 +30,6 @@ class _Touch(Hooks):
         late = (grid.time + begin_of_runs(grid)[:, None])[:, None] - value[:, :1]
         bell = np.exp(-0.5 * (late / SPREAD) ** 2) / (SPREAD * np.sqrt(2.0 * np.pi))
         return np.asarray(torque_B + bell[..., None] * value[:, None, 1:])
-
-
-def begin_of_runs(grid: Grid) -> Series:
-    """Return what has to be added to each run's times to lay the runs end to end, shape (R,), s; the first from 0."""
-    return np.asarray(grid.earlier + PAUSE * grid.number - grid.time[:, 0])
 
 
 @final

@@ -189,9 +189,9 @@ class NamedEffect(ABC):
     confirm: str
     measured_by: ClassVar[tuple[Channel, ...]] = ()
     yields_to: ClassVar[tuple[str, ...]] = ()
-    flies: ClassVar[bool] = True
+    flies: bool = True
     environment: ClassVar[Literal["", "air_bearing", "orbit"]] = ""
-    recurs: ClassVar[bool] = True
+    recurs: bool = True
 
     def described(self, component: str) -> str:
         """Return a sentence that describes it at its component."""

@@ -24,6 +24,10 @@ CONSTANTS = {
     "f": Parameter(name="frequency_hz", unit="Hz", typical=1.0, lower=0.2, upper=7.9, absent=1.0, scanned=True),
     "tau": Parameter(name="time_constant_s", unit="s", typical=0.3, lower=0.01, upper=20.0, absent=0.3, scanned=True),
     "late": Parameter(name="delay_s", unit="s", typical=0.1, lower=0.02, upper=2.0, absent=0.1, scanned=True),
+    "at": Parameter(
+        name="time_s", unit="s", typical=0.8, lower=0.0, upper=1e4, absent=0.8, scanned=True, plausible=(0.0, 1e4)
+    ),
+    "width": Parameter(name="width_s", unit="s", typical=0.2, lower=0.02, upper=5.0, absent=0.2, scanned=True),
     "stretch": Parameter(name="stretch_rad", unit="rad", typical=0.1, lower=5e-3, upper=5.0, absent=0.1, scanned=True),
 }
 """Constants that a search estimates. Bounds: a gyro at 16 Hz shows less than 8 Hz and a run of 5 s one period; lags
@@ -68,7 +72,13 @@ class Formula(Effect):
         )
         self.confirm = separating_flight(pattern)
         units = any(law.units_needed for law in pattern.laws)
-        self.needs: tuple[Channel, ...] = ("gimbal_angle",) if units else ("any_actuator",)
+        self.recurs = all(law.recurs for law in pattern.laws)
+        torque = any(law.reads_torque for law in pattern.laws)
+        self.flies = self.recurs and not torque
+        self.needs: tuple[Channel, ...] = (
+            *(("gimbal_angle",) if units else ()),
+            *(("applied_torque",) if torque else ()),
+        ) or ("any_actuator",)
         self._start, self._scan_count = start, scan_count
 
     @staticmethod
@@ -109,7 +119,12 @@ class Formula(Effect):
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
-        """Return it as entries of [[truth.torque]], behind those that the scenario has."""
+        """Return it as entries of [[truth.torque]], behind those that the scenario has.
+
+        None where it happened once, or reads the torque of actuators, which a flown platform does not have.
+        """
+        if not self.flies:
+            return Extension()
         present: list[dict[str, Any]] = [each.model_dump(exclude_unset=True) for each in scenario.truth.torque]
         return Extension(scenario={"truth": {"torque": [*present, *flown_entries(self.pattern, values)]}})
 

@@ -7,7 +7,7 @@ from itertools import combinations_with_replacement
 from typing import Literal, TypeAlias
 
 from testbed.formulas.law import Factor, Law, Memory
-from testbed.formulas.motion import ATTITUDES, AXES, GIMBAL_RATES, GIMBALS, RATES, TIME
+from testbed.formulas.motion import ATTITUDES, AXES, ELAPSED, GIMBAL_RATES, GIMBALS, RATES, TIME, TORQUES
 from testbed.formulas.pattern import PLACEMENTS, Pattern
 
 Class: TypeAlias = Literal[
@@ -21,6 +21,8 @@ Class: TypeAlias = Literal[
     "gimbal angle",
     "gimbal rate",
     "gimbal rate times body rate",
+    "actuator torque",
+    "pulse in one run",
 ]
 """Formulas that are driven by the same quantities."""
 MEMORIES: Mapping[Memory, str] = {"lag": "tau", "delay": "late", "hysteresis": "stretch"}
@@ -29,21 +31,25 @@ SCANNED: Mapping[str, tuple[float, ...]] = {
     "tau": (0.05, 0.1, 0.2, 0.4, 0.8, 1.6),
     "late": (0.05, 0.1, 0.2, 0.4),
     "stretch": (0.03, 0.1, 0.3),
+    "width": (0.1, 0.2, 0.4, 0.8),
 }
-"""Values from which constants are searched: a factor of two apart, a refit comes to what lies between."""
+"""Values from which constants are searched: a factor of two apart, a refit comes to what lies between. A pulse narrower
+than 0.1 s is an impulse, `contact`; instants are tried as far apart as it is wide."""
 
 
-def classes(units: int) -> Mapping[Class, tuple[tuple[Law, ...], ...]]:
+def classes(units: int, *, torque: bool = False) -> Mapping[Class, tuple[tuple[Law, ...], ...]]:
     """Return the laws of each class, without a memory; the sine and cosine of one frequency go together.
 
     Args:
         units: number of gimbals that telemetry shows.
+        torque: whether it shows the torque of actuators that store no momentum.
     """
     rates = [Factor(argument=name) for name in RATES]
     moved = [Factor(argument=name) for name in GIMBAL_RATES[:units]]
     waves = (Factor(function=each, argument=TIME, constants=("f",)) for each in ("sin", "cos"))
     found: dict[Class, list[tuple[Factor, ...]]] = {
         "time": [(Factor(argument=TIME),)],
+        "pulse in one run": [(Factor(function="once", argument=ELAPSED, constants=("at", "width")),)],
         "rate": [(each,) for each in rates],
         "drag": [
             *((Factor(function="norm", argument="w"), each) for each in rates),
@@ -60,6 +66,10 @@ def classes(units: int) -> Mapping[Class, tuple[tuple[Law, ...], ...]]:
         ]
         found["gimbal rate"] = [(each,) for each in moved]
         found["gimbal rate times body rate"] = [(each, rate) for each in moved for rate in rates]
+    if torque:
+        given = [Factor(argument=name) for name in TORQUES]
+        squares = [(Factor(function="abs", argument=each.argument), each) for each in given]
+        found["actuator torque"] = [*((each,) for each in given), *combinations_with_replacement(given, 2), *squares]
     single = {name: tuple((Law.of(*factors),) for factors in laws) for name, laws in found.items()}
     return {**single, "oscillation": (tuple(Law.of(wave) for wave in waves),)}
 
@@ -67,18 +77,19 @@ def classes(units: int) -> Mapping[Class, tuple[tuple[Law, ...], ...]]:
 def with_memories(name: Class, law: Law) -> Iterator[Law]:
     """Yield a law of a class without and with every memory that says something else of it."""
     yield law
-    if name in ("time", "oscillation", "attitude"):
+    if name in ("time", "oscillation", "pulse in one run", "attitude"):
         return
     for memory, constant in MEMORIES.items():
         if memory != "hysteresis" or (len(law.factors) == 1 and not law.factors[0].function):
             yield Law.of(*law.factors, memory=memory, memory_constant=constant)
 
 
-def patterns(units: int) -> Mapping[Class, tuple[Pattern, ...]]:
+def patterns(units: int, *, torque: bool = False) -> Mapping[Class, tuple[Pattern, ...]]:
     """Return all formulas that are tested, by class.
 
     Args:
         units: number of gimbals that telemetry shows.
+        torque: whether it shows the torque of actuators that store no momentum.
     """
     return {
         name: tuple(
@@ -88,13 +99,18 @@ def patterns(units: int) -> Mapping[Class, tuple[Pattern, ...]]:
             for place in PLACEMENTS
             if not is_listed(pattern := Pattern(laws=each, placement=place))
         )
-        for name, every in classes(units).items()
+        for name, every in classes(units, torque=torque).items()
     }
 
 
 def is_listed(pattern: Pattern) -> bool:
-    """Return whether an effect of the library has this form: drag about an axis by the rate about it."""
+    """Return whether an effect of the library has this form.
+
+    Drag about an axis by the rate about it; of the actuators' torque about an axis a factor, a lag or a delay.
+    """
     law = pattern.laws[0]
+    if pattern.placement in AXES and law.factors == (Factor(argument=f"torque_{pattern.placement}"),):
+        return law.memory != "hysteresis"
     own = f"w_{pattern.placement}"
     along_own = pattern.placement in AXES and {factor.argument for factor in law.factors} == {own}
     drag = len(law.factors) == 1 or any(factor.function == "abs" for factor in law.factors)
@@ -103,17 +119,5 @@ def is_listed(pattern: Pattern) -> bool:
 
 def shares(every: Mapping[Class, tuple[Pattern, ...]]) -> Mapping[Pattern, float]:
     """Return each formula's share of the prior of its class: it halves with each factor, constant and direction."""
-    return {
-        pattern: 2.0**-pattern.length / sum(2.0**-each.length for each in alike)
-        for alike in every.values()
-        for pattern in alike
-    }
-
-
-def class_of(pattern: Pattern, units: int) -> Class:
-    """Return the class of a formula.
-
-    Raises:
-        StopIteration: the grammar does not have it.
-    """
-    return next(name for name, alike in patterns(units).items() if pattern in alike)
+    weights = [{pattern: 2.0**-pattern.length for pattern in alike} for alike in every.values()]
+    return {pattern: weight / sum(own.values()) for own in weights for pattern, weight in own.items()}

@@ -10,17 +10,19 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from testbed.arrays import Array
-from testbed.formulas.motion import GIMBAL_RATES, GIMBALS, QUANTITIES, RATES, TIME, Moment, unit_of
+from testbed.formulas.motion import ELAPSED, GIMBAL_RATES, GIMBALS, QUANTITIES, RATES, TIME, TORQUES, Moment, unit_of
 from testbed.formulas.units import Unit
 
 Constant: TypeAlias = float | str
 """A number, or the name of one that is estimated."""
-Function: TypeAlias = Literal["", "abs", "norm", "sin", "cos", "pulse"]
+Function: TypeAlias = Literal["", "abs", "norm", "sin", "cos", "pulse", "once"]
 Memory: TypeAlias = Literal["", "lag", "delay", "hysteresis"]
 
 MOST_FACTORS = 3
 """Of a product: third order in the body rate, as the grammar is defined."""
-ORDER: tuple[Function, ...] = ("pulse", "sin", "cos", "norm", "abs", "")
+ORDER: tuple[Function, ...] = ("once", "pulse", "sin", "cos", "norm", "abs", "")
+BELLS: tuple[Function, ...] = ("pulse", "once")
+"""Bells about an instant: of every run, and of the runs laid end to end."""
 STATES: Mapping[Memory, int] = {"": 0, "lag": 1, "delay": 2, "hysteresis": 1}
 """States that a memory integrates."""
 
@@ -31,7 +33,8 @@ class Factor:
 
     Attributes:
         function: applied to the argument; empty for the argument itself.
-        argument: a name of `QUANTITIES`; `w` of `norm`; `t` of a sine with a frequency, and of a pulse.
+        argument: a name of `QUANTITIES`; `w` of `norm`; `t` of a sine with a frequency, and of a pulse;
+            `elapsed` of a pulse in a single run.
         constants: frequency in Hz of a sine of time; instant and width in s of a pulse.
     """
 
@@ -40,8 +43,8 @@ class Factor:
     constants: tuple[Constant, ...] = ()
 
     def __str__(self) -> str:
-        if self.function == "pulse":
-            return f"pulse({', '.join(map(shown, self.constants))})"
+        if self.function in BELLS:
+            return f"{self.function}({', '.join(map(shown, self.constants))})"
         if self.constants:
             return f"{self.function}(2*pi*{shown(self.constants[0])}*t)"
         return f"{self.function}({self.argument})" if self.function else self.argument
@@ -49,12 +52,14 @@ class Factor:
     @property
     def unit(self) -> Unit:
         """Of its value."""
-        if self.function in ("sin", "cos", "pulse"):
+        if self.function in ("sin", "cos", *BELLS):
             return Unit()
         if self.argument in (*RATES, *GIMBAL_RATES, "w"):
             return Unit(rad=1, s=-1)
         if self.argument in GIMBALS:
             return Unit(rad=1)
+        if self.argument in TORQUES:
+            return Unit(N_m=1)
         return Unit(s=1) if self.argument == TIME else Unit()
 
     @property
@@ -75,7 +80,7 @@ class Factor:
         value = at.value(self.argument)
         if self.function == "abs":
             return np.asarray(value * np.sign(value.real))
-        if self.function == "pulse":
+        if self.function in BELLS:
             instant, width = (number(each, constants) for each in self.constants)
             return np.asarray(np.exp(-0.5 * ((value - instant) / width) ** 2))
         if self.constants:
@@ -131,6 +136,16 @@ class Law:
     def units_needed(self) -> int:
         """Greatest number of a gimbal that it reads; 0 for none."""
         return max(map(unit_of, self.quantities), default=0)
+
+    @property
+    def recurs(self) -> bool:
+        """Whether it acts in every run."""
+        return all(factor.argument != ELAPSED for factor in self.factors)
+
+    @property
+    def reads_torque(self) -> bool:
+        """Whether it reads the torque of actuators."""
+        return not set(TORQUES).isdisjoint(self.quantities)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -3,7 +3,8 @@
 law      = [memory "("] product ["," constant ")"]          memory: lag, delay, hysteresis
 product  = factor {"*" factor}
 factor   = "1" | quantity ["^" ("2" | "3")] | "abs(" quantity ")" | "norm(w)"
-         | ("sin" | "cos") "(" ("2*pi*" constant "*t" | gimbal angle) ")" | "pulse(" constant "," constant ")"
+         | ("sin" | "cos") "(" ("2*pi*" constant "*t" | gimbal angle) ")"
+         | ("pulse" | "once") "(" constant "," constant ")"
 constant = a positive number | a name of one that is estimated
 """
 
@@ -15,11 +16,11 @@ from collections.abc import Sequence
 from typing import NoReturn, cast
 
 from testbed.errors import InputError
-from testbed.formulas.law import MOST_FACTORS, Constant, Factor, Function, Law, Memory
-from testbed.formulas.motion import GIMBALS, QUANTITIES, RATES, TIME
+from testbed.formulas.law import BELLS, MOST_FACTORS, Constant, Factor, Function, Law, Memory
+from testbed.formulas.motion import ELAPSED, GIMBALS, QUANTITIES, RATES, TIME
 
 MEMORIES = ("lag", "delay", "hysteresis")
-FUNCTIONS = ("abs", "norm", "sin", "cos", "pulse")
+FUNCTIONS = ("abs", "norm", "sin", "cos", "pulse", "once")
 CONSTANTS = ("f", "tau", "late", "stretch", "at", "width")
 """Constants that are estimated: frequency, lag, delay, stretch of a hysteresis, instant and width of a pulse."""
 _TOKEN = re.compile(r"\s*(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?|[A-Za-z]\w*|\*\*|[-+*/^(),|])")
@@ -116,8 +117,8 @@ class _Parser:
                 self._refuse(f"the norm of {argument!r}", "write norm(w), the length of the body rate")
         elif function == "abs":
             argument = self._quantity(QUANTITIES)
-        elif function == "pulse":
-            argument, constants = TIME, (self._constant(),)
+        elif function in BELLS:
+            argument, constants = ELAPSED if function == "once" else TIME, (self._constant(),)
             self._expect(",")
             constants += (self._constant(),)
         elif self._ahead == "2":
@@ -139,7 +140,7 @@ class _Parser:
         near = difflib.get_close_matches(name, [*allowed, *(FUNCTIONS if allowed == QUANTITIES else ())], n=1)
         if otherwise and not near:
             self._refuse(f"{name!r} here", otherwise)
-        listed = f"the names are {', '.join([TIME, *RATES])}, R_xx to R_zz, gimbal_1 and gimbal_rate_1"
+        listed = f"the names are {', '.join([TIME, *RATES])}, R_xx to R_zz, gimbal_1, gimbal_rate_1 and torque_x"
         wrong = f"{name!r} is no quantity" if name else "it ends where a quantity is missing"
         return self._refuse(wrong, f"did you mean {near[0]}?" if near else listed)
 

@@ -22,6 +22,8 @@ def law_words(pattern: Pattern) -> str:
 
 def of_law(law: Law) -> str:
     """Return one law in words."""
+    if not law.recurs:
+        return "a pulse in one of the runs laid end to end, a second between them"
     product = " ".join(_factor(str(factor)) for factor in law.factors) or "nothing: it is constant"
     constant = law.memory_constant
     size = f" of {constant:.3g} s" if isinstance(constant, float) else ""
@@ -66,7 +68,14 @@ def measured_words(pattern: Pattern, values: Sequence[float], stds: Sequence[flo
     return f"A torque {place_words(pattern)}{direction} of {unit} times {of_law(pattern.laws[0])}{constants}"
 
 
-_CONSTANTS = {"f": "frequency {} Hz", "tau": "{} s", "late": "{} s", "stretch": "stretch {} rad"}
+_CONSTANTS = {
+    "f": "frequency {} Hz",
+    "tau": "{} s",
+    "late": "{} s",
+    "at": "at {} s",
+    "width": "width {} s",
+    "stretch": "stretch {} rad",
+}
 
 
 def listed_constants(names: Sequence[str], values: Sequence[float], stds: Sequence[float]) -> str:
@@ -97,4 +106,4 @@ def _factor(text: str) -> str:
     for plain, symbol in (("gimbal_rate_", "ḋ"), ("gimbal_", "d"), ("norm(w)", "|ω|"), ("2*pi*", "2π ")):
         text = text.replace(plain, symbol)
     text = text.replace("abs(", "|").replace(")", "|") if text.startswith("abs(") else text
-    return text.replace("w_", "ω_").replace("*t", " t")
+    return text.replace("w_", "ω_").replace("torque_", "τ_").replace("*t", " t")

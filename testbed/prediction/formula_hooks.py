@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import final
 
 import numpy as np
 from typing_extensions import override
 
-from testbed.arrays import Array
+from testbed.arrays import Array, Series
 from testbed.formulas.motion import Moment
 from testbed.formulas.pattern import Pattern
-from testbed.prediction.grid import Grid
+from testbed.prediction.grid import Grid, begin_of_runs
 from testbed.prediction.hooks import Hooks, Instant
 
 
@@ -82,22 +83,35 @@ class _AlongMotion(_OfFormula):
     def _read(self, time: Array, body_rate: Array, attitude: Array, places: Array) -> Moment:
         """Return what formulas read at instants of the grid, those of one run after those of the other."""
         assert self._grid is not None
-        gimbals = self._grid.gimbals
-        if gimbals is None:
-            return Moment(time=time, body_rate=body_rate, attitude=attitude)
         run = np.repeat(np.arange(len(self._grid.runs)), len(places) // len(self._grid.runs))
-        return Moment(
+        at = Moment(
             time=time,
             body_rate=body_rate,
             attitude=attitude,
-            gimbal_angle=gimbals.angle[run, :, places],
-            gimbal_rate=gimbals.rate[run, :, places],
+            elapsed=time + laid_end_to_end(self._grid)[run][:, None],
+            applied_torque=applied_torque(self._grid)[run, :, places],
         )
+        gimbals = self._grid.gimbals
+        if gimbals is None:
+            return at
+        return replace(at, gimbal_angle=gimbals.angle[run, :, places], gimbal_rate=gimbals.rate[run, :, places])
 
 
 def _along_grid(grid: Grid) -> Moment:
-    """Return time and gimbals along the grid, shapes (R, 1, T) and (R, 1, T, M); the motion is not known."""
+    """Return time and actuators along the grid, shapes (R, 1, T) and (R, 1, T, M or 3); the motion is not known."""
     time, unknown = (grid.time - grid.time[:, :1])[:, None], np.zeros((1, 1, 1, 3))
+    elapsed = time + laid_end_to_end(grid)[:, None, None]
+    at = Moment(time=time, body_rate=unknown, elapsed=elapsed, applied_torque=applied_torque(grid))
     if grid.gimbals is None:
-        return Moment(time=time, body_rate=unknown)
-    return Moment(time=time, body_rate=unknown, gimbal_angle=grid.gimbals.angle, gimbal_rate=grid.gimbals.rate)
+        return at
+    return replace(at, gimbal_angle=grid.gimbals.angle, gimbal_rate=grid.gimbals.rate)
+
+
+def laid_end_to_end(grid: Grid) -> Series:
+    """Return how long after the first run each one begins, shape (R,), s, the runs laid end to end."""
+    return np.asarray(begin_of_runs(grid) + grid.time[:, 0])
+
+
+def applied_torque(grid: Grid) -> Array:
+    """Return the torque of actuators that store no momentum along the grid, shape (R, 1, T, 3), N·m, body axes."""
+    return grid.applied_torque_B[:, :, -grid.time.shape[1] :]

@@ -35,6 +35,9 @@ _ALIKE = 2.0
 """Times the shortest run of a part is its longest: as all take as many steps, at most half of them are too many."""
 _WASTED = 1.5
 """Times as many steps as the runs need, from which they are integrated in parts: each costs what calls cost."""
+PAUSE = 1.0
+"""s between the runs, laid end to end: fifty times the spread of a touch, so that none is in two runs, and an estimated
+instant stays in its own."""
 LONGEST_STEP = 1.0 / 64.0
 """s. The motions of 1 rad/s and 5 Hz that such platforms make are integrated to 1e-7 rad/s with it (a test says so)."""
 
@@ -199,6 +202,11 @@ def unit_count(grid: Grid) -> int:
 def wheel_count(grid: Grid) -> int:
     """Return W, how many reaction wheels the runs have."""
     return len(grid.wheels.axis_B)
+
+
+def begin_of_runs(grid: Grid) -> Series:
+    """Return what has to be added to each run's times to lay the runs end to end, shape (R,), s; the first from 0."""
+    return np.asarray(grid.earlier + PAUSE * grid.number - grid.time[:, 0])
 
 
 def at_nodes(values: Array, run: int) -> Array:

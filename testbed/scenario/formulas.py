@@ -50,7 +50,7 @@ class FormulaTorque(Section):
 
 
 def formula_conflicts(torques: tuple[FormulaTorque, ...], units: int | None) -> Iterator[Conflict]:
-    """Find formulas of gimbals that the platform does not have.
+    """Find formulas of gimbals that the platform does not have, and those that no flown platform has.
 
     Args:
         torques: of [[truth.torque]].
@@ -60,4 +60,10 @@ def formula_conflicts(torques: tuple[FormulaTorque, ...], units: int | None) -> 
         needed = parsed(each.formula).units_needed
         if units is not None and needed > units:
             text = f"of entry {number} reads gimbal {needed}, but there are {units}; use one that is there"
+            yield Conflict(key="truth.torque.formula", text=text)
+        if not parsed(each.formula).recurs:
+            text = f"of entry {number} is of one of several runs; write pulse in the place of once"
+            yield Conflict(key="truth.torque.formula", text=text)
+        if parsed(each.formula).reads_torque:
+            text = f"of entry {number} reads torque_x, _y or _z of actuators that store no momentum; none are flown"
             yield Conflict(key="truth.torque.formula", text=text)

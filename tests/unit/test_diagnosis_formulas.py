@@ -7,6 +7,7 @@ import pytest
 
 from support.diagnosed_records import nominal, records
 from support.flown_effects import flown, scenario
+from testbed.diagnosis.findings import model_notices
 from testbed.diagnosis.formulas import screened_formulas
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.model import fitted
@@ -89,12 +90,26 @@ def test_an_effect_of_the_library_keeps_its_name():
 
 
 @pytest.mark.parametrize(
+    ("size", "named", "rivals"),
+    [(1e-5, "formula:t in N", False), (2e-6, "inertial_torque:platform", True)],
+)
+def test_a_ramp_fixed_in_space_takes_the_place_of_a_constant_torque_where_the_two_differ(size, named, rivals):
+    """Beside free initial rates a constant torque leaves a sixteenth of a ramp's power."""
+    data = data_of("t in N", size * np.array([1.0, -0.7, 0.5]), count=3)
+    state, _ = last_of(data, {"inertial_torque": EFFECTS["inertial_torque"]})
+    assert state.steps[0].key == named
+    assert ("t in N" in state.rivals) == rivals
+    assert any("t in N" in each for each in model_notices(state)) == rivals
+
+
+@pytest.mark.parametrize(
     ("text", "values"),
     [
         ("lag(norm(w)*w_x, tau) about y", [0.4, 3e-3]),
         ("sin(2*pi*f*t) + cos(2*pi*f*t) about x", [1.3, 3e-4, -1e-4]),
         ("w_x*gimbal_rate_2 about y", [4e-4]),
         ("R_zx in B", [1e-4, -7e-5, 5e-5]),
+        ("once(at, width) about y", [8.3, 0.25, 2e-4]),
     ],
 )
 def test_the_formula_with_the_most_evidence_is_the_one_that_acts(text, values):

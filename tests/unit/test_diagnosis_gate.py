@@ -10,8 +10,9 @@ import pytest
 from support.diagnosed_records import NOISE, nominal, records
 from testbed.diagnosis.candidates import p_value
 from testbed.diagnosis.reading import data_set_of
-from testbed.effects.contact import Contact, begin_of_runs
+from testbed.effects.contact import Contact
 from testbed.effects.registry import EFFECTS
+from testbed.prediction.grid import begin_of_runs
 
 
 @pytest.fixture(scope="module")

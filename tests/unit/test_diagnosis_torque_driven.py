@@ -8,14 +8,18 @@ import pytest
 import testbed as tb
 from testbed.assembly.platform import nominal_body
 from testbed.diagnosis import search
+from testbed.diagnosis.formulas import screened_formulas
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.model import fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.reference import reference_of
 from testbed.dynamics.inertia import inertia_of, log_ratio, of_log_ratio, slopes_of_log_ratio, theta_of
+from testbed.effects.contract import Extension
+from testbed.effects.formula import Formula
 from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError
 from testbed.estimation.torque_noise import covariance, torque_noise
+from testbed.formulas.pattern import pattern_of
 from testbed.records.record import Record, RunDetails
 from testbed.scenario.reader import read_body_scenario
 from testbed.scenario.shipped import shipped_scenario
@@ -33,8 +37,11 @@ FEW = ("actuator_weak", "viscous_drag")
 SIGMA = 0.005
 
 
-def flown(seed, *, share=(1.0, 1.0, 1.0, 1.0), lag=0.0, trim=(0.0, 0.0, 0.0), length=1.5):
-    """Return a record of a quadcopter whose motors give shares of what they are commanded, a time constant later."""
+def flown(seed, *, share=(1.0, 1.0, 1.0, 1.0), lag=0.0, trim=(0.0, 0.0, 0.0), length=1.5, squared=0.0):
+    """Return a record of a quadcopter whose motors give shares of what they are commanded, a time constant later.
+
+    Times its square, 1/(N·m), the torque about x acts about y.
+    """
     rng, step = np.random.default_rng(seed), 1e-3
     time = np.arange(0.0, length, step)
     waves = [
@@ -50,6 +57,7 @@ def flown(seed, *, share=(1.0, 1.0, 1.0, 1.0), lag=0.0, trim=(0.0, 0.0, 0.0), le
         state = kept * state + (1.0 - kept) * asked[:, index]
         torque[:, index] = state
     torque -= torque.mean(axis=1, keepdims=True)  # a pilot holds the aircraft level, whatever is wrong with it
+    torque[1] += squared * torque[0] ** 2
     rate, rates = np.zeros(3), np.empty((len(time), 3))
     for index in range(len(time)):
         rates[index] = rate
@@ -198,3 +206,18 @@ def test_a_candidate_whose_refit_runs_away_is_set_aside(monkeypatch):
     assert state.complete
     screening = state.steps[0].screening if state.steps else state.remaining
     assert "actuator_weak:3" in [each.key for each in screening.set_aside]
+
+
+def test_a_torque_that_follows_the_square_of_the_actuators_is_the_formula_with_the_most_evidence():
+    data = data_set_of([flown(seed, squared=200.0) for seed in range(4)], WHOLE, NOMINAL)
+    fit = fitted(data.runs, [], THETA, [])
+    best = screened_formulas(data.runs, data.heldout, fit, library=len(FEW)).candidates[0]
+    assert [str(law) for law in best.effect.pattern.laws] == ["torque_x*torque_x"]
+    (size,) = best.effect.pattern.coefficients(best.fit.effect_values[None])[0]
+    np.testing.assert_allclose(size, [0.0, 200.0, 0.0], atol=6.0)  # Euler's steps of 1 ms leave 4
+
+
+def test_a_formula_of_actuators_that_none_has_that_is_flown_is_extended_by_nothing():
+    effect = Formula(pattern_of("torque_x*torque_x about y"), typical_value=np.ones(1))
+    assert effect.needs == ("applied_torque",)
+    assert effect.extension("", np.array([200.0]), SCENARIO) == Extension()

@@ -13,9 +13,9 @@ from testbed.arrays import Array
 from testbed.diagnosis.data import Runs, runs_of
 from testbed.diagnosis.model import Fit, Hypothesis, fitted
 from testbed.diagnosis.signatures import Signature, signatures
-from testbed.effects.contact import PAUSE
 from testbed.effects.registry import EFFECTS
 from testbed.estimation.telemetry import Telemetry
+from testbed.prediction.grid import PAUSE
 from testbed.prediction.integration import Values
 from testbed.prediction.prediction import predicted
 

@@ -17,6 +17,8 @@ AT = Moment(
     attitude=np.arange(9.0).reshape(3, 3),
     gimbal_angle=np.array([0.1, 0.2]),
     gimbal_rate=np.array([1.0, -3.0]),
+    elapsed=np.array(8.0),
+    applied_torque=np.array([0.2, -0.5, 0.0]),
 )
 
 
@@ -34,6 +36,9 @@ AT = Moment(
         ("gimbal_rate_2*w_x", -0.9, "N·m·s²/rad²"),
         ("cos(2*pi*0.25*t)", -1.0, "N·m"),
         ("pulse(2, 0.1)", 1.0, "N·m"),
+        ("once(7.9, 0.1)", np.exp(-0.5), "N·m"),
+        ("torque_y", -0.5, "1"),
+        ("|torque_y|*torque_y", -0.25, "1/N·m"),
     ],
 )
 def test_a_law_has_its_value_and_unit(text, value, unit):

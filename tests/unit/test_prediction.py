@@ -11,12 +11,12 @@ from typing_extensions import override
 from support.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times
 from testbed.arrays import Array
 from testbed.dynamics.inertia import symmetric_inverse
-from testbed.effects.contact import PAUSE, Contact
+from testbed.effects.contact import Contact
 from testbed.effects.contract import components_in
 from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError
 from testbed.estimation.motion import drive_of, simulate
-from testbed.prediction.grid import grid_of
+from testbed.prediction.grid import PAUSE, grid_of
 from testbed.prediction.hooks import Hooks, Instant
 from testbed.prediction.integration import Values
 from testbed.prediction.prediction import (
