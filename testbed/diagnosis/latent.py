@@ -495,7 +495,7 @@ def _tested(
     size = np.mean(np.abs(tried.functions), axis=1).max(axis=0)  # of the run where it is largest: some act in one alone
     none = np.zeros(columns.shape[1], dtype=bool)
     sizes = SizePrior(
-        typical=np.tile(typical / np.maximum(size, np.finfo(float).tiny), 3), positive=none, searched=none
+        typical=np.tile(typical / np.maximum(size, np.sqrt(np.finfo(float).tiny)), 3), positive=none, searched=none
     )
     return TorqueShape(
         kind=tried.kind,

@@ -14,7 +14,17 @@ from testbed.arrays import Array
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import NEGLIGIBLE, Fit, Hypothesis, orthonormal, projected_out
 from testbed.diagnosis.settings import SETTINGS
-from testbed.effects.contract import AXES, CLUSTER, TYPICAL_INERTIA, WHEELS, Channel, Effect, NamedEffect, components_in
+from testbed.effects.contract import (
+    AXES,
+    CLUSTER,
+    SHOWING_UNITS,
+    TYPICAL_INERTIA,
+    WHEELS,
+    Channel,
+    Effect,
+    NamedEffect,
+    components_in,
+)
 from testbed.prediction.environment import environment_kind
 from testbed.prediction.grid import thruster_count, unit_count, wheel_count
 from testbed.prediction.hooks import Instant, overrides
@@ -338,18 +348,14 @@ def hypotheses(
     return testable, not_testable
 
 
-_OF_UNITS: frozenset[Channel] = frozenset({"gimbal_angle", "wheel_speed"})
-"""Channels that show which kinds of units a platform has; an effect in a unit needs that of its kind."""
-
-
 def _may_be_there(effect: Effect, present: Collection[Channel]) -> bool:
     """Return whether an effect that cannot be tested for may act all the same.
 
     Not where a channel shows what it does, nor in units of a kind that the platform lacks: telemetry has those of
     another alone.
     """
-    of_units = _OF_UNITS.intersection(present)
-    lacks_units = bool(of_units) and not _OF_UNITS.intersection(effect.needs) <= of_units
+    of_units = set(SHOWING_UNITS).intersection(present)
+    lacks_units = bool(of_units) and not set(SHOWING_UNITS).intersection(effect.needs) <= of_units
     return not lacks_units and set(effect.measured_by).isdisjoint(present)
 
 

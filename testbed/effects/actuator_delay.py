@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from testbed.arrays import Array
 from testbed.effects.actuator_response import late_momentum, late_torque
-from testbed.effects.contract import Effect, Extension, Parameter
+from testbed.effects.contract import SHOWING_UNITS, Effect, Extension, Parameter
 from testbed.plant.unit_additions import ActuatorResponse
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
@@ -34,7 +34,7 @@ class ActuatorDelay(Effect):
     components = ("actuators",)
     parameters = (Parameter(name="delay_s", unit="s", typical=0.02, lower=0.0, upper=0.5, plausible=(0.0, 0.3)),)
     needs = ("applied_torque_or_cluster_momentum",)
-    measured_by = ("gimbal_angle", "wheel_speed")
+    measured_by = SHOWING_UNITS
     sentence = "The actuators do what they are asked for a moment later."
     look_alikes = ("actuator_lag", "gyro_latency", "telemetry_skew")
     confirm = "Steps of the torque: behind a delay the body's rate waits and then breaks off, behind a lag it bends."

@@ -8,7 +8,7 @@ import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.effects.contract import Effect, Extension, Parameter, Quantity
+from testbed.effects.contract import SHOWING_UNITS, Effect, Extension, Parameter, Quantity
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
 from testbed.scenario.scenario import Scenario
@@ -41,7 +41,7 @@ class ActuatorGain(Effect):
         for axis in "xyz"
     )
     needs = ("applied_torque_or_cluster_momentum",)
-    measured_by = ("gimbal_angle", "wheel_speed")
+    measured_by = SHOWING_UNITS
     sentence = "The actuators do more or less than is recorded, about each axis by a share of its own."
     look_alikes = ("inertia", "gyro_scale")
     confirm = "A known load on the platform: the inertia then is known, and the gain is not taken for it."

@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from testbed.arrays import Array
 from testbed.effects.actuator_response import late_momentum, late_torque
-from testbed.effects.contract import THRUSTERS, Effect, Extension, Parameter
+from testbed.effects.contract import SHOWING_UNITS, THRUSTERS, Effect, Extension, Parameter
 from testbed.effects.single_actuator import SingleActuator
 from testbed.errors import InputError
 from testbed.plant.unit_additions import ActuatorResponse
@@ -45,7 +45,7 @@ class ActuatorLag(Effect):
         Parameter(name="time_constant_s", unit="s", typical=0.03, lower=0.0, upper=2.0, plausible=(0.0, 1.9)),
     )
     needs = ("applied_torque_or_cluster_momentum",)
-    measured_by = ("gimbal_angle", "wheel_speed")
+    measured_by = SHOWING_UNITS
     sentence = "The torque or momentum of {component} follows what is asked for with a lag, as motors with inertia do."
     look_alikes = ("actuator_delay", "gyro_bandwidth", "gyro_latency")
     confirm = "Steps of the torque: behind a lag the body's rate bends, behind a delay it waits and then breaks off."

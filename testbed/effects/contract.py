@@ -43,6 +43,8 @@ NUMBERED = (UNITS, WHEELS, THRUSTERS)
 """Components of each kind of actuator, as documents list them."""
 HOLDING_MOMENTUM: tuple[Channel, ...] = ("gimbal_angle", "wheel_speed", "cluster_momentum")
 """Channels of platforms that turn by momentum that they hold: there an effect of thrusters is no hypothesis at all."""
+SHOWING_UNITS: tuple[Channel, ...] = ("gimbal_angle", "wheel_speed")
+"""Channels that show which units a platform has, and what each of them holds."""
 AXES = ("x", "y", "z")
 """Components of effects that sit on one gyro axis."""
 
