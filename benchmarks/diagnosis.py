@@ -8,8 +8,6 @@ hypotheses. Processor time of one process; set OMP_NUM_THREADS=1. Outputs are le
 from __future__ import annotations
 
 import tempfile
-import time
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -17,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.blind_diagnosis import diagnosis_of
+from benchmarks.paired import processor_seconds
 from concealing.case import Case, Telemetry
 from concealing.effect import GYRO, HiddenEffect
 from concealing.files import conceal
@@ -67,19 +66,12 @@ def cubesat_flights() -> WheelCase:
     return WheelCase(scenario=CUBESAT, seed=1, runs=tuple(flights), effects=(LATE,))
 
 
-def seconds_of(action: Callable[[], object]) -> float:
-    """Return the processor time that something takes, s."""
-    started = time.process_time()
-    action()
-    return time.process_time() - started
-
-
 def screening_seconds(data: DataSet, theta: np.ndarray, share: float) -> tuple[int, int, float]:
     """Return the samples, the hypotheses, and the seconds of one screening with a share of all hypotheses."""
     testable, _ = hypotheses(data.runs, EFFECTS)
     chosen: list[Hypothesis] = testable[:: round(1.0 / share)]
     fit = fitted(data.runs, [], theta, [])
-    return len(fit.residual), len(chosen), seconds_of(lambda: screened(data.runs, data.heldout, fit, chosen))
+    return len(fit.residual), len(chosen), processor_seconds(lambda: screened(data.runs, data.heldout, fit, chosen))
 
 
 def main() -> None:
@@ -90,13 +82,13 @@ def main() -> None:
         for rate, wanted in WANTED.items():
             data = Path(folder) / f"{rate:.0f}"
             conceal(five_flights(rate, 5.0), data, Path(folder) / "answers")
-            taken = seconds_of(partial(diagnosis_of, SCENARIO, data))
+            taken = processor_seconds(partial(diagnosis_of, SCENARIO, data))
             print(f"{RUNS} runs of 5 s at {rate:3.0f} Hz: {taken:5.1f} s (wanted: under {wanted:.0f} s)", flush=True)
         data = Path(folder) / "cubesat"
         conceal_wheels(cubesat_flights(), data, Path(folder) / "answers of the cubesat")
-        taken = seconds_of(partial(diagnosis_of, CUBESAT, data))
+        taken = processor_seconds(partial(diagnosis_of, CUBESAT, data))
         print(f"{len(CUBESAT_SECONDS)} runs of a CubeSat: {taken:5.1f} s (wanted: under {CUBESAT_WANTED:.0f} s)")
-        taken = seconds_of(partial(diagnosis_of, QUADCOPTER, QUADCOPTER_DATA))
+        taken = processor_seconds(partial(diagnosis_of, QUADCOPTER, QUADCOPTER_DATA))
         print(f"{QUADCOPTER_DATA}: {taken:5.1f} s (wanted: under {QUADCOPTER_WANTED:.0f} s)", flush=True)
         print("\n samples  hypotheses  screening s", flush=True)
         sizes = [(duration, 1.0) for duration in DURATIONS] + [(DURATIONS[-1], share) for share in SHARES[:-1]]

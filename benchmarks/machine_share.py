@@ -7,9 +7,7 @@ core.
 
 from __future__ import annotations
 
-import time
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import dataclass
 from types import FunctionType, SimpleNamespace
 from typing import Any, ClassVar
@@ -18,6 +16,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from benchmarks.flight import SCENARIOS
+from benchmarks.paired import processor_seconds
 from testbed.assembly.platform import nominal_platform, true_plant
 from testbed.dynamics import gyrostat_kernel
 from testbed.plant.gyrostat import gyrostats_of
@@ -135,7 +134,7 @@ def _share(name: str) -> Share:
     scenario = read_scenario(SCENARIOS / f"{name}.toml")
     plant = true_plant([(scenario, nominal_platform(scenario))] * SIDE_BY_SIDE, engine="compiled")
     still = np.zeros(plant.gimbal_rate.shape)
-    took = min(_processor_seconds(lambda: plant.advance(still, STEPS)) for _ in range(TIMES))
+    took = min(processor_seconds(lambda: plant.advance(still, STEPS)) for _ in range(TIMES))
     one, two = (_counted(plant.models[0], steps) for steps in (1, 2))
     per_step = two - one  # what is done once, before and after the steps, falls out
     return Share(
@@ -163,14 +162,8 @@ def _counted(model: Model, steps: int) -> Counter[str]:
 def _peak() -> float:
     """Return operations a second of a product of matrices."""
     left = np.random.default_rng(1).standard_normal((SIZE, SIZE))
-    took = min(_processor_seconds(lambda: left @ left) for _ in range(PRODUCTS))
+    took = min(processor_seconds(lambda: left @ left) for _ in range(PRODUCTS))
     return 2.0 * SIZE**3 / took
-
-
-def _processor_seconds(action: Callable[[], object]) -> float:
-    began = time.process_time()
-    action()
-    return time.process_time() - began
 
 
 if __name__ == "__main__":

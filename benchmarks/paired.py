@@ -46,6 +46,13 @@ def seconds(action: Callable[[], object]) -> float:
     return time.perf_counter() - began
 
 
+def processor_seconds(action: Callable[[], object]) -> float:
+    """Return the processor time that an action takes, s."""
+    began = time.process_time()
+    action()
+    return time.process_time() - began
+
+
 @contextmanager
 def workers(commands: list[list[str]]) -> Iterator[Action]:
     """Keep processes at hand that do their work together; yields the action that sets them all to work once.

@@ -6,12 +6,11 @@ files are written by benchmarks/formula_baselines.py.
 
 import json
 import sys
-import warnings
 from pathlib import Path
 
 import numpy as np
 import pysindy
-from sindy_terms import RIDGE, THRESHOLDS, torques
+from sindy_terms import RIDGE, THRESHOLDS, regressed, sparse, torques
 
 MODELS, KEPT = 20, 0.6
 """Regressions of an ensemble, each on samples drawn with replacement; share of them in which a term has to stay.
@@ -20,33 +19,13 @@ Source: Fasel, Kutz, Brunton & Brunton, "Ensemble-SINDy", Proc. R. Soc. A (2022)
 """
 
 
-def regressed(optimizer, library, response):
-    """Return the coefficients of a sparse regression, and those of its ensemble where it has one."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # that a threshold has left no term
-        optimizer.fit(library, response[:, None])
-    return np.asarray(optimizer.coef_).ravel()
-
-
-def best_threshold(library, response):
-    """Return the threshold with the best information criterion; None where no term is worth its place."""
-    rows, best, chosen = len(response), 0.0, None
-    for threshold in THRESHOLDS[::2]:
-        coefficients = regressed(pysindy.STLSQ(threshold=threshold, alpha=RIDGE), library, response)
-        left = response - library @ coefficients
-        worth = rows * np.log((response @ response) / (left @ left)) - np.count_nonzero(coefficients) * np.log(rows)
-        if worth > best:
-            best, chosen = worth, threshold
-    return chosen
-
-
 def weights(case):
     """Return what each term that stays makes up of the torque."""
     response, library = torques(case, "residual")[:, 0], torques(case, "columns")
     size, scale = np.linalg.norm(response), np.linalg.norm(library, axis=0)
     usable = scale > 1e-9 * scale.max()
     library, response, terms = library[:, usable] / scale[usable], response / size, case["terms"][usable]
-    threshold = best_threshold(library, response)
+    threshold, _ = sparse(library, response, THRESHOLDS[::2])
     if threshold is None:
         return {}
     optimizer = pysindy.EnsembleOptimizer(

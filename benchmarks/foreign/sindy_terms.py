@@ -39,21 +39,28 @@ def torques(case, name):
     return np.concatenate(parts)
 
 
-def sparse(library, response):
-    """Return the coefficients of the sparse regression, shape (C,); all zero where no term is worth its place."""
-    rows, best, kept = len(response), 0.0, np.zeros(library.shape[1])
-    for threshold in THRESHOLDS:
-        optimizer = pysindy.STLSQ(threshold=threshold, alpha=RIDGE)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # that a threshold has left no term
-            optimizer.fit(library, response[:, None])
-        coefficients = np.asarray(optimizer.coef_).ravel()
+def regressed(optimizer, library, response):
+    """Return the coefficients of a sparse regression, or the mean ones of an ensemble of them, shape (C,)."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that a threshold has left no term
+        optimizer.fit(library, response[:, None])
+    return np.asarray(optimizer.coef_).ravel()
+
+
+def sparse(library, response, thresholds=THRESHOLDS):
+    """Return the threshold with the best information criterion, and the coefficients of its regression, shape (C,).
+
+    None, and all zero, where no term is worth its place.
+    """
+    rows, best, chosen, kept = len(response), 0.0, None, np.zeros(library.shape[1])
+    for threshold in thresholds:
+        coefficients = regressed(pysindy.STLSQ(threshold=threshold, alpha=RIDGE), library, response)
         left = response - library @ coefficients
         used = np.count_nonzero(coefficients)
         worth = rows * np.log((response @ response) / (left @ left)) - used * np.log(rows)
         if worth > best:
-            best, kept = worth, coefficients
-    return kept
+            best, chosen, kept = worth, threshold, coefficients
+    return chosen, kept
 
 
 def label(case):
@@ -64,7 +71,7 @@ def label(case):
     if size == 0.0 or not usable.any():
         return NONE
     library, terms = library[:, usable] / scale[usable], case["terms"][usable]
-    coefficients = sparse(library, response / size)
+    _, coefficients = sparse(library, response / size)
     parts = {term: terms == term for term in dict.fromkeys(terms.tolist())}
     weight = {term: float(np.linalg.norm(library[:, own] @ coefficients[own])) for term, own in parts.items()}
     best = max(weight, key=weight.get)

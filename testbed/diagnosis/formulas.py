@@ -143,7 +143,7 @@ def _with_rivals(state: Diagnosis, bare: Diagnosis, search: Search) -> tuple[Dia
     Compared are the fitted runs alone, the formulas as they are linearised.
     """
     search.progress("formulas in place of effects")
-    within = with_model(replace(bare, steps=state.steps), state.model)
+    within = _in_noise_of(bare, state)
     effects, count = [step.candidate for step in state.steps], max(len(search.testable), 1)
     explained = odds_together((None, bare.model), (None, within.model), count, effects)
     every = _grammar(bare.runs)
@@ -158,8 +158,12 @@ def _with_rivals(state: Diagnosis, bare: Diagnosis, search: Search) -> tuple[Dia
 
 def _explained(state: Diagnosis, bare: Diagnosis) -> float:
     """Return the odds of all effects in a model together against the nominal one, both in the noise of the latter."""
-    within = with_model(replace(bare, steps=state.steps), state.model)
-    return log_odds_of_all(within, bare)
+    return log_odds_of_all(_in_noise_of(bare, state), bare)
+
+
+def _in_noise_of(bare: Diagnosis, state: Diagnosis) -> Diagnosis:
+    """Return the model of a diagnosis in the noise of the nominal one."""
+    return with_model(replace(bare, steps=state.steps), state.model)
 
 
 def _odds_of(state: Diagnosis, shapes: Sequence[TorqueShape], search: Search) -> float:

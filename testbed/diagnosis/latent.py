@@ -264,12 +264,10 @@ class _Tried:
     """Whether every run has amplitudes of its own."""
 
     @property
-    def functions(self) -> Array:
-        """What is free at the knots of every run, shape (R, T, F), or (R, T, R F) if every run has its own."""
-        if not self.by_run:
-            return self.torques
-        own = np.einsum("rtf,rq->rtqf", self.torques, np.eye(len(self.torques)))
-        return np.asarray(own.reshape(*self.torques.shape[:2], -1))
+    def size(self) -> Array:
+        """Mean size of what is free, shape (F,), of the run where it is largest; (R F,) if every run has its own."""
+        of_runs = np.mean(np.abs(self.torques), axis=1)
+        return np.asarray(of_runs.ravel() if self.by_run else of_runs.max(axis=0))
 
 
 def torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
@@ -460,9 +458,8 @@ def _responses(tried: Sequence[_Tried], space: TorqueSpace) -> Iterator[Array]:
     """Yield what the torques of each shape do, shape (K, 3 F), many at once."""
     for first in range(0, len(tried), AT_ONCE):
         some = tried[first : first + AT_ONCE]
-        distinct = {
-            id(each.torques): each.torques for each in some
-        }  # runs share a shape's functions, or have their own
+        # The same functions come twice: all runs share their amplitudes, or have their own.
+        distinct = {id(each.torques): each.torques for each in some}
         together = space.on_axes(np.concatenate(list(distinct.values()), axis=-1))
         ends = np.cumsum([each.shape[-1] for each in distinct.values()])[:-1]
         of_runs = zip(*(np.split(run, ends, axis=-1) for run in together), strict=True)
@@ -492,10 +489,11 @@ def _tested(
     """
     square, freedom = square_within(residual, columns)
     by_chance = exp(min(0.0, log(shapes) + log_p_value(square, freedom, noise_freedom))) if freedom else 1.0
-    size = np.mean(np.abs(tried.functions), axis=1).max(axis=0)  # of the run where it is largest: some act in one alone
     none = np.zeros(columns.shape[1], dtype=bool)
     sizes = SizePrior(
-        typical=np.tile(typical / np.maximum(size, np.sqrt(np.finfo(float).tiny)), 3), positive=none, searched=none
+        typical=np.tile(typical / np.maximum(tried.size, np.sqrt(np.finfo(float).tiny)), 3),
+        positive=none,
+        searched=none,
     )
     return TorqueShape(
         kind=tried.kind,

@@ -35,9 +35,9 @@ NEGLIGIBLE = 1e-9
 """Share of a column's length that has to remain for its direction to count: above the rounding of columns that depend
 on each other, 1e-12 of 1e4 samples, and far below what any effect shows. With 1e-7, 126 fits of effects without a scan
 are the same (cases 9 and 12 of 14 of seed 90817)."""
-_UNDETERMINED = 1e-13
-"""Share of the largest singular value of a scaled normal matrix below which a direction is not stepped along: just
-above rounding, which a Jacobian of condition 3e6 reaches."""
+UNDETERMINED = 1e-13
+"""Share of the largest singular value of a scaled normal matrix below which a direction is not solved for: just above
+rounding, which a Jacobian of condition 3e6 reaches."""
 
 
 def orthonormal(matrix: Array) -> Array:
@@ -563,7 +563,7 @@ def damped(normal: Array, slope: Array, damping: float = 0.0) -> Array:
             return np.asarray(cho_solve(cho_factor(scaled), slope / scale) / scale)
         except LinAlgError:  # singular: directions that nothing determines are not stepped along
             pass
-    return np.asarray(np.linalg.lstsq(scaled, slope / scale, rcond=_UNDETERMINED)[0] / scale)
+    return np.asarray(np.linalg.lstsq(scaled, slope / scale, rcond=UNDETERMINED)[0] / scale)
 
 
 def pushing_out(fit: Fit, step: Array) -> Flags:

@@ -16,14 +16,10 @@ from testbed.arrays import Array, Flags, Indices
 from testbed.diagnosis.candidates import p_value
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.findings import hidden_parameters
-from testbed.diagnosis.model import Fit, Hypothesis, fitted_initial_rates, orthonormal, projected_out
+from testbed.diagnosis.model import UNDETERMINED, Fit, Hypothesis, fitted_initial_rates, orthonormal, projected_out
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis
 from testbed.effects.contract import Quantity
-
-_UNDETERMINED = 1e-13
-"""Share of the largest eigenvalue of a normal matrix, its columns scaled alike, below which a direction is not solved
-for: above rounding, 1e-16 for each column."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -154,5 +150,5 @@ def _freed(seen: Sequence[Seen], own: Indices, loose: Array) -> tuple[Array, Arr
 def determined_inverse(normal: Array) -> Array:
     """Return the inverse of a normal matrix where it is determined, zero elsewhere."""
     scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
-    scaled = np.linalg.pinv(normal * np.outer(scale, scale), rcond=_UNDETERMINED, hermitian=True)
+    scaled = np.linalg.pinv(normal * np.outer(scale, scale), rcond=UNDETERMINED, hermitian=True)
     return np.asarray(scaled * np.outer(scale, scale))

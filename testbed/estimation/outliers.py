@@ -46,8 +46,7 @@ def gross_outliers(values: Array, sigma: float) -> Flags:
     found = np.zeros(values.shape, dtype=bool)
     if len(values) < FEWEST:
         return found
-    padded = np.pad(values, ((_SIDE, _SIDE), (0, 0)), mode="reflect")
-    apart = np.abs(values - np.lib.stride_tricks.sliding_window_view(padded, FEWEST, axis=0) @ _CUBIC)
+    apart = np.abs(values - _windows(values, _SIDE) @ _CUBIC)
     usual = np.maximum(sigma * _OF_CUBIC, scipy.stats.median_abs_deviation(apart, axis=0, scale="normal", center=_zero))
     # The neighbours of a spike stand off by two thirds of it, and stay.
     farthest = scipy.ndimage.maximum_filter1d(apart, FEWEST, axis=0) == apart
@@ -58,8 +57,7 @@ def gross_outliers(values: Array, sigma: float) -> Flags:
 def _off_both_sides(values: Array) -> Array:
     """Return by how much each sample misses the parabola of either side, the less of both, shape (N, C)."""
     reach = len(_BEFORE)
-    padded = np.pad(values, ((reach, reach), (0, 0)), mode="reflect")
-    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1, axis=0)
+    windows = _windows(values, reach)
     before, after = values - windows[..., :reach] @ _BEFORE, values - windows[..., -reach:] @ _BEFORE[::-1]
     return np.where(before * after > 0.0, np.minimum(np.abs(before), np.abs(after)), 0.0)
 
@@ -84,6 +82,11 @@ def outliers(values: Array, sigma: Array | float) -> Flags:
 
 
 def _neighbours(values: Array, side: slice) -> Array:
-    """Return the mean of the samples before or after each, shape (N, C); beyond an end they are mirrored."""
-    padded = np.pad(values, ((_SIDE, _SIDE), (0, 0)), mode="reflect")
-    return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, 2 * _SIDE + 1, axis=0)[..., side].mean(axis=-1))
+    """Return the mean of the samples before or after each, shape (N, C)."""
+    return np.asarray(_windows(values, _SIDE)[..., side].mean(axis=-1))
+
+
+def _windows(values: Array, reach: int) -> Array:
+    """Return each sample among so many on either side, shape (N, C, 2 reach + 1); beyond an end they are mirrored."""
+    padded = np.pad(values, ((reach, reach), (0, 0)), mode="reflect")
+    return np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1, axis=0)
