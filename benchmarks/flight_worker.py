@@ -1,6 +1,7 @@
 """Closed-loop flights without records or estimates: which step they need, and a process that flies many.
 
-`python -m benchmarks.flight_worker SCENARIO STEP SEED...` flies the seeds for every line read (see `paired.workers`).
+`python -m benchmarks.flight_worker SCENARIO ENGINE STEP SEED...` flies the seeds for every line read (see
+`paired.workers`).
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -16,6 +18,7 @@ from testbed.assembly.platform import PlatformModel, nominal_platform, true_plan
 from testbed.experiment.flying import Sortie, prepare_flight
 from testbed.experiment.planning import plan_maneuver
 from testbed.maneuver.maneuver import Maneuver
+from testbed.plant.plant import Engine
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.scenario import Scenario
 from testbed.simulation.loop import Outcome, fly
@@ -30,11 +33,11 @@ BLOCK = 50
 """Flights side by side in one process."""
 
 
-def body_rate_errors(path: Path) -> dict[float, float]:
+def body_rate_errors(path: Path, engine: Engine) -> dict[float, float]:
     """Return how far each step's body rate is from that of a tenth of the step, rad/s; infinite where it diverges."""
     scenario = brisk(path)
     maneuver = plan_maneuver(scenario, nominal_platform(scenario)).maneuver
-    return {step: _error(scenario, maneuver, step) for step in STEPS}
+    return {step: _error(scenario, maneuver, engine, step) for step in STEPS}
 
 
 def largest_step(errors: Mapping[float, float]) -> float:
@@ -56,13 +59,15 @@ def largest_step(errors: Mapping[float, float]) -> float:
     return found
 
 
-def fly_seeds(scenario: Scenario, nominal: PlatformModel, maneuver: Maneuver, seeds: list[int]) -> list[Outcome]:
+def fly_seeds(
+    scenario: Scenario, nominal: PlatformModel, maneuver: Maneuver, engine: Engine, seeds: list[int]
+) -> list[Outcome]:
     """Fly the nominal platform once per seed, in blocks side by side."""
     outcomes = []
     for first in range(0, len(seeds), BLOCK):
         sorties = [Sortie(scenario=scenario, truth=nominal, seed=seed) for seed in seeds[first : first + BLOCK]]
         flight = prepare_flight(scenario, sorties, nominal, maneuver)
-        outcomes += fly(true_plant([(scenario, nominal) for _ in sorties]), flight)
+        outcomes += fly(true_plant([(scenario, nominal) for _ in sorties], engine=engine), flight)
     return outcomes
 
 
@@ -77,29 +82,30 @@ def with_step(scenario: Scenario, step: float) -> Scenario:
     return scenario.model_copy(update={"simulation": scenario.simulation.model_copy(update={"step_s": step})})
 
 
-def _error(scenario: Scenario, maneuver: Maneuver, step: float) -> float:
-    coarse, fine = (_body_rates(with_step(scenario, size), maneuver) for size in (step, step / 10))
+def _error(scenario: Scenario, maneuver: Maneuver, engine: Engine, step: float) -> float:
+    coarse, fine = (_body_rates(with_step(scenario, size), maneuver, engine) for size in (step, step / 10))
     if any(len(rate) != len(converged) for rate, converged in zip(coarse, fine, strict=True)):
         return np.inf
     return max(float(np.abs(rate - converged).max()) for rate, converged in zip(coarse, fine, strict=True))
 
 
-def _body_rates(scenario: Scenario, maneuver: Maneuver) -> list[Vectors3]:
+def _body_rates(scenario: Scenario, maneuver: Maneuver, engine: Engine) -> list[Vectors3]:
     platform = nominal_platform(scenario)
     rate = true_plant([(scenario, platform)]).layout.body_rate
-    return [outcome.log.qvel[:, rate] for outcome in fly_seeds(scenario, platform, maneuver, list(CHECKED_SEEDS))]
+    outcomes = fly_seeds(scenario, platform, maneuver, engine, list(CHECKED_SEEDS))
+    return [outcome.log.qvel[:, rate] for outcome in outcomes]
 
 
-def serve(path: Path, step: float, seeds: list[int]) -> None:
+def serve(path: Path, engine: Engine, step: float, seeds: list[int]) -> None:
     """Fly all seeds for every line that comes in."""
     scenario = with_step(brisk(path), step)
     nominal = nominal_platform(scenario)
     maneuver = plan_maneuver(scenario, nominal).maneuver
     print("ready", flush=True)
     for _ in sys.stdin:
-        fly_seeds(scenario, nominal, maneuver, seeds)
+        fly_seeds(scenario, nominal, maneuver, engine, seeds)
         print("done", flush=True)
 
 
 if __name__ == "__main__":
-    serve(Path(sys.argv[1]), float(sys.argv[2]), [int(seed) for seed in sys.argv[3:]])
+    serve(Path(sys.argv[1]), cast("Engine", sys.argv[2]), float(sys.argv[3]), [int(seed) for seed in sys.argv[4:]])
