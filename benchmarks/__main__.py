@@ -33,6 +33,7 @@ PARTS = {
 }
 LONG_PARTS = {
     "campaign_size": "benchmarks.campaign:size_ratios",
+    "compiled_campaign": "benchmarks.engines:campaign_ratios",
     "sysid_scatter": "benchmarks.sysid:scatter_ratios",
 }
 FIGURES = ("benchmarks.flight", "benchmarks.design", "benchmarks.estimators", "benchmarks.monte_carlo")

@@ -15,6 +15,7 @@ import numpy as np
 
 from testbed.arrays import Vectors3
 from testbed.assembly.platform import PlatformModel, nominal_platform, true_plant
+from testbed.campaign.plan import BLOCK_RUNS, COMPILED_BLOCK_RUNS
 from testbed.experiment.flying import Sortie, prepare_flight
 from testbed.experiment.planning import plan_maneuver
 from testbed.maneuver.maneuver import Maneuver
@@ -29,8 +30,6 @@ STEPS = tuple(CONTROL_PERIOD / parts for parts in (1, 2, 3, 4, 5, 8, 10))
 TOLERANCE = 1e-6
 """Of the body rate, rad/s."""
 CHECKED_SEEDS = (0, 1)
-BLOCK = 50
-"""Flights side by side in one process."""
 
 
 def body_rate_errors(path: Path, engine: Engine) -> dict[float, float]:
@@ -62,10 +61,10 @@ def largest_step(errors: Mapping[float, float]) -> float:
 def fly_seeds(
     scenario: Scenario, nominal: PlatformModel, maneuver: Maneuver, engine: Engine, seeds: list[int]
 ) -> list[Outcome]:
-    """Fly the nominal platform once per seed, in blocks side by side."""
-    outcomes = []
-    for first in range(0, len(seeds), BLOCK):
-        sorties = [Sortie(scenario=scenario, truth=nominal, seed=seed) for seed in seeds[first : first + BLOCK]]
+    """Fly the nominal platform once per seed, side by side in blocks as large as those of campaigns."""
+    outcomes, block = [], COMPILED_BLOCK_RUNS if engine == "compiled" else BLOCK_RUNS
+    for first in range(0, len(seeds), block):
+        sorties = [Sortie(scenario=scenario, truth=nominal, seed=seed) for seed in seeds[first : first + block]]
         flight = prepare_flight(scenario, sorties, nominal, maneuver)
         outcomes += fly(true_plant([(scenario, nominal) for _ in sorties], engine=engine), flight)
     return outcomes
