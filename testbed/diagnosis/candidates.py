@@ -93,17 +93,16 @@ class SizePrior:
             slope: b, shape (K,).
         """
         free = ~self.searched
-        scale = self.typical[free]
-        strength, axes = np.linalg.eigh(information[np.ix_(free, free)] * np.outer(scale, scale))
-        along, square = axes.T @ (scale * slope[free]), SIZE_FACTORS[:, None] ** 2
-        spread = square / (1.0 + square * np.maximum(strength, 0.0))
-        ratio = 0.5 * (along**2 * spread).sum(axis=1) - 0.5 * np.log1p(square * np.maximum(strength, 0.0)).sum(axis=1)
-        positive = self.positive[free]
+        scale, positive = self.typical[free], self.positive[free]
+        within, along = information[np.ix_(free, free)], slope[free]
         if not positive.any():
-            return _averaged(ratio)
+            return float(evidences(scale, within, along))
+        strength, axes = np.linalg.eigh(within * np.outer(scale, scale))
+        along, square = axes.T @ (scale * along), SIZE_FACTORS[:, None] ** 2
+        spread = square / (1.0 + square * np.maximum(strength, 0.0))
         mean, variance = (spread * along) @ axes.T, spread @ (axes.T**2)
         halves = log_ndtr(mean[:, positive] / np.sqrt(variance[:, positive])) + log(2.0)
-        return _averaged(ratio + halves.sum(axis=1))
+        return float(_averaged(_log_ratios(along, strength) + halves.sum(axis=1)))
 
     def evidence_of_fit(self, gain: float, values: Array, information: Array, slope: Array) -> float:
         """Return the same of an effect that was fitted: Laplace's method about the fitted size.
@@ -121,6 +120,31 @@ class SizePrior:
         return at_absence + self.evidence(information, below + information @ part)
 
 
+def evidences(typical: Array, information: Array, slope: Array) -> Array:
+    """Return `SizePrior.evidence` of effects whose parameters may have either sign, many at once, shape (...).
+
+    Args:
+        typical: sizes of their parameters, shape (..., K).
+        information: N, shape (..., K, K).
+        slope: b, shape (..., K).
+    """
+    strength, axes = np.linalg.eigh(information * typical[..., :, None] * typical[..., None, :])
+    along = (np.swapaxes(axes, -1, -2) @ (typical * slope)[..., None])[..., 0]
+    return _averaged(_log_ratios(along, strength))
+
+
+def _log_ratios(along: Array, strength: Array) -> Array:
+    """Return the logarithm of the likelihood ratio at each common factor of the sizes, shape (..., factors).
+
+    Args:
+        along: slope by parameters in typical sizes, along the axes of the information, shape (..., K).
+        strength: of the information along them, shape (..., K).
+    """
+    square = SIZE_FACTORS[:, None] ** 2
+    grown = square * np.maximum(strength, 0.0)[..., None, :]
+    return np.asarray(0.5 * ((along**2)[..., None, :] * square / (1.0 + grown) - np.log1p(grown)).sum(axis=-1))
+
+
 def evidence_of_power(square: float, freedom: int, typical_square: float) -> float:
     """Return the evidence of d numbers of one size, from what they explain: `SizePrior`, all directions alike.
 
@@ -132,13 +156,13 @@ def evidence_of_power(square: float, freedom: int, typical_square: float) -> flo
     if freedom == 0:
         return 0.0
     power = SIZE_FACTORS**2 * typical_square / freedom
-    return _averaged(0.5 * square * power / (1.0 + power) - 0.5 * freedom * np.log1p(power))
+    return float(_averaged(0.5 * square * power / (1.0 + power) - 0.5 * freedom * np.log1p(power)))
 
 
-def _averaged(log_ratios: Array) -> float:
-    """Return twice the logarithm of the mean of likelihood ratios over the prior of the common factor."""
-    most = float(log_ratios.max())
-    return 2.0 * (most + log(float(SIZE_WEIGHTS @ np.exp(log_ratios - most))))
+def _averaged(log_ratios: Array) -> Array:
+    """Return twice the logarithm of the mean of likelihood ratios over the prior of the common factor, shape (...)."""
+    most = log_ratios.max(axis=-1)
+    return np.asarray(2.0 * (most + np.log(np.exp(log_ratios - most[..., None]) @ SIZE_WEIGHTS)))
 
 
 def mean_over_scan(found: float, elsewhere: Sequence[float], scan_count: int) -> float:

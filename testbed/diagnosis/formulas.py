@@ -16,7 +16,7 @@ from scipy.interpolate import make_interp_spline
 from scipy.special import logsumexp
 
 from testbed.arrays import Array
-from testbed.diagnosis.candidates import Candidate, Screening, SizePrior, accepted
+from testbed.diagnosis.candidates import Candidate, Screening, accepted, evidences
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.latent import (
     AT_ONCE,
@@ -282,14 +282,21 @@ def _linearised(
     alike: dict[tuple[Law, ...], list[Pattern]] = {}
     for pattern in (each for of_class in every.values() for each in of_class):
         alike.setdefault(pattern.laws, []).append(pattern)
-    found: dict[Pattern, list[tuple[float, _Valued]]] = {}
+    # Patterns by their number of amplitudes, whose evidence is worked out together.
+    by_size: dict[int, list[tuple[Pattern, _Valued, Array, Array, Array]]] = {}
     for valued, columns in _columns(list(_valued(along, list(alike))), along, space, knots):
-        sizes = typical / valued.power
+        normal = {frame: (own.T @ own, own.T @ space.residual) for frame, own in columns.items()}
         for pattern in alike[valued.laws]:
-            own = (columns[pattern.frame] @ pattern.axes.T).reshape(len(space.residual), -1)
-            none = np.zeros(own.shape[1], dtype=bool)
-            prior = SizePrior(typical=np.repeat(sizes, len(pattern.axes)), positive=none, searched=none)
-            found.setdefault(pattern, []).append((prior.evidence(own.T @ own, own.T @ space.residual), valued))
+            axes = np.kron(np.eye(len(valued.values)), pattern.axes)
+            information, slope = normal[pattern.frame]
+            sizes = np.repeat(typical / valued.power, len(pattern.axes))
+            tried = (pattern, valued, sizes, axes @ information @ axes.T, axes @ slope)
+            by_size.setdefault(len(sizes), []).append(tried)
+    found: dict[Pattern, list[tuple[float, _Valued]]] = {}
+    for some in by_size.values():
+        of, at, *numbers = zip(*some, strict=True)
+        for pattern, valued, each in zip(of, at, evidences(*map(np.array, numbers)).tolist(), strict=True):
+            found.setdefault(pattern, []).append((each, valued))
     for pattern, starts in found.items():
         evidence = np.array([each for each, _ in starts])
         best = starts[int(evidence.argmax())][1]
@@ -351,16 +358,13 @@ def _valued(along: Along, every: Sequence[tuple[Law, ...]]) -> Iterator[_Valued]
 def _columns(
     every: Sequence[_Valued], along: Along, space: TorqueSpace, knots: int
 ) -> Iterator[tuple[_Valued, Mapping[Frame, Array]]]:
-    """Yield what unit torques by laws do, shape (samples, laws, 3) by frame; many are worked out at once."""
+    """Yield what unit torques by laws do, shape (samples, laws * 3) by frame; many are worked out at once."""
     for first in range(0, len(every), AT_ONCE):
         some = every[first : first + AT_ONCE]
         values = np.concatenate([each.values for each in some])
-        edges = np.cumsum([len(each.values) for each in some])[:-1]
+        edges = 3 * np.cumsum([len(each.values) for each in some])[:-1]
         frames: tuple[Frame, Frame] = ("B", "N")
-        parts = [
-            np.split(space.columns(along.torques(values, frame, knots)).reshape(len(space.residual), -1, 3), edges, 1)
-            for frame in frames
-        ]
+        parts = [np.split(space.columns(along.torques(values, frame, knots)), edges, axis=1) for frame in frames]
         for each, *own in zip(some, *parts, strict=True):
             yield each, dict(zip(frames, own, strict=True))
 

@@ -13,8 +13,9 @@ or a phase. What is found is described, and not named.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
+from functools import partial
 from itertools import combinations_with_replacement, groupby, pairwise
 from math import ceil, exp, log
 from typing import Literal, TypeAlias
@@ -24,10 +25,10 @@ import scipy
 from scipy.special import logsumexp
 
 from testbed.arrays import Array
-from testbed.diagnosis.candidates import SizePrior, log_p_value, p_value
+from testbed.diagnosis.candidates import evidences, log_p_value, p_value
 from testbed.diagnosis.data import Runs, chosen, joined
 from testbed.diagnosis.keeping import Content, array_from_content, array_to_content, part
-from testbed.diagnosis.model import Fit, evaluated, fitted_initial_rates, orthonormal, projected_out, square_within
+from testbed.diagnosis.model import Fit, evaluated, fitted_initial_rates, orthonormal, projected_out, squares_within
 from testbed.diagnosis.settings import SETTINGS
 from testbed.effects.body_torque import BodyTorque
 from testbed.estimation.random_walk import Increments, likeliest_variance
@@ -301,8 +302,9 @@ def _torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
     alike = Counter(each.kind for each in tried)
     typical = BodyTorque.parameters[0].typical_on(runs.mean_moment(fit.theta))
     found = [
-        _tested(each, columns, space.residual, len(alike) * alike[each.kind], runs.noise_freedom, typical)
-        for each, columns in zip(tried, _responses(tried, space), strict=True)
+        shape
+        for some, columns in _responses(tried, space)
+        for shape in _tested(some, columns, space.residual, alike, runs.noise_freedom, typical)
     ]
     return tuple(sorted(found, key=lambda shape: -shape.evidence))
 
@@ -454,8 +456,8 @@ def torque_space(runs: Runs, fit: Fit, knots: int) -> TorqueSpace:
     )
 
 
-def _responses(tried: Sequence[_Tried], space: TorqueSpace) -> Iterator[Array]:
-    """Yield what the torques of each shape do, shape (K, 3 F), many at once."""
+def _responses(tried: Sequence[_Tried], space: TorqueSpace) -> Iterator[tuple[list[_Tried], Array]]:
+    """Yield shapes with as many amplitudes each, and what their torques do, shape (shapes, K, 3 F), many at once."""
     for first in range(0, len(tried), AT_ONCE):
         some = tried[first : first + AT_ONCE]
         # The same functions come twice: all runs share their amplitudes, or have their own.
@@ -464,10 +466,13 @@ def _responses(tried: Sequence[_Tried], space: TorqueSpace) -> Iterator[Array]:
         ends = np.cumsum([each.shape[-1] for each in distinct.values()])[:-1]
         of_runs = zip(*(np.split(run, ends, axis=-1) for run in together), strict=True)
         found = dict(zip(distinct, of_runs, strict=True))
+        forms: dict[tuple[bool, int], list[_Tried]] = {}
         for each in some:
-            by_run = found[id(each.torques)]
-            columns = _beside(by_run) if each.by_run else np.concatenate(by_run, axis=1)
-            yield np.concatenate(list(space.free(columns)), axis=-1)
+            forms.setdefault((each.by_run, each.torques.shape[-1]), []).append(each)
+        for (by_run, _), own in forms.items():
+            place = _beside if by_run else partial(np.concatenate, axis=1)
+            columns = space.free(np.stack([place(found[id(each.torques)]) for each in own]))
+            yield own, np.moveaxis(columns, 1, 2).reshape(len(own), len(space.residual), -1)
 
 
 def _beside(by_run: Sequence[Array]) -> Array:
@@ -480,28 +485,40 @@ def _beside(by_run: Sequence[Array]) -> Array:
 
 
 def _tested(
-    tried: _Tried, columns: Array, residual: Array, shapes: int, noise_freedom: float, typical: float
-) -> TorqueShape:
-    """Return what a shape explains; its mean size is typically as large as a constant torque, N·m.
+    tried: Sequence[_Tried],
+    columns: Array,
+    residual: Array,
+    alike: Mapping[Kind, int],
+    noise_freedom: float,
+    typical: float,
+) -> Iterator[TorqueShape]:
+    """Yield what shapes explain; the mean size of each is typically as large as a constant torque, N·m.
 
     Quick pulses and the constant torque that they amount to are then as probable a priori: of each other's root mean
     square, pulses would be the smaller torques, and would be taken for every constant one below its typical size.
+
+    Args:
+        tried: shapes with as many amplitudes each.
+        columns: what their torques do, shape (shapes, K, C).
+        residual: shape (K,).
+        alike: number of all shapes of each kind.
+        noise_freedom: degrees of freedom with which the noise is known.
+        typical: size of a constant torque, N·m.
     """
-    square, freedom = square_within(residual, columns)
-    by_chance = exp(min(0.0, log(shapes) + log_p_value(square, freedom, noise_freedom))) if freedom else 1.0
-    none = np.zeros(columns.shape[1], dtype=bool)
-    sizes = SizePrior(
-        typical=np.tile(typical / np.maximum(tried.size, np.sqrt(np.finfo(float).tiny)), 3),
-        positive=none,
-        searched=none,
-    )
-    return TorqueShape(
-        kind=tried.kind,
-        words=tried.words,
-        evidence=sizes.evidence(columns.T @ columns, columns.T @ residual),
-        p_value=by_chance,
-        frequency_hz=tried.frequency_hz,
-    )
+    transposed = np.swapaxes(columns, -1, -2)
+    information, slope = transposed @ columns, transposed @ residual
+    sizes = np.array([np.tile(np.maximum(each.size, np.sqrt(np.finfo(float).tiny)), 3) for each in tried])
+    evidence = evidences(typical / sizes, information, slope)
+    for each, square, freedom, own in zip(tried, *squares_within(information, slope), evidence, strict=True):
+        shapes = len(alike) * alike[each.kind]
+        by_chance = exp(min(0.0, log(shapes) + log_p_value(square, freedom, noise_freedom))) if freedom else 1.0
+        yield TorqueShape(
+            kind=each.kind,
+            words=each.words,
+            evidence=float(own),
+            p_value=by_chance,
+            frequency_hz=each.frequency_hz,
+        )
 
 
 def most_probable(shapes: Sequence[TorqueShape], p_value: float) -> TorqueShape | None:

@@ -50,20 +50,23 @@ def orthonormal(matrix: Array) -> Array:
     return np.asarray(left[:, strength > NEGLIGIBLE])
 
 
-def square_within(vector: Array, columns: Array) -> tuple[float, int]:
-    """Return the squared length of what columns can explain of a vector, and their rank, as `orthonormal` has it.
+_DEPENDENT = 1e-12
+"""Of the largest eigenvalue of a normal matrix with ones on its diagonal, below which an eigenvector is no direction
+of its own: a thousand times the rounding of its entries, and of columns whose difference is 1e-6 of them."""
 
-    Of Q R = (C v), the triangle R holds all that this takes: its last column is Qᵀ v.
+
+def squares_within(information: Array, slope: Array) -> tuple[Array, NDArray[np.intp]]:
+    """Return the squared length of what columns C can explain of a vector v, and their rank, shapes (...).
 
     Args:
-        vector: v, shape (N,).
-        columns: C, shape (N, K), whatever their scales.
+        information: CᵀC, shape (..., K, K), whatever the columns' scales.
+        slope: Cᵀv, shape (..., K).
     """
-    scale = np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
-    triangle: Array = np.asarray(np.linalg.qr(np.column_stack([columns / scale, vector]), mode="r"))
-    left, strength, _ = np.linalg.svd(triangle[:, :-1], full_matrices=False)
-    explained = left[:, strength > NEGLIGIBLE].T @ triangle[:, -1]
-    return float(explained @ explained), explained.size
+    scale = np.sqrt(np.maximum(np.diagonal(information, axis1=-2, axis2=-1), np.finfo(float).tiny))
+    strength, axes = np.linalg.eigh(information / (scale[..., :, None] * scale[..., None, :]))
+    along = (np.swapaxes(axes, -1, -2) @ (slope / scale)[..., None])[..., 0]
+    own = strength > _DEPENDENT * strength[..., -1:]
+    return (along**2 / np.where(own, strength, np.inf)).sum(axis=-1), own.sum(axis=-1)
 
 
 def projected_out(values: Array, basis: Array) -> Array:

@@ -99,7 +99,7 @@ def outside_torque(
     """
     to_body = np.swapaxes(matrix_NB, -1, -2)
     if isinstance(environment, Orbiting):
-        return orbit_torque(environment, inertia, to_body @ local_axes(environment, time))
+        return _torque_at(environment, inertia, to_body @ local_axes(environment, time))
     gravity_B = gravity_torque(environment.weight, to_body[..., 2], environment.offset_B)
     return np.asarray(gravity_B - environment.drag * body_rate)
 
@@ -136,16 +136,24 @@ def local_axes(orbit: Orbiting, time: Array) -> Array:
     return axes
 
 
-def orbit_torque(orbit: Orbiting, inertia: Array, local_B: Array) -> Array:
+def orbit_torque(orbit: Orbiting, inertia: Array, outward_B: Array, field_B: Array, constant_B: Array) -> Array:
     """Return what acts on orbit, 3 n² r × J r + m × B and the constant torque, shape (..., 3), N·m, body axes.
 
     Args:
-        orbit: its rate, field, torque and the platform's dipole.
+        orbit: its rate, and the platform's dipole.
         inertia: J about the centre of mass, shape (..., 3, 3), kg·m².
-        local_B: R_BL, shape (..., 3, 3).
+        outward_B: r, the z axis of L, shape (..., 3).
+        field_B: B, shape (..., 3), T.
+        constant_B: torque that is constant in L, shape (..., 3), N·m.
     """
-    magnetic_B = dipole_torque(orbit, orbit.dipole_B, local_B)
-    return np.asarray(gradient_torque(orbit, inertia, local_B) + magnetic_B + np.matvec(local_B, orbit.torque_L))
+    gradient_B = gradient_torque(orbit, inertia, outward_B)
+    return np.asarray(gradient_B + dipole_torque(orbit.dipole_B, field_B) + constant_B)
+
+
+def _torque_at(orbit: Orbiting, inertia: Array, local_B: Array) -> Array:
+    """Return the same where R_BL, shape (..., 3, 3), is known."""
+    field_B, constant_B = np.matvec(local_B, orbit.field_L), np.matvec(local_B, orbit.torque_L)
+    return orbit_torque(orbit, inertia, local_B[..., 2], field_B, constant_B)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -163,21 +171,19 @@ class OrbitTorque:
     def __call__(self, time: float, matrix_NB: Matrices3) -> Vectors3:
         """Return torques, shape (B, 3), N·m, body axes, at a time in s and attitudes R_NB, shape (B, 3, 3)."""
         local_B = np.swapaxes(matrix_NB, -1, -2) @ local_axes(self.orbit, np.asarray(time))
-        return orbit_torque(self.orbit, self.inertia, local_B)
+        return _torque_at(self.orbit, self.inertia, local_B)
 
 
-def gradient_torque(orbit: Orbiting, inertia: Array, local_B: Array) -> Array:
-    """Return the gravity gradient's torque alone, as `orbit_torque`."""
-    down_B = local_B[..., 2]  # up is the same
-    return np.asarray(orbit.gradient * gravity_gradient_torque(inertia, down_B, orbit.rate))
+def gradient_torque(orbit: Orbiting, inertia: Array, outward_B: Array) -> Array:
+    """Return the gravity gradient's torque alone, as `orbit_torque`; up and down are the same."""
+    return np.asarray(orbit.gradient * gravity_gradient_torque(inertia, outward_B, orbit.rate))
 
 
-def dipole_torque(orbit: Orbiting, dipole_B: Array, local_B: Array) -> Array:
+def dipole_torque(dipole_B: Array, field_B: Array) -> Array:
     """Return m × B of a dipole, shape (..., 3), N·m, body axes.
 
     Args:
-        orbit: with the field.
         dipole_B: m, shape (..., 3), A·m².
-        local_B: R_BL, shape (..., 3, 3).
+        field_B: B, shape (..., 3), T.
     """
-    return np.asarray(np.cross(dipole_B, np.matvec(local_B, orbit.field_L)))
+    return np.asarray(np.cross(dipole_B, field_B))

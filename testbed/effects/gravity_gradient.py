@@ -10,7 +10,7 @@ from typing_extensions import override
 from testbed.arrays import Array
 from testbed.dynamics.environment import gradient_torque
 from testbed.effects.contract import Effect, Extension, Parameter
-from testbed.prediction.environment import local_B, orbit_of
+from testbed.prediction.environment import orbit_of, outward_in_body
 from testbed.prediction.hooks import Hooks, Instant, column
 from testbed.scenario.scenario import Scenario
 
@@ -22,7 +22,7 @@ class _Stronger(Hooks):
     def torque(self, value: Array, at: Instant) -> Array:
         assert at.surroundings is not None
         orbit, inertia = orbit_of(at), at.surroundings.inertia  # the nominal one: its error would show in second order
-        return np.asarray(column(value, 0) * gradient_torque(orbit, inertia, local_B(orbit, at)))
+        return np.asarray(column(value, 0) * gradient_torque(orbit, inertia, outward_in_body(orbit, at)))
 
 
 @final

@@ -10,7 +10,7 @@ from typing_extensions import override
 from testbed.arrays import Array
 from testbed.dynamics.environment import dipole_torque
 from testbed.effects.contract import Effect, Extension, Parameter
-from testbed.prediction.environment import local_B, orbit_of
+from testbed.prediction.environment import field_in_body, orbit_of
 from testbed.prediction.hooks import Hooks, Instant
 from testbed.scenario.environment import Orbit
 from testbed.scenario.scenario import Scenario
@@ -22,7 +22,7 @@ class _Magnet(Hooks):
     @override
     def torque(self, value: Array, at: Instant) -> Array:
         orbit = orbit_of(at)
-        return dipole_torque(orbit, value, local_B(orbit, at))
+        return dipole_torque(value, field_in_body(orbit, at))
 
 
 @final

@@ -48,7 +48,9 @@ class OrbitHooks(Hooks):
 
     @override
     def torque(self, value: Array, at: Instant) -> Array:
-        return orbit_torque(self._orbit, inertia_matrix(value), local_B(self._orbit, at))
+        orbit = self._orbit
+        field_B, constant_B = field_in_body(orbit, at), _in_body(orbit, at, orbit.torque_L)
+        return orbit_torque(orbit, inertia_matrix(value), outward_in_body(orbit, at), field_B, constant_B)
 
 
 def environment_hooks(grid: Grid) -> Hooks | None:
@@ -81,6 +83,20 @@ def orbit_of(at: Instant) -> Orbiting:
     return orbit
 
 
-def local_B(orbit: Orbiting, at: Instant) -> Array:
-    """Return the local axes of the orbit in body axes, shape (R, P, 3, 3)."""
-    return np.asarray(np.swapaxes(at.attitude_NB, -1, -2) @ local_axes(orbit, at.time))
+def outward_in_body(orbit: Orbiting, at: Instant) -> Array:
+    """Return the z axis of L, away from the Earth, in body axes, shape (R, P, 3)."""
+    return _in_body(orbit, at, np.array([0.0, 0.0, 1.0]))
+
+
+def field_in_body(orbit: Orbiting, at: Instant) -> Array:
+    """Return the magnetic field in body axes, shape (R, P, 3), T."""
+    return _in_body(orbit, at, orbit.field_L)
+
+
+def _in_body(orbit: Orbiting, at: Instant, vector_L: Array) -> Array:
+    """Return a vector that is fixed in the orbit's local axes in body axes, shape (R, P, 3).
+
+    It is turned into the axes of the run's first sample before: there it is real, and one for all parameter sets.
+    """
+    local_R = np.swapaxes(at.first_NB, -1, -2) @ local_axes(orbit, at.time)
+    return turned_back(np.matvec(local_R, vector_L), at.attitude)

@@ -39,11 +39,6 @@ class Instant:
     first_NB: Array = field(default_factory=lambda: np.eye(3))
     surroundings: Surroundings | None = None
 
-    @property
-    def attitude_NB(self) -> Array:
-        """R_NB, shape (R, P, 3, 3)."""
-        return np.asarray(self.first_NB @ self.attitude)
-
 
 class Hooks:
     """An effect in the prediction; this one changes nothing.
