@@ -53,7 +53,8 @@ def _print(records: ImportedRecords) -> None:
         entry("Channel", f"{name}: {_words(channel)}")
     say()
     show(_run_table(records))
-    say()
+    if records.dropped or records.unused:
+        say()
     for each in records.dropped:
         warn("dropped", each)
     if records.unused:
