@@ -42,6 +42,7 @@ from testbed.outputs.folder import OutputFolder, reserved_folder
 from testbed.report.diagnosis.misfit import (
     MEANING,
     gimbals_words,
+    in_other_noise,
     limit_words,
     misfit_change_words,
     misfit_words,
@@ -210,6 +211,10 @@ def _print_step(diagnosis: Diagnosis, step: Step) -> None:
     show(candidates_table(step.screening, untested=diagnosis.untested(step.screening)))
     say()
     _print_addition(addition_of(diagnosis, step))
+    number = diagnosis.steps.index(step)
+    last = diagnosis.steps[number - 1].after if number else diagnosis.gap_before
+    if in_other_noise(step.before, last):
+        entry("Noise", "re-estimated before that: so the misfit and the gap without the effect differ from those above")
     entry("Misfit", misfit_change_words(step.before, step.after))
     if gimbals := gimbals_words(step.before, step.after):
         entry("", gimbals)
