@@ -136,6 +136,6 @@ def test_a_log_without_a_gyro_is_refused_with_what_it_holds(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("t,temperature\n1,2\n2,3\n")
     with pytest.raises(
-        tb.InputError, match="is called a gyro or a body rate; write a map .*; the log holds\n  t, temperature"
+        tb.InputError, match=r"is called a gyro or a body rate; write a map .*; the log holds\n  t, temperature"
     ):
         tb.guess_map(path)
