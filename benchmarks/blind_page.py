@@ -79,7 +79,7 @@ def page(content: Mapping[str, Any]) -> str:
         *_unlisted(content["unlisted"]),
         "## How far probabilities can be believed\n",
         *_reliability(content["calibration"]),
-        "\n## What was said first\n",
+        "\n## What was reported first\n",
         *confusion(content),
     ]
     return _HEAD + "\n".join(lines) + "\n"
@@ -174,7 +174,7 @@ def confusion(content: Mapping[str, Any]) -> Iterator[str]:
     """Yield the table of what was said first; `content` as for `page`."""
     table = content["confusion"]
     cells = {hidden: ", ".join(f"{said} {count}" for said, count in counts.items()) for hidden, counts in table.items()}
-    return _table(("hidden", "said first, times"), *cells.items())
+    return _table(("hidden", "reported first, times"), *cells.items())
 
 
 def _value(row: Mapping[str, Any]) -> str:

@@ -20,20 +20,23 @@ _WANTED = {
     ("in_class", 16.0): "≥ 95 %",
     ("exact", 16.0): "≥ 85 %",
 }
-_WORDS = {"in_class": "right class", "exact": "the very formula first", "driver": "its driver first"}
-_HEAD = """# Formulas
+_WORDS = {"in_class": "right class", "exact": "exact", "driver": "right driver"}
+_HEAD = """# Hidden formulas
 
 Written by `python -m benchmarks.formulas card --write`; do not edit.
 
-    python -m benchmarks.formulas run           # makes and diagnoses the sets, into runs/
-    python -m benchmarks.formulas others        # asks the other methods; both can be interrupted, and go on
-    python -m benchmarks.formulas card --write  # scores what has been done so far into this page
+    python -m benchmarks.formulas run           # makes and diagnoses the sets
+    python -m benchmarks.formulas others        # runs the other methods
+    python -m benchmarks.formulas card --write  # scores this page
+
+The first two write into runs/ and can be interrupted: repeated, they go on. The third scores what has been done so far.
 
 The concealing engine hides a torque that follows a random law, which no effect of the library has, in five runs of 5 s
 at 16 Hz of the shipped platform. It writes laws down by exponents, without the testbed's grammar. A law is about a body
 axis, or in any direction of the body or of space; the families come in turns, and one set of five has no effect. Every
 set is diagnosed with the whole library, one run held out. *Right class*: the hidden formula, or the same law in any
 direction of the body, is named first or cannot be distinguished from what is. *Exact*: it is named first.
+*Right driver*: what is named first follows the same quantities, whatever its axis and its memory.
 Laws with a memory, of gimbals, of actuators' torque and pulses are searched for, and not hidden here.
 
 The other methods see the same records, and are judged by the same rule. *SINDy* is an ensemble of sparse regressions
@@ -165,10 +168,10 @@ def _medians(sets: Sequence[Kept], none: Sequence[Kept]) -> Iterator[dict[str, A
             )
             for sigma in SIGMAS
         ),
-        ("size of the class, ours", "", sets, lambda each: 1.0 + len(_said(each, OURS).alike)),
+        ("formulas in the class, testbed", "", sets, lambda each: 1.0 + len(_said(each, OURS).alike)),
         *(
             (
-                f"size of the class, {TITLES[method]}",
+                f"formulas in the class, {TITLES[method]}",
                 "",
                 [each for each in sets if method in each["said"] and _said(each, method).named],
                 lambda each, method=method: 1.0 + len(_said(each, method).alike),

@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from testbed.cli.console import say, show, warn
+from testbed.cli.console import further_command, say, show, warn
 from testbed.errors import InputError
 from testbed.library.adoption import Adoption, adopt
 
@@ -37,7 +37,7 @@ def adopt_model(
     adopted = adopt(model, name=None if out is None else out.stem, wheel=wheel, rotor=rotor, ignore=ignore)
     _print(adopted)
     path = adopted.save(target)
-    say(f"{path}: what the model does not say is marked `replace it` there; then testbed check {path}")
+    say(f"{path}: what the model does not say is marked `replace it` there; then {further_command('check', path)}")
 
 
 def _print(adopted: Adoption) -> None:
@@ -50,7 +50,7 @@ def _print(adopted: Adoption) -> None:
     say()
     say("Otherwise: --wheel NAME, --rotor NAME (of a gyro), --ignore NAME (locked as drawn); each may be repeated.")
     moments = ", ".join(f"{moment:.6g}" for moment in adopted.inertia.diagonal())
-    say(f"Mass {adopted.mass:.6g} kg, moments of inertia {moments} kg m2 about the centre of mass, body axes.")
+    say(f"Mass {adopted.mass:.6g} kg, moments of inertia {moments} kg m² about the centre of mass, body axes.")
     for note in adopted.notes:
         warn("not flown", note)
     say(f"Moved by the same torques for 10 s, its body rate is within {adopted.difference:.1e} rad/s of the model's.")

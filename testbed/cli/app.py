@@ -63,7 +63,7 @@ class Commands(TyperGroup):
 app = typer.Typer(
     name="testbed",
     cls=Commands,
-    help="Identify a spacecraft's inertia with control moment gyros, simulator in the loop.",
+    help="Identify a spacecraft's inertia, simulator in the loop.",
     no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
@@ -83,7 +83,7 @@ def main(
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
-    """Identify a spacecraft's inertia with control moment gyros, simulator in the loop."""
+    """Identify a spacecraft's inertia, simulator in the loop."""
 
 
 # Commands import what they need when they are called: engines take a second or two to load.

@@ -15,6 +15,7 @@ from testbed.cli.console import (
     console,
     description_column,
     entry,
+    further_command,
     print_as_json,
     say,
     show,
@@ -151,7 +152,8 @@ def _print_end(state: PlanResult, folder: Path) -> None:
     say()
     print_folder(folder)
     if state.flights:
-        say(f"Records    testbed diagnose {folder / 'scenario.toml'} --data {folder / 'records'}")
+        diagnose = further_command("diagnose", folder / "scenario.toml", "--data", folder / "records")
+        say(f"Records    {diagnose}")
     print_as_json(folder / PLAN)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
+import shutil
 import signal
 import sys
 import time
@@ -50,6 +51,13 @@ RATE_PERIOD = 120.0
 def command_line() -> str:
     """Return the command as it was given, quoted for a shell."""
     return shlex.join(map(readable, [Path(sys.argv[0]).name, *sys.argv[1:]]))
+
+
+def further_command(*words: object) -> str:
+    """Return a command to go on with, as this person can call it: by its name where that is on the path."""
+    called = sys.argv[0]
+    name = called if Path(called).stem == "testbed" and shutil.which("testbed") is None else "testbed"
+    return shlex.join(readable(str(word)) for word in (name, *words))
 
 
 @dataclass(kw_only=True)

@@ -17,6 +17,7 @@ from testbed.cli.console import (
     console,
     description_column,
     entry,
+    further_command,
     print_as_json,
     say,
     show,
@@ -41,6 +42,7 @@ from testbed.outputs.folder import OutputFolder, reserved_folder
 from testbed.report.diagnosis.misfit import (
     MEANING,
     gimbals_words,
+    in_other_noise,
     limit_words,
     misfit_change_words,
     misfit_words,
@@ -97,6 +99,7 @@ def diagnose_records(
 def _diagnose(
     scenario: BodyScenario, records: Records, healthy: Records | None, folder: OutputFolder, parts: KeptParts
 ) -> int:
+    resumed = tuple(_parts_notices(parts))  # before the healthy records add parts of their own
     if healthy is None:
         prepared = prepared_records(scenario, records)
     else:
@@ -106,7 +109,7 @@ def _diagnose(
         except KeyboardInterrupt:
             say(f"Interrupted before anything was found; {_again(folder) if parts.parts else 'nothing was written.'}")
             return INTERRUPTED
-    _print_data(prepared.data, (*prepared.notices, *_parts_notices(parts)))
+    _print_data(prepared.data, (*prepared.notices, *resumed))
     stages = _Stages()
     with suppress(KeyboardInterrupt), _bars() as bars, keeping(parts):
         for state in prepared.stages(_shown_in(bars)):
@@ -177,7 +180,7 @@ def _bars() -> Bars:
 
 def _shown_in(bars: Bars) -> Callable[[str], None]:
     """Return what shows in a bar what is being tested."""
-    task = bars.add_task("Reading")
+    task = bars.add_task("Reading", total=None)  # how much there is to test shows only on the way
     return lambda what: bars.update(task, description=f"Testing {what}")
 
 
@@ -208,6 +211,10 @@ def _print_step(diagnosis: Diagnosis, step: Step) -> None:
     show(candidates_table(step.screening, untested=diagnosis.untested(step.screening)))
     say()
     _print_addition(addition_of(diagnosis, step))
+    number = diagnosis.steps.index(step)
+    last = diagnosis.steps[number - 1].after if number else diagnosis.gap_before
+    if in_other_noise(step.before, last):
+        entry("Noise", "re-estimated before that: so the misfit and the gap without the effect differ from those above")
     entry("Misfit", misfit_change_words(step.before, step.after))
     if gimbals := gimbals_words(step.before, step.after):
         entry("", gimbals)
@@ -263,13 +270,13 @@ def _print_next(folder: Path, proposal: Proposal | None) -> None:
     for separation in proposal.separations[:_PAIRS_SHOWN]:
         entry("", f"{pair_words(separation)}: {distance_words(separation)}")
     if wanted := [each.wanted for each in proposal.separations if each.separable]:
-        entry("", f"{figures(max(wanted), 2)} sigma tell any two apart in 95 of 100 cases")
+        entry("", f"{figures(max(wanted), 2)} sigma distinguish any two in 95 of 100 cases")
     if proposal.flight is not None:
         say("           Fly it on the platform itself; what the nominal model makes of it:")
-        say(f"           testbed run {folder / NEXT / SCENARIO}")
+        say(f"           {further_command('run', folder / NEXT / SCENARIO)}")
 
 
 def _print_folder(folder: Path) -> None:
     say()
     print_folder(folder)
-    say(f"Recording  testbed view {folder}")
+    say(f"Recording  {further_command('view', folder)}")

@@ -40,7 +40,7 @@ def places_table(places: Sequence[ResidualSegment]) -> Table:
 
 def detectable_table(diagnosis: Diagnosis) -> Table:
     """Return what these data can show: a row for each effect, from its most to its least visible component."""
-    table = _table("What these data can tell", ("effect", "smallest size seen", "times typical"))
+    table = _table("What these data can show", ("effect", "smallest size seen", "times typical"))
     for line in size_lines(diagnosis):
         style = "" if line.seen == line.components else "yellow" if line.seen else "dim"
         table.add_row(line.effect, line.smallest, line.multiple, style=style)

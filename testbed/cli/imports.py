@@ -6,7 +6,8 @@ from pathlib import Path
 
 from rich.table import Table
 
-from testbed.cli.console import command_line, entry, print_as_json, say, show, warn
+from testbed.cli.console import command_line, entry, further_command, print_as_json, say, show, warn
+from testbed.cli.tables import plain_table
 from testbed.errors import InputError
 from testbed.library.imports import ImportedRecords, guess_map, import_log
 from testbed.logs.convert import ImportedChannel
@@ -41,7 +42,7 @@ def import_records(log: Path, log_map: Path | None, out: Path | None, *, guess: 
     _print(records)
     say()
     say(f"Folder     {folder.path}")
-    say(f"Next       testbed estimate SCENARIO --data {folder.path}, or diagnose")
+    say(f"Next       {further_command('estimate', 'SCENARIO', '--data', folder.path)}, or diagnose")
     print_as_json(folder.path / "provenance.json")
 
 
@@ -52,7 +53,8 @@ def _print(records: ImportedRecords) -> None:
         entry("Channel", f"{name}: {_words(channel)}")
     say()
     show(_run_table(records))
-    say()
+    if records.dropped or records.unused:
+        say()
     for each in records.dropped:
         warn("dropped", each)
     if records.unused:
@@ -69,7 +71,7 @@ def _words(channel: ImportedChannel) -> str:
 
 
 def _run_table(records: ImportedRecords) -> Table:
-    table = Table(title="Runs", title_justify="left", title_style="bold")
+    table = plain_table("Runs")
     for column in ("run", "from s", "to s", "rows"):
         table.add_column(column, justify="left" if column == "run" else "right")
     for record in records:

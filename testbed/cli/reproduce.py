@@ -13,7 +13,7 @@ from rich.table import Table
 
 from testbed.campaign.local import usable_cores
 from testbed.campaign.manifest import deciding_versions
-from testbed.cli.console import command_line, entry, say, show, warn
+from testbed.cli.console import command_line, entry, further_command, say, show, warn
 from testbed.cli.failures import COMPLETED, INTERRUPTED
 from testbed.cli.options import require_folder
 from testbed.cli.parts_progress import parts_progress
@@ -108,7 +108,7 @@ def _print_result(
     say(f"Took       {reproduction.seconds:.0f} s with {reproduction.extent.workers} processes")
     say(f"Folder     {folder.path}")
     say(f"Page       {folder.path / 'reproduction.html'}")
-    say(f"Recording  testbed view {folder.path}")
+    say(f"Recording  {further_command('view', folder.path)}")
 
 
 def _print_claims(claims: Sequence[Claim]) -> None:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import shutil
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from testbed.cli.alignments import print_alignments
-from testbed.cli.console import command_line, design_progress, line, print_as_json, say, show
+from testbed.cli.console import command_line, design_progress, further_command, line, print_as_json, say, show
 from testbed.cli.failures import COMPLETED, DIVERGED
 from testbed.cli.notices import print_notices, print_verdict
 from testbed.cli.options import changed_flight, print_folder
@@ -63,9 +61,4 @@ def _print_result(experiment: Experiment, folder: Path) -> None:
     print_notices(run_notices(experiment))
     say()
     print_folder(folder)
-    line(f"Recording  {_this_command()} view {folder}  (or view --web: in the browser)")
-
-
-def _this_command() -> str:
-    """Return how this person can call testbed: by its name where that is on the path, else as it was called."""
-    return "testbed" if shutil.which("testbed") else sys.argv[0]
+    line(f"Recording  {further_command('view', folder)}  (or view --web: in the browser)")

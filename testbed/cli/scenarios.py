@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from testbed.cli.console import say, show
+from testbed.cli.console import further_command, say, show
 from testbed.errors import InputError
 from testbed.library.scenarios import located
 from testbed.scenario.reader import body_scenario_of, read_body_scenario, scenario_file
@@ -59,4 +59,4 @@ def new_scenario(name: str, source: str) -> None:
     except InputError:
         path.unlink()
         raise
-    say(f"{path}: a copy of {file.path}; change it, then testbed check {path}")
+    say(f"{path}: a copy of {file.path}; change it, then {further_command('check', path)}")

@@ -75,7 +75,7 @@ def card_table(card: ScoreCard) -> Table:
 
 def confusion_table(card: ScoreCard) -> Table:
     """Return what was said first of each hidden effect, the most frequent first."""
-    table = Table("hidden", "said first, times", box=SIMPLE_HEAD, show_edge=False, pad_edge=False)
+    table = Table("hidden", "reported first, times", box=SIMPLE_HEAD, show_edge=False, pad_edge=False)
     for hidden, counts in card.confusion.items():
         table.add_row(hidden, ", ".join(f"{label} {count}" for label, count in counts.items()))
     return table

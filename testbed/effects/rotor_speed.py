@@ -36,7 +36,7 @@ class RotorSpeed(Effect):
         Parameter(name="relative_error", unit="1", typical=0.01, lower=-0.5, upper=0.5, plausible=(-0.3, 0.3)),
     )
     needs = ("gimbal_angle",)
-    sentence = "The rotor of {component} carries another momentum than its tachometer and its drawing say."
+    sentence = "The rotor of {component} does not have the momentum that its tachometer and its drawing state."
     look_alikes = ("inertia", "gimbal_zero")
     confirm = "Null motion of that unit; an outside measurement for an error common to all rotors."
 

@@ -42,7 +42,7 @@ class WheelInertia(Effect):
         Parameter(name="relative_error", unit="1", typical=0.01, lower=-0.5, upper=0.5, plausible=(-0.3, 0.3)),
     )
     needs = ("wheel_speed",)
-    sentence = "The rotor of {component} has another spin inertia, and carries another momentum, than its drawing says."
+    sentence = "The rotor of {component} does not have the spin inertia, and so the momentum, that its drawing states."
     look_alikes = ("inertia",)
     confirm = "Null motion of the wheels; an outside measurement for an error common to all of them."
 

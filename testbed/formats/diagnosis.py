@@ -13,7 +13,7 @@ class PlacedEffect(Part):
     """An effect at a component."""
 
     effect: str
-    """Its id, as in the list of effects; `inertia` for another inertia than the nominal one."""
+    """Its id, as in the list of effects; `inertia` for an inertia other than the nominal one."""
     component: str
     """Where it is: a unit such as `cmg3`, an axis `x`, `y`, `z`, or `platform`, `gyro`, `cluster`, `actuators`."""
 
@@ -309,9 +309,9 @@ class DiagnosisFile(Part):
     complete: bool
     """False where the diagnosis was interrupted: the file then says what was known."""
     verdict: Literal["none", "named", "ambiguous", "unexplained"] | None
-    """`none`: the nominal model with another inertia explains the records; `named`: one effect does; `ambiguous`: these
-    data cannot distinguish several, or it from a torque that no effect gives; `unexplained`: a residual is left. Null
-    of a diagnosis that is not complete."""
+    """`none`: the nominal model with a different inertia explains the records; `named`: one effect does; `ambiguous`:
+    these data cannot distinguish several, or it from a torque that no effect gives; `unexplained`: a residual is left.
+    Null of a diagnosis that is not complete."""
     steps: list[Step]
     """What was added to the model, in order; the inertia, where it differs from the nominal one, stands first."""
     gap: Gap

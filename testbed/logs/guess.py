@@ -104,7 +104,10 @@ def guessed_map(log: Log) -> str:
     for candidate in sorted(_candidates(log, survey), key=lambda each: -each.score):
         best.setdefault(candidate.channel, []).append(candidate)
     if "body_rate" not in best:
-        raise InputError(f"{log.path}: nothing in it is called a gyro or a body rate; it holds\n  {_inventory(survey)}")
+        raise InputError(
+            f"{log.path}: nothing in it is called a gyro or a body rate; write a map that names three fields under "
+            f"[channels.body_rate]; the log holds\n  {_inventory(survey)}"
+        )
     blocks = [_head(log), _clock(survey) if TABLE in survey else ""]
     blocks += [_channel(name, best[name], survey) for name in SIGNALS if name in best]
     return "\n".join(block for block in (*blocks, _runs(survey)) if block)
@@ -188,7 +191,7 @@ def _parts(field: str, stated: str) -> Iterator[_Part]:
         if found := re.match(pattern, tail, re.IGNORECASE):
             stem, more = _without_unit(found[1])
             yield _Part(stem=prefix + stem, component=found[2].lower(), unit=unit or more, field=field)
-    for pattern in (r"^([xyzw])_(.+)$", r"^(.+?)_([xyz]|\d)_(.+)$"):
+    for pattern in (r"^([xyzw])_(.+)$", r"^(roll|pitch|yaw)_?(.+)$", r"^(.+?)_([xyz]|\d)_(.+)$"):
         if found := re.match(pattern, tail, re.IGNORECASE):
             axis, rest = (found[1], found[2]) if found.re.groups == 2 else (found[2], f"{found[1]}_{found[3]}")
             yield _Part(stem=prefix + rest, component=axis.lower(), unit=unit, field=field)

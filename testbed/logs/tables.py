@@ -138,7 +138,8 @@ class CsvTable(Log):
                 else (),
             )
         if ragged:
-            damage.append(f"{len(ragged)} rows have another number of fields than the header ({ragged[0]}): left out")
+            rows = "1 row has" if len(ragged) == 1 else f"{len(ragged)} rows have"
+            damage.append(f"{rows} another number of fields than the header ({ragged[0]}): left out")
 
 
 @dataclass(frozen=True)
@@ -264,9 +265,15 @@ def _collected(
     return columns
 
 
+def _not_numbers(column: _Column) -> str:
+    if column.words == 1:
+        return f"1 cell is no number but {column.first_word!r}"
+    return f"{column.words} cells are no numbers, the first {column.first_word!r}"
+
+
 def _content(columns: Mapping[str, _Column], unused: Sequence[str], damage: Sequence[str]) -> Content:
     words = [
-        f"column {name}: {column.words} cells are no numbers, the first {column.first_word!r}: taken as not sampled"
+        f"column {name}: {_not_numbers(column)}: taken as not sampled"
         for name, column in columns.items()
         if column.words
     ]

@@ -40,7 +40,9 @@ def flight_notices(flown: FlownRun) -> Iterator[Notice]:
         yield _warning(f"The platform tilted by {tilt} rad, but its bearing allows {limit} rad.")
     if summary.momentum_drift > LARGE_DRIFT:
         drift = figures(summary.momentum_drift, 2)
-        yield _warning(f"The total momentum changed by {drift} of the rotors': a contact, or too long a step.")
+        yield _warning(
+            f"The total momentum changed by {drift} of the rotors': an external torque, a contact, or too long a step."
+        )
 
 
 def estimation_notices(inertias: Inertias, estimation: Estimation) -> Iterator[Notice]:

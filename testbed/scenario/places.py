@@ -26,6 +26,7 @@ def key_lines(text: str) -> dict[Place, int]:
     """
     lines: dict[Place, int] = {}
     table: Place = ()
+    last: dict[Place, int] = {}
     statement, start, parsed = "", 1, 0
     for number, row in enumerate(text.split("\n"), start=1):
         statement += f"{row}\n"
@@ -36,7 +37,9 @@ def key_lines(text: str) -> dict[Place, int]:
             tree = tomllib.loads(statement)
             is_header = statement.lstrip().startswith("[")
             places = list(_places(tree, () if is_header else table))
-            table = places[-1] if is_header else table
+            if is_header:
+                places = _entries(places, last, is_next=statement.lstrip().startswith("[["))
+                table = places[-1]
             for place in places:
                 lines.setdefault(place, start)
             statement, start = "", number + 1
@@ -59,3 +62,24 @@ def _places(tree: Mapping[str, Any], above: Place = ()) -> Iterator[Place]:
         yield (*above, key)
         if isinstance(value, dict):
             yield from _places(value, (*above, key))
+
+
+def _entries(places: list[Place], last: dict[Place, int], *, is_next: bool) -> list[Place]:
+    """Return the places of a header with the entry of every array of tables on their way.
+
+    Args:
+        places: of the header, outermost first.
+        last: of every array of tables its last entry so far, from 0; the next one is added.
+        is_next: whether the header, in double brackets, begins the next entry of its array.
+    """
+    found: list[Place] = []
+    above: Place = ()
+    for place in places:
+        above = (*above, place[-1])
+        found.append(above)
+        if is_next and place == places[-1]:
+            last[above] = last.get(above, -1) + 1
+        if above in last:
+            above = (*above, last[above])
+            found.append(above)
+    return found

@@ -58,6 +58,8 @@ def _unit_quaternion(quat: tuple[float, ...]) -> tuple[float, ...]:
 
 def _unit_vector(vector: tuple[float, ...]) -> tuple[float, ...]:
     norm = float(np.linalg.norm(vector))
+    if norm == 0.0:
+        raise ValueError("is zero, which has no direction")
     if abs(norm - 1.0) > 1e-6:  # as of a quaternion
         raise ValueError(f"has the length {norm:.6g} instead of 1; divide it by that")
     return vector

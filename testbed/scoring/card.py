@@ -80,8 +80,8 @@ def _null(cases: Sequence[Case]) -> Iterator[Row]:
     part = "No effect"
     any_name = [case.diagnosis is None or bool(named(case)) for case in null]
     yield share(part, "a name is given", any_name, "≤ 5 %", "≤ 7 %")
-    yield share(part, "none is said", map(said_right, null))
-    yield share(part, "noise stated too large: none is said", map(said_right, _of(cases, "sigma_overstated")))
+    yield share(part, "none is reported", map(said_right, null))
+    yield share(part, "noise stated too large: none is reported", map(said_right, _of(cases, "sigma_overstated")))
     yield share(part, "noise stated too small: gyro_noise first", map(said_right, _of(cases, "sigma_understated")))
 
 
@@ -118,12 +118,12 @@ def _others(cases: Sequence[Case]) -> Iterator[Row]:
     for sigma, group in grouped(_of(cases, UNMODELLED), "wanted_sigma"):
         part = f"Unmodelled torque at {sigma:g} sigma"
         wanted = {8.0: "≥ 85 %", 16.0: "≥ 97 %"}.get(sigma, "")
-        yield share(part, "unexplained is said", map(recognised_as_unknown, group), wanted)
+        yield share(part, "unexplained is reported", map(recognised_as_unknown, group), wanted)
         yield share(part, "no name is given", (case.diagnosis is not None and not named(case) for case in group))
         for effect in sorted({case.answer.effects[0].effect for case in group}):
             own = [case for case in group if case.answer.effects[0].effect == effect]
             sine = "≥ 60 %" if (effect, sigma) == ("sine_torque", 8.0) else ""
-            yield share(part, f"{effect}: unexplained is said", map(recognised_as_unknown, own), sine)
+            yield share(part, f"{effect}: unexplained is reported", map(recognised_as_unknown, own), sine)
 
 
 def _figures(cases: Sequence[Case]) -> Iterator[Row]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite, log
@@ -83,9 +84,9 @@ def effect_wanted(text: str) -> EffectWanted:
         return EffectWanted()
     effect, colon, component = text.partition(":")
     if effect not in EFFECTS:
-        raise InputError(
-            f"{text}: there is no effect {effect!r}; give {ANY}, or one of those that `testbed effects` lists"
-        )
+        near = difflib.get_close_matches(effect, EFFECTS, n=3)
+        named = f"did you mean {', '.join(near)}?" if near else f"there are {', '.join(EFFECTS)};"
+        raise InputError(f"{text}: there is no effect {effect!r}; {named} `{ANY}` stands for all of them")
     found = EFFECTS[effect]
     if not found.recurs:
         raise InputError(f"{text}: acts in one flight only, so that no further one can verify it; diagnose that flight")

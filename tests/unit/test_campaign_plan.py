@@ -79,7 +79,8 @@ def test_a_wish_for_an_inertia():
 @pytest.mark.parametrize(
     ("wish", "said"),
     [
-        (effect_wanted, ("no_such", "there is no effect 'no_such'")),
+        (effect_wanted, ("no_such", "there is no effect 'no_such'; there are ")),
+        (effect_wanted, ("gimbal_zer", "there is no effect 'gimbal_zer'; did you mean gimbal_zero")),
         (effect_wanted, ("gimbal_zero:wheel1", "has no component 'wheel1'")),
         (effect_wanted, ("contact:run", "acts in one flight only")),
         (inertia_wanted, ("J14=1", "'J14' is no inertia parameter")),

@@ -15,6 +15,7 @@ import pytest
 
 from support.processes import outcome, started, until
 from testbed.cli.app import app
+from testbed.cli.console import further_command
 from testbed.cli.failures import exit_code_of
 from testbed.records.reading import read_record
 
@@ -182,6 +183,20 @@ def test_a_record_that_does_not_excite_every_axis_is_refused_with_the_directions
 def test_a_mistyped_option_is_named(here, capsys):
     assert run("run", scenario(here), "--sede", 3) == 2
     assert "--sede" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("called", "on_the_path", "printed"),
+    [
+        (".venv/bin/testbed", False, ".venv/bin/testbed view 'runs/my run'"),
+        (".venv/bin/testbed", True, "testbed view 'runs/my run'"),
+        ("server.py", False, "testbed view 'runs/my run'"),
+    ],
+)
+def test_a_command_to_go_on_with_can_be_pasted(monkeypatch, called, on_the_path, printed):
+    monkeypatch.setattr("sys.argv", [called])
+    monkeypatch.setattr("shutil.which", lambda name: name if on_the_path else None)
+    assert further_command("view", Path("runs/my run")) == printed
 
 
 def test_help_lists_the_commands():

@@ -48,6 +48,7 @@ def test_the_table_has_the_range_and_the_page_the_curve():
     line = next(line for line in size_lines(state()) if line.effect == "flexible_appendage")
     assert " to " in line.smallest
     assert " to " in line.multiple
+    assert "axis x 0.743, axis y 0.371, axis z 0.557" in line.typical  # not three times "axis"
     (section, *_) = visibility_section(state())
     assert any("by frequency" in getattr(block, "title", "") for block in section.blocks)
 

@@ -71,6 +71,16 @@ def test_a_single_run_gets_no_name_and_what_explains_it_is_reported():
     assert "What explains it best: gyro_latency (gyro). A single run gets no name" in diagnosis_verdict(diagnosis).text
 
 
+def test_what_a_re_estimated_noise_explains_is_not_credited_to_the_effects():
+    late = EFFECTS["gyro_latency"]
+    found = last(records(3, hooks=[late.hooks("gyro")], values=[np.array([12e-3])]))
+    louder = replace(found, gap_before=replace(found.gap_before, fit=9.0))  # in the noise as stated
+    assert found.added
+    assert not found.scatter
+    assert "The gap: " in diagnosis_verdict(found).text
+    assert diagnosis_verdict(louder).text == diagnosis_verdict(found).text
+
+
 def test_a_name_with_lower_odds_than_an_unmodelled_torque_is_retracted():
     pulses = last(records(3, hooks=[Pulsing()], values=[np.array([CLEAR_PULSES])]), effects=STEADY)
     assert pulses.verdict == "unexplained"

@@ -56,6 +56,8 @@ def test_what_is_proposed_imports_as_the_map_that_a_person_wrote(tmp_path, name)
         (["t", "x_gyro", "y_gyro", "z_gyro"], None, "rad/s", ("t", "s")),
         (["t_us", "gyro_rad_s[0]", "gyro_rad_s[1]", "gyro_rad_s[2]"], None, "rad/s", ("t_us", "us")),
         (["t", "p", "q", "r"], None, "rad/s", ("t", "s")),
+        (["t", "roll_rate", "pitch_rate", "yaw_rate"], None, "rad/s", ("t", "s")),
+        (["t", "rollrate_dps", "pitchrate_dps", "yawrate_dps"], None, "deg/s", ("t", "s")),
         (["t", "wx (rad/s)", "wy (rad/s)", "wz (rad/s)"], None, "rad/s", ("t", "s")),
         (["time_s", *(f"body_rate_{axis}_rad_s" for axis in "xyz")], None, "rad/s", ("time_s", "s")),
         (["t", "acc_x", "acc_y", "acc_z", "gyro_bias_x", "gyro_bias_y", "gyro_bias_z", "GyroX", "GyroY", "GyroZ"],
@@ -134,6 +136,6 @@ def test_a_log_without_a_gyro_is_refused_with_what_it_holds(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("t,temperature\n1,2\n2,3\n")
     with pytest.raises(
-        tb.InputError, match="nothing in it is called a gyro or a body rate; it holds\n  t, temperature"
+        tb.InputError, match=r"is called a gyro or a body rate; write a map .*; the log holds\n  t, temperature"
     ):
         tb.guess_map(path)

@@ -285,8 +285,8 @@ def test_words_and_ragged_rows_are_left_out_and_said(tmp_path):
     table[3][1], table[4][0], table[6] = "n/a", "", table[6][:4]
     records = imported(tmp_path, text(table=table))
     assert records.dropped == (
-        "1 rows have another number of fields than the header (row 7: 4 fields of 7): left out",
-        "column gx: 1 cells are no numbers, the first 'n/a': taken as not sampled",
+        "1 row has another number of fields than the header (row 7: 4 fields of 7): left out",
+        "column gx: 1 cell is no number but 'n/a': taken as not sampled",
         "body_rate: 1 samples without time or value left out",
         "applied_torque: 1 samples without time or value left out",
     )

@@ -86,6 +86,19 @@ mass.kg = 4
 
 [a.b]
 seed = 1
+
+[[wheels]]
+axis = 1
+
+[[wheels]]
+mass = 2
+axis = 3
+
+[wheels.bearing]
+friction = 4
+
+[[wheels.bearing.balls]]
+mass = 5
 '''
 
 
@@ -101,6 +114,15 @@ seed = 1
         (("platform", "missing"), 7),
         (("a", "b"), 14),
         (("a", "b", "seed"), 15),
+        (("wheels",), 17),
+        (("wheels", 0), 17),
+        (("wheels", 0, "axis"), 18),
+        (("wheels", 0, "mass"), 17),
+        (("wheels", 1), 20),
+        (("wheels", 1, "axis"), 22),
+        (("wheels", 1, "bearing", "friction"), 25),
+        (("wheels", 1, "bearing", "balls", 0, "mass"), 28),
+        (("wheels", 2), 17),
         (("gyro", "noise"), None),
         (("seed",), None),
     ],

@@ -45,6 +45,7 @@ def test_arrays_and_single_wheels_are_numbered_in_the_order_of_the_file(tmp_path
     ("change", "message"),
     [
         (lambda tree: tree.update(actuators=[single([1.0, 1.0, 0.0])]), "axis: has the length 1.41421 instead of 1"),
+        (lambda tree: tree.update(actuators=[single([0.0, 0.0, 0.0])]), "axis: is zero, which has no direction; give"),
         (
             lambda tree: tree.update(actuators=[single([1.0, 0.0, 0.0]), single([0.0, 1.0, 0.0])]),
             r"actuators: give no torque about \[0, 0, 1\] in body axes",

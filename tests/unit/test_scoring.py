@@ -156,7 +156,7 @@ def test_unknown_is_the_verdict_and_names_beside_it_are_shown_apart(scored):
         (eight, said(step("slosh", "platform"), verdict="unexplained")),
         (eight, said(step("slosh", "platform"))),
     )
-    assert row(cases, "Unmodelled torque at 8 sigma", "unexplained is said").hits == 2
+    assert row(cases, "Unmodelled torque at 8 sigma", "unexplained is reported").hits == 2
     assert row(cases, "Unmodelled torque at 8 sigma", "no name is given").hits == 1
 
 

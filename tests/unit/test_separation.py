@@ -229,7 +229,7 @@ def test_words_and_result_say_what_is_distinguished_and_what_is_not(flights):
     )
     alias = Separation(keys=("gyro_scale:x", "inertia"), now=0.1, after=0.2, wanted=4.6, separable=False)
     proposal = Proposal(flight=flights[-1], times=2, enough=False, separations=(alias, apart))
-    assert pair_words(alias) == "gyro_scale (x) of its typical size and another inertia"
+    assert pair_words(alias) == "gyro_scale (x) of its typical size and a different inertia"
     assert "one class" in distance_words(alias)
     assert "5 after one flight" in distance_words(apart)
     assert "twice" in flight_words(proposal)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import groupby
-from math import isclose
 from typing import TypeAlias
 
 import numpy as np
@@ -14,7 +13,7 @@ from testbed.diagnosis.findings import Addition, additions
 from testbed.diagnosis.location import ResidualSegment
 from testbed.diagnosis.misfit import Misfit
 from testbed.diagnosis.state import Diagnosis, Gap
-from testbed.report.diagnosis.misfit import MEANING
+from testbed.report.diagnosis.misfit import MEANING, in_other_noise
 from testbed.report.diagnosis.verdict import effect_name
 from testbed.report.frame.blocks import Block, Cell, Column, Figure, Paragraph, Section, Table
 from testbed.report.frame.style import color, layout
@@ -24,8 +23,6 @@ _Rung: TypeAlias = tuple[str, Gap]
 _ROLES = ("fitted runs", "held-out runs")
 _SIDE_BY_SIDE = 2
 """Rungs whose names can be read on a chart of half the page's width."""
-_SAME = 1e-6
-"""Share by which a gap differs when it is computed twice in the same noise."""
 
 
 def gaps_section(diagnosis: Diagnosis) -> Section:
@@ -124,11 +121,11 @@ def _rungs(diagnosis: Diagnosis) -> Iterator[_Rung]:
     last = diagnosis.gap_before
     yield "nominal, inertia re-estimated", last
     for (before, after), together in groupby(additions(diagnosis), key=lambda each: (each.before, each.after)):
-        if not isclose(before.fit, last.fit, rel_tol=_SAME):
+        if in_other_noise(before, last):
             yield "noise re-estimated", before
         yield "+ " + listed(effect_name(each.effect, each.component) for each in together), after
         last = after
-    if not isclose(diagnosis.gap.fit, last.fit, rel_tol=_SAME):
+    if in_other_noise(diagnosis.gap, last):
         yield "noise re-estimated", diagnosis.gap
 
 

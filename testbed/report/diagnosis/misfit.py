@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import isclose
+
 from testbed.diagnosis.misfit import BANDWIDTH, Misfit, explained
 from testbed.diagnosis.state import Gap
 
@@ -12,6 +14,8 @@ MEANING = (
 """Of the misfit, for the reader."""
 _WHOLE = 100.0
 """σ from which on tenths say nothing."""
+_SAME = 1e-6
+"""Share by which a gap differs when it is computed twice in the same noise."""
 _FITTED, _HELD_OUT = "on the fitted runs", "on those held out"
 
 
@@ -31,6 +35,11 @@ def misfit_change_words(before: Gap, after: Gap) -> str:
     """Return the misfit before and after a change of the model, and what share of it is explained."""
     heldout = _change(before.heldout_misfit, after.heldout_misfit)
     return _by_role(_change(before.misfit, after.misfit), heldout)
+
+
+def in_other_noise(one: Gap, other: Gap) -> bool:
+    """Return whether the noise was re-estimated between two gaps of the same model."""
+    return not isclose(one.fit, other.fit, rel_tol=_SAME)
 
 
 def gimbals_words(before: Gap, after: Gap) -> str:

@@ -23,7 +23,7 @@ def pair_words(separation: Separation) -> str:
     """Return the names of two indistinguishable models."""
     if INERTIA in separation.keys:
         (effect,) = (_name(key) for key in separation.keys if key != INERTIA)
-        return f"{effect} of its typical size and another inertia"
+        return f"{effect} of its typical size and a different inertia"
     return listed(_name(key) for key in separation.keys)
 
 

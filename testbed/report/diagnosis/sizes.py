@@ -113,7 +113,9 @@ def _name(quantity: Quantity) -> str:
 
 
 def _together(names: Sequence[str]) -> str:
-    """Return the name that components along the axes share; otherwise all names."""
+    """Return the name that components along the axes share; otherwise all names, one alone with its axis."""
+    if len(names) == 1:
+        return names[0]
     stems = {_OTHER_AXES.sub("", name) for name in names}
     return stems.pop() if len(stems) == 1 else ", ".join(names)
 
@@ -121,7 +123,7 @@ def _together(names: Sequence[str]) -> str:
 def _multiple(sizes: Sequence[Detectable]) -> str:
     if not sizes[0].smallest:
         return "-"
-    return " to ".join(dict.fromkeys(figures(size.multiple, 2) for size in (sizes[0], sizes[-1])))
+    return " to ".join(dict.fromkeys(f"{float(figures(size.multiple, 2)):g}" for size in (sizes[0], sizes[-1])))
 
 
 def _confounded(diagnosis: Diagnosis) -> dict[str, str]:

@@ -20,7 +20,7 @@ _FAR = 1.5
 def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
     """Return the answer in a sentence or two."""
     names = [effect_name(each.effect, each.component) for each in diagnosis.added]
-    gap = _fall(diagnosis.gap_before, diagnosis.gap)
+    gap = _fall(_without_effects(diagnosis), diagnosis.gap)
     if diagnosis.verdict is None:
         return Notice(tone="warn", text=f"Interrupted: incomplete, without a verdict. {_so_far(names)}")
     if diagnosis.verdict == "none":
@@ -47,6 +47,16 @@ def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
     misfit, gap = misfit_words(diagnosis.gap), gap_words(diagnosis.gap)
     left = f"No effect of the library explains the residual: a misfit of {misfit}, a gap of {gap}; {noise} is 1."
     return Notice(tone="bad", text=f"{found}{left}{shape_words(diagnosis)}")
+
+
+def _without_effects(diagnosis: Diagnosis) -> Gap:
+    """Return the gap that the effects close: in the noise in which they were added, unless they are on the noise.
+
+    What a re-estimated noise explains is no effect's: the misfit of the baseline in the noise before would count it.
+    """
+    if diagnosis.steps and not diagnosis.scatter and not diagnosis.retracted:
+        return diagnosis.steps[0].before
+    return diagnosis.gap_before
 
 
 def _alone_words(diagnosis: Diagnosis) -> str:
