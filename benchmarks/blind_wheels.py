@@ -47,7 +47,6 @@ SETS = platform_sets.PlatformSets(
     make=make_wheels,
     seed=SEED,
     cases=CASES,
-    complete=False,
     head=_HEAD,
 )
 

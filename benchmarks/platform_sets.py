@@ -38,7 +38,6 @@ class PlatformSets:
         make: makes a case of a platform where it is not whole yet.
         seed: of a set that nobody has looked at.
         cases: of each platform.
-        complete: whether a page in docs/ is of complete sets alone.
         head: of the page.
     """
 
@@ -49,7 +48,6 @@ class PlatformSets:
     make: Callable[..., Path]
     seed: int
     cases: int
-    complete: bool
     head: str
 
     def text(self, contents: Mapping[str, Mapping[str, Any]], words: str = "") -> str:
@@ -107,11 +105,6 @@ def _card(sets: PlatformSets, chosen: argparse.Namespace) -> None:
         for platform in chosen.platforms
     }
     together = [case for cases in by_platform.values() for case in cases]
-    if chosen.write and sets.complete and len(together) < chosen.cases * len(sets.scenarios):
-        raise SystemExit(
-            f"{len(together)} of {chosen.cases * len(sets.scenarios)} cases are diagnosed: docs/{sets.page}.md is "
-            "written from a complete set alone; go on with `run`, or leave --write out"
-        )
     scored = {"both": together, **by_platform}
     contents = {name: _content(sets, cases, chosen) for name, cases in scored.items() if cases}
     if together:

@@ -28,7 +28,6 @@ SETS = platform_sets.PlatformSets(
     make=make_stranger,
     seed=SEED,
     cases=CASES,
-    complete=True,
     head=_HEAD,
 )
 
