@@ -24,7 +24,8 @@ from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.signatures import required_shift
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
-from testbed.library.plans import MOST_FLIGHTS, FlightPlan, Maneuvers
+from testbed.library.plan_flights import Maneuvers
+from testbed.library.plans import MOST_FLIGHTS, FlightPlan
 from testbed.sequential.evidence import Evidence, evidence_of
 
 SIZES = 2.0

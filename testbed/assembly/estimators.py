@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Literal
 
@@ -12,6 +13,16 @@ from testbed.estimation.uncertainty import USUAL, Uncertainty
 from testbed.maneuver.maneuver import Maneuver
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.scenario import Scenario
+
+UNCERTAINTY_KEYS: Mapping[str, str] = {
+    "rotor_momentum": "rotor_momentum_relative",
+    "gimbal_zero": "gimbal_zero_rad",
+    "gimbal_misalignment": "gimbal_axis_misalignment_rad",
+    "gyro_bias": "gyro_bias_rad_s",
+    "gyro_scale": "gyro_scale_factor",
+    "gyro_misalignment": "gyro_misalignment_rad",
+}
+"""Key in [estimation.uncertainty] of each field of `Uncertainty`."""
 
 
 def estimation_settings(scenario: Scenario, nominal: PlatformModel, maneuver: Maneuver | None) -> EstimationSettings:
@@ -48,12 +59,5 @@ def uncertainty_of(scenario: BodyScenario) -> Uncertainty:
             gyro_scale=max(spread.gyro_scale_factor),
         )
     )
-    given = {
-        "rotor_momentum": stated.rotor_momentum_relative,
-        "gimbal_zero": stated.gimbal_zero_rad,
-        "gimbal_misalignment": stated.gimbal_axis_misalignment_rad,
-        "gyro_bias": stated.gyro_bias_rad_s,
-        "gyro_scale": stated.gyro_scale_factor,
-        "gyro_misalignment": stated.gyro_misalignment_rad,
-    }
+    given = {name: getattr(stated, key) for name, key in UNCERTAINTY_KEYS.items()}
     return replace(usual, **{name: value for name, value in given.items() if value is not None})

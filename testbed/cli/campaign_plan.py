@@ -26,7 +26,8 @@ from testbed.cli.options import changed_flight, print_folder, require_folder
 from testbed.cli.tables import plain_table
 from testbed.errors import InputError
 from testbed.formats.plan import PlanResult
-from testbed.library.plans import Maneuvers, PlanSetup, planned_in, require_plan, wanted_of
+from testbed.library.plan_flights import Maneuvers, PlanSetup
+from testbed.library.plans import plan_in, require_plan, wanted_of
 from testbed.library.records import read_records
 from testbed.outputs.folder import reserved_folder
 from testbed.outputs.plan_folder import PLAN, PlanFolder
@@ -89,7 +90,7 @@ def plan_campaign(
         )
         shown = _Flights(bars, len(setup.folder.kept()[0].flights) if resume else 0)
         try:
-            found = planned_in(setup, records, command_line(), resume=resume, after=shown.show)
+            found = plan_in(setup, records, command_line(), resume=resume, after=shown.show)
         except KeyboardInterrupt:
             bars.stop()
             say(f"Interrupted; every flight is kept: repeat the command with --out {folder.path} --resume to go on.")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
@@ -16,9 +16,13 @@ from testbed.estimation.body import is_body
 from testbed.experiment.experiment import CombinedEstimation, Estimation, Experiment
 from testbed.experiment.flying import FlownRun
 from testbed.maneuver.design import Design
-from testbed.report.wording import estimator_name
+from testbed.report.wording import decimals_for, estimator_name
 
 _MILLI = 1e3
+_CELL = 8
+"""Characters of a number with which six columns without padding, beside the longest label, are within 80."""
+_DECIMALS = 4
+"""Of 1e-3 kg·m², where these show the smallest standard deviation."""
 _WIDEST = 10000.0
 """1e-3 kg·m²; what is larger, such as the answer of an estimator that lost its way, is written with an exponent."""
 
@@ -31,36 +35,46 @@ def estimate_table(title: str, rows: Mapping[str, Theta], estimation: Estimation
         rows: θ to show first, such as the truth, by label, kg·m².
         estimation: the estimates, and the bound below them.
     """
-    table = parameter_table(title)
+    table, bound = parameter_table(title), estimation.bound_std if isinstance(estimation, Estimation) else None
+    estimates = estimation.by_name.values()
+    stds = [*(std for each in estimates for std in (each.std, each.noise_std)), *([] if bound is None else [bound])]
+    decimals = _decimals([*rows.values(), *(each.theta for each in estimates)], stds)
+    _make_room(table, decimals)
     for label, theta in rows.items():
-        table.add_row(label, *_cells(theta))
+        table.add_row(label, *_cells(theta, decimals))
     table.add_section()
     for name, estimate in estimation.by_name.items():
-        table.add_row(estimator_name(name), *_cells(estimate.theta))
-        table.add_row("", *_cells(estimate.std, "±"), style="dim")
+        table.add_row(estimator_name(name), *_cells(estimate.theta, decimals))
+        table.add_row("", *_cells(estimate.std, decimals, "±"), style="dim")
         if not np.array_equal(estimate.std, estimate.noise_std):
-            table.add_row("  by noise alone", *_cells(estimate.noise_std, "±"), style="dim")
+            table.add_row("  by noise alone", *_cells(estimate.noise_std, decimals, "±"), style="dim")
         if not is_body(estimate.theta):
-            table.add_row("  nearest body's", *_cells(estimate.body_theta), style="dim")
-    if isinstance(estimation, Estimation) and estimation.bound_std is not None:
+            table.add_row("  nearest body's", *_cells(estimate.body_theta, decimals), style="dim")
+    if bound is not None:
         table.add_section()
-        table.add_row("Cramér-Rao bound", *_cells(estimation.bound_std, "±"))
+        table.add_row("Cramér-Rao bound", *_cells(bound, decimals, "±"))
     return table
 
 
 def statistics_table(statistics: CampaignStatistics) -> Table:
     """Return the table of a campaign: truth, each estimator's mean, scatter, bias and coverage, the bound."""
     table = parameter_table("Inertia in 1e-3 kg m², mean over the runs ± their scatter")
-    table.add_row("true", *_cells(statistics.true_theta))
+    estimators = statistics.estimators.values()
+    decimals = _decimals(
+        [statistics.true_theta, *(each.mean for each in estimators)],
+        [statistics.bound_std, *(each.std for each in estimators)],
+    )
+    _make_room(table, decimals)
+    table.add_row("true", *_cells(statistics.true_theta, decimals))
     for name, figures in statistics.estimators.items():
         table.add_section()
-        table.add_row(estimator_name(name), *_cells(figures.mean))
-        table.add_row("", *_cells(figures.std, "±"))
+        table.add_row(estimator_name(name), *_cells(figures.mean, decimals))
+        table.add_row("", *_cells(figures.std, decimals, "±"))
         table.add_row("  bias / standard error", *_plain(figures.bias_in_standard_errors, "+.1f"), style="dim")
         table.add_row("  scatter / bound", *_plain(figures.scatter_over_bound, ".2f"), style="dim")
         table.add_row("  in its 95 % interval", *_plain(figures.coverage, ".1%"), style="dim")
     table.add_section()
-    table.add_row("Cramér-Rao bound", *_cells(statistics.bound_std, "±"))
+    table.add_row("Cramér-Rao bound", *_cells(statistics.bound_std, decimals, "±"))
     return table
 
 
@@ -103,10 +117,28 @@ def _plain(values: Theta, form: str) -> Iterator[str]:
     return (format(value, form) for value in values)
 
 
-def _cells(values: Theta, sign: str = "") -> Iterator[str]:
+def _decimals(values: Sequence[Theta], stds: Sequence[Theta]) -> int:
+    """Return how many decimals show the smallest standard deviation, as many as the width of the table allows."""
+    cells = [f"{value * _MILLI:z.{_DECIMALS}f}" for theta in values for value in theta]
+    cells += [f"±{std * _MILLI:.{_DECIMALS}f}" for theta in stds for std in theta]
+    spare = max(_CELL - max(map(len, cells)), 0)
+    return min(max(decimals_for(np.concatenate([*stds, []])), _DECIMALS), _DECIMALS + spare)
+
+
+def _make_room(table: Table, decimals: int) -> None:
+    """Take the padding off a table whose numbers have further decimals; one that is too wide would lose a column."""
+    if decimals > _DECIMALS:
+        table.padding = (0, 0)
+
+
+def _cells(values: Theta, decimals: int, sign: str = "") -> Iterator[str]:
     for value in values:
         milli = value * _MILLI
-        yield sign + (f"{milli:.4f}" if abs(milli) < _WIDEST else f"{milli:.1e}").replace("-0.0000", "0.0000")
+        vanishes = sign and 0.0 < abs(milli) < 0.5 * 10.0**-decimals
+        if vanishes:
+            yield f"{sign}{milli:.0e}"  # shorter than the decimals, so that it widens no column
+        else:
+            yield sign + (f"{milli:z.{decimals}f}" if abs(milli) < _WIDEST else f"{milli:.1e}")
 
 
 def design_lines(design: Design | None) -> Iterator[str]:

@@ -7,6 +7,7 @@ name of one.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import final
 
@@ -16,7 +17,7 @@ from scipy.interpolate import CubicSpline
 from scipy.linalg import eigh
 from typing_extensions import override
 
-from testbed.arrays import Array, Series, Theta
+from testbed.arrays import Array, Covariance, Series, Theta
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit, nominal_fit, orthonormal
 from testbed.diagnosis.settings import SETTINGS
@@ -215,22 +216,36 @@ def _require_inertia(baseline: Fit, theta: Theta, gate: Gate) -> None:
         return  # a motion that leaves a direction of the inertia open says nothing of it
     shown = baseline.shown[:6]
     covariance = np.where(np.outer(shown, shown), baseline.covariance[:6, :6], 0.0)
+    for ratio in ratios_apart(baseline.theta, covariance, theta):
+        said = f"the records show {ratio:.3g} times the scenario's inertia about one axis"
+        no_unit = 1.0 / SETTINGS.smallest_unit_factor < ratio < SETTINGS.smallest_unit_factor
+        if no_unit and baseline.chi_square > SETTINGS.misfitting * baseline.freedom:
+            gate.notices.append(f"without any effect, {said}: what is missing may stand in for it")
+            return
+        gate.refuse(
+            "inertia",
+            f"{said}: they are of another platform, or gyro or actuators are in other units; check the scenario's "
+            "inertia and rotor momentum",
+        )
+
+
+def ratios_apart(theta: Theta, covariance: Covariance, nominal: Theta) -> Iterator[float]:
+    """Yield the ratios of an inertia to the nominal one, about their common axes, that are none of one platform.
+
+    They are beyond a factor of `largest_inertia_ratio`, by more than the uncertainty of the inertia.
+
+    Args:
+        theta: estimated, kg·m².
+        covariance: of it, kg²·m⁴.
+        nominal: θ of the nominal model, kg·m².
+    """
     largest = SETTINGS.largest_inertia_ratio
-    ratios, directions = eigh(inertia_of(baseline.theta), inertia_of(theta))
+    ratios, directions = eigh(inertia_of(theta), inertia_of(nominal))
     for ratio, direction in zip(ratios, directions.T, strict=True):
         slope = theta_of(np.outer(direction, direction)) * np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
         doubt = SETTINGS.inertia_ratio_std * float(np.sqrt(max(slope @ covariance @ slope, 0.0)))
         if ratio - doubt > largest or ratio + doubt < 1.0 / largest:
-            said = f"the records show {ratio:.3g} times the scenario's inertia about one axis"
-            no_unit = 1.0 / SETTINGS.smallest_unit_factor < ratio < SETTINGS.smallest_unit_factor
-            if no_unit and baseline.chi_square > SETTINGS.misfitting * baseline.freedom:
-                gate.notices.append(f"without any effect, {said}: what is missing may stand in for it")
-                return
-            gate.refuse(
-                "inertia",
-                f"{said}: they are of another platform, or gyro or actuators are in other units; check the scenario's "
-                "inertia and rotor momentum",
-            )
+            yield float(ratio)
 
 
 @final

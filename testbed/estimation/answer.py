@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -19,6 +20,7 @@ class Answer:
         theta: θ̂, shape (6,), kg·m².
         covariance: of θ̂ by the gyro's noise alone, shape (6, 6), kg²·m⁴.
         considered: shift of θ̂ by one standard deviation of each quantity that is not estimated, shape (6, K), kg·m².
+        considered_kinds: of these quantities, K fields of `Uncertainty`.
         spread: covariance beyond that, by which estimates differ that should agree, shape (6, 6), kg²·m⁴.
         offset_error: of the centre of mass on a pivot, estimated less believed place, shape (3,), m; (0,) without one.
         offset_covariance: of it by the gyro's noise alone, shape (3, 3), m²; (0, 0) without one.
@@ -30,6 +32,7 @@ class Answer:
     theta: Theta
     covariance: Covariance
     considered: Array = field(default_factory=lambda: np.zeros((6, 0)))
+    considered_kinds: tuple[str, ...] = ()
     spread: Covariance = field(default_factory=lambda: np.zeros((6, 6)))
     offset_error: Array = field(default_factory=lambda: np.zeros(0))
     offset_covariance: Array = field(default_factory=lambda: np.zeros((0, 0)))
@@ -51,6 +54,14 @@ class Answer:
     def noise_std(self) -> Theta:
         """Standard deviation of θ̂ by the gyro's noise alone, shape (6,), kg·m²."""
         return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def considered_variance(self) -> Mapping[str, Theta]:
+        """What each kind of quantity that is not estimated adds to the variance of θ̂, shapes (6,), kg²·m⁴."""
+        kinds = np.array(self.considered_kinds)
+        return {
+            kind: (self.considered[:, kinds == kind] ** 2).sum(axis=1) for kind in dict.fromkeys(self.considered_kinds)
+        }
 
     @property
     def offset_std(self) -> Array:

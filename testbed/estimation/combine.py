@@ -38,6 +38,7 @@ def combined(estimates: Sequence[Estimate]) -> CombinedEstimate:
         theta=answer[:6],
         covariance=covariance[:6, :6],
         considered=shift[:6],
+        considered_kinds=estimates[0].considered_kinds,
         offset_error=answer[6:],
         offset_covariance=covariance[6:, 6:],
         offset_cross_covariance=covariance[:6, 6:],

@@ -11,6 +11,7 @@ Source: S. F. Schmidt, Application of State-Space Methods to Navigation Problems
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,13 +24,41 @@ from testbed.estimation.sensitivity import HeldMomentum, held_sensitivity
 from testbed.estimation.telemetry import Telemetry, WheelTelemetry, has_gimbals
 from testbed.estimation.uncertainty import Uncertainty
 
+_OF_GIMBAL = ("gimbal_misalignment", "gimbal_misalignment", "gimbal_zero", "rotor_momentum")
+"""Of each unit, in the order of `alignment_model.KINDS`."""
+_OF_WHEEL = ("rotor_momentum", "gimbal_misalignment", "gimbal_misalignment")
+"""Of each wheel: the scale of its momentum, and two turns of its axis."""
+
+
+class ConsideredErrors(NamedTuple):
+    """What one standard deviation of each of some quantities puts on the gyro's samples.
+
+    Attributes:
+        errors: shape (N, 3, K), rad/s.
+        kinds: of the quantities, K fields of `Uncertainty`.
+    """
+
+    errors: Array
+    kinds: tuple[str, ...]
+
+
+class ConsideredShifts(NamedTuple):
+    """By how much each considered quantity's standard deviation moves each estimate.
+
+    Attributes:
+        by_name: of each estimate, shape (6, K), kg·m²; on a pivot three rows more, of the offset of the centre of mass,
+            m.
+        kinds: of the quantities, K fields of `Uncertainty`.
+    """
+
+    by_name: Mapping[str, Array]
+    kinds: tuple[str, ...]
+
 
 def considered_shifts(
     telemetry: Telemetry, theta: Theta, uncertainty: Uncertainty, influences: Mapping[str, Array]
-) -> Mapping[str, Array]:
-    """Return by how much each considered quantity's standard deviation moves each estimate, shapes (6, K), kg·m².
-
-    On a pivot three rows more say by how much it moves the offset of the centre of mass, m.
+) -> ConsideredShifts:
+    """Return by how much each considered quantity's standard deviation moves each estimate.
 
     Args:
         telemetry: the covered part of one run.
@@ -38,15 +67,18 @@ def considered_shifts(
         influences: ∂θ̂/∂e of each estimate, shape (6 or 9, 3N), by its name; e in the order of the gyro's samples.
     """
     shifts = {name: [np.zeros((len(influence), 0))] for name, influence in influences.items()}
-    for errors in considered_errors(telemetry, theta, uncertainty):
+    kinds: list[str] = []
+    for errors, of in considered_errors(telemetry, theta, uncertainty):
         columns = errors.reshape(-1, errors.shape[-1])
+        kinds += of
         for name, influence in influences.items():
             shifts[name].append(influence @ columns)
-    return {name: np.concatenate(parts, axis=1) for name, parts in shifts.items()}
+    by_name = {name: np.concatenate(parts, axis=1) for name, parts in shifts.items()}
+    return ConsideredShifts(by_name=by_name, kinds=tuple(kinds))
 
 
-def considered_errors(telemetry: Telemetry, theta: Theta, uncertainty: Uncertainty) -> Iterator[Array]:
-    """Yield what one standard deviation of each quantity puts on the gyro's samples, shapes (N, 3, K), rad/s.
+def considered_errors(telemetry: Telemetry, theta: Theta, uncertainty: Uncertainty) -> Iterator[ConsideredErrors]:
+    """Yield what one standard deviation of each quantity puts on the gyro's samples.
 
     Args:
         telemetry: the covered part of one run.
@@ -60,20 +92,27 @@ def considered_errors(telemetry: Telemetry, theta: Theta, uncertainty: Uncertain
     yield from _gyro_errors(motion, uncertainty)
 
 
-def _actuator_errors(telemetry: Telemetry, drive: Drive, motion: Motion, uncertainty: Uncertainty) -> Iterator[Array]:
+def _actuator_errors(
+    telemetry: Telemetry, drive: Drive, motion: Motion, uncertainty: Uncertainty
+) -> Iterator[ConsideredErrors]:
     """Yield ∂ω/∂p of the actuators, unit by unit: all units together would fill the memory on a long record."""
     if has_gimbals(telemetry):
-        axis, zero, momentum = uncertainty.gimbal_misalignment, uncertainty.gimbal_zero, uncertainty.rotor_momentum
-        std = np.array([axis, axis, zero, momentum])  # in the order of alignment_model.KINDS
+        std = _stds(uncertainty, _OF_GIMBAL)
         for unit in range(len(telemetry.gimbals.cluster.rotor_momentum)) if std.any() else ():
             held = held_momentum_of_unit(sampled_unit(telemetry, unit), motion)
-            yield held_sensitivity(drive, motion, held) * std
+            yield ConsideredErrors(held_sensitivity(drive, motion, held) * std, _OF_GIMBAL)
     if telemetry.wheels is not None:
-        std = np.array([uncertainty.rotor_momentum, uncertainty.gimbal_misalignment, uncertainty.gimbal_misalignment])
+        std = _stds(uncertainty, _OF_WHEEL)
         for wheel in range(len(telemetry.wheels.wheels.spin_inertia)) if std.any() else ():
-            yield held_sensitivity(drive, motion, _held_by_wheel(telemetry, telemetry.wheels, drive, wheel)) * std
+            held = _held_by_wheel(telemetry, telemetry.wheels, drive, wheel)
+            yield ConsideredErrors(held_sensitivity(drive, motion, held) * std, _OF_WHEEL)
     elif not has_gimbals(telemetry) and telemetry.cluster_momentum is not None and uncertainty.rotor_momentum:
-        yield held_sensitivity(drive, motion, _momentum_scale(drive)) * uncertainty.rotor_momentum
+        errors = held_sensitivity(drive, motion, _momentum_scale(drive)) * uncertainty.rotor_momentum
+        yield ConsideredErrors(errors, 3 * ("rotor_momentum",))
+
+
+def _stds(uncertainty: Uncertainty, kinds: tuple[str, ...]) -> Array:
+    return np.array([getattr(uncertainty, kind) for kind in kinds])
 
 
 def _held_by_wheel(telemetry: Telemetry, sent: WheelTelemetry, drive: Drive, wheel: int) -> HeldMomentum:
@@ -91,12 +130,14 @@ def _momentum_scale(drive: Drive) -> HeldMomentum:
     return HeldMomentum(at_nodes=nodes[..., None] * np.eye(3), at_samples=samples[..., None] * np.eye(3))
 
 
-def _gyro_errors(motion: Motion, uncertainty: Uncertainty) -> Iterator[Array]:
+def _gyro_errors(motion: Motion, uncertainty: Uncertainty) -> Iterator[ConsideredErrors]:
     rate = motion.body_rate[..., None]
     if uncertainty.gyro_bias:
-        yield np.broadcast_to(uncertainty.gyro_bias * np.eye(3), (len(rate), 3, 3))
+        errors = np.broadcast_to(uncertainty.gyro_bias * np.eye(3), (len(rate), 3, 3))
+        yield ConsideredErrors(errors, 3 * ("gyro_bias",))
     if uncertainty.gyro_scale:
-        yield uncertainty.gyro_scale * rate * np.eye(3)
+        yield ConsideredErrors(uncertainty.gyro_scale * rate * np.eye(3), 3 * ("gyro_scale",))
     if uncertainty.gyro_misalignment:
         for turn in (1, 2):  # each axis reads a share of the next one, and of the one after that
-            yield uncertainty.gyro_misalignment * np.roll(rate, -turn, axis=1) * np.eye(3)
+            errors = uncertainty.gyro_misalignment * np.roll(rate, -turn, axis=1) * np.eye(3)
+            yield ConsideredErrors(errors, 3 * ("gyro_misalignment",))

@@ -96,7 +96,12 @@ def considered(
     influences = {name: _influence(estimate, part) for name, estimate in by_name.items()}
     shifts = considered_shifts(part, likely_theta(part, settings.nominal_theta), settings.uncertainty, influences)
     return {
-        name: replace(estimate, considered=shifts[name][:6], offset_considered=shifts[name][6:])
+        name: replace(
+            estimate,
+            considered=shifts.by_name[name][:6],
+            considered_kinds=shifts.kinds,
+            offset_considered=shifts.by_name[name][6:],
+        )
         for name, estimate in by_name.items()
     }
 
@@ -148,7 +153,7 @@ def _residual(part: Telemetry, settings: EstimationSettings, drive: Drive, motio
     theta = likely_theta(part, settings.nominal_theta)
     errors = [
         np.zeros((3 * len(rows), 0)),
-        *(each[rows].reshape(3 * len(rows), -1) for each in considered_errors(part, theta, settings.uncertainty)),
+        *(each[rows].reshape(3 * len(rows), -1) for each, _ in considered_errors(part, theta, settings.uncertainty)),
     ]
     residual = (part.body_rate - motion.body_rate)[rows].reshape(-1, 1)
     rest, beside = (values - explained @ (explained.T @ values) for values in (residual, np.hstack(errors)))

@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from testbed.arrays import Theta
 from testbed.assembly.contact import cut_at_contact
 from testbed.assembly.platform import PlatformModel
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.reading import gated, grouped
 from testbed.diagnosis.windows import STAND_ALONE, outliers_notice
-from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.errors import InputError
 from testbed.experiment.combining import combine_estimations
 from testbed.experiment.experiment import CombinedEstimation, Estimation
@@ -39,6 +40,7 @@ class Identification:
         combined: of all of them.
         notices: what a reader has to know of the records.
         refused: why records were left out.
+        nominal_theta: inertia that the estimates have to be near, kg·m²; None where the scenario accepts any other.
     """
 
     records: tuple[Record, ...]
@@ -46,6 +48,7 @@ class Identification:
     combined: CombinedEstimation
     notices: tuple[str, ...]
     refused: tuple[str, ...]
+    nominal_theta: Theta | None
 
 
 def identify(scenario: Scenario, nominal: PlatformModel, records: Sequence[Record]) -> Identification:
@@ -88,6 +91,7 @@ def identify(scenario: Scenario, nominal: PlatformModel, records: Sequence[Recor
         combined=combine_estimations(estimations),
         notices=(*grouped(notices), *passed.doubts),
         refused=tuple(refused),
+        nominal_theta=None if "inertia" in scenario.diagnosis.accept else theta_of(nominal.inertia),
     )
 
 

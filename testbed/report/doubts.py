@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 
 import numpy as np
 
+from testbed.arrays import Theta
+from testbed.diagnosis.gate import ratios_apart
 from testbed.dynamics.environment import Pivoted
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.estimation.agreement import REFUSED, Agreement
@@ -17,6 +19,7 @@ from testbed.estimation.estimate import Estimate
 from testbed.estimation.residual_check import ResidualCheck
 from testbed.experiment.checking import Compared, NeglectedTorque
 from testbed.experiment.experiment import CombinedEstimation, Estimation
+from testbed.report.verdict import leading_estimator
 from testbed.report.wording import BAND, capitalized, chance_words, estimator_name, figures, listed
 
 DIAGNOSE = "try `testbed diagnose` on these records"
@@ -49,6 +52,32 @@ def combination_doubts(combined: CombinedEstimation) -> Iterator[str]:
         yield from _body_doubts(combined.by_name)
 
 
+def other_body_doubts(by_name: Mapping[str, CombinedEstimate], nominal: Theta) -> Iterator[str]:
+    """Yield that an inertia is far from the nominal one, as `testbed diagnose` refuses it.
+
+    Args:
+        by_name: of all records together; the leading one is compared.
+        nominal: θ of the nominal model, kg·m².
+    """
+    best = leading_estimator(by_name)
+    ratios = [*ratios_apart(by_name[best].theta, by_name[best].total_covariance, nominal)]
+    for side, factors in {
+        "smaller": [1.0 / ratio for ratio in ratios if 0.0 < ratio < 1.0],
+        "larger": [ratio for ratio in ratios if ratio > 1.0],
+    }.items():
+        if factors:
+            yield (
+                f"The inertia that {estimator_name(best)} estimates is {' to '.join(_ends(factors))} times {side} than "
+                f"the nominal one about {_AXES[len(factors)]}: probably another body, or gyro, torques or actuators in "
+                "other units; check the scenario's inertia and the units of the records."
+            )
+
+
+def _ends(values: Sequence[float]) -> list[str]:
+    return [*dict.fromkeys((figures(min(values)), figures(max(values))))]
+
+
+_AXES = {1: "one axis", 2: "two axes", 3: "every axis"}
 _MICRO = 1e6
 
 

@@ -19,6 +19,7 @@ from testbed.report.doubts import (
     neglected_words,
     offset_interval_words,
     offset_words,
+    other_body_doubts,
 )
 from testbed.report.frame.blocks import Notice, Page, Section
 from testbed.report.frame.page import write_page
@@ -94,6 +95,8 @@ def identification_verdict(identification: Identification, nominal: Theta) -> No
 
 def identification_doubts(identification: Identification) -> Iterator[str]:
     """Yield what puts the inertia in doubt: of all records together, then of each."""
+    if identification.nominal_theta is not None:
+        yield from other_body_doubts(identification.combined.by_name, identification.nominal_theta)
     yield from combination_doubts(identification.combined)
     several = len(identification.records) > 1
     for name, estimation in identification.estimations.items():

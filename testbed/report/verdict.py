@@ -8,9 +8,11 @@ import numpy as np
 import scipy
 
 from testbed.arrays import Theta
+from testbed.assembly.estimators import UNCERTAINTY_KEYS
 from testbed.campaign.statistics import CampaignStatistics, EstimatorStatistics
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.estimation.agreement import REFUSED
+from testbed.estimation.answer import Answer
 from testbed.report.frame.blocks import Notice
 from testbed.report.sections.inertias import Inertias
 from testbed.report.wording import BAND, estimator_name, figures, listed
@@ -20,6 +22,11 @@ _LEADING = ("output_error", "iv_momentum", "iv", "ls")
 _BIASED = "ls"
 """Least squares is there as the baseline: noise biases it, and that does not speak against a flight."""
 _CONFIDENCE = 0.95
+MOSTLY_CONSIDERED = 2.0
+"""Standard deviation, noise and considered quantities together, over that by noise alone, from which a verdict states
+what the rest comes from. Source: formula, at 2 the rest is three quarters of the variance."""
+_LARGE_SHARE = 0.25
+"""Share of the variance from which a further quantity is named. Source: chosen, so that two or three are."""
 STRONG_BIAS = 4.0
 """Standard errors; chance exceeds them in one of 16,000 means."""
 
@@ -36,6 +43,7 @@ def flight_verdict(inertias: Inertias, doubts: Sequence[str] = ()) -> Notice:
     judged = [name for name in inertias.by_name if name != _BIASED] or [*inertias.by_name]
     off = [name for name in judged if _error_p_value(inertias, name) < REFUSED]
     text = f"The flight was completed; {_coverage(inertias, judged)}{_as_expected(off)}{_distance_to_bound(inertias)}."
+    text += considered_words(inertias)
     if off or doubts:
         return Notice(tone="warn", text=f"{text} {_doubtful(doubts)}".strip())
     return Notice(tone="good", text=text)
@@ -62,6 +70,7 @@ def measured_verdict(inertias: Inertias, records: int, doubts: Sequence[str] = (
         f"The inertia was estimated from {source}; {estimator_name(best)} states an uncertainty of "
         f"{_span(estimate.std)} kg·m² (one standard deviation), {_span(estimate.noise_std)} of it by the gyro's noise."
     )
+    text += considered_words(inertias)
     if doubts:
         return Notice(tone="warn", text=f"{text} {_doubtful(doubts)}")
     return Notice(tone="good", text=text)
@@ -84,10 +93,44 @@ def campaign_verdict(statistics: CampaignStatistics) -> Notice:
     return Notice(tone="warn" if against else "good", text=" ".join([text, *against]))
 
 
+def considered_words(inertias: Inertias) -> str:
+    """Return a sentence on what makes the uncertainty larger than noise does; empty where it is mostly noise.
+
+    Args:
+        inertias: estimates; the leading one's uncertainty is explained.
+    """
+    best = leading_estimator(inertias.by_name)
+    estimate = inertias.by_name[best]
+    shares = _considered_shares(estimate)
+    if not shares:
+        return ""
+    first, *others = sorted(shares, key=lambda kind: -shares[kind])
+    named = [first, *(kind for kind in others if shares[kind] >= _LARGE_SHARE)]
+    parts = listed(f"{100 * shares[kind]:.0f} % from estimation.uncertainty.{UNCERTAINTY_KEYS[kind]}" for kind in named)
+    largest = figures((_considered_std(estimate) / estimate.noise_std).max())
+    return (
+        f" This is up to {largest} times what the gyro's noise makes: of the variance, in the mean of the parameters, "
+        f"{parts}; state there what is known of it."
+    )
+
+
 def leading_estimator(by_name: Iterable[str]) -> str:
     """Return the most efficient of some estimators."""
     names = set(by_name)
     return next(name for name in _LEADING if name in names)
+
+
+def _considered_shares(estimate: Answer) -> dict[str, float]:
+    """Return each kind's share of the variance without the spread, mean of the parameters; none where noise leads."""
+    std = _considered_std(estimate)
+    if not (std > MOSTLY_CONSIDERED * estimate.noise_std).any():
+        return {}
+    return {kind: float(np.mean(of / std**2)) for kind, of in estimate.considered_variance.items()}
+
+
+def _considered_std(estimate: Answer) -> Theta:
+    """Return the standard deviation by noise and considered quantities, without the spread, shape (6,), kg·m²."""
+    return np.asarray(np.sqrt(estimate.noise_std**2 + (estimate.considered**2).sum(axis=1)))
 
 
 def _campaign_doubts(of: EstimatorStatistics) -> Iterator[str]:

@@ -11,7 +11,7 @@ import pytest
 
 import testbed as tb
 import testbed.library.diagnoses
-import testbed.library.plans
+import testbed.library.plan_flights
 from support.diagnosed_records import nominal
 from support.processes import ROOT
 from testbed.cli.app import app
@@ -38,7 +38,7 @@ OFF = {"encoder.zero_rad": [0.0, 0.0, 0.04, 0.0, 0.0, 0.0], "truth.mass_kg": 4.0
 def few(monkeypatch):
     """A library of three effects, of which a diagnosis takes two seconds."""
     known = {name: EFFECTS[name] for name in FEW}
-    monkeypatch.setattr(testbed.library.plans, "EFFECTS", known)
+    monkeypatch.setattr(testbed.library.plan_flights, "EFFECTS", known)
     monkeypatch.setattr(testbed.library.diagnoses, "EFFECTS", known)
 
 

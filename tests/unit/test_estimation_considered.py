@@ -78,7 +78,10 @@ def test_shifts_are_those_of_estimators_that_believe_wrong_numbers(flight):
     estimates = {name: estimator(telemetry, SETTINGS) for name, estimator in ESTIMATORS.items()}
     part = identifiable_part(telemetry, SETTINGS)
     influences = {name: estimate.influence for name, estimate in estimates.items()}
-    predicted = considered_shifts(part, TRUE_THETA, STD, influences)
+    predicted, kinds = considered_shifts(part, TRUE_THETA, STD, influences)
+    axis = "gimbal_misalignment"
+    gyro = [kind for kind in ("gyro_bias", "gyro_scale", "gyro_misalignment", "gyro_misalignment") for _ in range(3)]
+    assert kinds == (*6 * (axis, axis, "gimbal_zero", "rotor_momentum"), *gyro)
     wrong = list(believed_wrongly(telemetry))
     for name, estimator in ESTIMATORS.items():
         shifts = np.array([estimator(each, SETTINGS).theta - estimates[name].theta for each in wrong]).T
@@ -93,7 +96,10 @@ def test_a_reported_momentum_is_uncertain_by_axis():
     telemetry = replace(gimbals, gimbals=None, cluster_momentum=momentum_B)
     estimate = ESTIMATORS["output_error"](telemetry, SETTINGS)
     part = identifiable_part(telemetry, SETTINGS)
-    shifts = considered_shifts(part, TRUE_THETA, Uncertainty(rotor_momentum=SIZE), {"oe": estimate.influence})["oe"]
+    scale = Uncertainty(rotor_momentum=SIZE)
+    by_name, kinds = considered_shifts(part, TRUE_THETA, scale, {"oe": estimate.influence})
+    shifts = by_name["oe"]
+    assert kinds == ("rotor_momentum",) * 3
     for axis in range(3):
         scaled = replace(telemetry, cluster_momentum=momentum_B * (1.0 - SIZE * np.eye(3)[axis]))
         shift = ESTIMATORS["output_error"](scaled, SETTINGS).theta - estimate.theta
@@ -104,7 +110,7 @@ def test_nothing_uncertain_shifts_nothing():
     telemetry = flown("from rest")
     estimate = ESTIMATORS["iv"](telemetry, SETTINGS)
     part = identifiable_part(telemetry, SETTINGS)
-    assert considered_shifts(part, TRUE_THETA, EXACT, {"iv": estimate.influence})["iv"].shape == (6, 0)
+    assert considered_shifts(part, TRUE_THETA, EXACT, {"iv": estimate.influence}).by_name["iv"].shape == (6, 0)
 
 
 @pytest.mark.parametrize("name", ["iv_momentum", "output_error"])

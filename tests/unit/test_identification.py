@@ -12,6 +12,7 @@ from testbed.dynamics.inertia import theta_of
 from testbed.errors import InputError
 from testbed.identification.identify import LONGEST_GATED, _looked_at, identify
 from testbed.report.measured import identification_doubts, identification_verdict
+from testbed.scenario.diagnosis import Diagnosis
 
 
 @pytest.fixture(scope="module")
@@ -54,6 +55,34 @@ def test_a_zero_momentum_that_is_none_is_refused_and_estimated(sound):
     assert any("which this record refuses" in notice for notice in found.notices)
     error = np.abs(found.combined.by_name["output_error"].theta - theta_of(nominal()[1].inertia))
     assert np.all(error < 4.0 * found.combined.by_name["output_error"].std)
+
+
+@pytest.mark.parametrize(
+    ("factor", "says"),
+    [
+        (30.0, "The inertia that output error estimates is 30 times smaller than the nominal one about every axis"),
+        (1.0 / 30.0, "estimates is 30 times larger than the nominal one about every axis: probably another body"),
+        (1.9, None),
+    ],
+)
+def test_an_inertia_far_from_the_nominal_one_is_in_doubt_by_name(sound, factor, says):
+    found = identified(sound)
+    other = replace(found, nominal_theta=factor * found.combined.by_name["output_error"].theta)
+    said = doubts(other)
+    if says is None:
+        assert said == []
+    else:
+        assert len(said) == 1
+        assert says in said[0]
+        assert verdict(other).tone == "warn"
+    assert doubts(replace(other, nominal_theta=None)) == []
+
+
+def test_a_scenario_that_accepts_another_inertia_is_not_doubted(sound):
+    scenario, platform = nominal()
+    accepting = scenario.model_copy(update={"diagnosis": Diagnosis(accept=("inertia",))})
+    assert identify(accepting, platform, sound[:1]).nominal_theta is None
+    assert identified(sound[:1]).nominal_theta is not None
 
 
 def test_runs_that_differ_are_not_green_and_their_spread_is_in_the_band(sound):

@@ -181,7 +181,7 @@ def test_one_database_of_a_bag_is_read_alone(tmp_path):
     ("content", "says"),
     [
         (b"", "is empty"),
-        (bytes(100), "is in none of the formats that are read: ULog, MCAP"),
+        (bytes(100), r"its name says ROS 1 bag, but its content does not begin as one: .*copy it again"),
         (b"ULog\x01\x12\x35", "cannot be read as ULog"),
         (b"ULog\x01\x12\x35\x01" + bytes(100), "does not hold what the map names"),
         (b"\x89MCAP0\r\n" + bytes(100), "does not hold what the map names"),
@@ -197,6 +197,27 @@ def test_what_is_no_log_is_refused(tmp_path, content, says):
     path.write_bytes(content)
     with pytest.raises(tb.InputError, match=says):
         tb.import_log(path, logs.ULOG_MAP)
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("x.ulg", r"x\.ulg: its name says ULog, but its content does not begin as one: .*copy it again"),
+        ("x.MCAP", "its name says MCAP, but"),
+        ("x.bag", "its name says ROS 1 bag, but"),
+        ("x.db3", "its name says ROS 2 bag, but"),
+        ("x.parquet", "its name says Parquet, but"),
+        ("x.csv", "is in none of the formats that are read: ULog, MCAP"),
+        ("x", "is in none of the formats that are read: ULog, MCAP"),
+    ],
+)
+def test_random_bytes_are_refused_by_what_their_name_says(tmp_path, name, says):
+    path = tmp_path / name
+    path.write_bytes(np.random.default_rng(1).bytes(3000))
+    with pytest.raises(tb.InputError, match=says):
+        tb.import_log(path, logs.ULOG_MAP)
+    with pytest.raises(tb.InputError, match=says):
+        tb.guess_map(path)
 
 
 def test_a_log_that_is_not_there_is_refused(tmp_path):

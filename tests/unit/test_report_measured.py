@@ -38,6 +38,7 @@ def page_of(folder, *records, failures=None):
             combined=combine_estimations(estimations),
             notices=(),
             refused=(),
+            nominal_theta=None,
         ),
         provenance=PROVENANCE,
         result={"schema": 1},

@@ -1,20 +1,23 @@
 """The page of a run: its numbers are the run's, and it shows what the run has and nothing else."""
 
 import re
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 
 from support.report_pages import ParsedPage
 from support.report_runs import PROVENANCE, designed, diverged_flight, flight
+from testbed.assembly.estimators import UNCERTAINTY_KEYS
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
+from testbed.estimation.uncertainty import Uncertainty
 from testbed.experiment.result import result_of
 from testbed.report.frame.page import render_page
 from testbed.report.run import run_page, write_run_report
 from testbed.report.sections.inertias import Inertias
-from testbed.report.verdict import flight_verdict
+from testbed.report.verdict import MOSTLY_CONSIDERED, flight_verdict
 from testbed.report.wording import ESTIMATOR_NAMES, capitalized
+from testbed.scenario.uncertainty import Uncertainty as ScenarioUncertainty
 
 FLIGHT = ["maneuver", "tracking", "actuators"]
 
@@ -179,6 +182,31 @@ def test_least_squares_is_the_biased_baseline_and_does_not_spoil_a_verdict():
     exact = off_by(some["iv"], truth, [0.1, -0.3, 0.0, 0.0, 0.0, 0.2])
     biased = off_by(some["ls"], truth, [9.0, 0.0, -9.0, 0.0, 0.0, 0.0])
     assert flight_verdict(inertias_of(experiment, {"ls": biased, "iv": exact})).tone == "good"
+
+
+def test_the_verdict_names_what_makes_the_uncertainty_larger_than_noise():
+    experiment = flight()
+    estimate = experiment.estimation.by_name["output_error"]
+    noise = estimate.noise_std[:, None]
+
+    def verdict(considered, kinds):
+        uncertain = replace(estimate, considered=considered * noise, considered_kinds=kinds)
+        return flight_verdict(inertias_of(experiment, {"output_error": uncertain})).text
+
+    kinds = ("gyro_bias", "gimbal_misalignment", "gimbal_misalignment", "gyro_scale")
+    text = verdict(np.array([6.0, 4.0, 3.0, 1.0]), kinds)  # variances 1 of noise, 36, 16 + 9 and 1
+    assert "up to 7.94 times what the gyro's noise makes" in text
+    assert "57 % from estimation.uncertainty.gyro_bias_rad_s and 40 % from" in text
+    assert "estimation.uncertainty.gimbal_axis_misalignment_rad; state" in text
+    assert "gyro_scale" not in text
+    just_below = np.sqrt(0.99 * (MOSTLY_CONSIDERED**2 - 1.0)) * np.array([1.0, 0.0, 0.0, 0.0])
+    assert "estimation.uncertainty" not in verdict(just_below, kinds)
+    assert "estimation.uncertainty" in verdict(just_below * 1.02, kinds)
+
+
+def test_every_considered_quantity_has_its_key():
+    assert [*UNCERTAINTY_KEYS] == [each.name for each in fields(Uncertainty)]
+    assert {*UNCERTAINTY_KEYS.values()} == {*ScenarioUncertainty.model_fields}
 
 
 def test_a_flight_whose_estimates_are_in_doubt_is_not_green():
