@@ -218,7 +218,8 @@ def _require_inertia(baseline: Fit, theta: Theta, gate: Gate) -> None:
     covariance = np.where(np.outer(shown, shown), baseline.covariance[:6, :6], 0.0)
     for ratio in ratios_apart(baseline.theta, covariance, theta):
         said = f"the records show {ratio:.3g} times the scenario's inertia about one axis"
-        no_unit = 1.0 / SETTINGS.smallest_unit_factor < ratio < SETTINGS.smallest_unit_factor
+        # No unit makes an inertia negative: that is the far side of an infinite one, whose sign rounding decides.
+        no_unit = ratio < 0.0 or 1.0 / SETTINGS.smallest_unit_factor < ratio < SETTINGS.smallest_unit_factor
         if no_unit and baseline.chi_square > SETTINGS.misfitting * baseline.freedom:
             gate.notices.append(f"without any effect, {said}: what is missing may stand in for it")
             return

@@ -59,7 +59,9 @@ def residual_check(
     """
     white = (residual / sigma).ravel()
     errors = considered / np.tile(sigma, len(residual))[:, None]
-    explained = np.linalg.solve(errors.T @ errors + np.eye(errors.shape[1]), errors.T @ white)
+    number = errors.shape[1]  # errors far above the noise make a normal matrix singular: least squares are not
+    believed = np.vstack([errors, np.eye(number)])
+    explained = np.linalg.lstsq(believed, np.concatenate([white, np.zeros(number)]))[0]
     rest = white - errors @ explained
     freedom, square = white.size - parameters, float(white @ rest)
     return ResidualCheck(

@@ -145,7 +145,8 @@ def test_what_torques_can_do_is_the_same_run_by_run_as_all_runs_together():
     whole = projected_out(block_diag(*torque_responses(runs, fit, KNOTS)), nuisance)
     torques = np.random.default_rng(3).standard_normal((len(runs.names), KNOTS, 2))
     shape = _Tried(kind="growing", words="", torques=torques)
-    (columns,) = _responses([shape], space)
+    (((alone,), (columns,)),) = _responses([shape], space)
+    assert alone is shape
     hats = np.kron(torques.reshape(-1, 2), np.eye(3)).reshape(-1, 2, 3).swapaxes(1, 2).reshape(len(whole.T), 6)
     direct = whole @ hats
     np.testing.assert_allclose(columns.T @ columns, direct.T @ direct, rtol=1e-7, atol=1e-7 * np.abs(direct).max() ** 2)

@@ -52,7 +52,7 @@ def test_an_estimate_that_is_a_bodys_is_not_moved():
 @pytest.mark.parametrize("correlation", [0.0, 0.6])
 def test_the_nearest_body_is_one_and_no_other_is_nearer(correlation):
     covariance = np.outer(STD, STD) * (np.eye(6) * (1.0 - correlation) + correlation)
-    inverse, rng = np.linalg.inv(covariance), np.random.default_rng(4)
+    inverse, rng, compared = np.linalg.inv(covariance), np.random.default_rng(4), 0
     for _ in range(20):
         theta = PLATE + np.linalg.cholesky(covariance) @ rng.standard_normal(6)
         if is_body(theta):
@@ -70,7 +70,10 @@ def test_the_nearest_body_is_one_and_no_other_is_nearer(correlation):
             method="SLSQP",
             options={"ftol": 1e-12, "maxiter": 500},
         )
-        assert distance(nearest) < distance(found.x) * (1.0 + 1e-3) + 1e-6
+        if found.success:  # where its line search fails, which rounding decides, what it returns may be no body
+            compared += 1
+            assert distance(nearest) < distance(found.x) * (1.0 + 1e-3) + 1e-6
+    assert compared >= 4
 
 
 def test_second_moments_are_those_of_the_masses():

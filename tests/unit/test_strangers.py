@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from benchmarks import platform_sets, strangers, strangers_cases
+from benchmarks import strangers_cases
 from benchmarks.strangers_cases import make_stranger, record_of, stranger_orders
 from benchmarks.strangers_craft import engine_craft, flyable_delay, step_of
 from benchmarks.strangers_effects import WITH_PARTS, answered
@@ -237,11 +237,3 @@ def test_what_is_said_of_it_is_scored_by_its_answer(made, tmp_path):
     assert case.sealed
     assert said_right(case)
     assert [*parameters_covered(case, 2.0)] == [True]
-
-
-def test_a_page_in_docs_is_of_complete_sets_alone(tmp_path, monkeypatch):
-    monkeypatch.setattr("sys.argv", ["strangers", "card", "--out", str(tmp_path), "--write"])
-    monkeypatch.setattr(platform_sets, "DOCS", tmp_path / "docs")
-    with pytest.raises(SystemExit, match="0 of 400 cases are diagnosed"):
-        platform_sets.main(strangers.SETS)
-    assert not (tmp_path / "docs").exists()
