@@ -94,11 +94,11 @@ class SizePrior:
         """
         free = ~self.searched
         scale, positive = self.typical[free], self.positive[free]
-        within, along = information[np.ix_(free, free)], slope[free]
+        within, own = information[np.ix_(free, free)], slope[free]
         if not positive.any():
-            return float(evidences(scale, within, along))
-        strength, axes = np.linalg.eigh(within * np.outer(scale, scale))
-        along, square = axes.T @ (scale * along), SIZE_FACTORS[:, None] ** 2
+            return float(evidences(scale, within, own))
+        strength, axes, along = _along_axes(scale, within, own)
+        square = SIZE_FACTORS[:, None] ** 2
         spread = square / (1.0 + square * np.maximum(strength, 0.0))
         mean, variance = (spread * along) @ axes.T, spread @ (axes.T**2)
         halves = log_ndtr(mean[:, positive] / np.sqrt(variance[:, positive])) + log(2.0)
@@ -128,9 +128,14 @@ def evidences(typical: Array, information: Array, slope: Array) -> Array:
         information: N, shape (..., K, K).
         slope: b, shape (..., K).
     """
-    strength, axes = np.linalg.eigh(information * typical[..., :, None] * typical[..., None, :])
-    along = (np.swapaxes(axes, -1, -2) @ (typical * slope)[..., None])[..., 0]
+    strength, _, along = _along_axes(typical, information, slope)
     return _averaged(_log_ratios(along, strength))
+
+
+def _along_axes(typical: Array, information: Array, slope: Array) -> tuple[Array, Array, Array]:
+    """Return eigenvalues and axes of an information in typical sizes, and the slope along them; as `evidences`."""
+    strength, axes = np.linalg.eigh(information * typical[..., :, None] * typical[..., None, :])
+    return strength, axes, (np.swapaxes(axes, -1, -2) @ (typical * slope)[..., None])[..., 0]
 
 
 def _log_ratios(along: Array, strength: Array) -> Array:

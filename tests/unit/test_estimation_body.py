@@ -52,7 +52,7 @@ def test_an_estimate_that_is_a_bodys_is_not_moved():
 @pytest.mark.parametrize("correlation", [0.0, 0.6])
 def test_the_nearest_body_is_one_and_no_other_is_nearer(correlation):
     covariance = np.outer(STD, STD) * (np.eye(6) * (1.0 - correlation) + correlation)
-    inverse, rng, compared = np.linalg.inv(covariance), np.random.default_rng(4), 0
+    inverse, rng = np.linalg.inv(covariance), np.random.default_rng(4)
     for _ in range(20):
         theta = PLATE + np.linalg.cholesky(covariance) @ rng.standard_normal(6)
         if is_body(theta):
@@ -63,17 +63,18 @@ def test_the_nearest_body_is_one_and_no_other_is_nearer(correlation):
         def distance(other, theta=theta):
             return float((other - theta) @ inverse @ (other - theta))
 
-        found = minimize(
-            distance,
-            PLATE - np.array([0, 0, 1e-3, 0, 0, 0]),
-            constraints={"type": "ineq", "fun": lambda other: 1e3 * np.linalg.eigvalsh(second_moments(other))[0]},
-            method="SLSQP",
-            options={"ftol": 1e-12, "maxiter": 500},
-        )
-        if found.success:  # where its line search fails, which rounding decides, what it returns may be no body
-            compared += 1
-            assert distance(nearest) < distance(found.x) * (1.0 + 1e-3) + 1e-6
-    assert compared >= 4
+        def search(inside, distance=distance):
+            return minimize(
+                distance,
+                PLATE - np.array([0, 0, inside, 0, 0, 0]),
+                constraints={"type": "ineq", "fun": lambda other: 1e3 * np.linalg.eigvalsh(second_moments(other))[0]},
+                method="SLSQP",
+                options={"ftol": 1e-12, "maxiter": 500},
+            )
+
+        # Rounding decides from which start its line search comes to an end; else what it returns may be no body.
+        found = next(each for each in map(search, (1e-3, 5e-4, 2e-3, 1e-4, 3e-3, 5e-3)) if each.success)
+        assert distance(nearest) < distance(found.x) * (1.0 + 1e-3) + 1e-6
 
 
 def test_second_moments_are_those_of_the_masses():
