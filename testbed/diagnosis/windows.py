@@ -19,11 +19,11 @@ from testbed.arrays import Array, Flags, Series
 from testbed.assembly.contact import cut_at_contact
 from testbed.assembly.platform import Body
 from testbed.assembly.telemetry import axes_key, telemetry_of
+from testbed.diagnosis.bridging import bridged_stretches
 from testbed.diagnosis.settings import SETTINGS
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.gyro_saturation import flat_tops
 from testbed.errors import InputError
-from testbed.estimation.gaps import between_gaps, gaps
 from testbed.estimation.gyro_noise import gyro_noise_of
 from testbed.estimation.outliers import gross_outliers
 from testbed.estimation.telemetry import Telemetry, covered_part
@@ -89,20 +89,10 @@ def _between(telemetry: Telemetry, first: float, last: float) -> Telemetry:
     begin = max(int(np.searchsorted(telemetry.actuator_time, 2.0 * first - last)) - 1, 0)
     rows = slice(begin, int(np.searchsorted(telemetry.actuator_time, last)) + 1)
     return replace(
-        with_actuator_rows(telemetry, rows),
+        telemetry.with_actuator_rows(rows),
         gyro_time=telemetry.gyro_time[own],
         body_rate=telemetry.body_rate[own],
     )
-
-
-def with_actuator_rows(telemetry: Telemetry, rows: slice) -> Telemetry:
-    """Return telemetry with some of its actuators' samples.
-
-    Args:
-        telemetry: of one run.
-        rows: which samples.
-    """
-    return telemetry.with_actuator_samples(telemetry.actuator_time[rows], lambda samples: samples[rows])
 
 
 class _Bins(NamedTuple):
@@ -135,12 +125,6 @@ def _bins(time: Series, rate: float) -> _Bins:
     return _Bins(first, full, 1.0 / counts[full], usual)
 
 
-_BRIDGED = 0.3
-"""s. Without an applied torque the total angular momentum lasts through a gap; only the attitude by which it turns is
-less certain behind it. A gimbal that swings by 0.3 rad at 1 Hz costs 6e-4 rad."""
-_BRIDGED_TORQUE = 0.11
-"""s. An applied torque is followed at 16 Hz, and so is it over gaps that are hardly longer. Over 0.12 s what changes
-between left a jump of 4e-5 N·m·s, which looks like a touch."""
 STAND_ALONE = "alone, far from the neighbours: left out"
 
 
@@ -179,7 +163,7 @@ def parts_of(record: Record, scenario: BodyScenario, nominal: Body, notices: lis
     telemetry = _without_gross_outliers(name, telemetry, notices)
     if scenario.diagnosis.sample_rate_hz is not None:
         telemetry = averaged(telemetry, scenario.diagnosis.sample_rate_hz)
-    stretches = list(_without_gaps(telemetry))
+    stretches = list(_without_gaps(telemetry, nominal))
     if not stretches:
         raise InputError(
             f"{name}: no {MINIMUM_SAMPLES} gyro samples lie between two gaps of the actuators' "
@@ -270,12 +254,11 @@ def _require_moving_gyro(name: str, telemetry: Telemetry) -> None:
             )
 
 
-def _without_gaps(telemetry: Telemetry) -> Iterator[Telemetry]:
+def _without_gaps(telemetry: Telemetry, nominal: Body) -> Iterator[Telemetry]:
     """Yield the stretches without a gap of their actuator samples over which no motion can be predicted."""
-    bridged = _BRIDGED if telemetry.applied_torque is None else _BRIDGED_TORQUE
-    for rows in between_gaps(gaps(telemetry.actuator_time, shortest=bridged)):
+    for rows in bridged_stretches(telemetry, nominal.turned_inertia):
         try:
-            stretch = covered_part(with_actuator_rows(telemetry, rows))
+            stretch = covered_part(telemetry.with_actuator_rows(rows))
         except InputError:
             continue
         if len(stretch.gyro_time) >= MINIMUM_SAMPLES:

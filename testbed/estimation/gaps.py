@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from testbed.arrays import Flags, Series
 
@@ -40,6 +41,29 @@ def between_gaps(gap: Flags) -> list[slice]:
 def stretches(time: Series) -> list[slice]:
     """Return the runs of samples without a gap between them that are long enough for a spline."""
     return [run for run in between_gaps(gaps(time)) if run.stop - run.start >= FEWEST_SAMPLES]
+
+
+KEPT_BETWEEN = 8
+"""Samples that are kept between two bursts, twice as many as a cubic spline's slope on one side depends on."""
+FEWEST_BURSTS = 8
+"""Bursts from which a mean square is taken: it is then known to a half."""
+
+
+def bursts(count: int, lost: int) -> Flags:
+    """Return which of samples without a gap to leave out, to learn what it costs to lose so many in a row, (count,).
+
+    Args:
+        count: of the samples.
+        lost: of one burst; samples are kept before, between and behind.
+    """
+    index, block = np.arange(count), KEPT_BETWEEN + lost
+    return np.asarray((index % block >= KEPT_BETWEEN) & (index < (count - KEPT_BETWEEN) // block * block))
+
+
+def lost_samples(time: Series) -> NDArray[np.intp]:
+    """Return how many samples are missing in each interval, by the usual one, shape (N-1,)."""
+    interval = np.diff(time)
+    return np.round(interval / np.median(interval)).astype(np.intp) - 1
 
 
 def covered_by(time: Series, samples: Series) -> Flags:

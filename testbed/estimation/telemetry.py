@@ -14,7 +14,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from typing_extensions import TypeVar
 
-from testbed.arrays import Array, Series, Units, UnitSeries, Vectors3
+from testbed.arrays import Array, Flags, Series, Units, UnitSeries, Vectors3
 from testbed.cmg.cluster import Cluster, cluster_part
 from testbed.cmg.servo_law import ServoLaw
 from testbed.cmg.wheels import Wheels
@@ -293,6 +293,10 @@ class Telemetry(Generic[Gimbals_co]):
             applied_torque=None if torque is None else change(torque),
             thrust=None if self.thrust is None else change(self.thrust),
         )
+
+    def with_actuator_rows(self: Telemetry, rows: slice | Flags) -> Telemetry:
+        """Return the run with some of its actuators' samples."""
+        return self.with_actuator_samples(self.actuator_time[rows], lambda samples: samples[rows])
 
 
 def has_momentum(run: Telemetry) -> bool:

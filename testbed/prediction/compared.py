@@ -25,9 +25,19 @@ def compared(run: Telemetry) -> Flags:
     They lie within the gyro's, after the servos have taken up their work, and not beside a gap, over which the gimbals'
     acceleration is not known; nor in a gap of the gyro, over which the body's is not.
     """
-    inside = (run.actuator_time >= run.gyro_time[0] + SETTLING) & covered_by(run.actuator_time, run.gyro_time)
-    gap = np.concatenate([[False], gaps(run.actuator_time, _MISSING), [False]])
-    return np.asarray(inside & ~gap[1:] & ~gap[:-1])
+    gap = np.concatenate([[False], incomplete(run), [False]])
+    return np.asarray(settled(run) & ~gap[1:] & ~gap[:-1])
+
+
+def settled(run: Telemetry) -> Flags:
+    """Return which actuator samples lie within the gyro's, after the servos have taken up their work, shape (K,)."""
+    inside = run.actuator_time >= run.gyro_time[0] + SETTLING
+    return np.asarray(inside & covered_by(run.actuator_time, run.gyro_time))
+
+
+def incomplete(run: Telemetry) -> Flags:
+    """Return between which actuator samples one or more are missing, shape (K - 1,)."""
+    return gaps(run.actuator_time, _MISSING)
 
 
 def long_gaps(run: Telemetry) -> Flags:

@@ -53,7 +53,7 @@ def wheels_with(impulses: Sequence[Impulses], fewest: int) -> tuple[int, ...]:
 
 
 def impulse_fit(impulses: Sequence[Impulses], wheels: tuple[int, ...], *, commanded: bool) -> ImpulseFit:
-    """Return the noise of impulses, and how far the wheels follow what was asked for.
+    """Return the noise of impulses, and how far the wheels follow what was asked for; by those without lost samples.
 
     Args:
         impulses: of every run.
@@ -64,6 +64,7 @@ def impulse_fit(impulses: Sequence[Impulses], wheels: tuple[int, ...], *, comman
     units = [
         ImpulseNoise(commanded, wheels, np.ones(count), np.full(count, ratio / interval), interval) for ratio in _RATIOS
     ]
+    impulses = [each.complete for each in impulses]
     by_wheel = list(zip(*(_fits(impulses, unit) for unit in units), strict=True))
     best = [int(np.argmin([fit.deviance for fit in fits])) for fits in by_wheel]
     found = [fits[ratio] for fits, ratio in zip(by_wheel, best, strict=True)]
@@ -108,7 +109,7 @@ def _fit(columns: Array, scale: Array) -> _OneWheel:
 
 def _columns(impulses: Impulses) -> Array:
     """Return what the motion took, then what may explain it, shape (1 + 5, L, W), N·m·s."""
-    asked = impulses.asked
-    before = np.concatenate([asked[:1], asked[:-1]])
+    usual = impulses.torque * np.median(impulses.interval)
+    before = np.concatenate([usual[:1], usual[:-1]])
     further = np.concatenate([before[:1], before[:-1]])
-    return np.stack([impulses.needed, asked, before, further, impulses.turned, impulses.directed])
+    return np.stack([impulses.needed, impulses.asked, before, further, impulses.turned, impulses.directed])

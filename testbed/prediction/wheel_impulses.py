@@ -11,17 +11,19 @@ is at a limit, the impulses of the others are as good as ever.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from math import prod
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
-from testbed.arrays import Array, Units, UnitSeries
+from testbed.arrays import Array, Series, Units, UnitSeries
+from testbed.estimation.gaps import FEWEST_BURSTS, between_gaps, bursts, lost_samples
 from testbed.estimation.telemetry import Telemetry, WheelMotors, WheelTelemetry
-from testbed.prediction.compared import compared
+from testbed.prediction.compared import incomplete, settled
 from testbed.prediction.kernels import accumulated, pivots
 from testbed.prediction.smooth import decay
 from testbed.prediction.smoothed import body_motion
@@ -49,6 +51,7 @@ class Impulses(NamedTuple):
         turned: ∫ Ω dt, shape (L, W), rad.
         directed: ∫ sign Ω dt, shape (L, W), s.
         viscous: friction over speed that is known, shape (W,), N·m·s/rad.
+        unseen: variance of what was asked for over lost samples, shape (L, W), (N·m·s)²; zero where none is lost.
         kept: of each wheel the intervals that are compared, shape (K,), K of its own.
         first: which of these do not follow on the one before, likewise.
     """
@@ -61,6 +64,7 @@ class Impulses(NamedTuple):
     turned: UnitSeries
     directed: UnitSeries
     viscous: Units
+    unseen: Array
     kept: tuple[NDArray[np.intp], ...]
     first: tuple[NDArray[np.bool_], ...]
 
@@ -68,6 +72,12 @@ class Impulses(NamedTuple):
     def asked(self) -> UnitSeries:
         """Impulses that the motors were asked for, or gave, shape (L, W), N·m·s."""
         return np.asarray(self.torque * self.interval[:, None])
+
+    @property
+    def complete(self) -> Impulses:
+        """The impulses, of which those over lost samples are not compared."""
+        kept = tuple(rows[self.unseen[rows, wheel] == 0.0] for wheel, rows in enumerate(self.kept))
+        return self._replace(kept=kept, first=_first_of(kept))
 
     @property
     def needed(self) -> UnitSeries:
@@ -137,8 +147,8 @@ def lagged(impulses: Impulses, lag: Array) -> Array:
 def without_correlation(impulses: Impulses, noise: ImpulseNoise, values: Array) -> list[Array]:
     """Return the part of compared impulses that those before do not foretell, of each wheel, shape (..., K), N·m·s.
 
-    With the covariance 2 s² + ρ Δt_k of each and -s² of neighbours, by its Cholesky factor; scaled so that their noise
-    is `ImpulseNoise.sigma` everywhere.
+    With the covariance 2 s² + ρ Δt_k + u_k of each, u_k over lost samples, and -s² of neighbours, by its Cholesky
+    factor; scaled so that their noise is `ImpulseNoise.sigma` everywhere.
 
     Args:
         impulses: of the run.
@@ -161,7 +171,8 @@ def _factors(impulses: Impulses, noise: ImpulseNoise) -> Iterator[tuple[Array, A
     """Yield of each wheel s² where an impulse follows on another, and the covariance's pivots, both of shape (K,)."""
     for wheel, tachometer, torque in zip(noise.wheels, noise.tachometer, noise.torque, strict=True):
         coupled = np.where(impulses.first[wheel], 0.0, tachometer**2)
-        own = 2.0 * tachometer**2 + torque * impulses.interval[impulses.kept[wheel]]
+        kept = impulses.kept[wheel]
+        own = 2.0 * tachometer**2 + torque * impulses.interval[kept] + impulses.unseen[kept, wheel]
         yield coupled, pivots(own[:, None], coupled[:, None])[:, 0]
 
 
@@ -183,36 +194,95 @@ def _impulses(run: Telemetry, commanded: bool) -> Impulses:
     before, after, inertia = speed[:-1], speed[1:], wheels.wheels.spin_inertia
     carried = inertia * np.diff(body_rate @ wheels.wheels.axis_B.T, axis=0)
     turned, directed = 0.5 * (before + after) * interval[:, None], _direction(before, after) * interval[:, None]
-    kept = tuple(np.flatnonzero(of_wheel) for of_wheel in _is_compared(run, wheels, speed).T)
+    torque, unseen = _torque_and_unseen(run, wheels, _Motors(wheels.wheels.torque_limit, motors, commanded))
+    kept = tuple(np.flatnonzero(of_wheel) for of_wheel in (np.isfinite(unseen) & _is_compared(run, wheels, speed)).T)
     return Impulses(
         interval=interval,
-        torque=_mean_torque(wheels, motors, interval, commanded=commanded),
+        torque=torque,
         gained=inertia * np.diff(speed, axis=0) + carried,
         carried=carried,
         friction=motors.viscous_friction * turned + motors.coulomb_friction * directed,
         turned=turned,
         directed=directed,
         viscous=motors.viscous_friction,
+        unseen=unseen,
         kept=kept,
-        first=tuple(np.diff(of_wheel, prepend=-2) > 1 for of_wheel in kept),
+        first=_first_of(kept),
     )
 
 
-def _mean_torque(wheels: WheelTelemetry, motors: WheelMotors, interval: Array, *, commanded: bool) -> UnitSeries:
-    """Return the mean torque of every interval, shape (L, W), N·m.
+def _first_of(kept: Sequence[NDArray[np.intp]]) -> tuple[NDArray[np.bool_], ...]:
+    """Return which of each wheel's intervals do not follow on the one before."""
+    return tuple(np.diff(of_wheel, prepend=-2) > 1 for of_wheel in kept)
 
-    A command is what a motor gives from its sample on, less the phase for which it had held, a measured torque what it
-    gave before: each for a control period, through which a loop on the wheel's speed lets it decline. In between,
-    torques go on a line.
+
+class _Motors(NamedTuple):
+    """How motors give their torque between samples.
+
+    Attributes:
+        limit: of the torque, shape (W,), N·m.
+        motors: what is known of them.
+        commanded: whether torques are commands, or else measured.
     """
-    sampled = wheels.torque_command if commanded else wheels.torque
+
+    limit: Units
+    motors: WheelMotors
+    commanded: bool
+
+    def mean(self, sampled: UnitSeries, time: Series) -> UnitSeries:
+        """Return the mean torque of every interval between samples of shape (K, W), shape (K - 1, W), N·m.
+
+        A command is what a motor gives from its sample on, less the phase for which it had held, a measured torque what
+        it gave before: each for a control period, through which a loop on the wheel's speed lets it decline. In
+        between, torques go on a line.
+        """
+        motors, torque = self.motors, np.clip(sampled, -self.limit, self.limit)
+        decline = np.maximum(motors.loop_bandwidth * motors.period, _LEAST_LOOP)
+        beside = 0.5 * np.minimum(motors.period / np.diff(time), 1.0)[:, None]
+        share = 0.5 - (1.0 - 2.0 * motors.command_phase) * beside if self.commanded else 0.5 + beside
+        held = -np.expm1(-decline) / decline if self.commanded else np.expm1(decline) / decline
+        return np.asarray(held * (torque[:-1] + share * np.diff(torque, axis=0)))
+
+    def change(self, sampled: UnitSeries, other: UnitSeries, time: Series) -> UnitSeries:
+        """Return what impulses change by with other samples, shape (K - 1, W), N·m·s."""
+        return (self.mean(other, time) - self.mean(sampled, time)) * np.diff(time)[:, None]
+
+
+def _torque_and_unseen(run: Telemetry, wheels: WheelTelemetry, motors: _Motors) -> tuple[UnitSeries, Array]:
+    """Return the mean torque of every interval, shape (L, W), N·m, and `Impulses.unseen` of each, shape (L, W).
+
+    Over lost samples a spline through the others stands for them, which errs as much as where samples came through.
+    """
+    sampled, time = wheels.torque_command if motors.commanded else wheels.torque, run.actuator_time
     assert sampled is not None
-    limit = wheels.wheels.torque_limit
-    torque, decline = np.clip(sampled, -limit, limit), np.maximum(motors.loop_bandwidth * motors.period, _LEAST_LOOP)
-    beside = 0.5 * np.minimum(motors.period / interval, 1.0)[:, None]
-    share = 0.5 - (1.0 - 2.0 * motors.command_phase) * beside if commanded else 0.5 + beside
-    held = -np.expm1(-decline) / decline if commanded else np.expm1(decline) / decline
-    return np.asarray(held * (torque[:-1] + share * np.diff(torque, axis=0)))
+    gap, torque = incomplete(run), motors.mean(sampled, time)
+    unseen = np.zeros_like(torque)
+    if not gap.any():
+        return torque, unseen
+    lost = np.where(gap, lost_samples(time), 0)
+    of_interval = np.repeat(np.arange(len(lost)), lost + 1)
+    first = np.cumsum(lost + 1) - lost - 1
+    number = np.arange(len(of_interval)) - first[of_interval]
+    whole = np.append(time[of_interval] + number * (np.diff(time) / (lost + 1))[of_interval], time[-1])
+    impulse = motors.mean(run.through(sampled)(whole), whole) * np.diff(whole)[:, None]
+    torque[gap] = (np.add.reduceat(impulse, first, axis=0) / np.diff(time)[:, None])[gap]
+    for each in np.unique(lost[gap]).tolist():
+        unseen[gap & (lost == each)] = _variance_over_gap(run, sampled, motors, each)
+    return torque, unseen
+
+
+def _variance_over_gap(run: Telemetry, sampled: UnitSeries, motors: _Motors, lost: int) -> Units:
+    """Return the variance of impulses over so many lost samples, (N·m·s)², shape (W,); infinite if not to be told."""
+    errors = [np.zeros((0, sampled.shape[1]))]
+    for rows in between_gaps(incomplete(run)):
+        time, torque = run.actuator_time[rows], sampled[rows]
+        gone = bursts(len(time), lost)
+        if gone.any():
+            filled = np.where(gone[:, None], CubicSpline(time[~gone], torque[~gone])(time), torque)
+            change = motors.change(torque, filled, time)
+            errors.append(np.add.reduceat(change, np.flatnonzero(np.diff(gone.astype(int)) > 0), axis=0))
+    found = np.concatenate(errors)
+    return np.mean(found**2, axis=0) if len(found) >= FEWEST_BURSTS else np.full(sampled.shape[1], np.inf)
 
 
 def _direction(before: UnitSeries, after: UnitSeries) -> UnitSeries:
@@ -223,9 +293,9 @@ def _direction(before: UnitSeries, after: UnitSeries) -> UnitSeries:
 
 
 def _is_compared(run: Telemetry, wheels: WheelTelemetry, speed: UnitSeries) -> NDArray[np.bool_]:
-    """Return between which samples each wheel is compared, shape (L, W): not at a limit, nor where it may stick."""
+    """Return between which samples each wheel may be compared, shape (L, W): not at a limit, nor where it may stick."""
     limits = wheels.wheels
-    known = compared(run)[:, None] & (np.abs(wheels.momentum) < _AT_LIMIT * limits.momentum_limit)
+    known = settled(run)[:, None] & (np.abs(wheels.momentum) < _AT_LIMIT * limits.momentum_limit)
     known &= np.abs(speed) > _STICKING
     if wheels.torque_command is not None:
         known &= np.abs(wheels.torque_command) < _AT_LIMIT * limits.torque_limit
