@@ -99,6 +99,11 @@ def _delayed(delay: float) -> Kind:
 KINDS: dict[str, Kind] = {
     "none": Kind(words="nothing"),
     **{f"ar{100 * each:+.0f}": _correlated(each) for each in (0.2, 0.3, 0.5, -0.2, -0.3, -0.5)},
+    "ar_in_white": Kind(
+        words="noise of which 40 % is correlated by +0.8, the rest white",
+        instruments=Instruments(noise_correlation=0.8, noise_white=0.6),
+        right=_COLOR,
+    ),
     "t5": Kind(words="noise of Student's t, 5 degrees", instruments=Instruments(tail_freedom=5.0)),
     "outliers": Kind(words="1 % of the gyro's samples are outliers", telemetry={"outliers": 0.01}, right=_NOISE),
     **{f"sigma{100 * each:+.0f}": _stated(each) for each in (-0.1, 0.1, -0.2, 0.2)},

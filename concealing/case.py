@@ -66,6 +66,7 @@ class Instruments:
 
     Attributes:
         noise_correlation: of neighbouring samples of the gyro's noise, a first-order autoregression.
+        noise_white: share of its variance that is white beside that.
         tail_freedom: degrees of freedom of Student's t distribution that the gyro's noise has; None for a normal one.
         noise_by_run: largest share by which the gyro's noise differs from the stated one, in every run by its own.
         jitter: standard deviation of the instant of a gyro sample, s.
@@ -78,6 +79,7 @@ class Instruments:
     """
 
     noise_correlation: float = 0.0
+    noise_white: float = 0.0
     tail_freedom: float | None = None
     noise_by_run: float = 0.0
     jitter: float = 0.0

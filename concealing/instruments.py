@@ -55,7 +55,7 @@ def _correlation(instruments: Instruments, neighbours: float, count: int) -> Arr
     """Return the autocorrelation of the gyro's noise at so many lags; None where it is white."""
     lags = np.arange(count)
     if neighbours:
-        return neighbours**lags
+        return (1.0 - instruments.noise_white) * neighbours**lags + instruments.noise_white * (lags == 0)
     if instruments.anti_alias is not None:  # of white noise behind a second-order Butterworth filter
         angle = np.sqrt(2.0) * np.pi * instruments.anti_alias * lags
         return np.exp(-angle) * (np.cos(angle) + np.sin(angle))

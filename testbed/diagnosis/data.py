@@ -22,7 +22,7 @@ from testbed.dynamics.inertia import (
     theta_of,
 )
 from testbed.effects.fast_changes import FEWEST, fast_power
-from testbed.estimation.noise_spectrum import correlated, decorrelated
+from testbed.estimation.noise_color import NoiseColor
 from testbed.estimation.telemetry import ALL_AXES, Telemetry, has_momentum
 from testbed.estimation.torque_noise import covariance
 from testbed.prediction.grid import Grid, grid_of, unit_count
@@ -285,7 +285,7 @@ class Runs:
         torque_noise: noise of the samples and of a torque that nobody commanded, as `estimation.torque_noise` has it,
             by which windows are whitened instead of by sigma, shape (3, 3); None where it is not estimated.
         noise_uncertainty: share by which the stated standard deviation may be wrong, one standard deviation.
-        correlation: of neighbouring samples of the gyro's noise, each axis, shape (3,); None where it is white.
+        color: of the gyro's noise; None where it is white.
         stated_sigma: sigma before the noise was estimated, shape (R, 3), rad/s; None where it was not.
         prior_odds: of none and of what is not modelled.
     """
@@ -301,7 +301,7 @@ class Runs:
     belief: Belief | None = None
     torque_noise: Array | None = None
     noise_uncertainty: float = SETTINGS.noise_uncertainty
-    correlation: Vector3 | None = None
+    color: NoiseColor | None = None
     stated_sigma: Array | None = None
     prior_odds: PriorOdds = field(default_factory=PriorOdds)
 
@@ -416,17 +416,15 @@ class Runs:
             parts = zip(self._factors, self.by_run(residual), strict=True)
             return [np.einsum("anm,ma->na", factor, part) for factor, part in parts]
         pairs = zip(self.by_run(residual), self.sigma, strict=True)
-        if self.correlation is None:
+        if self.color is None:
             return [part * sigma for part, sigma in pairs]
         times = [run.gyro_time for run in self.grid.runs]
-        return [
-            correlated(part, time, self.correlation) * sigma for (part, sigma), time in zip(pairs, times, strict=True)
-        ]
+        return [self.color.correlated(part, time) * sigma for (part, sigma), time in zip(pairs, times, strict=True)]
 
     def as_stated(self) -> Runs:
         """Return the same runs with the noise that is stated."""
         sigma = self.sigma if self.stated_sigma is None else self.stated_sigma
-        return replace(self, sigma=sigma, stated_sigma=None, correlation=None, estimated_noise=(), torque_noise=None)
+        return replace(self, sigma=sigma, stated_sigma=None, color=None, estimated_noise=(), torque_noise=None)
 
     def gimbals_by_run(self, residual: Array) -> list[tuple[Array, ...]]:
         """Return the gimbal channels' part of a whitened residual in each run, one channel after the other.
@@ -457,9 +455,9 @@ class Runs:
     def _whitened(self, blocks: Sequence[Array]) -> list[Array]:
         """Return what is in the blocks' units in units of their noise, without its colour, and where it is compared."""
         white = [self._in_noise(index, block) for index, block in enumerate(blocks)]
-        if self.correlation is not None:
+        if self.color is not None:
             gyro = zip(white, self.grid.runs, strict=False)  # the gimbals' blocks come behind
-            own = [decorrelated(block, run.gyro_time, self.correlation) for block, run in gyro]
+            own = [self.color.decorrelated(block, run.gyro_time) for block, run in gyro]
             white = [*own, *white[len(own) :]]
         return [block[:, self._compared(index)] for index, block in enumerate(white)]
 
@@ -544,7 +542,7 @@ def joined(runs: Runs, heldout: Runs | None) -> Runs:
         sigma=np.concatenate([each.sigma for each in both]),
         noise_freedom=runs.noise_freedom,
         estimated_noise=[noise for each in both for noise in each.estimated_noise],
-        correlation=runs.correlation,
+        color=runs.color,
         windowed=[name for each in both for name in each.windowed],
         belief=runs.belief,
         torque_noise=runs.torque_noise,
@@ -559,7 +557,7 @@ def chosen(runs: Runs, which: Sequence[int]) -> Runs:
         sigma=runs.sigma[list(which)],
         noise_freedom=runs.noise_freedom,
         estimated_noise=[runs.estimated_noise[index] for index in which if runs.estimated_noise],
-        correlation=runs.correlation,
+        color=runs.color,
         windowed=[runs.windowed[index] for index in which if runs.windowed],
         belief=runs.belief,
         torque_noise=runs.torque_noise,
@@ -572,7 +570,7 @@ def _gyro_only(
     sigma: Array,
     noise_freedom: float,
     estimated_noise: Sequence[Array],
-    correlation: Vector3 | None,
+    color: NoiseColor | None,
     windowed: Sequence[str],
     belief: Belief | None,
     torque_noise: Array | None,
@@ -585,7 +583,7 @@ def _gyro_only(
         sigma=sigma,
         noise_freedom=noise_freedom,
         estimated_noise=tuple(estimated_noise),
-        correlation=correlation,
+        color=color,
         windowed=tuple(windowed),
         belief=belief,
         torque_noise=torque_noise,

@@ -316,7 +316,7 @@ def _with_spectrum(runs: Runs, spectrum: NoiseSpectrum, first: int) -> Runs:
     return replace(
         runs,
         sigma=runs.sigma * np.sqrt(np.clip(own, 1.0 / farthest, farthest)),
-        correlation=spectrum.correlation,
+        color=spectrum.color,
         noise_freedom=min(runs.noise_freedom, spectrum.freedom),
     )
 
@@ -328,6 +328,7 @@ def _spectrum(both: Sequence[Readings], uncertainty: float) -> NoiseSpectrum | N
         deviation=2.0 * min(uncertainty, SETTINGS.noise_uncertainty),
         correlation=SETTINGS.noise_correlation_std,
         correlation_deviation=SETTINGS.noise_correlation_axis_std,
+        persistence=SETTINGS.noise_persistence_std,
         color=SETTINGS.noise_color_prior,
         slowest=SETTINGS.noise_slowest_of_all_hz if both[0].white else SETTINGS.noise_slowest_hz,
         share_of_rate=SETTINGS.noise_share_of_rate,

@@ -19,6 +19,7 @@ from testbed.diagnosis.run_agreement import Agreement
 from testbed.diagnosis.state import Diagnosis, Gap
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.contract import Quantity
+from testbed.estimation.noise_color import NoiseColor
 
 SCHEMA = 1
 """Version of the format of diagnosis.json; it rises when a key changes its meaning or goes."""
@@ -77,12 +78,14 @@ def _noise(diagnosis: Diagnosis) -> Content:
     turns = runs.live.any(axis=0)
     squares = np.where(runs.live, (runs.sigma / runs.as_stated().sigma) ** 2, 0.0).sum(axis=0)
     ratio = np.sqrt(squares / np.where(turns, runs.live.sum(axis=0), np.nan))
-    correlation = np.where(turns, 0.0 if runs.correlation is None else runs.correlation, np.nan)
+    color = runs.color or NoiseColor(persistence=np.zeros(3), average=np.zeros(3))
+    correlation, persistence = (np.where(turns, each, np.nan) for each in (color.correlation, color.persistence))
     return {
         "ratio_to_stated": [_number(each) for each in level.ratio.tolist()],
         "std": [_number(each) for each in level.std.tolist()],
         "level": [_number(each) for each in ratio.tolist()],
         "correlation": [_number(each) for each in correlation.tolist()],
+        "persistence": [_number(each) for each in persistence.tolist()],
         "degrees_of_freedom": None if np.isinf(runs.noise_freedom) else runs.noise_freedom,
     }
 

@@ -487,9 +487,10 @@ def _has_equal_noise(one: Runs, other: Runs) -> bool:
 
 
 def _has_equal_color(one: Runs, other: Runs) -> bool:
-    if one.correlation is None or other.correlation is None:
-        return one.correlation is other.correlation
-    return float(np.abs(one.correlation - other.correlation).max()) < _UNSEEN
+    if one.color is None or other.color is None:
+        return one.color is other.color
+    apart = (one.color.persistence - other.color.persistence, one.color.average - other.color.average)
+    return float(np.abs(apart).max()) < _UNSEEN
 
 
 def _is_nearly(one: Vectors3 | None, other: Vectors3 | None, noise: float) -> bool:

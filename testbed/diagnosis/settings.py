@@ -178,6 +178,12 @@ class DiagnosisSettings:
 
     Source: chosen with `noise_correlation_std`, a third of it.
     """
+    noise_persistence_std: float = 0.5
+    """Standard deviation of φ, by which a correlation falls from one sample to the next, where it does not fall as an
+    autoregression's.
+
+    Source: chosen: of a filter's noise within white noise any φ from 0 to 0.9 is as likely as another.
+    """
     noise_most_power: float = 4.0
     """Power of the residual's fast part, over what is stated, beyond which it is not the gyro's noise, but what the
     model lacks: neither level nor colour are taken from it.

@@ -16,10 +16,11 @@ from testbed.scenario.scenario import Scenario
 
 @final
 class GyroNoiseColor(NoiseEffect):
-    """Noise of which neighbouring samples have the correlation ρ: z_k = ρ z_(k-1) + e_k, its variance as it was.
+    """Noise of which neighbouring samples have the correlation ρ, its variance as it was.
 
-    ρ is the mean of the axes, estimated from the residual's fast part (`estimation/noise_spectrum.py`); every test is
-    on samples that are whitened by it.
+    ρ is the mean of the axes, estimated from the residual's fast part (`estimation/noise_spectrum.py`), together with
+    how it falls from one sample to the next; every test is on samples that are whitened by both. The extended model has
+    an autoregression, z_k = ρ z_(k-1) + e_k.
     """
 
     id = "gyro_noise_color"
@@ -34,10 +35,10 @@ class GyroNoiseColor(NoiseEffect):
         spectrum = readings.spectrum
         if spectrum is None:
             return None
-        square = (spectrum.color / spectrum.color_std) ** 2
+        square = (spectrum.correlation / spectrum.correlation_std) ** 2
         return Finding(
-            values=np.array([spectrum.color]),
-            std=np.array([spectrum.color_std]),
+            values=np.array([spectrum.correlation]),
+            std=np.array([spectrum.correlation_std]),
             chi_square_reduction=square,
             freedom=1,
             p_value=float(scipy.stats.chi2.sf(square, 1)),

@@ -50,7 +50,7 @@ class Readings:
             run: its index.
         """
         scaled: Array = values / self.sigma[run].reshape(3, *[1] * (values.ndim - 2))
-        return scaled if self.spectrum is None else self.spectrum.decorrelated(scaled, self.runs[run].gyro_time)
+        return scaled if self.spectrum is None else self.spectrum.color.decorrelated(scaled, self.runs[run].gyro_time)
 
     @property
     def whitened_residual(self) -> list[Array]:

@@ -1,15 +1,16 @@
 """The spectrum of the gyro's noise, estimated from the fast part of a residual: its level, and its colour.
 
-The noise of an axis is a first-order autoregression, z_k = ρ z_(k-1) + e_k, of the variance v and the spectrum
+The noise of an axis, z_k = φ z_(k-1) + e_k + θ e_(k-1) (`noise_color`), of the variance v, has the spectrum
 
-    S(ω) = v (1 - ρ²) / (1 + ρ² - 2 ρ cos ω),
+    S(ω) = v (1 - φ²) / (1 + 2 φ θ + θ²) (1 + θ² + 2 θ cos ω) / (1 + φ² - 2 φ cos ω),
 
-ω in radians a sample; ρ = 0 is white. The cosine transform of a residual has independent ordinates of these variances
-(Whittle's likelihood; the transform is asymptotically the Karhunen-Loève transform of such noise). Only ordinates above
-a frequency count, below which whatever the model lacks may stand. log v is the sum of a level of all samples, of one of
-each axis and of each run, each with a normal prior about zero, which is what is stated; ρ of an axis has a normal prior
-about zero, part of which the axes share. Whether there is colour at all is uncertain too: estimates are averaged over
-both models by their posterior probability (Bayesian model averaging).
+ω in radians a sample. The cosine transform of a residual has independent ordinates of these variances (Whittle's
+likelihood; the transform is asymptotically the Karhunen-Loève transform of such noise). Only ordinates above a
+frequency count, below which whatever the model lacks may stand. log v is the sum of a level of all samples, of one of
+each axis and of each run, each with a normal prior about zero, which is what is stated. φ and φ + θ of an axis, which
+is nearly the correlation of neighbouring samples, have normal priors about zero, part of which the axes share. Whether
+noise is white, an autoregression (θ = 0) or has both parameters is uncertain too: estimates are averaged over the three
+models by their posterior probability (Bayesian model averaging).
 
 Sources: Whittle, "Estimation and information in stationary time series", Arkiv för Matematik (1953); Ahmed, Natarajan
 and Rao, "Discrete cosine transform", IEEE Trans. Computers (1974).
@@ -19,20 +20,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import pi
+from math import pi, sqrt
 
 import numpy as np
 from scipy.fft import dct
 from scipy.linalg import block_diag
+from scipy.special import softmax
 
-from testbed.arrays import Array, Flags, Indices, Series, Vector3
+from testbed.arrays import Array, Flags, Indices, Series
 from testbed.estimation.differences import CHI_SQUARE_MEDIAN
+from testbed.estimation.noise_color import NoiseColor, correlation_of, correlation_slopes
 
 FEWEST = 24
 """Ordinates of all runs and axes without which nothing is estimated: with fewer a level is known to 30 % at best, which
 is less than what is stated."""
 _LARGEST = 0.9
-"""Size of ρ that a search does not pass: beyond it the noise wanders, and is no longer distinguished from a motion."""
+"""Size of φ, and of θ, that a search does not pass: beyond it the noise wanders, and is no longer distinguished from a
+motion."""
 _CAP = 10.0
 """Times its variance to which an ordinate counts: noise exceeds it in 1 of 600, by which a level is 0.3 % too low; a
 line, of a rotor or a mode, in a few ordinates does not pass for a level."""
@@ -41,11 +45,14 @@ _STEPS = 60
 _CLOSE = 1e-6
 """Change of every parameter after which no further step is taken: far below any standard error."""
 _LONGEST = 0.3
-"""Longest step of ρ: the likelihood is quadratic over about that."""
-_SURE = 50.0
-"""Logarithm of the odds beyond which nothing changes."""
+"""Longest step of φ and θ: the likelihood is quadratic over about that."""
 _WIDTH = 3
 """Axes."""
+_COLORS = 2 * _WIDTH
+"""Parameters of the colour: φ of each axis, then θ."""
+_STARTS = ((0.8, -0.6), (0.0, 0.5), (0.0, -0.5))
+"""φ and θ from which noise of both is searched for, beside where the autoregression is found: a slow part in white
+noise, a mean and a difference of neighbouring samples."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,9 +62,10 @@ class SpectrumPrior:
     Attributes:
         level: of log v, of all samples together.
         deviation: of what an axis and a run add to it.
-        correlation: of ρ, of what all axes share.
-        correlation_deviation: of what an axis adds to it.
-        color: probability that there is any.
+        correlation: of φ + θ, of what all axes share.
+        correlation_deviation: of what an axis adds to it; of φ in proportion.
+        persistence: of φ where θ is free, of what all axes share.
+        color: probability that there is any; an autoregression has half of it.
         slowest: frequency above which ordinates count, Hz.
         share_of_rate: share of the sample rate at which they count in any case.
         most_power: mean square of the ordinates, over what is stated, beyond which they are something else than noise.
@@ -67,6 +75,7 @@ class SpectrumPrior:
     deviation: float
     correlation: float
     correlation_deviation: float
+    persistence: float
     color: float
     slowest: float
     share_of_rate: float
@@ -79,21 +88,17 @@ class NoiseSpectrum:
 
     Attributes:
         variance_ratio: of each run and axis, over what is stated, shape (R, 3); of an axis without samples a priori.
-        correlation: ρ of each axis, shape (3,), averaged over a model with colour and one without; likewise.
-        color: mean ρ of the axes with samples if there is colour.
-        color_std: its standard error.
+        color: averaged over the models; likewise.
+        correlation: of neighbouring samples if there is colour, mean of the axes with samples.
+        correlation_std: its standard error.
         freedom: degrees of freedom with which the spectrum below the ordinates that count is known.
     """
 
     variance_ratio: Array
-    correlation: Vector3
-    color: float
-    color_std: float
+    color: NoiseColor
+    correlation: float
+    correlation_std: float
     freedom: float
-
-    def decorrelated(self, values: Array, time: Series) -> Array:
-        """Return samples of one run as if the noise had no colour; see the function of this name."""
-        return decorrelated(values, time, self.correlation)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -118,8 +123,9 @@ class _Ordinates:
 
     def log_power(self, parameters: Array) -> Array:
         """Return log S at the ordinates, shape (M,)."""
-        levels, correlation = parameters[:-_WIDTH], parameters[-_WIDTH:]
-        return np.asarray((self.columns @ levels)[self.cell] + _log_shape(correlation[self.axis], self.angle))
+        levels, color = parameters[:-_COLORS], parameters[-_COLORS:].reshape(2, _WIDTH)
+        persistence, average = color[:, self.axis]
+        return np.asarray((self.columns @ levels)[self.cell] + _log_shape(persistence, average, self.angle))
 
     def gradient(self, parameters: Array, excess: Array) -> Array:
         """Return ½ Σ excess ∂ log S / ∂ parameters, shape (P,).
@@ -128,18 +134,21 @@ class _Ordinates:
             parameters: of the spectrum.
             excess: squares over their variance, less 1, shape (M,).
         """
-        slope = _slope(parameters[-_WIDTH:][self.axis], self.angle)
-        own = np.bincount(self.axis, slope * excess, _WIDTH)
-        return 0.5 * np.concatenate([self.columns.T @ self._summed(excess), own])
+        own = [np.bincount(self.axis, slope * excess, _WIDTH) for slope in self._slopes(parameters)]
+        return 0.5 * np.concatenate([self.columns.T @ self._summed(excess), *own])
 
     def information(self, parameters: Array) -> Array:
         """Return ½ Σ ∂ log S ∂ log Sᵀ, Fisher's information, shape (P, P)."""
-        slope = _slope(parameters[-_WIDTH:][self.axis], self.angle)
-        levels = self.columns.T @ (self._summed(np.ones_like(slope))[:, None] * self.columns)
+        slopes = self._slopes(parameters)
+        levels = self.columns.T @ (self._summed(np.ones_like(self.angle))[:, None] * self.columns)
         axes = np.tile(np.eye(_WIDTH), (len(self.columns) // _WIDTH, 1))
-        across = self.columns.T @ (self._summed(slope)[:, None] * axes)
-        own = np.diag(np.bincount(self.axis, slope**2, _WIDTH))
+        across = np.hstack([self.columns.T @ (self._summed(slope)[:, None] * axes) for slope in slopes])
+        own = np.block([[np.diag(np.bincount(self.axis, one * other, _WIDTH)) for other in slopes] for one in slopes])
         return 0.5 * np.block([[levels, across], [across.T, own]])
+
+    def _slopes(self, parameters: Array) -> tuple[Array, Array]:
+        persistence, average = parameters[-_COLORS:].reshape(2, _WIDTH)[:, self.axis]
+        return _slopes(persistence, average, self.angle)
 
     def _summed(self, values: Array) -> Array:
         return np.asarray(np.bincount(self.cell, values, len(self.columns)), dtype=np.float64)
@@ -162,25 +171,34 @@ def noise_spectrum(
     if len(ordinates.square) < FEWEST or ordinates.square.mean() > prior.most_power:
         return None
     runs = len(whitened)
-    colored = _posterior(ordinates, _precision(runs, prior))
-    white = _posterior(ordinates, _precision(runs, prior), square=colored.square)
-    odds = np.exp(np.clip(colored.log_evidence - white.log_evidence, -_SURE, _SURE)) * prior.color / (1.0 - prior.color)
-    share = float(odds / (1.0 + odds))
-    mean = share * colored.mean + (1.0 - share) * white.mean
+    models = _models(ordinates, runs, prior)
+    shares = _shares([each.log_evidence for each in models], prior.color)
     period = float(np.median(np.concatenate([np.diff(time) for time in times])))
     slow = pi * prior.slowest * period  # in the middle of what is below the ordinates
-    (low, spread), (white_low, white_spread) = (
-        _low_frequency(each, ordinates.seen, runs, slow) for each in (colored, white)
-    )
-    variance = share * spread + (1.0 - share) * white_spread + share * (1.0 - share) * (low - white_low) ** 2
-    of_axes = colored.covariance[-_WIDTH:, -_WIDTH:][np.ix_(ordinates.seen, ordinates.seen)]
+    _, variance = _mixed(shares, [_low_frequency(each, ordinates.seen, runs, slow) for each in models])
+    correlation, spread = _mixed(shares[1:], [_correlation(each, ordinates.seen) for each in models[1:]])
+    mean = shares @ np.stack([each.mean for each in models])
     return NoiseSpectrum(
-        variance_ratio=np.exp(mean[0] + mean[1 : 1 + _WIDTH] + mean[1 + _WIDTH : -_WIDTH, None]),
-        correlation=mean[-_WIDTH:],
-        color=float(colored.mean[-_WIDTH:][ordinates.seen].mean()),
-        color_std=float(np.sqrt(of_axes.mean())),
+        variance_ratio=np.exp(mean[0] + mean[1 : 1 + _WIDTH] + mean[1 + _WIDTH : -_COLORS, None]),
+        color=NoiseColor(persistence=mean[-_COLORS:-_WIDTH], average=mean[-_WIDTH:]),
+        correlation=correlation,
+        correlation_std=sqrt(spread),
         freedom=2.0 / variance,
     )
+
+
+def _shares(log_evidence: Sequence[float], color: float) -> Array:
+    """Return the probabilities of white noise, of an autoregression, and of noise with both parameters."""
+    logarithm = np.array(log_evidence) + np.log([1.0 - color, 0.5 * color, 0.5 * color])
+    return np.asarray(softmax(logarithm))
+
+
+def _mixed(shares: Array, models: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Return mean and variance of a mixture of models, each with its own."""
+    means, variances = np.array(models).T
+    weights = shares / shares.sum()
+    mean = float(weights @ means)
+    return mean, float(weights @ (variances + (means - mean) ** 2))
 
 
 def _ordinates(whitened: Sequence[Array], times: Sequence[Series], prior: SpectrumPrior, live: Flags) -> _Ordinates:
@@ -207,12 +225,12 @@ def _ordinates(whitened: Sequence[Array], times: Sequence[Series], prior: Spectr
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Posterior:
-    """Of the parameters: log v of all samples, of each axis and each run, ρ of each axis; zero where noise is white.
+    """Of the parameters: log v of all samples, of each axis and each run, φ and θ of each axis; zero where not free.
 
     Attributes:
         mean: shape (P,).
         covariance: shape (P, P).
-        log_evidence: logarithm of the data's probability, up to what both models share.
+        log_evidence: logarithm of the data's probability, up to what all models share.
         square: the ordinates' squares as they counted.
     """
 
@@ -222,102 +240,98 @@ class _Posterior:
     square: Array
 
 
-def _posterior(ordinates: _Ordinates, precision: Array, square: Array | None = None) -> _Posterior:
-    """Return the posterior by Fisher scoring (Laplace): of noise with a colour, or of white noise.
+def _models(ordinates: _Ordinates, runs: int, prior: SpectrumPrior) -> tuple[_Posterior, _Posterior, _Posterior]:
+    """Return the posteriors of white noise, of an autoregression, and of noise with both parameters.
+
+    The same squares count for all: as the one with both caps them.
+    """
+    white, simple, both = (_precision(runs, prior, parameters) for parameters in range(3))
+    first = _posterior(ordinates, simple)
+    started = [(first.mean[-_COLORS:-_WIDTH], np.zeros(_WIDTH))]
+    started += [(np.full(_WIDTH, persistence), np.full(_WIDTH, average)) for persistence, average in _STARTS]
+    found = [_posterior(ordinates, both, color=np.concatenate(each)) for each in started]
+    best = max(found, key=lambda each: each.log_evidence)
+    square = best.square
+    return _posterior(ordinates, white, square=square), _posterior(ordinates, simple, square=square), best
+
+
+def _posterior(
+    ordinates: _Ordinates, precision: Array, color: Array | None = None, square: Array | None = None
+) -> _Posterior:
+    """Return the posterior by Fisher scoring (Laplace).
 
     Args:
         ordinates: of all runs.
-        precision: of the prior.
-        square: as they count for white noise; None for noise with a colour, whose spectrum caps them.
+        precision: of the prior of the parameters that are free, the first of all.
+        color: φ and θ to start from, shape (6,); zero where None.
+        square: as the ordinates count; None where the spectrum caps them.
     """
-    colored = square is None
-    free = np.arange(len(precision)) < len(precision) - (0 if colored else _WIDTH)
-    own = precision[np.ix_(free, free)]
-    mean = np.zeros(len(precision))
+    count = len(precision)
+    mean = np.zeros(ordinates.columns.shape[1] + _COLORS)
     mean[0] = np.log(np.median(ordinates.square) / CHI_SQUARE_MEDIAN)
+    mean[-_COLORS:] = 0.0 if color is None else color
     for _ in range(_STEPS):
         log_power = ordinates.log_power(mean)
         counted = np.minimum(ordinates.square, _CAP * np.exp(log_power)) if square is None else square
-        information = ordinates.information(mean)[np.ix_(free, free)] + own
-        gradient = ordinates.gradient(mean, counted * np.exp(-log_power) - 1.0)[free] - own @ mean[free]
+        information = ordinates.information(mean)[:count, :count] + precision
+        gradient = ordinates.gradient(mean, counted * np.exp(-log_power) - 1.0)[:count] - precision @ mean[:count]
         step = np.linalg.solve(information, gradient)
         step *= min(1.0, _LONGEST / max(np.abs(step).max(), np.finfo(float).tiny))
-        mean[free] += step
-        mean[-_WIDTH:] = np.clip(mean[-_WIDTH:], -_LARGEST, _LARGEST)
+        mean[:count] += step
+        mean[-_COLORS:] = np.clip(mean[-_COLORS:], -_LARGEST, _LARGEST)
         if np.abs(step).max() < _CLOSE:
             break
     log_power = ordinates.log_power(mean)
-    squares = (log_power + counted * np.exp(-log_power)).sum() + mean[free] @ own @ mean[free]
-    determinants = np.linalg.slogdet(own)[1] - np.linalg.slogdet(information)[1]
-    covariance = np.zeros_like(precision)
-    covariance[np.ix_(free, free)] = np.linalg.inv(information)
+    squares = (log_power + counted * np.exp(-log_power)).sum() + mean[:count] @ precision @ mean[:count]
+    determinants = np.linalg.slogdet(precision)[1] - np.linalg.slogdet(information)[1]
+    covariance = np.zeros((len(mean), len(mean)))
+    covariance[:count, :count] = np.linalg.inv(information)
     evidence = 0.5 * float(determinants - squares)
     return _Posterior(mean=mean, covariance=covariance, log_evidence=evidence, square=counted)
 
 
-def _precision(runs: int, prior: SpectrumPrior) -> Array:
-    """Return the inverse of the prior covariance of the parameters, P = R + 7, shape (P, P)."""
-    levels = np.array([prior.level, *[prior.deviation] * (_WIDTH + runs)])
-    shared, own = prior.correlation**2, prior.correlation_deviation**2
-    correlations = shared * np.ones((_WIDTH, _WIDTH)) + own * np.eye(_WIDTH)
-    return np.asarray(block_diag(np.diag(levels**-2), np.linalg.inv(correlations)))
+def _precision(runs: int, prior: SpectrumPrior, parameters: int) -> Array:
+    """Return the inverse of the prior covariance of the levels and of so many parameters of each axis' colour."""
+    levels = np.diag(np.array([prior.level, *[prior.deviation] * (_WIDTH + runs)]) ** -2)
+    if parameters == 0:
+        return np.asarray(levels)
+    own = (prior.correlation_deviation / prior.correlation) ** 2
+    axes = np.linalg.inv(np.ones((_WIDTH, _WIDTH)) + own * np.eye(_WIDTH))
+    sums = np.full((parameters, parameters), prior.correlation**-2)
+    if parameters == 2:
+        sums[0, 0] += prior.persistence**-2
+    return np.asarray(block_diag(levels, np.kron(sums, axes)))
 
 
-def _log_shape(rho: Array, angle: Array | float) -> Array:
+def _log_shape(persistence: Array, average: Array, angle: Array | float) -> Array:
     """Return log S of the variance 1."""
-    return np.asarray(np.log1p(-(rho**2)) - np.log(1.0 + rho**2 - 2.0 * rho * np.cos(angle)))
+    cosine = 2.0 * np.cos(angle)
+    moved = np.log1p(average**2 + average * cosine) - np.log(1.0 + 2.0 * persistence * average + average**2)
+    return np.asarray(np.log1p(-(persistence**2)) + moved - np.log(1.0 + persistence**2 - persistence * cosine))
 
 
-def _slope(rho: Array, angle: Array | float) -> Array:
-    """Return its derivative with respect to ρ."""
-    return np.asarray(
-        -2.0 * rho / (1.0 - rho**2) - (2.0 * rho - 2.0 * np.cos(angle)) / (1.0 + rho**2 - 2.0 * rho * np.cos(angle))
-    )
+def _slopes(persistence: Array, average: Array, angle: Array | float) -> tuple[Array, Array]:
+    """Return its derivatives with respect to φ and to θ."""
+    cosine = 2.0 * np.cos(angle)
+    whole = 1.0 + 2.0 * persistence * average + average**2
+    by_persistence = -2.0 * persistence / (1.0 - persistence**2) - 2.0 * average / whole
+    by_persistence = by_persistence - (2.0 * persistence - cosine) / (1.0 + persistence**2 - persistence * cosine)
+    by_average = (2.0 * average + cosine) / (1.0 + average**2 + average * cosine)
+    return np.asarray(by_persistence), np.asarray(by_average - 2.0 * (persistence + average) / whole)
 
 
 def _low_frequency(posterior: _Posterior, seen: Flags, runs: int, angle: float) -> tuple[float, float]:
     """Return mean and variance of the logarithm of the spectrum, of axes with samples and runs, at a frequency."""
-    rho = posterior.mean[-_WIDTH:]
-    slope = np.where(seen, _slope(rho, angle), 0.0) / seen.sum()
-    contrast = np.concatenate([[1.0], seen / seen.sum(), np.full(runs, 1.0 / runs), slope])
-    level = contrast[:-_WIDTH] @ posterior.mean[:-_WIDTH] + _log_shape(rho, angle)[seen].mean()
+    color = posterior.mean[-_COLORS:].reshape(2, _WIDTH)
+    slopes = np.where(seen, _slopes(color[0], color[1], angle), 0.0).ravel() / seen.sum()
+    contrast = np.concatenate([[1.0], seen / seen.sum(), np.full(runs, 1.0 / runs), slopes])
+    level = contrast[:-_COLORS] @ posterior.mean[:-_COLORS] + _log_shape(color[0], color[1], angle)[seen].mean()
     return float(level), float(contrast @ posterior.covariance @ contrast)
 
 
-def decorrelated(values: Array, time: Series, correlation: Vector3) -> Array:
-    """Return noise with a colour made white, its variance the same, sample by sample.
-
-    Over a gap of k periods ρ counts as ρ^k; the first sample stays as it is.
-
-    Args:
-        values: of one run, shape (N, 3) or (N, 3, C) of C columns.
-        time: of its samples, shape (N,), s.
-        correlation: ρ of each axis, shape (3,).
-    """
-    own, before = _filter(time, correlation)
-    shape = (-1, 3, *[1] * (values.ndim - 2))
-    white = own.reshape(shape) * values
-    white[1:] -= before[1:].reshape(shape) * values[:-1]
-    return np.asarray(white)
-
-
-def correlated(values: Array, time: Series, correlation: Vector3) -> Array:
-    """Return white noise with a colour, the inverse of `decorrelated`; arguments as there, shape (N, 3)."""
-    own, before = _filter(time, correlation)
-    colored = np.empty_like(values)
-    last = np.zeros(3)
-    for index, white in enumerate(values):
-        last = (white + before[index] * last) / own[index]
-        colored[index] = last
-    return colored
-
-
-def _filter(time: Series, correlation: Vector3) -> tuple[Array, Array]:
-    """Return what a sample and the one before it count in the white noise, shapes (N, 3)."""
-    steps = np.diff(time)
-    periods = np.maximum(np.rint(steps / np.median(steps)), 1.0)
-    with_last = np.vstack(
-        [np.zeros(3), np.sign(correlation) ** periods[:, None] * np.abs(correlation) ** periods[:, None]]
-    )
-    own = 1.0 / np.sqrt(1.0 - with_last**2)
-    return own, with_last * own
+def _correlation(posterior: _Posterior, seen: Flags) -> tuple[float, float]:
+    """Return mean and variance of the correlation of neighbouring samples, mean of the axes with samples."""
+    color = posterior.mean[-_COLORS:].reshape(2, _WIDTH)
+    contrast = np.where(seen, correlation_slopes(color[0], color[1]), 0.0).ravel() / seen.sum()
+    spread = contrast @ posterior.covariance[-_COLORS:, -_COLORS:] @ contrast
+    return float(correlation_of(color[0], color[1])[seen].mean()), float(spread)

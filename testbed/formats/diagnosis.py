@@ -236,6 +236,9 @@ class Noise(Part):
     """Standard deviation in the final model over the stated one about each body axis, a pure number; null likewise."""
     correlation: ThreeOrNull
     """Correlation of neighbouring samples in the final model, a pure number: 0 for white noise; null likewise."""
+    persistence: ThreeOrNull = Field(default=[0.0, 0.0, 0.0])
+    """By how much the correlation falls with each further sample in the final model, a pure number: as much as the
+    correlation itself in an autoregression; null likewise."""
     degrees_of_freedom: float | None
     """A pure number: with how many the noise is known at low frequencies; null where what is stated is certain."""
 

@@ -294,32 +294,6 @@ def servo_angles(signals: Sequence[Array], step: Sequence[Array], law: Sequence[
     return angles
 
 
-def accumulated(keeps: Array, added: Array) -> Array:
-    """Return y with y_k = a_k y_{k-1} + x_k along the second axis, y_0 = x_0, shape (P, K, W).
-
-    Args:
-        keeps: a; of the first of the K it counts for nothing, shape (P, K, W) or (1, K, W).
-        added: x, shape (P, K, W) or (1, K, W).
-    """
-    kind = np.result_type(keeps, added)
-    shape = np.broadcast_shapes(keeps.shape, added.shape)
-    sums = np.array(np.broadcast_to(added, shape), dtype=kind, order="C")
-    kept(_accumulate, (_REAL, _REAL), (_CARRYING, _CARRYING))(np.broadcast_to(keeps, shape).astype(kind), sums)
-    return sums
-
-
-def pivots(own: Array, shared: Array) -> Array:
-    """Return the pivots d of W symmetric tridiagonal matrices, d_k = a_k - b_k² / d_{k-1}, shape (K, W).
-
-    Args:
-        own: a, on the diagonal, shape (K, W).
-        shared: b, beside it, of each with the one before; none of the first, shape (K, W).
-    """
-    left = np.array(own, order="C")
-    kept(_eliminate, (("f8", 2), ("f8", 2)))(shared, left)
-    return left
-
-
 def _vectors(vectors: tuple[Array, ...], matrices: tuple[Array, ...]) -> tuple[list[Array], Array]:
     """Return arrays broadcast to one another, the vectors with one kind of number, and room for a result like them."""
     sides = np.broadcast(*(each[..., 0] for each in vectors), *(each[..., 0, 0] for each in matrices)).shape
@@ -503,13 +477,6 @@ def _servo_angles(command, fed_forward, load, slope, first, step, law, angles):
             motor = demand + left * rest
 
 
-def _accumulate(keeps, sums):
-    for guess in range(sums.shape[0]):
-        for step in range(1, sums.shape[1]):
-            for unit in range(sums.shape[2]):
-                sums[guess, step, unit] += keeps[guess, step, unit] * sums[guess, step - 1, unit]
-
-
 def _force(by, changes, instants, added):
     for run in range(added.shape[0]):
         for step in range(added.shape[1]):
@@ -601,12 +568,6 @@ def _answer(by_torque, tangents, by_state, knots, axes, apart, rates):
                 for one in range(3):
                     for before in range(size):
                         rate[one] += of[one, before] * state[before]
-
-
-def _eliminate(shared, left):
-    for step in range(1, left.shape[0]):
-        for unit in range(left.shape[1]):
-            left[step, unit] -= shared[step, unit] ** 2 / left[step - 1, unit]
 
 
 def _carry(tangents, changes):

@@ -22,9 +22,9 @@ from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Array, Series, Units, UnitSeries
 from testbed.estimation.gaps import FEWEST_BURSTS, between_gaps, bursts, lost_samples
+from testbed.estimation.recursions import accumulated, pivots
 from testbed.estimation.telemetry import Telemetry, WheelMotors, WheelTelemetry
 from testbed.prediction.compared import incomplete, settled
-from testbed.prediction.kernels import accumulated, pivots
 from testbed.prediction.smooth import decay
 from testbed.prediction.smoothed import body_motion
 

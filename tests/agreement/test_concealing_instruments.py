@@ -31,6 +31,13 @@ def test_neighbouring_samples_are_correlated_as_asked_for_and_their_variance_sta
     assert samples.var() == pytest.approx(1.0, abs=0.03)
 
 
+def test_a_slow_part_within_white_noise_is_correlated_by_its_share():
+    samples = samples_of(noise_correlation=0.8, noise_white=0.6)
+    for apart in (1, 2, 4):
+        assert np.mean(samples[apart:] * samples[:-apart]) == pytest.approx(0.4 * 0.8**apart, abs=0.03)
+    assert samples.var() == pytest.approx(1.0, abs=0.03)
+
+
 def test_noise_behind_an_anti_alias_filter_is_correlated_by_its_impulse_response():
     samples = samples_of(anti_alias=0.4)
     assert np.mean(samples[1:] * samples[:-1]) == pytest.approx(0.131, abs=0.02)  # e^-a (cos a + sin a), a = 0.4 π √2

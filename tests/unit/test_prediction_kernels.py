@@ -16,6 +16,7 @@ from support.processes import PATIENCE
 from testbed.cmg import servo_law
 from testbed.compiled import kept
 from testbed.dynamics.inertia import cross_matrix
+from testbed.estimation import recursions
 from testbed.prediction import kernels
 from testbed.prediction.smooth import node_slopes
 
@@ -114,14 +115,14 @@ def test_sums_keep_a_share_of_those_before(carries):
     expected = [added[:, 0]]
     for step in range(1, NODES):
         expected.append(added[:, step] + keeps[:, step] * expected[-1])
-    _alike(kernels.accumulated(keeps, added), np.stack(expected, axis=1))
+    _alike(recursions.accumulated(keeps, added), np.stack(expected, axis=1))
 
 
 def test_pivots_are_the_squares_of_the_cholesky_factor():
     own, shared = 3.0 + np.abs(_drawn(NODES, 1, carries=False)), _drawn(NODES, 1, carries=False)
     matrix = np.diag(own[:, 0]) + np.diag(shared[1:, 0], 1) + np.diag(shared[1:, 0], -1)
     factor = np.diag(np.linalg.cholesky(matrix))
-    np.testing.assert_allclose(kernels.pivots(own, shared)[:, 0], factor**2, rtol=1e-13)
+    np.testing.assert_allclose(recursions.pivots(own, shared)[:, 0], factor**2, rtol=1e-13)
 
 
 @pytest.mark.parametrize("carries", [False, True])

@@ -153,7 +153,7 @@ def test_the_colour_of_the_noise_is_estimated_about_the_axis_that_turns():
     *_, last = diagnosed(data.runs, data.heldout, effects, theta_of(0.05 * np.eye(3)), noise_effects=color)
     assert [each.key for each in last.scatter] == ["gyro_noise_color:gyro"]
     assert not last.steps
-    assert last.runs.correlation[2] == pytest.approx(0.5, abs=0.1)
+    assert last.runs.color.correlation[2] == pytest.approx(0.5, abs=0.1)
     left = np.concatenate([part[:, 2] for part in last.runs.by_run(last.model.residual)])
     assert abs(np.corrcoef(left[1:], left[:-1])[0, 1]) < 0.1
     assert np.mean(left**2) == pytest.approx(1.0, abs=0.15)

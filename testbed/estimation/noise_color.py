@@ -1,0 +1,102 @@
+"""The colour of a gyro's noise, and samples without it.
+
+The noise of an axis is z_k = φ z_(k-1) + e_k + θ e_(k-1), e white: its autocorrelation at k samples is r_1 φ^(k-1).
+θ = 0 is a first-order autoregression, φ = 0 a mean of two samples, θ between 0 and -φ a sum of an autoregression and
+white noise, and θ = -φ white. Samples are whitened by their innovations: what a Kalman filter of this model does not
+foretell of each, over its standard deviation. Over lost samples it foretells less.
+
+Source: Brockwell and Davis, "Time Series: Theory and Methods", 2nd ed., chapter 12 (state-space form by innovations).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from testbed.arrays import Array, Series, Vector3, Vectors3
+from testbed.estimation.recursions import accumulated
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class NoiseColor:
+    """How neighbouring samples of each axis go along.
+
+    Attributes:
+        persistence: φ, shape (3,), between -1 and 1.
+        average: θ, shape (3,), between -1 and 1.
+    """
+
+    persistence: Vector3
+    average: Vector3
+
+    @property
+    def correlation(self) -> Vector3:
+        """Autocorrelation r_1 at one sample, shape (3,)."""
+        return correlation_of(self.persistence, self.average)
+
+    def decorrelated(self, values: Array, time: Series) -> Array:
+        """Return noise made white, its variance the same, sample by sample.
+
+        The first sample stays as it is.
+
+        Args:
+            values: of one run, shape (N, 3) or (N, 3, C) of C columns.
+            time: of its samples, shape (N,), s.
+        """
+        filtered = self._filter(time)
+        flat = values.reshape(len(values), 3, -1)
+        carried, taken, scale = (each[:, :, None] for each in filtered)
+        foretold = accumulated(
+            np.broadcast_to(carried, flat.shape).reshape(1, len(values), -1),
+            (taken * flat).reshape(1, len(values), -1),
+        ).reshape(flat.shape)
+        white = flat.copy()
+        white[1:] -= foretold[:-1]
+        return np.asarray((scale * white).reshape(values.shape))
+
+    def correlated(self, white: Vectors3, time: Series) -> Vectors3:
+        """Return white noise, shape (N, 3), with this colour: the inverse of `decorrelated`; arguments as there."""
+        colored = np.empty_like(white)
+        foretold = np.zeros(3)
+        for index, (carried, taken, scale) in enumerate(zip(*self._filter(time), strict=True)):
+            colored[index] = white[index] / scale + foretold
+            foretold = carried * foretold + taken * colored[index]
+        return colored
+
+    def _filter(self, time: Series) -> tuple[Array, Array, Array]:
+        """Return a, b and s of each sample, shapes (N, 3).
+
+        With m_k what is foretold of z_k: m_(k+1) = a_k m_k + b_k z_k; s_k (z_k - m_k) has the variance of z.
+        """
+        persistence, gain = self.persistence, self.persistence + self.average
+        stationary = gain**2 / (1.0 - persistence**2)
+        steps = np.diff(time)
+        periods = np.maximum(np.rint(steps / np.median(steps)), 1.0).astype(int) if len(steps) else steps.astype(int)
+        carried, taken, scale = (np.empty((len(time), 3)) for _ in range(3))
+        variance = stationary  # of what is foretold, over that of e
+        for index, period in enumerate([*periods.tolist(), 1]):
+            whole = variance + 1.0
+            kalman = (persistence * variance + gain) / whole
+            behind = persistence ** (period - 1)
+            carried[index], taken[index] = behind * (persistence - kalman), behind * kalman
+            scale[index] = np.sqrt((1.0 + stationary) / whole)
+            variance = persistence**2 * variance + gain**2 - kalman**2 * whole
+            variance = behind**2 * variance + (1.0 - behind**2) * stationary
+        return carried, taken, scale
+
+
+def correlation_of(persistence: Array, average: Array) -> Array:
+    """Return r_1 of φ and θ, arrays of one shape."""
+    product = persistence * average
+    return np.asarray((1.0 + product) * (persistence + average) / (1.0 + 2.0 * product + average**2))
+
+
+def correlation_slopes(persistence: Array, average: Array) -> tuple[Array, Array]:
+    """Return its derivatives with respect to φ and to θ."""
+    product = persistence * average
+    upper, lower = (1.0 + product) * (persistence + average), 1.0 + 2.0 * product + average**2
+    by_persistence = (average * (persistence + average) + 1.0 + product - 2.0 * average * upper / lower) / lower
+    by_average = persistence * (persistence + average) + 1.0 + product
+    by_average = (by_average - 2.0 * (persistence + average) * upper / lower) / lower
+    return np.asarray(by_persistence), np.asarray(by_average)
