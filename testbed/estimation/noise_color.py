@@ -11,11 +11,16 @@ Source: Brockwell and Davis, "Time Series: Theory and Methods", 2nd ed., chapter
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 from testbed.arrays import Array, Series, Vector3, Vectors3
 from testbed.estimation.recursions import accumulated
+
+_REMEMBERED = 64
+"""Filters that are kept: of as many runs as are compared again and again; a miss costs time only."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -64,26 +69,42 @@ class NoiseColor:
             foretold = carried * foretold + taken * colored[index]
         return colored
 
-    def _filter(self, time: Series) -> tuple[Array, Array, Array]:
-        """Return a, b and s of each sample, shapes (N, 3).
-
-        With m_k what is foretold of z_k: m_(k+1) = a_k m_k + b_k z_k; s_k (z_k - m_k) has the variance of z.
-        """
-        persistence, gain = self.persistence, self.persistence + self.average
-        stationary = gain**2 / (1.0 - persistence**2)
+    def _filter(self, time: Series) -> _Filter:
         steps = np.diff(time)
-        periods = np.maximum(np.rint(steps / np.median(steps)), 1.0).astype(int) if len(steps) else steps.astype(int)
-        carried, taken, scale = (np.empty((len(time), 3)) for _ in range(3))
-        variance = stationary  # of what is foretold, over that of e
-        for index, period in enumerate([*periods.tolist(), 1]):
-            whole = variance + 1.0
-            kalman = (persistence * variance + gain) / whole
-            behind = persistence ** (period - 1)
-            carried[index], taken[index] = behind * (persistence - kalman), behind * kalman
-            scale[index] = np.sqrt((1.0 + stationary) / whole)
-            variance = persistence**2 * variance + gain**2 - kalman**2 * whole
-            variance = behind**2 * variance + (1.0 - behind**2) * stationary
-        return carried, taken, scale
+        periods = np.maximum(np.rint(steps / np.median(steps)), 1.0) if len(steps) else steps
+        return _filter(self, tuple(periods.astype(int).tolist()))
+
+
+class _Filter(NamedTuple):
+    """With m_k what is foretold of z_k: m_(k+1) = a_k m_k + b_k z_k, and s_k (z_k - m_k) has the variance of z.
+
+    Attributes:
+        carried: a, shape (N, 3).
+        taken: b, shape (N, 3).
+        scale: s, shape (N, 3).
+    """
+
+    carried: Array
+    taken: Array
+    scale: Array
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _filter(color: NoiseColor, periods: tuple[int, ...]) -> _Filter:
+    """Return the filter of samples so many periods apart, one fewer than samples."""
+    persistence, gain = color.persistence, color.persistence + color.average
+    stationary = gain**2 / (1.0 - persistence**2)
+    found = _Filter(*(np.empty((len(periods) + 1, 3)) for _ in range(3)))
+    variance = stationary  # of what is foretold, over that of e
+    for index, period in enumerate((*periods, 1)):
+        whole = variance + 1.0
+        kalman = (persistence * variance + gain) / whole
+        behind = persistence ** (period - 1)
+        found.carried[index], found.taken[index] = behind * (persistence - kalman), behind * kalman
+        found.scale[index] = np.sqrt((1.0 + stationary) / whole)
+        variance = persistence**2 * variance + gain**2 - kalman**2 * whole
+        variance = behind**2 * variance + (1.0 - behind**2) * stationary
+    return found
 
 
 def correlation_of(persistence: Array, average: Array) -> Array:
