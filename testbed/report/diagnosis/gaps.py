@@ -161,5 +161,5 @@ def _quantity_rows(addition: Addition) -> Iterator[tuple[Cell, ...]]:
 
 def _table(rows: tuple[tuple[Cell, ...], ...]) -> Table:
     titles = ("Effect", "parameter", "value", "95 % interval", "unit", "probability")
-    note = "Probability: exp(evidence/2) among all effects that were compared in that step, none and unknown."
+    note = "Probability: among all effects that were compared in that step, none and unknown."
     return Table(columns=tuple(Column(title=title) for title in titles), rows=rows, note=note, numeric=False)

@@ -13,11 +13,11 @@ from testbed.report.frame.blocks import Block, Cell, Column, Paragraph, Section,
 from testbed.report.wording import figures
 
 _MEANING = (
-    "Gain is the fall of χ² of the fitted runs; of effects on the noise, what the samples' scatter gains. The "
-    "evidence is integrated over the prior of an effect's size, and counts what the held-out runs say as well. What "
-    "lies within 6 of the best is indistinguishable from it; where every residual exceeds the noise, so is what "
-    "differs by no more than from run to run: such a class has one probability, and the one of it with the most "
-    "evidence is added. p is family-wise, over all effects that were tested."
+    "The χ² reduction is of the fitted runs; of effects on the noise, twice the log-likelihood ratio of the samples' "
+    "scatter. B is the Bayes factor against no missing effect, integrated over the prior of an effect's size, the "
+    "held-out runs included. What lies within 6 of the greatest 2 ln B is indistinguishable from it; where every "
+    "residual exceeds the noise, so is what differs by no more than from run to run. Such a class has one probability, "
+    "and its member with the greatest 2 ln B is added. The p-value is family-wise, over all effects that were tested."
 )
 
 
@@ -44,7 +44,7 @@ def _prior_words(odds: PriorOdds) -> str:
     )
 
 
-RANKING = ("component", "probability", "gain", "evidence", "p")
+RANKING = ("component", "probability", "χ² reduction", "2 ln B", "p-value")
 """What stands behind each effect."""
 
 
@@ -62,8 +62,8 @@ def ranking_rows(
 
     Args:
         screening: whose candidates are ranked.
-        noise: effects on the gyro's noise, which take the places of others that have less evidence.
-        untested: evidence of effects for which a channel is missing, by name (`Diagnosis.untested`).
+        noise: effects on the gyro's noise, which take the places of others with a smaller Bayes factor.
+        untested: 2 ln B of effects for which a channel is missing, by name (`Diagnosis.untested`).
     """
     others = {each.key: each.log_bayes_factor for each in noise} | dict(untested)
     probability = probabilities_of(screening, others=others)
