@@ -19,7 +19,7 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.formulas import may_follow_formulas, with_formulas
 from testbed.diagnosis.latent import evidence_of_any, goodness, latent_torque, on_all_runs, torque_shapes
 from testbed.diagnosis.model import Hypothesis, fitted, fitted_initial_rates, in_torque_noise, refit, starts_of
-from testbed.diagnosis.noise import Residuals, noise_level, noise_tests, readings_of, with_noise_model
+from testbed.diagnosis.noise import Residuals, deviance, noise_level, noise_tests, readings_of, with_noise_model
 from testbed.diagnosis.search import Search, gap_of, log_odds_of_all, log_odds_of_class, with_effect, with_model
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import hypotheses, without
@@ -128,7 +128,7 @@ def check_residual(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagn
         noisier = _residual_tested(noisier)
         if not noisier.steps and noisier.remaining is not None:
             noisier = replace(noisier, unmodelled=_unmodelled(noisier, noisier.remaining))
-    if noisier.structure_left:
+    if noisier.structure_left or (state.structure_left and not _noise_is_more_probable(noisier, state)):
         return state
     standing = search.standing(noisier)
     return noisier if standing is noisier else check_residual(noise.explained(standing), noise, search)
@@ -149,6 +149,23 @@ def _retracted(state: Diagnosis) -> Diagnosis:
     if state.unmodelled > log_odds_of_class(state) + 2.0 * log(SETTINGS.retraction_odds):
         return replace(bare, retracted=tuple(step.placed for step in state.steps))
     return replace(_residual_tested(state), latent_before=bare.latent)
+
+
+def _noise_is_more_probable(noisier: Diagnosis, state: Diagnosis) -> bool:
+    """Return whether structure of a residual goes with noise of another level and colour better than with a torque.
+
+    Noise with a slow part has as much power at some frequencies as a hum, but spread over all near it.
+    """
+    screening = state.remaining or state.steps[0].screening
+    return _deviance(state) - _deviance(noisier) > _unmodelled(state, screening)
+
+
+def _deviance(state: Diagnosis) -> float:
+    """Return that of the samples of all runs."""
+    fitted_runs = deviance(state.runs, state.model)
+    if state.heldout is None:
+        return fitted_runs
+    return fitted_runs + deviance(state.heldout, fitted_initial_rates(state.heldout, state.model))
 
 
 def _unmodelled(state: Diagnosis, screening: Screening) -> float:

@@ -87,6 +87,20 @@ def readings_of(runs: Runs, fit: Fit) -> Readings:
     )
 
 
+def deviance(runs: Runs, fit: Fit) -> float:
+    """Return minus twice the logarithm of the density of the gyro's samples, up to a constant.
+
+    Args:
+        runs: with their noise.
+        fit: of any model to them.
+    """
+    total = 0.0
+    for white, sigma, live, run in zip(runs.by_run(fit.residual), runs.sigma, runs.live, runs.grid.runs, strict=True):
+        color = np.zeros(3) if runs.color is None else runs.color.log_scale(run.gyro_time)
+        total += float((white[:, live] ** 2).sum() + 2.0 * (len(white) * np.log(sigma) - color)[live].sum())
+    return total
+
+
 def without_spikes(runs: Runs, fit: Fit) -> tuple[tuple[Telemetry, ...], tuple[int, ...]]:
     """Return the runs' telemetry less the gyro's outliers, and their number by run.
 

@@ -69,6 +69,10 @@ class NoiseColor:
             foretold = carried * foretold + taken * colored[index]
         return colored
 
+    def log_scale(self, time: Series) -> Vector3:
+        """Return the logarithm of what the density of samples is multiplied by as against white ones, shape (3,)."""
+        return np.asarray(np.log(self._filter(time).scale).sum(axis=0))
+
     def _filter(self, time: Series) -> _Filter:
         steps = np.diff(time)
         periods = np.maximum(np.rint(steps / np.median(steps)), 1.0) if len(steps) else steps

@@ -272,7 +272,7 @@ def _torque_and_unseen(run: Telemetry, wheels: WheelTelemetry, motors: _Motors) 
 
 
 def _variance_over_gap(run: Telemetry, sampled: UnitSeries, motors: _Motors, lost: int) -> Units:
-    """Return the variance of impulses over so many lost samples, (N·m·s)², shape (W,); infinite if not to be told."""
+    """Return the variance of impulses over so many lost samples, (N·m·s)², shape (W,); infinite where unknown."""
     errors = [np.zeros((0, sampled.shape[1]))]
     for rows in between_gaps(incomplete(run)):
         time, torque = run.actuator_time[rows], sampled[rows]

@@ -17,15 +17,17 @@ SEED = 2
 
 
 @pytest.mark.parametrize(
-    ("correlation", "stated", "right"),
-    [(0.3, 1.0, "gyro_noise_color"), (0.0, 0.87, "gyro_noise")],
-    ids=["colour", "level"],
+    ("correlation", "white", "stated", "right"),
+    [(0.3, 0.0, 1.0, "gyro_noise_color"), (0.8, 0.6, 1.0, "gyro_noise_color"), (0.0, 0.0, 0.87, "gyro_noise")],
+    ids=["colour", "slow part in white noise", "level"],
 )
-def test_noise_that_is_not_as_stated_is_neither_another_effect_nor_unexplained(tmp_path, correlation, stated, right):
+def test_noise_that_is_not_as_stated_is_neither_another_effect_nor_unexplained(
+    tmp_path, correlation, white, stated, right
+):
     case = blind_case(SEED)
     case = replace(
         case,
-        instruments=Instruments(noise_correlation=correlation),
+        instruments=Instruments(noise_correlation=correlation, noise_white=white),
         telemetry=replace(case.telemetry, stated_noise=stated),
     )
     conceal(case, tmp_path / "data", tmp_path / "answer")
