@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ from benchmarks.misspecified import diagnosed_sets
 from benchmarks.table import DOCS, here_and_now
 from concealing.order import Order
 from testbed.cli.score import print_card
-from testbed.scoring.card import score_card
+from testbed.scoring.card import FIRST_WANTED, score_card
 from testbed.scoring.case import Case
 
 
@@ -39,6 +39,7 @@ class PlatformSets:
         seed: of a set that nobody has looked at.
         cases: of each platform.
         head: of the page.
+        first_wanted: share of single effects whose class is wanted first, by the number of detectable sizes.
     """
 
     module: str
@@ -49,6 +50,7 @@ class PlatformSets:
     seed: int
     cases: int
     head: str
+    first_wanted: Mapping[float, str] = field(default_factory=lambda: FIRST_WANTED)
 
     def text(self, contents: Mapping[str, Mapping[str, Any]], words: str = "") -> str:
         """Return the page.
@@ -108,7 +110,7 @@ def _card(sets: PlatformSets, chosen: argparse.Namespace) -> None:
     scored = {"both": together, **by_platform}
     contents = {name: _content(sets, cases, chosen) for name, cases in scored.items() if cases}
     if together:
-        print_card(score_card(together))
+        print_card(score_card(together, sets.first_wanted))
     for folder in (chosen.out, DOCS) if chosen.write else (chosen.out,):
         _write(sets, contents, folder, chosen.words)
 
@@ -122,7 +124,7 @@ def _content(sets: PlatformSets, cases: Sequence[Case], chosen: argparse.Namespa
         making_seconds=_seconds(sets, chosen.out, "answers", names),
         diagnosis_seconds=_seconds(sets, chosen.out, "diagnoses", names),
     )
-    return content_of(score_card(cases), (), (), making)
+    return content_of(score_card(cases, sets.first_wanted), (), (), making)
 
 
 def _seconds(sets: PlatformSets, out: Path, kept: str, names: set[str]) -> tuple[float, ...]:
