@@ -20,6 +20,10 @@ Written by `make strangers`; do not edit. Each figure is explained in [scoring.m
 
 """
 
+_FIRST_WANTED = {2.0: "≥ 85 %", 4.0: "≥ 95 %"}
+"""Less than of our own engine's sets: nobody who wrote the diagnosis wrote these effects. Stated before any case was
+made; until 2026-11-24 the page showed what is wanted of our own sets."""
+
 SETS = platform_sets.PlatformSets(
     module="benchmarks.strangers",
     page="strangers",
@@ -29,7 +33,7 @@ SETS = platform_sets.PlatformSets(
     seed=SEED,
     cases=CASES,
     head=_HEAD,
-    first_wanted={2.0: "≥ 85 %", 4.0: "≥ 95 %"},
+    first_wanted=_FIRST_WANTED,
 )
 
 

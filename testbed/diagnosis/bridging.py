@@ -34,7 +34,7 @@ _COST = 1.0
 """χ² that all bridged gaps of a record may cost together: one standard error of whatever they resemble."""
 _EXACT, _RATIO = 12, 1.2
 """Lost samples up to which every number is tried by itself, and the ratio of those that are tried beyond: of a gyro at
-200 Hz seven lengths instead of 140, each up to a fifth too long, which costs more and not less than the gap does."""
+200 Hz eight lengths instead of 140, each up to a fifth too long, which costs more and not less than the gap does."""
 
 
 def bridged_stretches(telemetry: Telemetry, inertia: Matrix3) -> list[slice]:
@@ -67,9 +67,10 @@ def _costs(telemetry: Telemetry, inertia: Matrix3, cut: Flags) -> Array:
         for part in map(_momentum_only, without_tachometer_noise(whole))
         for rows in between_gaps(gaps(part.actuator_time))
     ]
-    stiffness = _stiffness(telemetry, inertia)
+    inverse = _inverse(inertia, telemetry.live)
+    stiffness = _stiffness(telemetry, inertia, inverse)
     lost = np.where(cut & ~long, _tried(lost_samples(telemetry.actuator_time)), 0)
-    by_length = {each: _cost(stretches, inertia, stiffness, each) for each in np.unique(lost[lost > 0]).tolist()}
+    by_length = {each: _cost(stretches, inverse, stiffness, each) for each in np.unique(lost[lost > 0]).tolist()}
     return np.array([by_length.get(each, np.inf) for each in lost.tolist()])
 
 
@@ -85,7 +86,14 @@ def _momentum_only(run: Telemetry) -> Telemetry:
     return replace(run, wheels=wheels, surroundings=None)
 
 
-def _stiffness(telemetry: Telemetry, inertia: Matrix3) -> Matrix3:
+def _inverse(inertia: Matrix3, live: tuple[bool, ...]) -> Matrix3:
+    """Return J⁻¹ of the axes about which a platform turns, zero where a bearing holds it."""
+    axes, inverse = np.ix_(live, live), np.zeros((3, 3))
+    inverse[axes] = np.linalg.inv(inertia[axes])
+    return inverse
+
+
+def _stiffness(telemetry: Telemetry, inertia: Matrix3, inverse: Matrix3) -> Matrix3:
     """Return S of the χ² that an error of the attitude costs, δφᵀ S δφ, in the middle of a run, shape (3, 3), 1/rad².
 
     Half of the samples follow, each with the error J⁻¹ (δφ × H) of the rate over the gyro's noise; on a pivot gravity
@@ -94,20 +102,20 @@ def _stiffness(telemetry: Telemetry, inertia: Matrix3) -> Matrix3:
     rates, time, pivot = telemetry.body_rate, telemetry.gyro_time, telemetry.pivot
     at = np.clip(time, *telemetry.actuator_time[[0, -1]])
     momentum = rates @ inertia + actuation(_momentum_only(telemetry), at).cluster_momentum_B
-    slopes = np.linalg.solve(inertia, cross_matrix(momentum)) / telemetry.gyro_noise
+    slopes = inverse @ cross_matrix(momentum) / telemetry.gyro_noise
     stiffness = 0.5 * np.einsum("nij,nik->jk", slopes, slopes)
     if pivot is None:
         return np.asarray(stiffness)
-    pulled = pivot.weight * float(np.linalg.norm(pivot.offset_B)) * 0.5 * float(np.ptp(time)) * np.linalg.inv(inertia)
+    pulled = pivot.weight * float(np.linalg.norm(pivot.offset_B)) * 0.5 * float(np.ptp(time)) * inverse
     return np.asarray(stiffness + 0.5 * len(time) * pulled.T @ pulled / telemetry.gyro_noise**2)
 
 
-def _cost(stretches: Sequence[Telemetry], inertia: Matrix3, stiffness: Matrix3, lost: int) -> float:
+def _cost(stretches: Sequence[Telemetry], inverse: Matrix3, stiffness: Matrix3, lost: int) -> float:
     """Return the χ² that a gap of so many lost samples costs; infinite where the stretches cannot tell."""
     errors = np.concatenate([np.zeros((0, 3)), *(_momentum_errors(each, lost) for each in stretches)])
     if len(errors) < FEWEST_BURSTS:
         return np.inf
-    turned = np.linalg.solve(inertia, errors.T).T
+    turned = errors @ inverse.T
     return float(np.einsum("ni,ij,nj->", turned, stiffness, turned)) / len(errors)
 
 

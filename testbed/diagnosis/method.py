@@ -152,12 +152,15 @@ def _retracted(state: Diagnosis) -> Diagnosis:
 
 
 def _noise_is_more_probable(noisier: Diagnosis, state: Diagnosis) -> bool:
-    """Return whether structure of a residual goes with noise of another level and colour better than with a torque.
+    """Return whether noise of another level and colour explains a residual's structure better than a torque does.
 
-    Noise with a slow part has as much power at some frequencies as a hum, but spread over all near it.
+    By how much more probable it makes the samples, against the posterior odds of a torque of known shape, or against
+    how much more probable one that walks makes them. Noise with a slow part has as much power at some frequencies as a
+    hum, but spread over all near it.
     """
     screening = state.remaining or state.steps[0].screening
-    return _deviance(state) - _deviance(noisier) > _unmodelled(state, screening)
+    walking = 0.0 if state.latent is None else state.latent.likelihood_ratio
+    return _deviance(state) - _deviance(noisier) > max(_unmodelled(state, screening), walking)
 
 
 def _deviance(state: Diagnosis) -> float:

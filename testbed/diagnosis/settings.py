@@ -166,10 +166,10 @@ class DiagnosisSettings:
     noise_color_prior: float = 0.5
     """Prior probability that the gyro's noise has a colour.
 
-    Source: convention: even odds; estimates are averaged over both.
+    Source: convention: even odds; estimates are averaged over white noise, an autoregression and ARMA(1, 1).
     """
     noise_correlation_std: float = 0.3
-    """Standard deviation of the correlation of neighbouring samples, if there is any.
+    """Standard deviation of φ + θ of the noise's colour: of the correlation of neighbours in an autoregression.
 
     Source: chosen: an anti-alias filter at 0.4 of the rate makes 0.13, one at 0.2 of the rate 0.52.
     """
@@ -179,10 +179,10 @@ class DiagnosisSettings:
     Source: chosen with `noise_correlation_std`, a third of it.
     """
     noise_persistence_std: float = 0.5
-    """Standard deviation of φ, by which a correlation falls from one sample to the next, where it does not fall as an
-    autoregression's.
+    """Standard deviation of φ, the factor by which the autocorrelation goes from one sample to the next, where that is
+    not the correlation itself.
 
-    Source: chosen: of a filter's noise within white noise any φ from 0 to 0.9 is as likely as another.
+    Source: chosen: wide enough that a φ of 0.9, a low-pass filter at a sixtieth of the rate, is two of them away.
     """
     noise_most_power: float = 4.0
     """Power of the residual's fast part, over what is stated, beyond which it is not the gyro's noise, but what the

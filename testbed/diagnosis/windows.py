@@ -58,7 +58,7 @@ def windows_of(telemetry: Telemetry, horizon: float) -> list[Telemetry]:
     """Return windows that follow one another, each with what the actuators did a horizon before its first sample.
 
     Args:
-        telemetry: of a run without gaps in its actuators' telemetry.
+        telemetry: of a run that is not cut.
         horizon: length of a window, s.
 
     Raises:
@@ -130,7 +130,7 @@ STAND_ALONE = "alone, far from the neighbours: left out"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Part:
-    """A stretch of a record without a gap in its actuators' telemetry, or a window of the stretch that it names."""
+    """A stretch of a record without a gap that cuts it, or a window of the stretch that it names."""
 
     name: str
     telemetry: Telemetry

@@ -16,7 +16,7 @@ from testbed.scenario.scenario import Scenario
 
 
 class _Skewed(Hooks):
-    predicts_gimbals = False  # on their own clock the gimbals' channels agree
+    predicts_gimbals = False  # on their own clock the gimbals' channels agree, with the body's motion on it
 
     @override
     def gimbals(self, gimbals: Gimbals, value: Array, grid: Grid) -> Gimbals:
@@ -25,6 +25,10 @@ class _Skewed(Hooks):
             skewed(each, grid, value[:, 0]) for each in (gimbals.angle, gimbals.rate, gimbals.rotor_momentum)
         )
         return replace(gimbals, angle=angle, rate=rate, rotor_momentum=momentum)
+
+    @override
+    def telemetry_lateness(self, value: Array) -> Array:
+        return value[:, 0]
 
     @override
     def cluster_momentum(self, momentum_B: Array, value: Array, grid: Grid) -> Array:

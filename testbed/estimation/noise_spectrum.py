@@ -8,7 +8,7 @@ The noise of an axis, z_k = φ z_(k-1) + e_k + θ e_(k-1) (`noise_color`), of th
 likelihood; the transform is asymptotically the Karhunen-Loève transform of such noise). Only ordinates above a
 frequency count, below which whatever the model lacks may stand. log v is the sum of a level of all samples, of one of
 each axis and of each run, each with a normal prior about zero, which is what is stated. φ and φ + θ of an axis, which
-is nearly the correlation of neighbouring samples, have normal priors about zero, part of which the axes share. Whether
+has the sign of the correlation of neighbours, have normal priors about zero, part of which the axes share. Whether
 noise is white, an autoregression (θ = 0) or has both parameters is uncertain too: estimates are averaged over the three
 models by their posterior probability (Bayesian model averaging).
 
@@ -41,18 +41,17 @@ _CAP = 10.0
 """Times its variance to which an ordinate counts: noise exceeds it in 1 of 600, by which a level is 0.3 % too low; a
 line, of a rotor or a mode, in a few ordinates does not pass for a level."""
 _STEPS = 60
-"""Fisher-scoring steps at most; from white noise 6 to 12 suffice."""
+"""Fisher-scoring steps at most; they stop where the posterior no longer grows."""
+_HALVINGS = 20
+"""Of a step, after which it is a millionth of what it was."""
 _CLOSE = 1e-6
 """Change of every parameter after which no further step is taken: far below any standard error."""
 _LONGEST = 0.3
-"""Longest step of φ and θ: the likelihood is quadratic over about that."""
+"""Longest step of any parameter: the likelihood is quadratic over about that."""
 _WIDTH = 3
 """Axes."""
 _COLORS = 2 * _WIDTH
 """Parameters of the colour: φ of each axis, then θ."""
-_STARTS = ((0.8, -0.6), (0.0, 0.5), (0.0, -0.5))
-"""φ and θ from which noise of both is searched for, beside where the autoregression is found: a slow part in white
-noise, a mean and a difference of neighbouring samples."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -247,18 +246,17 @@ def _models(ordinates: _Ordinates, runs: int, prior: SpectrumPrior) -> tuple[_Po
     """
     white, simple, both = (_precision(runs, prior, parameters) for parameters in range(3))
     first = _posterior(ordinates, simple)
-    started = [(first.mean[-_COLORS:-_WIDTH], np.zeros(_WIDTH))]
-    started += [(np.full(_WIDTH, persistence), np.full(_WIDTH, average)) for persistence, average in _STARTS]
-    found = [_posterior(ordinates, both, color=np.concatenate(each)) for each in started]
-    best = max(found, key=lambda each: each.log_evidence)
-    square = best.square
-    return _posterior(ordinates, white, square=square), _posterior(ordinates, simple, square=square), best
+    last = _posterior(ordinates, both, color=first.mean[-_COLORS:])
+    square = last.square
+    return _posterior(ordinates, white, square=square), _posterior(ordinates, simple, square=square), last
 
 
 def _posterior(
     ordinates: _Ordinates, precision: Array, color: Array | None = None, square: Array | None = None
 ) -> _Posterior:
     """Return the posterior by Fisher scoring (Laplace).
+
+    A step that makes the data less probable is halved; what lies at a bound and would leave it stays there.
 
     Args:
         ordinates: of all runs.
@@ -270,24 +268,43 @@ def _posterior(
     mean = np.zeros(ordinates.columns.shape[1] + _COLORS)
     mean[0] = np.log(np.median(ordinates.square) / CHI_SQUARE_MEDIAN)
     mean[-_COLORS:] = 0.0 if color is None else color
+    index, levels = np.arange(count), len(mean) - _COLORS
     for _ in range(_STEPS):
         log_power = ordinates.log_power(mean)
         counted = np.minimum(ordinates.square, _CAP * np.exp(log_power)) if square is None else square
         information = ordinates.information(mean)[:count, :count] + precision
         gradient = ordinates.gradient(mean, counted * np.exp(-log_power) - 1.0)[:count] - precision @ mean[:count]
-        step = np.linalg.solve(information, gradient)
+        moving = ~((np.abs(mean[:count]) >= _LARGEST) & (mean[:count] * gradient > 0.0) & (index >= levels))
+        step = np.zeros(len(mean))
+        step[:count][moving] = np.linalg.solve(information[np.ix_(moving, moving)], gradient[moving])
         step *= min(1.0, _LONGEST / max(np.abs(step).max(), np.finfo(float).tiny))
-        mean[:count] += step
-        mean[-_COLORS:] = np.clip(mean[-_COLORS:], -_LARGEST, _LARGEST)
+        mean, step = _stepped(ordinates, precision, counted, mean, step)
         if np.abs(step).max() < _CLOSE:
             break
-    log_power = ordinates.log_power(mean)
-    squares = (log_power + counted * np.exp(-log_power)).sum() + mean[:count] @ precision @ mean[:count]
+    squares = _misfit(ordinates, precision, counted, mean)
     determinants = np.linalg.slogdet(precision)[1] - np.linalg.slogdet(information)[1]
     covariance = np.zeros((len(mean), len(mean)))
     covariance[:count, :count] = np.linalg.inv(information)
     evidence = 0.5 * float(determinants - squares)
     return _Posterior(mean=mean, covariance=covariance, log_evidence=evidence, square=counted)
+
+
+def _misfit(ordinates: _Ordinates, precision: Array, counted: Array, mean: Array) -> float:
+    """Return minus twice the logarithm of the posterior density, without constants."""
+    log_power, free = ordinates.log_power(mean), mean[: len(precision)]
+    return float((log_power + counted * np.exp(-log_power)).sum() + free @ precision @ free)
+
+
+def _stepped(ordinates: _Ordinates, precision: Array, counted: Array, mean: Array, step: Array) -> tuple[Array, Array]:
+    """Return the parameters after a step, or as much of it as makes the data more probable, and what was stepped."""
+    before = _misfit(ordinates, precision, counted, mean)
+    for _ in range(_HALVINGS):
+        after = mean + step
+        after[-_COLORS:] = np.clip(after[-_COLORS:], -_LARGEST, _LARGEST)
+        if _misfit(ordinates, precision, counted, after) <= before:
+            return after, after - mean
+        step = 0.5 * step
+    return mean, np.zeros(len(mean))
 
 
 def _precision(runs: int, prior: SpectrumPrior, parameters: int) -> Array:

@@ -222,7 +222,8 @@ class Telemetry(Generic[Gimbals_co]):
         constant_torque: which constant torques on the platform are estimated jointly: fixed in the body, fixed in
             inertial axes, or both.
         noise_freedom: degrees of freedom with which `gyro_noise` is known; infinite where it is stated.
-        gyro_error: what of `body_rate` is known to be the gyro's own, shape (N, 3), rad/s; nothing where None.
+        gyro_error: what of `body_rate` is known to be the gyro's own, or what the body
+            moves between its clock and the actuators', shape (N, 3), rad/s; nothing where None.
         surroundings: what acts on the platform from outside, and its attitude; None where nothing does. On a pivot the
             place of the centre of mass is estimated jointly, and all inertias are about the pivot.
         live: about which body axes the platform turns; about the others a rig's bearing holds it, their rates are zero

@@ -237,7 +237,7 @@ class Noise(Part):
     correlation: ThreeOrNull
     """Correlation of neighbouring samples in the final model, a pure number: 0 for white noise; null likewise."""
     persistence: ThreeOrNull = Field(default=[0.0, 0.0, 0.0])
-    """By how much the correlation falls with each further sample in the final model, a pure number: as much as the
+    """Factor by which the autocorrelation goes from each sample to the next one in the final model, a pure number: the
     correlation itself in an autoregression; null likewise."""
     degrees_of_freedom: float | None
     """A pure number: with how many the noise is known at low frequencies; null where what is stated is certain."""

@@ -26,13 +26,8 @@ def compared(run: Telemetry) -> Flags:
     acceleration is not known; nor in a gap of the gyro, over which the body's is not.
     """
     gap = np.concatenate([[False], incomplete(run), [False]])
-    return np.asarray(settled(run) & ~gap[1:] & ~gap[:-1])
-
-
-def settled(run: Telemetry) -> Flags:
-    """Return which actuator samples lie within the gyro's, after the servos have taken up their work, shape (K,)."""
-    inside = run.actuator_time >= run.gyro_time[0] + SETTLING
-    return np.asarray(inside & covered_by(run.actuator_time, run.gyro_time))
+    inside = (run.actuator_time >= run.gyro_time[0] + SETTLING) & covered_by(run.actuator_time, run.gyro_time)
+    return np.asarray(inside & ~gap[1:] & ~gap[:-1])
 
 
 def incomplete(run: Telemetry) -> Flags:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Array, Vectors3
 from testbed.prediction.grid import Grid
@@ -75,7 +76,9 @@ def _averaged(motion: Smooth, time: Array, lag: Array, delay: Array, window: Arr
 
 
 def gyro_errors(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates: Array) -> list[Vectors3]:
-    """Return by how much each run's gyro is off from ω by the effects in it, each of shape (N, 3), rad/s.
+    """Return by how much each run's gyro is off from ω, each of shape (N, 3), rad/s.
+
+    By the effects in it, and where the actuators' telemetry is late: their sample of t goes with ω(t - s).
 
     Args:
         grid: the runs.
@@ -83,10 +86,19 @@ def gyro_errors(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], ra
         effects: their parameters, one set of them.
         rates: ω at the grid's nodes, shape (R, 1, M + 1, 3).
     """
-    pairs = zip(readings(grid, hooks, effects, rates), readings(grid, (), (), rates), strict=True)
-    return [read[0] - moved[0] for read, moved in pairs]
+    late = sum((hook.telemetry_lateness(value)[0] for hook, value in zip(hooks, effects, strict=True)), 0.0)
+    each = zip(readings(grid, hooks, effects, rates), grid.runs, grid.node_time, rates[:, 0], strict=True)
+    return [
+        read[0] - CubicSpline(time, moved)(np.clip(run.gyro_time - late, time[0], time[-1]))
+        for read, run, time, moved in each
+    ]
 
 
 def acts_in_gyro(hook: Hooks) -> bool:
     """Return whether an effect changes what the gyro makes of ω."""
     return overrides(hook, "gyro_time_constant", "gyro_delay", "gyro_averaging", "gyro_reading")
+
+
+def acts_on_clocks(hook: Hooks) -> bool:
+    """Return whether with an effect the actuators' telemetry is on another clock than the gyro's."""
+    return overrides(hook, "telemetry_lateness")

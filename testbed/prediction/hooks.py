@@ -120,6 +120,10 @@ class Hooks:
         """Return what the gyro reads, shape (P, N, 3), rad/s, instead of `reading`, at times of shape (N,)."""
         return reading
 
+    def telemetry_lateness(self, value: Array) -> Array:  # noqa: ARG002
+        """Return by how much the actuators' telemetry is late by the gyro's clock, shape (P,), s."""
+        return np.zeros(1)
+
     def motor_torque(self, torque: Array, value: Array, gimbal_rate: Array) -> Array:  # noqa: ARG002
         """Return what the gimbal motors give, shape (P, K, M), N·m, instead of `torque`; rates alike, rad/s."""
         return torque

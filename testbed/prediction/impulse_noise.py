@@ -47,9 +47,10 @@ class _OneWheel(NamedTuple):
 
 
 def wheels_with(impulses: Sequence[Impulses], fewest: int) -> tuple[int, ...]:
-    """Return the wheels of which there are so many impulses in all runs; one that stands still is not among them."""
+    """Return the wheels of which so many impulses without lost samples are in all runs; none that stands still."""
     wheels = range(len(impulses[0].kept)) if impulses else range(0)
-    return tuple(wheel for wheel in wheels if sum(len(each.kept[wheel]) for each in impulses) >= fewest)
+    complete = [each.complete for each in impulses]
+    return tuple(wheel for wheel in wheels if sum(len(each.kept[wheel]) for each in complete) >= fewest)
 
 
 def impulse_fit(impulses: Sequence[Impulses], wheels: tuple[int, ...], *, commanded: bool) -> ImpulseFit:
@@ -109,7 +110,7 @@ def _fit(columns: Array, scale: Array) -> _OneWheel:
 
 def _columns(impulses: Impulses) -> Array:
     """Return what the motion took, then what may explain it, shape (1 + 5, L, W), N·m·s."""
-    usual = impulses.torque * np.median(impulses.interval)
+    usual = impulses.last * np.median(impulses.interval)
     before = np.concatenate([usual[:1], usual[:-1]])
     further = np.concatenate([before[:1], before[:-1]])
     return np.stack([impulses.needed, impulses.asked, before, further, impulses.turned, impulses.directed])

@@ -13,7 +13,7 @@ import numpy as np
 from testbed.arrays import Array, Vectors3
 from testbed.prediction.equations import COMPLEX_STEP
 from testbed.prediction.grid import Grid
-from testbed.prediction.gyro import acts_in_gyro, gyro_errors, readings
+from testbed.prediction.gyro import acts_in_gyro, acts_on_clocks, gyro_errors, readings
 from testbed.prediction.hooks import Hooks, overrides
 from testbed.prediction.integration import GRIDS, Values, distinct_sets, motion_of, node_rates
 from testbed.prediction.kernels import answers
@@ -62,8 +62,8 @@ def _of_parts(grid: Grid, values: Values, predict: Callable[[Grid, Values], list
 def without_gyro_errors(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Grid:
     """Return the runs with the gyro errors that the effects in a model predict.
 
-    The gimbals' channels are predicted with the body rate that the gyro shows. A late or biased gyro that
-    is not modelled looks like friction.
+    The gimbals' channels are predicted with the body rate that the gyro shows. A late or biased gyro that is not
+    modelled looks like friction, and the rate of another instant like a misalignment of a gimbal.
 
     Args:
         grid: the runs.
@@ -71,7 +71,7 @@ def without_gyro_errors(grid: Grid, hooks: Sequence[Hooks], values: Values) -> G
         values: of its parameters, P = 1.
     """
     errors: Sequence[Vectors3 | None] = [None] * len(grid.runs)
-    if any(map(acts_in_gyro, hooks)):
+    if any(acts_in_gyro(hook) or acts_on_clocks(hook) for hook in hooks):
         errors = _of_parts(
             grid, values, lambda part, own: gyro_errors(part, hooks, own.effects, node_rates(part, hooks, own))
         )

@@ -20,11 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from testbed.arrays import Array, Series, Units, UnitSeries
+from testbed.arrays import Array, Flags, Series, Units, UnitSeries
 from testbed.estimation.gaps import FEWEST_BURSTS, between_gaps, bursts, lost_samples
 from testbed.estimation.recursions import accumulated, pivots
 from testbed.estimation.telemetry import Telemetry, WheelMotors, WheelTelemetry
-from testbed.prediction.compared import incomplete, settled
+from testbed.prediction.compared import SETTLING, incomplete
 from testbed.prediction.smooth import decay
 from testbed.prediction.smoothed import body_motion
 
@@ -45,6 +45,7 @@ class Impulses(NamedTuple):
     Attributes:
         interval: shape (L,), s.
         torque: mean that the motors were asked for, or gave, shape (L, W), N·m.
+        last: the same at the interval's end, which differs over lost samples, shape (L, W), N·m.
         gained: Jw (ΔΩ + a·Δω), shape (L, W), N·m·s.
         carried: Jw a·Δω of it, which the body turns with the wheel, shape (L, W), N·m·s.
         friction: ∫ of the friction that is known, shape (L, W), N·m·s.
@@ -58,6 +59,7 @@ class Impulses(NamedTuple):
 
     interval: Array
     torque: UnitSeries
+    last: UnitSeries
     gained: UnitSeries
     carried: UnitSeries
     friction: UnitSeries
@@ -129,7 +131,7 @@ def impulses_of(run: Telemetry, *, commanded: bool) -> Impulses | None:
 def lagged(impulses: Impulses, lag: Array) -> Array:
     """Return the impulses that motors give which follow their commands with a first-order lag, shape (P, L, W), N·m·s.
 
-    T τ̇ = u - τ, u held through every interval: ∫ τ dt = u Δt + (τ_0 - u) T (1 - e^(-Δt/T)).
+    T τ̇ = u - τ: ∫ τ dt = ∫ u dt + T (τ_0 - τ_1), with τ_1 = u + (τ_0 - u) e^(-Δt/T) of the u held at the end.
 
     Args:
         impulses: of the commands.
@@ -138,7 +140,7 @@ def lagged(impulses: Impulses, lag: Array) -> Array:
     asked = np.broadcast_to(impulses.asked, (len(lag), *impulses.asked.shape))
     if not np.any(lag):
         return asked
-    torque, left = impulses.torque, decay(impulses.interval[:, None], lag[:, None])
+    torque, left = impulses.last, decay(impulses.interval[:, None], lag[:, None])
     steps = np.concatenate([np.zeros_like(torque[:1]), torque[:-1] - torque[1:]])
     behind = accumulated(np.roll(left, 1, axis=1), steps[None])  # τ_0 - u of every interval
     return np.asarray(asked + behind * lag[:, None] * (1.0 - left))
@@ -194,11 +196,14 @@ def _impulses(run: Telemetry, commanded: bool) -> Impulses:
     before, after, inertia = speed[:-1], speed[1:], wheels.wheels.spin_inertia
     carried = inertia * np.diff(body_rate @ wheels.wheels.axis_B.T, axis=0)
     turned, directed = 0.5 * (before + after) * interval[:, None], _direction(before, after) * interval[:, None]
-    torque, unseen = _torque_and_unseen(run, wheels, _Motors(wheels.wheels.torque_limit, motors, commanded))
-    kept = tuple(np.flatnonzero(of_wheel) for of_wheel in (np.isfinite(unseen) & _is_compared(run, wheels, speed)).T)
+    torque, last, unseen = _torques(run, wheels, _Motors(wheels.wheels.torque_limit, motors, commanded))
+    behind = np.concatenate([[False], incomplete(run)[:-1]])  # where a lag carries on what was commanded in between
+    known = np.isfinite(unseen) & ~behind[:, None] & _is_compared(run, wheels, speed)
+    kept = tuple(np.flatnonzero(of_wheel) for of_wheel in known.T)
     return Impulses(
         interval=interval,
         torque=torque,
+        last=last,
         gained=inertia * np.diff(speed, axis=0) + carried,
         carried=carried,
         friction=motors.viscous_friction * turned + motors.coulomb_friction * directed,
@@ -248,8 +253,8 @@ class _Motors(NamedTuple):
         return (self.mean(other, time) - self.mean(sampled, time)) * np.diff(time)[:, None]
 
 
-def _torque_and_unseen(run: Telemetry, wheels: WheelTelemetry, motors: _Motors) -> tuple[UnitSeries, Array]:
-    """Return the mean torque of every interval, shape (L, W), N·m, and `Impulses.unseen` of each, shape (L, W).
+def _torques(run: Telemetry, wheels: WheelTelemetry, motors: _Motors) -> tuple[UnitSeries, UnitSeries, Array]:
+    """Return `torque`, `last` and `unseen` of impulses, each of shape (L, W).
 
     Over lost samples a spline through the others stands for them, which errs as much as where samples came through.
     """
@@ -258,17 +263,19 @@ def _torque_and_unseen(run: Telemetry, wheels: WheelTelemetry, motors: _Motors) 
     gap, torque = incomplete(run), motors.mean(sampled, time)
     unseen = np.zeros_like(torque)
     if not gap.any():
-        return torque, unseen
+        return torque, torque, unseen
     lost = np.where(gap, lost_samples(time), 0)
     of_interval = np.repeat(np.arange(len(lost)), lost + 1)
     first = np.cumsum(lost + 1) - lost - 1
     number = np.arange(len(of_interval)) - first[of_interval]
     whole = np.append(time[of_interval] + number * (np.diff(time) / (lost + 1))[of_interval], time[-1])
-    impulse = motors.mean(run.through(sampled)(whole), whole) * np.diff(whole)[:, None]
+    mean = motors.mean(run.through(sampled)(whole), whole)
+    last = np.where(gap[:, None], mean[first + lost], torque)
+    impulse = mean * np.diff(whole)[:, None]
     torque[gap] = (np.add.reduceat(impulse, first, axis=0) / np.diff(time)[:, None])[gap]
     for each in np.unique(lost[gap]).tolist():
         unseen[gap & (lost == each)] = _variance_over_gap(run, sampled, motors, each)
-    return torque, unseen
+    return torque, last, unseen
 
 
 def _variance_over_gap(run: Telemetry, sampled: UnitSeries, motors: _Motors, lost: int) -> Units:
@@ -292,10 +299,19 @@ def _direction(before: UnitSeries, after: UnitSeries) -> UnitSeries:
     return np.where(before * after > 0.0, np.sign(before), turning)
 
 
+def _has_rate(run: Telemetry) -> Flags:
+    """Return at which actuator samples the body rate is known, shape (K,): within a usual interval of a gyro sample."""
+    time, gyro = run.actuator_time, run.gyro_time
+    after = np.clip(np.searchsorted(gyro, time), 1, len(gyro) - 1)
+    nearest = np.minimum(np.abs(time - gyro[after - 1]), np.abs(time - gyro[after]))
+    inside = (time >= gyro[0] + SETTLING) & (time <= gyro[-1])
+    return np.asarray(inside & (nearest <= np.median(np.diff(gyro))))
+
+
 def _is_compared(run: Telemetry, wheels: WheelTelemetry, speed: UnitSeries) -> NDArray[np.bool_]:
     """Return between which samples each wheel may be compared, shape (L, W): not at a limit, nor where it may stick."""
     limits = wheels.wheels
-    known = settled(run)[:, None] & (np.abs(wheels.momentum) < _AT_LIMIT * limits.momentum_limit)
+    known = _has_rate(run)[:, None] & (np.abs(wheels.momentum) < _AT_LIMIT * limits.momentum_limit)
     known &= np.abs(speed) > _STICKING
     if wheels.torque_command is not None:
         known &= np.abs(wheels.torque_command) < _AT_LIMIT * limits.torque_limit

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.signal import lfilter
+from scipy.stats import multivariate_normal
 
 from testbed.estimation.noise_color import NoiseColor
 from testbed.estimation.noise_spectrum import SpectrumPrior, noise_spectrum
@@ -172,3 +173,18 @@ def test_columns_are_whitened_as_samples_are():
     together = color.decorrelated(columns, time)
     for index in range(4):
         np.testing.assert_allclose(together[..., index], color.decorrelated(columns[..., index], time))
+
+
+@pytest.mark.parametrize("name", COLORS)
+def test_the_density_of_samples_is_that_of_their_joint_normal_distribution(name):
+    kept = np.sort(np.random.default_rng(3).choice(60, 40, replace=False))
+    color, time = named(name), kept / RATE
+    samples = colored(color, 60, 9)[kept]
+    white = color.decorrelated(samples, time)
+    logarithm = -0.5 * (white**2).sum(axis=0) - 20.0 * np.log(2.0 * np.pi) + color.log_scale(time)
+    lags = np.abs(kept[:, None] - kept)
+    for axis in range(3):
+        after = color.correlation[axis] * color.persistence[axis] ** np.maximum(lags - 1.0, 0.0)
+        covariance = np.where(lags == 0, 1.0, np.where(lags == 1, color.correlation[axis], after))
+        expected = multivariate_normal(cov=covariance).logpdf(samples[:, axis])
+        assert logarithm[axis] == pytest.approx(expected, abs=1e-8)

@@ -86,6 +86,19 @@ def test_gimbals_are_moved_by_the_body_and_not_by_what_a_late_gyro_shows():
     assert without_gyro_errors(restored, [], delay).runs[0].gyro_error is None
 
 
+@pytest.mark.parametrize("late", [0.012, -0.012])
+def test_gimbals_are_moved_by_what_the_body_did_by_their_own_clock(late):
+    """The body's rate of another instant had looked like a misalignment of a gimbal."""
+    skew, value = EFFECTS["telemetry_skew"].hooks("actuators"), replace(values(late), initial_rate=INITIAL_RATE[:1])
+    grid = grid_of([RUN])
+    moved = without_gyro_errors(grid, [skew], value)
+    at = RUN.gyro_time[5:-5]
+    (motion,), (before,) = (map(body_motion, each.runs) for each in (moved, grid))
+    left, shifted = (np.abs(motion(at) - each).max() for each in (before(at - late), before(at)))
+    assert shifted > 5e-3  # rad/s
+    assert left < 0.1 * shifted  # what this model's motion differs by from the measured one
+
+
 def test_an_effect_outside_the_gyro_tells_nothing_of_it():
     drag = EFFECTS["viscous_drag"].hooks("platform")
     assert without_gyro_errors(GRID, [drag], values(1e-4)) is GRID
