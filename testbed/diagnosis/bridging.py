@@ -81,9 +81,8 @@ def _tried(lost: NDArray[np.intp]) -> NDArray[np.intp]:
 
 
 def _momentum_only(run: Telemetry) -> Telemetry:
-    """Return the run with the best of what its wheels hold, and without what acts from outside."""
-    wheels = run.wheels and replace(run.wheels, momentum=run.wheels.best_momentum)
-    return replace(run, wheels=wheels, surroundings=None)
+    """Return the run with the best of what its actuators hold, and without what acts from outside."""
+    return replace(run.with_best_momentum(), surroundings=None)
 
 
 def _inverse(inertia: Matrix3, live: tuple[bool, ...]) -> Matrix3:

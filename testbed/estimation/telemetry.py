@@ -295,6 +295,10 @@ class Telemetry(Generic[Gimbals_co]):
             thrust=None if self.thrust is None else change(self.thrust),
         )
 
+    def with_best_momentum(self: Telemetry) -> Telemetry:
+        """Return the run with the momentum of its wheels as well as it is known."""
+        return replace(self, wheels=self.wheels and replace(self.wheels, momentum=self.wheels.best_momentum))
+
     def with_actuator_rows(self: Telemetry, rows: slice | Flags) -> Telemetry:
         """Return the run with some of its actuators' samples."""
         return self.with_actuator_samples(self.actuator_time[rows], lambda samples: samples[rows])

@@ -15,7 +15,7 @@ TOLERANCE = 1e-3
 """A tenth of the standard deviations that are printed, in 1e-3 kg m²; machines differ in the last digits."""
 VERDICTS = {
     "first_flight": "The flight was completed; all 18 of the estimators",
-    "diagnose_and_extend": "distinguish gyro_latency (gyro) from gyro_averaging (gyro) and gyro_bandwidth (gyro)",
+    "diagnose_and_extend": "gyro_latency (gyro) from gyro_averaging (gyro), gyro_bandwidth (gyro) and telemetry_skew",
 }
 ASSET = "RERUN_NOTEBOOK_ASSET"
 CHOSEN = "http://127.0.0.1:9/widget.js"
