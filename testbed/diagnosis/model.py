@@ -22,6 +22,7 @@ from testbed.dynamics.inertia import slopes_of_log_ratio
 from testbed.effects.contract import TYPICAL_INERTIA, Effect
 from testbed.errors import InputError
 from testbed.estimation.torque_noise import torque_noise
+from testbed.prediction.grid import Grid, with_late_angles
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import Values
 from testbed.prediction.prediction import (
@@ -639,8 +640,24 @@ def corrected(runs: Runs, fit: Fit) -> Runs:
         runs: fitted or held out.
         fit: of the model to them, or of their initial rates alone.
     """
-    grid = without_gyro_errors(runs.grid, [placed.hooks for placed in fit.placed], fit.values)
+    hooks = [placed.hooks for placed in fit.placed]
+    grid = without_gyro_errors(runs.grid, hooks, fit.values)
+    if grid.gimbals is not None and runs.inner:
+        pairs = zip(hooks, fit.values.effects, strict=True)
+        late = sum(float(hook.telemetry_lateness(value)[0]) for hook, value in pairs)
+        # All channels of the actuators are late, or their angles alone: whichever suits the torques better.
+        grid = with_late_angles(grid, 0.0)
+        if late:
+            both = (grid, with_late_angles(grid, late))
+            grid = min(both, key=lambda each: _inner_misfit(runs, each, fit.values))
     return runs if grid is runs.grid else replace(runs, grid=grid)
+
+
+def _inner_misfit(runs: Runs, grid: Grid, values: Values) -> float:
+    """Return χ² of the channels of gimbals and wheels, without effects, by the body's motion that a grid has."""
+    found = predicted_channels(grid, [], replace(values, effects=()))[len(runs.names) :]
+    blocks = zip(runs.inner, found, runs.inner_sigma, strict=True)
+    return sum(float(np.square((measured - predicted[0]) / sigma).sum()) for measured, predicted, sigma in blocks)
 
 
 def all_corrected(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, Runs | None]:

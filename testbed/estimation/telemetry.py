@@ -49,6 +49,7 @@ class GimbalTelemetry:
         rotor_momentum: tachometers times Js, shape (K, M), N·m·s; the nominal one where None.
         torque: of the gimbal motors, shape (K, M), N·m; None where it was not sent.
         servo: of the gimbals; None where it is not known.
+        angles_late: by how much angles and rotor momenta are later than the torques of the same rows, s.
     """
 
     cluster: Cluster
@@ -56,6 +57,7 @@ class GimbalTelemetry:
     rotor_momentum: UnitSeries | None = None
     torque: UnitSeries | None = None
     servo: Servo | None = None
+    angles_late: float = 0.0
 
     def commanded(self, rate_command: UnitSeries) -> GimbalTelemetry:
         """Return the units with what their servo was commanded, shape (K, M), rad/s; as they are without a servo."""

@@ -189,6 +189,17 @@ def grid_of(telemetry: Sequence[Telemetry], longest_step: float = LONGEST_STEP) 
     )
 
 
+def with_late_angles(grid: Grid, late: float) -> Grid:
+    """Return runs whose gimbals' angles are later than their torques, by so many seconds; the same where they are."""
+    if all(run.gimbals.angles_late == late for run in grid.gimbal_runs):
+        return grid
+    runs = tuple(
+        run if run.gimbals is None else replace(run, gimbals=replace(run.gimbals, angles_late=late))
+        for run in grid.runs
+    )
+    return replace(grid, runs=runs)
+
+
 def thruster_count(grid: Grid) -> int:
     """Return how many single actuators there are whose commands are known."""
     return 0 if grid.thrust is None else int(grid.thrust.shape[-1])

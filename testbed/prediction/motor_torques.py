@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from testbed.arrays import Array, UnitSeries
+from testbed.arrays import Array, Series, UnitSeries
 from testbed.estimation.telemetry import GimbalRun, GimbalTelemetry
 from testbed.prediction.compared import compared
 from testbed.prediction.grid import Gimbals, Grid, at_nodes
@@ -51,7 +51,7 @@ def motor_torques(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], 
     latency = torque_latency(grid.gimbal_runs)
     torques = []
     for index, run in enumerate(grid.gimbal_runs):
-        at, time = run.actuator_time[compared(run)], grid.node_time[index]
+        at, time = _torque_time(run), grid.node_time[index]
         torque = CubicSpline(time, _frictionless(run, time, gimbals, rates[index], index), axis=1)(at - latency)
         torque = torque - latency * tachometer_gain(run.gimbals) * gimbal_motion(run)(at, 2)
         gimbal_rate = gimbal_motion(run)(at, 1)[None]
@@ -86,13 +86,13 @@ def tachometer_gain(gimbals: GimbalTelemetry) -> Array | float:
 
 def _change_by_latency(run: GimbalRun) -> Array:
     """Return what a latency of one second would change in a run's motor torques, shape (M K,), N·m/s."""
-    at = run.actuator_time[compared(run)]
+    at = _torque_time(run)
     return np.asarray(-(_needed(run)(at, 1) + tachometer_gain(run.gimbals) * gimbal_motion(run)(at, 2)).ravel())
 
 
 def _friction(run: GimbalRun) -> Array:
     """Return what viscous and dry friction of one unit each would need of the motors, shape (M K, 2 M)."""
-    rate = gimbal_motion(run)(run.actuator_time[compared(run)], 1)
+    rate = gimbal_motion(run)(_torque_time(run), 1)
     units = rate.shape[1]
     each = [np.eye(units) * of[:, None] for of in (rate, direction_of(rate))]
     return np.concatenate(each, axis=2).reshape(-1, 2 * units)
@@ -100,8 +100,12 @@ def _friction(run: GimbalRun) -> Array:
 
 def _missed(run: GimbalRun, torque: UnitSeries) -> Array:
     """Return a run's motor torques less those that its measured motion needs, shape (M K,), N·m."""
-    keep = compared(run)
-    return np.asarray((torque[keep] - _needed(run)(run.actuator_time[keep])).ravel())
+    return np.asarray((torque[compared(run)] - _needed(run)(_torque_time(run))).ravel())
+
+
+def _torque_time(run: GimbalRun) -> Series:
+    """Return when the angles show what the compared torques are of, shape (K,), s; within the gyro's samples."""
+    return np.clip(run.actuator_time[compared(run)] + run.gimbals.angles_late, *run.gyro_time[[0, -1]])
 
 
 def _needed(run: GimbalRun) -> CubicSpline:

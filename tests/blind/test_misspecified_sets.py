@@ -7,11 +7,14 @@ from dataclasses import replace
 import pytest
 
 from benchmarks.blind_diagnosis import diagnosis_of
+from benchmarks.misspecified import KINDS, case_of
 from concealing.case import Instruments
 from concealing.files import conceal
 from support.blind_cases import blind_case
 from support.diagnosed_records import SCENARIO
 
+UNITS_SEED = 8812
+"""Of a set with motor torques in which both had names beside their own."""
 SEED = 2
 """Of a set that was `unexplained` in both cases while noise was white and as stated."""
 
@@ -34,3 +37,16 @@ def test_noise_that_is_not_as_stated_is_neither_another_effect_nor_unexplained(
     content = diagnosis_of(SCENARIO, tmp_path / "data")
     assert content["verdict"] in ("none", "named")
     assert {step["effect"] for step in content["steps"]} <= {"inertia", right}
+
+
+@pytest.mark.parametrize(
+    "instruments",
+    [Instruments(telemetry_delay=0.031), Instruments(encoder_delay=0.5)],
+    ids=["all channels late", "angles alone late"],
+)
+def test_late_telemetry_is_no_friction_and_no_misalignment(tmp_path, instruments):
+    """The motors' torques go with the body's motion and the gimbals' angles of their own instant."""
+    case = case_of(KINDS["none"], UNITS_SEED, 1)
+    conceal(replace(case, instruments=instruments), tmp_path / "data", tmp_path / "answer")
+    content = diagnosis_of(SCENARIO, tmp_path / "data")
+    assert {step["effect"] for step in content["steps"]} == {"inertia", "telemetry_skew"}
