@@ -169,6 +169,7 @@ class Row:
     Attributes:
         kind: its name.
         words: what it is.
+        seed: of its sets.
         sets: how many.
         silent: without any name, and nothing unexplained.
         right: with right names alone.
@@ -180,6 +181,7 @@ class Row:
 
     kind: str
     words: str
+    seed: int
     sets: int
     silent: int
     right: int
@@ -198,12 +200,13 @@ class Row:
         )
 
 
-def row_of(name: str, cases: Sequence[Scored]) -> Row:
+def row_of(name: str, cases: Sequence[Scored], seed: int) -> Row:
     """Return the row of a kind.
 
     Args:
         name: of the kind.
         cases: its sets, diagnosed.
+        seed: of these.
     """
     wrong = [tuple(wrong_names(case, _right(name, case))) for case in cases]
     unexplained = [recognised_as_unknown(case) for case in cases]
@@ -211,6 +214,7 @@ def row_of(name: str, cases: Sequence[Scored]) -> Row:
     return Row(
         kind=name,
         words=KINDS[name].words,
+        seed=seed,
         sets=len(cases),
         silent=sum(
             case.diagnosis is not None and not named(case) and not unknown
@@ -239,14 +243,15 @@ def wrong_names(case: Scored, right: Collection[str]) -> Iterator[str]:
 def table(rows: Sequence[Row]) -> str:
     """Return the table."""
     lines = [
-        "| kind | sets | no name | right names | wrong name | at most (95 %) | unexplained | failed | wrong names |",
-        "|---|---|---|---|---|---|---|---|---|",
+        "| kind | seed | sets | no name | right names | wrong name | at most (95 %) | unexplained | failed | wrong names |",
+        "|---|---|---|---|---|---|---|---|---|---|",
     ]
     for row in (*rows, _together(rows)):
         most = _upper(row.wrong, row.sets)
         names = ", ".join(f"`{each}`" for each in row.names)
         cells = (
             row.words,
+            row.seed or "",
             row.sets,
             row.silent,
             row.right,
@@ -265,7 +270,7 @@ def _together(rows: Sequence[Row]) -> Row:
         name: sum(getattr(row, name) for row in rows)
         for name in ("sets", "silent", "right", "wrong", "unexplained", "failed")
     }
-    return Row(kind="all", words="all of them", names=(), **counts)
+    return Row(kind="all", words="all of them", seed=0, names=(), **counts)
 
 
 def _upper(count: int, sets: int) -> float:
@@ -275,7 +280,7 @@ def _upper(count: int, sets: int) -> float:
 
 def main() -> None:
     chosen = _arguments()
-    out: Path = chosen.out or Path("runs") / f"misspecified-{chosen.seed}"
+    out: Path = chosen.out or _folder(chosen.seed)
     orders = [(name, index) for index in range(chosen.sets) for name in chosen.kinds]
     with ProcessPoolExecutor(chosen.jobs) as pool:
         futures = [pool.submit(done, name, chosen.seed, index, out) for name, index in orders]
@@ -283,15 +288,28 @@ def main() -> None:
             future.result()
             print(f"\r{count} of {len(orders)}", end="", flush=True)
     print()
-    rows = [row_of(name, cases) for name in KINDS if (cases := diagnosed_sets(out / name))]
-    text = page(rows, chosen.seed)
+    seeds = (chosen.seed, *chosen.also)
+    rows = [row for name in KINDS if (row := _first_row(name, [out, *map(_folder, chosen.also)], seeds)) is not None]
+    text = page(rows)
     print(text)
-    content = {"seed": chosen.seed, "where": here_and_now(), "kinds": [asdict(row) for row in rows]}
+    content = {"seeds": seeds, "where": here_and_now(), "kinds": [asdict(row) for row in rows]}
     for folder in (out, DOCS) if chosen.write else (out,):
         (folder / "misspecified.json").write_text(
             json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
         )
         (folder / "misspecified.md").write_text(text, encoding="utf-8")
+
+
+def _folder(seed: int) -> Path:
+    return Path("runs") / f"misspecified-{seed}"
+
+
+def _first_row(name: str, folders: Sequence[Path], seeds: Sequence[int]) -> Row | None:
+    """Return the row of a kind by the first seed of which sets were diagnosed; None where there are none."""
+    for folder, seed in zip(folders, seeds, strict=True):
+        if cases := diagnosed_sets(folder / name):
+            return row_of(name, cases, seed)
+    return None
 
 
 def diagnosed_sets(folder: Path) -> list[Scored]:
@@ -302,9 +320,10 @@ def diagnosed_sets(folder: Path) -> list[Scored]:
     return [case for case in read_cases(folder / "diagnoses", folder / "answers") if case.name in done]
 
 
-def page(rows: Sequence[Row], seed: int) -> str:
+def page(rows: Sequence[Row]) -> str:
     """Return the page of docs/misspecified.md."""
     missed = [row.kind for row in rows if not row.kept]
+    seeds = dict.fromkeys(row.seed for row in rows)
     shown = [row.kind for row in rows if _upper(row.wrong, row.sets) <= MOST_WRONG]
     return f"""# Null sets that are not as stated
 
@@ -316,8 +335,8 @@ telemetry is early. Wanted: a wrong name in at most {MOST_WRONG:.0%} of each kin
 At most {MOST_WRONG:.0%} with 95 % confidence, for which 59 sets without a wrong name are needed:
 {", ".join(shown) or "none"}.
 
-Command: `python -m benchmarks.misspecified --sets {max(row.sets for row in rows)} --seed {seed} --write`, with
-`--kinds` and fewer sets where the table has fewer. {here_and_now()}
+Command: `python -m benchmarks.misspecified --kinds KINDS --sets N --seed S` for each of the seeds
+{", ".join(map(str, seeds))}, and with `--also` and `--write` for the table. {here_and_now()}
 
 {table(rows)}
 """
@@ -328,6 +347,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--kinds", nargs="+", choices=KINDS, default=list(KINDS), metavar="KIND", help=", ".join(KINDS))
     parser.add_argument("--sets", type=int, default=SETS, help=f"of every kind, default {SETS}")
     parser.add_argument("--seed", type=int, default=SEED, help=f"default {SEED}")
+    parser.add_argument("--also", nargs="*", type=int, default=[], help="seeds for kinds of which --seed has no sets")
     parser.add_argument("--jobs", type=int, default=2, help="processes, default 2")
     parser.add_argument("--write", action="store_true", help="write the table into docs/ too")
     parser.add_argument("--out", type=Path, help="default runs/misspecified-SEED")

@@ -67,17 +67,17 @@ def test_a_name_is_right_if_its_class_has_what_was_done(tmp_path):
         said(step("gyro_noise_color"), step("slosh")),
         said(verdict="unexplained"),
     )
-    row = row_of("ar+30", cases)
+    row = row_of("ar+30", cases, seed=3)
     assert (row.sets, row.silent, row.right, row.wrong, row.unexplained, row.failed) == (5, 1, 2, 1, 1, 0)
     assert row.names == ("slosh:gyro",)
     assert not row.kept
-    assert "`slosh:gyro`" in page([row], 3)
+    assert "`slosh:gyro`" in page([row])
 
 
 def test_a_set_without_a_diagnosis_is_failed(tmp_path):
     cases = scored(tmp_path, said(verdict="none"), {})
-    assert row_of("none", cases).failed == 1
-    assert not row_of("none", cases).kept
+    assert row_of("none", cases, seed=3).failed == 1
+    assert not row_of("none", cases, seed=3).kept
 
 
 def test_without_a_change_any_name_is_wrong(tmp_path):
