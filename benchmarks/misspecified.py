@@ -243,7 +243,7 @@ def wrong_names(case: Scored, right: Collection[str]) -> Iterator[str]:
 def table(rows: Sequence[Row]) -> str:
     """Return the table."""
     lines = [
-        "| kind | seed | sets | no name | right names | wrong name | at most (95 %) | unexplained | failed | wrong names |",
+        "| kind | seed | sets | no name | right names | wrong | at most (95 %) | unexplained | failed | wrong names |",
         "|---|---|---|---|---|---|---|---|---|---|",
     ]
     for row in (*rows, _together(rows)):
