@@ -14,7 +14,7 @@ from concealing.wheel_set import make_wheels, wheel_orders
 
 _SCENARIOS = {name: Path("scenarios") / f"{name}.toml" for name in ("cubesat_wheels", "air_bearing")}
 SEED, CASES = 6203, 100
-"""Of a set that nobody has looked at, and cases of each platform."""
+"""Of the set whose card is kept, which nobody had looked at when it was diagnosed; and cases of each platform."""
 _HEAD = """# The blind set of craft with wheels
 
 Written by `python -m benchmarks.blind_wheels card --write`; do not edit. Each figure is explained in

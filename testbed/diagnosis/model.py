@@ -23,6 +23,7 @@ from testbed.effects.contract import TYPICAL_INERTIA, Effect
 from testbed.errors import InputError
 from testbed.estimation.torque_noise import torque_noise
 from testbed.prediction.grid import Grid, with_late_angles
+from testbed.prediction.gyro import lateness
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import Values
 from testbed.prediction.prediction import (
@@ -643,11 +644,9 @@ def corrected(runs: Runs, fit: Fit) -> Runs:
     hooks = [placed.hooks for placed in fit.placed]
     grid = without_gyro_errors(runs.grid, hooks, fit.values)
     if grid.gimbals is not None and runs.inner:
-        pairs = zip(hooks, fit.values.effects, strict=True)
-        late = sum(float(hook.telemetry_lateness(value)[0]) for hook, value in pairs)
-        # All channels of the actuators are late, or their angles alone: whichever suits the torques better.
         grid = with_late_angles(grid, 0.0)
-        if late:
+        if late := lateness(hooks, fit.values.effects):
+            # All channels of the actuators are late, or their angles alone: whichever suits the torques better.
             both = (grid, with_late_angles(grid, late))
             grid = min(both, key=lambda each: _inner_misfit(runs, each, fit.values))
     return runs if grid is runs.grid else replace(runs, grid=grid)

@@ -86,12 +86,17 @@ def gyro_errors(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], ra
         effects: their parameters, one set of them.
         rates: ω at the grid's nodes, shape (R, 1, M + 1, 3).
     """
-    late = sum((hook.telemetry_lateness(value)[0] for hook, value in zip(hooks, effects, strict=True)), 0.0)
+    late = lateness(hooks, effects)
     each = zip(readings(grid, hooks, effects, rates), grid.runs, grid.node_time, rates[:, 0], strict=True)
     return [
         read[0] - CubicSpline(time, moved)(np.clip(run.gyro_time - late, time[0], time[-1]))
         for read, run, time, moved in each
     ]
+
+
+def lateness(hooks: Sequence[Hooks], effects: Sequence[Array]) -> float:
+    """Return by how much the actuators' telemetry is late by the gyro's clock, s; arguments as `gyro_errors`."""
+    return sum((float(hook.telemetry_lateness(value)[0]) for hook, value in zip(hooks, effects, strict=True)), 0.0)
 
 
 def acts_in_gyro(hook: Hooks) -> bool:
