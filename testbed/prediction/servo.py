@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Array, Series, UnitSeries
 from testbed.cmg import servo_law
@@ -71,9 +72,9 @@ def ticks_of(run: CommandedRun) -> Ticks:
     samples = np.rint((run.actuator_time - start) / period).astype(np.intp)
     time = start + period * np.arange(samples[-1] + 1)
     command = run.through(run.gimbals.rate_command)(time).clip(-servo.rate_limit, servo.rate_limit)
-    angle, rate = gimbal_motion(run)(time), gimbal_motion(run)(time, 1)
+    angle, rate = gimbal_motion(run)(shown_at(run, time)), gimbal_motion(run)(shown_at(run, time), 1)
     change = np.diff(command, axis=0, prepend=np.zeros((1, command.shape[1]))) / period
-    middle = time + 0.5 * period
+    middle = shown_at(run, time + 0.5 * period)
     spinning, share, by_turning, by_body = _load_shares(run, middle, angle + 0.5 * period * rate, rate)
     own = cluster.rotor_spin_inertia - cluster.rotor_transverse_inertia
     held, nominal = _rotor_momentum(run, middle) + own * spinning, cluster.rotor_momentum
@@ -94,13 +95,15 @@ def ticks_of(run: CommandedRun) -> Ticks:
 def set_point(run: CommandedRun) -> UnitSeries:
     """Return the set point of every tachometer loop at a run's ticks before its limit, shape (N, M), rad/s.
 
-    Behind a long gap in the telemetry the gimbals count as where they were commanded to be.
+    Behind a long gap in the telemetry the gimbals count as where they were commanded to be. Angles count as recorded,
+    however late: what is compared depends on set points, and has to be the same in every model.
     """
     ticks, servo = ticks_of(run), run.gimbals.servo
-    commanded, points = _Commanded(servo, ticks.first_angle), np.empty_like(ticks.command)
+    angles = gimbal_motion(run)(ticks.time)
+    commanded, points = _Commanded(servo, angles[0]), np.empty_like(ticks.command)
     last = np.searchsorted(ticks.samples, np.arange(len(ticks.time)), side="right") - 1
     within_gap = np.concatenate([long_gaps(run), [False]])[last]
-    for tick, angle in enumerate(gimbal_motion(run)(ticks.time)):
+    for tick, angle in enumerate(angles):
         if within_gap[tick]:
             commanded = _Commanded(servo, angle)
         points[tick] = commanded.set_point(ticks.command[tick], angle)
@@ -113,6 +116,11 @@ def nominal_response(run: CommandedRun) -> UnitSeries:
     """Return the angles of a run's samples with motors as they should be, shape (K, M), rad."""
     units = np.arange(len(ticks_of(run).first_angle))
     return np.asarray(_response(run, units, np.zeros(len(units)), np.zeros_like(ticks_of(run).load)).T)
+
+
+def shown_at(run: CommandedRun, time: Series) -> Series:
+    """Return when a run's angles show the gimbals of given instants, shape (N,), s: later where encoders are late."""
+    return np.clip(time + run.gimbals.angles_late, *run.actuator_time[[0, -1]])
 
 
 def response(run: CommandedRun, lag: Array, friction: Array) -> Array:
@@ -160,7 +168,16 @@ def _response(run: CommandedRun, units: NDArray[np.intp], lag: Array, friction: 
     command, fed_forward, load, slope = of_units
     signals = (command, fed_forward, load - friction, slope, ticks.first_angle[None, units])
     law = (servo.bandwidth, servo.stiffness / servo.bandwidth, servo.rate_limit, servo.angle_error_bound, servo.period)
-    return np.asarray(kernels.servo_angles(signals, _Step(servo, lag).shares, law)[ticks.samples].T)
+    return _sampled(run, kernels.servo_angles(signals, _Step(servo, lag).shares, law).T)
+
+
+def _sampled(run: CommandedRun, angles: Array) -> Array:
+    """Return what a run's encoders show of angles at all ticks, shape (W, N), at the samples, shape (W, K), rad."""
+    ticks, late = ticks_of(run), run.gimbals.angles_late
+    if not late:
+        return np.asarray(angles[:, ticks.samples])
+    at = np.clip(run.actuator_time - late, *ticks.time[[0, -1]])
+    return np.asarray(CubicSpline(ticks.time, angles, axis=1)(at))
 
 
 class _Commanded:
@@ -181,11 +198,8 @@ class _Commanded:
 
 def _pushed(run: CommandedRun, push: Array) -> Array:
     """Return by how much pushes, (W, N), rad/s², move the angles at the samples, (W, K), rad, if motors are ideal."""
-    return np.asarray(
-        scipy.signal.lfilter(*_Step(run.gimbals.servo, np.zeros(1)).response_to_push, push, axis=1)[
-            :, ticks_of(run).samples
-        ]
-    )
+    step = _Step(run.gimbals.servo, np.zeros(1))
+    return _sampled(run, scipy.signal.lfilter(*step.response_to_push, push, axis=1))
 
 
 class _Step:

@@ -18,7 +18,7 @@ from testbed.prediction.compared import compared, long_gaps
 from testbed.prediction.grid import Gimbals, Grid, at_nodes, unit_count
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import effective_gimbals
-from testbed.prediction.servo import response, set_point, ticks_of
+from testbed.prediction.servo import response, set_point, shown_at, ticks_of
 from testbed.prediction.smoothed import body_motion, gimbal_motion
 from testbed.prediction.unit_axes import along_units
 
@@ -169,7 +169,7 @@ def _further_load(grid: Grid, gimbals: Gimbals | None, index: int) -> Array | fl
     time, run = grid.node_time[index], grid.commanded_runs[index]
     body_rate = body_motion(run)(time)
     further = _load(gimbals, body_rate, index) - _load(grid.gimbals, body_rate, index)
-    at = np.clip(ticks_of(run).time, time[0], time[-1])
+    at = np.clip(shown_at(run, ticks_of(run).time), time[0], time[-1])
     return np.asarray(CubicSpline(time, further, axis=1)(at))
 
 
