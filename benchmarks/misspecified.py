@@ -127,7 +127,11 @@ KINDS: dict[str, Kind] = {
     "bias_walk": Kind(
         words="bias walks", effects=(_walk(),), right=frozenset({"gyro_drift", "gyro_bias", "gyro_noise_color"})
     ),
-    "clock_skew": Kind(words="clocks apart by 1 ms at the end", instruments=Instruments(clock_skew=1e-3), right=_EARLY),
+    "clock_skew": Kind(
+        words="clocks apart by 1 ms at the end",
+        instruments=Instruments(clock_skew=1e-3),
+        right=_EARLY | {"gyro_clock_drift"},
+    ),
     **{
         f"telemetry{1e3 * each:+.0f}ms": _delayed(each)
         for each in (0.001, 0.005, 0.015, 0.031, -0.001, -0.005, -0.015, -0.031)

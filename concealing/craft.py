@@ -159,6 +159,7 @@ class GyroErrors:
         saturation: rad/s.
         noise_correlation: of neighbouring samples of the nominal noise.
         averaging: share of the sample period over which a reading is the mean.
+        clock_drift: share of the time by which the clock that stamps the readings is ahead.
     """
 
     response: Array = field(default_factory=lambda: np.eye(3))
@@ -172,6 +173,7 @@ class GyroErrors:
     saturation: float = inf
     noise_correlation: float = 0.0
     averaging: float = 0.0
+    clock_drift: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -40,6 +40,11 @@ def gyro_averaging(craft: Craft, _: str, parameters: Parameters) -> Craft:
     return replace(craft, gyro=replace(craft.gyro, averaging=min(parameters["share_of_period"], 1.0)))
 
 
+def gyro_clock_drift(craft: Craft, _: str, parameters: Parameters) -> Craft:
+    """What is stamped t was read at t - d t; on board every reading is used when it is taken."""
+    return replace(craft, gyro=replace(craft.gyro, clock_drift=parameters["drift"]))
+
+
 KINDS = {
     "dry_friction": EffectKind(
         components=(PLATFORM,),
@@ -55,6 +60,14 @@ KINDS = {
         apply=telemetry_skew,
         draw=lambda rng: {"late": 0.01 * sign(rng)},
         growing=("late",),
+        actuation=_BOTH,
+    ),
+    "gyro_clock_drift": EffectKind(
+        components=(GYRO,),
+        units={"drift": "1"},
+        apply=gyro_clock_drift,
+        draw=lambda rng: {"drift": 2e-4 * sign(rng)},
+        growing=("drift",),
         actuation=_BOTH,
     ),
     "gyro_averaging": EffectKind(

@@ -75,8 +75,8 @@ def gyro_error(case: Case, log: FlightLog, mechanics: Mechanics, run: int, ticks
     Returns:
         Shape (ticks, 3), rad/s.
     """
-    instruments, period = case.instruments, 1.0 / case.telemetry.gyro_rate
-    if not (instruments.jitter or instruments.clock_skew or instruments.averaging or instruments.anti_alias):
+    instruments, period, drift = case.instruments, 1.0 / case.telemetry.gyro_rate, mechanics.craft.gyro.clock_drift
+    if not (drift or instruments.jitter or instruments.clock_skew or instruments.averaging or instruments.anti_alias):
         return np.zeros((len(ticks), 3))
     states = zip(log.fine_time, log.fine_state, strict=True)
     rates = np.array([mechanics.velocities(time, state).body_rate[run] for time, state in states])
@@ -88,7 +88,7 @@ def gyro_error(case: Case, log: FlightLog, mechanics: Mechanics, run: int, ticks
     if instruments.anti_alias is not None:
         return _filtered(motion, stamps, period, instruments.anti_alias) - motion(stamps)
     jitter = instruments.jitter * _generator(case, _JITTER, run).standard_normal(len(stamps))
-    taken = stamps + jitter + instruments.clock_skew * stamps / stamps[-1]
+    taken = (1.0 - drift) * stamps + jitter + instruments.clock_skew * stamps / stamps[-1]
     return motion(np.clip(taken, 0.0, log.fine_time[-1])) - motion(stamps)
 
 

@@ -28,6 +28,7 @@ from testbed.effects.gravity_gradient import GravityGradient
 from testbed.effects.gyro_averaging import GyroAveraging
 from testbed.effects.gyro_bandwidth import GyroBandwidth
 from testbed.effects.gyro_bias import GyroBias
+from testbed.effects.gyro_clock_drift import GyroClockDrift
 from testbed.effects.gyro_drift import GyroDrift
 from testbed.effects.gyro_latency import GyroLatency
 from testbed.effects.gyro_misalignment import GyroMisalignment
@@ -105,6 +106,7 @@ _PREDICTED: tuple[Effect, ...] = (
     GyroScale(),
     GyroMisalignment(),
     GyroLatency(),
+    GyroClockDrift(),
     GyroBandwidth(),
     GyroAveraging(),
     GyroSaturation(),

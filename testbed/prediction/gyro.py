@@ -28,8 +28,9 @@ def readings(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates
     pairs = list(zip(hooks, effects, strict=True))
     lag = sum((hook.gyro_time_constant(value) for hook, value in pairs), np.zeros(1))
     delay = sum((hook.gyro_delay(value) for hook, value in pairs), np.zeros(1))
+    drift = sum((hook.gyro_clock_drift(value) for hook, value in pairs), np.zeros(1))
     averaging = [hook.gyro_averaging(value) for hook, value in pairs if overrides(hook, "gyro_averaging")]
-    read = _read(grid, rates, lag, delay, averaging)
+    read = _read(grid, rates, lag, delay, drift, averaging)
     predicted = []
     for run, telemetry in enumerate(grid.runs):
         reading = read[run, :, : len(telemetry.gyro_time)]
@@ -39,7 +40,7 @@ def readings(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates
     return predicted
 
 
-def _read(grid: Grid, rates: Array, lag: Array, delay: Array, averaging: Sequence[Array]) -> Array:
+def _read(grid: Grid, rates: Array, lag: Array, delay: Array, drift: Array, averaging: Sequence[Array]) -> Array:
     """Return what a gyro reads behind a lag and a delay, shape (R, P, N, 3), rad/s, N of the run with most samples.
 
     All runs side by side, in units of their steps; those with fewer samples have their last one again.
@@ -49,12 +50,15 @@ def _read(grid: Grid, rates: Array, lag: Array, delay: Array, averaging: Sequenc
         rates: ω at the grid's nodes, shape (R, P, M + 1, 3).
         lag: shape (P,) or (1,), s.
         delay: alike.
+        drift: share of the time by which samples are later still, shape (P,) or (1,).
         averaging: shares of the sampling interval over which is averaged, shapes (P,) or (1,); their sum counts.
     """
     runs, sets, nodes, _ = rates.shape
     most = max(len(run.gyro_time) for run in grid.runs)
     times = np.stack([np.pad(run.gyro_time, (0, most - len(run.gyro_time)), mode="edge") for run in grid.runs])
     at = np.repeat((times - grid.node_time[:, :1]) / grid.step[:, None], sets, axis=0)
+    if np.any(drift):
+        at = at - (times[:, None] * np.broadcast_to(drift, sets)[:, None] / grid.step[:, None, None]).reshape(at.shape)
     late, behind = ((np.broadcast_to(each, sets) / grid.step[:, None]).ravel() for each in (lag, delay))
     rows = rates.reshape(-1, nodes, 3)
     motion = Smooth(np.arange(float(nodes)), rows, node_slopes(rows, 1.0))
@@ -101,7 +105,7 @@ def lateness(hooks: Sequence[Hooks], effects: Sequence[Array]) -> float:
 
 def acts_in_gyro(hook: Hooks) -> bool:
     """Return whether an effect changes what the gyro makes of ω."""
-    return overrides(hook, "gyro_time_constant", "gyro_delay", "gyro_averaging", "gyro_reading")
+    return overrides(hook, "gyro_time_constant", "gyro_delay", "gyro_clock_drift", "gyro_averaging", "gyro_reading")
 
 
 def acts_on_clocks(hook: Hooks) -> bool:

@@ -112,6 +112,10 @@ class Hooks:
         """Return the latency of the gyro's samples, shape (P,), s."""
         return np.zeros(1)
 
+    def gyro_clock_drift(self, value: Array) -> Array:  # noqa: ARG002
+        """Return by which share of the records' time the gyro's clock is ahead of the actuators', shape (P,)."""
+        return np.zeros(1)
+
     def gyro_averaging(self, value: Array) -> Array:  # noqa: ARG002
         """Return the share of its sample period over which the gyro averages, up to the sample's time, shape (P,)."""
         return np.zeros(1)

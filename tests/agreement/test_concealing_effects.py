@@ -81,7 +81,7 @@ def typical(effect):
     return kind, HiddenEffect(effect=effect, component=kind.components[-1], parameters=parameters)
 
 
-@pytest.mark.parametrize("effect", sorted(set(KINDS) - {"telemetry_skew"}))
+@pytest.mark.parametrize("effect", sorted(set(KINDS) - {"telemetry_skew", "gyro_clock_drift"}))
 def test_size_zero_changes_nothing_and_a_typical_size_something(effect, undisturbed):
     kind, hidden = typical(effect)
     assert set(hidden.parameters) == set(kind.units)
@@ -116,6 +116,17 @@ def test_late_telemetry_shows_what_was_so_before_and_leaves_the_flight_alone(und
     np.testing.assert_allclose(channels["gimbal_angle"][1:], prompt.log.encoder[ticks[5::5] - 2, 0], atol=1e-12)
     np.testing.assert_array_equal(channels["body_rate"], prompt.log.gyro[::5, 0])
     assert np.abs(channels["gimbal_angle"][1:] - before[1:]).max() > 1e-4
+
+
+def test_a_gyro_whose_clock_is_fast_stamps_what_it_read_before_and_leaves_the_flight_alone(undisturbed):
+    fast = HiddenEffect(effect="gyro_clock_drift", component="gyro", parameters={"drift": 0.2})
+    prompt, drifting = undisturbed["cmg"], fly_case(case_with([fast], duration=0.3))
+    np.testing.assert_array_equal(shown(drifting), shown(prompt))
+    stamped = np.arange(0, len(prompt.log.time), prompt.clock.gyro_ticks)  # every five ticks, of which four have passed
+    before = prompt.log.body_rate[stamped * 4 // 5, 0] - prompt.log.body_rate[stamped, 0]
+    late = record(drifting, 0).channels["body_rate"] - record(prompt, 0).channels["body_rate"]
+    np.testing.assert_allclose(late, before, atol=1e-9)
+    assert np.abs(before).max() > 1e-3
 
 
 def test_an_averaging_gyro_shows_the_mean_over_its_period():

@@ -204,6 +204,7 @@ def test_only_what_no_flight_can_have_is_not_flown():
         "thrust_offset",
         "rotor_acceleration_reaction",
         "telemetry_skew",
+        "gyro_clock_drift",
         "gyro_averaging",
     ]
     for effect in grounded:

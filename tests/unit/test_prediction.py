@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 from typing_extensions import override
 
 from support.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times
@@ -84,6 +85,17 @@ def test_gimbals_are_moved_by_the_body_and_not_by_what_a_late_gyro_shows():
     assert missed[0] > 3e-3  # rad/s
     assert missed[1] < 1e-4  # what smoothing costs
     assert without_gyro_errors(restored, [], delay).runs[0].gyro_error is None
+
+
+@pytest.mark.parametrize("drift", [0.01, -0.01])
+def test_a_gyro_with_another_clock_shows_the_motion_of_another_instant(drift):
+    clock = EFFECTS["gyro_clock_drift"].hooks("gyro")
+    models = (([clock], values(drift)), ([], values()))
+    shown, motion = (predicted(GRID, hooks, model)[0][0] for hooks, model in models)
+    at = RUN.gyro_time * (1.0 - drift)
+    within = at <= RUN.gyro_time[-1]
+    np.testing.assert_allclose(shown[within], CubicSpline(RUN.gyro_time, motion)(at[within]), atol=2e-4)
+    assert np.abs(shown - motion).max() > 5e-3
 
 
 @pytest.mark.parametrize("late", [0.012, -0.012])
