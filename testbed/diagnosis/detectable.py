@@ -76,12 +76,13 @@ def _detectable(signature: Signature, tested: int, *, free: bool) -> Detectable:
     typical = np.array([parameter.typical for parameter in effect.parameters])
     multiple = smallest_detectable(signature, tested)
     none = np.zeros(len(absent))
-    smallest = effect.quantities(absent + multiple * (typical - absent), none) if np.isfinite(multiple) else ()
+    with np.errstate(over="ignore", invalid="ignore"):  # a gain is the exponential of its parameter
+        smallest = effect.quantities(absent + multiple * (typical - absent), none) if np.isfinite(multiple) else ()
     hidden = set() if free else _without_columns(signature)
     return Detectable(
         placed=signature.placed,
         multiple=multiple,
-        smallest=tuple(each for each in smallest if each.name not in hidden),
+        smallest=tuple(each for each in smallest if each.name not in hidden and np.isfinite(each.value)),
         typical=tuple(each for each in effect.quantities(typical, none) if each.name not in hidden),
     )
 
