@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
-from testbed.arrays import Array, Flags, Matrix3, Theta, Units, Vector3
+from testbed.arrays import Array, Flags, Matrix3, Theta, Vector3
+from testbed.diagnosis.channels import ChannelNoise, impulse_channels, response_channel, torque_channel, wheel_channel
 from testbed.diagnosis.settings import SETTINGS, PriorOdds
 from testbed.dynamics.inertia import (
     COLUMNS,
@@ -21,148 +21,10 @@ from testbed.dynamics.inertia import (
     slopes_of_log_ratio,
     theta_of,
 )
-from testbed.effects.fast_changes import FEWEST, fast_power
 from testbed.estimation.noise_color import NoiseColor
 from testbed.estimation.telemetry import ALL_AXES, Telemetry, has_momentum
 from testbed.estimation.torque_noise import covariance
-from testbed.prediction.grid import Grid, grid_of, unit_count
-from testbed.prediction.impulse_noise import IMPULSE_UNKNOWNS, impulse_fit, wheels_with
-from testbed.prediction.motor_torques import has_torques, measured_torques
-from testbed.prediction.servo import response, ticks_of
-from testbed.prediction.servo_response import by_stretches, by_units, constants, has_commands, measured_responses, shown
-from testbed.prediction.smoothed import direction_of
-from testbed.prediction.wheel_impulses import ImpulseNoise
-from testbed.prediction.wheel_response import all_impulses, measured_impulses
-
-_LEAST = 1e-3
-"""Share of a channel's own scatter that its noise has at least: the model of a gimbal is no better than that. Of 64
-sets of the seeds 90817 and 90818 none needs it: motor torques have noise of 4 % and more of their scatter, responses of
-30 %. It keeps channels without noise from an infinite weight."""
-_NUDGES = np.array([1e-5, 1e-3, 1e-3])
-"""Lag, s, viscous friction, 1/s, and dry friction, rad/s², over the inertia, by which derivatives are taken: a
-thousandth of the usual sizes and less, so that differences have three correct digits and more; steps need one."""
-_USUAL = np.array([0.01, 1.0, 10.0])
-"""Sizes of the same, by which steps are scaled: of the order of what hardware of this class shows (20 ms, 12 1/s, 12
-rad/s²). They scale steps; where the search ends does not depend on them."""
-_FIRST = 0.1
-"""Share of the usual sizes at which the search begins. From a lag that is guessed too long, a servo swings, and no step
-finds back (case_0624 of seed 2026): so it begins below, and steps are bounded."""
-_TRIALS = 20
-"""Evaluations of the search at most. With 100 nothing changes, with 5 estimates move by 2e-4 standard errors (three
-sets of seed 90817 with effects inside the units)."""
-_CLOSE = 1e-2
-"""Share of the squares that a further step has to gain: 0.5 % of the root that is compared with the noise. With 1e-4
-or 1e-1, estimates move by 9e-4 standard errors at most, in the same sets."""
-_MODEL = 2.5e-4
-"""rad. Error of a predicted servo response from other causes than noise: commands between samples and the plan are not
-known, and what is missed by that stays for several samples. Without it, lags and dry frictions of eight detectable
-sizes miss the truth by 4 to 6 standard deviations where encoders are as good as 1e-4 rad. In three sets of seed 90817
-the responses are the same without it and with twice as much, and estimates move by 0.3 and 0.1 standard errors."""
-
-
-def torque_channel(grid: Grid) -> tuple[list[Array], Units] | None:
-    """Return the measured motor torques of every run, each of shape (K, M), N·m, and their noise; None without."""
-    if not has_torques(grid):
-        return None
-    torques = measured_torques(grid)
-    return torques, _noise(torques)
-
-
-def response_channel(grid: Grid) -> tuple[list[Array], Array] | None:
-    """Return what is compared of every run's gimbal angles, each of shape (K, M - 3), rad, and its noise for each.
-
-    None where commands are not sent, or the gimbals do not follow them as their servo would.
-    """
-    if not has_commands(grid):
-        return None
-    responses = measured_responses(grid)
-    if not any(len(each) for each in responses):
-        return None
-    left = _left(grid, responses)
-    pairs = zip(grid.commanded_runs, left, strict=True)
-    by_unit = [part for run, each in pairs for part in by_stretches(run, by_units(run, each))]
-    units, directions = unit_count(grid), responses[0].shape[1]
-    noise = np.sqrt(units / directions * np.mean(_noise(by_unit) ** 2))  # M columns hold the noise of M - 3 directions
-    unknowns = len(_NUDGES) * units + sum(constants(run).shape[1] for run in grid.commanded_runs)
-    squares = np.concatenate(left).ravel() ** 2
-    if len(squares) < SETTINGS.servo_numbers_per_unknown * unknowns:
-        return None
-    missed = np.sqrt(squares.sum() / (len(squares) - unknowns))
-    if missed >= SETTINGS.servo_following * noise:
-        return None
-    return responses, np.full(directions, np.hypot(max(missed, noise), _MODEL))
-
-
-def wheel_channel(grid: Grid) -> ImpulseNoise | None:
-    """Return in what noise the wheels' motors are compared with what turns the wheels; None where they are not.
-
-    By their commands where these are sent and every wheel that is compared follows its own, or else by their measured
-    torques. A wheel that stands still, or of which there are too few impulses, is left out; the others stay.
-    """
-    for commanded in (True, False):
-        impulses = all_impulses(grid, commanded=commanded)
-        wheels = wheels_with(impulses, SETTINGS.wheel_numbers_per_unknown * IMPULSE_UNKNOWNS)
-        if not wheels:
-            continue
-        fit = impulse_fit(impulses, wheels, commanded=commanded)
-        beyond = np.abs(np.log(np.maximum(fit.factor, np.finfo(float).tiny))) > np.log(SETTINGS.wheel_following)
-        if not (beyond & (np.abs(fit.factor - 1.0) > _SURELY * fit.factor_std)).any():
-            return fit.noise
-    return None
-
-
-_SURELY = 5.0
-"""Standard errors by which a wheel's torque has to differ from what it is commanded to count as another one's: of a
-wheel that hardly moves it is not known, and says nothing."""
-
-
-def _left(grid: Grid, responses: Sequence[Array]) -> list[Array]:
-    """Return what every run's gimbals miss of the response of servos with a lag and friction each, (K, M - 3), rad."""
-    nudges, usual = (np.repeat(each, unit_count(grid)) for each in (_NUDGES, _USUAL))
-
-    def left(unknowns: Array) -> Array:
-        return np.concatenate([part[0].ravel() for part in _missed(grid, responses, unknowns[None])])
-
-    def slopes(unknowns: Array) -> Array:
-        parts = _missed(grid, responses, np.vstack([unknowns, unknowns + np.diag(nudges)]))
-        changes = np.concatenate([(part[1:] - part[:1]).reshape(len(nudges), -1) for part in parts], axis=1)
-        return np.asarray(changes.T / nudges)
-
-    found = scipy.optimize.least_squares(
-        left,
-        _FIRST * usual,
-        slopes,
-        bounds=(0.0, np.inf),
-        x_scale=usual,
-        ftol=_CLOSE,
-        max_nfev=_TRIALS,
-    )
-    edges = np.cumsum([each.size for each in responses])[:-1]
-    return [part.reshape(each.shape) for part, each in zip(np.split(found.fun, edges), responses, strict=True)]
-
-
-def _missed(grid: Grid, responses: Sequence[Array], unknowns: Array) -> list[Array]:
-    """Return measured less predicted responses of servos with lag, viscous and dry friction, (P, K, M - 3), rad."""
-    lag, viscous, dry = np.split(unknowns, 3, axis=1)
-    parts = []
-    for run, measured in zip(grid.commanded_runs, responses, strict=True):
-        rate = ticks_of(run).gimbal_rate
-        against = viscous[:, None] * rate + dry[:, None] * direction_of(rate)
-        parts.append(measured - shown(run, response(run, lag, against)))
-    return parts
-
-
-def _noise(channel: Sequence[Array]) -> Units:
-    """Return the standard deviation of every column's noise, shape (W,), of all runs together.
-
-    Args:
-        channel: of every run, shape (K, W).
-    """
-    least = _LEAST * np.concatenate(channel).std(axis=0) + np.finfo(float).tiny
-    long = [each for each in channel if len(each) >= FEWEST]
-    if not long:
-        return np.asarray(np.concatenate(channel).std(axis=0) + least)
-    return np.asarray(np.maximum(np.sqrt(np.mean(np.concatenate([fast_power(each) for each in long]), axis=0)), least))
+from testbed.prediction.grid import Grid, grid_of
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -279,7 +141,7 @@ class Runs:
         sigma: of the gyro, each run and axis, shape (R, 3), rad/s.
         inner: measured motor torques, responses to commands and impulses of one wheel after the other, blocks in the
             order in which they are predicted.
-        inner_sigma: of each block, shape (M,), (M - 3,) or, of a wheel, (1,), in the block's unit.
+        inner_noise: of each block.
         noise_freedom: degrees of freedom with which sigma is known; infinite where it is stated.
         belief: what is known of the parameters a priori; None where the runs alone decide them.
         torque_noise: noise of the samples and of a torque that nobody commanded, as `estimation.torque_noise` has it,
@@ -294,7 +156,7 @@ class Runs:
     grid: Grid
     sigma: Array
     inner: tuple[Array, ...] = ()
-    inner_sigma: tuple[Array, ...] = ()
+    inner_noise: tuple[ChannelNoise, ...] = ()
     noise_freedom: float = np.inf
     windowed: tuple[str, ...] = ()
     estimated_noise: tuple[Array, ...] = ()
@@ -456,16 +318,17 @@ class Runs:
         """Return what is in the blocks' units in units of their noise, without its colour, and where it is compared."""
         white = [self._in_noise(index, block) for index, block in enumerate(blocks)]
         if self.color is not None:
-            gyro = zip(white, self.grid.runs, strict=False)  # the gimbals' blocks come behind
+            gyro = zip(white, self.grid.runs, strict=False)  # the inner blocks come behind
             own = [self.color.decorrelated(block, run.gyro_time) for block, run in gyro]
             white = [*own, *white[len(own) :]]
         return [block[:, self._compared(index)] for index, block in enumerate(white)]
 
     def _in_noise(self, block: int, values: Array) -> Array:
         """Return a block's values, shape (N, width) or (N, width, C), in units of σ, or without the torque's noise."""
-        if self.torque_noise is None or block >= len(self.names):
-            sigma = self.sigma[block] if block < len(self.names) else self.inner_sigma[block - len(self.names)]
-            return np.asarray(values / (sigma if values.ndim == 2 else sigma[:, None]))
+        if block >= len(self.names):
+            return self.inner_noise[block - len(self.names)].whitened(values)
+        if self.torque_noise is None:
+            return ChannelNoise(sigma=self.sigma[block]).whitened(values)
         by_axis = values.reshape(*values.shape[:2], -1).transpose(1, 0, 2)
         return (self._whiteners[block] @ by_axis).transpose(1, 0, 2).reshape(values.shape)
 
@@ -518,18 +381,15 @@ def runs_of(names: Sequence[str], telemetry: Sequence[Telemetry]) -> Runs:
     """
     grid = grid_of(telemetry)
     sigma = np.array([[run.gyro_noise] * 3 for run in grid.runs])
-    torques, rates = torque_channel(grid), response_channel(grid)
-    noise = wheel_channel(grid)
-    grid = replace(grid, follows_commands=rates is not None, wheel_noise=noise)
-    inner = [channel for channel in (torques, rates) if channel is not None]
-    if noise is not None:
-        inner += zip(measured_impulses(grid), noise.sigma[:, None], strict=True)
+    torques, responses = torque_channel(grid), response_channel(grid)
+    grid = replace(grid, follows_commands=responses is not None, wheel_noise=wheel_channel(grid))
+    inner = [each for each in (torques, responses, *impulse_channels(grid)) if each is not None]
     return Runs(
         names=tuple(names),
         grid=grid,
         sigma=sigma,
-        inner=tuple(block for blocks, _ in inner for block in blocks),
-        inner_sigma=tuple(noise for blocks, noise in inner for _ in blocks),
+        inner=tuple(block for channel in inner for block in channel.measured),
+        inner_noise=tuple(noise for channel in inner for noise in channel.noise),
     )
 
 

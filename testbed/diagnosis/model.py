@@ -655,8 +655,8 @@ def corrected(runs: Runs, fit: Fit) -> Runs:
 def _inner_misfit(runs: Runs, grid: Grid, values: Values) -> float:
     """Return χ² of the channels of gimbals and wheels, without effects, by the body's motion that a grid has."""
     found = predicted_channels(grid, [], replace(values, effects=()))[len(runs.names) :]
-    blocks = zip(runs.inner, found, runs.inner_sigma, strict=True)
-    return sum(float(np.square((measured - predicted[0]) / sigma).sum()) for measured, predicted, sigma in blocks)
+    blocks = zip(runs.inner, found, runs.inner_noise, strict=True)
+    return sum(float(np.square(noise.whitened(measured - predicted[0])).sum()) for measured, predicted, noise in blocks)
 
 
 def all_corrected(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, Runs | None]:

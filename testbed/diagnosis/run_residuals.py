@@ -164,8 +164,11 @@ def _gimbals(runs: Runs, fits: tuple[Fit, Fit], index: int) -> Iterator[GimbalRe
     """Yield motor torques, servo response and wheels' impulses of one run, of those that are in the residual."""
     run, count, wheels = runs.grid.runs[index], len(runs.names), compared_wheels(runs.grid)
     parts = [runs.gimbals_by_run(fit.residual)[index] for fit in fits]
-    own = zip(runs.inner[index::count], runs.inner_sigma[index::count], *parts, strict=True)
-    series = [(measured, measured - sigma * before, measured - sigma * after) for measured, sigma, before, after in own]
+    own = zip(runs.inner[index::count], runs.inner_noise[index::count], *parts, strict=True)
+    series = [
+        (measured, *(measured - noise.of_white(white) for white in (before, after)))
+        for measured, noise, before, after in own
+    ]
     of_gimbals = len(series) - len(wheels)
     for each in series[:of_gimbals]:
         if each[0].shape[1] == unit_count(runs.grid):

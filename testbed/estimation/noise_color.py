@@ -1,6 +1,7 @@
-"""The colour of a gyro's noise, and samples without it.
+"""The colour of a channel's noise, and samples without it.
 
-The noise of an axis is z_k = φ z_(k-1) + e_k + θ e_(k-1), e white: its autocorrelation at k samples is r_1 φ^(k-1).
+The noise of a gyro's axis, or of another column, is z_k = φ z_(k-1) + e_k + θ e_(k-1), e white: its autocorrelation at
+k samples is r_1 φ^(k-1).
 θ = 0 is a first-order autoregression, φ = 0 a mean of two samples, θ between 0 and -φ a sum of an autoregression and
 white noise, and θ = -φ white. Samples are whitened by their innovations: what a Kalman filter of this model does not
 foretell of each, over its standard deviation. Over lost samples it foretells less.
@@ -16,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from testbed.arrays import Array, Series, Vector3, Vectors3
+from testbed.arrays import Array, Series
 from testbed.estimation.recursions import accumulated
 
 _REMEMBERED = 64
@@ -25,19 +26,19 @@ _REMEMBERED = 64
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NoiseColor:
-    """How neighbouring samples of each axis go along.
+    """How neighbouring samples of each of W columns go along: of a gyro's three axes, of the motors of its units.
 
     Attributes:
-        persistence: φ, shape (3,), between -1 and 1.
-        average: θ, shape (3,), between -1 and 1.
+        persistence: φ, shape (W,), between -1 and 1.
+        average: θ, shape (W,), between -1 and 1.
     """
 
-    persistence: Vector3
-    average: Vector3
+    persistence: Array
+    average: Array
 
     @property
-    def correlation(self) -> Vector3:
-        """Autocorrelation r_1 at one sample, shape (3,)."""
+    def correlation(self) -> Array:
+        """Autocorrelation r_1 at one sample, shape (W,)."""
         return correlation_of(self.persistence, self.average)
 
     def decorrelated(self, values: Array, time: Series) -> Array:
@@ -46,11 +47,11 @@ class NoiseColor:
         The first sample stays as it is.
 
         Args:
-            values: of one run, shape (N, 3) or (N, 3, C) of C columns.
+            values: of one run, shape (N, W) or (N, W, C) with derivatives by C parameters.
             time: of its samples, shape (N,), s.
         """
         filtered = self._filter(time)
-        flat = values.reshape(len(values), 3, -1)
+        flat = values.reshape(*values.shape[:2], -1)
         carried, taken, scale = (each[:, :, None] for each in filtered)
         foretold = accumulated(
             np.broadcast_to(carried, flat.shape).reshape(1, len(values), -1),
@@ -60,17 +61,17 @@ class NoiseColor:
         white[1:] -= foretold[:-1]
         return np.asarray((scale * white).reshape(values.shape))
 
-    def correlated(self, white: Vectors3, time: Series) -> Vectors3:
-        """Return white noise, shape (N, 3), with this colour: the inverse of `decorrelated`; arguments as there."""
+    def correlated(self, white: Array, time: Series) -> Array:
+        """Return white noise, shape (N, W), with this colour: the inverse of `decorrelated`; arguments as there."""
         colored = np.empty_like(white)
-        foretold = np.zeros(3)
+        foretold = np.zeros(white.shape[1])
         for index, (carried, taken, scale) in enumerate(zip(*self._filter(time), strict=True)):
             colored[index] = white[index] / scale + foretold
             foretold = carried * foretold + taken * colored[index]
         return colored
 
-    def log_scale(self, time: Series) -> Vector3:
-        """Return the logarithm of what the density of samples is multiplied by as against white ones, shape (3,)."""
+    def log_scale(self, time: Series) -> Array:
+        """Return the logarithm of what the density of samples is multiplied by as against white ones, shape (W,)."""
         return np.asarray(np.log(self._filter(time).scale).sum(axis=0))
 
     def _filter(self, time: Series) -> _Filter:
@@ -83,9 +84,9 @@ class _Filter(NamedTuple):
     """With m_k what is foretold of z_k: m_(k+1) = a_k m_k + b_k z_k, and s_k (z_k - m_k) has the variance of z.
 
     Attributes:
-        carried: a, shape (N, 3).
-        taken: b, shape (N, 3).
-        scale: s, shape (N, 3).
+        carried: a, shape (N, W).
+        taken: b, shape (N, W).
+        scale: s, shape (N, W).
     """
 
     carried: Array
@@ -98,7 +99,7 @@ def _filter(color: NoiseColor, periods: tuple[int, ...]) -> _Filter:
     """Return the filter of samples so many periods apart, one fewer than samples."""
     persistence, gain = color.persistence, color.persistence + color.average
     stationary = gain**2 / (1.0 - persistence**2)
-    found = _Filter(*(np.empty((len(periods) + 1, 3)) for _ in range(3)))
+    found = _Filter(*(np.empty((len(periods) + 1, len(persistence))) for _ in range(3)))
     variance = stationary  # of what is foretold, over that of e
     for index, period in enumerate((*periods, 1)):
         whole = variance + 1.0

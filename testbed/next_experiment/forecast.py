@@ -85,7 +85,9 @@ def blank_runs(flights: Sequence[NextFlight], like: Runs, platform: Body) -> Run
         names=tuple(f"flight {number}" for number in range(len(flights))),
         grid=grid,
         sigma=np.tile(np.sqrt(np.mean(like.sigma**2, axis=0)), (len(flights), 1)),
-        inner_sigma=tuple(like.inner_sigma[kind * len(like.names)] for kind in range(kinds) for _ in flights),
+        inner_noise=tuple(
+            replace(like.inner_noise[kind * len(like.names)], time=None) for kind in range(kinds) for _ in flights
+        ),
     )
 
 

@@ -69,14 +69,29 @@ def torque_latency(runs: tuple[GimbalRun, ...]) -> float:
     of its tachometer loop: τ(t) - τ'·a - k_v d̈·a. The latency a is the one that fits the measured torques, with all
     units and runs together, beside any friction of each; zero where the servo is not known.
     """
-    known = [(run, torque) for run, torque in _with_torques(runs) if run.gimbals.servo is not None]
-    if not known:
+    periods = [run.gimbals.servo.period for run, _ in _with_torques(runs) if run.gimbals.servo is not None]
+    if not periods:
         return 0.0
-    columns = np.concatenate([np.column_stack([_change_by_latency(run), _friction(run)]) for run, _ in known])
-    missed = np.concatenate([_missed(run, torque) for run, torque in known])
-    scale = np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
-    latency = float(np.linalg.lstsq(columns / scale, missed, rcond=None)[0][0] / scale[0])
-    return min(max(latency, 0.0), max(run.gimbals.servo.period for run, _ in known if run.gimbals.servo is not None))
+    latency, _ = _simple_fit(runs)
+    return min(max(latency, 0.0), max(periods))
+
+
+def unexplained_torques(runs: tuple[GimbalRun, ...]) -> list[Array]:
+    """Return the compared torques of every run less what motion, latency and friction need, shape (K, M), N·m."""
+    return _simple_fit(runs)[1]
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _simple_fit(runs: tuple[GimbalRun, ...]) -> tuple[float, list[Array]]:
+    """Return the latency, s, that fits the torques of all runs beside each unit's friction, and the residual."""
+    columns = [np.column_stack([_change_by_latency(run), _friction(run)]) for run, _ in _with_torques(runs)]
+    missed = [_missed(run, torque) for run, torque in _with_torques(runs)]
+    every = np.concatenate(columns)
+    scale = np.maximum(np.linalg.norm(every, axis=0), np.finfo(float).tiny)
+    found = np.linalg.lstsq(every / scale, np.concatenate(missed), rcond=None)[0] / scale
+    left = [each - own @ found for each, own in zip(missed, columns, strict=True)]
+    shapes = [torque[compared(run)].shape for run, torque in _with_torques(runs)]
+    return float(found[0]), [each.reshape(shape) for each, shape in zip(left, shapes, strict=True)]
 
 
 def tachometer_gain(gimbals: GimbalTelemetry) -> Array | float:

@@ -10,7 +10,7 @@ from scipy.interpolate import BSpline, make_lsq_spline
 from testbed.arrays import Array, Series
 from testbed.estimation.telemetry import GimbalRun, Telemetry
 
-_KNOTS_PER_SECOND = 16.0
+KNOTS_PER_SECOND = 16.0
 """Enough for 8 Hz; an encoder's noise of 1e-3 rad at 100 Hz leaves 0.5 rad/s² in the second derivative."""
 _REMEMBERED = 64
 """Runs whose splines are kept, as many as in `motor_torques`; a miss costs time only."""
@@ -42,7 +42,7 @@ def direction_of(rate: Array) -> Array:
 
 def _smoothed(time: Series, values: Array) -> BSpline:
     """Return a cubic spline: through the samples, or between them where they come faster than its knots."""
-    every = max(1, round(1.0 / (_KNOTS_PER_SECOND * float(np.median(np.diff(time))))))
+    every = max(1, round(1.0 / (KNOTS_PER_SECOND * float(np.median(np.diff(time))))))
     inner = time[2:-2:every]
     knots = np.concatenate([[time[0]] * (_DEGREE + 1), inner, [time[-1]] * (_DEGREE + 1)])
     return make_lsq_spline(time, values, knots, k=_DEGREE)

@@ -71,10 +71,21 @@ def found(runs: Runs, effect: str, component: str):
 
 def test_the_noise_of_inner_channels_is_estimated_and_the_model_leaves_no_more():
     runs = runs_with()
-    np.testing.assert_allclose(runs.inner_sigma[0], TORQUE_NOISE, rtol=0.4)  # 79 samples: 13 % standard error
+    np.testing.assert_allclose(runs.inner_noise[0].sigma, TORQUE_NOISE, rtol=0.4)  # 79 samples: 13 % standard error
     fit = fitted(runs, [], TRUE_THETA, [])
     # The encoder's noise differenced is no white one: its fast changes count for more, so that χ² stays below.
     assert fit.chi_square / fit.freedom < 1.1
+
+
+def test_torques_between_samples_have_noise_of_a_colour_and_white_ones_none():
+    clean, white = exact().gimbals.torque, np.random.default_rng(6).normal(scale=TORQUE_NOISE, size=(82, 6))
+    between = 0.5 * (white[1:] + white[:-1])
+    (mean,), (plain_noise,) = (runs_with(torque=clean + noise[: len(clean)]).inner_noise for noise in (between, white))
+    assert plain_noise.color is None
+    assert mean.color is not None
+    np.testing.assert_allclose(mean.color.correlation, 0.5, atol=0.1)
+    # Known to 8 % from the fast half of 480 numbers; fourth differences show a third.
+    np.testing.assert_allclose(mean.sigma.mean(), TORQUE_NOISE / np.sqrt(2.0), rtol=0.2)
 
 
 @pytest.mark.parametrize(("effect", "size"), [("gimbal_viscous_friction", 1e-4), ("gimbal_coulomb_friction", 2e-4)])
@@ -134,10 +145,28 @@ def test_a_hole_in_the_gyro_says_nothing_of_the_motors():
     assert np.mean(torques**2) < 1.3
 
 
+def test_late_encoders_show_the_response_of_the_instant_that_they_are_of():
+    """Angles and, as a diagnosis has them then, the body's rates are of 4 ms before; commands are on time."""
+    late, run = 0.004, max(flown_runs(seconds=4.0), key=lambda each: sum(map(len, stretches(each))))
+    angle, rate = (
+        CubicSpline(time, values)(np.maximum(time - late, time[0]))
+        for time, values in ((run.actuator_time, run.gimbals.angle), (run.gyro_time, run.body_rate))
+    )
+    moved, unsaid = (
+        replace(run, body_rate=rate, gimbals=replace(run.gimbals, angle=angle, angles_late=by)) for by in (late, 0.0)
+    )
+    prompt, said, missed = (
+        np.sqrt(np.mean((measured_responses(grid)[0] - servo_responses(grid, [], [])[0]) ** 2))
+        for grid in (grid_of([each]) for each in (run, moved, unsaid))
+    )
+    assert missed > 2.0 * prompt
+    assert said < 1.1 * prompt
+
+
 def test_gimbals_answer_their_commands_as_their_servo_does():
     runs = runs_of(["a", "b", "c"], flown_runs())
     assert runs.grid.follows_commands
-    assert runs.inner_sigma[0].max() < 5e-4  # rad; twice what is missed, of which the encoder's noise is 1e-4
+    assert runs.inner_noise[0].sigma.max() < 5e-4  # rad; twice what is missed, of which the encoder's noise is 1e-4
 
 
 @pytest.mark.parametrize(
@@ -271,7 +300,7 @@ def residuals_of(runs: Runs) -> Residuals:
 
 
 def _predicted(runs: Runs, fit) -> list[np.ndarray]:
-    sigmas = (*runs.sigma, *runs.inner_sigma)
+    sigmas = (*runs.sigma, *(each.sigma for each in runs.inner_noise))
     sizes = np.cumsum([block.size for block in (*runs.measured, *runs.inner)])[:-1]
     blocks = zip((*runs.measured, *runs.inner), np.split(fit.residual, sizes), sigmas, strict=True)
     return [block - left.reshape(block.shape) * sigma for block, left, sigma in blocks]

@@ -12,7 +12,7 @@ from testbed.arrays import Array
 from testbed.assembly.extension import extended, write_extended
 from testbed.assembly.platform import nominal_platform
 from testbed.assembly.telemetry import telemetry_of
-from testbed.diagnosis.data import wheel_channel
+from testbed.diagnosis.channels import wheel_channel
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.contract import Effect, Extension, components_in, wheel_index
 from testbed.effects.noise_effect import Readings

@@ -13,8 +13,11 @@ from concealing.files import conceal
 from support.blind_cases import blind_case
 from support.diagnosed_records import SCENARIO
 
-UNITS_SEED = 8812
-"""Of a set with motor torques in which both had names beside their own."""
+WHOLE, BETWEEN = (8812, 1), (9351, 6)
+"""Seeds and numbers of sets with motor torques that had names beside their own where angles were late by a sample or
+half of one, and where all channels were so by half of one: between two samples their noise is a mean, with a colour."""
+CLOCKS = (9351, 10)
+"""Of a set in which a clock that runs slow had been drag."""
 SEED = 2
 """Of a set that was `unexplained` in both cases while noise was white and as stated."""
 
@@ -40,13 +43,18 @@ def test_noise_that_is_not_as_stated_is_neither_another_effect_nor_unexplained(
 
 
 @pytest.mark.parametrize(
-    "instruments",
-    [Instruments(telemetry_delay=0.031), Instruments(encoder_delay=0.5)],
-    ids=["all channels late", "angles alone late"],
+    ("case", "instruments", "right"),
+    [
+        (WHOLE, Instruments(telemetry_delay=0.031), "telemetry_skew"),
+        (BETWEEN, Instruments(telemetry_delay=0.005), "telemetry_skew"),
+        (WHOLE, Instruments(encoder_delay=0.5), "telemetry_skew"),
+        (CLOCKS, Instruments(clock_skew=1e-3), "gyro_clock_drift"),
+    ],
+    ids=["all channels late", "late between samples", "angles alone late", "a slow clock"],
 )
-def test_late_telemetry_is_no_friction_and_no_misalignment(tmp_path, instruments):
+def test_late_channels_are_no_friction_no_misalignment_and_no_drag(tmp_path, case, instruments, right):
     """The motors' torques go with the body's motion and the gimbals' angles of their own instant."""
-    case = case_of(KINDS["none"], UNITS_SEED, 1)
-    conceal(replace(case, instruments=instruments), tmp_path / "data", tmp_path / "answer")
+    without = case_of(KINDS["none"], *case)
+    conceal(replace(without, instruments=instruments), tmp_path / "data", tmp_path / "answer")
     content = diagnosis_of(SCENARIO, tmp_path / "data")
-    assert {step["effect"] for step in content["steps"]} == {"inertia", "telemetry_skew"}
+    assert {step["effect"] for step in content["steps"]} == {"inertia", right}

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from support.diagnosed_records import nominal, records
+from testbed.diagnosis.channels import ChannelNoise
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.run_residuals import GimbalResiduals, RunResiduals, UnitResiduals
 from testbed.report.diagnosis.prediction import (
@@ -115,7 +116,8 @@ def test_what_is_the_gimbals_of_a_residual_is_taken_apart_by_runs():
     count = len(runs.names)
     torques = [np.full((4, 6), float(number)) for number in range(count)]
     blocks = [*torques, *(np.full((5, 3), -float(number)) for number in range(count))]
-    more = replace(runs, inner=tuple(blocks), inner_sigma=(np.ones(6),) * count + (np.ones(3),) * count)
+    noise = [ChannelNoise(sigma=np.ones(width)) for width in (6, 3) for _ in range(count)]
+    more = replace(runs, inner=tuple(blocks), inner_noise=tuple(noise))
     residual = np.concatenate([np.zeros(runs.samples), *(block.ravel() for block in blocks)])
     for number, (first, second) in enumerate(more.gimbals_by_run(residual)):
         np.testing.assert_array_equal(first, blocks[number])
