@@ -22,6 +22,7 @@ check: $(STAMP)-dev
 	@$(BIN)/ruff format --check .
 	@$(BIN)/ruff check .
 	@$(BIN)/mypy
+	@$(BIN)/mypy --package benchmarks
 	@$(BIN)/lint-imports
 
 bench: $(STAMP)-dev

@@ -26,10 +26,11 @@ from scipy.stats import multivariate_t
 from benchmarks.blind_diagnosis import diagnose_case
 from concealing.case import Case
 from concealing.effect import HiddenEffect, scaled
-from concealing.files import SEAL, conceal
+from concealing.files import conceal
 from concealing.library import LISTED
-from concealing.signature import DivergedError
-from concealing.sizing import UnreachableError
+from concealing.nominal import DivergedError
+from concealing.power import UnreachableError
+from concealing.sealing import SEAL
 from concealing.strata import NEVER_HIDDEN
 from support.blind_cases import blind_case
 from support.diagnosed_records import SCENARIO
@@ -334,9 +335,9 @@ def calibration(out: Path, seed: int, nulls: int, singles: int) -> None:
             print(f"\r{'null' if null else 'single'} {index + 1} of {wanted}", end="", flush=True)
     print()
     cases = [case for case in read_cases(out / "diagnoses", out / "answers") if case.diagnosis is not None]
-    null = [case for case in cases if not truths(case)]
-    none = [case.diagnosis.probabilities[NONE] for case in null if case.diagnosis is not None]
-    print(f"{len(null)} null sets, {len(cases) - len(null)} with an effect; {time.perf_counter() - begun:.0f} s")
+    bare = [case for case in cases if not truths(case)]
+    none = [case.diagnosis.probabilities[NONE] for case in bare if case.diagnosis is not None]
+    print(f"{len(bare)} null sets, {len(cases) - len(bare)} with an effect; {time.perf_counter() - begun:.0f} s")
     print(f"P(none) of null sets: median {np.median(none):.3f}, least {min(none):.3f}, greatest {max(none):.3f}")
     rows = [row_of(share, cases) for share in SHARES]
     for row in rows:

@@ -22,9 +22,10 @@ from scipy.stats import binomtest
 from benchmarks.blind_diagnosis import diagnose_case
 from benchmarks.misspecified import diagnosed_sets, wrong_names
 from benchmarks.table import here_and_now
+from concealing.power import detectable_norm
 from concealing.rig import Rig, rig_record
 from concealing.sealing import SEAL, write_sealed
-from concealing.sizing import detectable_norm, hypotheses
+from concealing.sizing import hypotheses
 from support.rigs import rig_scenario_text
 from testbed.arrays import Array
 from testbed.scoring.case import Case

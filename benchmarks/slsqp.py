@@ -45,7 +45,7 @@ def slsqp_ratios(problem: DesignProblem, limits: BodyRateLimits) -> list[Ratio]:
     """Return a row for each kind of gradient, all solved in turn from the same starts."""
     points = design._held_points(problem)  # the very program of the design, not a copy of it
     budget = body_rate_budget(problem, limits)
-    program = design._program(problem, problem.criterion, budget, points, None)
+    program = design._program(problem, problem.criterion, budget, points, None, limits.tilt)
     draw = design._draw(budget, points)
     starts = [draw(np.random.default_rng(seed)) for seed in np.random.SeedSequence(SEED).spawn(STARTS)]
     ours: list[tuple[float, Array]] = []
