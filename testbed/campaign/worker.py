@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from multiprocessing import get_context, resource_tracker
@@ -76,6 +77,7 @@ def _serve(connection: Connection, plan: CampaignPlan, threads: int) -> None:
             try:
                 answer: list[Row] | Exception = block_rows(plan, block, threads)
             except Exception as error:
+                error.add_note(f"In the worker:\n{traceback.format_exc()}")  # which does not go through a pipe
                 answer = error
             connection.send(answer)
 

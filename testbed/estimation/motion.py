@@ -306,9 +306,13 @@ def _runge_kutta(drive: Drive, inverse: Matrices3, initial_momentum_B: Vector3) 
     On plain numbers: NumPy's overhead on single vectors would be four fifths of the time.
     """
     step = float(drive.grid_time[2] - drive.grid_time[0])
-    lead, instants = inverse.shape[:-3], len(drive.grid_time)
+    acting = (drive.grid.cluster_momentum_B, drive.grid.applied_torque_B)  # wheels do not change J: it has no flights
+    lead = np.broadcast_shapes(
+        inverse.shape[:-3], initial_momentum_B.shape[:-1], *(each.shape[:-2] for each in acting)
+    )
+    instants = len(drive.grid_time)
     inputs = np.empty((*lead, instants, 15))
-    inputs[..., :9] = inverse.reshape(*lead, instants, 9)
+    inputs[..., :9] = inverse.reshape(*inverse.shape[:-2], 9)
     inputs[..., 9:12] = np.matvec(inverse, drive.grid.cluster_momentum_B)
     inputs[..., 12:] = drive.grid.applied_torque_B
     history = np.zeros((*lead, instants // 2 + 1, 3))

@@ -8,6 +8,7 @@ import pytest
 from support.synthetic_telemetry import DURATION, NOMINAL_THETA, exact_telemetry, nominal_flight, sample_times
 from testbed.errors import InputError
 from testbed.estimation import side_by_side as side_by_side_room
+from testbed.estimation.actuation import actuation
 from testbed.estimation.estimate import EstimationSettings
 from testbed.estimation.motion import LONGEST_STEP
 from testbed.estimation.registry import ESTIMATORS, SIDE_BY_SIDE
@@ -46,8 +47,9 @@ def answers(name, flights, settings=SETTINGS):
         likewise(initial_momentum="zero"),
         likewise(),
         likewise(constant_torque="both", applied_torque=np.full((len(TIMES), 3), 1e-5)),
+        likewise(gimbals=None, cluster_momentum=actuation(EXACT, TIMES).cluster_momentum_B),
     ],
-    ids=["zero momentum", "momentum", "torques"],
+    ids=["zero momentum", "momentum", "torques", "actuators that leave the inertia alone"],
 )
 def test_a_flight_answers_as_if_alone(name, flights):
     together = SIDE_BY_SIDE[name](side_by_side(tuple(flights)), SETTINGS)
