@@ -288,16 +288,16 @@ def _columns(path: Path, parts: Mapping[str, tuple[Series, Array]]) -> dict[str,
     """
     held = {name: part for name, part in parts.items() if part[0].size}
     time = np.unique(np.concatenate([np.zeros(0), *(times for times, _ in held.values())]))
-    names = [column for name in held for column in SIGNALS[name].columns]
-    if len(time) * (len(names) + 1) > MOST_CELLS:
+    width = sum(values.shape[1] for _, values in held.values())
+    if len(time) * (width + 1) > MOST_CELLS:
         raise InputError(
-            f"{path}: its topics have {len(time):,} times in all, too many for a record of {len(names)} columns "
+            f"{path}: its topics have {len(time):,} times in all, too many for a record of {width} columns "
             f"({MOST_CELLS:,} values): cut the log into several runs in [runs]"
         )
     columns = {"time_s": time}
     for name, (times, values) in held.items():
         rows = np.searchsorted(time, times)
-        for column, series in zip(SIGNALS[name].columns, values.T, strict=True):
+        for column, series in zip(SIGNALS[name].sized(values.shape[1]).columns, values.T, strict=True):
             full = np.full(len(time), np.nan)
             full[rows] = series
             columns[column] = full

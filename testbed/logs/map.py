@@ -51,7 +51,7 @@ class Channel(Section):
 
     topic: Name = TABLE
     """Topic of its samples; left out for CSV and Parquet, which have none."""
-    fields: Annotated[tuple[Name, ...], Strict(False), Field(min_length=1, max_length=6)]
+    fields: Annotated[tuple[Name, ...], Strict(False), Field(min_length=1, max_length=MOST_UNITS)]
     """Fields, or columns, in the order of the channel's components; where `axes` is given, of the sensor's x, y, z."""
     unit: Unit | None = None
     """Unit of the fields, such as `deg/s`; required where the channel has a unit."""
@@ -59,7 +59,7 @@ class Channel(Section):
     """The sensor's axis along body x, y and z, such as ["-y", "x", "z"]; omitted: the same axes."""
     left_handed: bool = False
     """Whether the sensor's axes are known to be left-handed, so that `axes` may mirror."""
-    scale: Annotated[tuple[Factor, ...], Strict(False), Field(min_length=1, max_length=6)] | None = None
+    scale: Annotated[tuple[Factor, ...], Strict(False), Field(min_length=1, max_length=MOST_UNITS)] | None = None
     """What each field is multiplied by as well, such as a sign, or the torque at a set point of 1; omitted: 1."""
     time_field: Name | None = None
     """Field with the time of these samples; omitted: as in [clock]."""

@@ -14,7 +14,7 @@ from testbed.records.checks import LARGEST_ACTUATION, SLOWEST_PERIOD
 from testbed.records.reading import read_record
 from testbed.records.record import Record, RunDetails
 from testbed.records.writing import write_record
-from testbed.signals import SIGNALS
+from testbed.signals import MOST_UNITS, SIGNALS
 
 NUMBERS = st.floats(allow_nan=True, allow_infinity=False, width=64)
 ACTUATION = st.just(np.nan) | st.floats(-LARGEST_ACTUATION, LARGEST_ACTUATION)
@@ -50,7 +50,8 @@ def records(draw):
     steps[draw(st.integers(0, rows - 1))] *= draw(st.floats(1.0, 1e3))
     channels = {"body_rate": draw(arrays.arrays(np.float64, (rows, 3), elements=st.floats(-20, 20)))}
     for name in ("applied_torque", *draw(st.lists(st.sampled_from(OPTIONAL_CHANNELS), unique=True, max_size=2))):
-        channels[name] = draw(values(SIGNALS[name].width, rows, ACTUATION if name in ACTUATORS else NUMBERS))
+        width = SIGNALS[name].sized(draw(st.sampled_from([1, 3, 4, 6, 8, MOST_UNITS]))).width
+        channels[name] = draw(values(width, rows, ACTUATION if name in ACTUATORS else NUMBERS))
     return Record(
         time=np.cumsum(steps),
         channels=channels,
