@@ -149,4 +149,5 @@ def _wheels(known: WheelTelemetry, flight: NextFlight, time: Series) -> WheelTel
         momentum=momentum,
         torque=None if known.torque is None else torque,
         torque_command=None if known.torque_command is None else torque,
+        smoothed=known.smoothed and replace(known.smoothed, samples=momentum),
     )
