@@ -181,6 +181,7 @@ class NoiseHypothesis:
         tested: number of hypotheses, which share the family-wise error alike.
         look_alikes: hypotheses that are indistinguishable from it.
         probability: that it, or one of these, is there, among all effects on the scatter and none.
+        held_out_gain: twice the logarithm of how much more probable it makes the samples of held-out runs.
     """
 
     effect: NoiseEffect
@@ -189,6 +190,7 @@ class NoiseHypothesis:
     tested: int
     look_alikes: tuple[NoiseHypothesis, ...] = ()
     probability: float = 0.0
+    held_out_gain: float = 0.0
 
     @property
     def key(self) -> str:
@@ -202,10 +204,11 @@ class NoiseHypothesis:
 
     @property
     def log_bayes_factor(self) -> float:
-        """Twice the logarithm of the effect's Bayes factor, its size having the prior of all effects."""
+        """Twice the logarithm of the effect's Bayes factor, its size having the prior of all effects; of all runs."""
         (size,), (std,) = self.effect.parameters, self.finding.std
         typical = abs(size.typical - size.absent) / std if std > 0.0 else np.inf
-        return evidence_of_power(self.chi_square_reduction, self.finding.freedom, min(typical, _PLAIN) ** 2)
+        evidence = evidence_of_power(self.chi_square_reduction, self.finding.freedom, min(typical, _PLAIN) ** 2)
+        return evidence + self.held_out_gain
 
     @property
     def odds(self) -> float:
@@ -277,7 +280,8 @@ def noise_tests(residuals: Residuals, effects: Mapping[str, NoiseEffect], others
     both = residuals.readings
     readings = replace(both[0], spectrum=_spectrum(both, runs.noise_uncertainty))
     tested = others + len(hypotheses)
-    candidates = first = _tested(readings, hypotheses, tested)
+    seen = replace(both[1], spectrum=readings.spectrum) if len(both) > 1 else None
+    candidates = first = _tested(readings, hypotheses, tested, seen)
     found: list[NoiseHypothesis] = []
     while present := [each for each in candidates if each.present]:
         best = _with_look_alikes(present[0], candidates, runs.prior_odds.none)
@@ -286,7 +290,8 @@ def noise_tests(residuals: Residuals, effects: Mapping[str, NoiseEffect], others
         found.append(best)
         taken = {each.key for each in found}
         hypotheses = [each for each in hypotheses if _key(*each) not in taken]
-        candidates = _tested(_without_explained(readings, found), hypotheses, tested)
+        left = seen and _applied(seen, found)[0]
+        candidates = _tested(_without_explained(readings, found), hypotheses, tested, left)
     return NoiseTests(level=noise_level(readings), tested=first, found=tuple(found))
 
 
@@ -375,12 +380,18 @@ def _widened(sigma: Array, found: Iterable[NoiseHypothesis]) -> Array:
 
 
 def _tested(
-    readings: Readings, hypotheses: Sequence[tuple[NoiseEffect, str]], tested: int
+    readings: Readings, hypotheses: Sequence[tuple[NoiseEffect, str]], tested: int, heldout: Readings | None
 ) -> tuple[NoiseHypothesis, ...]:
-    """Test hypotheses on readings, and return them, the one with the most evidence first."""
+    """Test hypotheses on readings, and on held-out ones, and return them, the one with the most evidence first."""
     findings = [(effect, component, effect.found(component, readings)) for effect, component in hypotheses]
     candidates = [
-        NoiseHypothesis(effect=effect, component=component, finding=finding, tested=tested)
+        NoiseHypothesis(
+            effect=effect,
+            component=component,
+            finding=finding,
+            tested=tested,
+            held_out_gain=0.0 if heldout is None else effect.held_out_gain(component, finding.values, heldout),
+        )
         for effect, component, finding in findings
         if finding is not None
     ]

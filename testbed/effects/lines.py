@@ -14,6 +14,9 @@ _ALIASED = 1e-6
 """Share of the larger singular value of the normal matrix of a line's two columns below which they are one: a line at
 half the gyro's rate, whose phase does not show."""
 
+_PHASES = 256
+"""Phases over which a line of a known size is averaged: a likelihood of e^500 is then as narrow as three of them."""
+
 
 def found_lines(readings: Readings, columns_of: Callable[[int], Array | None]) -> Finding | None:
     """Return what the readings say of a line of one size, its phase free in every run; None where a run has no line.
@@ -40,6 +43,28 @@ def found_lines(readings: Readings, columns_of: Callable[[int], Array | None]) -
         variance=np.asarray(np.mean(np.concatenate(explained) ** 2, axis=0)),
         explained=explained,
     )
+
+
+def held_out_gain_of_lines(readings: Readings, columns_of: Callable[[int], Array | None], size: float) -> float:
+    """Return twice the logarithm of how much more probable a line of a size, of any phase, makes readings.
+
+    Args:
+        readings: of runs from which the size was not estimated.
+        columns_of: as `found_lines`.
+        size: of the line, in units of the columns.
+    """
+    gain = 0.0
+    phase = 2.0 * np.pi * np.arange(_PHASES) / _PHASES
+    lines = size * np.column_stack([np.cos(phase), np.sin(phase)])
+    for part, residual in enumerate(readings.residual):
+        columns = columns_of(part)
+        if columns is None:
+            continue
+        white = readings.whitened(columns, part).reshape(-1, 2)
+        slope = white.T @ readings.whitened(residual, part).ravel()
+        likelihood = lines @ slope - 0.5 * np.einsum("pi,ij,pj->p", lines, white.T @ white, lines)
+        gain += 2.0 * float(scipy.special.logsumexp(likelihood) - np.log(_PHASES))
+    return gain
 
 
 def tremor(

@@ -87,6 +87,16 @@ class Finding:
 class NoiseEffect(NamedEffect):
     """An effect on how the gyro's samples scatter about what is predicted; it has no mean that could be fitted."""
 
+    def held_out_gain(self, component: str, values: Array, readings: Readings) -> float:  # noqa: ARG002
+        """Return twice the logarithm of how much more probable it makes readings from which it was not estimated.
+
+        Args:
+            component: where it sits.
+            values: of its parameters, shape (K,).
+            readings: of held-out runs against the present model.
+        """
+        return 0.0
+
     @abstractmethod
     def found(self, component: str, readings: Readings) -> Finding | None:
         """Return what the readings say of it, None where they cannot hold it.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from math import ceil
 from typing import final
 
@@ -12,7 +13,7 @@ from typing_extensions import override
 from testbed.arrays import Array, Matrix3
 from testbed.cmg.wheels import wheel_turning_directions
 from testbed.effects.contract import WHEELS, Extension, Parameter, wheel_index
-from testbed.effects.lines import found_lines, tremor
+from testbed.effects.lines import found_lines, held_out_gain_of_lines, tremor
 from testbed.effects.noise_effect import Finding, NoiseEffect, Readings
 from testbed.estimation.telemetry import Telemetry
 from testbed.scenario.actuators import reaction_wheels
@@ -42,7 +43,13 @@ class WheelImbalance(NoiseEffect):
     @override
     def found(self, component: str, readings: Readings) -> Finding | None:
         wheel = wheel_index(component)
-        return found_lines(readings, lambda part: _columns(readings.runs[part], wheel, readings.inertia))
+        return found_lines(readings, partial(_columns_of, readings, wheel))
+
+    @override
+    def held_out_gain(self, component: str, values: Array, readings: Readings) -> float:
+        wheel = wheel_index(component)
+        columns = partial(_columns_of, readings, wheel)
+        return held_out_gain_of_lines(readings, columns, float(values[0]))
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
@@ -57,6 +64,10 @@ class WheelImbalance(NoiseEffect):
                 "simulation": {"step_s": step if step <= longest else period / ceil(period / longest)},
             }
         )
+
+
+def _columns_of(readings: Readings, wheel: int, part: int) -> Array | None:
+    return _columns(readings.runs[part], wheel, readings.inertia)
 
 
 def _columns(run: Telemetry, wheel: int, inertia: Matrix3) -> Array | None:

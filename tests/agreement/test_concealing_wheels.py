@@ -376,6 +376,13 @@ def test_the_testbed_finds_the_line_of_an_unbalanced_wheel_at_its_size():
     # The believed inertia is off by hundredths, and inertia and release that fit take some of the line.
     assert finding.values[0] == pytest.approx(2e-6, rel=0.08)
     assert np.linalg.norm(left - np.array(finding.explained)) < 0.1 * np.linalg.norm(left)
+    # In other runs the line has another phase and the same size: those with it are more probable, those without less.
+    gain = NOISE_EFFECTS["wheel_imbalance"].held_out_gain
+    noise = np.random.default_rng(3).normal(scale=readings.sigma[:, None], size=left.shape)
+    with_line, without = (replace(readings, residual=list(each)) for each in (left + noise, noise))
+    squares = sum(float(np.square(each / readings.sigma[0]).sum()) for each in finding.explained)
+    assert 0.8 * squares < gain("wheel3", finding.values, with_line) < 1.2 * squares
+    assert -1.2 * squares < gain("wheel3", finding.values, without) < -0.8 * squares
 
 
 def test_wheels_are_as_many_as_effects_know():
