@@ -150,6 +150,7 @@ class Runs:
         color: of the gyro's noise; None where it is white.
         stated_sigma: sigma before the noise was estimated, shape (R, 3), rad/s; None where it was not.
         prior_odds: of none and of what is not modelled.
+        trim_group: for each run, with which others it has its trim in common; empty where every record has its own.
     """
 
     names: tuple[str, ...]
@@ -166,6 +167,7 @@ class Runs:
     color: NoiseColor | None = None
     stated_sigma: Array | None = None
     prior_odds: PriorOdds = field(default_factory=PriorOdds)
+    trim_group: tuple[str, ...] = ()
 
     @property
     def measured(self) -> list[Array]:
@@ -189,8 +191,19 @@ class Runs:
         return np.array([index[name] for name in self.windowed or self.names])
 
     @property
+    def trim_names(self) -> list[str]:
+        """Of what there is a trim: names of the records, or of groups of runs, each once, in their order."""
+        return list(dict.fromkeys(self.trim_group or self.windowed or self.names))
+
+    @cached_property
+    def trim_of(self) -> NDArray[np.intp]:
+        """Index in `trim_names` of every run, shape (R,)."""
+        index = {name: number for number, name in enumerate(self.trim_names)}
+        return np.array([index[name] for name in self.trim_group or self.windowed or self.names])
+
+    @property
     def trimmed(self) -> bool:
-        """Whether a constant torque of the actuators is free in every record: nothing else fixes its mean."""
+        """Whether a constant torque of the actuators is free in records: nothing else fixes its mean."""
         return self.grid.runs[0].applied_torque is not None and not self.driven_by_momentum
 
     @property
@@ -200,11 +213,11 @@ class Runs:
 
     @property
     def mean_torque(self) -> Array:
-        """Mean of the applied torque over the record of every run, shape (R, 1, 3), N·m."""
+        """Mean of the applied torque over all runs that have the trim of every run, shape (R, 1, 3), N·m."""
         by_run = self.grid.applied_torque_B[:, 0].mean(axis=1)
-        sums = np.zeros((len(self.record_names), 3))
-        np.add.at(sums, self.record_of, by_run)
-        return (sums / np.bincount(self.record_of)[:, None])[self.record_of][:, None]
+        sums = np.zeros((len(self.trim_names), 3))
+        np.add.at(sums, self.trim_of, by_run)
+        return (sums / np.bincount(self.trim_of)[:, None])[self.trim_of][:, None]
 
     @property
     def numbers(self) -> int:
@@ -406,6 +419,8 @@ def joined(runs: Runs, heldout: Runs | None) -> Runs:
         windowed=[name for each in both for name in each.windowed],
         belief=runs.belief,
         torque_noise=runs.torque_noise,
+        # Held-out runs have a trim of their own, as they have initial rates.
+        trim_group=[f"{group} of {number}" for number, each in enumerate(both) for group in each.trim_group],
     )
 
 
@@ -421,6 +436,7 @@ def chosen(runs: Runs, which: Sequence[int]) -> Runs:
         windowed=[runs.windowed[index] for index in which if runs.windowed],
         belief=runs.belief,
         torque_noise=runs.torque_noise,
+        trim_group=[runs.trim_group[index] for index in which if runs.trim_group],
     )
 
 
@@ -434,6 +450,7 @@ def _gyro_only(
     windowed: Sequence[str],
     belief: Belief | None,
     torque_noise: Array | None,
+    trim_group: Sequence[str],
 ) -> Runs:
     outer = [replace(run, gimbals=run.gimbals and run.gimbals.angles_only(), gyro_error=None) for run in telemetry]
     grid = replace(grid_of(outer), follows_commands=False)
@@ -447,4 +464,5 @@ def _gyro_only(
         windowed=tuple(windowed),
         belief=belief,
         torque_noise=torque_noise,
+        trim_group=tuple(trim_group),
     )

@@ -225,10 +225,11 @@ def _trim_words(diagnosis: Diagnosis) -> Iterator[str]:
     trims = diagnosis.model.trims
     if not len(trims):
         return
-    pairs = zip(diagnosis.runs.record_names, trims, strict=True)
+    pairs = zip(diagnosis.runs.trim_names, trims, strict=True)
     shown = "; ".join(f"{name} ({', '.join(f'{value:.2g}' for value in each)})" for name, each in pairs)
+    of_each = "all records together" if diagnosis.runs.trim_group else "each record"
     yield (
-        "a constant torque of the actuators in body axes, their trim, is estimated for each record beside the initial "
+        f"a constant torque of the actuators in body axes, their trim, is estimated for {of_each} beside the initial "
         f"rates: {shown} N·m; by itself, a constant torque on the body cannot be distinguished from it"
     )
 

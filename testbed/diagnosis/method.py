@@ -24,6 +24,7 @@ from testbed.diagnosis.search import Search, gap_of, log_odds_of_all, log_odds_o
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import hypotheses, without
 from testbed.diagnosis.state import Diagnosis
+from testbed.diagnosis.trims import log_odds_of_own_trims, may_share_a_trim, with_one_trim
 from testbed.effects.contract import Effect
 from testbed.effects.noise_effect import NoiseEffect
 from testbed.errors import InputError
@@ -42,6 +43,9 @@ def diagnosed(
 ) -> Iterator[Diagnosis]:
     """Yield what is known after every stage; the last one is complete.
 
+    Where torques are applied, the records have one trim of the actuators, until trims of their own are more probable
+    than any effect; then all begins again with these.
+
     Args:
         runs: to fit.
         heldout: to verify on, never fitted but for their initial rates.
@@ -55,31 +59,72 @@ def diagnosed(
     Raises:
         InputError: the nominal motion leaves the finite numbers.
     """
-    testable, untestable = hypotheses(runs, effects, runs.mean_moment(nominal_theta))
-    progress("baseline")
-    first = replace(baseline(runs, heldout, nominal_theta, given), untestable=tuple(untestable), alone=alone)
-    noise = _NoiseStep(stated=first, effects={} if alone else noise_effects, others=len(testable))
-    state = noise.explained(first)
-    yield state
-    search = Search(testable=tuple(without(testable, given)), progress=progress)
-    try:
-        while search.has_room(state):
-            screening = search.screened(state)  # all are linearised, the most promising ones refitted and compared
-            chosen = None if alone else accepted(screening)
-            state = replace(state, remaining=screening)
-            larger = None if chosen is None else add(search, state, chosen, screening)
-            if larger is None or _fits_worse(larger, state):  # what fits worse is no explanation
-                break
-            state = noise.explained(larger)
-            yield state
-        if not state.unnamed:
-            progress("residual")
-            state = check_residual(state, noise, search)
-            if not alone and may_follow_formulas(state):
-                state = with_formulas(state, search, noise.explained, _residual_tested)
-    except (InputError, np.linalg.LinAlgError) as error:  # the numbers leave a model that explained much: it stays
-        state = replace(state, notices=(*state.notices, f"the diagnosis ended early, with what it had: {error}"))
-    yield replace(state, complete=True)
+    task = _Task(
+        effects=effects,
+        nominal_theta=nominal_theta,
+        progress=progress,
+        noise_effects=noise_effects,
+        alone=alone,
+        given=tuple(given),
+    )
+    if may_share_a_trim(runs):
+        stages = list(task.stages(with_one_trim(runs), heldout and with_one_trim(heldout)))
+        if stages[-1].complete:
+            yield from stages
+            return
+    yield from task.stages(runs, heldout)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Task:
+    """What runs are tested for; attributes as the arguments of `diagnosed`."""
+
+    effects: Mapping[str, Effect]
+    nominal_theta: Theta
+    progress: Callable[[str], None]
+    noise_effects: Mapping[str, NoiseEffect]
+    alone: bool
+    given: tuple[Hypothesis, ...]
+
+    def stages(self, runs: Runs, heldout: Runs | None) -> Iterator[Diagnosis]:
+        """Yield what is known after every stage; the last one is complete, unless the records have own trims."""
+        testable, untestable = hypotheses(runs, self.effects, runs.mean_moment(self.nominal_theta))
+        self.progress("baseline")
+        first = replace(
+            baseline(runs, heldout, self.nominal_theta, self.given), untestable=tuple(untestable), alone=self.alone
+        )
+        noise = _NoiseStep(stated=first, effects={} if self.alone else self.noise_effects, others=len(testable))
+        state = noise.explained(first)
+        yield state
+        search = Search(testable=tuple(without(testable, self.given)), progress=self.progress)
+        try:
+            while search.has_room(state):
+                screening = search.screened(state)  # all are linearised, the most promising ones refitted and compared
+                chosen = None if self.alone else accepted(screening)
+                state = replace(state, remaining=screening)
+                if _trims_differ(state, screening, chosen):
+                    return
+                larger = None if chosen is None else add(search, state, chosen, screening)
+                if larger is None or _fits_worse(larger, state):  # what fits worse is no explanation
+                    break
+                state = noise.explained(larger)
+                yield state
+            if not state.unnamed:
+                self.progress("residual")
+                state = check_residual(state, noise, search)
+                if not self.alone and may_follow_formulas(state):
+                    state = with_formulas(state, search, noise.explained, _residual_tested)
+        except (InputError, np.linalg.LinAlgError) as error:  # the numbers leave a model that explained much: it stays
+            state = replace(state, notices=(*state.notices, f"the diagnosis ended early, with what it had: {error}"))
+        yield replace(state, complete=True)
+
+
+def _trims_differ(state: Diagnosis, screening: Screening, chosen: Candidate | None) -> bool:
+    """Return whether trims of their own explain records that share one better than the effect does that is chosen."""
+    if not state.runs.trim_group:
+        return False
+    best = 0.0 if chosen is None else max(screening.odds(chosen), 0.0)
+    return log_odds_of_own_trims(state.runs, state.model) > best
 
 
 def baseline(runs: Runs, heldout: Runs | None, nominal_theta: Theta, given: Sequence[Hypothesis] = ()) -> Diagnosis:

@@ -167,7 +167,7 @@ class Fit:
             without trims, with a row for each number that is believed.
         at_bound: which effect parameters lie at a bound, shape (C - 6,).
         believed: number of rows that are beliefs.
-        record_of: of every run, which record's trim it has, shape (R,).
+        trim_of: of every run, which trim it has, shape (R,).
         belief: as the runs have it.
         torque_noise: in which the residual is whitened, as `Runs` has it.
         noise_deviance: twice the logarithm of what the density of the samples is divided by in this noise.
@@ -179,7 +179,7 @@ class Fit:
     jacobian: Array
     at_bound: Flags
     believed: int = 0
-    record_of: NDArray[np.intp]
+    trim_of: NDArray[np.intp]
     belief: Belief | None = None
     torque_noise: Array | None = None
     noise_deviance: float = 0.0
@@ -196,10 +196,10 @@ class Fit:
 
     @property
     def trims(self) -> Array:
-        """Trim of every record, shape (records, 3), N·m; of none where trims are not free."""
+        """Every trim, shape (trims, 3), N·m; none where they are not free."""
         if self.values.trim is None:
             return np.zeros((0, 3))
-        return np.asarray(self.values.trim[np.unique(self.record_of, return_index=True)[1], 0])
+        return np.asarray(self.values.trim[np.unique(self.trim_of, return_index=True)[1], 0])
 
     @property
     def root_mean_square(self) -> float:
@@ -286,7 +286,7 @@ def evaluated(runs: Runs, placed: tuple[Hypothesis, ...], values: Values) -> Fit
         jacobian=stacked(runs, derivatives, common, slopes),
         at_bound=_at_bound(placed, values),
         believed=len(away),
-        record_of=runs.record_of,
+        trim_of=runs.trim_of,
         belief=runs.belief,
         torque_noise=runs.torque_noise,
         noise_deviance=float(runs.noise_deviance.sum()),
@@ -295,7 +295,7 @@ def evaluated(runs: Runs, placed: tuple[Hypothesis, ...], values: Values) -> Fit
 
 def parameters_of_runs(runs: Runs) -> int:
     """Return the number of parameters that runs or records have of their own: initial rates, and trims if free."""
-    return 3 * (len(runs.names) + (len(runs.record_names) if runs.trimmed else 0))
+    return 3 * (len(runs.names) + (len(runs.trim_names) if runs.trimmed else 0))
 
 
 def stacked(runs: Runs, derivatives: Sequence[Array], common: int, beliefs: Array) -> Array:
@@ -316,7 +316,7 @@ def stacked(runs: Runs, derivatives: Sequence[Array], common: int, beliefs: Arra
         matrix[rows, :common] = block[:, :common]
         matrix[rows, own : own + 3] = block[:, common : common + 3]
         if trims:
-            trim = common + 3 * (number + int(runs.record_of[index % number]))
+            trim = common + 3 * (number + int(runs.trim_of[index % number]))
             matrix[rows, trim : trim + 3] = block[:, common + 3 :]
     return matrix
 
@@ -337,7 +337,7 @@ def _believed(runs: Runs, placed: Sequence[Hypothesis], values: Values, width: i
             if each.key == key:
                 rows.append(((mean - value[0]) / std, _placed_columns(np.diag(1.0 / std), first, width)))
     if values.trim is not None and np.isfinite(belief.trim_std).all():
-        trims = values.trim[np.unique(runs.record_of, return_index=True)[1], 0]
+        trims = values.trim[np.unique(runs.trim_of, return_index=True)[1], 0]
         std = np.tile(belief.trim_std, len(trims))
         away = (belief.trim - trims).ravel() / std
         rows.append((away, _placed_columns(np.diag(1.0 / std), width - len(away), width)))
@@ -373,7 +373,7 @@ def moved(fit: Fit, step: Array) -> Values:
         theta=fit.values.theta + step[:6] if fit.belief is None else fit.belief.moved(fit.theta, step[:6])[None],
         initial_rate=rates + own[: len(rates)],
         effects=tuple(part[None] for part in np.split(effects, sizes)) if len(fit.placed) else (),
-        trim=None if trim is None else trim + own[len(rates) :][fit.record_of],
+        trim=None if trim is None else trim + own[len(rates) :][fit.trim_of],
     )
 
 

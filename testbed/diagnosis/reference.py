@@ -15,6 +15,7 @@ from testbed.diagnosis.run_agreement import Seen, determined_inverse, rows_of_ru
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import Signature, answers_motion, signatures, without
 from testbed.diagnosis.state import Diagnosis
+from testbed.diagnosis.trims import with_own_trims
 from testbed.dynamics.inertia import slopes_of_log_ratio
 from testbed.errors import InputError
 
@@ -47,7 +48,9 @@ def reference_of(diagnosis: Diagnosis) -> Reference:
     Raises:
         InputError: a single record, which does not show by how much the platform differs from flight to flight.
     """
-    model, heldout = diagnosis.model, diagnosis.heldout
+    runs, model = with_own_trims(diagnosis.runs, diagnosis.model)
+    heldout = diagnosis.heldout and replace(diagnosis.heldout, trim_group=())
+    diagnosis = replace(diagnosis, runs=runs, model=model, heldout=heldout)
     others = None if heldout is None else fitted_initial_rates(heldout, model)
     seen = seen_by_record(diagnosis.runs, model)
     if heldout is not None and others is not None:

@@ -37,6 +37,12 @@ class DiagnosisSettings:
     With 0.7, or with a uniform logarithm over two decades to either side, the median of P(none) of 30 small sets
     without an effect (`support.blind_cases`, seeds 13 to 42) changes by no more than 0.003.
     """
+    trim_scatter: float = 0.05
+    """Standard deviation by which the trims of records differ where they do, over the root mean square of the torque.
+
+    Source: chosen: an offset of a thruster's or motor's torque by a twentieth; where the records show trims of their
+    own, they show them by far more than a factor in this number.
+    """
     further_name_odds: float = 4.0
     """Posterior odds that the class of a second or third name needs against the model without it, its prior odds
     included.

@@ -307,9 +307,7 @@ def _runge_kutta(drive: Drive, inverse: Matrices3, initial_momentum_B: Vector3) 
     """
     step = float(drive.grid_time[2] - drive.grid_time[0])
     acting = (drive.grid.cluster_momentum_B, drive.grid.applied_torque_B)  # wheels do not change J: it has no flights
-    lead = np.broadcast_shapes(
-        inverse.shape[:-3], initial_momentum_B.shape[:-1], *(each.shape[:-2] for each in acting)
-    )
+    lead = np.broadcast_shapes(inverse.shape[:-3], initial_momentum_B.shape[:-1], *(each.shape[:-2] for each in acting))
     instants = len(drive.grid_time)
     inputs = np.empty((*lead, instants, 15))
     inputs[..., :9] = inverse.reshape(*inverse.shape[:-2], 9)
