@@ -277,22 +277,32 @@ def noise_tests(residuals: Residuals, effects: Mapping[str, NoiseEffect], others
     """
     runs = residuals.runs
     hypotheses = [(effect, component) for effect in effects.values() for component in components_on(runs, effect)]
-    both = residuals.readings
-    readings = replace(both[0], spectrum=_spectrum(both, runs.noise_uncertainty))
-    tested = others + len(hypotheses)
-    seen = replace(both[1], spectrum=readings.spectrum) if len(both) > 1 else None
-    candidates = first = _tested(readings, hypotheses, tested, seen)
-    found: list[NoiseHypothesis] = []
-    while present := [each for each in candidates if each.present]:
-        best = _with_look_alikes(present[0], candidates, runs.prior_odds.none)
-        if not favoured_over_none((each.odds for each in (best, *best.look_alikes)), runs.prior_odds.none):
-            break
+    tested, found = others + len(hypotheses), list[NoiseHypothesis]()
+    readings, heldout = _against(residuals, found)
+    level = noise_level(readings)
+    candidates = first = _tested(readings, hypotheses, tested, heldout)
+    while (best := _named(candidates, runs.prior_odds.none)) is not None:
         found.append(best)
-        taken = {each.key for each in found}
-        hypotheses = [each for each in hypotheses if _key(*each) not in taken]
-        left = seen and _applied(seen, found)[0]
-        candidates = _tested(_without_explained(readings, found), hypotheses, tested, left)
-    return NoiseTests(level=noise_level(readings), tested=first, found=tuple(found))
+        hypotheses = [each for each in hypotheses if _key(*each) != best.key]
+        readings, heldout = _against(residuals, found)  # it leaves noise of another level and colour
+        candidates = _tested(readings, hypotheses, tested, heldout)
+    return NoiseTests(level=level, tested=first, found=tuple(found))
+
+
+def _named(candidates: Sequence[NoiseHypothesis], none: float) -> NoiseHypothesis | None:
+    """Return the hypothesis with the most evidence of those that are there, if its class is favoured over none."""
+    best = next((_with_look_alikes(each, candidates, none) for each in candidates if each.present), None)
+    if best is None or not favoured_over_none((each.odds for each in (best, *best.look_alikes)), none):
+        return None
+    return best
+
+
+def _against(residuals: Residuals, found: Sequence[NoiseHypothesis]) -> tuple[Readings, Readings | None]:
+    """Return the readings of fitted and of held-out runs with effects on the noise, in the noise that these leave."""
+    both = [_applied(each, found)[0] for each in residuals.readings]
+    spectrum = _spectrum(both, residuals.runs.noise_uncertainty)
+    fitted_runs, *heldout = [replace(each, spectrum=spectrum) for each in both]
+    return fitted_runs, heldout[0] if heldout else None
 
 
 def with_noise_model(residuals: Residuals, found: Sequence[NoiseHypothesis]) -> tuple[Runs, Runs | None]:
@@ -407,13 +417,6 @@ def _with_look_alikes(best: NoiseHypothesis, candidates: Sequence[NoiseHypothesi
     )
     probability = normalized({each.key: each.odds for each in candidates}, none)
     return replace(best, look_alikes=alike, probability=sum(probability[each.key] for each in (best, *alike)))
-
-
-def _without_explained(readings: Readings, found: Sequence[NoiseHypothesis]) -> Readings:
-    """Return readings less the noise estimated sample by sample, σ widened by the other noise effects."""
-    for each in found:
-        readings = _less(readings, each.finding)
-    return replace(readings, sigma=_widened(readings.sigma, found))
 
 
 def _less(readings: Readings, finding: Finding) -> Readings:
