@@ -53,8 +53,10 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
     body_rate = np.where(live, body_rate, 0.0)  # a bearing holds the platform: these are no readings
     source = _actuator_channel(part)
     time, values = sampled(part, source)
+    if source == "applied_torque" and scenario.diagnosis.applied_torque == "held":
+        time = _middles(time)
     noise = _gyro_noise(part, gyro_time, body_rate[:, live])
-    thrusters, thrust = _thrusters(part, scenario, time)
+    thrusters, thrust = _thrusters(part, scenario, sampled(part, source)[0])
     return Telemetry(
         gyro_time=gyro_time,
         body_rate=body_rate,
@@ -63,7 +65,7 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
         gimbals=_gimbals(part, scenario, _units(part, nominal), time, values) if source == "gimbal_angle" else None,
         wheels=_wheels(part, scenario, nominal, time),
         cluster_momentum=values if source == "cluster_momentum" else None,
-        applied_torque=_channel(part, "applied_torque", time),
+        applied_torque=values if source == "applied_torque" else _channel(part, "applied_torque", time),
         thrust=thrust,
         thrusters=thrusters,
         initial_momentum=scenario.estimation.initial_momentum,
@@ -72,6 +74,12 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
         live=(bool(live[0]), bool(live[1]), bool(live[2])),
         surroundings=surroundings_of(record, scenario, nominal),
     )
+
+
+def _middles(time: Series) -> Series:
+    """Return the middles of the periods that begin at times, s; torques held over these have their impulses there."""
+    periods = np.diff(time)
+    return np.asarray(time + 0.5 * np.append(periods, np.median(periods)))
 
 
 def live_axes(record: Record, scenario: BodyScenario) -> Flags:

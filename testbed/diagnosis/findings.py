@@ -130,6 +130,7 @@ def _doubts(diagnosis: Diagnosis, placed: Hypothesis) -> Iterator[str]:
     """Yield which parameters of an effect in the model lie at a bound, or where no hardware has them."""
     model, effect = diagnosis.model, placed.effect
     values = model.effect_values[model.own(placed)]
+    yield from _held_torque(diagnosis, effect, float(values[0]))
     for index, parameter in enumerate(effect.parameters):
         value = float(values[index])
         if parameter.lies_at_bound(value / parameter.growth_on(placed.moment)):
@@ -141,6 +142,24 @@ def _doubts(diagnosis: Diagnosis, placed: Hypothesis) -> Iterator[str]:
                 f"{_in_words(effect, values, index, value)} is implausible, as hardware ends at "
                 f"{_in_words(effect, values, index, limit)}: something else may be behind it"
             )
+
+
+_LATE = {"actuator_delay": 1.0, "gyro_latency": 1.0, "telemetry_skew": -1.0}
+"""Effects by which torques act later than they are recorded, with the sign of their parameter then."""
+_HALF = 0.1
+"""Share of half a sample's interval within which a delay is taken for it: ten times what delays of real records are
+known to, and a tenth of what another delay would have to hit."""
+
+
+def _held_torque(diagnosis: Diagnosis, effect: NamedEffect, late: float) -> Iterator[str]:
+    """Yield what a delay of half a sample may be: torques that are held until the next one."""
+    run = diagnosis.runs.grid.runs[0]
+    half = 0.5 * float(np.median(np.diff(run.actuator_time)))
+    if diagnosis.runs.trimmed and abs(_LATE.get(effect.id, 0.0) * late - half) < _HALF * half:
+        yield (
+            f"{late:.3g} s is half of the time between two samples of applied_torque: a torque that is held until the "
+            'next sample looks like this; [diagnosis] applied_torque = "held" says that it is'
+        )
 
 
 def passed_limit(value: float, least: float, greatest: float) -> float | None:

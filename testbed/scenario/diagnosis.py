@@ -25,6 +25,9 @@ class Diagnosis(Section):
     sample_rate_hz: Rate | None = None
     """Gyro and actuators are averaged down to about this rate, for records with more samples than the motion needs;
     omitted: as they were sampled."""
+    applied_torque: Literal["sampled", "held"] = "sampled"
+    """What a sample of `applied_torque` says: the torque at its time, with straight lines between samples, or the
+    torque from its time until the next sample, as a flight computer commands it."""
     accept: Annotated[tuple[Doubt, ...], Strict(False), Distinct] = ()
     """Doubts in spite of which records are used, as somebody knows better than the gate that refuses them for one; its
     message names the word. `body_rate`: they turn faster than 20 rad/s; `unit`: the gyro seems to be in another unit;

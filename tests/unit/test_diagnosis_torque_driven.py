@@ -8,6 +8,7 @@ import pytest
 import testbed as tb
 from testbed.assembly.platform import nominal_body
 from testbed.diagnosis import search
+from testbed.diagnosis.findings import additions
 from testbed.diagnosis.formulas import screened_formulas
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.model import fitted
@@ -122,6 +123,40 @@ def test_noise_of_torque_and_samples_is_found_from_windows():
     draws = np.random.default_rng(1).normal(size=(300, 3, 40))
     windows = [np.einsum("amn,an->ma", factors, draw) for draw in draws]
     np.testing.assert_allclose(torque_noise([time] * 300, windows), noise, rtol=0.15)
+
+
+class TestHeldTorque:
+    """Thrusters whose torque is held for 50 ms; half of that is a delay to whoever draws straight lines."""
+
+    EVERY = 50
+    STATED = WHOLE.model_copy(update={"diagnosis": type(SCENARIO.diagnosis)(applied_torque="held")})
+
+    def held(self, seed):
+        rng, step = np.random.default_rng(seed), 1e-3
+        torque = np.repeat(1e-5 * rng.standard_normal((40, 3)), self.EVERY, axis=0)
+        rate, rates = np.zeros(3), np.empty_like(torque)
+        for index, each in enumerate(torque):
+            rates[index] = rate
+            rate = rate + step * np.linalg.solve(NOMINAL.inertia, each - np.cross(rate, NOMINAL.inertia @ rate))
+        rows = slice(0, None, self.EVERY)
+        return Record(
+            time=(np.arange(len(torque)) * step)[rows],
+            channels={"body_rate": (rates + rng.normal(0.0, SIGMA, rates.shape))[rows], "applied_torque": torque[rows]},
+            details=RunDetails(name=f"flight_{seed}", gyro_noise=SIGMA),
+        )
+
+    def additions(self, scenario):
+        records = [self.held(seed) for seed in range(5)]
+        return additions(last_of(data_set_of(records, scenario, NOMINAL), ("actuator_delay", "viscous_drag")))
+
+    def test_where_it_is_taken_for_samples_the_delay_is_doubted_with_the_key_that_says_so(self):
+        (added,) = self.additions(WHOLE)
+        assert added.effect.id == "actuator_delay"
+        assert added.quantities[0].value == pytest.approx(0.025, abs=2e-3)
+        assert any('applied_torque = "held"' in doubt for doubt in added.doubts)
+
+    def test_where_it_is_stated_nothing_is_late(self):
+        assert not self.additions(self.STATED)
 
 
 class TestSingleActuators:
