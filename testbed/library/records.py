@@ -73,8 +73,11 @@ class Records(Shown):
             format: NAME.parquet each; or NAME.mcap, with NAME.map.toml, with which `import_log` reads it again.
 
         Raises:
-            InputError: a name can be no file's, the folder cannot be written, or the extra `testbed[logs]` is missing.
+            InputError: a name can be no file's, there is no such format, the folder cannot be written, or the extra
+                `testbed[logs]` is missing.
         """
+        if format not in ("parquet", "mcap"):
+            raise InputError(f"format = {format!r}: give 'parquet' or 'mcap'")
         for record in _named_apart(self.runs):
             path = table_path(record, Path(folder))
             if format == "mcap":
@@ -142,12 +145,18 @@ def records_from(
         tuple(
             record_of(
                 _numbers(str(name), table),
-                RunDetails(name=str(name), source=source, gyro_noise=gyro_noise_rad_s),
+                _details(str(name), source, gyro_noise_rad_s),
                 {column: np.asarray(table[column]) for column in table if column not in NUMERIC_COLUMNS},
             )
             for name, table in _by_name(tables).items()
         )
     )
+
+
+def _details(name: str, source: Literal["measured", "simulated"], gyro_noise: float | None) -> RunDetails:
+    if not name:
+        raise InputError("a run's name is empty: give each table one that says which flight it is")
+    return RunDetails(name=name, source=source, gyro_noise=gyro_noise)
 
 
 def _by_name(tables: Columns | Mapping[str, Columns]) -> Mapping[str, Columns]:

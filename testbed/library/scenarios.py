@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import tomli_w
 
 from testbed.errors import InfeasibleDesignError, InputError, UnphysicalPlatformError
@@ -69,17 +70,30 @@ def overridden(file: TextFile, overrides: Mapping[str, object]) -> TextFile:
 
     Args:
         file: of the scenario.
-        overrides: values by dotted key.
+        overrides: values by dotted key; arrays of NumPy count as lists.
 
     Raises:
-        InputError: the file is not TOML, or a key leads through something that is no table.
+        InputError: the file is not TOML, a key leads through something that is no table, or TOML has no such value.
     """
     tree = parsed_toml(file)
-    for key, value in overrides.items():
+    plain = {key: _as_toml(key, value) for key, value in overrides.items()}
+    for key, value in plain.items():
         _set(tree, key, value, file.path)
-    said = ", ".join(f"{key} = {value!r}" for key, value in overrides.items())
+    said = ", ".join(f"{key} = {value!r}" for key, value in plain.items())
     text = f"# {file.path.name} with {said}\n{tomli_w.dumps(tree)}"
     return TextFile(path=file.path, content=text.encode("utf-8"), text=text, changes=said)
+
+
+def _as_toml(key: str, value: object) -> object:
+    plain = value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+    try:
+        tomli_w.dumps({"value": plain})
+    except TypeError:
+        raise InputError(
+            f"{key} = {plain!r}: give numbers, texts, true or false, lists or tables of these; leave a key out for its "
+            "default"
+        ) from None
+    return plain
 
 
 def override_of(assignment: str) -> tuple[str, object]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from testbed.errors import InputError
 from testbed.logs.streams import TABLE, Log, Topic
 from testbed.logs.units import is_unit_of
-from testbed.signals import AXES, QUATERNION, SIGNALS, unit_numbers
+from testbed.signals import AXES, QUATERNION, SIGNALS, TURNED_BY, unit_numbers
 
 _NAMES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "body_rate": (
@@ -23,7 +23,13 @@ _NAMES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "gimbal_angle": ((r"gimbal.*(angle|pos|enc)|(angle|pos|enc).*gimbal", 10),),
     "gimbal_rate_command": ((r"gimbal.*rate.*(cmd|command|set|ref)|(cmd|command|set|ref).*gimbal.*rate", 11),),
     "gimbal_torque": ((r"gimbal.*torque|torque.*gimbal", 11),),
-    "rotor_speed": ((r"(rotor|wheel|flywheel).*(speed|rate|rpm|omega)|(speed|rpm).*(rotor|wheel)", 10),),
+    "rotor_speed": ((r"(rotor|flywheel).*(speed|rate|rpm|omega)|(speed|rpm).*(rotor|flywheel)", 10),),
+    "wheel_speed": (
+        (r"(?<!fly)wheel.*(speed|rate|rpm|omega)|(speed|rpm).*(?<!fly)wheel", 10),
+        (r"(?<![a-z])rws?(?![a-z])", 8),
+    ),
+    "wheel_torque_command": ((r"wheel.*torque.*(cmd|command|set|ref)|(cmd|command|set|ref).*wheel.*torque", 12),),
+    "wheel_torque": ((r"wheel.*torque|torque.*wheel", 11), (r"(?<![a-z])rws?(?![a-z])", 8)),
     "cluster_momentum": ((r"(cluster|cmg|wheel).*momentum|momentum", 8), (r"(?<![a-z])h(?![a-z])", 4)),
     "applied_torque": ((r"torque|wrench", 8), (r"(?<![a-z])(tau|moments?)(?![a-z])", 7)),
     "attitude": ((r"quat(ernion)?|orientation|attitude", 8), (r"(?<![a-z])q(?![a-z])", 6)),
@@ -110,7 +116,8 @@ def guessed_map(log: Log) -> str:
         )
     blocks = [_head(log), _clock(survey) if TABLE in survey else ""]
     blocks += [_channel(name, best[name], survey) for name in SIGNALS if name in best]
-    return "\n".join(block for block in (*blocks, _runs(survey)) if block)
+    blocks += [_missing(best), _runs(survey), _left_out(best, survey)]
+    return "\n".join(block for block in blocks if block)
 
 
 def _candidates(log: Log, survey: Mapping[str, Topic]) -> Iterator[_Candidate]:
@@ -135,7 +142,7 @@ def _matches(
         own, above = said[channel], _said(patterns, name)
         if own < max(said.values()):
             continue  # the fields' own name is that of another channel
-        measured = channel == "gimbal_rate_command" or name.partition("[")[0] in _NORMALIZED
+        measured = channel.endswith("_command") or name.partition("[")[0] in _NORMALIZED
         others = not measured and _OTHERS.search(f"{name} {stem}".lower())
         score = max(own + 1 if own else 0, above) - (6 if others else 0)
         if score < _LEAST_SCORE and not (own and unit):
@@ -201,6 +208,9 @@ def _without_unit(name: str) -> tuple[str, str]:
     """Return a name without the unit at its end, and the unit as a map has it; empty where there is none."""
     if (bracket := _BRACKETS.search(name)) and (unit := _unit(bracket[1])):
         return name[: bracket.start()].strip(" _"), unit
+    bare, space, last = name.rpartition(" ")
+    if space and (len(last) > 1 or last == "s") and (unit := _unit(last)):  # "gyro x rpm", but not "position m"
+        return bare.strip(" _"), unit
     for suffix in sorted(_SUFFIXES, key=len, reverse=True):
         if name.lower().endswith(f"_{suffix}") and len(name) > len(suffix) + 1:
             return name[: -len(suffix) - 1], _SUFFIXES[suffix]
@@ -226,9 +236,9 @@ def _head(log: Log) -> str:
 def _clock(survey: Mapping[str, Topic]) -> str:
     topic = survey[TABLE]
     for field, value in topic.fields.items():
-        bare, unit = _without_unit(field)
+        _, unit = _without_unit(field)
         unit = topic.units.get(field, unit)
-        if _TIME.match(bare.lower()) and (not unit or is_unit_of(unit, "s")):
+        if _is_time(field) and (not unit or is_unit_of(unit, "s")):
             why = "unit: stated"
             if not unit:
                 unit, why = _unit_of_clock(value)
@@ -269,6 +279,30 @@ def _time_field(topic: Topic) -> str:
     """Return the field with the time at which a message was sampled; empty where only the log's own is there."""
     stated = [field for field, unit in topic.units.items() if unit in ("ns", "us") and field != "timestamp"]
     return next((field for field in stated if re.search(r"stamp_sample$|stamp$", field)), "") if topic.received else ""
+
+
+def _missing(best: Mapping[str, Sequence[_Candidate]]) -> str:
+    """Return what a map still needs, as a comment; empty where it has a channel that says what turned the platform."""
+    turning = [name for name in TURNED_BY if name in best]
+    if any(best[name][0].topic.partition("[")[0] not in _NORMALIZED for name in turning):
+        return ""
+    return (
+        f"# CHECK: no channel here says what turned the platform: add one of {', '.join(TURNED_BY)}, such as\n"
+        '# [channels.wheel_speed]\n# fields = ["first wheel", "second wheel", "third wheel"]\n# unit = "rpm"\n'
+    )
+
+
+def _left_out(best: Mapping[str, Sequence[_Candidate]], survey: Mapping[str, Topic]) -> str:
+    """Return the columns of a table that no channel takes, as a comment; logs with topics hold too many others."""
+    if TABLE not in survey:
+        return ""
+    taken = {field for each in best.values() for field in each[0].fields}
+    others = [field for field in survey[TABLE].fields if field not in taken and not _is_time(field)]
+    return f"# Columns without a channel: {', '.join(map(_text, others))}\n" if others else ""
+
+
+def _is_time(field: str) -> bool:
+    return bool(_TIME.match(_without_unit(field)[0].lower()))
 
 
 def _runs(survey: Mapping[str, Topic]) -> str:

@@ -218,18 +218,20 @@ def _apply_bus(spec: mujoco.MjSpec, properties: PlatformProperties, path: Path) 
         bus.ipos = -first_moment(compiled) / bus.mass  # the whole platform's centre of mass stays at the bus's origin
         compiled = _compile(spec, path)
     if properties.inertia is not None:
-        _set_inertia(bus, bus_inertia(compiled, total))
+        units = [word for word, own in (("gyros", properties.gyros), ("wheels", properties.wheels)) if own]
+        _set_inertia(bus, bus_inertia(compiled, total), " and ".join(units))
     if properties.edge is not None:
         spec.geom("hull").size = [properties.edge / 2] * 3
 
 
-def _set_inertia(bus: mujoco.MjsBody, inertia: Matrix3) -> None:
+def _set_inertia(bus: mujoco.MjsBody, inertia: Matrix3, units: str) -> None:
+    """Give the bus an inertia, if it is a body's; units are those that were taken off, in words."""
     moments = np.linalg.eigvalsh(inertia)
     if moments[0] <= 0.0 or moments[0] + moments[1] < moments[2] - _TRIANGLE_SLACK:
         shown = ", ".join(f"{moment:.3g}" for moment in moments)
         raise UnphysicalPlatformError(
             "inertia_kg_m2",
-            f": what remains for the bus when the CMG units are taken off has the principal moments {shown} kg m2, "
+            f": what remains for the bus when the {units} are taken off has the principal moments {shown} kg m2, "
             "which no body has; raise the inertia, or lower the units' masses or radius",
         )
     bus.inertia, bus.iquat = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])  # MuJoCo takes one form of inertia only

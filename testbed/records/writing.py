@@ -53,7 +53,7 @@ def table_path(record: Record, destination: Path) -> Path:
     if destination.suffix in SUFFIXES:
         return destination
     name = record.details.name
-    if name.startswith(".") or Path(name).name != name:
+    if name.startswith(".") or Path(name).name != name or "\0" in name:
         raise InputError(f"{destination}: the run's name {name!r} cannot be a file name; give a file, not a folder")
     return destination / f"{name}.parquet"
 

@@ -74,12 +74,26 @@ def test_common_names_of_columns(tmp_path, columns, fields, unit, clock):
         assert (tree["clock"]["field"], tree["clock"]["unit"]) == clock
 
 
+def test_what_no_channel_takes_and_what_a_map_still_needs_is_said(tmp_path):
+    path = tmp_path / "a.csv"
+    columns = ["time s", "gx dps", "gy dps", "gz dps", "panel", "mode"]
+    path.write_text("\n".join([",".join(columns), *(",".join([str(n)] * len(columns)) for n in range(20))]))
+    text = tb.guess_map(path)
+    assert '# Columns without a channel: "panel", "mode"' in text
+    assert "# CHECK: no channel here says what turned the platform" in text
+    assert tomllib.loads(text)["channels"]["body_rate"]["unit"] == "deg/s"
+
+
 @pytest.mark.parametrize(
     ("names", "channel", "unit"),
     [
         ([f"gimbal_{unit}_angle_deg" for unit in range(1, 7)], "gimbal_angle", "deg"),
         ([f"gimbal_angle_{unit}_rad" for unit in range(1, 7)], "gimbal_angle", "rad"),
-        ([f"wheel_speed_{unit}_rpm" for unit in range(6)], "rotor_speed", "rpm"),
+        ([f"rotor_speed_{unit}_rpm" for unit in range(6)], "rotor_speed", "rpm"),
+        ([f"wheel_speed_{unit}_rpm" for unit in range(4)], "wheel_speed", "rpm"),
+        ([f"RW{unit} rpm" for unit in (1, 2, 3)], "wheel_speed", "rpm"),
+        ([f"wheel_torque_cmd_{unit} [mNm]" for unit in (1, 2, 3)], "wheel_torque_command", "mN*m"),
+        ([f"rw{unit}_mNm" for unit in (1, 2, 3)], "wheel_torque", "mN*m"),
         ([f"cmg_momentum_{axis}_Nms" for axis in "xyz"], "cluster_momentum", "N*m*s"),
         (TORQUE, "applied_torque", "mN*m"),
         (["q_w", "q_x", "q_y", "q_z"], "attitude", None),
