@@ -65,9 +65,9 @@ def late_momentum(asked_B: Array, grid: Grid, time_constant: Array, delay: Array
     """
     if grid.gimbals is not None or not asked_B.any():  # what holds no momentum has none later
         return asked_B
-    every, behind = _side_by_side(asked_B, grid, time_constant, delay)
+    every, (lag, late_by) = _side_by_side(asked_B, grid, time_constant, delay)
     at = np.arange(float(asked_B.shape[2]))
-    late = Smooth(at, every).at(at, *behind)
+    late = Smooth(at, every).at(at, lag, late_by)
     return np.asarray(late.reshape(len(asked_B), -1, *asked_B.shape[2:]))
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from testbed.arrays import Array, Vectors3
+from testbed.arrays import Array, Flags, Vectors3
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks, overrides
 from testbed.prediction.smooth import Smooth, node_slopes
@@ -60,23 +60,27 @@ def _read(grid: Grid, rates: Array, lag: Array, delay: Array, drift: Array, aver
     if np.any(drift):
         at = at - (times[:, None] * np.broadcast_to(drift, sets)[:, None] / grid.step[:, None, None]).reshape(at.shape)
     late, behind = ((np.broadcast_to(each, sets) / grid.step[:, None]).ravel() for each in (lag, delay))
+    # What the actuators did before the gyro's first sample is known of runs that begin in the middle of a motion.
+    moving = np.repeat([run.actuator_time[0] < run.gyro_time[0] for run in grid.runs], sets)
     rows = rates.reshape(-1, nodes, 3)
     motion = Smooth(np.arange(float(nodes)), rows, node_slopes(rows, 1.0))
     if averaging:
         interval = np.array([np.median(np.diff(run.gyro_time)) for run in grid.runs]) / grid.step
-        read = _averaged(motion, at, late, behind, (sum(averaging, np.zeros(sets)) * interval[:, None]).ravel())
+        window = (sum(averaging, np.zeros(sets)) * interval[:, None]).ravel()
+        read = _averaged(motion, at, (late, behind, moving), window)
     else:
-        read = motion.at(at, late, behind)
+        read = motion.at(at, late, behind, moving)
     return np.asarray(read.reshape(runs, sets, most, 3))
 
 
-def _averaged(motion: Smooth, time: Array, lag: Array, delay: Array, window: Array) -> Array:
+def _averaged(motion: Smooth, time: Array, how: tuple[Array, Array, Flags], window: Array) -> Array:
     """Return the means of a motion over windows that end at times, shape (P, N, 3).
 
     By Gauss's rule of three points, which is exact for a motion that is a quintic over the window.
     """
+    lag, delay, moving = how
     parts = zip(_PLACES, _WEIGHTS, strict=True)
-    return np.asarray(sum(weight * motion.at(time, lag, delay + place * window) for place, weight in parts))
+    return np.asarray(sum(weight * motion.at(time, lag, delay + place * window, moving) for place, weight in parts))
 
 
 def gyro_errors(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates: Array) -> list[Vectors3]:

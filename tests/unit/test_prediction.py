@@ -87,6 +87,17 @@ def test_gimbals_are_moved_by_the_body_and_not_by_what_a_late_gyro_shows():
     assert without_gyro_errors(restored, [], delay).runs[0].gyro_error is None
 
 
+@pytest.mark.parametrize(("effect", "value"), [("gyro_latency", 0.03), ("gyro_bandwidth", 0.03)])
+def test_a_late_gyro_shows_what_was_before_its_first_sample_where_that_is_known(effect, value):
+    """A run that begins in the middle of a motion, whose actuators' telemetry begins before its gyro's."""
+    hooks, whole = [EFFECTS[effect].hooks("gyro")], replace(values(value), initial_rate=INITIAL_RATE[:1])
+    shown = predicted(grid_of([RUN]), hooks, whole)[0][0]
+    cut = replace(RUN, gyro_time=RUN.gyro_time[20:], body_rate=RUN.body_rate[20:])
+    late = predicted(grid_of([cut]), hooks, replace(whole, initial_rate=RUN.body_rate[20][None, None]))[0][0]
+    np.testing.assert_allclose(late, shown[20:], atol=3e-4)
+    assert np.abs(late[0] - RUN.body_rate[20]).max() > 3e-3
+
+
 @pytest.mark.parametrize("drift", [0.01, -0.01])
 def test_a_gyro_with_another_clock_shows_the_motion_of_another_instant(drift):
     clock = EFFECTS["gyro_clock_drift"].hooks("gyro")
