@@ -14,7 +14,7 @@ from testbed.files import TextFile, whole_file
 from testbed.library.scenarios import naming
 from testbed.plant.adopted import AdoptedPlatform, adopted_platform
 from testbed.plant.adopted_roles import Corrections
-from testbed.plant.own_motion import motion_difference
+from testbed.plant.own_motion import motion_difference, softness_notes
 from testbed.scenario.reader import scenario_of
 from testbed.scenario.scenario import Scenario
 
@@ -128,7 +128,7 @@ def adopt(
         scenario=scenario,
         text=text,
         parts=tuple((each.name, each.role, each.reason) for each in found.taken),
-        notes=found.notes,
+        notes=(*found.notes, *softness_notes(found, platform.model)),
         difference=motion_difference(found, platform.model, 0.5 * each_wheel(scenario, "torque_limit_N_m"), speed),
         _found=found,
     )

@@ -186,9 +186,8 @@ class OwnModel:
     def loop_gain(self, joint: int) -> float:
         """Return the torque of a joint's drives against its speed, N·m·s/rad; 0 where they give torque as commanded."""
         model = self.model
-        return float(
-            sum(-model.actuator_biasprm[each, 2] * model.actuator_gear[each, 0] ** 2 for each in self.motors(joint))
-        )
+        affine = [m for m in self.motors(joint) if model.actuator_biastype[m] == mujoco.mjtBias.mjBIAS_AFFINE]
+        return float(sum(-model.actuator_biasprm[each, 2] * model.actuator_gear[each, 0] ** 2 for each in affine))
 
 
 def read_own_model(path: Path) -> OwnModel:
@@ -213,11 +212,31 @@ def read_own_model(path: Path) -> OwnModel:
         model = spec.compile()
     except ValueError as error:
         raise InputError(f"{path}: MuJoCo cannot read it: {' '.join(str(error).split())}; mend it there") from error
+    _drop_disabled(model)
     if model.njnt > MOST_JOINTS:
         raise InputError(f"{path}: has {model.njnt} joints; at most {MOST_JOINTS} are read")
     if max(model.body_mass.max(), model.body_inertia.max()) > _MOST:
         raise InputError(f"{path}: has a body of more than {_MOST:g} kg or kg·m²; mend it there")
     return OwnModel(path=path, spec=spec, model=model, speeds=speeds, rooted=rooted)
+
+
+def _drop_disabled(model: mujoco.MjModel) -> None:
+    """Set to zero what the model's own flags keep from acting, so that it is neither flown nor said to be left out."""
+    flags = mujoco.mjtDisableBit
+    for flag, numbers in (
+        (flags.mjDSBL_SPRING, (model.jnt_stiffness, model.jnt_stiffnesspoly)),
+        (
+            flags.mjDSBL_DAMPER,
+            (model.dof_damping, model.dof_dampingpoly, model.actuator_damping, model.actuator_dampingpoly),
+        ),
+        (flags.mjDSBL_FRICTIONLOSS, (model.dof_frictionloss,)),
+        (flags.mjDSBL_LIMIT, (model.jnt_limited,)),
+        (flags.mjDSBL_CONSTRAINT, (model.dof_frictionloss, model.jnt_limited)),
+        (flags.mjDSBL_GRAVITY, (model.opt.gravity,)),
+    ):
+        if model.opt.disableflags & flag:
+            for each in numbers:
+                each[:] = 0
 
 
 def _urdf(root: ElementTree.Element) -> tuple[mujoco.MjSpec, dict[str, float], str]:

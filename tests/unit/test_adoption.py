@@ -45,8 +45,9 @@ def model(tmp_path, parts, actuators, joint="<freejoint/>", more=""):
     return path
 
 
-def three_wheels():
-    return "".join(wheel(name, axis) for name, axis in AXES.items())
+def three_wheels(port=""):
+    """Wheels along three axes; the joint of the first has attributes of its own."""
+    return "".join(wheel(name, axis, joint=port if name == "port" else "") for name, axis in AXES.items())
 
 
 def roles(adopted):
@@ -213,11 +214,97 @@ def test_what_a_scenario_cannot_say_is_noted(tmp_path):
     for part in (
         "aft: its armature of 1e-06 kg·m² is left out",
         "aft: its stops are left out",
-        "aft: its friction is left out",
+        "aft: its damping of 1e-05 N·m·s/rad is left out",
         "fore_spin: its centre of mass is 0.0005 m off its axis",
         "fore: what it turns is 0.0021 m off its axis",
     ):
         assert part in said
+
+
+def test_dry_friction_is_flown_and_its_softness_about_standstill_is_noted(tmp_path):
+    rubbed = "damping='1e-6' frictionloss='1e-5'"
+    as_flown = tb.adopt(model(tmp_path, three_wheels(f"{rubbed} solreffriction='0.01 1'"), motors(*AXES)))
+    assert [entry.coulomb_friction_N_m for entry in as_flown.scenario.actuators] == [1e-5, 0.0, 0.0]
+    assert as_flown.notes == ()
+    assert as_flown.difference < 1e-12
+    softer = tb.adopt(model(tmp_path, three_wheels(rubbed), motors(*AXES)))
+    assert softer.difference > PROMISED
+    assert softer.notes == (
+        "port: the softness of its dry friction of 1e-05 N·m about standstill, solreffriction 0.02 1, is left out; "
+        "0.01 1 is flown",
+    )
+
+
+@pytest.mark.parametrize(
+    ("attributes", "note"),
+    [
+        ("stiffness='0.001' springref='10'", "port: its spring of 0.001 N·m/rad is left out"),
+        ("stiffness='0 0.002'", "port: its spring of 0 0.002 N·m/rad is left out"),
+        ("armature='1e-6'", "port: its armature of 1e-06 kg·m² is left out"),
+        ("damping='1e-6 1e-7'", "port: its damping of 1e-06 1e-07 N·m·s/rad, but for the first number, is left out"),
+    ],
+)
+def test_what_acts_on_a_wheel_and_is_not_flown_is_noted(tmp_path, attributes, note):
+    adopted = tb.adopt(model(tmp_path, three_wheels(attributes), motors(*AXES)))
+    assert adopted.notes == (note,)
+    assert adopted.difference > PROMISED
+
+
+@pytest.mark.parametrize(
+    ("motor", "notes"),
+    [
+        ("<general joint='port' gear='2' biastype='affine' biasprm='0.1'/>", ["constant torque of 0.2 N·m"]),
+        ("<position joint='port' kp='0.1'/>", ["loop about its angle, 0.1 N·m/rad,"]),
+        ("<general joint='port' biastype='affine' biasprm='0 0 1'/>", ["loop about its speed, -1 N·m·s/rad,"]),
+        ("<general joint='port' dyntype='filter' dynprm='0.2'/>", ["activation, dyntype filter 0.2,"]),
+        ("<damper joint='port' kv='1' ctrlrange='0 1'/>", ["law, gaintype affine and biastype none,"]),
+        (
+            "<motor joint='port' gear='2' delay='0.1' nsample='3' armature='1e-4' damping='1'/>",
+            ["delay of 0.1 s", "armature of 0.0004 kg·m²", "damping of 4 N·m·s/rad"],
+        ),
+        ("<general joint='port' biasprm='1 1 -1'/>", []),  # which act with a biastype only
+    ],
+)
+def test_what_a_motor_does_beside_its_torque_is_noted(tmp_path, motor, notes):
+    adopted = tb.adopt(model(tmp_path, three_wheels(), motor + motors("bow", "keel")))
+    assert adopted.notes == tuple(f"port: its motor's {note} is left out" for note in notes)
+
+
+def test_what_acts_on_gyros_and_on_the_platform_itself_is_noted(tmp_path):
+    spun = gyro("aft", "0.05 0 0").replace("name='aft_spin'", "name='aft_spin' damping='1e-6' frictionloss='1e-4'")
+    servo = "<velocity joint='aft' kv='0.01'/><motor name='jet' site='nozzle' gear='1 0 0 0 0 0'/>"
+    path = model(
+        tmp_path,
+        three_wheels() + spun + "<site name='nozzle'/>",
+        motors(*AXES) + servo,
+        joint="<joint name='orbit' type='free' damping='0.1'/>",
+        more="<option density='1.2' viscosity='1e-5'/>",
+    )
+    assert tb.adopt(path).notes == (
+        "orbit: its damping of 0.1 N·m·s/rad is left out",
+        "aft_spin: its damping of 1e-06 N·m·s/rad is left out",
+        "aft_spin: its dry friction of 0.0001 N·m is left out",
+        "aft: its motor's loop about its speed, 0.01 N·m·s/rad, is left out",
+        "actuators that turn no joint of the platform are left out: jet",
+        "a medium of 1.2 kg/m³ and 1e-05 Pa·s is left out",
+    )
+
+
+def test_bodies_without_weight_on_a_bearing_are_noted(tmp_path):
+    parts = three_wheels().replace("<body name='port'", "<body name='port' gravcomp='1'")
+    joint = "<joint name='cup' type='ball' pos='0 0 1e-4' frictionloss='1e-4'/>"
+    assert tb.adopt(model(tmp_path, parts, motors(*AXES), joint=joint)).notes == (
+        "cup: its dry friction of 0.0001 N·m is left out",
+        "the gravcomp of bodies is left out: port",
+    )
+
+
+def test_what_the_model_switches_off_is_neither_flown_nor_noted(tmp_path):
+    rubbed = three_wheels("damping='1' frictionloss='1e-3' stiffness='1'")
+    off = "<option><flag damper='disable' frictionloss='disable' spring='disable'/></option>"
+    adopted = tb.adopt(model(tmp_path, rubbed, motors(*AXES), more=off))
+    assert adopted.notes == ()
+    assert adopted.difference < 1e-12
 
 
 @pytest.mark.parametrize(
