@@ -26,6 +26,7 @@ def left_out(own: OwnModel, taken: Sequence[Taken]) -> Iterator[str]:
     for each in moving[1:]:
         for motor in own.motors(each.joint):
             yield from (f"{each.name}: its motor's {part} is left out" for part in _of_motor(own, motor, each))
+    yield from _beside(own, taken[0].joint)
     yield from _others(own, {each.joint for each in taken[1:]})
     yield from _surroundings(own, taken[0].joint)
 
@@ -79,6 +80,17 @@ def _of_motor(own: OwnModel, motor: int, taken: Taken) -> Iterator[str]:
             yield f"loop about its angle, {-(gear**2) * angle:.3g} N·m/rad,"
         if speed and (taken.role == "gimbal" or (taken.role == "wheel" and own.loop_gain(taken.joint) <= 0.0)):
             yield f"loop about its speed, {-(gear**2) * speed:.3g} N·m·s/rad,"
+
+
+def _beside(own: OwnModel, base: int) -> Iterator[str]:
+    """Yield what else moves in the model's world."""
+    platform = own.subtree(own.body(base))
+    apart = [body for body in range(1, own.model.nbody) if body not in platform and own.joints(body)]
+    for body in apart:
+        if not any(own.joints(carrier) for carrier in own.ancestors(body)):
+            name = str(own.model.body(body).name) or own.name(own.joints(body)[0])
+            mass = own.model.body_subtreemass[body]
+            yield f"{name}: it is no part of the platform, and is left out with its {mass:.6g} kg"
 
 
 def _others(own: OwnModel, joints: set[int]) -> Iterator[str]:

@@ -290,6 +290,23 @@ def test_what_acts_on_gyros_and_on_the_platform_itself_is_noted(tmp_path):
     )
 
 
+def test_what_else_moves_in_the_world_is_noted(tmp_path):
+    pole = "<body name='pole'><joint axis='1 0 0'/><geom size='.1' mass='2'/>{}</body>"
+    lamp = "<body name='lamp'><joint axis='0 1 0'/><geom size='.1' mass='1'/></body>"
+    floor = "<body name='floor'><geom size='.1' mass='9'/></body>"
+    other = "<body name='other'><freejoint/><geom size='.1' mass='300'/></body>"
+    unnamed = "<body><joint name='float' type='free'/><geom size='.1' mass='4'/></body>"
+    world = f"<worldbody>{pole.format(lamp)}{floor}{other}{unnamed}</worldbody>"
+    adopted = tb.adopt(model(tmp_path, three_wheels(), motors(*AXES), more=world))
+    assert adopted.notes == (
+        "pole: it is no part of the platform, and is left out with its 3 kg",
+        "other: it is no part of the platform, and is left out with its 300 kg",
+        "float: it is no part of the platform, and is left out with its 4 kg",
+    )
+    assert adopted.mass == pytest.approx(4.3)
+    assert adopted.difference < 1e-12
+
+
 def test_bodies_without_weight_on_a_bearing_are_noted(tmp_path):
     parts = three_wheels().replace("<body name='port'", "<body name='port' gravcomp='1'")
     joint = "<joint name='cup' type='ball' pos='0 0 1e-4' frictionloss='1e-4'/>"
