@@ -80,6 +80,37 @@ def test_three_wheels_are_found_with_their_axes_inertias_and_limits(tmp_path):
     check_flies(adopted, tmp_path)
 
 
+def driven(tmp_path, gain, parts=""):
+    """Wheels of which the first has a drive that holds a speed, by a gain against it in N·m·s/rad."""
+    servo = f"<velocity joint='port' kv='{gain}' ctrlrange='-500 500'/>"
+    return model(tmp_path, three_wheels() + parts, servo + motors("bow", "keel"))
+
+
+@pytest.mark.parametrize(
+    ("gain", "step"), [(0.001, 0.005), (0.01, 0.00125), (0.02, 0.000625), (2.0, 0.005 / 2**9)], ids=str
+)
+def test_the_step_follows_the_fastest_drive_and_divides_the_control_period(tmp_path, gain, step):
+    adopted = tb.adopt(driven(tmp_path, gain))
+    assert adopted.scenario.simulation.step_s == step
+    assert adopted.scenario.actuators[0].speed_loop_bandwidth_rad_s == pytest.approx(gain / 2e-5)
+    said = f"step_s = {step} # for the wheel drive of {gain / 2e-5:g} rad/s"
+    assert (said in adopted.text) == (step < 0.005)
+
+
+def test_a_platform_with_a_fast_drive_flies(tmp_path):
+    check_flies(tb.adopt(driven(tmp_path, 0.02)), tmp_path)
+    with_gyro = tb.adopt(driven(tmp_path, 0.02, gyro("aft", "0.05 0 0")))
+    assert with_gyro.scenario.simulation.step_s == 0.000625
+
+
+def test_a_refusal_names_the_model_and_no_line_of_what_is_not_written(tmp_path):
+    with pytest.raises(tb.InputError) as refused:
+        tb.adopt(driven(tmp_path, 3.0))
+    heading, problem = str(refused.value).splitlines()
+    assert heading.endswith("ship.xml: what was found in it makes no scenario that can be flown: 1 problem")
+    assert problem.startswith("  actuators[1].speed_loop_bandwidth_rad_s: should be at most 100000")
+
+
 def test_the_inertia_is_that_of_everything_locked_about_the_centre_of_mass_in_body_axes(tmp_path):
     path = model(tmp_path, three_wheels(), motors(*AXES))
     adopted = tb.adopt(path)
