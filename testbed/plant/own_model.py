@@ -202,7 +202,7 @@ def read_own_model(path: Path) -> OwnModel:
     root, speeds, rooted = xml_root(path), dict[str, float](), ""
     try:
         if root.tag == "robot":
-            spec, speeds, rooted = _urdf(root)
+            spec, speeds, rooted = _urdf(root, path)
         elif root.tag == "mujoco":
             require_bounded(path)
             spec = mujoco.MjSpec.from_file(str(path))
@@ -239,8 +239,12 @@ def _drop_disabled(model: mujoco.MjModel) -> None:
                 each[:] = 0
 
 
-def _urdf(root: ElementTree.Element) -> tuple[mujoco.MjSpec, dict[str, float], str]:
-    """Return a URDF's model, with its root free to move unless it says otherwise, its joints' speeds, and the root."""
+def _urdf(root: ElementTree.Element, path: Path) -> tuple[mujoco.MjSpec, dict[str, float], str]:
+    """Return a URDF's model, with its root free to move unless it says otherwise, its joints' speeds, and the root.
+
+    Raises:
+        InputError: nothing is said to be free, and it has not one root.
+    """
     for link in root.iter("link"):
         for kind in _LEFT_OUT:
             for element in link.findall(kind):
@@ -249,9 +253,17 @@ def _urdf(root: ElementTree.Element) -> tuple[mujoco.MjSpec, dict[str, float], s
     limits = ((joint.get("name", ""), joint.find("limit")) for joint in root.iter("joint"))
     stated = {name: float(limit.get("velocity", "0")) for name, limit in limits if limit is not None}
     speeds = {name: speed for name, speed in stated.items() if speed > 0.0}
-    bodies = spec.worldbody.bodies
-    if len(bodies) != 1 or any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in spec.joints):
+    if any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in spec.joints):
         return spec, speeds, ""
+    bodies = spec.worldbody.bodies
+    if not bodies:
+        raise InputError(f"{path}: has no link that could be the platform; give it one with an <inertial>")
+    if len(bodies) > 1:
+        names = ", ".join(body.name for body in bodies)
+        raise InputError(
+            f"{path}: has {len(bodies)} root links, {names}, where the only one would be the platform; "
+            "join the others to it by joints, or delete them"
+        )
     bodies[0].add_freejoint()
     return spec, speeds, str(bodies[0].name)
 

@@ -187,6 +187,21 @@ def test_a_urdf_is_free_at_its_root_and_states_efforts_and_speeds(tmp_path):
     check_flies(adopted, tmp_path)
 
 
+def test_a_urdf_of_two_roots_is_refused_with_their_names(tmp_path):
+    inertial = "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>"
+    with pytest.raises(tb.InputError) as refused:
+        tb.adopt(urdf(tmp_path, root=f"<link name='antenna'>{inertial}</link><link name='base'>"))
+    said = str(refused.value)
+    assert said.endswith(
+        "sat.urdf: has 2 root links, antenna, base, where the only one would be the platform; "
+        "join the others to it by joints, or delete them"
+    )
+    assert "freejoint" not in said
+    fixed = "<joint name='boom' type='fixed'><parent link='base'/><child link='antenna'/></joint>"
+    joined = tb.adopt(urdf(tmp_path, root=f"<link name='antenna'>{inertial}</link>{fixed}<link name='base'>"))
+    assert joined.mass == pytest.approx(5.3)
+
+
 def test_a_ball_joint_is_an_air_bearing_with_the_pivot_and_gravity_of_the_model(tmp_path):
     joint = "<joint name='cup' type='ball' pos='1e-5 -2e-5 2e-4' damping='1e-4'/>"
     gravity = "<option gravity='0 0 -9.7'/>"
@@ -426,6 +441,7 @@ def test_corrections_that_no_joint_can_follow_are_refused(tmp_path):
             + "</body></worldbody></mujoco>",
             "has 201 joints; at most 200 are read",
         ),
+        ("<robot name='a'><link name='world'/></robot>", "has no link that could be the platform"),
         ("<robot name='a'><link name='b'></robot>", "not a readable MJCF"),
     ],
 )
