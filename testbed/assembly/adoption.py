@@ -42,6 +42,10 @@ _SHORTEST, _LONGEST = 10.0, 120.0
 """s of the maneuver."""
 _STEEPEST = 12.0
 """Largest slope of the maneuver's spline, in peak rates over its duration: 2 between points that are a sixth apart."""
+_FOLLOWED = 1.0
+"""Bandwidth of the fastest wheel drive times the step: a fourth-order step then follows it to 1 % (1/120)."""
+_HALVINGS = 9
+"""Of the step at the most: it then follows 1e5 rad/s, the fastest drive that a scenario takes."""
 _LEAST = 1e-9
 """N·m·s and N·m, the least that [limits] take; about a direction without any, which is refused, with its name."""
 _ROUNDED = 1e-12
@@ -141,8 +145,8 @@ def _wheel(wheel: Spinning) -> str:
         _line("viscous_friction_N_m_s_rad", wheel.viscous_friction),
         _line("coulomb_friction_N_m", wheel.dry_friction),
     ]
-    if wheel.loop_gain > 0.0:
-        lines.append(_line("speed_loop_bandwidth_rad_s", wheel.loop_gain / wheel.spin_inertia))
+    if _bandwidth(wheel) > 0.0:
+        lines.append(_line("speed_loop_bandwidth_rad_s", _bandwidth(wheel)))
     return _section(f"[[actuators]] # {_plain(wheel.name)}", *lines)
 
 
@@ -193,7 +197,7 @@ def _flight(adopted: AdoptedPlatform, momentum: Vector3, torque: Vector3) -> Ite
     )
     yield _section(
         "[simulation]",
-        _line("step_s", 0.00125 if gyroscopic else 0.005),
+        _step(adopted),
         _line("duration_s", duration),
         _line("control_rate_hz", 80.0 if gyroscopic else 10.0),
         _line("telemetry_rate_hz", sampled),
@@ -208,6 +212,15 @@ def _flight(adopted: AdoptedPlatform, momentum: Vector3, torque: Vector3) -> Ite
         _line("instrument", "iterated"),
         _line("initial_momentum", "estimated"),
     )
+
+
+def _step(adopted: AdoptedPlatform) -> str:
+    """Return the line of the step: halved, it goes on dividing the control period."""
+    usual = 0.00125 if adopted.gyros else 0.005
+    fastest = max(map(_bandwidth, adopted.wheels), default=0.0)
+    steps = usual * 0.5 ** np.arange(_HALVINGS + 1)
+    step = next((float(each) for each in steps if each * fastest <= _FOLLOWED), float(steps[-1]))
+    return _line("step_s", step, "" if step == usual else f"for the wheel drive of {_rounded(fastest, 4):g} rad/s")
 
 
 def _maneuver(adopted: AdoptedPlatform, momentum: Vector3, torque: Vector3) -> tuple[Vector3, float]:
@@ -251,6 +264,11 @@ def _cluster(gyros: Sequence[FoundGyro]) -> Cluster:
 def _wheels(wheels: Sequence[Spinning], limit: Units) -> Wheels:
     axis_B = np.array([wheel.axis_B for wheel in wheels]).reshape(-1, 3)
     return Wheels(axis_B=axis_B, spin_inertia=limit, momentum_limit=limit, torque_limit=limit)
+
+
+def _bandwidth(wheel: Spinning) -> float:
+    """Return the bandwidth of the loop about a wheel's speed, rad/s; 0 without one."""
+    return max(wheel.loop_gain / wheel.spin_inertia, 0.0)
 
 
 def _wheel_limits(wheel: Spinning) -> tuple[float, float]:

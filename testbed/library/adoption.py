@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,12 +12,14 @@ from testbed.assembly.adoption import scenario_name, scenario_text
 from testbed.assembly.platform import each_wheel, nominal_platform
 from testbed.errors import InputError, OutputError
 from testbed.files import TextFile, whole_file
-from testbed.library.scenarios import naming
 from testbed.plant.adopted import AdoptedPlatform, adopted_platform
 from testbed.plant.adopted_roles import Corrections
-from testbed.plant.own_motion import motion_difference
+from testbed.plant.own_motion import motion_difference, softness_notes
 from testbed.scenario.reader import scenario_of
 from testbed.scenario.scenario import Scenario
+
+_LINE = re.compile(r"^(\s*)line \d+, ", re.MULTILINE)
+"""Of a scenario: one that is refused is not written, and no one sees its lines."""
 
 
 @dataclass(frozen=True)
@@ -119,16 +122,16 @@ def adopt(
     file = TextFile(path=path.with_suffix(".toml"), content=text.encode("utf-8"), text=text)
     try:
         scenario = scenario_of(file)
-    except InputError as error:
-        raise InputError(f"{path}: what was found in it makes no scenario that can be flown. {error}") from error
-    with naming(scenario):
         platform = nominal_platform(scenario)
+    except InputError as error:
+        problems = _LINE.sub(r"\1", str(error).removeprefix(f"{file.path}: "))
+        raise InputError(f"{path}: what was found in it makes no scenario that can be flown: {problems}") from error
     speed = platform.cluster.rotor_momentum / platform.cluster.rotor_spin_inertia
     return Adoption(
         scenario=scenario,
         text=text,
         parts=tuple((each.name, each.role, each.reason) for each in found.taken),
-        notes=found.notes,
+        notes=(*found.notes, *softness_notes(found, platform.model)),
         difference=motion_difference(found, platform.model, 0.5 * each_wheel(scenario, "torque_limit_N_m"), speed),
         _found=found,
     )

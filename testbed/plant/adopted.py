@@ -11,6 +11,7 @@ import numpy as np
 
 from testbed.arrays import Matrix3, Quaternion, Vector3
 from testbed.errors import InputError
+from testbed.plant.adopted_notes import left_out
 from testbed.plant.adopted_roles import Corrections, Taken, free_joint, taken_joints
 from testbed.plant.own_model import OwnModel, Rotor, read_own_model
 
@@ -260,7 +261,7 @@ class _Found:
 
     def _notes(self) -> Iterator[str]:
         """Yield what of the model a scenario cannot say."""
-        own, model = self._own, self._own.model
+        own = self._own
         for each in self._in("wheel", "rotor"):
             rotor = own.rotor(each.joint)
             if rotor.offset > _ROUNDED * rotor.gyration:
@@ -269,18 +270,7 @@ class _Found:
                 yield f"{each.name}: it is not symmetric about its axis; it is flown with the mean of its moments"
         for each in self._in("gimbal"):
             yield from self._gimbal_notes(each)
-        for each in self._in("wheel", "gimbal", "rotor"):
-            freedom = int(model.jnt_dofadr[each.joint])
-            if model.dof_armature[freedom]:
-                yield f"{each.name}: its armature of {model.dof_armature[freedom]:.3g} kg·m² is left out"
-            if model.jnt_stiffness[each.joint]:
-                yield f"{each.name}: its spring is left out"
-            if model.jnt_limited[each.joint]:
-                yield f"{each.name}: its stops are left out"
-        if model.jnt_type[self._base] == mujoco.mjtJoint.mjJNT_BALL and np.any(model.opt.gravity[:2]):
-            yield "gravity is flown along -z of the world, wherever the model's points"
-        if model.neq or model.ntendon:
-            yield f"{model.neq} equality constraints and {model.ntendon} tendons are left out"
+        yield from left_out(own, self._taken)
 
     def _gimbal_notes(self, gimbal: Taken) -> Iterator[str]:
         own, taken, body = self._own, self._rotor_of(gimbal), self._gimbal_body(gimbal)
@@ -295,9 +285,6 @@ class _Found:
             yield f"{gimbal.name}: what it turns is {offset:.2g} m off its axis; it is flown on it"
         if body.asymmetry * body.spin_inertia > _ROUNDED * rotor.spin_inertia:
             yield f"{gimbal.name}: its body is not symmetric about its axis; it is flown as if it were"
-        freedom = int(own.model.jnt_dofadr[gimbal.joint])
-        if own.model.dof_damping[freedom] or own.model.dof_frictionloss[freedom]:
-            yield f"{gimbal.name}: its friction is left out: a scenario has none of gimbals"
 
 
 def _symmetric(matrix: Matrix3) -> Matrix3:

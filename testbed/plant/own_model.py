@@ -186,9 +186,8 @@ class OwnModel:
     def loop_gain(self, joint: int) -> float:
         """Return the torque of a joint's drives against its speed, N·m·s/rad; 0 where they give torque as commanded."""
         model = self.model
-        return float(
-            sum(-model.actuator_biasprm[each, 2] * model.actuator_gear[each, 0] ** 2 for each in self.motors(joint))
-        )
+        affine = [m for m in self.motors(joint) if model.actuator_biastype[m] == mujoco.mjtBias.mjBIAS_AFFINE]
+        return float(sum(-model.actuator_biasprm[each, 2] * model.actuator_gear[each, 0] ** 2 for each in affine))
 
 
 def read_own_model(path: Path) -> OwnModel:
@@ -203,7 +202,7 @@ def read_own_model(path: Path) -> OwnModel:
     root, speeds, rooted = xml_root(path), dict[str, float](), ""
     try:
         if root.tag == "robot":
-            spec, speeds, rooted = _urdf(root)
+            spec, speeds, rooted = _urdf(root, path)
         elif root.tag == "mujoco":
             require_bounded(path)
             spec = mujoco.MjSpec.from_file(str(path))
@@ -213,6 +212,7 @@ def read_own_model(path: Path) -> OwnModel:
         model = spec.compile()
     except ValueError as error:
         raise InputError(f"{path}: MuJoCo cannot read it: {' '.join(str(error).split())}; mend it there") from error
+    _drop_disabled(model)
     if model.njnt > MOST_JOINTS:
         raise InputError(f"{path}: has {model.njnt} joints; at most {MOST_JOINTS} are read")
     if max(model.body_mass.max(), model.body_inertia.max()) > _MOST:
@@ -220,8 +220,31 @@ def read_own_model(path: Path) -> OwnModel:
     return OwnModel(path=path, spec=spec, model=model, speeds=speeds, rooted=rooted)
 
 
-def _urdf(root: ElementTree.Element) -> tuple[mujoco.MjSpec, dict[str, float], str]:
-    """Return a URDF's model, with its root free to move unless it says otherwise, its joints' speeds, and the root."""
+def _drop_disabled(model: mujoco.MjModel) -> None:
+    """Set to zero what the model's own flags keep from acting, so that it is neither flown nor said to be left out."""
+    flags = mujoco.mjtDisableBit
+    for flag, numbers in (
+        (flags.mjDSBL_SPRING, (model.jnt_stiffness, model.jnt_stiffnesspoly)),
+        (
+            flags.mjDSBL_DAMPER,
+            (model.dof_damping, model.dof_dampingpoly, model.actuator_damping, model.actuator_dampingpoly),
+        ),
+        (flags.mjDSBL_FRICTIONLOSS, (model.dof_frictionloss,)),
+        (flags.mjDSBL_LIMIT, (model.jnt_limited,)),
+        (flags.mjDSBL_CONSTRAINT, (model.dof_frictionloss, model.jnt_limited)),
+        (flags.mjDSBL_GRAVITY, (model.opt.gravity,)),
+    ):
+        if model.opt.disableflags & flag:
+            for each in numbers:
+                each[:] = 0
+
+
+def _urdf(root: ElementTree.Element, path: Path) -> tuple[mujoco.MjSpec, dict[str, float], str]:
+    """Return a URDF's model, with its root free to move unless it says otherwise, its joints' speeds, and the root.
+
+    Raises:
+        InputError: nothing is said to be free, and it has not one root.
+    """
     for link in root.iter("link"):
         for kind in _LEFT_OUT:
             for element in link.findall(kind):
@@ -230,9 +253,17 @@ def _urdf(root: ElementTree.Element) -> tuple[mujoco.MjSpec, dict[str, float], s
     limits = ((joint.get("name", ""), joint.find("limit")) for joint in root.iter("joint"))
     stated = {name: float(limit.get("velocity", "0")) for name, limit in limits if limit is not None}
     speeds = {name: speed for name, speed in stated.items() if speed > 0.0}
-    bodies = spec.worldbody.bodies
-    if len(bodies) != 1 or any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in spec.joints):
+    if any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in spec.joints):
         return spec, speeds, ""
+    bodies = spec.worldbody.bodies
+    if not bodies:
+        raise InputError(f"{path}: has no link that could be the platform; give it one with an <inertial>")
+    if len(bodies) > 1:
+        names = ", ".join(body.name for body in bodies)
+        raise InputError(
+            f"{path}: has {len(bodies)} root links, {names}, where the only one would be the platform; "
+            "join the others to it by joints, or delete them"
+        )
     bodies[0].add_freejoint()
     return spec, speeds, str(bodies[0].name)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import mujoco
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from testbed.arrays import Array, Units
 from testbed.errors import InputError
 from testbed.plant.adopted import AdoptedPlatform
+from testbed.plant.adopted_notes import written
 from testbed.plant.layout import layout_of
 
 _STEP = 1.25e-3
@@ -68,6 +69,29 @@ def motion_difference(
         differ = states[0].qvel[rates[0]] - states[1].qvel[rates[1]]
         worst = max(worst, float(np.abs(differ).max()))
     return worst
+
+
+def softness_notes(adopted: AdoptedPlatform, built: mujoco.MjModel) -> Iterator[str]:
+    """Yield where a wheel's dry friction is flown otherwise about standstill than in the user's model.
+
+    MuJoCo has friction grow with the speed there, as solref and solimp say, which no scenario states.
+
+    Args:
+        adopted: the user's model.
+        built: the platform.
+    """
+    own, layout = adopted.own.model, layout_of(built)
+    for wheel, flown in zip(adopted.wheels, layout.wheel_speed, strict=True):
+        drawn = own.joint(wheel.name).dofadr[0]
+        for key, theirs, ours in (
+            ("solreffriction", own.dof_solref[drawn], built.dof_solref[flown]),
+            ("solimpfriction", own.dof_solimp[drawn], built.dof_solimp[flown]),
+        ):
+            if wheel.dry_friction and not np.array_equal(theirs, ours):
+                yield (
+                    f"{wheel.name}: the softness of its dry friction of {wheel.dry_friction:.3g} N·m about standstill, "
+                    f"{key} {written(*theirs)}, is left out; {written(*ours)} is flown"
+                )
 
 
 def _waves(amplitude: Units, time: float) -> Units:

@@ -45,8 +45,9 @@ def model(tmp_path, parts, actuators, joint="<freejoint/>", more=""):
     return path
 
 
-def three_wheels():
-    return "".join(wheel(name, axis) for name, axis in AXES.items())
+def three_wheels(port=""):
+    """Wheels along three axes; the joint of the first has attributes of its own."""
+    return "".join(wheel(name, axis, joint=port if name == "port" else "") for name, axis in AXES.items())
 
 
 def roles(adopted):
@@ -77,6 +78,37 @@ def test_three_wheels_are_found_with_their_axes_inertias_and_limits(tmp_path):
     assert adopted.text.count("not in the model: replace it; 6,000 turns a minute") == 3
     assert adopted.notes == ()
     check_flies(adopted, tmp_path)
+
+
+def driven(tmp_path, gain, parts=""):
+    """Wheels of which the first has a drive that holds a speed, by a gain against it in N·m·s/rad."""
+    servo = f"<velocity joint='port' kv='{gain}' ctrlrange='-500 500'/>"
+    return model(tmp_path, three_wheels() + parts, servo + motors("bow", "keel"))
+
+
+@pytest.mark.parametrize(
+    ("gain", "step"), [(0.001, 0.005), (0.01, 0.00125), (0.02, 0.000625), (2.0, 0.005 / 2**9)], ids=str
+)
+def test_the_step_follows_the_fastest_drive_and_divides_the_control_period(tmp_path, gain, step):
+    adopted = tb.adopt(driven(tmp_path, gain))
+    assert adopted.scenario.simulation.step_s == step
+    assert adopted.scenario.actuators[0].speed_loop_bandwidth_rad_s == pytest.approx(gain / 2e-5)
+    said = f"step_s = {step} # for the wheel drive of {gain / 2e-5:g} rad/s"
+    assert (said in adopted.text) == (step < 0.005)
+
+
+def test_a_platform_with_a_fast_drive_flies(tmp_path):
+    check_flies(tb.adopt(driven(tmp_path, 0.02)), tmp_path)
+    with_gyro = tb.adopt(driven(tmp_path, 0.02, gyro("aft", "0.05 0 0")))
+    assert with_gyro.scenario.simulation.step_s == 0.000625
+
+
+def test_a_refusal_names_the_model_and_no_line_of_what_is_not_written(tmp_path):
+    with pytest.raises(tb.InputError) as refused:
+        tb.adopt(driven(tmp_path, 3.0))
+    heading, problem = str(refused.value).splitlines()
+    assert heading.endswith("ship.xml: what was found in it makes no scenario that can be flown: 1 problem")
+    assert problem.startswith("  actuators[1].speed_loop_bandwidth_rad_s: should be at most 100000")
 
 
 def test_the_inertia_is_that_of_everything_locked_about_the_centre_of_mass_in_body_axes(tmp_path):
@@ -155,6 +187,21 @@ def test_a_urdf_is_free_at_its_root_and_states_efforts_and_speeds(tmp_path):
     check_flies(adopted, tmp_path)
 
 
+def test_a_urdf_of_two_roots_is_refused_with_their_names(tmp_path):
+    inertial = "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>"
+    with pytest.raises(tb.InputError) as refused:
+        tb.adopt(urdf(tmp_path, root=f"<link name='antenna'>{inertial}</link><link name='base'>"))
+    said = str(refused.value)
+    assert said.endswith(
+        "sat.urdf: has 2 root links, antenna, base, where the only one would be the platform; "
+        "join the others to it by joints, or delete them"
+    )
+    assert "freejoint" not in said
+    fixed = "<joint name='boom' type='fixed'><parent link='base'/><child link='antenna'/></joint>"
+    joined = tb.adopt(urdf(tmp_path, root=f"<link name='antenna'>{inertial}</link>{fixed}<link name='base'>"))
+    assert joined.mass == pytest.approx(5.3)
+
+
 def test_a_ball_joint_is_an_air_bearing_with_the_pivot_and_gravity_of_the_model(tmp_path):
     joint = "<joint name='cup' type='ball' pos='1e-5 -2e-5 2e-4' damping='1e-4'/>"
     gravity = "<option gravity='0 0 -9.7'/>"
@@ -213,11 +260,114 @@ def test_what_a_scenario_cannot_say_is_noted(tmp_path):
     for part in (
         "aft: its armature of 1e-06 kg·m² is left out",
         "aft: its stops are left out",
-        "aft: its friction is left out",
+        "aft: its damping of 1e-05 N·m·s/rad is left out",
         "fore_spin: its centre of mass is 0.0005 m off its axis",
         "fore: what it turns is 0.0021 m off its axis",
     ):
         assert part in said
+
+
+def test_dry_friction_is_flown_and_its_softness_about_standstill_is_noted(tmp_path):
+    rubbed = "damping='1e-6' frictionloss='1e-5'"
+    as_flown = tb.adopt(model(tmp_path, three_wheels(f"{rubbed} solreffriction='0.01 1'"), motors(*AXES)))
+    assert [entry.coulomb_friction_N_m for entry in as_flown.scenario.actuators] == [1e-5, 0.0, 0.0]
+    assert as_flown.notes == ()
+    assert as_flown.difference < 1e-12
+    softer = tb.adopt(model(tmp_path, three_wheels(rubbed), motors(*AXES)))
+    assert softer.difference > PROMISED
+    assert softer.notes == (
+        "port: the softness of its dry friction of 1e-05 N·m about standstill, solreffriction 0.02 1, is left out; "
+        "0.01 1 is flown",
+    )
+
+
+@pytest.mark.parametrize(
+    ("attributes", "note"),
+    [
+        ("stiffness='0.001' springref='10'", "port: its spring of 0.001 N·m/rad is left out"),
+        ("stiffness='0 0.002'", "port: its spring of 0 0.002 N·m/rad is left out"),
+        ("armature='1e-6'", "port: its armature of 1e-06 kg·m² is left out"),
+        ("damping='1e-6 1e-7'", "port: its damping of 1e-06 1e-07 N·m·s/rad, but for the first number, is left out"),
+    ],
+)
+def test_what_acts_on_a_wheel_and_is_not_flown_is_noted(tmp_path, attributes, note):
+    adopted = tb.adopt(model(tmp_path, three_wheels(attributes), motors(*AXES)))
+    assert adopted.notes == (note,)
+    assert adopted.difference > PROMISED
+
+
+@pytest.mark.parametrize(
+    ("motor", "notes"),
+    [
+        ("<general joint='port' gear='2' biastype='affine' biasprm='0.1'/>", ["constant torque of 0.2 N·m"]),
+        ("<position joint='port' kp='0.1'/>", ["loop about its angle, 0.1 N·m/rad,"]),
+        ("<general joint='port' biastype='affine' biasprm='0 0 1'/>", ["loop about its speed, -1 N·m·s/rad,"]),
+        ("<general joint='port' dyntype='filter' dynprm='0.2'/>", ["activation, dyntype filter 0.2,"]),
+        ("<damper joint='port' kv='1' ctrlrange='0 1'/>", ["law, gaintype affine and biastype none,"]),
+        (
+            "<motor joint='port' gear='2' delay='0.1' nsample='3' armature='1e-4' damping='1'/>",
+            ["delay of 0.1 s", "armature of 0.0004 kg·m²", "damping of 4 N·m·s/rad"],
+        ),
+        ("<general joint='port' biasprm='1 1 -1'/>", []),  # which act with a biastype only
+    ],
+)
+def test_what_a_motor_does_beside_its_torque_is_noted(tmp_path, motor, notes):
+    adopted = tb.adopt(model(tmp_path, three_wheels(), motor + motors("bow", "keel")))
+    assert adopted.notes == tuple(f"port: its motor's {note} is left out" for note in notes)
+
+
+def test_what_acts_on_gyros_and_on_the_platform_itself_is_noted(tmp_path):
+    spun = gyro("aft", "0.05 0 0").replace("name='aft_spin'", "name='aft_spin' damping='1e-6' frictionloss='1e-4'")
+    servo = "<velocity joint='aft' kv='0.01'/><motor name='jet' site='nozzle' gear='1 0 0 0 0 0'/>"
+    path = model(
+        tmp_path,
+        three_wheels() + spun + "<site name='nozzle'/>",
+        motors(*AXES) + servo,
+        joint="<joint name='orbit' type='free' damping='0.1'/>",
+        more="<option density='1.2' viscosity='1e-5'/>",
+    )
+    assert tb.adopt(path).notes == (
+        "orbit: its damping of 0.1 N·m·s/rad is left out",
+        "aft_spin: its damping of 1e-06 N·m·s/rad is left out",
+        "aft_spin: its dry friction of 0.0001 N·m is left out",
+        "aft: its motor's loop about its speed, 0.01 N·m·s/rad, is left out",
+        "actuators that turn no joint of the platform are left out: jet",
+        "a medium of 1.2 kg/m³ and 1e-05 Pa·s is left out",
+    )
+
+
+def test_what_else_moves_in_the_world_is_noted(tmp_path):
+    pole = "<body name='pole'><joint axis='1 0 0'/><geom size='.1' mass='2'/>{}</body>"
+    lamp = "<body name='lamp'><joint axis='0 1 0'/><geom size='.1' mass='1'/></body>"
+    floor = "<body name='floor'><geom size='.1' mass='9'/></body>"
+    other = "<body name='other'><freejoint/><geom size='.1' mass='300'/></body>"
+    unnamed = "<body><joint name='float' type='free'/><geom size='.1' mass='4'/></body>"
+    world = f"<worldbody>{pole.format(lamp)}{floor}{other}{unnamed}</worldbody>"
+    adopted = tb.adopt(model(tmp_path, three_wheels(), motors(*AXES), more=world))
+    assert adopted.notes == (
+        "pole: it is no part of the platform, and is left out with its 3 kg",
+        "other: it is no part of the platform, and is left out with its 300 kg",
+        "float: it is no part of the platform, and is left out with its 4 kg",
+    )
+    assert adopted.mass == pytest.approx(4.3)
+    assert adopted.difference < 1e-12
+
+
+def test_bodies_without_weight_on_a_bearing_are_noted(tmp_path):
+    parts = three_wheels().replace("<body name='port'", "<body name='port' gravcomp='1'")
+    joint = "<joint name='cup' type='ball' pos='0 0 1e-4' frictionloss='1e-4'/>"
+    assert tb.adopt(model(tmp_path, parts, motors(*AXES), joint=joint)).notes == (
+        "cup: its dry friction of 0.0001 N·m is left out",
+        "the gravcomp of bodies is left out: port",
+    )
+
+
+def test_what_the_model_switches_off_is_neither_flown_nor_noted(tmp_path):
+    rubbed = three_wheels("damping='1' frictionloss='1e-3' stiffness='1'")
+    off = "<option><flag damper='disable' frictionloss='disable' spring='disable'/></option>"
+    adopted = tb.adopt(model(tmp_path, rubbed, motors(*AXES), more=off))
+    assert adopted.notes == ()
+    assert adopted.difference < 1e-12
 
 
 @pytest.mark.parametrize(
@@ -291,6 +441,7 @@ def test_corrections_that_no_joint_can_follow_are_refused(tmp_path):
             + "</body></worldbody></mujoco>",
             "has 201 joints; at most 200 are read",
         ),
+        ("<robot name='a'><link name='world'/></robot>", "has no link that could be the platform"),
         ("<robot name='a'><link name='b'></robot>", "not a readable MJCF"),
     ],
 )
