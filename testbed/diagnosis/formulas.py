@@ -177,7 +177,7 @@ def _best_addition(
     library = state.steps[0].screening if state.steps else state.remaining
     bases = [(state, state.remaining)] if search.has_room(state) and state.left_over else []
     if bare is not None and state.steps:
-        bases.append((bare, library))
+        bases.append((bare, search.screened(bare)))  # in the noise in which formulas are compared with it
     found = []
     for base, listed in bases:
         formulas = screened_formulas(base.runs, base.heldout, base.model, len(search.testable), search.progress)
