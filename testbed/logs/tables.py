@@ -193,6 +193,8 @@ def _layout(path: Path, file: BufferedReader) -> _Layout:
     else:
         names, skipped, row = cells, len(comments) + 1, _cells(following, separator)
     _require_names(path, names, len(cells))
+    if skipped > len(comments) and not second.strip() and not file.read(_LONGEST_LINE).strip():
+        raise InputError(f"{path}: holds names of columns, {', '.join(names)[:200]}, and no row of numbers behind them")
     units = {}
     if row and len(row) == len(names) and skipped > len(comments) and not any(map(_is_number, row)):
         units = {name: unit.strip("[]() ") for name, unit in zip(names, row, strict=True)}

@@ -153,3 +153,11 @@ def test_a_log_without_a_gyro_is_refused_with_what_it_holds(tmp_path):
         tb.InputError, match=r"is called a gyro or a body rate; write a map .*; the log holds\n  t, temperature"
     ):
         tb.guess_map(path)
+
+
+@pytest.mark.parametrize("text", ["time,gx,gy,gz\n", "time,g", "time,gx,gy,gz\n\n\n"])
+def test_names_of_columns_without_rows_are_said_to_be_all(tmp_path, text):
+    path = tmp_path / "a.csv"
+    path.write_text(text)
+    with pytest.raises(tb.InputError, match=r"holds names of columns, time, g.* and no row of numbers behind them"):
+        tb.guess_map(path)

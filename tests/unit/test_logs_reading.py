@@ -320,7 +320,7 @@ def test_words_and_ragged_rows_are_left_out_and_said(tmp_path):
         (text(names=["0"] * 7), "does not begin with the names of its columns"),
         (text(names=["t", "gx", "gx", "gz", "mx", "my", "mz"]), "more than one column is called 'gx'"),
         (text(names=["t", "wx", "wy", "wz", "mx", "my", "mz"]), "column gx: is not there; did you mean"),
-        ("hello\n", "column gx: is not there"),
+        ("hello\n1\n", "column gx: is not there"),
     ],
 )
 def test_a_table_that_is_not_the_maps_is_refused(tmp_path, content, says):
