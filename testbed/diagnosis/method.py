@@ -99,7 +99,8 @@ class _Task:
         search = Search(testable=tuple(without(testable, self.given)), progress=self.progress)
         try:
             while search.has_room(state):
-                screening = search.screened(state)  # all are linearised, the most promising ones refitted and compared
+                # All are linearised, the most promising ones refitted and compared.
+                screening = _without_cancelling(state, search.screened(state))
                 chosen = None if self.alone else accepted(screening)
                 state = replace(state, remaining=screening)
                 if _trims_differ(state, screening, chosen):
@@ -117,6 +118,35 @@ class _Task:
         except (InputError, np.linalg.LinAlgError) as error:  # the numbers leave a model that explained much: it stays
             state = replace(state, notices=(*state.notices, f"the diagnosis ended early, with what it had: {error}"))
         yield replace(state, complete=True)
+
+
+_CANCELLING = 2.0
+"""Times its size from which on an effect has grown by what takes it away again: what is really there beside an effect
+that is confused with it has had a share of its size, so that it shrinks."""
+
+
+def _without_cancelling(state: Diagnosis, screening: Screening) -> Screening:
+    """Return hypotheses without those that take away what makes an effect grow with which they are confused.
+
+    A late gyro of another shape than a low-pass is one of 14 ms, less telemetry that is late by 12.
+    """
+    kept = tuple(each for each in screening.candidates if not _cancels(state, each))
+    return screening if len(kept) == len(screening.candidates) else replace(screening, candidates=kept)
+
+
+def _cancels(state: Diagnosis, candidate: Candidate) -> bool:
+    for step in state.steps:
+        if candidate.key in {each.key for each in step.screening.close}:
+            parameters = step.placed.effect.parameters
+            sized = np.array([not each.scanned for each in parameters])
+            absent = np.array([each.absent for each in parameters])
+            before, after = (
+                np.linalg.norm((fit.effect_values[fit.own(step.placed)] - absent)[sized])
+                for fit in (state.model, candidate.fit)
+            )
+            if after > _CANCELLING * before:
+                return True
+    return False
 
 
 def _trims_differ(state: Diagnosis, screening: Screening, chosen: Candidate | None) -> bool:
