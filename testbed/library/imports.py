@@ -148,7 +148,7 @@ def guess_map(log: str | Path) -> str:
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     path = pathlib.Path(folder, "bench.csv")
         ...     _ = path.write_text("t_ms,gyro_x_dps,gyro_y_dps,gyro_z_dps\n0,1,2,3\n5,1,2,3\n")
-        ...     print(tb.guess_map(path).partition("# The whole log")[0])
+        ...     print(tb.guess_map(path).partition("\n# CHECK: no channel")[0])
         # Map of bench.csv (CSV), proposed from names and units.
         # Check every line, above all units, axes and clock. Then:
         # testbed import LOG --map MAP.toml --out FOLDER
