@@ -14,9 +14,12 @@ from testbed.errors import InputError
 from testbed.library.scenarios import located
 from testbed.outputs.folder import reserved_folder
 from testbed.scenario.reader import read_scenario
+from testbed.scenario.scenario import Scenario
 
 DATA, ANSWER = "data", "answer"
 _ENGINE = "concealing"
+_GYROS = 6
+"""That its maneuvers are of."""
 
 
 def conceal_effects(
@@ -38,11 +41,18 @@ def conceal_effects(
             data set shows it as much as asked for.
     """
     path = located(source)
-    kind = read_scenario(path).environment.kind
+    scenario = read_scenario(path)
+    kind = scenario.environment.kind
     if kind != "free":
         raise InputError(
             f'{path}: environment.kind is "{kind}", but the concealing engine flies platforms on which nothing acts; '
             "leave [environment] out"
+        )
+    if isinstance(scenario, Scenario) and (scenario.actuators or scenario.gyros.units != _GYROS):
+        raise InputError(
+            f"{path}: testbed conceal flies platforms with {_GYROS} control moment gyros in a pyramid, as [cluster] "
+            "has them, and no other actuators; `python -m benchmarks.blind_wheels make` hides effects in craft with "
+            "reaction wheels"
         )
     if drawn and effects:
         raise InputError("--random: draws the effect; leave --effect out, or --random")

@@ -11,6 +11,7 @@ import testbed.cli.conceal
 from concealing.sealing import is_sealed
 from support.diagnosed_records import SCENARIO
 from testbed.cli.app import app
+from testbed.cli.conceal import conceal_effects
 from testbed.errors import InputError
 
 
@@ -50,6 +51,13 @@ def test_without_an_effect_it_hides_none(tmp_path):
 def test_what_cannot_be_hidden_is_refused_and_nothing_is_written(tmp_path, options, message):
     with pytest.raises(InputError, match=message):
         conceal(tmp_path / "out", "--seed", "1", *options)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("scenario", ["cubesat_wheels", "mixed", "pyramid4"])
+def test_platforms_that_the_engine_does_not_fly_are_refused(tmp_path, scenario):
+    with pytest.raises(InputError, match="flies platforms with 6 control moment gyros in a pyramid"):
+        conceal_effects(scenario, tmp_path / "out", ("viscous_drag",), 7, drawn=False, size=8.0, runs=2)
     assert not (tmp_path / "out").exists()
 
 
