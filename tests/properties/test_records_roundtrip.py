@@ -49,9 +49,11 @@ def records(draw):
     steps = draw(arrays.arrays(np.float64, rows, elements=st.floats(1e-3, SLOWEST_PERIOD)))
     steps[draw(st.integers(0, rows - 1))] *= draw(st.floats(1.0, 1e3))
     channels = {"body_rate": draw(arrays.arrays(np.float64, (rows, 3), elements=st.floats(-20, 20)))}
+    units = draw(st.sampled_from([1, 3, 4, 6, 8, MOST_UNITS]))  # of every kind as many
     for name in ("applied_torque", *draw(st.lists(st.sampled_from(OPTIONAL_CHANNELS), unique=True, max_size=2))):
-        width = SIGNALS[name].sized(draw(st.sampled_from([1, 3, 4, 6, 8, MOST_UNITS]))).width
-        channels[name] = draw(values(width, rows, ACTUATION if name in ACTUATORS else NUMBERS))
+        channels[name] = draw(
+            values(SIGNALS[name].sized(units).width, rows, ACTUATION if name in ACTUATORS else NUMBERS)
+        )
     return Record(
         time=np.cumsum(steps),
         channels=channels,
