@@ -48,13 +48,13 @@ _MODEL = 2.5e-4
 known, and what is missed by that stays for several samples. Without it, lags and dry frictions of eight detectable
 sizes miss the truth by 4 to 6 standard deviations where encoders are as good as 1e-4 rad. In three sets of seed 90817
 the responses are the same without it and with twice as much, and estimates move by 0.3 and 0.1 standard errors."""
-
-
 _FIRST_AXIS = np.array([True, False, False])
 """Of three that a noise spectrum has: every unit of every run is a series of its own, and all have one colour."""
 _SURELY_COLORED = 3.0
-"""Standard errors from which neighbouring samples of a torque's noise surely go along: one white channel of 370 then
-has a colour, by which nothing is wrong but the time that whitening takes."""
+"""Standard errors from which neighbouring samples of a torque's noise surely go along.
+
+Source: convention: one white channel of 370 then has a colour, by which nothing is wrong but the time that whitening
+takes."""
 _TORQUE_PRIOR = SpectrumPrior(
     level=3.0,  # of a mean of two samples the fastest changes have a tenth of the variance
     deviation=SETTINGS.noise_uncertainty,
@@ -112,29 +112,29 @@ def torque_channel(grid: Grid) -> Channel | None:
     """Return the measured motor torques of every run, each of shape (K, M), N·m; None without."""
     if not has_torques(grid):
         return None
-    torques = measured_torques(grid)
+    torques, times = measured_torques(grid), [run.actuator_time[compared(run)] for run in grid.runs]
     sigma = _noise(torques)
-    level, color = _torque_color(grid, sigma)
-    times = [run.actuator_time[compared(run)] for run in grid.runs]
+    level, color = _torque_color(unexplained_torques(grid.gimbal_runs), times, sigma)
     return Channel(torques, [ChannelNoise(sigma=level * sigma, color=color, time=time) for time in times])
 
 
-def _torque_color(grid: Grid, sigma: Units) -> tuple[float, NoiseColor | None]:
+def _torque_color(residuals: Sequence[Array], times: Sequence[Series], sigma: Units) -> tuple[float, NoiseColor | None]:
     """Return the noise of the motor torques over that of its fastest changes, and its colour; (1, None) if it is white.
 
     Currents behind a filter, or interpolated, change less from sample to sample than they scatter. The residual of
     motion and friction is noise where it is faster than the smoothed motion can be.
 
     Args:
-        grid: the runs.
+        residuals: of motion and friction in every run, shape (K, M), N·m.
+        times: of their samples, shape (K,), s.
         sigma: of each unit's torque by its fastest changes, shape (M,), N·m.
     """
-    whitened, times = list[Array](), list[Series]()
-    for run, left in zip(grid.gimbal_runs, unexplained_torques(grid.gimbal_runs), strict=True):
-        for unit in (left / sigma).T if len(left) >= FEWEST else ():
-            whitened.append(unit[:, None] * _FIRST_AXIS)
-            times.append(run.actuator_time[compared(run)])
-    spectrum = noise_spectrum(whitened, times, _TORQUE_PRIOR, np.tile(_FIRST_AXIS, (len(times), 1))) if times else None
+    long = [each for each in zip(residuals, times, strict=True) if len(each[1]) >= FEWEST]
+    series = [(unit[:, None] * _FIRST_AXIS, time) for residual, time in long for unit in (residual / sigma).T]
+    if not series:
+        return 1.0, None
+    whitened, own_times = zip(*series, strict=True)
+    spectrum = noise_spectrum(whitened, own_times, _TORQUE_PRIOR, np.tile(_FIRST_AXIS, (len(series), 1)))
     if spectrum is None or abs(spectrum.correlation) < _SURELY_COLORED * spectrum.correlation_std:
         return 1.0, None
     level = np.sqrt(spectrum.variance_ratio[:, 0].mean())

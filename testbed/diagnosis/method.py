@@ -121,8 +121,10 @@ class _Task:
 
 
 _CANCELLING = 2.0
-"""Times its size from which on an effect has grown by what takes it away again: what is really there beside an effect
-that is confused with it has had a share of its size, so that it shrinks."""
+"""Times its size from which on an effect has grown by what takes it away again.
+
+Source: chosen: what is really there beside an effect that is confused with it has had a share of its size, so that it
+shrinks; where only one was hidden it grew to five times and more (cases 142 and 188 of seed 6841)."""
 
 
 def _without_cancelling(state: Diagnosis, screening: Screening) -> Screening:

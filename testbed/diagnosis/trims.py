@@ -1,8 +1,8 @@
 """Whether the actuators of a platform have one trim in all records, or another in each.
 
-A trim is the constant torque by which applied torques are off. What differs from record to record is as much as six
-runs of a slow motion show of a drag: with a trim of its own for every record, a drag of eight detectable sizes is
-explained away. So the records have one trim in common, unless trims of their own are more probable than any effect.
+A trim is the constant torque by which applied torques are off. In a short record of a slow motion a drag is hardly more
+than a constant torque: with a trim of its own for every record, a drag of eight detectable sizes is explained away. So
+the records have one trim in common, unless trims of their own are more probable than any effect.
 """
 
 from __future__ import annotations
@@ -10,9 +10,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.linalg import helmert
 
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.model import Fit, refit
+from testbed.diagnosis.model import Fit, orthonormal, projected_out, refit
 from testbed.diagnosis.settings import SETTINGS
 
 _TOGETHER = "all records"
@@ -56,18 +57,13 @@ def log_odds_of_own_trims(runs: Runs, model: Fit) -> float:
     own, fit = with_own_trims(runs, model)
     torque = np.concatenate([run.applied_torque for run in own.grid.runs if run.applied_torque is not None])
     scatter = SETTINGS.trim_scatter * float(np.sqrt(np.mean(torque**2)))
-    trims = fit.trims
-    last = trims.size
-    shown = (
-        fit.normal[-last:, -last:]
-        - fit.normal[-last:, :-last]
-        @ np.linalg.pinv(fit.normal[:-last, :-last], hermitian=True)
-        @ fit.normal[:-last, -last:]
-    )
-    mean = np.kron(np.ones((len(trims), 1)), np.eye(3)) / np.sqrt(len(trims))  # of all records, which is free
-    apart = np.linalg.svd(mean, full_matrices=True)[0][:, 3:]
-    across = apart.T @ shown @ mean
-    information = apart.T @ shown @ apart - across @ np.linalg.pinv(mean.T @ shown @ mean, hermitian=True) @ across.T
-    slope = information @ (apart.T @ trims.ravel())
+    own_trims = fit.jacobian[:, -fit.trims.size :]
+    count = len(fit.trims)
+    apart = np.kron(helmert(count).T, np.eye(3))  # the mean of all records is free
+    mean = own_trims @ np.kron(np.ones((count, 1)), np.eye(3))
+    nuisance = orthonormal(np.hstack([fit.jacobian[:, : -fit.trims.size], mean]))
+    columns = projected_out(own_trims @ apart, nuisance)
+    information = columns.T @ columns
+    slope = information @ (apart.T @ fit.trims.ravel())
     gain = slope @ np.linalg.solve(information + np.eye(len(slope)) / scatter**2, slope)
     return float(gain - np.linalg.slogdet(np.eye(len(slope)) + scatter**2 * information)[1])

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import scipy
+from typing_extensions import override
 
 from testbed.arrays import Array, Matrix3, Vector3, Vectors3
-from testbed.effects.noise_effect import Finding, Readings
+from testbed.effects.noise_effect import Finding, NoiseEffect, Readings
 
 _ALIASED = 1e-6
 """Share of the larger singular value of the normal matrix of a line's two columns below which they are one: a line at
@@ -16,6 +19,31 @@ half the gyro's rate, whose phase does not show."""
 
 _PHASES = 256
 """Phases over which a line of a known size is averaged: a likelihood of e^500 is then as narrow as three of them."""
+
+
+class LineEffect(NoiseEffect):
+    """An effect that shows as a line in the gyro's readings, of one size, its phase free in every run."""
+
+    @abstractmethod
+    def line(self, component: str, readings: Readings, part: int) -> Array | None:
+        """Return the line of size one in a run, at phases of 0 and 90 degrees; None where a run has none.
+
+        Args:
+            component: where the effect sits.
+            readings: against the present model.
+            part: index of the run.
+
+        Returns:
+            Shape (N, 3, 2), rad/s.
+        """
+
+    @override
+    def found(self, component: str, readings: Readings) -> Finding | None:
+        return found_lines(readings, partial(self.line, component, readings))
+
+    @override
+    def held_out_gain(self, component: str, values: Array, readings: Readings) -> float:
+        return held_out_gain_of_lines(readings, partial(self.line, component, readings), float(values[0]))
 
 
 def found_lines(readings: Readings, columns_of: Callable[[int], Array | None]) -> Finding | None:

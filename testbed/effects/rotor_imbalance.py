@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import final
 
 import numpy as np
@@ -10,15 +9,15 @@ from typing_extensions import override
 
 from testbed.arrays import Array, Matrix3
 from testbed.effects.contract import UNITS, Extension, Parameter, unit_index
-from testbed.effects.lines import found_lines, held_out_gain_of_lines, tremor
-from testbed.effects.noise_effect import Finding, NoiseEffect, Readings
+from testbed.effects.lines import LineEffect, tremor
+from testbed.effects.noise_effect import Readings
 from testbed.estimation.telemetry import Telemetry, has_gimbals
 from testbed.plant.unit_additions import UnbalancedRotor
 from testbed.scenario.scenario import Scenario
 
 
 @final
-class RotorImbalance(NoiseEffect):
+class RotorImbalance(LineEffect):
     """J ω = ... - U Ω r × (g cos φ - t sin φ), φ = Ω t + φ₀, with a φ₀ of every run's own.
 
     Gyros sample far too slowly to follow the rotor: what shows is a line at its speed or at the alias, on the axes that
@@ -37,23 +36,12 @@ class RotorImbalance(NoiseEffect):
     confirm = "Run that rotor at another speed: the line moves with it."
 
     @override
-    def found(self, component: str, readings: Readings) -> Finding | None:
-        unit = unit_index(component)
-        return found_lines(readings, partial(_columns_of, readings, unit))
-
-    @override
-    def held_out_gain(self, component: str, values: Array, readings: Readings) -> float:
-        unit = unit_index(component)
-        columns = partial(_columns_of, readings, unit)
-        return held_out_gain_of_lines(readings, columns, float(values[0]))
+    def line(self, component: str, readings: Readings, part: int) -> Array | None:
+        return _columns(readings.runs[part], unit_index(component), readings.inertia)
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
         return Extension(platform=(UnbalancedRotor(unit=unit_index(component), static=float(values[0])),))
-
-
-def _columns_of(readings: Readings, unit: int, part: int) -> Array | None:
-    return _columns(readings.runs[part], unit, readings.inertia)
 
 
 def _columns(run: Telemetry, unit: int, inertia: Matrix3) -> Array | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from math import ceil
 from typing import final
 
@@ -13,8 +12,8 @@ from typing_extensions import override
 from testbed.arrays import Array, Matrix3
 from testbed.cmg.wheels import wheel_turning_directions
 from testbed.effects.contract import WHEELS, Extension, Parameter, wheel_index
-from testbed.effects.lines import found_lines, held_out_gain_of_lines, tremor
-from testbed.effects.noise_effect import Finding, NoiseEffect, Readings
+from testbed.effects.lines import LineEffect, tremor
+from testbed.effects.noise_effect import Readings
 from testbed.estimation.telemetry import Telemetry
 from testbed.scenario.actuators import reaction_wheels
 from testbed.scenario.scenario import Scenario
@@ -23,7 +22,7 @@ from testbed.scenario.values import per_unit
 
 
 @final
-class WheelImbalance(NoiseEffect):
+class WheelImbalance(LineEffect):
     """J ω = ... - U Ω r × (f cos φ + (a × f) sin φ), φ = ∫ Ω dt + φ₀, f normal to a, with a φ₀ of every run's own.
 
     The total angular momentum does not change by it, so that what the unbalanced rotor takes the body gives.
@@ -41,15 +40,8 @@ class WheelImbalance(NoiseEffect):
     confirm = "Run that wheel at another speed: the line moves with it."
 
     @override
-    def found(self, component: str, readings: Readings) -> Finding | None:
-        wheel = wheel_index(component)
-        return found_lines(readings, partial(_columns_of, readings, wheel))
-
-    @override
-    def held_out_gain(self, component: str, values: Array, readings: Readings) -> float:
-        wheel = wheel_index(component)
-        columns = partial(_columns_of, readings, wheel)
-        return held_out_gain_of_lines(readings, columns, float(values[0]))
+    def line(self, component: str, readings: Readings, part: int) -> Array | None:
+        return _columns(readings.runs[part], wheel_index(component), readings.inertia)
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
@@ -64,10 +56,6 @@ class WheelImbalance(NoiseEffect):
                 "simulation": {"step_s": step if step <= longest else period / ceil(period / longest)},
             }
         )
-
-
-def _columns_of(readings: Readings, wheel: int, part: int) -> Array | None:
-    return _columns(readings.runs[part], wheel, readings.inertia)
 
 
 def _columns(run: Telemetry, wheel: int, inertia: Matrix3) -> Array | None:

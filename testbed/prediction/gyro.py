@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from testbed.arrays import Array, Flags, Vectors3
+from testbed.arrays import Array, Vectors3
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks, overrides
 from testbed.prediction.smooth import Smooth, node_slopes
@@ -64,23 +65,27 @@ def _read(grid: Grid, rates: Array, lag: Array, delay: Array, drift: Array, aver
     moving = np.repeat([run.actuator_time[0] < run.gyro_time[0] for run in grid.runs], sets)
     rows = rates.reshape(-1, nodes, 3)
     motion = Smooth(np.arange(float(nodes)), rows, node_slopes(rows, 1.0))
+    shown = partial(motion.at, at, late, moving=moving)
     if averaging:
         interval = np.array([np.median(np.diff(run.gyro_time)) for run in grid.runs]) / grid.step
         window = (sum(averaging, np.zeros(sets)) * interval[:, None]).ravel()
-        read = _averaged(motion, at, (late, behind, moving), window)
+        read = _averaged(lambda earlier: shown(behind + earlier), window)
     else:
-        read = motion.at(at, late, behind, moving)
+        read = shown(behind)
     return np.asarray(read.reshape(runs, sets, most, 3))
 
 
-def _averaged(motion: Smooth, time: Array, how: tuple[Array, Array, Flags], window: Array) -> Array:
-    """Return the means of a motion over windows that end at times, shape (P, N, 3).
+def _averaged(shown: Callable[[Array], Array], window: Array) -> Array:
+    """Return the means of what is shown over windows that end now, shape (P, N, 3).
 
     By Gauss's rule of three points, which is exact for a motion that is a quintic over the window.
+
+    Args:
+        shown: from how much earlier each set's motion is looked at, shape (P,), to it, shape (P, N, 3).
+        window: shape (P,), alike.
     """
-    lag, delay, moving = how
     parts = zip(_PLACES, _WEIGHTS, strict=True)
-    return np.asarray(sum(weight * motion.at(time, lag, delay + place * window, moving) for place, weight in parts))
+    return np.asarray(sum(weight * shown(place * window) for place, weight in parts))
 
 
 def gyro_errors(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates: Array) -> list[Vectors3]:

@@ -84,14 +84,14 @@ def unexplained_torques(runs: tuple[GimbalRun, ...]) -> list[Array]:
 @lru_cache(maxsize=_REMEMBERED)
 def _simple_fit(runs: tuple[GimbalRun, ...]) -> tuple[float, list[Array]]:
     """Return the latency, s, that fits the torques of all runs beside each unit's friction, and the residual."""
-    columns = [np.column_stack([_change_by_latency(run), _friction(run)]) for run, _ in _with_torques(runs)]
-    missed = [_missed(run, torque) for run, torque in _with_torques(runs)]
+    sent = list(_with_torques(runs))
+    columns = [np.column_stack([_change_by_latency(run), _friction(run)]) for run, _ in sent]
+    missed = [_missed(run, torque) for run, torque in sent]
     every = np.concatenate(columns)
     scale = np.maximum(np.linalg.norm(every, axis=0), np.finfo(float).tiny)
     found = np.linalg.lstsq(every / scale, np.concatenate(missed), rcond=None)[0] / scale
     left = [each - own @ found for each, own in zip(missed, columns, strict=True)]
-    shapes = [torque[compared(run)].shape for run, torque in _with_torques(runs)]
-    return float(found[0]), [each.reshape(shape) for each, shape in zip(left, shapes, strict=True)]
+    return float(found[0]), [each.reshape(-1, torque.shape[1]) for each, (_, torque) in zip(left, sent, strict=True)]
 
 
 def tachometer_gain(gimbals: GimbalTelemetry) -> Array | float:

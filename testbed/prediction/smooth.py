@@ -39,12 +39,13 @@ class Smooth:
         """
         late = time - delay[:, None]
         went_on = np.zeros((len(delay), 1, 1), dtype=bool) if moving is None else moving[:, None, None]
-        begun = (late.real >= self._time[0])[..., None] | went_on
+        inside = late.real >= self._time[0]
+        begun = inside[..., None] | went_on
         if not np.any(time_constant):
             return np.where(begun, self.between(late), self._values[:, :1])
         settled = self._settled(time_constant)
         start = np.where(went_on, 0.0, self._values[:, :1] - settled._values[:, :1])
-        elapsed = np.where((late.real >= self._time[0]), late - self._time[0], 0.0)
+        elapsed = np.where(inside, late - self._time[0], 0.0)
         shown = settled.between(late) + start * decay(elapsed, time_constant[:, None])[..., None]
         return np.where(begun, shown, self._values[:, :1])
 
