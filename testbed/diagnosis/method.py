@@ -96,7 +96,9 @@ class _Task:
         noise = _NoiseStep(stated=first, effects={} if self.alone else self.noise_effects, others=len(testable))
         state = noise.explained(first)
         yield state
-        search = Search(testable=tuple(without(testable, self.given)), progress=self.progress)
+        search = Search(
+            testable=tuple(without(testable, self.given)), progress=self.progress, in_own_noise=noise.explained
+        )
         try:
             while search.has_room(state):
                 # All are linearised, the most promising ones refitted and compared.

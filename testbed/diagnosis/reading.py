@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from math import inf
 from typing import TypeAlias
 
 import numpy as np
@@ -21,7 +22,7 @@ from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.effects.gyro_saturation import is_clipped
 from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError
-from testbed.estimation.contact import shows_a_jump
+from testbed.estimation.contact import log_chance_of_jump, shows_a_jump
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.command_phase import command_phase, with_command_phase
 from testbed.records.record import Record
@@ -339,10 +340,17 @@ def _dealt(runs: Sequence[tuple[Record, Sequence[Telemetry]]]) -> list[int]:
     """Return which runs are held out where none has a role: every third, and at least one of two.
 
     What shows in a single run, a touch or a clipped reading, can only be found where it is fitted: such a run changes
-    places with its neighbour.
+    places with its neighbour. Where all neighbours show a jump, the one that shows the least is held out: what every
+    run does, such as spin down, looks like one as well.
     """
     count, every = len(runs), SETTINGS.heldout_every
-    special = [any(shows_a_jump(part) or is_clipped([part]) for part in parts) for _, parts in runs]
     due = range(every - 1, count, every) if count >= every else range(1, count)
     groups = [range(max(last - every + 1, 0), last + 1) for last in due]
-    return [next((index for index in reversed(group) if not special[index]), group[-1]) for group in groups]
+    return [min(reversed(group), key=lambda index: _singularity(runs[index][1])) for group in groups]
+
+
+def _singularity(parts: Sequence[Telemetry]) -> float:
+    """Return by how much parts of a run show what may show in it alone; 0 where they do not."""
+    if any(is_clipped([part]) for part in parts):
+        return inf
+    return max((-log_chance_of_jump(part) for part in parts if shows_a_jump(part)), default=0.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from math import exp, inf, log
+from math import exp, inf, isinf, log
 
 import numpy as np
 from scipy.special import logsumexp
@@ -15,6 +15,7 @@ from testbed.diagnosis.candidates import (
     Screening,
     SizePrior,
     accepted,
+    largest_log_odds,
     log_p_value,
     mean_over_scan,
 )
@@ -222,8 +223,6 @@ def _candidate(
     here = size_evidence + heldout_gain
     evidence = _anywhere(runs, signature, here, runs.mean_moment(fit.theta))
     alone = log_p_value(gain, max(signature.rank, 1), runs.noise_freedom)
-    corrected = alone + log(tested * _scan_count(runs, placed)) - 0.5 * heldout_gain
-    together = max(corrected, alone + log(SETTINGS.family_wise_error / SETTINGS.fitted_runs_p_value))
     return Candidate(
         placed=placed,
         fit=model,
@@ -234,8 +233,21 @@ def _candidate(
         heldout_log_likelihood_gain=heldout_gain,
         log_bayes_factor=evidence,
         by_run=own_runs.noise_deviance + [float((part**2).sum()) for part in runs.by_run(model.residual)],
-        p_value=exp(min(together, 0.0)),
+        p_value=_p_value_of_all(alone, tested * _scan_count(runs, placed), heldout_gain),
     )
+
+
+def _p_value_of_all(alone: float, tests: int, heldout_gain: float) -> float:
+    """Return the p-value of a candidate.
+
+    Args:
+        alone: its logarithm by the fitted runs, of one test.
+        tests: number of hypotheses, times that of its start values.
+        heldout_gain: twice the logarithm of the held-out likelihood ratio.
+    """
+    corrected = alone + log(tests) - 0.5 * heldout_gain
+    together = max(corrected, alone + log(SETTINGS.family_wise_error / SETTINGS.fitted_runs_p_value))
+    return exp(min(together, 0.0))
 
 
 def _evidence_of_refit(runs: Runs, fit: Fit, model: Fit, signature: Signature) -> tuple[float, float]:
@@ -364,12 +376,14 @@ class Search:
     Attributes:
         testable: all of them.
         progress: called with what is being done.
+        in_own_noise: what a diagnosis becomes in the noise that its model leaves.
         least: evidence of a linearised hypothesis from which on it is refitted.
         known: screenings so far, by the effects in the model; steps back come to the same model again.
     """
 
     testable: tuple[Hypothesis, ...]
     progress: Callable[[str], None]
+    in_own_noise: Callable[[Diagnosis], Diagnosis]
     least: float = -inf
     known: dict[tuple[str, ...], tuple[Runs, Screening]] = field(default_factory=dict)
 
@@ -385,6 +399,7 @@ class Search:
         if runs is None or screening is None or not _has_equal_noise(runs, state.runs):
             others = without(self.testable, state.model.placed)
             screening = screened(state.runs, state.heldout, state.model, others, self.progress, self.least)
+            screening = self._tested_in_own_noise(state, screening)
             self.known[key] = (state.runs, screening)
         return screening
 
@@ -406,6 +421,7 @@ class Search:
             kept = [other.placed for other in (*state.steps[:index], *state.steps[index + 1 :])]
             less = with_model(state, _less(state, kept))
             screening = with_candidate(less, self.screened(less), step.placed, state.model)
+            screening = self._tested_in_own_noise(less, screening)
             chosen = accepted(screening)
             if chosen is None:
                 return self._rebuilt(state, kept)
@@ -422,9 +438,44 @@ class Search:
         for index, step in reversed(list(enumerate(state.steps))):
             kept = [other.placed for other in (*state.steps[:index], *state.steps[index + 1 :])]
             less = with_model(state, _less(state, kept))
-            if accepted(_again(less, step)) is None and accepted(screening := self.screened(less)) is None:
+            again = self._tested_in_own_noise(less, _again(less, step))
+            if accepted(again) is None and accepted(screening := self.screened(less)) is None:
                 return replace(self._rebuilt(state, kept), remaining=screening)
         return state
+
+    def _tested_in_own_noise(self, state: Diagnosis, screening: Screening) -> Screening:
+        """Return a screening in which what is probable but not significant is tested in the noise that it leaves.
+
+        What a model lacks may pass for a colour of the noise, whose slow part is then hardly known. The noise of an F
+        test is what the larger model leaves.
+        """
+        if isinf(state.runs.noise_freedom) or state.runs.known_in_part:
+            return screening
+        candidates = [
+            self._in_its_noise(state, each, screening.tested)
+            if screening.odds(each) > 0.0 and not each.significant
+            else each
+            for each in screening.candidates
+        ]
+        return replace(screening, candidates=tuple(sorted(candidates, key=lambda each: -each.log_bayes_factor)))
+
+    def _in_its_noise(self, state: Diagnosis, candidate: Candidate, tested: int) -> Candidate:
+        """Return a candidate with its p-value in the noise that the model leaves which has it.
+
+        If that is not significant either, its odds are at most what the p-value allows: evidence takes the noise for
+        known.
+        """
+        larger = self.in_own_noise(with_model(state, candidate.fit))
+        kept = state.model.placed[len(state.baseline.placed) :]
+        smaller = with_model(larger, _less(larger, kept))
+        gain = max(smaller.model.chi_square - larger.model.chi_square, 0.0)
+        alone = log_p_value(gain, max(candidate.rank, 1), larger.runs.noise_freedom)
+        tests = tested * _scan_count(larger.runs, candidate.placed)
+        again = replace(candidate, p_value=_p_value_of_all(alone, tests, candidate.heldout_log_likelihood_gain))
+        if again.significant:
+            return again
+        most = largest_log_odds(again.p_value) + 2.0 * log(tested)
+        return replace(again, log_bayes_factor=min(again.log_bayes_factor, most))
 
     def _rebuilt(self, state: Diagnosis, placed: Sequence[Hypothesis]) -> Diagnosis:
         """Return a diagnosis with just these effects, added to the baseline one after the other."""

@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import log
 from typing import NamedTuple
 
 import numpy as np
@@ -177,10 +178,19 @@ def shows_a_jump(run: Telemetry) -> bool:
     """Return whether a jump of the momentum explains more of a run than chance would at any of its samples.
 
     Args:
+        run: as `log_chance_of_jump`.
+    """
+    return log_chance_of_jump(run) < log(_CHANCE)
+
+
+def log_chance_of_jump(run: Telemetry) -> float:
+    """Return the logarithm of the p-value of the likeliest jump in a run, times its samples (Bonferroni).
+
+    Args:
         run: its telemetry; its inertia is estimated with the jump.
     """
     found = likeliest_jumps(run, 1)
-    return bool(found) and bool(len(run.gyro_time) * scipy.stats.chi2.sf(found[0][0], 3) < _CHANCE)
+    return float(log(len(run.gyro_time)) + scipy.stats.chi2.logsf(found[0][0], 3)) if found else 0.0
 
 
 def likeliest_jumps(run: Telemetry, count: int) -> list[tuple[float, float]]:

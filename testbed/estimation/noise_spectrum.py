@@ -34,6 +34,8 @@ from testbed.estimation.noise_color import NoiseColor, correlation_of, correlati
 FEWEST = 24
 """Ordinates of all runs and axes without which nothing is estimated: with fewer a level is known to 30 % at best, which
 is less than what is stated."""
+_FEWEST_FREEDOM = 3.0
+"""Degrees of freedom that are reported: below it the F distribution of what noise leaves by chance has no mean."""
 _LARGEST = 0.9
 """Size of φ, and of θ, that a search does not pass: beyond it the noise wanders, and is no longer distinguished from a
 motion."""
@@ -182,7 +184,7 @@ def noise_spectrum(
         color=NoiseColor(persistence=mean[-_COLORS:-_WIDTH], average=mean[-_WIDTH:]),
         correlation=correlation,
         correlation_std=sqrt(spread),
-        freedom=2.0 / variance,
+        freedom=max(2.0 / variance, _FEWEST_FREEDOM),
     )
 
 

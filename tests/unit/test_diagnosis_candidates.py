@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import exp
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from testbed.diagnosis.candidates import NONE, Candidate, Screening, accepted, probabilities_of
+from testbed.diagnosis.candidates import NONE, Candidate, Screening, accepted, largest_log_odds, probabilities_of
 from testbed.diagnosis.settings import SETTINGS, PriorOdds
 from testbed.effects.registry import EFFECTS
 from testbed.report.diagnosis.ranking import ranking_rows
@@ -153,3 +154,10 @@ def test_a_look_alike_that_cannot_be_tested_keeps_its_share():
     among = Screening(signatures=(), tested=50, candidates=(one,))
     probability = probabilities_of(among, others={"actuator_lag:untested": one.log_bayes_factor})
     assert probability[one.key] == pytest.approx(0.5, abs=1e-6)
+
+
+def test_a_p_value_allows_odds_up_to_those_of_sellke_bayarri_and_berger():
+    """p = 0.05 bounds the odds against the null hypothesis by 2.46, p = 0.001 by 53 (their table 1)."""
+    assert exp(0.5 * largest_log_odds(0.05)) == pytest.approx(1.0 / 0.407, rel=2e-3)
+    assert exp(0.5 * largest_log_odds(0.001)) == pytest.approx(1.0 / 0.0188, rel=2e-3)
+    assert largest_log_odds(0.5) == 0.0

@@ -12,6 +12,7 @@ from testbed.diagnosis.candidates import p_value
 from testbed.diagnosis.reading import data_set_of
 from testbed.effects.contact import Contact
 from testbed.effects.registry import EFFECTS
+from testbed.estimation.contact import shows_a_jump
 from testbed.prediction.grid import begin_of_runs
 
 
@@ -112,6 +113,14 @@ def test_a_run_that_was_touched_is_fitted_wherever_it_stands():
     touched = records(3, hooks=[Contact().hooks("platform")], values=[touch_in_the_third_run()])
     assert read(touched).heldout.names == ("run2",)
     assert read(records(3)).heldout.names == ("run3",)
+
+
+def test_where_every_run_seems_to_jump_the_touched_one_is_fitted():
+    hooks = [EFFECTS["rotor_spin_down"].hooks("cmg4"), Contact().hooks("platform")]
+    values = [np.array([0.03]), touch_in_the_third_run()]
+    touched = records(3, hooks=hooks, values=values)
+    assert all(shows_a_jump(run) for run in read(touched).runs.grid.runs)
+    assert read(touched).heldout.names != ("run3",)
 
 
 def touch_in_the_third_run():

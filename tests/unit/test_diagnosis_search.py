@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from support.diagnosed_records import nominal, records
-from testbed.diagnosis.candidates import accepted
+from testbed.diagnosis.candidates import accepted, largest_log_odds
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.model import refit
 from testbed.diagnosis.reading import data_set_of
@@ -31,7 +31,9 @@ def start():
 
 @pytest.fixture(scope="module")
 def search(start):
-    return Search(testable=tuple(hypotheses(start.runs, FEW)[0]), progress=lambda _: None)
+    return Search(
+        testable=tuple(hypotheses(start.runs, FEW)[0]), progress=lambda _: None, in_own_noise=lambda state: state
+    )
 
 
 def added(search, state, key):
@@ -52,6 +54,27 @@ def test_all_effects_that_another_makes_needless_are_taken_out(start, search):
 def test_what_stands_stays(start, search):
     state = added(search, start, TRUE)
     assert search.reconsidered(state) is state
+
+
+def with_freedom(state, freedom):
+    """Return a diagnosis without held-out runs whose noise is known with so many degrees of freedom."""
+    return replace(state, heldout=None, runs=replace(state.runs, noise_freedom=freedom))
+
+
+def test_what_little_known_noise_hides_is_tested_in_the_noise_that_it_leaves(start, search):
+    """Of three degrees of freedom no effect is significant; what the larger model leaves is known with many more."""
+    poorly = with_freedom(with_noise(start, 3.0), 3.0)
+    known = replace(search, in_own_noise=lambda state: with_freedom(state, 500.0), known={})
+    assert accepted(known.screened(poorly)).placed.key == TRUE
+
+
+def test_in_noise_that_stays_little_known_odds_are_no_larger_than_the_p_value_allows(start, search):
+    poorly = with_freedom(with_noise(start, 3.0), 3.0)
+    screening = replace(search, known={}).screened(poorly)
+    (own,) = [each for each in screening.candidates if each.placed.key == TRUE]
+    assert not own.significant
+    assert screening.odds(own) == pytest.approx(max(largest_log_odds(own.p_value), 0.0))
+    assert accepted(screening) is None
 
 
 def with_noise(state, times):
