@@ -23,7 +23,7 @@ from benchmarks.environments import environment
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.model import fitted
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.search import most_telling
+from testbed.diagnosis.screening import most_telling
 from testbed.diagnosis.signatures import hypotheses, signatures
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS

@@ -30,7 +30,7 @@ from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.data import joined
 from testbed.diagnosis.model import fitted
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.search import screened
+from testbed.diagnosis.screening import screened
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import hypotheses
 from testbed.dynamics.inertia import theta_of

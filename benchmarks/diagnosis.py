@@ -25,7 +25,7 @@ from concealing.wheel_set import conceal_wheels
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.model import Hypothesis, fitted
 from testbed.diagnosis.reading import DataSet, data_set_of
-from testbed.diagnosis.search import screened
+from testbed.diagnosis.screening import screened
 from testbed.diagnosis.signatures import hypotheses
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS

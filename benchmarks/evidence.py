@@ -41,7 +41,7 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.method import baseline
 from testbed.diagnosis.model import Fit, orthonormal, projected_out
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.search import screened
+from testbed.diagnosis.screening import screened
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import hypotheses
 from testbed.dynamics.inertia import theta_of

@@ -22,7 +22,8 @@ from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.misfit import Misfit, explained
 from testbed.diagnosis.model import fitted
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.search import gap_of, screened
+from testbed.diagnosis.screening import screened
+from testbed.diagnosis.search import gap_of
 from testbed.diagnosis.signatures import hypotheses
 from testbed.diagnosis.state import Gap
 from testbed.dynamics.inertia import theta_of

@@ -28,7 +28,8 @@ from testbed.diagnosis.latent import (
     torque_space,
 )
 from testbed.diagnosis.model import Fit, Hypothesis
-from testbed.diagnosis.search import Search, log_odds_of_all, odds_together, screened, with_effect, with_model
+from testbed.diagnosis.screening import screened
+from testbed.diagnosis.search import Search, log_odds_of_all, odds_together, with_effect, with_model
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis
 from testbed.effects.body_torque import BodyTorque

@@ -206,9 +206,11 @@ def check_residual(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagn
     if noisier.scatter or state.left_over:
         noisier = _residual_tested(noisier)
         if not noisier.steps and noisier.remaining is not None:
+            screening = noisier.remaining
             if noisier.unnamed:  # in noise of which the fast part tells; a colour may explain the effect as well
-                noisier = replace(noisier, remaining=search.screened(noisier), retracted=())
-            noisier = replace(noisier, unmodelled=_unmodelled(noisier, noisier.remaining))
+                screening = search.screened(noisier)
+                noisier = replace(noisier, remaining=screening, retracted=())
+            noisier = replace(noisier, unmodelled=_unmodelled(noisier, screening))
     if noisier.structure_left or (state.structure_left and not _noise_is_more_probable(noisier, state)):
         return state
     standing = search.standing(noisier)

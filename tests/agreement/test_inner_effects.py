@@ -20,7 +20,7 @@ from testbed.assembly.telemetry import telemetry_of
 from testbed.diagnosis.data import Runs, runs_of
 from testbed.diagnosis.model import Hypothesis, fitted, fitted_initial_rates
 from testbed.diagnosis.noise import Residuals, noise_tests, with_noise_model
-from testbed.diagnosis.search import screened
+from testbed.diagnosis.screening import screened
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import grid_of

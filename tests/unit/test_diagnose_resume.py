@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import testbed.diagnosis.model
-import testbed.diagnosis.search
+import testbed.diagnosis.screening
 import testbed.library.diagnoses
 import testbed.outputs.diagnosis_parts
 from support.diagnosed_records import SCENARIO, records
@@ -76,7 +76,7 @@ def interrupted_once(data, tmp_path_factory):
     """The folder of one that was interrupted in the middle of a screening."""
     out, calls = tmp_path_factory.mktemp("interrupted") / "out", []
     with pytest.MonkeyPatch.context() as patch:
-        refitted = testbed.diagnosis.search._refitted
+        refitted = testbed.diagnosis.screening._refitted
 
         def until_ctrl_c(*given):
             calls.append(0)
@@ -84,7 +84,7 @@ def interrupted_once(data, tmp_path_factory):
                 raise KeyboardInterrupt
             return refitted(*given)
 
-        patch.setattr(testbed.diagnosis.search, "_refitted", until_ctrl_c)
+        patch.setattr(testbed.diagnosis.screening, "_refitted", until_ctrl_c)
         assert diagnose(data, out) == 130
     return out
 

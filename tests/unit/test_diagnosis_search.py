@@ -12,7 +12,8 @@ from testbed.diagnosis.candidates import accepted, largest_log_odds
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.model import refit
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.search import Search, odds_together, refitted, with_candidate, with_effect
+from testbed.diagnosis.screening import refitted
+from testbed.diagnosis.search import Search, odds_together, with_candidate, with_effect
 from testbed.diagnosis.signatures import hypotheses
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS

@@ -7,7 +7,7 @@ import pytest
 
 import testbed as tb
 from testbed.assembly.platform import nominal_body
-from testbed.diagnosis import search
+from testbed.diagnosis import screening
 from testbed.diagnosis.findings import additions
 from testbed.diagnosis.formulas import screened_formulas
 from testbed.diagnosis.method import diagnosed
@@ -229,18 +229,18 @@ class TestHealthyAgainstSuspect:
 
 def test_a_candidate_whose_refit_runs_away_is_set_aside(monkeypatch):
     records = [flown(seed, share=(1.0, 1.0, 0.7, 1.0)) for seed in (1, 2, 3)]
-    real = search.fitted
+    real = screening.fitted
 
     def runs_away(runs, placed, theta, starts):
         if any(each.key == "actuator_weak:3" for each in placed):
             raise InputError("the motion runs away")
         return real(runs, placed, theta, starts)
 
-    monkeypatch.setattr(search, "fitted", runs_away)
+    monkeypatch.setattr(screening, "fitted", runs_away)
     state = last_of(data_set_of(records, WHOLE, NOMINAL), ("actuator_weak",))
     assert state.complete
-    screening = state.steps[0].screening if state.steps else state.remaining
-    assert "actuator_weak:3" in [each.key for each in screening.set_aside]
+    compared = state.steps[0].screening if state.steps else state.remaining
+    assert "actuator_weak:3" in [each.key for each in compared.set_aside]
 
 
 def test_a_torque_that_follows_the_square_of_the_actuators_is_the_formula_with_the_most_evidence():
