@@ -112,11 +112,10 @@ class _Task:
                     break
                 state = noise.explained(larger)
                 yield state
-            if not state.unnamed:
-                self.progress("residual")
-                state = check_residual(state, noise, search)
-                if not self.alone and may_follow_formulas(state):
-                    state = with_formulas(state, search, noise.explained, _residual_tested)
+            self.progress("residual")
+            state = check_residual(state, noise, search)
+            if not self.alone and (state.retracted or not state.unnamed) and may_follow_formulas(state):
+                state = with_formulas(state, search, noise.explained, _residual_tested)
         except (InputError, np.linalg.LinAlgError) as error:  # the numbers leave a model that explained much: it stays
             state = replace(state, notices=(*state.notices, f"the diagnosis ended early, with what it had: {error}"))
         yield replace(state, complete=True)
@@ -199,18 +198,16 @@ def check_residual(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagn
     If the residual is noise alone, all of it estimates the noise level, twice as precisely as its fourth differences;
     effects that do not stand out of the noise so estimated are taken out.
     """
-    state = _retracted(state)
+    state = _residual_tested(state) if state.unnamed else _retracted(state)
     if state.runs.known_in_part:  # all of the residual estimates the noise with every model
         return state
     noisier = noise.explained(state, white=True)
     if noisier.scatter or state.left_over:
         noisier = _residual_tested(noisier)
+        if noisier.unnamed:  # in noise of which the fast part tells; a colour may explain the effect as well
+            noisier = replace(noisier, remaining=search.compared(noisier), retracted=())
         if not noisier.steps and noisier.remaining is not None:
-            screening = noisier.remaining
-            if noisier.unnamed:  # in noise of which the fast part tells; a colour may explain the effect as well
-                screening = search.screened(noisier)
-                noisier = replace(noisier, remaining=screening, retracted=())
-            noisier = replace(noisier, unmodelled=_unmodelled(noisier, screening))
+            noisier = replace(noisier, unmodelled=_unmodelled(noisier, noisier.remaining))
     if noisier.structure_left or (state.structure_left and not _noise_is_more_probable(noisier, state)):
         return state
     standing = search.standing(noisier)

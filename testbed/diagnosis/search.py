@@ -123,13 +123,16 @@ class Search:
         return len(state.steps) < (SETTINGS.most_effects_of_loop if of_loop else SETTINGS.most_effects)
 
     def screened(self, state: Diagnosis) -> Screening:
-        """Compare all hypotheses with the present model."""
+        """Compare all hypotheses with the present model; what is probable is tested in the noise that it leaves."""
+        return self._tested_in_own_noise(state, self.compared(state))
+
+    def compared(self, state: Diagnosis) -> Screening:
+        """Compare all hypotheses with the present model, in its noise."""
         key = tuple(placed.key for placed in state.model.placed)
         runs, screening = self.known.get(key, (None, None))
         if runs is None or screening is None or not _has_equal_noise(runs, state.runs):
             others = without(self.testable, state.model.placed)
             screening = screened(state.runs, state.heldout, state.model, others, self.progress, self.least)
-            screening = self._tested_in_own_noise(state, screening)
             self.known[key] = (state.runs, screening)
         return screening
 
@@ -150,7 +153,7 @@ class Search:
         for index, step in enumerate(state.steps[:-1]):
             kept = [other.placed for other in (*state.steps[:index], *state.steps[index + 1 :])]
             less = with_model(state, _less(state, kept))
-            screening = with_candidate(less, self.screened(less), step.placed, state.model)
+            screening = with_candidate(less, self.compared(less), step.placed, state.model)
             screening = self._tested_in_own_noise(less, screening)
             chosen = accepted(screening)
             if chosen is None:
@@ -162,14 +165,13 @@ class Search:
     def standing(self, state: Diagnosis) -> Diagnosis:
         """Return the diagnosis without an effect that does not stand out of its noise; the same one where all do.
 
-        Effects are found in noise of which the fastest part of the residual tells; this one is known from all of it.
-        The newest effect is tested first.
+        Effects are found in noise of which the fastest part of the residual tells; this one is known from all of it,
+        and stays as it is. The newest effect is tested first.
         """
         for index, step in reversed(list(enumerate(state.steps))):
             kept = [other.placed for other in (*state.steps[:index], *state.steps[index + 1 :])]
             less = with_model(state, _less(state, kept))
-            again = self._tested_in_own_noise(less, _again(less, step))
-            if accepted(again) is None and accepted(screening := self.screened(less)) is None:
+            if accepted(_again(less, step)) is None and accepted(screening := self.compared(less)) is None:
                 return replace(self._rebuilt(state, kept), remaining=screening)
         return state
 
