@@ -202,13 +202,15 @@ def check_residual(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagn
     if state.runs.known_in_part:  # all of the residual estimates the noise with every model
         return state
     noisier = noise.explained(state, white=True)
-    if noisier.scatter or state.left_over:
+    if noisier.scatter or state.left_over or _deviance(state) - _deviance(noisier) > SETTINGS.indistinguishable:
         noisier = _residual_tested(noisier)
         if noisier.unnamed:  # in noise of which the fast part tells; a colour may explain the effect as well
             noisier = replace(noisier, remaining=search.compared(noisier), retracted=())
         if not noisier.steps and noisier.remaining is not None:
             noisier = replace(noisier, unmodelled=_unmodelled(noisier, noisier.remaining))
-    if noisier.structure_left or (state.structure_left and not _noise_is_more_probable(noisier, state)):
+    if noisier.structure_left:
+        return state if state.structure_left else noisier
+    if state.structure_left and not _noise_is_more_probable(noisier, state):
         return state
     standing = search.standing(noisier)
     return noisier if standing is noisier else check_residual(noise.explained(standing), noise, search)

@@ -19,10 +19,11 @@ and Rao, "Discrete cosine transform", IEEE Trans. Computers (1974).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from math import pi, sqrt
+from dataclasses import dataclass, replace
+from math import log, pi, sqrt
 
 import numpy as np
+import scipy
 from scipy.fft import dct
 from scipy.linalg import block_diag
 from scipy.special import softmax
@@ -39,6 +40,11 @@ _FEWEST_FREEDOM = 3.0
 _CAP = 10.0
 """Times its variance to which an ordinate counts: noise exceeds it in 1 of 600, by which a level is 0.3 % too low; a
 line, of a rotor or a mode, in a few ordinates does not pass for a level."""
+_MOST_LINES = 3
+"""Frequencies that are left out at most: what has more is not the noise of a gyro with a hum."""
+_LINE_CHANCE = 0.01
+"""p-value of a frequency that stands out, times the frequencies that are resolved, below which it is a line: of a
+hundred sets without one the loudest band of one is left out, by which a level falls by a few percent."""
 _STEPS = 60
 """Fisher-scoring steps at most; they stop where the posterior no longer grows."""
 _HALVINGS = 20
@@ -105,6 +111,8 @@ class _Ordinates:
 
     Attributes:
         square: shape (M,).
+        frequency: Hz, shape (M,).
+        resolution: what a run of the mean length resolves, Hz.
         angle: angular frequency, radians a sample, shape (M,).
         axis: shape (M,).
         cell: run and axis, shape (M,).
@@ -113,11 +121,18 @@ class _Ordinates:
     """
 
     square: Array
+    frequency: Array
+    resolution: float
     angle: Array
     axis: Indices
     cell: Indices
     columns: Array
     seen: Flags
+
+    def only(self, kept: Flags) -> _Ordinates:
+        """Return some of the ordinates."""
+        of_each = {name: getattr(self, name)[kept] for name in ("square", "frequency", "angle", "axis", "cell")}
+        return replace(self, **of_each)
 
     def log_power(self, parameters: Array) -> Array:
         """Return log S at the ordinates, shape (M,)."""
@@ -169,6 +184,7 @@ def noise_spectrum(
     if len(ordinates.square) < FEWEST or ordinates.square.mean() > prior.most_power:
         return None
     runs = len(whitened)
+    ordinates = _without_lines(ordinates, _precision(runs, prior, parameters=2))
     models = _models(ordinates, runs, prior)
     shares = _shares([each.log_evidence for each in models], prior.color)
     period = float(np.median(np.concatenate([np.diff(time) for time in times])))
@@ -204,25 +220,60 @@ def _mixed(shares: Array, models: Sequence[tuple[float, float]]) -> tuple[float,
 
 
 def _ordinates(whitened: Sequence[Array], times: Sequence[Series], prior: SpectrumPrior, live: Flags) -> _Ordinates:
-    squares, angles, cells = [], [], []
+    squares, frequencies, angles, cells = [], [], [], []
     for run, (values, time, own) in enumerate(zip(whitened, times, live, strict=True)):
         number, period = np.arange(len(values)), float(np.median(np.diff(time)))
         slowest = min(prior.slowest, prior.share_of_rate / period)
         fast = number > 2.0 * slowest * period * len(values)  # of half periods in the run
         count = int(fast.sum())
         squares.append((dct(values[:, own], axis=0, norm="ortho")[fast] ** 2).T.ravel())
+        frequencies.append(np.tile(number[fast] / (2.0 * period * len(values)), int(own.sum())))
         angles.append(np.tile(pi * number[fast] / len(values), int(own.sum())))
         cells.append(_WIDTH * run + np.repeat(np.flatnonzero(own), count))
     cell, runs = np.concatenate(cells), len(whitened)
     every = np.arange(_WIDTH * runs)
     return _Ordinates(
         square=np.concatenate(squares),
+        frequency=np.concatenate(frequencies),
+        resolution=1.0 / float(np.mean([np.ptp(time) for time in times])),
         angle=np.concatenate(angles),
         axis=cell % _WIDTH,
         cell=cell,
         columns=np.column_stack([np.ones(len(every)), np.eye(_WIDTH)[every % _WIDTH], np.eye(runs)[every // _WIDTH]]),
         seen=np.any(live, axis=0),
     )
+
+
+def _without_lines(ordinates: _Ordinates, precision: Array) -> _Ordinates:
+    """Return ordinates without those in which one frequency stands out, in all runs and axes together.
+
+    A hum, a mode or a rotor is no noise, and would be foretold by its colour.
+
+    Args:
+        ordinates: of all runs.
+        precision: of the prior of noise with both parameters.
+    """
+    for _ in range(_MOST_LINES):
+        line = _line(ordinates, _posterior(ordinates, precision))
+        if line is None or np.count_nonzero(~line) < FEWEST:
+            break
+        ordinates = ordinates.only(~line)
+    return ordinates
+
+
+def _line(ordinates: _Ordinates, noise: _Posterior) -> Flags | None:
+    """Return the ordinates within what runs resolve of the frequency that stands out the most, if one does."""
+    order = np.argsort(ordinates.frequency)
+    frequency = ordinates.frequency[order]
+    power = np.concatenate([[0.0], np.cumsum((ordinates.square * np.exp(-ordinates.log_power(noise.mean)))[order])])
+    first = np.searchsorted(frequency, frequency - ordinates.resolution)
+    end = np.searchsorted(frequency, frequency + ordinates.resolution, side="right")
+    chance = scipy.stats.chi2.logsf(power[end] - power[first], end - first)
+    best = int(np.argmin(chance))
+    bands = max(float(np.ptp(frequency)) / ordinates.resolution, 1.0)
+    if chance[best] + log(bands) > log(_LINE_CHANCE):
+        return None
+    return np.asarray(np.abs(ordinates.frequency - frequency[best]) <= ordinates.resolution)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
