@@ -30,7 +30,7 @@ LENGTHS = (80, 56, 32, 63, 39, 59)
 SETS = 40
 
 
-def sets(correlation=0.0, levels=None, slow=0.0):
+def sets(correlation=0.0, levels=None, slow=0.0, hum=0.0, hum_hz=3.1):
     """Yield the spectra of sets of residuals, each with its seed."""
     for seed in range(SETS):
         rng = np.random.default_rng(seed)
@@ -39,6 +39,9 @@ def sets(correlation=0.0, levels=None, slow=0.0):
             runs = [level * run for level, run in zip(levels, runs, strict=True)]
         times = [np.arange(length) / RATE for length in LENGTHS]
         runs = [run + slow * np.sin(2.0 * np.pi * 0.7 * time)[:, None] for run, time in zip(runs, times, strict=True)]
+        phases = rng.uniform(0.0, 2.0 * np.pi, (len(runs), 3))
+        waves = [np.sin(2.0 * np.pi * hum_hz * time[:, None] + own) for time, own in zip(times, phases, strict=True)]
+        runs = [run + hum * wave for run, wave in zip(runs, waves, strict=True)]
         yield noise_spectrum(runs, times, PRIOR)
 
 
@@ -68,6 +71,42 @@ def test_what_is_slow_is_taken_neither_for_a_level_nor_for_a_colour():
     plain, moved = list(sets()), list(sets(slow=3.0))
     assert np.mean([each.variance_ratio for each in moved]) < 1.05 * np.mean([each.variance_ratio for each in plain])
     assert np.mean([abs(each.correlation) for each in moved]) < 0.1
+
+
+@pytest.mark.parametrize("hum_hz", [3.1, 5.0])
+def test_a_hum_is_taken_neither_for_a_level_nor_for_a_colour(hum_hz):
+    """Of half the noise's power: the level had doubled, or risen by a third, and the correlation to 0.34 and 0.22."""
+    plain, humming = list(sets()), list(sets(hum=1.0, hum_hz=hum_hz))
+    assert np.mean([each.variance_ratio for each in humming]) < 1.1 * np.mean([each.variance_ratio for each in plain])
+    assert np.mean([abs(each.correlation) for each in humming]) < 0.1
+
+
+def test_noise_of_one_colour_keeps_it_in_a_mixture():
+    color = NoiseColor(persistence=np.array([0.8, 0.0, -0.5]), average=np.array([-0.55, 0.4, 0.0]))
+    mixed = NoiseColor.mixed(np.array([0.3, 0.7]), [color, color])
+    np.testing.assert_allclose(mixed.persistence, color.persistence, atol=1e-12)
+    np.testing.assert_allclose(mixed.average, color.average, atol=1e-12)
+
+
+def test_a_mixture_of_colours_has_their_mean_correlation_and_slow_power():
+    shares = np.array([0.2, 0.5, 0.3])
+    each = [
+        NoiseColor(persistence=np.full(3, persistence), average=np.full(3, average))
+        for persistence, average in ((0.0, 0.0), (0.25, 0.0), (0.8, -0.55))
+    ]
+    mixed = NoiseColor.mixed(shares, each)
+    correlation = sum(share * one.correlation for share, one in zip(shares, each, strict=True))
+    slow = sum(share * one.correlation / (1.0 - one.persistence) for share, one in zip(shares, each, strict=True))
+    np.testing.assert_allclose(mixed.correlation, correlation, atol=1e-12)
+    np.testing.assert_allclose(mixed.correlation / (1.0 - mixed.persistence), slow, atol=1e-12)
+
+
+def test_colours_that_nearly_cancel_make_one_that_exists():
+    one, other = (NoiseColor(persistence=np.full(3, 0.1 * sign), average=np.zeros(3)) for sign in (1.0, -1.0))
+    for share in (0.5, 0.5001, 0.55):
+        mixed = NoiseColor.mixed(np.array([share, 1.0 - share]), [one, other])
+        assert np.abs(mixed.persistence).max() <= 0.9
+        assert np.abs(mixed.average).max() <= 0.9
 
 
 def test_what_is_no_noise_of_this_gyro_is_left_alone():
