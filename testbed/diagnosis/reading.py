@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from hashlib import sha256
 from math import inf
 from typing import TypeAlias
 
@@ -26,6 +27,7 @@ from testbed.estimation.contact import log_chance_of_jump, shows_a_jump
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.command_phase import command_phase, with_command_phase
 from testbed.records.record import Record
+from testbed.records.selection import sampled
 from testbed.scenario.body import BodyScenario
 from testbed.signals import AXES
 
@@ -75,11 +77,15 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
     usable: Usable = []
     refused: list[str] = []
     notices: list[tuple[str, str]] = []
+    flights: dict[bytes, str] = {}
     for record in records:
         try:
-            usable.append((record, tuple(parts_of(record, scenario, nominal, notices))))
+            parts = tuple(parts_of(record, scenario, nominal, notices))
+            _require_another_flight(record, flights)
         except InputError as error:
             refused.append(str(error))
+        else:
+            usable.append((record, parts))
     if not usable:
         raise InputError("\n".join(refused))
     usable = _in_phase(usable)
@@ -100,6 +106,23 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
         baseline=baseline,
         doubts=tuple(gate.notices),
     )
+
+
+def _require_another_flight(record: Record, flights: dict[bytes, str]) -> None:
+    """Refuse a copy of a flight: it tells nothing new, and what is found in one would be verified on the other.
+
+    Args:
+        record: with a gyro.
+        flights: names by the samples that they hold; this one is added.
+
+    Raises:
+        InputError: another record holds the same samples.
+    """
+    time, body_rate = sampled(record, "body_rate")
+    samples = sha256((time - time[0]).tobytes() + body_rate.tobytes()).digest()
+    other = flights.setdefault(samples, record.details.name)
+    if other != record.details.name:
+        raise InputError(f"{record.details.name}: holds the samples of {other}: a copy is no further flight")
 
 
 _KNOWN = 1e-4

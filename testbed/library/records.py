@@ -31,11 +31,16 @@ Columns = Mapping[str, ArrayLike]
 class Records(Shown):
     """Runs of one platform.
 
+    Of runs with the same name, such as flights of one scenario, the second becomes NAME-2, the third NAME-3, and so on.
+
     Attributes:
-        runs: in order.
+        runs: in order, every name once.
     """
 
     runs: tuple[Record, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "runs", tuple(_named_apart(self.runs)))
 
     def __iter__(self) -> Iterator[Record]:
         return iter(self.runs)
@@ -66,7 +71,7 @@ class Records(Shown):
     def save(self, folder: str | Path, *, format: Literal["parquet", "mcap"] = "parquet") -> Path:  # noqa: A002
         """Write the runs into a folder, a file each, from which they can be read again.
 
-        Of runs with the same name, the second becomes NAME-2, the third NAME-3, and so on.
+        A file of a run's name that is there already is replaced.
 
         Args:
             folder: made where it is missing.
@@ -78,7 +83,7 @@ class Records(Shown):
         """
         if format not in ("parquet", "mcap"):
             raise InputError(f"format = {format!r}: give 'parquet' or 'mcap'")
-        for record in _named_apart(self.runs):
+        for record in self.runs:
             path = table_path(record, Path(folder))
             if format == "mcap":
                 write_mcap(record, path.with_suffix(".mcap"))

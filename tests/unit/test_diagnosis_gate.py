@@ -137,3 +137,15 @@ def test_a_clipped_run_is_fitted_wherever_it_stands(good):
 
 def test_only_a_touch_happens_once():
     assert [effect.id for effect in EFFECTS.values() if not effect.recurs] == ["contact"]
+
+
+def test_a_copy_of_a_flight_is_left_out_and_named(good):
+    copied = replace(good[0], details=replace(good[0].details, name="copy"), time=good[0].time + 5.0)
+    data = read([*good, copied])
+    assert "copy" not in data.fit_records + data.heldout_records
+    assert any("copy: holds the samples of run1" in notice for notice in data.notices)
+
+
+def test_a_flight_given_twice_is_a_single_one(good):
+    twice = [good[0], replace(good[0], details=replace(good[0].details, name="again"))]
+    assert read(twice).alone

@@ -112,6 +112,13 @@ def test_runs_of_one_name_are_saved_in_a_file_each(runs, tmp_path):
     assert (tb.read_records(saved)["basic-3"].time == second.time).all()
 
 
+def test_an_estimate_uses_every_flight_of_one_name(runs):
+    records = tb.Records(tuple(run.record for run in runs[:2]))
+    assert [record.details.name for record in records] == ["basic", "basic-2"]
+    estimate = tb.estimate(runs[0].scenario, records)
+    assert list(estimate.by_record) == ["basic", "basic-2"]
+
+
 @pytest.mark.parametrize("name", ["frame without time", "list", "columns without a name", "nothing"])
 def test_what_is_no_table_is_refused_with_what_to_give(runs, name):
     frame = tb.frame_of(runs[0].record)
