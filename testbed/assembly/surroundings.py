@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.arrays import Quaternion
+from testbed.arrays import Array, Quaternion, Series
 from testbed.assembly.platform import Body
 from testbed.errors import InputError
 from testbed.estimation.surroundings import Attitude, Surroundings, integrated, measured
@@ -15,6 +15,9 @@ from testbed.scenario.scenario import Scenario
 
 _FEWEST = 4
 """Samples of the attitude from which a cubic spline goes through them; fewer say where the gyro's integral starts."""
+
+_SHORTEST = 0.5
+"""Length of a quaternion that is an attitude: of one half lost in transmission, it is any; a unit's is 1."""
 
 
 def surroundings_of(record: Record, scenario: BodyScenario, nominal: Body) -> Surroundings | None:
@@ -39,12 +42,18 @@ def surroundings_of(record: Record, scenario: BodyScenario, nominal: Body) -> Su
 def _attitude(record: Record, scenario: BodyScenario) -> tuple[Attitude, bool]:
     rate_time, body_rate = sampled(record, "body_rate")
     if "attitude" in record.channels:
-        time, quat_NB = sampled(record, "attitude")
+        time, quat_NB = _known_attitude(*sampled(record, "attitude"))
         if len(time) >= _FEWEST and time[0] <= rate_time[0] and time[-1] >= rate_time[-1]:
             return measured(time, quat_NB), True
         if len(time):
             return integrated(rate_time, body_rate, quat_NB[0], float(time[0])), False
     return integrated(rate_time, body_rate, _start(record, scenario)), False
+
+
+def _known_attitude(time: Series, quat_NB: Array) -> tuple[Series, Array]:
+    """Return the samples that are attitudes: filters send zeros before they converge."""
+    known = np.linalg.norm(quat_NB, axis=1) > _SHORTEST
+    return time[known], quat_NB[known]
 
 
 def _start(record: Record, scenario: BodyScenario) -> Quaternion:

@@ -255,7 +255,7 @@ def _control_period(scenario: Scenario, time: Series) -> float:
     Samples are taken on the control clock, so that one which is too slow for them is taken as fast as it has to be.
     """
     interval = float(np.median(np.diff(time)))
-    return interval / ceil(interval * scenario.simulation.control_rate_hz - _CLOCK_JITTER)
+    return interval / max(ceil(interval * scenario.simulation.control_rate_hz - _CLOCK_JITTER), 1)
 
 
 def _channel(record: Record, name: str, time: Series) -> Array | None:

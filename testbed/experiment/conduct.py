@@ -8,7 +8,7 @@ from testbed.assembly.platform import nominal_platform, true_platform
 from testbed.experiment.aligning import align_flight
 from testbed.experiment.experiment import Experiment
 from testbed.experiment.flying import Sortie, fly_sorties
-from testbed.experiment.planning import Plan, plan_maneuver
+from testbed.experiment.planning import Plan, plan_maneuver, require_flyable_by
 from testbed.experiment.running_estimators import MeasuredFlight, estimate_flight
 from testbed.maneuver.design import Start
 from testbed.scenario.scenario import Scenario
@@ -33,11 +33,14 @@ def conduct(
             the estimators believe otherwise, as in a dispersed run; the scenario's own where absent.
 
     Raises:
-        InputError: the platform cannot be built, or the maneuver cannot be designed or read.
+        InputError: the platform cannot be built, or the maneuver cannot be designed or read, or is another platform's.
     """
     drawn = scenario if flown_scenario is None else flown_scenario
     nominal, truth = nominal_platform(scenario), true_platform(drawn)
-    plan = plan_maneuver(scenario, nominal, progress) if plan is None else plan
+    if plan is None:
+        plan = plan_maneuver(scenario, nominal, progress)
+    else:
+        require_flyable_by(scenario, nominal, plan.maneuver)
     (flown,) = fly_sorties(scenario, [Sortie(scenario=drawn, truth=truth, seed=seed)], nominal, plan.maneuver)
     estimation, aligning = None, None
     if not flown.divergence and scenario.estimation.alignments:

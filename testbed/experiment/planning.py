@@ -76,6 +76,31 @@ def plan_maneuver(
     return plan
 
 
+def require_flyable_by(scenario: Scenario, nominal: PlatformModel, maneuver: Maneuver) -> None:
+    """Refuse a maneuver of another platform: of another number of units or wheels, or that tilts it too far.
+
+    Args:
+        scenario: that is to fly it.
+        nominal: its platform.
+        maneuver: planned for any platform.
+
+    Raises:
+        InputError: what does not fit.
+    """
+    wheels = len(nominal.wheels.axis_B)
+    for words, spline, there in (
+        ("gimbals", maneuver.gimbal_angle, nominal.units),
+        ("wheels", maneuver.wheel_momentum, wheels),
+    ):
+        planned = there if spline is None else int(np.size(spline(0.0)))
+        if planned != there:
+            raise InputError(
+                f"{scenario.name}: the maneuver {maneuver.name} moves {planned} {words}, the platform has {there}: "
+                "design it for this scenario"
+            )
+    require_tilt(scenario, maneuver)
+
+
 def require_tilt(scenario: Scenario, maneuver: Maneuver) -> None:
     """Refuse a maneuver whose reference tilts the platform beyond what its bearing allows.
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import pyarrow as pa
 
 from testbed.assembly.engine import engine_of, require_covered
+from testbed.assembly.platform import nominal_platform
 from testbed.campaign.engine_check import EngineCheck, check_engines
 from testbed.campaign.executor import Executor
 from testbed.campaign.local import LocalExecutor, usable_cores
@@ -20,6 +21,7 @@ from testbed.campaign.result import failures_of
 from testbed.campaign.run import SILENT, Progress, run_campaign
 from testbed.campaign.statistics import CampaignStatistics, EstimatorStatistics, statistics_of
 from testbed.errors import InputError
+from testbed.experiment.planning import require_flyable_by
 from testbed.library.notebook import Shown
 from testbed.library.runs import DesignProgress, Maneuver, design, silent
 from testbed.library.scenarios import naming, require_flyable
@@ -136,6 +138,8 @@ def monte_carlo(
     flown = require_flyable(scenario)
     executor = executor_of(scheduler, workers)
     campaign_seed = flown.seed if seed is None else seed
+    if maneuver is not None:
+        require_flyable_by(flown, nominal_platform(flown), maneuver.plan.maneuver)
     origin = origin_of(flown, campaign_seed, runs, "testbed.monte_carlo")
     if check:
         require_covered(flown)

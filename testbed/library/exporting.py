@@ -50,6 +50,8 @@ def export(
     """
     if mjcf is None and urdf is None:
         raise InputError("nothing to export: give a file for MJCF, for URDF, or for both")
+    if mjcf is not None and urdf is not None and Path(mjcf).resolve() == Path(urdf).resolve():
+        raise InputError(f"{mjcf}: is asked for as MJCF and as URDF: give each a file of its own")
     place = Path(folder)
     inertia = inertia_of(_theta(place, estimator))
     scenario = require_flyable(read_body_scenario(place / "scenario.toml"))

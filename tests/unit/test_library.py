@@ -119,6 +119,42 @@ def test_an_estimate_uses_every_flight_of_one_name(runs):
     assert list(estimate.by_record) == ["basic", "basic-2"]
 
 
+def test_a_maneuver_of_another_platform_is_refused_with_what_it_moves():
+    planned = tb.design(tb.read_scenario("gimbal_d_optimal", {"maneuver.starts": 1}))
+    with pytest.raises(tb.InputError, match="moves 6 gimbals, the platform has 4: design it for this scenario"):
+        tb.fly(tb.read_scenario("pyramid4"), planned)
+    with pytest.raises(tb.InputError, match="moves 6 gimbals"):
+        tb.monte_carlo(tb.read_scenario("pyramid4"), planned, runs=1)
+
+
+def test_a_maneuver_that_tilts_a_bearing_too_far_is_refused_by_whoever_flies_it():
+    rates = [[0.0, 0.0, 0.0], *([[0.05, 0.0, 0.0]] * 6), [0.0, 0.0, 0.0], *([[-0.05, 0.0, 0.0]] * 6), [0.0, 0.0, 0.0]]
+    wide = tb.read_scenario("air_bearing", {"environment.tilt_limit_rad": 1.2, "maneuver.body_rate_rad_s": rates})
+    planned = tb.design(wide)
+    with pytest.raises(tb.InputError, match="the maneuver tilts the platform by"):
+        tb.fly(tb.read_scenario("air_bearing"), planned)
+
+
+def test_one_file_cannot_be_mjcf_and_urdf(runs, tmp_path):
+    folder = runs[0].save(tmp_path / "run")
+    with pytest.raises(tb.InputError, match="is asked for as MJCF and as URDF"):
+        tb.export(folder, mjcf=tmp_path / "a.xml", urdf=tmp_path / "a.xml")
+    assert not (tmp_path / "a.xml").exists()
+
+
+@pytest.mark.parametrize("sent", [0, 5, None])
+def test_an_attitude_of_zeros_is_none(sent):
+    """Filters send zeros before they converge; None: they never do."""
+    scenario = tb.read_scenario("air_bearing")
+    run = tb.fly(scenario, seed=1)
+    record, own = run.record, run.estimates["output_error"]
+    attitude = record.channels["true_attitude"].copy()
+    attitude[:sent] = 0.0
+    given = tb.Records((replace(record, channels={**record.channels, "attitude": attitude}),))
+    estimate = tb.estimate(scenario, given).combined["output_error"]
+    assert (np.abs(estimate.theta - own.theta) < 3.0 * np.sqrt(np.diag(own.covariance))).all()
+
+
 @pytest.mark.parametrize("name", ["frame without time", "list", "columns without a name", "nothing"])
 def test_what_is_no_table_is_refused_with_what_to_give(runs, name):
     frame = tb.frame_of(runs[0].record)
