@@ -6,11 +6,14 @@ stands as J⁻¹ δh in the prediction of that sample.
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass
 
-from testbed.arrays import Array, Theta, Vector3
+import numpy as np
+import scipy
+
+from testbed.arrays import Array, Theta, Vector3, Vectors3
 from testbed.cmg.cluster import transverse_axes
-from testbed.dynamics.inertia import inertia_of
+from testbed.dynamics.inertia import inertia_of, momentum_regressor
 from testbed.estimation.differences import median_variance
 from testbed.estimation.telemetry import Telemetry, WheelTelemetry
 
@@ -29,6 +32,44 @@ def predicted_rate_variance(run: Telemetry, theta: Theta) -> Vector3:
     inverse = np.zeros((3, 3))
     inverse[live] = np.linalg.inv(inertia_of(theta)[live])
     return np.diag(inverse @ momentum_covariance(run) @ inverse.T)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Attenuation:
+    """By how much the telemetry's noise makes an inertia look larger, about the axis about which it does the most.
+
+    Attributes:
+        axis_B: the axis, shape (3,), unit vector, body axes.
+        share: of the variance of the predicted body rate about the axis that is the telemetry's noise.
+        in_std: the error of the moment of inertia about it over its standard deviation.
+    """
+
+    axis_B: Vector3
+    share: float
+    in_std: float
+
+
+def attenuation(run: Telemetry, body_rate: Vectors3, theta: Theta, covariance: Array) -> Attenuation:
+    """Return the attenuation of J⁻¹ by errors in variables: the regression of ω on h that is measured with noise.
+
+    Slopes are lower by the noise's share of the variance. Source: Fuller, "Measurement error models" (1987), eq. (1.1.5).
+
+    Args:
+        run: its telemetry.
+        body_rate: that the model predicts from it, shape (N, 3), rad/s.
+        theta: estimated inertia parameters, shape (6,), kg·m².
+        covariance: of these, shape (6, 6).
+    """
+    inverse = np.linalg.inv(inertia_of(theta))
+    total = np.cov(body_rate, rowvar=False)
+    least = np.finfo(float).eps * max(float(np.trace(total)), np.finfo(float).tiny) * np.eye(3)
+    shares, axes_B = scipy.linalg.eigh(inverse @ momentum_covariance(run) @ inverse.T, total + least)
+    found = []
+    for share, axis_B in zip(shares, (axes_B / np.linalg.norm(axes_B, axis=0)).T, strict=True):
+        row = axis_B @ momentum_regressor(axis_B)  # of the moment about the axis
+        in_std = share * float(row @ theta) / float(np.sqrt(row @ covariance @ row))
+        found.append(Attenuation(axis_B=axis_B, share=float(share), in_std=in_std))
+    return max(found, key=lambda each: each.in_std)
 
 
 def momentum_covariance(run: Telemetry) -> Array:

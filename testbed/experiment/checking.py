@@ -20,7 +20,7 @@ from testbed.estimation.preparation import identifiable_part, likely_theta
 from testbed.estimation.residual_check import ResidualCheck, checked_rows, residual_check
 from testbed.estimation.sensitivity import torque_sensitivity
 from testbed.estimation.telemetry import ConstantTorque, Telemetry
-from testbed.estimation.telemetry_noise import predicted_rate_variance
+from testbed.estimation.telemetry_noise import Attenuation, attenuation, predicted_rate_variance
 
 AnyEstimate = TypeVar("AnyEstimate", Estimate, CombinedEstimate)
 
@@ -72,12 +72,14 @@ class Checks:
         residual: of its prediction of the gyro's samples.
         compared: an efficient estimator with a robust one; None where there is but one.
         neglected: constant torques that are not estimated.
+        attenuation: of the inverse inertia by noise of the actuators' telemetry.
     """
 
     best: str
     residual: ResidualCheck
     compared: Compared | None
     neglected: tuple[NeglectedTorque, ...]
+    attenuation: Attenuation
 
 
 def considered(
@@ -127,6 +129,7 @@ def checks_of(by_name: Mapping[str, Estimate], telemetry: Telemetry, settings: E
         residual=_residual(part, settings, drive, motion),
         compared=None if robust is None else _compared((best, estimate), (robust, by_name[robust]), part),
         neglected=tuple(_neglected(estimate, part, drive, motion)),
+        attenuation=attenuation(part, motion.body_rate, estimate.theta, estimate.covariance),
     )
 
 

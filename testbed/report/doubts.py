@@ -17,6 +17,7 @@ from testbed.estimation.body import is_body
 from testbed.estimation.combine import CombinedEstimate
 from testbed.estimation.estimate import Estimate
 from testbed.estimation.residual_check import ResidualCheck
+from testbed.estimation.telemetry_noise import Attenuation
 from testbed.experiment.checking import Compared, NeglectedTorque
 from testbed.experiment.experiment import CombinedEstimation, Estimation
 from testbed.report.verdict import leading_estimator
@@ -24,6 +25,9 @@ from testbed.report.wording import BAND, capitalized, chance_words, estimator_na
 
 DIAGNOSE = "try `testbed diagnose` on these records"
 _WHERE = {"body": "in the body", "inertial": "in inertial axes"}
+_MOST_ATTENUATED = 0.5
+"""Standard deviations by which noise of the actuators' telemetry may bias an inertia: a 95 % interval then covers
+92 %."""
 _FAR = 1.0
 """Standard deviations between an estimate and the nearest body's inertia from which it is reported:
 below it the difference is within what noise makes."""
@@ -35,7 +39,18 @@ def estimation_doubts(estimation: Estimation) -> Iterator[str]:
     if checks is not None:
         yield from _residual_doubts(checks.residual, estimator_name(checks.best))
         yield from _comparison_doubts(checks.compared)
+        yield from _attenuation_doubts(checks.attenuation, estimator_name(checks.best))
     yield from _body_doubts(estimation.by_name)
+
+
+def _attenuation_doubts(found: Attenuation, estimator: str) -> Iterator[str]:
+    if found.in_std > _MOST_ATTENUATED:
+        axis = ", ".join(figures(each, 2) for each in found.axis_B)
+        yield (
+            f"Noise of the actuators' telemetry is {100.0 * found.share:.0f} % of the motion's variance about the axis "
+            f"({axis}): {estimator} takes the inertia about it for larger, by about {figures(found.in_std, 2)} of its "
+            "standard deviations, and its intervals do not hold there. Turn the platform more about that axis."
+        )
 
 
 def combination_doubts(combined: CombinedEstimation) -> Iterator[str]:

@@ -42,7 +42,8 @@ def flight_verdict(inertias: Inertias, doubts: Sequence[str] = ()) -> Notice:
         return Notice(tone="bad", text="The flight was completed, but no estimator gave an estimate.")
     judged = [name for name in inertias.by_name if name != _BIASED] or [*inertias.by_name]
     off = [name for name in judged if _error_p_value(inertias, name) < REFUSED]
-    text = f"The flight was completed; {_coverage(inertias, judged)}{_as_expected(off)}{_distance_to_bound(inertias)}."
+    expected = "" if doubts and not off else _as_expected(off)
+    text = f"The flight was completed; {_coverage(inertias, judged)}{expected}{_distance_to_bound(inertias)}."
     text += considered_words(inertias)
     if off or doubts:
         return Notice(tone="warn", text=f"{text} {_doubtful(doubts)}".strip())
