@@ -52,7 +52,9 @@ class Attenuation:
 def attenuation(run: Telemetry, body_rate: Vectors3, theta: Theta, covariance: Array) -> Attenuation:
     """Return the attenuation of J⁻¹ by errors in variables: the regression of ω on h that is measured with noise.
 
-    Slopes are lower by the noise's share of the variance. Source: Fuller, "Measurement error models" (1987), eq. (1.1.5).
+    Slopes are lower by the share of the variance that is noise.
+
+    Source: Fuller, "Measurement error models" (1987), eq. (1.1.5).
 
     Args:
         run: its telemetry.
