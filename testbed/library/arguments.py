@@ -100,12 +100,11 @@ def checked(function: Callable[_P, _R]) -> Callable[_P, _R]:
         The function; what it is called with is as its annotations say, or it raises an InputError.
     """
     signature = inspect.signature(function)
-    adapters = cache(lambda: _adapters(function))  # at the first call: the import of the library builds none
 
     @wraps(function)
     def call(*args: _P.args, **kwargs: _P.kwargs) -> _R:
         given = signature.bind(*args, **kwargs)
-        known = adapters()
+        known = _adapters(function)  # at the first call: the import of the library builds none
         for name, value in given.arguments.items():
             if name in known:
                 given.arguments[name] = fitting(name, value, known[name])
@@ -132,6 +131,7 @@ def fitting(name: str, value: object, adapter: TypeAdapter[_R]) -> _R:
         raise InputError(f"{name} = {_shown(value)}: {what}") from None
 
 
+@cache
 def _adapters(function: Callable[..., object]) -> Mapping[str, TypeAdapter[Any]]:
     # Without what it returns: such types may be imported for a type checker only.
     annotations = {name: each for name, each in function.__annotations__.items() if name != "return"}
