@@ -109,7 +109,7 @@ def write_manifest(folder: Path, manifest: Manifest) -> None:
             part.write_text(json.dumps(content, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
     except OSError as error:
         raise InputError(
-            f"{folder}: cannot be written ({error.strerror}); make room or choose another --out"
+            f"{folder}: cannot be written ({error.strerror}); make room or choose another folder"
         ) from error
 
 

@@ -97,7 +97,9 @@ def _alone(folder: Path) -> Iterator[None]:
         with only_writer(folder):
             yield
     except FolderBusyError:
-        raise InputError(f"{folder}: another campaign is writing to it; wait for it, or choose another --out") from None
+        raise InputError(
+            f"{folder}: another campaign is writing to it; wait for it, or choose another folder"
+        ) from None
 
 
 @contextmanager

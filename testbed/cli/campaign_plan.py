@@ -73,7 +73,7 @@ def plan_campaign(
     require_folder("plan", out, resume=resume)
     if maneuvers not in _MANEUVERS:
         raise InputError(f"--maneuvers {maneuvers}: give {' or '.join(_MANEUVERS)}")
-    wish = wanted_of(*wanted)
+    wish = wanted_of(scenario, *wanted)
     require_plan(alpha, flights)
     records = None if data is None else read_records(data)
     with reserved_folder(out, f"{scenario.name}-plan", resume=resume) as folder, _bars() as bars:

@@ -25,7 +25,7 @@ def list_kept() -> None:
     Raises:
         InputError: a file of it cannot be used.
     """
-    kept = list(kept_effects())
+    kept = kept_effects().values()
     for effect in kept:
         say(f"{effect.id}: {effect.described('platform')}")
     if not kept:

@@ -16,6 +16,9 @@ def main() -> None:
     """Run the command; what a person can mend ends it with a message and exit code 2."""
     for library in ("OMP", "OPENBLAS", "MKL"):  # matrices of this size gain nothing from threads, and lose time to them
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+    for size in ("COLUMNS", "LINES"):
+        if set(os.environ.get(size, "")) == {"0"}:  # it is not known; taken for a width, nothing would be printed
+            del os.environ[size]
     if not sys.warnoptions:  # Python's own warnings are for programmers, who ask for them
         warnings.simplefilter("ignore")
     with sturdy_streams() as lost_output:

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import fields, is_dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
@@ -32,6 +32,7 @@ _REMEMBERED = 32
 hypotheses that are refitted, and a hash takes as long as its bytes are read."""
 
 
+@runtime_checkable
 class Store(Protocol):
     """Where parts are kept."""
 

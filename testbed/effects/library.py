@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -73,14 +73,22 @@ def library_folder() -> Path:
     return Path(named) if named else Path.home() / ".config" / "testbed" / "effects"
 
 
-def kept_effects() -> Iterator[Formula]:
-    """Yield the effects of the user's library, in the order of their names.
+def kept_effects() -> Mapping[Path, Formula]:
+    """Return the effects of the user's library by their files, in the order of these.
 
     Raises:
-        InputError: a file cannot be used; the message names it.
+        InputError: a file cannot be used, or two hold effects of one name; the message names them.
     """
+    kept: dict[Path, Formula] = {}
     for path in sorted(library_folder().glob("*.toml")):
-        yield _read(path).effect
+        effect = _read(path).effect
+        for other, known in kept.items():
+            if known.id == effect.id:
+                raise InputError(
+                    f"{other} and {path}: both are called {effect.id}; change name in one, or take it away"
+                )
+        kept[path] = effect
+    return kept
 
 
 def keep(kept: KeptFormula, taken: Sequence[str]) -> Path:

@@ -177,10 +177,13 @@ def _register_kept() -> None:
     """Register the formulas of the user's own library.
 
     Raises:
-        InputError: one of them cannot be used, or its name is taken; the message names it.
+        InputError: one of them cannot be used, or its name is taken; the message names its file.
     """
-    for effect in kept_effects():
-        register_effect(effect)
+    for path, effect in kept_effects().items():
+        try:
+            register_effect(effect)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from error
 
 
 _register_kept()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from testbed.assembly.adoption import scenario_name, scenario_text
 from testbed.assembly.platform import each_wheel, nominal_platform
 from testbed.errors import InputError, OutputError
 from testbed.files import TextFile, whole_file
+from testbed.library.arguments import AnyPath, Text, Texts, checked
 from testbed.plant.adopted import AdoptedPlatform, adopted_platform
 from testbed.plant.adopted_roles import Corrections
 from testbed.plant.own_motion import motion_difference, softness_notes
@@ -56,7 +56,8 @@ class Adoption:
         """Mass of the whole platform, kg."""
         return self._found.mass
 
-    def save(self, path: str | Path) -> Path:
+    @checked
+    def save(self, path: AnyPath) -> Path:
         """Write the scenario, and return its path.
 
         Raises:
@@ -73,13 +74,14 @@ class Adoption:
         return target
 
 
+@checked
 def adopt(
-    model: str | Path,
+    model: AnyPath,
     *,
-    name: str | None = None,
-    wheel: Sequence[str] = (),
-    rotor: Sequence[str] = (),
-    ignore: Sequence[str] = (),
+    name: Text | None = None,
+    wheel: Texts = (),
+    rotor: Texts = (),
+    ignore: Texts = (),
 ) -> Adoption:
     """Return the scenario of a platform that a model of one's own describes.
 
@@ -90,7 +92,7 @@ def adopt(
     Args:
         model: path of an MJCF or a URDF. The root of a URDF is the platform, unless a floating joint says otherwise.
         name: of the scenario; by default the file's.
-        wheel: joints, or their bodies, that are reaction wheels, whatever they look like.
+        wheel: joints, or their bodies, that are reaction wheels, whatever they look like; a single text is one of them.
         rotor: likewise rotors of control moment gyros; what carries them are their gimbals.
         ignore: likewise what is locked as drawn.
 

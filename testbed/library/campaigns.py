@@ -22,8 +22,9 @@ from testbed.campaign.run import SILENT, Progress, run_campaign
 from testbed.campaign.statistics import CampaignStatistics, EstimatorStatistics, statistics_of
 from testbed.errors import InputError
 from testbed.experiment.planning import require_flyable_by
+from testbed.library.arguments import AnyPath, Checks, GivenScenario, Runs, Seed, Switch, Text, Workers, checked
 from testbed.library.notebook import Shown
-from testbed.library.runs import DesignProgress, Maneuver, design, silent
+from testbed.library.runs import DesignProgress, GivenManeuver, Maneuver, design, silent
 from testbed.library.scenarios import naming, require_flyable
 from testbed.outputs.campaign_folder import campaign_result, finish_campaign, kept_maneuver, start_campaign
 from testbed.outputs.folder import reserved_folder
@@ -31,7 +32,6 @@ from testbed.outputs.provenance import Provenance, provenance
 from testbed.report.campaign import campaign_page
 from testbed.report.frame.blocks import Page
 from testbed.report.verdict import campaign_verdict
-from testbed.scenario.body import BodyScenario
 from testbed.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -97,17 +97,18 @@ class Campaign(Shown):
         return campaign_page(self.plan, path, self.table, self.statistics, self.origin.listed, {})
 
 
+@checked
 def monte_carlo(
-    scenario: BodyScenario,
-    maneuver: Maneuver | None = None,
+    scenario: GivenScenario,
+    maneuver: GivenManeuver | None = None,
     *,
-    runs: int,
-    seed: int | None = None,
-    scheduler: str | None = None,
-    workers: int | None = None,
-    folder: str | Path | None = None,
-    resume: bool = False,
-    check: int = 0,
+    runs: Runs,
+    seed: Seed | None = None,
+    scheduler: Text | None = None,
+    workers: Workers | None = None,
+    folder: AnyPath | None = None,
+    resume: Switch = False,
+    check: Checks = 0,
     progress: Progress = SILENT,
 ) -> Campaign:
     """Fly a scenario many times, each run with its own noise and dispersions.
@@ -127,7 +128,7 @@ def monte_carlo(
         progress: called as runs come.
 
     Raises:
-        InputError: the scenario, the folder or the scheduler cannot be used; a folder keeps what was flown.
+        InputError: an argument, the folder or the scheduler cannot be used; a folder keeps what was flown.
 
     Example:
         >>> import testbed as tb
@@ -236,11 +237,13 @@ def executor_of(scheduler: str | None, workers: int | None) -> Executor:
     if scheduler is None:
         return LocalExecutor(workers=usable_cores() if workers is None else workers)
     if workers is not None:
-        raise InputError("--workers counts processes on this machine; a scheduler has workers of its own, omit one")
+        raise InputError(
+            "workers counts processes on this machine; a scheduler has workers of its own: omit one of the two"
+        )
     try:
         from testbed.campaign.dask_executor import DaskExecutor  # noqa: PLC0415 - its library is optional
     except ImportError as error:
-        raise InputError("--scheduler needs Dask: pip install 'testbed[cluster]'") from error
+        raise InputError("a scheduler needs Dask: pip install 'testbed[cluster]'") from error
     cluster = DaskExecutor(address=scheduler)
     cluster.require_workers()
     return cluster

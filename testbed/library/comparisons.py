@@ -14,6 +14,7 @@ from testbed.arrays import Theta
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.errors import InputError
 from testbed.files import FileStamp, read_text, readable
+from testbed.library.arguments import AnyPath, AnyPaths, checked
 from testbed.library.notebook import Shown
 from testbed.library.saving import Saved
 from testbed.outputs.comparison_folder import write_comparison
@@ -72,7 +73,8 @@ class Comparison(Shown, Saved):
         return comparison_page(self.kind, self.results, self.figures)
 
 
-def compare(folders: Sequence[str | Path]) -> Comparison:
+@checked
+def compare(folders: AnyPaths) -> Comparison:
     """Compare the results of runs, or of campaigns.
 
     Args:
@@ -114,7 +116,7 @@ def _read(folder: Path) -> tuple[Literal["run", "campaign"], Mapping[str, Any], 
     raise InputError(f"{folder}: holds neither {' nor '.join(_RESULTS)}: name the folder of a run or of a campaign")
 
 
-def _distinct_names(folders: Sequence[str | Path]) -> list[str]:
+def _distinct_names(folders: Sequence[AnyPath]) -> list[str]:
     """Return the folders' last names where these differ, else all of their paths."""
     names = [readable(Path(folder).resolve().name) for folder in folders]
     if len(set(names)) == len(names):

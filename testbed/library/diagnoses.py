@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from threadpoolctl import threadpool_limits
 
@@ -30,8 +30,9 @@ from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.effects.contract import Extension
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.errors import InputError
+from testbed.library.arguments import AN_INSTANCE, AnyPath, GivenScenario, Switch, checked, give
 from testbed.library.notebook import Shown
-from testbed.library.records import Records, stamps_of
+from testbed.library.records import GivenRecords, Records, require_runs, stamps_of
 from testbed.library.saving import Saved
 from testbed.library.scenarios import naming
 from testbed.next_experiment.proposal import Proposal, proposal_of
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
     from testbed.recording.notebook import Viewer
 
 Progress = Callable[[str], None]
+GivenStore = Annotated[Store, AN_INSTANCE, give("a store with the methods get and put, or None")]
 
 
 def _silent(_: str) -> None:
@@ -254,7 +256,8 @@ class ExtendedModel:
     extensions: tuple[Extension, ...]
     inertia: Matrix3
 
-    def save(self, folder: str | Path) -> Path:
+    @checked
+    def save(self, folder: AnyPath) -> Path:
         """Write platform.xml and scenario.toml, which fly as they stand, and return the scenario's path.
 
         Raises:
@@ -262,7 +265,8 @@ class ExtendedModel:
         """
         return write_extended(self.scenario, self.extensions, self.inertia, Path(folder))
 
-    def to_mjcf(self, path: str | Path) -> Path:
+    @checked
+    def to_mjcf(self, path: AnyPath) -> Path:
         """Write the platform with its estimated inertia as MJCF; `save` writes it with the effects too.
 
         Args:
@@ -273,7 +277,8 @@ class ExtendedModel:
         """
         return write_mjcf(self.scenario, self.inertia, Path(path))
 
-    def to_urdf(self, path: str | Path) -> Path:
+    @checked
+    def to_urdf(self, path: AnyPath) -> Path:
         """Write the platform with its estimated inertia as URDF, which knows neither motors nor the effects.
 
         A link stands for the bus, each gimbal and each rotor; mass and inertia are those of the whole platform.
@@ -287,14 +292,15 @@ class ExtendedModel:
         return write_urdf(self.scenario, self.inertia, Path(path))
 
 
+@checked
 def diagnose(
-    scenario: BodyScenario,
-    records: Records,
+    scenario: GivenScenario,
+    records: GivenRecords,
     *,
     progress: Progress = _silent,
-    keep: Store | None = None,
-    propose: bool = True,
-    reference: Records | None = None,
+    keep: GivenStore | None = None,
+    propose: Switch = True,
+    reference: GivenRecords | None = None,
 ) -> DiagnosisResult:
     """Find where a nominal model and measured records disagree, and name the effects that explain it.
 
@@ -340,6 +346,9 @@ def prepared_records(
     Raises:
         InputError: no record can be used, or they are of another platform or in other units.
     """
+    require_runs("records", records)
+    if reference is not None:
+        require_runs("reference", reference)
     origin = origin_of(scenario, records, "testbed.diagnose", reference)
     with naming(scenario):
         nominal = nominal_body(scenario)

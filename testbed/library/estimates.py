@@ -19,8 +19,9 @@ from testbed.estimation.combine import CombinedEstimate
 from testbed.experiment.experiment import Estimation
 from testbed.identification.identify import Identification, identify
 from testbed.identification.result import identification_result
+from testbed.library.arguments import AnyPath, Draws, GivenScenario, Seed, Text, checked
 from testbed.library.notebook import Shown, parameter_frame
-from testbed.library.records import Records, stamps_of
+from testbed.library.records import GivenRecords, Records, require_runs, stamps_of
 from testbed.library.saving import Saved
 from testbed.library.scenarios import naming, require_flyable
 from testbed.outputs.estimate_folder import write_estimates
@@ -28,7 +29,6 @@ from testbed.outputs.provenance import Provenance, provenance
 from testbed.report.frame.blocks import Page
 from testbed.report.measured import estimates_page, identification_verdict
 from testbed.report.verdict import leading_estimator
-from testbed.scenario.body import BodyScenario
 from testbed.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -89,7 +89,8 @@ class InertiaEstimate(Shown, Saved):
             columns |= {name: estimate.theta, f"{name}_std": estimate.std}
         return parameter_frame(columns, PARAMETER_NAMES)
 
-    def to_arviz(self, *, draws: int = _DRAWS, seed: int = 0) -> arviz.InferenceData:
+    @checked
+    def to_arviz(self, *, draws: Draws = _DRAWS, seed: Seed = 0) -> arviz.InferenceData:
         """Return the posterior of the inertia parameters, kg·m², a variable for each estimator.
 
         With a flat prior and Gaussian errors it is normal about the combined estimate, with its covariance.
@@ -97,6 +98,9 @@ class InertiaEstimate(Shown, Saved):
         Args:
             draws: how many samples.
             seed: of the samples.
+
+        Raises:
+            InputError: an argument is no such number.
         """
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", FutureWarning)  # once a day it announces its next version
@@ -114,7 +118,8 @@ class InertiaEstimate(Shown, Saved):
         )
         return posterior
 
-    def to_mjcf(self, path: str | Path, *, estimator: str | None = None) -> Path:
+    @checked
+    def to_mjcf(self, path: AnyPath, *, estimator: Text | None = None) -> Path:
         """Write the nominal platform with the estimated inertia as MJCF, which MuJoCo and a scenario read.
 
         Args:
@@ -126,7 +131,8 @@ class InertiaEstimate(Shown, Saved):
         """
         return write_mjcf(self.scenario, self._inertia(estimator), Path(path))
 
-    def to_urdf(self, path: str | Path, *, estimator: str | None = None) -> Path:
+    @checked
+    def to_urdf(self, path: AnyPath, *, estimator: Text | None = None) -> Path:
         """Write the nominal platform with the estimated inertia as URDF; as `to_mjcf`, without motors.
 
         A link stands for the bus, each gimbal and each rotor; mass and inertia are those of the whole platform.
@@ -149,7 +155,8 @@ class InertiaEstimate(Shown, Saved):
         return estimates_page(self.scenario, self.nominal, self.identification, self.origin.listed, {})
 
 
-def estimate(scenario: BodyScenario, records: Records) -> InertiaEstimate:
+@checked
+def estimate(scenario: GivenScenario, records: GivenRecords) -> InertiaEstimate:
     """Estimate the inertia from every record, and from all of them together.
 
     Args:
@@ -167,6 +174,7 @@ def estimate(scenario: BodyScenario, records: Records) -> InertiaEstimate:
         ['ls', 'iv', 'iv_momentum', 'output_error']
     """
     flown = require_flyable(scenario)
+    require_runs("records", records)
     origin = provenance(flown, flown.file, "testbed.estimate", data=stamps_of(records))
     with naming(flown):
         nominal = nominal_platform(flown)

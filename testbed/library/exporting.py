@@ -14,6 +14,7 @@ from testbed.assembly.description import write_mjcf, write_urdf
 from testbed.dynamics.inertia import inertia_of
 from testbed.errors import InputError
 from testbed.files import read_text
+from testbed.library.arguments import AnyPath, Text, checked
 from testbed.library.scenarios import naming, require_flyable
 from testbed.report.verdict import leading_estimator
 from testbed.scenario.reader import read_body_scenario
@@ -22,12 +23,13 @@ _LARGEST = 100_000_000
 """Bytes of a result; a diagnosis of a hundred runs has 10 MB."""
 
 
+@checked
 def export(
-    folder: str | Path,
+    folder: AnyPath,
     *,
-    mjcf: str | Path | None = None,
-    urdf: str | Path | None = None,
-    estimator: str | None = None,
+    mjcf: AnyPath | None = None,
+    urdf: AnyPath | None = None,
+    estimator: Text | None = None,
 ) -> tuple[Path, ...]:
     """Write the estimated platform of a run, of estimates or of a diagnosis for other programs, and return the files.
 

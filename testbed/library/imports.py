@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any
 
 from typing_extensions import override
 
 from testbed.files import TextFile
-from testbed.library.records import Records
+from testbed.library.arguments import AnyPath, Format, checked, give
+from testbed.library.records import Records, require_runs
 from testbed.logs.convert import Imported as Import
 from testbed.logs.convert import ImportedChannel, imported
 from testbed.logs.guess import guessed_map
@@ -20,6 +21,9 @@ from testbed.outputs.folder import reserved_folder
 from testbed.outputs.import_folder import write_import
 from testbed.outputs.provenance import provenance_of_files
 
+GivenMap = Annotated[
+    AnyPath | Mapping[str, Any], give("the path of MAP.toml, or its keys, such as {'schema': 1, ...}; see tb.guess_map")
+]
 _PACKAGES = ("testbed", "numpy", "pyarrow", "pint", "pyulog", "mcap", "mcap-protobuf-support", "rosbags")
 """Whose versions decide what is read of a log."""
 
@@ -58,7 +62,8 @@ class ImportedRecords(Records):
         return "\n".join([super().__str__(), *(f"dropped: {each}" for each in self.dropped)])
 
     @override
-    def save(self, folder: str | Path, *, format: Literal["parquet", "mcap"] = "parquet") -> Path:
+    @checked
+    def save(self, folder: AnyPath, *, format: Format = "parquet") -> Path:
         """Write the runs and provenance.json, as `testbed import` does; with `format="mcap"` as `Records.save`.
 
         Args:
@@ -66,10 +71,11 @@ class ImportedRecords(Records):
             format: of the runs.
 
         Raises:
-            InputError: the folder cannot be used.
+            InputError: there are no runs, there is no such format, or the folder cannot be used.
         """
         if format == "mcap":
             return super().save(folder, format=format)
+        require_runs("records", self)
         with reserved_folder(Path(folder), "import") as output:
             output.deliver(lambda place: self.write(place, "testbed.import_log"))
         return Path(folder)
@@ -85,10 +91,11 @@ class ImportedRecords(Records):
         write_import(folder, self.file, origin, self.made)
 
 
+@checked
 def import_log(
-    log: str | Path,
-    map: str | Path | Mapping[str, Any],  # noqa: A002 - what it is called everywhere else
-    out: str | Path | None = None,
+    log: AnyPath,
+    map: GivenMap,  # noqa: A002 - what it is called everywhere else
+    out: AnyPath | None = None,
 ) -> ImportedRecords:
     r"""Return a log of another program as records: ULog, MCAP, ROS bag, CSV or Parquet.
 
@@ -134,7 +141,8 @@ def import_log(
     return records
 
 
-def guess_map(log: str | Path) -> str:
+@checked
+def guess_map(log: AnyPath) -> str:
     r"""Return the text of a map for a log, proposed from names and units; each line says what it was taken from.
 
     Args:

@@ -7,30 +7,39 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from testbed.errors import InputError
-from testbed.formats.plan import PlanResult
+from testbed.formats.plan import PlanFlight, PlanResult
+from testbed.library.arguments import AnyPath, GivenScenario, Number, Seed, Switch, Text, Whole, checked, give
 from testbed.library.notebook import Shown
 from testbed.library.plan_flights import After, Maneuvers, PlanSetup, Progress, planned_in, silent
-from testbed.library.records import Records
+from testbed.library.records import GivenRecords, Records
 from testbed.library.scenarios import require_flyable
 from testbed.outputs.folder import reserved_folder
 from testbed.outputs.plan_folder import PlanFolder
 from testbed.outputs.provenance import Provenance
 from testbed.report.frame.blocks import Page
 from testbed.report.plan import plan_page, plan_verdict, wish_words
-from testbed.scenario.body import BodyScenario
+from testbed.scenario.actuators import wheel_count
+from testbed.scenario.scenario import Scenario
 from testbed.sequential.wanted import (
     ANY,
     Wanted,
     effect_wanted,
     inertia_wanted,
+    require_component,
 )
 
 if TYPE_CHECKING:
     import pandas as pd
 
+GivenEffect = Annotated[Text, give("'any', an effect's id such as 'gimbal_zero', or 'gimbal_zero:cmg3'")]
+GivenManeuvers = Annotated[Maneuvers, give("'chosen' or 'own'")]
+GivenStd = Annotated[
+    Number | Mapping[Text, Number],
+    give("a standard deviation in kg·m², such as 1e-5, or some by name, such as {'J11': 1e-5}"),
+]
 ALPHA = 0.05
 """Probability of a false name. Source: convention, that of the diagnosis's family-wise error."""
 MOST_FLIGHTS = 20
@@ -83,24 +92,26 @@ class FlightPlan(Shown):
         """Return a row for each flight: record, e-values as natural logarithms, diagnosis."""
         import pandas as pd  # noqa: PLC0415 - an optional extra
 
-        return pd.DataFrame([flight.model_dump() for flight in self.result.flights]).set_index("number")
+        flights = [flight.model_dump() for flight in self.result.flights]
+        return pd.DataFrame(flights, columns=list(PlanFlight.model_fields)).set_index("number")
 
     def _page(self) -> Page:
         return plan_page(self.result, self.origin.listed)
 
 
+@checked
 def plan(
-    scenario: BodyScenario,
-    records: Records | None = None,
+    scenario: GivenScenario,
+    records: GivenRecords | None = None,
     *,
-    effect: str | None = None,
-    inertia_std: float | Mapping[str, float] | None = None,
-    flights: int = MOST_FLIGHTS,
-    alpha: float = ALPHA,
-    seed: int | None = None,
-    maneuvers: Maneuvers = "chosen",
-    folder: str | Path | None = None,
-    resume: bool = False,
+    effect: GivenEffect | None = None,
+    inertia_std: GivenStd | None = None,
+    flights: Whole = MOST_FLIGHTS,
+    alpha: Number = ALPHA,
+    seed: Seed | None = None,
+    maneuvers: GivenManeuvers = "chosen",
+    folder: AnyPath | None = None,
+    resume: Switch = False,
     progress: Progress = silent,
     after: After = silent,
 ) -> FlightPlan:
@@ -134,9 +145,9 @@ def plan(
         >>> tb.plan(scenario, inertia_std=1e-3, maneuvers="own").outcome
         'inertia'
     """
-    wanted = wanted_of(effect, inertia_std)
-    require_plan(alpha, flights)
     flown = require_flyable(scenario)
+    wanted = wanted_of(flown, effect, inertia_std)
+    require_plan(alpha, flights)
     with ExitStack() as stack:
         if folder is None:
             if resume:
@@ -158,14 +169,16 @@ def plan(
     return found if folder is not None else replace(found, folder=None)
 
 
-def wanted_of(effect: str | None, inertia_std: float | str | Mapping[str, float] | None) -> Wanted:
+def wanted_of(scenario: Scenario, effect: str | None, inertia_std: float | str | Mapping[str, float] | None) -> Wanted:
     """Return what is wanted; arguments as of `plan`, the standard deviations also as the command line has them.
 
     Raises:
-        InputError: both are, or what is wanted does not exist.
+        InputError: both are, or what is wanted does not exist, at least not on this platform.
     """
     if inertia_std is None:
-        return effect_wanted(ANY if effect is None else effect)
+        wish = effect_wanted(ANY if effect is None else effect)
+        require_component(wish, scenario.name, scenario.gyros.units, wheel_count(scenario.actuators))
+        return wish
     if effect is not None:
         raise InputError("an effect's name and an inertia are wanted: plan one after the other, from the same records")
     if isinstance(inertia_std, Mapping):

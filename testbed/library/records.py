@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
+from pydantic import TypeAdapter
 
 from testbed.errors import InputError
 from testbed.files import FileStamp
+from testbed.library.arguments import AN_INSTANCE, UNCHECKED, AnyPath, Format, Number, checked, fitting, give
 from testbed.library.notebook import Shown
 from testbed.logs.export import write_mcap
+from testbed.records.checks import refuse
+from testbed.records.details import stated_details
 from testbed.records.reading import read_data_set, record_of
 from testbed.records.record import Record, RunDetails
 from testbed.records.tables import NUMERIC_COLUMNS
@@ -25,6 +30,13 @@ if TYPE_CHECKING:
 
 Columns = Mapping[str, ArrayLike]
 """A run: a column for each name of docs/reference/records.md, and `time_s`. A pandas data frame is one."""
+GivenRecord = Annotated[Record, AN_INSTANCE, give("a run, such as tb.fly(scenario).record")]
+GivenTables = Annotated[Columns | Mapping[str, Columns], UNCHECKED]
+_RUNS = TypeAdapter[Sequence[Record]](
+    Annotated[Sequence[GivenRecord], give("runs of one platform, such as (tb.fly(scenario).record,)")]
+)
+_NO_NUMBERS = {"c": "complex numbers", "b": "true and false", "m": "spans of time", "M": "dates"}
+"""Kinds of arrays that NumPy would turn into numbers, with another meaning."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -40,7 +52,13 @@ class Records(Shown):
     runs: tuple[Record, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "runs", tuple(_named_apart(self.runs)))
+        """Refuse what is no run, and number runs that share a name.
+
+        Raises:
+            InputError: it is not.
+        """
+        runs = fitting("runs", self.runs, _RUNS)
+        object.__setattr__(self, "runs", tuple(_named_apart(runs)))  # it is frozen
 
     def __iter__(self) -> Iterator[Record]:
         return iter(self.runs)
@@ -63,12 +81,18 @@ class Records(Shown):
         return "\n".join([f"{len(self.runs)} run{'s' * (len(self.runs) != 1)}", *map(repr, self.runs)])
 
     def to_pandas(self) -> pd.DataFrame:
-        """Return all runs as one table with a column `run`."""
+        """Return all runs as one table with a column `run`.
+
+        Raises:
+            InputError: there are no runs.
+        """
         import pandas as pd  # noqa: PLC0415 - an optional extra
 
+        require_runs("records", self)
         return pd.concat([frame_of(record).assign(run=record.details.name) for record in self.runs], ignore_index=True)
 
-    def save(self, folder: str | Path, *, format: Literal["parquet", "mcap"] = "parquet") -> Path:  # noqa: A002
+    @checked
+    def save(self, folder: AnyPath, *, format: Format = "parquet") -> Path:  # noqa: A002
         """Write the runs into a folder, a file each, from which they can be read again.
 
         A file of a run's name that is there already is replaced.
@@ -78,11 +102,10 @@ class Records(Shown):
             format: NAME.parquet each; or NAME.mcap, with NAME.map.toml, with which `import_log` reads it again.
 
         Raises:
-            InputError: a name can be no file's, there is no such format, the folder cannot be written, or the extra
-                `testbed[logs]` is missing.
+            InputError: there are no runs, a name can be no file's, there is no such format, the folder cannot be
+                written, or the extra `testbed[logs]` is missing.
         """
-        if format not in ("parquet", "mcap"):
-            raise InputError(f"format = {format!r}: give 'parquet' or 'mcap'")
+        require_runs("records", self)
         for record in self.runs:
             path = table_path(record, Path(folder))
             if format == "mcap":
@@ -90,6 +113,29 @@ class Records(Shown):
             else:
                 write_record(record, path)
         return Path(folder)
+
+
+GivenRecords = Annotated[
+    Records,
+    AN_INSTANCE,
+    give("records: tb.read_records(folder) reads them, tb.records_from(tables) makes them of tables"),
+]
+
+
+def require_runs(name: str, records: Records) -> None:
+    """Refuse records without a run.
+
+    Args:
+        name: of the argument.
+        records: of it.
+
+    Raises:
+        InputError: there is none.
+    """
+    if not records.runs:
+        raise InputError(
+            f"{name}: there are no records in it, not a single run; tb.read_records(folder) reads those of a folder"
+        )
 
 
 def _named_apart(runs: Sequence[Record]) -> Iterator[Record]:
@@ -106,7 +152,8 @@ def _named_apart(runs: Sequence[Record]) -> Iterator[Record]:
         yield record
 
 
-def read_records(folder: str | Path) -> Records:
+@checked
+def read_records(folder: AnyPath) -> Records:
     """Read every run of a folder: NAME.csv or NAME.parquet, with an optional NAME.toml beside it.
 
     Raises:
@@ -122,11 +169,12 @@ def read_records(folder: str | Path) -> Records:
     return Records(read_data_set(Path(folder)))
 
 
+@checked
 def records_from(
-    tables: Columns | Mapping[str, Columns],
+    tables: GivenTables,
     *,
     source: Literal["measured", "simulated"] = "measured",
-    gyro_noise_rad_s: float | None = None,
+    gyro_noise_rad_s: Number | None = None,
 ) -> Records:
     """Return runs from tables that a program already holds.
 
@@ -147,21 +195,15 @@ def records_from(
         'flight 2'
     """
     return Records(
-        tuple(
-            record_of(
-                _numbers(str(name), table),
-                _details(str(name), source, gyro_noise_rad_s),
-                {column: np.asarray(table[column]) for column in table if column not in NUMERIC_COLUMNS},
-            )
-            for name, table in _by_name(tables).items()
-        )
+        tuple(_record(table, _details(str(name), source, gyro_noise_rad_s)) for name, table in _by_name(tables).items())
     )
 
 
-def _details(name: str, source: Literal["measured", "simulated"], gyro_noise: float | None) -> RunDetails:
+def _details(name: str, source: str, gyro_noise: float | None) -> RunDetails:
     if not name:
         raise InputError("a run's name is empty: give each table one that says which flight it is")
-    return RunDetails(name=name, source=source, gyro_noise=gyro_noise)
+    said = {"name": name, "source": source, "gyro_noise_rad_s": gyro_noise}
+    return stated_details(Path(name), {key: value for key, value in said.items() if value is not None})
 
 
 def _by_name(tables: Columns | Mapping[str, Columns]) -> Mapping[str, Columns]:
@@ -179,26 +221,56 @@ def _is_table(given: object) -> bool:
     return hasattr(given, "columns") or isinstance(given, Mapping)
 
 
-def frame_of(record: Record) -> pd.DataFrame:
-    """Return a run as a pandas data frame, with the columns that `records_from` takes."""
+@checked
+def frame_of(record: GivenRecord) -> pd.DataFrame:
+    """Return a run as a pandas data frame, with the columns that `records_from` takes.
+
+    Raises:
+        InputError: it is no run.
+    """
     return table_of(record).to_pandas()
 
 
-def _numbers(name: str, table: Columns) -> dict[str, Any]:
+def _record(table: Columns, details: RunDetails) -> Record:
+    """Return a run from a table.
+
+    Raises:
+        InputError: a column has no name of its own, or is no column of numbers; or as `record_of`.
+    """
+    place = Path(details.name)
+    refuse(place, list(_name_problems(list(table))))
+    columns = {name: _column(name, table[name]) for name in table}
+    refuse(place, [each for each in columns.values() if isinstance(each, str)])
+    arrays = {name: each for name, each in columns.items() if not isinstance(each, str)}
+    numbers = {name: each for name, each in arrays.items() if name in NUMERIC_COLUMNS}
+    return record_of(numbers, details, {name: each for name, each in arrays.items() if name not in numbers})
+
+
+def _name_problems(names: Sequence[object]) -> Iterator[str]:
+    """Yield what is wrong with the names of columns: no texts, or one of several columns."""
+    for name, times in Counter(map(str, names)).items():
+        if times > 1:
+            yield f"column {name} appears {times} times: give each column once"
+    for each in names:
+        if not isinstance(each, str):
+            yield f"column {each!r}: a column's name is a text, such as 'time_s'"
+
+
+def _column(name: str, values: ArrayLike) -> NDArray[Any] | str:
+    """Return a column, shape (N,), that of a signal in floating point; or what is wrong with it."""
     try:
-        return {column: np.asarray(table[column], dtype=np.float64) for column in table if column in NUMERIC_COLUMNS}
+        column = np.asarray(values)
+        if column.ndim != 1:
+            return f"column {name} has the shape {column.shape}: give a list of one value for each row"
+        if name not in NUMERIC_COLUMNS:
+            return column
+        if column.dtype.kind in _NO_NUMBERS:
+            return f"column {name} holds {_NO_NUMBERS[column.dtype.kind]}, not real numbers"
+        return np.asarray(column, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise InputError(f"{name}: holds what is no number ({error})") from error
+        return f"column {name} holds what is no number ({error})"
 
 
 def stamps_of(records: Records) -> list[FileStamp]:
-    """Return the files that records were read from; none of tables that a program held.
-
-    Raises:
-        InputError: these are no records.
-    """
-    if not isinstance(records, Records):
-        raise InputError(
-            f"{type(records).__name__}: is no Records; give tb.records_from(tables) or tb.read_records(folder)"
-        )
+    """Return the files that records were read from; none of tables that a program held."""
     return [stamp for record in records for stamp in record.files]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from testbed.arrays import Theta
 from testbed.assembly.dispersion import dispersed
@@ -18,6 +18,7 @@ from testbed.experiment.conduct import conduct
 from testbed.experiment.experiment import Experiment
 from testbed.experiment.planning import Plan, design_seed, plan_maneuver
 from testbed.experiment.result import result_of
+from testbed.library.arguments import AN_INSTANCE, AnyPath, GivenScenario, Seed, Switch, checked, give
 from testbed.library.notebook import Shown, parameter_frame
 from testbed.library.saving import Saved
 from testbed.library.scenarios import naming, require_flyable
@@ -29,7 +30,6 @@ from testbed.recording.notebook import notebook_viewer
 from testbed.records.record import Record
 from testbed.report.frame.blocks import Page
 from testbed.report.run import run_page, run_verdict
-from testbed.scenario.body import BodyScenario
 from testbed.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -81,6 +81,9 @@ class Maneuver(Shown, Saved):
         origin = self.origin.with_command(command)
         write_design(folder, self.scenario.file, origin, self.scenario, self.plan.design)
         return ()
+
+
+GivenManeuver = Annotated[Maneuver, AN_INSTANCE, give("a maneuver: tb.design(scenario) makes one; or None")]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -146,7 +149,8 @@ class Run(Shown, Saved):
         write_run(folder, self.scenario.file, self.origin.with_command(command), self.experiment)
         return ()
 
-    def show(self, folder: str | Path, *, web: bool = False) -> None:
+    @checked
+    def show(self, folder: AnyPath, *, web: Switch = False) -> None:
         """Write the run folder and open its recording in the rerun viewer, until that is closed.
 
         Args:
@@ -175,7 +179,8 @@ class Run(Shown, Saved):
         return run_page(self.experiment, self.origin.listed, {})
 
 
-def design(scenario: BodyScenario, *, seed: int | None = None, progress: DesignProgress = silent) -> Maneuver:
+@checked
+def design(scenario: GivenScenario, *, seed: Seed | None = None, progress: DesignProgress = silent) -> Maneuver:
     """Design the maneuver of a scenario, or take the one that it gives.
 
     Args:
@@ -199,12 +204,13 @@ def design(scenario: BodyScenario, *, seed: int | None = None, progress: DesignP
     return Maneuver(scenario=flown, plan=plan, origin=origin)
 
 
+@checked
 def fly(
-    scenario: BodyScenario,
-    maneuver: Maneuver | None = None,
+    scenario: GivenScenario,
+    maneuver: GivenManeuver | None = None,
     *,
-    seed: int | None = None,
-    draw: bool = False,
+    seed: Seed | None = None,
+    draw: Switch = False,
     progress: DesignProgress = silent,
 ) -> Run:
     """Fly a scenario in the closed loop and estimate the inertia from what it sent.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from pathlib import Path
 
+from testbed.library.arguments import AnyPath, checked
 from testbed.outputs.folder import reserved_folder
 
 
@@ -26,7 +27,8 @@ class Saved(ABC):
             InputError: there is nothing to write.
         """
 
-    def save(self, folder: str | Path) -> Path:
+    @checked
+    def save(self, folder: AnyPath) -> Path:
         """Write the folder that the command for such a result writes; all of it appears, or nothing.
 
         Args:

@@ -12,13 +12,15 @@ import tomli_w
 
 from testbed.errors import InfeasibleDesignError, InputError, UnphysicalPlatformError
 from testbed.files import DEEPEST, TextFile, parsed_toml, readable
+from testbed.library.arguments import AnyPath, Overrides, checked
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.reader import body_scenario_of, scenario_file
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.shipped import shipped_scenario, shipped_scenarios
 
 
-def read_scenario(source: str | Path, overrides: Mapping[str, object] | None = None) -> BodyScenario:
+@checked
+def read_scenario(source: AnyPath, overrides: Overrides | None = None) -> BodyScenario:
     """Read and check a scenario.
 
     Args:

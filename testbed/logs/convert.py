@@ -161,13 +161,16 @@ def _topic_problems(topic: str, survey: Mapping[str, Topic]) -> list[str]:
 
 
 def _field_problems(topic: str, fields: list[str], survey: Mapping[str, Topic]) -> list[str]:
-    where, offered = f"topic {topic}, field" if topic else "column", survey[topic].fields
-    return [
-        f"{where} {field}: holds no number that could be read"
-        if field in offered
-        else f"{where} {field}: {_nearest(field, list(offered))}"
-        for field in fields
-    ]
+    where = f"topic {topic}, field" if topic else "column"
+    return [f"{where} {field}: {_field_problem(field, survey[topic])}" for field in fields]
+
+
+def _field_problem(field: str, topic: Topic) -> str:
+    if field in topic.empty:
+        return "has no values: none of its cells holds a number; take it out of the map, or name another one"
+    if field in topic.fields:
+        return "holds no number that could be read"
+    return _nearest(field, list(topic.fields))
 
 
 def _nearest(name: str, names: list[str]) -> str:

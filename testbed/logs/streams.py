@@ -68,12 +68,14 @@ class Topic:
         fields: its numbers by name, each with the first value.
         units: of fields whose unit the format states.
         received: whether the log has a time of its own for each message.
+        empty: fields that it has without a single number.
     """
 
     kind: str
     fields: Mapping[str, float]
     units: Mapping[str, str] = field(default_factory=dict)
     received: bool = True
+    empty: Collection[str] = ()
 
 
 @dataclass(frozen=True)

@@ -242,7 +242,7 @@ def _surveyed(batches: Iterable[pa.RecordBatch], units: Mapping[str, str], *, de
     first = next(iter(batches), None)
     if first is None:
         return Topic(kind="", fields={}, received=False)
-    fields, stated = {}, dict(units)
+    fields, stated, empty = {}, dict(units), []
     for name in first.schema.names:
         column = _Column()
         values = _numbers(first.column(name), column, decimal_comma=decimal_comma)
@@ -251,7 +251,10 @@ def _surveyed(batches: Iterable[pa.RecordBatch], units: Mapping[str, str], *, de
         if present.size:
             fields[name] = float(present[0])
             stated |= {} if column.unit is None else {name: column.unit}
-    return Topic(kind="", fields=fields, units={name: unit for name, unit in stated.items() if unit}, received=False)
+        else:
+            empty.append(name)
+    units = {name: unit for name, unit in stated.items() if unit}
+    return Topic(kind="", fields=fields, units=units, received=False, empty=empty)
 
 
 def _collected(

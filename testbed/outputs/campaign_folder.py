@@ -47,7 +47,7 @@ def start_campaign(folder: Path, file: TextFile, plan: Plan) -> None:
             (folder / _MANEUVER).write_text(maneuver_section(plan.design), encoding="utf-8")
     except OSError as error:
         raise InputError(
-            f"{folder}: cannot be written ({error.strerror}); make room or choose another --out"
+            f"{folder}: cannot be written ({error.strerror}); make room or choose another folder"
         ) from error
 
 

@@ -123,7 +123,7 @@ def _read(path: Path, identity: Mapping[str, Any]) -> KeptParts:
     kept = {name: content for name, content in map(_checked, lines) if name}
     begun = kept.pop(_IDENTITY, None)
     if begun is None:
-        raise InputError(f"{path}: its first line, which names the diagnosis, is damaged; choose another --out")
+        raise InputError(f"{path}: its first line, which names the diagnosis, is damaged; choose another folder")
     require_same(path.parent, "diagnosis", begun, identity)
     damaged = sum(map(bool, lines)) - len(kept) - 1
     if damaged:

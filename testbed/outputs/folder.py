@@ -132,9 +132,9 @@ def _claimed(stack: ExitStack, path: Path, *, resume: bool) -> OutputFolder:
             own.callback(shutil.rmtree, folder.scratch, ignore_errors=True)
             _require_room(folder.scratch)
         except FolderBusyError as error:
-            raise _TakenError("another command is writing to it; wait for it, or choose another --out") from error
+            raise _TakenError("another command is writing to it; wait for it, or choose another folder") from error
         except (OSError, ValueError) as error:  # a name that no file can have is a ValueError
-            raise OutputError(f"{path}: {_reason(error)}; make room, or choose another --out") from error
+            raise OutputError(f"{path}: {_reason(error)}; make room, or choose another folder") from error
         stack.push(own.pop_all())
     return folder
 
@@ -150,12 +150,12 @@ def _made(path: Path) -> list[Path]:
 
 def _require_folder(path: Path) -> None:
     if not path.is_dir():
-        raise _TakenError("is a file; give --out a new or empty folder, nothing is overwritten")
+        raise _TakenError("is a file; give a new or empty folder, nothing is overwritten")
 
 
 def _require_free(path: Path, *, resume: bool) -> None:
     if not resume and _is_filled(path):
-        raise _TakenError("is a folder that is not empty; give --out a new or empty folder, nothing is overwritten")
+        raise _TakenError("is a folder that is not empty; give a new or empty folder, nothing is overwritten")
 
 
 def _is_filled(path: Path) -> bool:

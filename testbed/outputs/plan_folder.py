@@ -46,7 +46,9 @@ class PlanFolder:
         """
         path = self.path / PLAN
         if not path.is_file():
-            raise InputError(f"{self.path}: holds no {PLAN}, so that there is nothing to go on with; omit --resume")
+            raise InputError(
+                f"{self.path}: holds no {PLAN}, so that there is nothing to go on with; begin without resume"
+            )
         try:
             state = PlanResult.model_validate_json(read_text(path, "the state of a campaign", _LARGEST).text)
         except ValidationError as error:

@@ -158,7 +158,7 @@ def _lacking(taken: tuple[Taken, ...]) -> Iterator[str]:
     for each in taken:
         if each.role == "locked":
             yield f"the joint {each.name} is none: it {each.reason}"
-    yield "where a joint is one in spite of that, --wheel NAME takes it for a wheel"
+    yield "where a joint is one in spite of that, name it as a wheel"
 
 
 class _Found:

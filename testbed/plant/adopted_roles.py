@@ -151,16 +151,16 @@ class _Roles:
         for joint in self.joints:
             name, carrier = self.own.name(joint), self.carriers[joint]
             wheel, rotor = (self.is_named(joint, names) for names in (self.corrections.wheel, self.corrections.rotor))
-            option = f"--{'wheel' if wheel else 'rotor'} {name}"
+            option = f"{'wheel' if wheel else 'rotor'} {name}"
             if (wheel or rotor) and not self._is_hinge(joint):
                 raise InputError(f"{option}: it is no hinge, or not the only joint of its body; nothing else turns one")
             if wheel and carrier != self.base:
                 stands = self.own.name(carrier)
-                raise InputError(f"{option}: it turns on {stands}, not on the platform; --ignore {stands} locks that")
-            if rotor and joint not in self.gimbals.values():
-                text = (
-                    "a gyro's rotor is carried by a hinge of the platform that carries nothing else; --ignore the rest"
+                raise InputError(
+                    f"{option}: it turns on {stands}, not on the platform; ignore {stands}, which locks that"
                 )
+            if rotor and joint not in self.gimbals.values():
+                text = "a gyro's rotor is carried by a hinge of the platform that carries nothing else; ignore the rest"
                 raise InputError(f"{option}: {text}")
 
     @property
@@ -183,9 +183,9 @@ class _Roles:
 
     def _role(self, joint: int) -> tuple[Role, str]:
         if joint not in self.moving:
-            return "locked", "as --ignore says"
+            return "locked", "as ignore says"
         if self.is_named(joint, self.corrections.wheel):
-            return "wheel", "as --wheel says"
+            return "wheel", "as wheel says"
         if joint in self.gimbals:
             return "gimbal", f"carries the rotor {self.own.name(self.gimbals[joint])} across its axis"
         for gimbal, rotor in self.gimbals.items():
@@ -247,4 +247,4 @@ def _require_known(roles: _Roles) -> None:
             if name not in known:
                 near = get_close_matches(name, known, n=1)
                 hint = f"did you mean {near[0]}?" if near else f"they are {', '.join(joints)}"
-                raise InputError(f"--{option} {name}: the platform of {own.path} has no such joint or body; {hint}")
+                raise InputError(f"{option} {name}: the platform of {own.path} has no such joint or body; {hint}")

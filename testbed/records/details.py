@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, Strict, ValidationError, model_validator
 from pydantic_core import ErrorDetails
@@ -67,11 +67,24 @@ def details_of(file: TextFile) -> RunDetails:
     Raises:
         InputError: it is not TOML, or has unknown keys or wrong values; the message lists them all.
     """
+    return stated_details(file.path, parsed_toml(file))
+
+
+def stated_details(path: Path, keys: Mapping[str, Any]) -> RunDetails:
+    """Return what the keys of a NAME.toml say, whoever states them.
+
+    Args:
+        path: that stands before what is wrong; its stem is the run's name where no key gives one.
+        keys: with their values.
+
+    Raises:
+        InputError: there are unknown keys or wrong values; the message lists them all.
+    """
     try:
-        said = _DetailsFile.model_validate(parsed_toml(file), by_name=False)
+        said = _DetailsFile.model_validate(keys, by_name=False)
     except ValidationError as error:
-        raise InputError(listing(file.path, [_problem(problem) for problem in error.errors()])) from error
-    return RunDetails(**{"name": readable(file.path.stem), **said.model_dump(exclude_none=True)})
+        raise InputError(listing(path, [_problem(problem) for problem in error.errors()])) from error
+    return RunDetails(**{"name": readable(path.stem), **said.model_dump(exclude_none=True)})
 
 
 def details_text(details: RunDetails, stem: str) -> str:

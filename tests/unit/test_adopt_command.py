@@ -45,8 +45,8 @@ def test_a_model_becomes_a_scenario_that_passes_the_check(here, capsys):
 def test_what_was_taken_wrongly_is_corrected(capsys):
     assert run("adopt", MODEL, "--out", "mine.toml", "--wheel", "shutter", "--ignore", "panel_drive") == 0
     printed = " ".join(capsys.readouterr().out.split())
-    assert "shutter_hinge wheel as --wheel says" in printed
-    assert "panel_drive locked as --ignore says" in printed
+    assert "shutter_hinge wheel as wheel says" in printed
+    assert "panel_drive locked as ignore says" in printed
     assert "shutter_hinge: its centre of mass is 0.03 m off its axis; it is flown as balanced" in printed
     assert "differs: from the model by more than rounding" in printed
     assert tb.read_scenario("mine.toml").name == "mine"

@@ -235,6 +235,7 @@ def test_going_on_as_another_plan_is_refused(records, tmp_path):
     ("arguments", "said"),
     [
         (["basic", "--effect", "no_such"], "there is no effect"),
+        (["basic", "--effect", "gimbal_zero:cmg8"], "basic has no cmg8; it has cmg1, cmg2, cmg3, cmg4, cmg5, cmg6"),
         (["basic", "--effect", "any", "--inertia-std", "1e-5"], "plan one after the other"),
         (["basic", "--alpha", "1.5"], "above 0 and below 1"),
         (["basic", "--maneuvers", "mine"], "give chosen or own"),

@@ -207,6 +207,14 @@ def test_help_lists_the_commands():
         assert name in shown
 
 
+@pytest.mark.parametrize("size", ["0", "00"])
+def test_a_terminal_of_no_width_is_one_of_unknown_width(size):
+    command = [sys.executable, "-c", "from testbed.cli import main; main()", "list"]
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": size, "LINES": size}
+    shown = subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout
+    assert "zero_g" in shown
+
+
 def test_help_imports_no_engine():
     """What keeps `testbed --help` fast."""
     code = (

@@ -1,12 +1,17 @@
 """What no effect of the library explains: formulas are searched, named with their size, flown and kept."""
 
 import json
+import os
+import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 
 from support.diagnosed_records import nominal, records
 from support.flown_effects import flown, scenario
+from support.processes import ROOT
 from testbed.diagnosis.findings import model_notices
 from testbed.diagnosis.formulas import screened_formulas
 from testbed.diagnosis.method import diagnosed
@@ -181,7 +186,7 @@ def test_a_formula_is_kept_as_data_under_a_name(tmp_path, monkeypatch):
     monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "own"))
     path = save_effect(diagnosis_with(tmp_path, PRODUCT), "arm_product")
     assert path == tmp_path / "own" / "arm_product.toml"
-    (effect,) = kept_effects()
+    (effect,) = kept_effects().values()
     assert (effect.id, effect.components) == ("arm_product", ("platform",))
     assert effect.parameters[0].typical_on(0.024) == pytest.approx(1.3e-3)
     state, said = last_of(data_of(PRODUCT, [SIZE]), FEW | {effect.id: effect})
@@ -211,4 +216,31 @@ def test_a_damaged_effect_of_the_library_is_named(tmp_path, monkeypatch):
         'name = "arm"\nformula = "w_q about z"\nsizes = [1.0]\nmean_inertia_kg_m2 = 1.0\n'
     )
     with pytest.raises(InputError, match=r"arm\.toml: is no effect .* did you mean w_"):
-        list(kept_effects())
+        kept_effects()
+
+
+def kept_in(folder, file, name):
+    path = folder / file
+    path.write_text(f'name = "{name}"\nformula = "w_x*w_y about z"\nsizes = [1.0]\nmean_inertia_kg_m2 = 1.0\n')
+    return path
+
+
+def test_two_files_of_one_name_are_both_named(tmp_path, monkeypatch):
+    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path))
+    one, other = (kept_in(tmp_path, file, "arm_product") for file in ("arm.toml", "copy of arm.toml"))
+    with pytest.raises(InputError, match=re.escape(f"{one} and {other}: both are called arm_product; change name in")):
+        kept_effects()
+
+
+def test_a_file_with_the_name_of_an_effect_of_the_library_is_named(tmp_path):
+    path = kept_in(tmp_path, "mine.toml", "viscous_drag")
+    listed = subprocess.run(
+        [sys.executable, "-m", "testbed", "effects", "list"],
+        env=os.environ | {FOLDER_VARIABLE: str(tmp_path)},
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert listed.returncode == 2
+    assert f"{path}: viscous_drag: an effect of this id is registered already" in " ".join(listed.stderr.split())

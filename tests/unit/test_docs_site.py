@@ -45,6 +45,14 @@ def test_the_reference_has_every_name_of_the_library(site):
     assert "Example</p>" not in page, "an example would be shown as a remark, its lines run together"
 
 
+def test_a_parameter_shows_its_type_and_not_its_check(site):
+    page = re.sub(r"<[^>]+>", "", (site / "reference" / "api.html").read_text(encoding="utf-8"))
+    assert "seed: int | None = None" in page
+    assert "folders: Sequence[str | Path]" in page
+    assert "Seed | None" not in page
+    assert "AnyPath" not in page
+
+
 def test_files_of_the_repository_are_on_it(site):
     assert (site / "repository" / "scenarios" / "zero_g.toml").is_file()
     assert (site / "repository" / "examples" / "index.html").is_file()

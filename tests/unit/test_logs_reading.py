@@ -321,6 +321,15 @@ def test_words_and_ragged_rows_are_left_out_and_said(tmp_path):
         (text(names=["t", "gx", "gx", "gz", "mx", "my", "mz"]), "more than one column is called 'gx'"),
         (text(names=["t", "wx", "wy", "wz", "mx", "my", "mz"]), "column gx: is not there; did you mean"),
         ("hello\n1\n", "column gx: is not there"),
+        (
+            text(table=[[cell if at != 1 else "nan" for at, cell in enumerate(row)] for row in rows()]),
+            "gx: has no values",
+        ),
+        (text(table=[[cell if at != 1 else "" for at, cell in enumerate(row)] for row in rows()]), "gx: has no values"),
+        (
+            text(table=[[cell if at != 1 else "bad" for at, cell in enumerate(row)] for row in rows()]),
+            "gx: has no values",
+        ),
     ],
 )
 def test_a_table_that_is_not_the_maps_is_refused(tmp_path, content, says):
