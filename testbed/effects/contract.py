@@ -13,6 +13,7 @@ from testbed.arrays import Array
 from testbed.plant.additions import Addition
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
+from testbed.scenario.actuators import wheel_count
 from testbed.scenario.scenario import Scenario
 from testbed.signals import KINDS, MOST_UNITS
 
@@ -291,6 +292,11 @@ def components_in(effect: NamedEffect, units: int, wheels: int = 0, thrusters: i
     """Return where an effect can sit on a platform with so many CMG units, wheels, and thrusters with commands."""
     absent = (*UNITS[units:], *WHEELS[wheels:], *THRUSTERS[thrusters:])
     return tuple(component for component in effect.components if component not in absent)
+
+
+def components_flown(effect: NamedEffect, scenario: Scenario) -> tuple[str, ...]:
+    """Return where an effect can sit on the platform of a scenario that flies."""
+    return components_in(effect, scenario.gyros.units, wheel_count(scenario.actuators))
 
 
 def thruster_index(component: str) -> int:

@@ -21,7 +21,6 @@ from testbed.outputs.plan_folder import PlanFolder
 from testbed.outputs.provenance import Provenance
 from testbed.report.frame.blocks import Page
 from testbed.report.plan import plan_page, plan_verdict, wish_words
-from testbed.scenario.actuators import wheel_count
 from testbed.scenario.scenario import Scenario
 from testbed.sequential.wanted import (
     ANY,
@@ -177,7 +176,7 @@ def wanted_of(scenario: Scenario, effect: str | None, inertia_std: float | str |
     """
     if inertia_std is None:
         wish = effect_wanted(ANY if effect is None else effect)
-        require_component(wish, scenario.name, scenario.gyros.units, wheel_count(scenario.actuators))
+        require_component(wish, scenario)
         return wish
     if effect is not None:
         raise InputError("an effect's name and an inertia are wanted: plan one after the other, from the same records")

@@ -11,9 +11,10 @@ import numpy as np
 
 from testbed.arrays import Flags, Theta
 from testbed.dynamics.inertia import PARAMETER_NAMES
-from testbed.effects.contract import components_in
+from testbed.effects.contract import components_flown
 from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError
+from testbed.scenario.scenario import Scenario
 
 ANY = "any"
 """Wish for the name of whichever effect is there."""
@@ -96,25 +97,23 @@ def effect_wanted(text: str) -> EffectWanted:
     return EffectWanted(effect=effect, component=component or None)
 
 
-def require_component(wish: EffectWanted, platform: str, units: int, wheels: int) -> None:
+def require_component(wish: EffectWanted, scenario: Scenario) -> None:
     """Refuse a wish for the name of what a platform does not have: no flight of it could bring evidence.
 
     Args:
         wish: for a name.
-        platform: name of its scenario.
-        units: how many CMG units it has.
-        wheels: how many reaction wheels.
+        scenario: of the platform.
 
     Raises:
         InputError: the effect, or its component, is not there; the message names those that are.
     """
     if wish.effect is None:
         return
-    present = components_in(EFFECTS[wish.effect], units, wheels)
+    present = components_flown(EFFECTS[wish.effect], scenario)
     if not present:
-        raise InputError(f"{wish.text}: {platform} has no part that {wish.effect} could sit in")
+        raise InputError(f"{wish.text}: {scenario.name} has no part that {wish.effect} could sit in")
     if wish.component not in (None, *present):
-        raise InputError(f"{wish.text}: {platform} has no {wish.component}; it has {', '.join(present)}")
+        raise InputError(f"{wish.text}: {scenario.name} has no {wish.component}; it has {', '.join(present)}")
 
 
 def inertia_wanted(text: str) -> InertiaWanted:
