@@ -75,6 +75,8 @@ class Rosbag(Log):
     def _opened(self) -> Iterator[Any]:
         if self.path.is_file() and self.path.suffix not in (".bag", ".db3"):
             raise InputError(f"{self.path}: the name of a ROS bag ends in .bag or .db3, by which it is read: rename it")
+        if self.path.is_dir() and not (self.path / "metadata.yaml").is_file():
+            raise InputError(f"{self.path}: is a folder without metadata.yaml, so no ROS 2 bag: name the file of the log")
         highlevel = library("rosbags.highlevel", "reading ROS bags")
         types = library("rosbags.typesys", "reading ROS bags")
         with parsing(self.path, "a ROS bag"):

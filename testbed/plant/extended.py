@@ -28,5 +28,9 @@ def extended_platform(properties: PlatformProperties, path: Path | None, additio
     try:
         spec.compile()
     except ValueError as error:
-        raise InputError(f"{source}: MuJoCo cannot compile the extended platform: {error}") from error
+        reason = str(error).splitlines()[0]
+        raise InputError(
+            f"{source}: with what was added it is no platform that could fly: a part that was found has a mass or an "
+            f"inertia that no body has (MuJoCo: {reason})"
+        ) from error
     return str(spec.to_xml())

@@ -172,6 +172,11 @@ def test_a_bag_of_another_name_is_refused(tmp_path):
         tb.import_log(tmp_path / "log", logs.ROS_MAP)
 
 
+def test_a_folder_that_is_no_bag_is_refused(tmp_path):
+    with pytest.raises(tb.InputError, match=r"is a folder without metadata\.yaml, so no ROS 2 bag"):
+        tb.import_log(tmp_path, logs.ROS_MAP)
+
+
 def test_one_database_of_a_bag_is_read_alone(tmp_path):
     path = next(logs.write_bag(tmp_path / "bag").glob("*.db3"))
     assert len(tb.import_log(path, logs.ROS_MAP).runs[0].time) == ROWS
