@@ -76,7 +76,7 @@ class Rosbag(Log):
         if self.path.is_file() and self.path.suffix not in (".bag", ".db3"):
             raise InputError(f"{self.path}: the name of a ROS bag ends in .bag or .db3, by which it is read: rename it")
         if self.path.is_dir() and not (self.path / "metadata.yaml").is_file():
-            raise InputError(f"{self.path}: is a folder without metadata.yaml, so no ROS 2 bag: name the file of the log")
+            raise InputError(f"{self.path}: is a folder without metadata.yaml, so no bag of ROS 2: name the log's file")
         highlevel = library("rosbags.highlevel", "reading ROS bags")
         types = library("rosbags.typesys", "reading ROS bags")
         with parsing(self.path, "a ROS bag"):

@@ -172,11 +172,6 @@ def test_a_bag_of_another_name_is_refused(tmp_path):
         tb.import_log(tmp_path / "log", logs.ROS_MAP)
 
 
-def test_a_folder_that_is_no_bag_is_refused(tmp_path):
-    with pytest.raises(tb.InputError, match=r"is a folder without metadata\.yaml, so no ROS 2 bag"):
-        tb.import_log(tmp_path, logs.ROS_MAP)
-
-
 def test_one_database_of_a_bag_is_read_alone(tmp_path):
     path = next(logs.write_bag(tmp_path / "bag").glob("*.db3"))
     assert len(tb.import_log(path, logs.ROS_MAP).runs[0].time) == ROWS
@@ -228,7 +223,7 @@ def test_random_bytes_are_refused_by_what_their_name_says(tmp_path, name, says):
 def test_a_log_that_is_not_there_is_refused(tmp_path):
     with pytest.raises(tb.InputError, match="give the path of a log: ULog, MCAP, ROS bag, CSV or Parquet"):
         tb.import_log(tmp_path / "none.ulg", logs.ULOG_MAP)
-    with pytest.raises(tb.InputError, match="cannot be read as a ROS bag"):
+    with pytest.raises(tb.InputError, match=r"is a folder without metadata\.yaml, so no bag of ROS 2"):
         tb.import_log(tmp_path, logs.ROS_MAP)
 
 
