@@ -21,7 +21,7 @@ import numpy as np
 
 from benchmarks.environments import environment
 from testbed.assembly.platform import nominal_platform
-from testbed.diagnosis.model import fitted
+from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.screening import most_telling
 from testbed.diagnosis.signatures import hypotheses, signatures

@@ -28,7 +28,7 @@ from concealing.flown import fly_case, sensors_of
 from concealing.order import Order, case_name
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.data import joined
-from testbed.diagnosis.model import fitted
+from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.screening import screened
 from testbed.diagnosis.settings import SETTINGS

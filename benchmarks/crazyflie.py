@@ -22,7 +22,8 @@ from scipy.signal import butter, sosfiltfilt
 from testbed.arrays import Array, Theta
 from testbed.assembly.platform import nominal_body
 from testbed.assembly.telemetry import telemetry_of
-from testbed.diagnosis.model import Fit, Hypothesis, fitted, in_torque_noise, starts_of
+from testbed.diagnosis.fitting import fitted, in_torque_noise, starts_of
+from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.reading import DataSet, data_set_of
 from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.effects.registry import EFFECTS

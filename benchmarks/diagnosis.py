@@ -23,7 +23,8 @@ from concealing.strata import bare_case
 from concealing.wheel_case import WheelCase, WheelRun
 from concealing.wheel_set import conceal_wheels
 from testbed.assembly.platform import nominal_platform
-from testbed.diagnosis.model import Hypothesis, fitted
+from testbed.diagnosis.fitting import fitted
+from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.reading import DataSet, data_set_of
 from testbed.diagnosis.screening import screened
 from testbed.diagnosis.signatures import hypotheses

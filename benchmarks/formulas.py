@@ -27,8 +27,9 @@ from benchmarks.formulas_page import OURS, page, rows_of
 from benchmarks.table import DOCS, here_and_now
 from testbed.arrays import Theta
 from testbed.assembly.platform import nominal_platform
+from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.method import diagnosed
-from testbed.diagnosis.model import Hypothesis, fitted
+from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.reading import DataSet
 from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import theta_of

@@ -19,8 +19,8 @@ import numpy as np
 from concealing.asked import asked_case
 from concealing.files import conceal
 from testbed.assembly.platform import nominal_platform
+from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.misfit import Misfit, explained
-from testbed.diagnosis.model import fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.screening import screened
 from testbed.diagnosis.search import gap_of

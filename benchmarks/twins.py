@@ -21,7 +21,8 @@ from testbed.arrays import Array
 from testbed.assembly.telemetry import telemetry_of
 from testbed.diagnosis import model
 from testbed.diagnosis.data import Runs, runs_of
-from testbed.diagnosis.model import Fit, Hypothesis, fitted, moved
+from testbed.diagnosis.fitting import fitted
+from testbed.diagnosis.model import Fit, Hypothesis, moved
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError

@@ -11,8 +11,9 @@ import scipy
 from testbed.arrays import Array, Theta
 from testbed.diagnosis.candidates import probabilities_of
 from testbed.diagnosis.data import Runs
+from testbed.diagnosis.fitting import nominal_fit
 from testbed.diagnosis.misfit import Misfit, misfit_of
-from testbed.diagnosis.model import Fit, Hypothesis, nominal_fit
+from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.noise import NoiseHypothesis
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis, Gap, Step

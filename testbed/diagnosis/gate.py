@@ -19,7 +19,8 @@ from typing_extensions import override
 
 from testbed.arrays import Array, Covariance, Series, Theta
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.model import Fit, nominal_fit, orthonormal
+from testbed.diagnosis.fitting import nominal_fit
+from testbed.diagnosis.model import Fit, orthonormal
 from testbed.diagnosis.settings import SETTINGS
 from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.errors import InputError

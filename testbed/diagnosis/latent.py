@@ -27,8 +27,9 @@ from scipy.special import logsumexp
 from testbed.arrays import Array
 from testbed.diagnosis.candidates import evidences, log_p_value, p_value
 from testbed.diagnosis.data import Runs, chosen, joined
+from testbed.diagnosis.fitting import fitted_initial_rates
 from testbed.diagnosis.keeping import Content, array_from_content, array_to_content, part
-from testbed.diagnosis.model import Fit, evaluated, fitted_initial_rates, orthonormal, projected_out, squares_within
+from testbed.diagnosis.model import Fit, evaluated, orthonormal, projected_out, squares_within
 from testbed.diagnosis.settings import SETTINGS
 from testbed.effects.body_torque import BodyTorque
 from testbed.estimation.random_walk import Increments, likeliest_variance

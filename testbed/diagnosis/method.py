@@ -16,9 +16,10 @@ import numpy as np
 from testbed.arrays import Theta
 from testbed.diagnosis.candidates import Candidate, Screening, accepted
 from testbed.diagnosis.data import Runs
+from testbed.diagnosis.fitting import fitted, fitted_initial_rates, in_torque_noise, refit, starts_of
 from testbed.diagnosis.formulas import may_follow_formulas, with_formulas
 from testbed.diagnosis.latent import evidence_of_any, goodness, latent_torque, on_all_runs, torque_shapes
-from testbed.diagnosis.model import Hypothesis, fitted, fitted_initial_rates, in_torque_noise, refit, starts_of
+from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.noise import Residuals, deviance, noise_level, noise_tests, readings_of, with_noise_model
 from testbed.diagnosis.search import Search, gap_of, log_odds_of_all, log_odds_of_class, with_effect, with_model
 from testbed.diagnosis.settings import SETTINGS

@@ -26,17 +26,9 @@ import scipy
 from testbed.arrays import Array, Series
 from testbed.diagnosis.candidates import p_value
 from testbed.diagnosis.data import Runs
+from testbed.diagnosis.fitting import damped, fitted_initial_rates, pushing_out
 from testbed.diagnosis.keeping import part
-from testbed.diagnosis.model import (
-    Fit,
-    damped,
-    evaluated,
-    fitted_initial_rates,
-    moved,
-    orthonormal,
-    pushing_out,
-    recurring,
-)
+from testbed.diagnosis.model import Fit, evaluated, moved, orthonormal, recurring
 from testbed.diagnosis.settings import SETTINGS
 from testbed.errors import InputError
 

@@ -17,7 +17,8 @@ import scipy
 from testbed.arrays import Array, Flags, Theta, Vector3
 from testbed.diagnosis.candidates import evidence_of_power, favoured_over_none, normalized
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.model import Fit, fitted, nominal_fit
+from testbed.diagnosis.fitting import fitted, nominal_fit
+from testbed.diagnosis.model import Fit
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import components_on
 from testbed.dynamics.inertia import inertia_of

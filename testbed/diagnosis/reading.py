@@ -13,8 +13,9 @@ import numpy as np
 from testbed.arrays import Flags, Theta
 from testbed.assembly.platform import Body
 from testbed.diagnosis.data import Belief, Runs, runs_of
+from testbed.diagnosis.fitting import fitted, nominal_fit
 from testbed.diagnosis.gate import Gate, require_motion, require_si, require_this_platform
-from testbed.diagnosis.model import Fit, Hypothesis, fitted, nominal_fit
+from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.noise import pooled_noise, with_pooled_noise, with_telemetry_noise, without_spikes
 from testbed.diagnosis.reference import Reference
 from testbed.diagnosis.settings import SETTINGS, PriorOdds

@@ -10,7 +10,8 @@ import numpy as np
 from testbed.arrays import Array, Indices, Theta, Vector3
 from testbed.diagnosis.data import Belief, Runs, Shown
 from testbed.diagnosis.detectable import first_screening
-from testbed.diagnosis.model import Fit, Hypothesis, evaluated, fitted, fitted_initial_rates, orthonormal
+from testbed.diagnosis.fitting import fitted, fitted_initial_rates
+from testbed.diagnosis.model import Fit, Hypothesis, evaluated, orthonormal
 from testbed.diagnosis.run_agreement import Seen, determined_inverse, rows_of_runs, seen_by_record
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import Signature, answers_motion, signatures, without

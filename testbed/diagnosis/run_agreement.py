@@ -16,7 +16,8 @@ from testbed.arrays import Array, Flags, Indices
 from testbed.diagnosis.candidates import p_value
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.findings import hidden_parameters
-from testbed.diagnosis.model import UNDETERMINED, Fit, Hypothesis, fitted_initial_rates, orthonormal, projected_out
+from testbed.diagnosis.fitting import fitted_initial_rates
+from testbed.diagnosis.model import UNDETERMINED, Fit, Hypothesis, orthonormal, projected_out
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis
 from testbed.effects.contract import Quantity

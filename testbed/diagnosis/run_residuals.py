@@ -10,7 +10,8 @@ import numpy as np
 
 from testbed.arrays import Array, Series, UnitSeries, Vectors3
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.model import Fit, evaluated, fitted_initial_rates
+from testbed.diagnosis.fitting import fitted_initial_rates
+from testbed.diagnosis.model import Fit, evaluated
 from testbed.diagnosis.state import Diagnosis
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.compared import compared

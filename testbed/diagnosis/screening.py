@@ -11,8 +11,9 @@ import numpy as np
 from testbed.arrays import Array
 from testbed.diagnosis.candidates import Candidate, Screening, SizePrior, log_p_value, mean_over_scan
 from testbed.diagnosis.data import Runs, Shown
+from testbed.diagnosis.fitting import all_corrected, fitted, in_torque_noise, refit
 from testbed.diagnosis.misfit import log_evidence
-from testbed.diagnosis.model import Fit, Hypothesis, all_corrected, fitted, in_torque_noise, refit
+from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import Signature, Start, reach_of, signatures
 from testbed.dynamics.inertia import inertia_of

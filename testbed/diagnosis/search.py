@@ -18,16 +18,9 @@ from testbed.diagnosis.candidates import (
     log_p_value,
 )
 from testbed.diagnosis.data import Runs
+from testbed.diagnosis.fitting import all_corrected, fitted, fitted_initial_rates, in_torque_noise, refit
 from testbed.diagnosis.misfit import Prior, heldout_misfit_of, log_evidence, misfit_of
-from testbed.diagnosis.model import (
-    Fit,
-    Hypothesis,
-    all_corrected,
-    fitted,
-    fitted_initial_rates,
-    in_torque_noise,
-    refit,
-)
+from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.screening import (
     held_out_evidence,
     p_value_of_all,

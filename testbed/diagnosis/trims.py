@@ -13,7 +13,8 @@ import numpy as np
 from scipy.linalg import helmert
 
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.model import Fit, orthonormal, projected_out, refit
+from testbed.diagnosis.fitting import refit
+from testbed.diagnosis.model import Fit, orthonormal, projected_out
 from testbed.diagnosis.settings import SETTINGS
 
 _TOGETHER = "all records"

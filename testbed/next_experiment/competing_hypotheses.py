@@ -16,7 +16,8 @@ import numpy as np
 from testbed.diagnosis.candidates import Candidate
 from testbed.diagnosis.detectable import INERTIA, detectable_sizes, first_screening
 from testbed.diagnosis.findings import inertia_change
-from testbed.diagnosis.model import Fit, Hypothesis, evaluated, fitted, fitted_initial_rates
+from testbed.diagnosis.fitting import fitted, fitted_initial_rates
+from testbed.diagnosis.model import Fit, Hypothesis, evaluated
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import required_shift
 from testbed.diagnosis.state import Diagnosis, Step

@@ -13,7 +13,8 @@ from scipy.special import logsumexp
 from testbed.arrays import Theta
 from testbed.diagnosis.candidates import NONE, SizePrior
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.model import Fit, Hypothesis, fitted, orthonormal, projected_out
+from testbed.diagnosis.fitting import fitted
+from testbed.diagnosis.model import Fit, Hypothesis, orthonormal, projected_out
 from testbed.diagnosis.signatures import Signature, hypotheses, signatures
 from testbed.effects.contract import Effect
 from testbed.sequential.e_value import log_e_value

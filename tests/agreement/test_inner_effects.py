@@ -18,7 +18,8 @@ from support.synthetic_telemetry import TRUE_THETA, exact_telemetry, noisy, nomi
 from testbed.assembly.platform import nominal_platform
 from testbed.assembly.telemetry import telemetry_of
 from testbed.diagnosis.data import Runs, runs_of
-from testbed.diagnosis.model import Hypothesis, fitted, fitted_initial_rates
+from testbed.diagnosis.fitting import fitted, fitted_initial_rates
+from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.noise import Residuals, noise_tests, with_noise_model
 from testbed.diagnosis.screening import screened
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS

@@ -9,7 +9,8 @@ import pytest
 from scipy.stats import kstest
 
 from support.diagnosed_records import nominal, records
-from testbed.diagnosis.model import Hypothesis, fitted
+from testbed.diagnosis.fitting import fitted
+from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.run_agreement import agreements
 from testbed.dynamics.inertia import theta_of

@@ -8,7 +8,7 @@ import shutil
 import numpy as np
 import pytest
 
-import testbed.diagnosis.model
+import testbed.diagnosis.fitting
 import testbed.diagnosis.screening
 import testbed.library.diagnoses
 import testbed.outputs.diagnosis_parts
@@ -58,8 +58,8 @@ def steps():
     """Counts the steps of all searches for parameters."""
     taken = []
     with pytest.MonkeyPatch.context() as patch:
-        step = testbed.diagnosis.model._step
-        patch.setattr(testbed.diagnosis.model, "_step", lambda *given: taken.append(0) or step(*given))
+        step = testbed.diagnosis.fitting._step
+        patch.setattr(testbed.diagnosis.fitting, "_step", lambda *given: taken.append(0) or step(*given))
         yield taken
 
 

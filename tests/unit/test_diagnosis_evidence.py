@@ -9,6 +9,7 @@ from scipy.stats import chi2
 
 from support.diagnosed_records import nominal, records
 from support.unlisted_torques import Growing, Humming, Pulsing
+from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.latent import (
     TorqueShape,
     _responses,
@@ -21,7 +22,7 @@ from testbed.diagnosis.latent import (
     torque_space,
 )
 from testbed.diagnosis.misfit import log_evidence
-from testbed.diagnosis.model import Hypothesis, fitted, orthonormal, projected_out
+from testbed.diagnosis.model import Hypothesis, orthonormal, projected_out
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS

@@ -13,9 +13,9 @@ from support.diagnosed_records import nominal, records
 from support.flown_effects import flown, scenario
 from support.processes import ROOT
 from testbed.diagnosis.findings import model_notices
+from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.formulas import screened_formulas
 from testbed.diagnosis.method import diagnosed
-from testbed.diagnosis.model import fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.formula import Formula, flown_entries

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from support.diagnosed_records import NOISE, nominal, records
+from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.location import located
-from testbed.diagnosis.model import fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.gyro_latency import GyroLatency

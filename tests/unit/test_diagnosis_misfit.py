@@ -9,8 +9,9 @@ import pytest
 
 from support.diagnosed_records import nominal, records
 from testbed.assembly.platform import nominal_platform
+from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.misfit import Misfit, explained
-from testbed.diagnosis.model import Hypothesis, fitted
+from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.search import gap_of
 from testbed.diagnosis.state import Gap

@@ -11,8 +11,8 @@ from concealing.rig import Rig
 from support.diagnosed_records import NOISE, nominal, records
 from support.rigs import rig_records, rig_scenario
 from testbed.assembly.platform import nominal_body
+from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.gate import Gate, require_explicable
-from testbed.diagnosis.model import fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.settings import PriorOdds
 from testbed.dynamics.inertia import theta_of

@@ -9,9 +9,9 @@ import testbed as tb
 from testbed.assembly.platform import nominal_body
 from testbed.diagnosis import screening
 from testbed.diagnosis.findings import additions
+from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.formulas import screened_formulas
 from testbed.diagnosis.method import diagnosed
-from testbed.diagnosis.model import fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.reference import reference_of
 from testbed.dynamics.inertia import inertia_of, log_ratio, of_log_ratio, slopes_of_log_ratio, theta_of

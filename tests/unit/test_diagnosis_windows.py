@@ -12,9 +12,10 @@ from scipy.integrate import cumulative_trapezoid
 from testbed.arrays import Array, Series
 from testbed.assembly.platform import nominal_body
 from testbed.diagnosis.data import Runs, runs_of
+from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.latent import latent_torque, on_enough_runs
 from testbed.diagnosis.method import diagnosed
-from testbed.diagnosis.model import Fit, fitted
+from testbed.diagnosis.model import Fit
 from testbed.diagnosis.reading import DataSet, data_set_of
 from testbed.diagnosis.run_residuals import residuals_of
 from testbed.diagnosis.windows import averaged, parts_of, windows_of

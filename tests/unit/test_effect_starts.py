@@ -11,7 +11,8 @@ import pytest
 from support.synthetic_telemetry import TRUE_THETA, exact_telemetry, nominal_flight, sample_times
 from testbed.arrays import Array
 from testbed.diagnosis.data import Runs, runs_of
-from testbed.diagnosis.model import Fit, Hypothesis, fitted
+from testbed.diagnosis.fitting import fitted
+from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.signatures import Signature, signatures
 from testbed.effects.registry import EFFECTS
 from testbed.estimation.telemetry import Telemetry

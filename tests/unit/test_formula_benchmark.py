@@ -12,7 +12,7 @@ from benchmarks.formula_sets import NO_LAW, HiddenFormula, Said, formula_of, jud
 from benchmarks.formulas_page import page, rows_of
 from concealing.formula_effects import LAWS, drawn_law
 from support.diagnosed_records import nominal, records
-from testbed.diagnosis.model import fitted
+from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import theta_of
 from testbed.formulas.pattern import pattern_of

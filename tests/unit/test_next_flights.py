@@ -15,8 +15,9 @@ from testbed.assembly.extension import extended, write_extended
 from testbed.assembly.platform import initial_momentum, nominal_platform, true_platform
 from testbed.assembly.telemetry import telemetry_of
 from testbed.diagnosis.data import runs_of
+from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.method import diagnosed
-from testbed.diagnosis.model import Hypothesis, fitted
+from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import theta_of

@@ -14,8 +14,8 @@ from concealing.rig import Rig
 from support.diagnosed_records import nominal
 from support.rigs import rig_records, rig_scenario
 from testbed.assembly.platform import nominal_body
+from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.method import diagnosed
-from testbed.diagnosis.model import fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.signatures import hypotheses
 from testbed.dynamics.inertia import theta_of

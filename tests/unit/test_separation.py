@@ -13,7 +13,8 @@ from support.synthetic_telemetry import with_gimbals
 from testbed.assembly.platform import true_platform
 from testbed.cmg.cluster import platform_momentum
 from testbed.diagnosis.data import runs_of
-from testbed.diagnosis.model import Hypothesis, corrected, evaluated, fitted
+from testbed.diagnosis.fitting import corrected, fitted
+from testbed.diagnosis.model import Hypothesis, evaluated
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.contact import Contact
 from testbed.effects.gyro_scale import GyroScale
