@@ -136,6 +136,8 @@ def monte_carlo(
         >>> campaign.statistics.failed
         0
     """
+    if resume and folder is None:
+        raise InputError("resume goes on with a campaign in a folder: give the folder of the campaign too")
     flown = require_flyable(scenario)
     executor = executor_of(scheduler, workers)
     campaign_seed = flown.seed if seed is None else seed

@@ -148,7 +148,10 @@ def _time_problems(time: Series) -> Iterator[str]:
 def _sampling_problems(time: Series) -> Iterator[str]:
     """Find a time base that is not in seconds: no telemetry of a maneuver is that slow."""
     if len(time) > 1 and (period := float(np.median(np.diff(time)))) > SLOWEST_PERIOD:
-        yield f"time_s grows by {period:.4g} a row, not as seconds do: divide it by 1e3 (ms), 1e6 (us) or 1e9 (ns)"
+        yield (
+            f"time_s grows by {period:.4g} a row, not as seconds do: divide it by 1e3 (ms), 1e6 (us) or 1e9 (ns); of "
+            "an imported log, correct unit in [clock] of the map"
+        )
 
 
 def _series_problems(column: str, series: Series, *, needed: bool, empty_allowed: bool) -> Iterator[str]:

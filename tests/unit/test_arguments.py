@@ -274,3 +274,8 @@ def test_a_refusal_in_python_names_no_option_of_the_command_line(run, tmp_path):
         with pytest.raises(tb.InputError, match="give a new or empty folder") as refused:
             run.save(place)
         assert "--" not in str(refused.value)
+
+
+def test_a_campaign_goes_on_in_a_folder_only():
+    with pytest.raises(tb.InputError, match="give the folder of the campaign"):
+        tb.monte_carlo(tb.read_scenario("basic"), runs=2, resume=True)
