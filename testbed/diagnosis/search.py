@@ -10,13 +10,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from testbed.arrays import Vectors3
-from testbed.diagnosis.candidates import (
-    Candidate,
-    Screening,
-    accepted,
-    largest_log_odds,
-    log_p_value,
-)
+from testbed.diagnosis.candidates import Candidate, Screening, accepted, largest_log_odds, log_p_value
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import all_corrected, fitted, fitted_initial_rates, in_torque_noise, refit
 from testbed.diagnosis.misfit import Prior, heldout_misfit_of, log_evidence, misfit_of
@@ -190,9 +184,12 @@ class Search:
         If that is not significant either, its odds are at most what the p-value allows: evidence takes the noise for
         known.
         """
-        larger = self.in_own_noise(with_model(state, candidate.fit))
         kept = state.model.placed[len(state.baseline.placed) :]
-        smaller = with_model(larger, _less(larger, kept))
+        try:
+            larger = self.in_own_noise(with_model(state, candidate.fit))
+            smaller = with_model(larger, _less(larger, kept))
+        except (InputError, np.linalg.LinAlgError):  # in that noise the motion runs away
+            return candidate
         gain = max(smaller.model.chi_square - larger.model.chi_square, 0.0)
         alone = log_p_value(gain, max(candidate.rank, 1), larger.runs.noise_freedom)
         tests = tested * scan_count_of(larger.runs, candidate.placed)
