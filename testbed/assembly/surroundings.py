@@ -17,7 +17,8 @@ _FEWEST = 4
 """Samples of the attitude from which a cubic spline goes through them; fewer say where the gyro's integral starts."""
 
 _SHORTEST = 0.5
-"""Length of a quaternion that is an attitude: of one half lost in transmission, it is any; a unit's is 1."""
+"""Length from which four numbers are an attitude: midway between that of a unit quaternion, and of the zeros that
+filters send before they converge."""
 
 
 def surroundings_of(record: Record, scenario: BodyScenario, nominal: Body) -> Surroundings | None:

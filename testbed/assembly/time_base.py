@@ -8,12 +8,12 @@ from testbed.errors import InputError
 from testbed.records.record import Record
 from testbed.records.selection import sampled
 
-SLOWER, FASTER = 32.0, 900.0
+SLOWER, FASTER = 32.0, 250.0
 """Ratios of a record's sample period to the scenario's that are taken for another unit of time. Milliseconds of the
 scenario's own gyro are 1000 times as long, of one ten times as fast still 100 times; telemetry is thinned out by ten
 (a gyro of 1 kHz, logged at 100 Hz). The limit stands midway, as factors go.
-Minutes are 60 times as short, but so are the samples of a gyro of 1 kHz beside one of 16 Hz; milliseconds that were
-converted twice are 1000 times as short."""
+Minutes are 60 times as short, but so are the samples of a gyro of 1 kHz beside one of 16 Hz. Milliseconds that were
+converted twice are 1000 times as short: the limit stands midway between."""
 _DIVISORS = {1e3: "ms", 1e6: "us", 1e9: "ns"}
 _FACTORS = {1e3: "thousands of seconds", 3600.0: "hours", 86400.0: "days"}
 

@@ -196,25 +196,38 @@ def add(search: Search, state: Diagnosis, chosen: Candidate, screening: Screenin
 def check_residual(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagnosis:
     """Test the residual of the final model for unmodelled torques, and its χ².
 
-    If the residual is noise alone, all of it estimates the noise level, twice as precisely as its fourth differences;
-    effects that do not stand out of the noise so estimated are taken out.
+    If all of the residual may be noise, all of it estimates the noise, twice as precisely as its fastest part. Effects
+    that do not stand out of the noise so estimated are taken out; one that was not added as it fits worse, or gave way
+    to an unmodelled torque, may be a colour of it.
     """
-    state = _residual_tested(state) if state.unnamed else _retracted(state)
+    unnamed = state.unnamed
+    state = _residual_tested(state) if unnamed else _retracted(state)
     if state.runs.known_in_part:  # all of the residual estimates the noise with every model
         return state
-    noisier = noise.explained(state, white=True)
-    if noisier.scatter or state.left_over or _deviance(state) - _deviance(noisier) > SETTINGS.indistinguishable:
-        noisier = _residual_tested(noisier)
-        if noisier.unnamed:  # in noise of which the fast part tells; a colour may explain the effect as well
-            noisier = replace(noisier, remaining=search.compared(noisier), retracted=())
-        if not noisier.steps and noisier.remaining is not None:
-            noisier = replace(noisier, unmodelled=_unmodelled(noisier, noisier.remaining))
+    noisier = _tested_in_noise_of_all(state, noise, search)
     if noisier.structure_left:
         return state if state.structure_left else noisier
     if state.structure_left and not _noise_is_more_probable(noisier, state):
         return state
     standing = search.standing(noisier)
-    return noisier if standing is noisier else check_residual(noise.explained(standing), noise, search)
+    if standing is not noisier:
+        return check_residual(noise.explained(standing), noise, search)
+    # Names beside which another was found have not been compared with an unmodelled torque yet.
+    return check_residual(noisier, noise, search) if unnamed and noisier.steps else noisier
+
+
+def _tested_in_noise_of_all(state: Diagnosis, noise: _NoiseStep, search: Search) -> Diagnosis:
+    """Return a diagnosis in the noise that all of its residual shows, the residual tested in it if it is another."""
+    noisier = noise.explained(state, white=True)
+    gain = _deviance(state) - _deviance(noisier)
+    if not (noisier.scatter or state.left_over or gain > SETTINGS.noise_of_all_gain):
+        return noisier
+    noisier = _residual_tested(noisier)
+    if noisier.unnamed:  # so far by a screening in the noise that the fastest part shows
+        noisier = replace(noisier, remaining=search.compared(noisier), retracted=())
+    if noisier.steps or noisier.remaining is None:
+        return noisier
+    return replace(noisier, unmodelled=_unmodelled(noisier, noisier.remaining))
 
 
 def _retracted(state: Diagnosis) -> Diagnosis:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
-from math import inf
+from math import inf, log
 from typing import TypeAlias
 
 import numpy as np
@@ -24,11 +24,10 @@ from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.effects.gyro_saturation import is_clipped
 from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError
-from testbed.estimation.contact import log_chance_of_jump, shows_a_jump
+from testbed.estimation.contact import JUMP_CHANCE, log_chance_of_jump
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.command_phase import command_phase, with_command_phase
 from testbed.records.record import Record
-from testbed.records.selection import sampled
 from testbed.scenario.body import BodyScenario
 from testbed.signals import AXES
 
@@ -80,13 +79,15 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
     notices: list[tuple[str, str]] = []
     flights: dict[bytes, str] = {}
     for record in records:
+        own: list[tuple[str, str]] = []
         try:
-            parts = tuple(parts_of(record, scenario, nominal, notices))
+            parts = tuple(parts_of(record, scenario, nominal, own))
             _require_another_flight(record, flights)
         except InputError as error:
             refused.append(str(error))
         else:
             usable.append((record, parts))
+            notices += own
     if not usable:
         raise InputError("\n".join(refused))
     usable = _in_phase(usable)
@@ -112,6 +113,8 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
 def _require_another_flight(record: Record, flights: dict[bytes, str]) -> None:
     """Refuse a copy of a flight: it tells nothing new, and what is found in one would be verified on the other.
 
+    Time does not count: the clock of a copy may begin elsewhere.
+
     Args:
         record: with a gyro.
         flights: names by the samples that they hold; this one is added.
@@ -119,9 +122,10 @@ def _require_another_flight(record: Record, flights: dict[bytes, str]) -> None:
     Raises:
         InputError: another record holds the same samples.
     """
-    time, body_rate = sampled(record, "body_rate")
-    samples = sha256((time - time[0]).tobytes() + body_rate.tobytes()).digest()
-    other = flights.setdefault(samples, record.details.name)
+    samples = sha256()
+    for name in sorted(record.channels):
+        samples.update(name.encode() + record.channels[name].tobytes())
+    other = flights.setdefault(samples.digest(), record.details.name)
     if other != record.details.name:
         raise InputError(f"{record.details.name}: holds the samples of {other}: a copy is no further flight")
 
@@ -377,4 +381,5 @@ def _singularity(parts: Sequence[Telemetry]) -> float:
     """Return by how much parts of a run show what may show in it alone; 0 where they do not."""
     if any(is_clipped([part]) for part in parts):
         return inf
-    return max((-log_chance_of_jump(part) for part in parts if shows_a_jump(part)), default=0.0)
+    surprise = -min(map(log_chance_of_jump, parts))
+    return surprise if surprise > -log(JUMP_CHANCE) else 0.0

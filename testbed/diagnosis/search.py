@@ -179,25 +179,30 @@ class Search:
         return replace(screening, candidates=tuple(sorted(candidates, key=lambda each: -each.log_bayes_factor)))
 
     def _in_its_noise(self, state: Diagnosis, candidate: Candidate, tested: int) -> Candidate:
-        """Return a candidate with its p-value in the noise that the model leaves which has it.
+        """Return a candidate with its p-value in the noise that the model with it leaves, if it can be fitted there.
 
-        If that is not significant either, its odds are at most what the p-value allows: evidence takes the noise for
-        known.
+        If it is not significant then, its odds are at most what the p-value allows: evidence takes the noise for known.
         """
-        kept = state.model.placed[len(state.baseline.placed) :]
         try:
-            larger = self.in_own_noise(with_model(state, candidate.fit))
-            smaller = with_model(larger, _less(larger, kept))
+            again = replace(candidate, p_value=self._p_value_in_its_noise(state, candidate, tested))
         except (InputError, np.linalg.LinAlgError):  # in that noise the motion runs away
-            return candidate
-        gain = max(smaller.model.chi_square - larger.model.chi_square, 0.0)
-        alone = log_p_value(gain, max(candidate.rank, 1), larger.runs.noise_freedom)
-        tests = tested * scan_count_of(larger.runs, candidate.placed)
-        again = replace(candidate, p_value=p_value_of_all(alone, tests, candidate.heldout_log_likelihood_gain))
+            again = candidate
         if again.significant:
             return again
         most = largest_log_odds(again.p_value) + 2.0 * log(tested)
         return replace(again, log_bayes_factor=min(again.log_bayes_factor, most))
+
+    def _p_value_in_its_noise(self, state: Diagnosis, candidate: Candidate, tested: int) -> float:
+        larger = self.in_own_noise(with_model(state, candidate.fit))
+        smaller = with_model(larger, _less(larger, state.model.placed[len(state.baseline.placed) :]))
+        gain = max(smaller.model.chi_square - larger.model.chi_square, 0.0)
+        alone = log_p_value(gain, max(candidate.rank, 1), larger.runs.noise_freedom)
+        heldout_gain = 0.0
+        if candidate.placed.effect.recurs:
+            heldout_gain = held_out_evidence(larger.heldout, larger.model) - log_evidence(
+                smaller.heldout, smaller.model
+            )
+        return p_value_of_all(alone, tested * scan_count_of(larger.runs, candidate.placed), heldout_gain)
 
     def _rebuilt(self, state: Diagnosis, placed: Sequence[Hypothesis]) -> Diagnosis:
         """Return a diagnosis with just these effects, added to the baseline one after the other."""
@@ -207,12 +212,12 @@ class Search:
         screening = state.steps[0].screening
         for each in placed:
             if all(other.placed.key != each.key for other in screening.signatures):  # it was found later than these
-                screening = self.screened(rebuilt)
+                screening = self.compared(rebuilt)
             candidate = refitted(rebuilt.runs, rebuilt.heldout, rebuilt.model, screening, each)
             if candidate is None:
                 continue
             rebuilt = with_effect(rebuilt, candidate, screening)
-            screening = self.screened(rebuilt) if each is not placed[-1] else screening
+            screening = self.compared(rebuilt) if each is not placed[-1] else screening
         return rebuilt
 
 

@@ -164,6 +164,12 @@ class DiagnosisSettings:
     6200 and 6300 whose noise was correlated by 0.2 and 0.3: above 2 Hz that was estimated as 0.05 and 0.16, above
     0.5 Hz as 0.14 and 0.24, ± 0.04.
     """
+    noise_of_all_gain: float = 6.0
+    """Deviance by which the noise that all of a residual shows makes the samples more probable than the one that its
+    fastest part shows, from which the residual is tested again in it.
+
+    Source: formula: odds of 20 to 1, as of `indistinguishable`.
+    """
     noise_share_of_rate: float = 0.25
     """Share of the gyro's rate above which it does in any case.
 

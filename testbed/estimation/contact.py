@@ -46,7 +46,7 @@ FASTEST = 20.0
 """rad/s; standard deviation of the body rate that H at the start is worth, beyond any."""
 _APART = 0.2
 """s; nearer instants of a run are the same touch: ten times as far as a search may begin from an instant to arrive."""
-_CHANCE = 1e-3
+JUMP_CHANCE = 1e-3
 """p-value of a jump anywhere in a run, times its samples (Bonferroni), below which the run shows one, and is fitted
 rather than held out: of the five runs of 200 sets one has it by chance."""
 
@@ -180,7 +180,7 @@ def shows_a_jump(run: Telemetry) -> bool:
     Args:
         run: as `log_chance_of_jump`.
     """
-    return log_chance_of_jump(run) < log(_CHANCE)
+    return log_chance_of_jump(run) < log(JUMP_CHANCE)
 
 
 def log_chance_of_jump(run: Telemetry) -> float:

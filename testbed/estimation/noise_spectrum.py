@@ -36,7 +36,8 @@ FEWEST = 24
 """Ordinates of all runs and axes without which nothing is estimated: with fewer a level is known to 30 % at best, which
 is less than what is stated."""
 _FEWEST_FREEDOM = 3.0
-"""Degrees of freedom that are reported: below it the F distribution of a residual of noise has no mean."""
+"""Degrees of freedom that are reported at least, also where less is known: at 2 the mean of F, ν/(ν - 2), with which a
+misfit is compared, is infinite."""
 _CAP = 10.0
 """Times its variance to which an ordinate counts: noise exceeds it in 1 of 600, by which a level is 0.3 % too low; a
 line, of a rotor or a mode, in a few ordinates does not pass for a level."""

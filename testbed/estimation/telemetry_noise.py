@@ -20,6 +20,9 @@ from testbed.estimation.telemetry import Telemetry, WheelTelemetry
 _ORDER = 8
 """Of the differences: of a gimbal swinging by 0.3 rad at 1.5 Hz, they take 3e-5 rad for noise at 16 Hz."""
 
+_LEAST_MOTION = 1e-12
+"""Share of the motion's variance that each axis has at least: above rounding, far below what noise adds."""
+
 
 def predicted_rate_variance(run: Telemetry, theta: Theta) -> Vector3:
     """Return the variance that the telemetry's noise puts on a predicted sample of each axis, shape (3,), rad²/s².
@@ -64,8 +67,8 @@ def attenuation(run: Telemetry, body_rate: Vectors3, theta: Theta, covariance: A
     """
     inverse = np.linalg.inv(inertia_of(theta))
     total = np.cov(body_rate, rowvar=False)
-    least = np.finfo(float).eps * max(float(np.trace(total)), np.finfo(float).tiny) * np.eye(3)
-    shares, axes_B = scipy.linalg.eigh(inverse @ momentum_covariance(run) @ inverse.T, total + least)
+    least = _LEAST_MOTION * float(np.trace(total)) + np.finfo(float).tiny
+    shares, axes_B = scipy.linalg.eigh(inverse @ momentum_covariance(run) @ inverse.T, total + least * np.eye(3))
     found = []
     for share, axis_B in zip(shares, (axes_B / np.linalg.norm(axes_B, axis=0)).T, strict=True):
         row = axis_B @ momentum_regressor(axis_B)  # of the moment about the axis

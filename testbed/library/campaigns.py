@@ -142,7 +142,8 @@ def monte_carlo(
     executor = executor_of(scheduler, workers)
     campaign_seed = flown.seed if seed is None else seed
     if maneuver is not None:
-        require_flyable_by(flown, nominal_platform(flown), maneuver.plan.maneuver)
+        with naming(flown):
+            require_flyable_by(flown, nominal_platform(flown), maneuver.plan.maneuver)
     origin = origin_of(flown, campaign_seed, runs, "testbed.monte_carlo")
     if check:
         require_covered(flown)

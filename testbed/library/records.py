@@ -267,7 +267,7 @@ def _column(name: str, values: ArrayLike) -> NDArray[Any] | str:
         if column.dtype.kind in _NO_NUMBERS:
             return f"column {name} holds {_NO_NUMBERS[column.dtype.kind]}, not real numbers"
         return np.asarray(column, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         return f"column {name} holds what is no number ({error})"
 
 

@@ -139,7 +139,10 @@ def test_only_a_touch_happens_once():
     assert [effect.id for effect in EFFECTS.values() if not effect.recurs] == ["contact"]
 
 
-def test_a_copy_of_a_flight_is_left_out_and_named(good):
+@pytest.mark.parametrize("share", [1.0, 0.9])
+def test_a_copy_of_a_flight_is_left_out_and_named(good, share):
+    """Of 0.9 of the period the time of a clock that began elsewhere has other last digits."""
+    good = [replace(record, time=share * record.time) for record in good]
     copied = replace(good[0], details=replace(good[0].details, name="copy"), time=good[0].time + 5.0)
     data = read([*good, copied])
     assert "copy" not in data.fit_records + data.heldout_records

@@ -17,6 +17,7 @@ from testbed.diagnosis.search import Search, odds_together, with_candidate, with
 from testbed.diagnosis.signatures import hypotheses
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
+from testbed.errors import InputError
 
 FEW = {name: EFFECTS[name] for name in ("viscous_drag", "rotor_speed", "body_torque")}
 TRUE = "rotor_speed:cmg2"
@@ -76,6 +77,16 @@ def test_in_noise_that_stays_little_known_odds_are_no_larger_than_the_p_value_al
     assert not own.significant
     assert screening.odds(own) == pytest.approx(max(largest_log_odds(own.p_value), 0.0))
     assert accepted(screening) is None
+
+
+def test_what_runs_away_in_that_noise_has_no_larger_odds_either(start, search):
+    def runs_away(_):
+        raise InputError("the motion runs away")
+
+    poorly = with_freedom(with_noise(start, 3.0), 3.0)
+    screening = replace(search, in_own_noise=runs_away, known={}).screened(poorly)
+    (own,) = [each for each in screening.candidates if each.placed.key == TRUE]
+    assert screening.odds(own) == pytest.approx(largest_log_odds(own.p_value))
 
 
 def with_noise(state, times):

@@ -33,7 +33,7 @@ def test_records_that_are_slower_or_faster_than_the_scenario_pass(period):
         (10.0, 16.0, "160 times the 0.0625 s of gyro.sample_rate_hz = 16: divide it by 1000 if it is in ms"),
         (62.5e3, 16.0, "divide it by 1e+06 if it is in us"),
         (1e7, 100.0, "divide it by 1e+09 if it is in ns"),
-        (1e-5, 100.0, "multiply it by 1000 if it is in thousands of seconds"),
+        (1.25e-5, 100.0, "multiply it by 1000 if it is in thousands of seconds"),
         (0.01 / 3600.0, 100.0, "multiply it by 3600 if it is in hours; if it is in seconds, set"),
     ],
 )
