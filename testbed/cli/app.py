@@ -10,6 +10,7 @@ import typer
 from typer.core import TyperGroup
 
 from testbed.interrupts import Interrupted
+from testbed.limits import LARGEST_SEED, MOST_RUNS, MOST_WORKERS
 
 
 def _completed(start: str) -> list[str]:
@@ -42,11 +43,11 @@ Out = Annotated[
     Path | None,
     typer.Option(metavar="DIR", help="New or empty folder for the results; by default a fresh one under runs/."),
 ]
-MOST_RUNS = 1_000_000
-"""Of a campaign: its table of results takes 1 GB, and a flight of 0.06 s half a day of one core."""
 MOST_SEEDS = 1000
 """Of a reproduction: each takes minutes."""
-Seed = Annotated[int | None, typer.Option(min=0, max=2**63 - 1, help="Seed of all noise; by default the scenario's.")]
+Seed = Annotated[
+    int | None, typer.Option(min=0, max=LARGEST_SEED, help="Seed of all noise; by default the scenario's.")
+]
 
 
 class Commands(TyperGroup):
@@ -121,7 +122,7 @@ def montecarlo(
     runs: Annotated[int, typer.Option(metavar="N", min=2, max=MOST_RUNS, help="How many runs.", show_default=False)],
     seed: Annotated[
         int | None,
-        typer.Option(min=0, max=2**63 - 1, help="From which every run has its seed; by default the scenario's."),
+        typer.Option(min=0, max=LARGEST_SEED, help="From which every run has its seed; by default the scenario's."),
     ] = None,
     out: Out = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the campaign in DIR.")] = False,
@@ -130,7 +131,7 @@ def montecarlo(
     ] = None,
     workers: Annotated[
         int | None,
-        typer.Option(metavar="N", min=1, max=1024, help="Cores to use on this machine; by default all."),
+        typer.Option(metavar="N", min=1, max=MOST_WORKERS, help="Cores to use on this machine; by default all."),
     ] = None,
     check: Annotated[
         int,
@@ -204,7 +205,7 @@ def reproduce(
     quick: Annotated[
         bool, typer.Option("--quick", help="A tenth of the flights: under 4 minutes on two cores.")
     ] = False,
-    seed: Annotated[int, typer.Option(min=0, max=2**63 - 1, help="Seed of everything.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, max=LARGEST_SEED, help="Seed of everything.")] = 1,
     runs: Annotated[
         int | None,
         typer.Option(metavar="N", min=2, max=MOST_RUNS, help="Of each maneuver of Table 2; 1000, with --quick 100."),
@@ -304,7 +305,7 @@ def import_log(
 def conceal(
     scenario: ScenarioName,
     out: Annotated[Path, typer.Option(metavar="DIR", help="New or empty folder for data and answer.")],
-    seed: Annotated[int, typer.Option(min=0, max=2**63 - 1, help="Seed of everything.", show_default=False)],
+    seed: Annotated[int, typer.Option(min=0, max=LARGEST_SEED, help="Seed of everything.", show_default=False)],
     effect: Annotated[list[str] | None, typer.Option(metavar="ID", help="Hide this effect; may be repeated.")] = None,
     random: Annotated[bool, typer.Option("--random", help="Hide one effect, whichever is drawn.")] = False,
     size: Annotated[

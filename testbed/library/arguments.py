@@ -18,17 +18,12 @@ from pydantic import BeforeValidator, Field, GetPydanticSchema, Strict, TypeAdap
 from pydantic_core import PydanticCustomError, core_schema
 
 from testbed.errors import InputError
+from testbed.limits import LARGEST_SEED, MOST_RUNS, MOST_WORKERS
 from testbed.scenario.body import BodyScenario
 
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
 
-LARGEST_SEED = 2**63 - 1
-"""As on the command line; it fits a signed 64-bit column."""
-MOST_WORKERS = 1024
-"""As on the command line."""
-MOST_RUNS = 1_000_000
-"""As on the command line; their rows still fit the memory."""
 _LONGEST_SHOWN = 60
 _SHOWN = (str, int, float, complex, bytes, PathLike, list, tuple, dict, set, np.generic, type(None))
 """Types of which a message shows the value; of others, such as tables, the name of the type says more."""

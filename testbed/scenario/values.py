@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, TypeAlias, TypeVar
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Strict, Tag, ValidationInfo
 
+from testbed.limits import LARGEST_SEED
 from testbed.quantities import LONGEST, Angle, BodyRate, Place, Velocity
 from testbed.signals import MOST_UNITS
 
@@ -93,8 +94,7 @@ PrefilterTime: TypeAlias = Annotated[float, Field(ge=1e-3, le=1e3)]
 Rate: TypeAlias = Annotated[float, Field(ge=1e-3, le=1e5)]
 """Hz; within a flight of an hour, 3 samples at the least."""
 Share: TypeAlias = Annotated[float, Field(ge=1e-3, le=1)]
-Seed: TypeAlias = Annotated[int, Field(ge=0, le=2**63 - 1)]
-"""As wide as the command's --seed: files and libraries know no larger integers."""
+Seed: TypeAlias = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
 Three: TypeAlias = Annotated[tuple[_Entry, _Entry, _Entry], Strict(False), _entries(3)]
 Four: TypeAlias = Annotated[tuple[_Entry, _Entry, _Entry, _Entry], Strict(False), _entries(4)]
 Six: TypeAlias = Annotated[tuple[_Entry, _Entry, _Entry, _Entry, _Entry, _Entry], Strict(False), _entries(6)]
