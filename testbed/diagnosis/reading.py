@@ -368,13 +368,20 @@ def _dealt(runs: Sequence[tuple[Record, Sequence[Telemetry]]]) -> list[int]:
     """Return which runs are held out where none has a role: every third, and at least one of two.
 
     What shows in a single run, a touch or a clipped reading, can only be found where it is fitted: such a run changes
-    places with its neighbour. Where all neighbours show a jump, the one that shows the least is held out: what every
-    run does, such as spin down, looks like one as well.
+    places with its neighbour. Where all neighbours seem to jump, as where rotors spin down, the one that does the most
+    is fitted.
     """
     count, every = len(runs), SETTINGS.heldout_every
     due = range(every - 1, count, every) if count >= every else range(1, count)
-    groups = [range(max(last - every + 1, 0), last + 1) for last in due]
-    return [min(reversed(group), key=lambda index: _singularity(runs[index][1])) for group in groups]
+    return [_ordinary([*range(max(last - every + 1, 0), last + 1)], runs) for last in due]
+
+
+def _ordinary(group: Sequence[int], runs: Sequence[tuple[Record, Sequence[Telemetry]]]) -> int:
+    """Return the last run that shows nothing that may show in it alone; else the last but the one that does the most."""
+    shown = {index: _singularity(runs[index][1]) for index in group}
+    plain = [index for index in group if shown[index] == 0.0]
+    others = [index for index in group if shown[index] < max(shown.values())]
+    return (plain or others or group)[-1]
 
 
 def _singularity(parts: Sequence[Telemetry]) -> float:
