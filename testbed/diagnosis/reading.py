@@ -377,7 +377,7 @@ def _dealt(runs: Sequence[tuple[Record, Sequence[Telemetry]]]) -> list[int]:
 
 
 def _ordinary(group: Sequence[int], runs: Sequence[tuple[Record, Sequence[Telemetry]]]) -> int:
-    """Return the last run that shows nothing that may show in it alone; else the last but the one that does the most."""
+    """Return the last run that shows nothing that may show in it alone; else the last but the one with the most."""
     shown = {index: _singularity(runs[index][1]) for index in group}
     plain = [index for index in group if shown[index] == 0.0]
     others = [index for index in group if shown[index] < max(shown.values())]

@@ -11,7 +11,6 @@ Source: Brockwell and Davis, "Time Series: Theory and Methods", 2nd ed., chapter
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
@@ -21,9 +20,6 @@ import numpy as np
 from testbed.arrays import Array, Series
 from testbed.estimation.recursions import accumulated
 
-LARGEST = 0.9
-"""Size of φ, and of θ, that an estimate does not pass: beyond it the noise wanders, and is no longer distinguished from
-a motion."""
 _REMEMBERED = 64
 """Filters that are kept: of as many runs as are compared again and again; a miss costs time only."""
 
@@ -39,27 +35,6 @@ class NoiseColor:
 
     persistence: Array
     average: Array
-
-    @classmethod
-    def mixed(cls, shares: Array, colors: Sequence[NoiseColor]) -> NoiseColor:
-        """Return the colour of noise of which it is uncertain which of some colours it has.
-
-        Its autocovariance is the mean of theirs. Of that this model has the correlation of neighbours, and the spectrum
-        at frequency zero, 1 + 2 r_1 / (1 - φ), in which slow torques show.
-
-        Args:
-            shares: probabilities of the colours, shape (M,); their sum is 1.
-            colors: M, of noise of the same variance.
-        """
-        correlation = shares @ np.stack([each.correlation for each in colors])
-        slow = shares @ np.stack([each.correlation / (1.0 - each.persistence) for each in colors])
-        colored = np.abs(slow) > np.finfo(float).eps
-        persistence = np.where(colored, 1.0 - correlation / np.where(colored, slow, 1.0), 0.0)
-        lowest = np.maximum(2.0 * correlation - 1.0, -LARGEST)
-        persistence = np.clip(persistence, lowest, np.minimum(2.0 * correlation + 1.0, LARGEST))
-        apart, middle = correlation - persistence, 1.0 + persistence**2 - 2.0 * persistence * correlation
-        root = np.sqrt(np.maximum(middle**2 - 4.0 * apart**2, 0.0))
-        return cls(persistence=persistence, average=np.clip(2.0 * apart / (middle + root), -LARGEST, LARGEST))
 
     @property
     def correlation(self) -> Array:

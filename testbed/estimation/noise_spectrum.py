@@ -30,11 +30,14 @@ from scipy.special import softmax
 
 from testbed.arrays import Array, Flags, Indices, Series
 from testbed.estimation.differences import CHI_SQUARE_MEDIAN
-from testbed.estimation.noise_color import LARGEST, NoiseColor, correlation_of, correlation_slopes
+from testbed.estimation.noise_color import NoiseColor, correlation_of, correlation_slopes
 
 FEWEST = 24
 """Ordinates of all runs and axes without which nothing is estimated: with fewer a level is known to 30 % at best, which
 is less than what is stated."""
+_LARGEST = 0.9
+"""Size of φ, and of θ, that a search does not pass: beyond it the noise wanders, and is no longer distinguished from a
+motion."""
 _FEWEST_FREEDOM = 3.0
 """Degrees of freedom that are reported at least, also where less is known: at 2 the mean of F, ν/(ν - 2), with which a
 misfit is compared, is infinite."""
@@ -93,7 +96,7 @@ class NoiseSpectrum:
 
     Attributes:
         variance_ratio: of each run and axis, over what is stated, shape (R, 3); of an axis without samples a priori.
-        color: mixed of the models' (`NoiseColor.mixed`); likewise.
+        color: averaged over the models; likewise.
         correlation: of neighbouring samples if there is colour, mean of the axes with samples.
         correlation_std: its standard error.
         freedom: degrees of freedom with which the spectrum below the ordinates that count is known.
@@ -195,15 +198,11 @@ def noise_spectrum(
     mean = shares @ np.stack([each.mean for each in models])
     return NoiseSpectrum(
         variance_ratio=np.exp(mean[0] + mean[1 : 1 + _WIDTH] + mean[1 + _WIDTH : -_COLORS, None]),
-        color=NoiseColor.mixed(shares, [_color_of(each) for each in models]),
+        color=NoiseColor(persistence=mean[-_COLORS:-_WIDTH], average=mean[-_WIDTH:]),
         correlation=correlation,
         correlation_std=sqrt(spread),
         freedom=max(2.0 / variance, _FEWEST_FREEDOM),
     )
-
-
-def _color_of(posterior: _Posterior) -> NoiseColor:
-    return NoiseColor(persistence=posterior.mean[-_COLORS:-_WIDTH], average=posterior.mean[-_WIDTH:])
 
 
 def _shares(log_evidence: Sequence[float], color: float) -> Array:
@@ -329,7 +328,7 @@ def _posterior(
         counted = np.minimum(ordinates.square, _CAP * np.exp(log_power)) if square is None else square
         information = ordinates.information(mean)[:count, :count] + precision
         gradient = ordinates.gradient(mean, counted * np.exp(-log_power) - 1.0)[:count] - precision @ mean[:count]
-        moving = ~((np.abs(mean[:count]) >= LARGEST) & (mean[:count] * gradient > 0.0) & (index >= levels))
+        moving = ~((np.abs(mean[:count]) >= _LARGEST) & (mean[:count] * gradient > 0.0) & (index >= levels))
         step = np.zeros(len(mean))
         step[:count][moving] = np.linalg.solve(information[np.ix_(moving, moving)], gradient[moving])
         step *= min(1.0, _LONGEST / max(np.abs(step).max(), np.finfo(float).tiny))
@@ -355,7 +354,7 @@ def _stepped(ordinates: _Ordinates, precision: Array, counted: Array, mean: Arra
     before = _misfit(ordinates, precision, counted, mean)
     for _ in range(_HALVINGS):
         after = mean + step
-        after[-_COLORS:] = np.clip(after[-_COLORS:], -LARGEST, LARGEST)
+        after[-_COLORS:] = np.clip(after[-_COLORS:], -_LARGEST, _LARGEST)
         if _misfit(ordinates, precision, counted, after) <= before:
             return after, after - mean
         step = 0.5 * step

@@ -81,34 +81,6 @@ def test_a_hum_is_taken_neither_for_a_level_nor_for_a_colour(hum_hz):
     assert np.mean([abs(each.correlation) for each in humming]) < 0.1
 
 
-def test_noise_of_one_colour_keeps_it_in_a_mixture():
-    color = NoiseColor(persistence=np.array([0.8, 0.0, -0.5]), average=np.array([-0.55, 0.4, 0.0]))
-    mixed = NoiseColor.mixed(np.array([0.3, 0.7]), [color, color])
-    np.testing.assert_allclose(mixed.persistence, color.persistence, atol=1e-12)
-    np.testing.assert_allclose(mixed.average, color.average, atol=1e-12)
-
-
-def test_a_mixture_of_colours_has_their_mean_correlation_and_slow_power():
-    shares = np.array([0.2, 0.5, 0.3])
-    each = [
-        NoiseColor(persistence=np.full(3, persistence), average=np.full(3, average))
-        for persistence, average in ((0.0, 0.0), (0.25, 0.0), (0.8, -0.55))
-    ]
-    mixed = NoiseColor.mixed(shares, each)
-    correlation = sum(share * one.correlation for share, one in zip(shares, each, strict=True))
-    slow = sum(share * one.correlation / (1.0 - one.persistence) for share, one in zip(shares, each, strict=True))
-    np.testing.assert_allclose(mixed.correlation, correlation, atol=1e-12)
-    np.testing.assert_allclose(mixed.correlation / (1.0 - mixed.persistence), slow, atol=1e-12)
-
-
-def test_colours_that_nearly_cancel_make_one_that_exists():
-    one, other = (NoiseColor(persistence=np.full(3, 0.1 * sign), average=np.zeros(3)) for sign in (1.0, -1.0))
-    for share in (0.5, 0.5001, 0.55):
-        mixed = NoiseColor.mixed(np.array([share, 1.0 - share]), [one, other])
-        assert np.abs(mixed.persistence).max() <= 0.9
-        assert np.abs(mixed.average).max() <= 0.9
-
-
 def test_what_is_no_noise_of_this_gyro_is_left_alone():
     rng = np.random.default_rng(4)
     assert noise_spectrum([3.0 * rng.standard_normal((200, 3))], [np.arange(200) / RATE], PRIOR) is None
