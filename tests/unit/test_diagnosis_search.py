@@ -65,13 +65,13 @@ def with_freedom(state, freedom):
 
 def test_what_little_known_noise_hides_is_tested_in_the_noise_that_it_leaves(start, search):
     """Of three degrees of freedom no effect is significant; what the larger model leaves is known with many more."""
-    poorly = with_freedom(with_noise(start, 3.0), 3.0)
+    poorly = with_freedom(with_noise(start, 4.0), 3.0)
     known = replace(search, in_own_noise=lambda state: with_freedom(state, 500.0), known={})
     assert accepted(known.screened(poorly)).placed.key == TRUE
 
 
 def test_in_noise_that_stays_little_known_odds_are_no_larger_than_the_p_value_allows(start, search):
-    poorly = with_freedom(with_noise(start, 3.0), 3.0)
+    poorly = with_freedom(with_noise(start, 4.0), 3.0)
     screening = replace(search, known={}).screened(poorly)
     (own,) = [each for each in screening.candidates if each.placed.key == TRUE]
     assert not own.significant
@@ -83,7 +83,7 @@ def test_what_runs_away_in_that_noise_has_no_larger_odds_either(start, search):
     def runs_away(_):
         raise InputError("the motion runs away")
 
-    poorly = with_freedom(with_noise(start, 3.0), 3.0)
+    poorly = with_freedom(with_noise(start, 4.0), 3.0)
     screening = replace(search, in_own_noise=runs_away, known={}).screened(poorly)
     (own,) = [each for each in screening.candidates if each.placed.key == TRUE]
     assert screening.odds(own) == pytest.approx(largest_log_odds(own.p_value))
