@@ -51,8 +51,8 @@ class DaskExecutor:
             workers = asyncio.run(_workers_of(self.address))
         except (OSError, ValueError, TimeoutError, TypeError, KeyError, MemoryError) as error:  # also: no Dask
             raise InputError(
-                f"{self.address}: no Dask scheduler answers there; give --scheduler the address that `dask scheduler` "
-                "prints, such as tcp://127.0.0.1:8786"
+                f"{self.address}: no Dask scheduler answers there; give the address (--scheduler) that "
+                "`dask scheduler` prints, such as tcp://127.0.0.1:8786"
             ) from error
         if not workers:
             raise InputError(

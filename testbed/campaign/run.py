@@ -108,7 +108,7 @@ def _resumable(folder: Path) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise InputError(f"{error}\nWhat was flown is kept: --out {folder} --resume goes on with it") from error
+        raise InputError(f"{error}\nWhat was flown is kept in {folder}: resume it (--out {folder} --resume)") from error
 
 
 @dataclass(frozen=True, kw_only=True)

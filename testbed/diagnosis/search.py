@@ -42,10 +42,13 @@ def odds_together(
         tested: number of hypotheses.
         effects: as they were added.
     """
-    (before_heldout, before), (after_heldout, after) = without, within
-    gain = before.deviance - after.deviance - sum(each.size_penalty for each in effects)
-    heldout_gain = held_out_evidence(after_heldout, after) - log_evidence(before_heldout, before)
-    return gain + heldout_gain - 2.0 * sum(log(tested) + each.trials_penalty for each in effects)
+    gain = without[1].deviance - within[1].deviance - sum(each.size_penalty for each in effects)
+    return gain + _held_out_gain(without, within) - 2.0 * sum(log(tested) + each.trials_penalty for each in effects)
+
+
+def _held_out_gain(without: tuple[Runs | None, Fit], within: tuple[Runs | None, Fit]) -> float:
+    """Return by how much the evidence of held-out runs is larger within a model than without its effects."""
+    return held_out_evidence(*within) - log_evidence(*without)
 
 
 def log_odds_of_all(state: Diagnosis, bare: Diagnosis) -> float:
@@ -197,11 +200,8 @@ class Search:
         smaller = with_model(larger, _less(larger, state.model.placed[len(state.baseline.placed) :]))
         gain = max(smaller.model.chi_square - larger.model.chi_square, 0.0)
         alone = log_p_value(gain, max(candidate.rank, 1), larger.runs.noise_freedom)
-        heldout_gain = 0.0
-        if candidate.placed.effect.recurs:
-            heldout_gain = held_out_evidence(larger.heldout, larger.model) - log_evidence(
-                smaller.heldout, smaller.model
-            )
+        without, within = (smaller.heldout, smaller.model), (larger.heldout, larger.model)
+        heldout_gain = _held_out_gain(without, within) if candidate.placed.effect.recurs else 0.0
         return p_value_of_all(alone, tested * scan_count_of(larger.runs, candidate.placed), heldout_gain)
 
     def _rebuilt(self, state: Diagnosis, placed: Sequence[Hypothesis]) -> Diagnosis:

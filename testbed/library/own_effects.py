@@ -55,7 +55,7 @@ def _chosen(path: Path, found: list[Mapping[str, Any]], number: int | None) -> M
         raise InputError(f"{path}: names no formula; what the library lists need not be kept")
     if number is None and len(found) > 1:
         listed = "; ".join(f"{index}: {step['component']}" for index, step in enumerate(found, start=1))
-        raise InputError(f"{path}: names {len(found)} formulas; choose one by --number: {listed}")
+        raise InputError(f"{path}: names {len(found)} formulas; choose one by its number (--number): {listed}")
     if number is not None and not 1 <= number <= len(found):
         raise InputError(f"{path}: has no formula {number}; there are {len(found)}")
     return found[(number or 1) - 1]

@@ -115,8 +115,8 @@ def _read(path: Path, identity: Mapping[str, Any]) -> KeptParts:
     if not path.exists():
         if any(path.parent.glob("[!.]*")):
             raise InputError(
-                f"{path.parent}: holds no interrupted diagnosis ({PARTS} is missing): leave --resume out, and give "
-                "--out a new folder"
+                f"{path.parent}: holds no interrupted diagnosis ({PARTS} is missing): begin anew, without "
+                "resume (--resume), in a new folder (--out)"
             )
         return KeptParts(path=path, identity=identity)
     lines = read_bytes(path, "the finished parts of a diagnosis", _LARGEST).split(b"\n")
