@@ -52,11 +52,6 @@ _FAR = 30.0
 indistinguishable. A sine between two of the frequencies that are tried loses 5 % of its χ², 13 at 16 sigma."""
 
 
-_HOPELESS = 0.0
-"""Linearised evidence up to which an effect of the library is not refitted beside a formula: among forty hypotheses it
-takes 7.4 to be as probable as none."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class _Tested:
     """A formula at its best start.
@@ -116,7 +111,7 @@ def with_formulas(
         if chosen is None:
             break
         before, candidate, screening = chosen
-        search = replace(search, testable=(*search.testable, candidate.placed), known={}, least=_HOPELESS)
+        search = replace(search, testable=(*search.testable, candidate.placed), known={})
         larger = search.reconsidered(with_effect(before, candidate, screening))
         if larger.gap.fit > before.gap.fit:  # what fits worse is no explanation
             break

@@ -33,6 +33,10 @@ _LOST_SHARE = 0.3
 """Share of the promised gain, over windows of torque that is known in part, by which a refit may fall short as well:
 what is promised there are hundreds, which is far from linear, and each refit takes seconds."""
 
+_HOPELESS = 0.0
+"""Linearised evidence up to which a hypothesis is not refitted: among forty it takes 7.4 to be as probable as none. Of
+500 refits from below it (the first 120 cases of seed 9203) none came to more than 3.9, and they took 11 % of the time."""
+
 
 def screened(
     runs: Runs,
@@ -40,7 +44,6 @@ def screened(
     fit: Fit,
     hypotheses: Sequence[Hypothesis],
     progress: Callable[[str], None] = lambda _: None,
-    least: float = -inf,
 ) -> Screening:
     """Test every hypothesis, and refit those that explain the most.
 
@@ -50,14 +53,14 @@ def screened(
         fit: the present model.
         hypotheses: effects that are not in it.
         progress: called with what is being refitted.
-        least: linearised evidence of those that are refitted.
     """
     every = list(signatures(runs, fit, hypotheses))
     best = most_telling(every)
     tested, moment = max(len(best), 1), runs.mean_moment(fit.theta)
     linearised = {each.placed.key: _linearised_evidence(runs, each, moment) for each in best}
     order = sorted(best, key=lambda each: -linearised[each.placed.key])
-    promising = [each for each in order[: SETTINGS.most_refits] if each.rank and linearised[each.placed.key] > least]
+    hopeful = [each for each in order[1 : SETTINGS.most_refits] if linearised[each.placed.key] > _HOPELESS]
+    promising = [each for each in (*order[:1], *hopeful) if each.rank]  # the first one also: it came nearest
     candidates, aside, without = [], [], log_evidence(heldout, fit)
     for signature in promising:
         progress(signature.placed.key)

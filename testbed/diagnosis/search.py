@@ -97,14 +97,12 @@ class Search:
         testable: all of them.
         progress: called with what is being done.
         in_own_noise: what a diagnosis becomes in the noise that its model leaves.
-        least: evidence of a linearised hypothesis from which on it is refitted.
         known: screenings so far, by the effects in the model; steps back come to the same model again.
     """
 
     testable: tuple[Hypothesis, ...]
     progress: Callable[[str], None]
     in_own_noise: Callable[[Diagnosis], Diagnosis]
-    least: float = -inf
     known: dict[tuple[str, ...], tuple[Runs, Screening]] = field(default_factory=dict)
 
     def has_room(self, state: Diagnosis) -> bool:
@@ -122,7 +120,7 @@ class Search:
         runs, screening = self.known.get(key, (None, None))
         if runs is None or screening is None or not _has_equal_noise(runs, state.runs):
             others = without(self.testable, state.model.placed)
-            screening = screened(state.runs, state.heldout, state.model, others, self.progress, self.least)
+            screening = screened(state.runs, state.heldout, state.model, others, self.progress)
             self.known[key] = (state.runs, screening)
         return screening
 
