@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, cached_property
 from math import log
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
-from scipy.special import logsumexp
 
 from testbed.arrays import Array
 from testbed.diagnosis.candidates import Candidate, Screening, accepted, evidences
@@ -37,7 +37,7 @@ from testbed.effects.formula import Formula
 from testbed.formulas.grammar import MEMORIES, SCANNED, Class, patterns, shares
 from testbed.formulas.law import Law, Memory, first_state_of, rate_of, value_of
 from testbed.formulas.motion import Moment
-from testbed.formulas.pattern import Pattern, contains
+from testbed.formulas.pattern import Pattern, Placement, axes_of, contains
 from testbed.formulas.torque import Frame
 from testbed.prediction.formula_hooks import applied_torque, laid_end_to_end
 from testbed.prediction.grid import unit_count
@@ -283,9 +283,9 @@ def _linearised(
     for valued, columns in _columns(list(_valued(along, list(alike))), along, space, knots):
         normal = {frame: (own.T @ own, own.T @ space.residual) for frame, own in columns.items()}
         for pattern in alike[valued.laws]:
-            axes = np.kron(np.eye(len(valued.values)), pattern.axes)
+            axes = _directions(len(valued.values), pattern.placement)
             information, slope = normal[pattern.frame]
-            sizes = np.repeat(typical / valued.power, len(pattern.axes))
+            sizes = np.repeat(typical / valued.power, len(axes) // len(valued.values))
             tried = (pattern, valued, sizes, axes @ information @ axes.T, axes @ slope)
             by_size.setdefault(len(sizes), []).append(tried)
     found: dict[Pattern, list[tuple[float, _Valued]]] = {}
@@ -296,7 +296,7 @@ def _linearised(
     for pattern, starts in found.items():
         evidence = np.array([each for each, _ in starts])
         best = starts[int(evidence.argmax())][1]
-        mean = 2.0 * (float(logsumexp(0.5 * evidence)) - log(len(evidence)))
+        mean = 2.0 * (float(np.logaddexp.reduce(0.5 * evidence)) - log(len(evidence)))
         yield _Tested(
             pattern=pattern,
             evidence=mean + 2.0 * log(share[pattern]),
@@ -304,6 +304,12 @@ def _linearised(
             starts=len(starts),
             power=best.power,
         )
+
+
+@cache
+def _directions(laws: int, placement: Placement) -> Array:
+    """Return what amplitudes of some laws are along the three axes of each, shape (D, 3 * laws)."""
+    return np.asarray(np.kron(np.eye(laws), axes_of(placement)))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -320,7 +326,7 @@ class _Valued:
     start: Array
     values: Array
 
-    @property
+    @cached_property
     def power(self) -> Array:
         """Root mean square of each law in the run where it is largest, shape (laws,)."""
         mean = (self.values**2).mean(axis=-1).max(axis=-1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from math import inf, isinf, log
+from math import isinf, log
 
 import numpy as np
 from scipy.special import logsumexp

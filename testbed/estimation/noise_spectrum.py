@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import log, pi, sqrt
+from math import cos, log, pi, sqrt
 
 import numpy as np
 import scipy
@@ -117,7 +117,7 @@ class _Ordinates:
         square: shape (M,).
         frequency: Hz, shape (M,).
         resolution: what a run of the mean length resolves, Hz.
-        angle: angular frequency, radians a sample, shape (M,).
+        cosine: of the angular frequency in radians a sample, doubled, shape (M,).
         axis: shape (M,).
         cell: run and axis, shape (M,).
         columns: ∂ log v of each cell / ∂ levels of all samples, of the axes and of the runs, shape (3 R, R + 4).
@@ -127,7 +127,7 @@ class _Ordinates:
     square: Array
     frequency: Array
     resolution: float
-    angle: Array
+    cosine: Array
     axis: Indices
     cell: Indices
     columns: Array
@@ -135,14 +135,14 @@ class _Ordinates:
 
     def only(self, kept: Flags) -> _Ordinates:
         """Return some of the ordinates."""
-        of_each = {name: getattr(self, name)[kept] for name in ("square", "frequency", "angle", "axis", "cell")}
+        of_each = {name: getattr(self, name)[kept] for name in ("square", "frequency", "cosine", "axis", "cell")}
         return replace(self, **of_each)
 
     def log_power(self, parameters: Array) -> Array:
         """Return log S at the ordinates, shape (M,)."""
         levels, color = parameters[:-_COLORS], parameters[-_COLORS:].reshape(2, _WIDTH)
         persistence, average = color[:, self.axis]
-        return np.asarray((self.columns @ levels)[self.cell] + _log_shape(persistence, average, self.angle))
+        return np.asarray((self.columns @ levels)[self.cell] + _log_shape(persistence, average, self.cosine))
 
     def gradient(self, parameters: Array, excess: Array) -> Array:
         """Return ½ Σ excess ∂ log S / ∂ parameters, shape (P,).
@@ -157,7 +157,7 @@ class _Ordinates:
     def information(self, parameters: Array) -> Array:
         """Return ½ Σ ∂ log S ∂ log Sᵀ, Fisher's information, shape (P, P)."""
         slopes = self._slopes(parameters)
-        levels = self.columns.T @ (self._summed(np.ones_like(self.angle))[:, None] * self.columns)
+        levels = self.columns.T @ (np.bincount(self.cell, minlength=len(self.columns))[:, None] * self.columns)
         axes = np.tile(np.eye(_WIDTH), (len(self.columns) // _WIDTH, 1))
         across = np.hstack([self.columns.T @ (self._summed(slope)[:, None] * axes) for slope in slopes])
         own = np.block([[np.diag(np.bincount(self.axis, one * other, _WIDTH)) for other in slopes] for one in slopes])
@@ -165,7 +165,7 @@ class _Ordinates:
 
     def _slopes(self, parameters: Array) -> tuple[Array, Array]:
         persistence, average = parameters[-_COLORS:].reshape(2, _WIDTH)[:, self.axis]
-        return _slopes(persistence, average, self.angle)
+        return _slopes(persistence, average, self.cosine)
 
     def _summed(self, values: Array) -> Array:
         return np.asarray(np.bincount(self.cell, values, len(self.columns)), dtype=np.float64)
@@ -192,7 +192,7 @@ def noise_spectrum(
     models = _models(ordinates, runs, prior)
     shares = _shares([each.log_evidence for each in models], prior.color)
     period = float(np.median(np.concatenate([np.diff(time) for time in times])))
-    slow = pi * prior.slowest * period  # in the middle of what is below the ordinates
+    slow = 2.0 * cos(pi * prior.slowest * period)  # in the middle of what is below the ordinates
     _, variance = _mixed(shares, [_low_frequency(each, ordinates.seen, runs, slow) for each in models])
     correlation, spread = _mixed(shares[1:], [_correlation(each, ordinates.seen) for each in models[1:]])
     mean = shares @ np.stack([each.mean for each in models])
@@ -220,7 +220,7 @@ def _mixed(shares: Array, models: Sequence[tuple[float, float]]) -> tuple[float,
 
 
 def _ordinates(whitened: Sequence[Array], times: Sequence[Series], prior: SpectrumPrior, live: Flags) -> _Ordinates:
-    squares, frequencies, angles, cells = [], [], [], []
+    squares, frequencies, cosines, cells = [], [], [], []
     for run, (values, time, own) in enumerate(zip(whitened, times, live, strict=True)):
         number, period = np.arange(len(values)), float(np.median(np.diff(time)))
         slowest = min(prior.slowest, prior.share_of_rate / period)
@@ -228,7 +228,7 @@ def _ordinates(whitened: Sequence[Array], times: Sequence[Series], prior: Spectr
         count = int(fast.sum())
         squares.append((dct(values[:, own], axis=0, norm="ortho")[fast] ** 2).T.ravel())
         frequencies.append(np.tile(number[fast] / (2.0 * period * len(values)), int(own.sum())))
-        angles.append(np.tile(pi * number[fast] / len(values), int(own.sum())))
+        cosines.append(np.tile(2.0 * np.cos(pi * number[fast] / len(values)), int(own.sum())))
         cells.append(_WIDTH * run + np.repeat(np.flatnonzero(own), count))
     cell, runs = np.concatenate(cells), len(whitened)
     every = np.arange(_WIDTH * runs)
@@ -236,7 +236,7 @@ def _ordinates(whitened: Sequence[Array], times: Sequence[Series], prior: Spectr
         square=np.concatenate(squares),
         frequency=np.concatenate(frequencies),
         resolution=1.0 / float(np.mean([np.ptp(time) for time in times])),
-        angle=np.concatenate(angles),
+        cosine=np.concatenate(cosines),
         axis=cell % _WIDTH,
         cell=cell,
         columns=np.column_stack([np.ones(len(every)), np.eye(_WIDTH)[every % _WIDTH], np.eye(runs)[every // _WIDTH]]),
@@ -374,16 +374,14 @@ def _precision(runs: int, prior: SpectrumPrior, parameters: int) -> Array:
     return np.asarray(block_diag(levels, np.kron(sums, axes)))
 
 
-def _log_shape(persistence: Array, average: Array, angle: Array | float) -> Array:
+def _log_shape(persistence: Array, average: Array, cosine: Array | float) -> Array:
     """Return log S of the variance 1."""
-    cosine = 2.0 * np.cos(angle)
     moved = np.log1p(average**2 + average * cosine) - np.log(1.0 + 2.0 * persistence * average + average**2)
     return np.asarray(np.log1p(-(persistence**2)) + moved - np.log(1.0 + persistence**2 - persistence * cosine))
 
 
-def _slopes(persistence: Array, average: Array, angle: Array | float) -> tuple[Array, Array]:
+def _slopes(persistence: Array, average: Array, cosine: Array | float) -> tuple[Array, Array]:
     """Return its derivatives with respect to φ and to θ."""
-    cosine = 2.0 * np.cos(angle)
     whole = 1.0 + 2.0 * persistence * average + average**2
     by_persistence = -2.0 * persistence / (1.0 - persistence**2) - 2.0 * average / whole
     by_persistence = by_persistence - (2.0 * persistence - cosine) / (1.0 + persistence**2 - persistence * cosine)
@@ -391,12 +389,12 @@ def _slopes(persistence: Array, average: Array, angle: Array | float) -> tuple[A
     return np.asarray(by_persistence), np.asarray(by_average - 2.0 * (persistence + average) / whole)
 
 
-def _low_frequency(posterior: _Posterior, seen: Flags, runs: int, angle: float) -> tuple[float, float]:
+def _low_frequency(posterior: _Posterior, seen: Flags, runs: int, cosine: float) -> tuple[float, float]:
     """Return mean and variance of the logarithm of the spectrum, of axes with samples and runs, at a frequency."""
     color = posterior.mean[-_COLORS:].reshape(2, _WIDTH)
-    slopes = np.where(seen, _slopes(color[0], color[1], angle), 0.0).ravel() / seen.sum()
+    slopes = np.where(seen, _slopes(color[0], color[1], cosine), 0.0).ravel() / seen.sum()
     contrast = np.concatenate([[1.0], seen / seen.sum(), np.full(runs, 1.0 / runs), slopes])
-    level = contrast[:-_COLORS] @ posterior.mean[:-_COLORS] + _log_shape(color[0], color[1], angle)[seen].mean()
+    level = contrast[:-_COLORS] @ posterior.mean[:-_COLORS] + _log_shape(color[0], color[1], cosine)[seen].mean()
     return float(level), float(contrast @ posterior.covariance @ contrast)
 
 

@@ -23,6 +23,11 @@ PLACEMENTS: tuple[Placement, ...] = ("x", "y", "z", "B", "N")
 _TEXT = re.compile(r"(?P<laws>.+) (?:about (?P<axis>[xyz])|in (?P<frame>[BN]))")
 
 
+def axes_of(placement: Placement) -> Array:
+    """Return the directions of the coefficients of a law, shape (D, 3)."""
+    return np.eye(3)["xyz".index(placement)][None] if placement in "xyz" else np.eye(3)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Pattern:
     """Laws with common constants, each with coefficients of its own along the same axes.
@@ -47,7 +52,7 @@ class Pattern:
     @property
     def axes(self) -> Array:
         """Directions of the coefficients, shape (D, 3)."""
-        return np.eye(3)["xyz".index(self.placement)][None] if self.placement in "xyz" else np.eye(3)
+        return axes_of(self.placement)
 
     @property
     def names(self) -> tuple[str, ...]:

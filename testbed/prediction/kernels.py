@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.arrays import Array
+from testbed.arrays import Array, Flags
 from testbed.compiled import kept
 
 _REAL, _CARRYING, _MATRICES = ("f8", 3), ("c16", 3), ("f8", 4)
@@ -294,6 +294,20 @@ def servo_angles(signals: Sequence[Array], step: Sequence[Array], law: Sequence[
     return angles
 
 
+def set_points(command: Array, angle: Array, anew: Flags, law: Sequence[float]) -> Array:
+    """Return the set points of W tachometer loops before their limit, by measured angles, shape (N, W), rad/s.
+
+    Args:
+        command: commanded rate at N ticks of the servo's clock, shape (N, W), rad/s.
+        angle: measured there, alike, rad.
+        anew: at which ticks d_c counts as where the gimbals are, shape (N,); at the first one it always does.
+        law: ω_n² / ω_b, 1/s, the bound of d_c, rad, and the period, s.
+    """
+    points = np.empty(command.shape)
+    kept(_set_points, (_TICKS[0], _TICKS[0], ("b1", 1), _LAW, _TICKS[0]))(command, angle, anew, np.array(law), points)
+    return points
+
+
 def _vectors(vectors: tuple[Array, ...], matrices: tuple[Array, ...]) -> tuple[list[Array], Array]:
     """Return arrays broadcast to one another, the vectors with one kind of number, and room for a result like them."""
     sides = np.broadcast(*(each[..., 0] for each in vectors), *(each[..., 0, 0] for each in matrices)).shape
@@ -475,6 +489,19 @@ def _servo_angles(command, fed_forward, load, slope, first, step, law, angles):
             angle = angle + moves * rate + pushed * push + rested * rest + ramped * ramp
             rate = keeps * rate + turned * push + turned_rest * rest + turned_ramp * ramp
             motor = demand + left * rest
+
+
+def _set_points(command, angle, anew, law, points):
+    gain, bound, period = law
+    for unit in range(points.shape[1]):
+        commanded = angle[0, unit]
+        for tick in range(points.shape[0]):
+            at = angle[tick, unit]
+            if anew[tick]:
+                commanded = at
+            # The law of `cmg.servo_law`.
+            points[tick, unit] = command[tick, unit] + gain * (commanded - at)
+            commanded = at + min(max(commanded - at, -bound), bound) + period * command[tick, unit]
 
 
 def _force(by, changes, instants, added):

@@ -25,8 +25,6 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Array, Series, UnitSeries
-from testbed.cmg import servo_law
-from testbed.cmg.servo_law import within
 from testbed.estimation.telemetry import CommandedRun, GimbalRun, Servo
 from testbed.prediction import kernels
 from testbed.prediction.compared import long_gaps
@@ -100,15 +98,10 @@ def set_point(run: CommandedRun) -> UnitSeries:
     """
     ticks, servo = ticks_of(run), run.gimbals.servo
     angles = gimbal_motion(run)(ticks.time)
-    commanded, points = _Commanded(servo, angles[0]), np.empty_like(ticks.command)
     last = np.searchsorted(ticks.samples, np.arange(len(ticks.time)), side="right") - 1
     within_gap = np.concatenate([long_gaps(run), [False]])[last]
-    for tick, angle in enumerate(angles):
-        if within_gap[tick]:
-            commanded = _Commanded(servo, angle)
-        points[tick] = commanded.set_point(ticks.command[tick], angle)
-        commanded.follow(ticks.command[tick], angle)
-    return points
+    law = (servo.stiffness / servo.bandwidth, servo.angle_error_bound, servo.period)
+    return kernels.set_points(ticks.command, angles, within_gap, law)
 
 
 @lru_cache(maxsize=_REMEMBERED)
@@ -178,22 +171,6 @@ def _sampled(run: CommandedRun, angles: Array) -> Array:
         return np.asarray(angles[:, ticks.samples])
     at = np.clip(run.actuator_time - late, *ticks.time[[0, -1]])
     return np.asarray(CubicSpline(ticks.time, angles, axis=1)(at))
-
-
-class _Commanded:
-    """The angle d_c that the controller commands."""
-
-    def __init__(self, servo: Servo, angle: Array) -> None:
-        self._servo, self._angle, self._bound = servo, angle, servo.angle_error_bound
-
-    def set_point(self, command: Array, angle: Array) -> Array:
-        """Return the tachometer loop's set point before its limit, rad/s."""
-        return servo_law.set_point(command, self._angle - angle, self._servo.stiffness / self._servo.bandwidth)
-
-    def follow(self, command: Array, angle: Array) -> None:
-        """Go on to the next period."""
-        ahead = within(self._angle - angle, self._bound)  # `servo_law.next_commanded_angle` but for rounding
-        self._angle = angle + ahead + self._servo.period * command
 
 
 def _pushed(run: CommandedRun, push: Array) -> Array:

@@ -198,7 +198,7 @@ def test_a_formula_is_kept_as_data_under_a_name(tmp_path, monkeypatch):
     ("components", "name", "number", "said"),
     [
         ((), "arm", None, "names no formula"),
-        ((PRODUCT, "t about x"), "arm", None, "choose one by its number (--number): 1: w_x"),
+        ((PRODUCT, "t about x"), "arm", None, r"choose one by its number \(--number\): 1: w_x"),
         ((PRODUCT,), "arm", 2, "has no formula 2"),
         ((PRODUCT,), "Arm!", None, "small letters"),
         ((PRODUCT,), "tether", None, "is there already"),

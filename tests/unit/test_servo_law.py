@@ -4,24 +4,23 @@ import numpy as np
 
 from testbed.cmg.servo_law import next_commanded_angle, set_point, stiffness_of, within
 from testbed.estimation.telemetry import Servo
-from testbed.prediction.servo import _Commanded
+from testbed.prediction.kernels import set_points
 
 SERVO = Servo(bandwidth=50.0, stiffness=stiffness_of(50.0, 1.0), rate_limit=2.0, period=0.0125)
 
 
-def test_the_predicted_commanded_angle_is_the_one_that_is_flown():
-    """Errors within the bound, beyond it, and cut on either side."""
+def test_the_predicted_set_points_are_those_that_are_flown():
+    """Errors within the bound, beyond it, and cut on either side; behind a gap the gimbals count as commanded."""
     rng = np.random.default_rng(1)
-    flown = rng.uniform(-1.0, 1.0, 6)
-    predicted = _Commanded(SERVO, flown)
-    for _ in range(200):
-        angle, command = flown + rng.uniform(-0.2, 0.2, 6), rng.uniform(-3.0, 3.0, 6)
-        gain = SERVO.stiffness / SERVO.bandwidth
-        np.testing.assert_allclose(
-            predicted.set_point(command, angle), set_point(command, flown - angle, gain), atol=1e-11
-        )
-        flown = next_commanded_angle(flown, angle, SERVO.angle_error_bound, command, SERVO.period)
-        predicted.follow(command, angle)
+    angles, commands = rng.uniform(-0.2, 0.2, (200, 6)).cumsum(axis=0), rng.uniform(-3.0, 3.0, (200, 6))
+    anew = np.arange(200) == 70
+    gain, commanded, flown = SERVO.stiffness / SERVO.bandwidth, angles[0], []
+    for angle, command, begun in zip(angles, commands, anew, strict=True):
+        commanded = angle if begun else commanded
+        flown.append(set_point(command, commanded - angle, gain))
+        commanded = next_commanded_angle(commanded, angle, SERVO.angle_error_bound, command, SERVO.period)
+    predicted = set_points(commands, angles, anew, (gain, SERVO.angle_error_bound, SERVO.period))
+    np.testing.assert_allclose(predicted, flown, atol=1e-11)
 
 
 def test_a_commanded_angle_stays_within_its_bound_of_a_gimbal_that_stands():
