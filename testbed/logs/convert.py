@@ -203,6 +203,7 @@ def _samples(
         with _naming(path, name):
             stream = content.streams[channel.topic]
             samples[name] = samples_of(name, channel, stream, ticks[name].since(origin))
+            _require_possible_rate(samples[name], ticks[name].clock)
         channels[name] = _imported_channel(channel, ticks[name], samples[name])
     return samples, channels, origin
 
@@ -214,6 +215,25 @@ def _naming(path: Path, name: str) -> Iterator[None]:
         yield
     except InputError as error:
         raise InputError(f"{path}: {name}: {error}") from None
+
+
+_FASTEST_HZ = 50_000.0
+"""Mean rate beyond which a clock's unit is wrong: gyros of vehicles give up to 32,000 samples a second, encoders fewer;
+100 samples a second become 100,000 where ms are taken for us. The mean, for a log may receive many at once."""
+
+
+def _require_possible_rate(samples: Samples, clock: str) -> None:
+    """Refuse samples that come faster than any sensor's.
+
+    Raises:
+        InputError: they do; the message says what of the clock to look at.
+    """
+    count, span = len(samples.time), float(np.ptp(samples.time)) if len(samples.time) else 0.0
+    if count > _FASTEST_HZ * span > 0.0:
+        raise InputError(
+            f"{count} samples within {span:.3g} s by the clock ({clock}): no sensor is that fast; correct its unit in "
+            "[clock], or name another clock"
+        )
 
 
 def _imported_channel(channel: Channel, ticks: Ticks, samples: Samples) -> ImportedChannel:

@@ -123,6 +123,7 @@ def _torque_time(run: GimbalRun) -> Series:
     return np.clip(run.actuator_time[compared(run)] + run.gimbals.angles_late, *run.gyro_time[[0, -1]])
 
 
+@lru_cache(maxsize=_REMEMBERED)
 def _needed(run: GimbalRun) -> CubicSpline:
     """Return the torque that a run's gimbals need by its measured motion, (M,), N·m."""
     cluster, time = run.gimbals.cluster, run.actuator_time

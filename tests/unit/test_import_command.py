@@ -61,6 +61,21 @@ def test_guess_prints_a_map_that_can_be_saved(log, tmp_path, capsys):
     assert run("import", log, "--map", tmp_path / "guessed.toml", "--out", tmp_path / "data") == 0
 
 
+def test_a_clock_in_another_unit_is_refused(tmp_path, capsys):
+    """500 samples in ten seconds are 500 in ten microseconds, where milliseconds are taken for nanoseconds."""
+    time = np.arange(500) * 20
+    lines = [f"{each},0.1,0.0,-0.1" for each in time]
+    (tmp_path / "log.csv").write_text("\n".join(["t,x,y,z", *lines]) + "\n")
+    fields = ["x", "y", "z"]
+    channels = {"body_rate": {"fields": fields, "unit": "rad/s"}, "applied_torque": {"fields": fields, "unit": "N*m"}}
+    for unit, code in (("ms", 0), ("ns", 2)):
+        keys = {"schema": 1, "source": "measured", "clock": {"field": "t", "unit": unit}, "channels": channels}
+        (tmp_path / "map.toml").write_text(tomli_w.dumps(keys))
+        assert run("import", tmp_path / "log.csv", "--map", tmp_path / "map.toml", "--out", tmp_path / unit) == code
+    assert "500 samples within 9.98e-06 s by the clock (t in ns): no sensor is that fast" in capsys.readouterr().err
+    assert not (tmp_path / "ns").exists()
+
+
 def test_what_is_wrong_leaves_nothing_behind(log, tmp_path, capsys):
     keys = json.loads(json.dumps(logs.ULOG_MAP))
     keys["channels"]["body_rate"]["topic"] = "gyro"
