@@ -21,7 +21,7 @@ from testbed.diagnosis.data import Runs, runs_of
 from testbed.diagnosis.fitting import fitted, fitted_initial_rates
 from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.noise import Residuals, noise_tests, with_noise_model
-from testbed.diagnosis.screening import screened
+from testbed.diagnosis.screening import refitted, screened
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import grid_of
@@ -105,7 +105,8 @@ def test_a_gyro_that_is_wrong_is_credited_with_what_it_mends_in_the_motor_torque
     fit, places = fitted(runs, [], TRUE_THETA, []), [("gyro_scale", "z"), ("gimbal_viscous_friction", "cmg1")]
     placed = [Hypothesis(effect=EFFECTS[effect], component=component) for effect, component in places]
     body_alone = fit.chi_square - fitted(runs, placed[:1], fit.theta, [np.zeros(1)]).chi_square
-    gains = {each.key: each.chi_square_reduction for each in screened(runs, None, fit, placed).candidates}
+    screening = screened(runs, None, fit, placed)
+    gains = {each.key: refitted(runs, None, fit, screening, each).chi_square_reduction for each in placed}
     assert gains["gyro_scale:z"] > body_alone + 100.0
     assert gains["gyro_scale:z"] > gains["gimbal_viscous_friction:cmg1"]
 
