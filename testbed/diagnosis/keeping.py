@@ -16,6 +16,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
+from scipy.interpolate import PPoly
 
 from testbed.arrays import Array
 from testbed.diagnosis.data import Runs
@@ -111,6 +112,8 @@ def _pieces(value: object) -> Iterator[bytes]:
         yield f"{len(value)} values".encode()
         for each in value:
             yield from _pieces(each)
+    elif isinstance(value, PPoly):  # splines of what lies around a platform
+        yield from _pieces((value.x, value.c))
     elif is_dataclass(value) and not isinstance(value, type):
         yield from _fields(value)
     elif value is None or isinstance(value, str | int | float):

@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
 
 from testbed.assembly.platform import nominal_platform, true_platform
+from testbed.diagnosis.keeping import hash_of
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.signatures import hypotheses
@@ -24,17 +27,27 @@ NOMINAL_OFFSET = [0.0, 0.0, -1e-4]
 
 
 def measured(offset: list[float]):
-    """Three runs of five seconds, and the scenario of the platform that is believed."""
-    shipped = read_scenario(shipped_scenario("air_bearing"))
+    """Three runs of five seconds, and the inertia of the platform that is believed."""
+    keys = short("air_bearing")
+    keys["truth"]["center_of_mass_offset_m"] = offset
+    return flown(keys)
+
+
+def short(name: str):
+    """The keys of a shipped scenario, of flights of five seconds."""
+    shipped = read_scenario(shipped_scenario(name))
     keys = shipped.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True)
     keys["simulation"] |= {"duration_s": 5.0, "control_rate_hz": 100.0, "telemetry_rate_hz": 100.0}
     keys["gyro"]["sample_rate_hz"] = 20.0
-    keys["truth"]["center_of_mass_offset_m"] = offset
+    return keys
+
+
+def flown(keys):
     scenario = Scenario.model_validate(keys)
     nominal, true = nominal_platform(scenario), true_platform(scenario)
     maneuver = plan_maneuver(scenario, nominal).maneuver
-    flown = [fly_maneuver(scenario, nominal, true, maneuver, seed).record for seed in (11, 12, 13)]
-    named = [replace(each, details=replace(each.details, name=f"run {at}")) for at, each in enumerate(flown)]
+    records = [fly_maneuver(scenario, nominal, true, maneuver, seed).record for seed in (11, 12, 13)]
+    named = [replace(each, details=replace(each.details, name=f"run {at}")) for at, each in enumerate(records)]
     return data_set_of([telemetry_only(each) for each in named], scenario, nominal), theta_of(nominal.inertia)
 
 
@@ -61,3 +74,17 @@ def test_effects_of_another_environment_are_not_asked_for():
     asked = {each.effect.id for each in testable} | {each.effect for each in untestable}
     assert {"center_of_mass_offset", "air_drag"} <= asked
     assert asked.isdisjoint({"gravity_gradient", "magnetic_dipole"})
+
+
+@pytest.mark.parametrize("name", ["air_bearing", "orbit_wheels"])
+def test_what_is_kept_of_a_diagnosis_is_kept_by_the_content_of_its_surroundings(name):
+    """They hold splines, of the attitude and the field; a hash of their addresses would never be found again."""
+    keys = short(name)
+    (one, _), (same, _) = flown(keys), flown(keys)
+    around = one.runs.grid.runs[0].surroundings
+    turns = around.attitude.turns
+    turned = replace(around.attitude, turns=CubicSpline(turns.x, turns(turns.x)[::-1]))
+    runs = tuple(replace(run, surroundings=replace(around, attitude=turned)) for run in one.runs.grid.runs)
+    other = replace(one.runs, grid=replace(one.runs.grid, runs=runs))
+    assert hash_of(one.runs) == hash_of(same.runs)
+    assert hash_of(one.runs) != hash_of(other)
