@@ -9,14 +9,18 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from testbed.assembly.platform import nominal_platform, true_platform
+from testbed.diagnosis.data import chosen
+from testbed.diagnosis.gate import Gate, require_explicable
 from testbed.diagnosis.keeping import hash_of
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.signatures import hypotheses
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
+from testbed.errors import InputError
 from testbed.experiment.flying import fly_maneuver
 from testbed.experiment.planning import plan_maneuver
+from testbed.library.diagnoses import nearest_model
 from testbed.records.selection import telemetry_only
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.scenario import Scenario
@@ -60,6 +64,16 @@ def test_an_offset_is_named_first_with_its_size():
     std = np.sqrt(np.diag(final.model.covariance))[6:][own]
     error = final.model.effect_values[own] - np.subtract(offset, NOMINAL_OFFSET)
     np.testing.assert_array_less(np.abs(error), 4.0 * std)
+
+
+def test_a_single_run_that_an_offset_explains_is_of_the_platform():
+    """It gets no name, so that its model keeps the whole gap: the gate looks at what was compared."""
+    data, theta = measured([6e-5, -5e-5, -2e-4])
+    *_, final = diagnosed(chosen(data.runs, [0]), None, FEW, theta, alone=True)
+    assert final.model.placed == ()
+    with pytest.raises(InputError, match="are not of the scenario's platform"):
+        require_explicable(final.runs, final.gap_before.fit, final.model, Gate())
+    require_explicable(final.runs, final.gap_before.fit, nearest_model(final), Gate())
 
 
 def test_nothing_is_named_where_the_centre_of_mass_is_as_believed():
