@@ -274,8 +274,7 @@ def _bounded(columns: Array, present: Array, lower: Array, upper: Array, scale: 
     step, used = np.zeros(len(scale)), np.isfinite(scale) & (upper > lower)
     if used.any():
         bounds = (lower[used] * scale[used], upper[used] * scale[used])
-        scaled = columns[:, used] / scale[used]
-        step[used] = scipy.optimize.lsq_linear(scaled, present, bounds, method="bvls").x / scale[used]
+        step[used] = scipy.optimize.lsq_linear(columns[:, used] / scale[used], present, bounds).x / scale[used]
     return step
 
 
