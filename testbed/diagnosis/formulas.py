@@ -285,7 +285,7 @@ def _linearised(
         for pattern in alike[valued.laws]:
             axes = _directions(len(valued.values), pattern.placement)
             information, slope = normal[pattern.frame]
-            sizes = np.repeat(typical / valued.power, len(axes) // len(valued.values))
+            sizes = np.repeat(typical / valued.power, len(pattern.axes))
             tried = (pattern, valued, sizes, axes @ information @ axes.T, axes @ slope)
             by_size.setdefault(len(sizes), []).append(tried)
     found: dict[Pattern, list[tuple[float, _Valued]]] = {}

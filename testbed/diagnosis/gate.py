@@ -123,7 +123,7 @@ def require_explicable(runs: Runs, before: float, after: Fit, gate: Gate) -> Non
     Args:
         runs: that were fitted.
         before: gap of the baseline.
-        after: the model with all effects that were found.
+        after: the model that explains the most.
         gate: what is accepted.
 
     Raises:

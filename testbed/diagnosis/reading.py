@@ -259,8 +259,10 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
     passed = gated(records, scenario, nominal)
     theta, notices = theta_of(nominal.inertia), list(passed.notices)
     usable = _without_spikes(passed, notices)
-    states = all(_states_noise(record) for record, _ in usable)
-    level = None if states else pooled_noise(_everything(usable, passed.belief), theta)
+    level = None
+    if not all(_states_noise(record) for record, _ in usable):
+        everything = replace(runs_together(usable, range(len(usable))), belief=passed.belief)
+        level = pooled_noise(everything, theta)
     fit, heldout = by_role([(record, [part.telemetry for part in parts]) for record, parts in usable])
 
     stated = scenario.diagnosis
@@ -287,10 +289,6 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
         ),
         given=_given(passed.together),
     )
-
-
-def _everything(usable: Usable, belief: Belief | None) -> Runs:
-    return replace(runs_together(usable, range(len(usable))), belief=belief)
 
 
 def _undetermined(runs: Runs) -> Iterator[str]:

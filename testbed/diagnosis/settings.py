@@ -88,7 +88,7 @@ class DiagnosisSettings:
     latency, skewed telemetry, averaging and a low-pass differ by 0.4.
     """
     most_refits: int = 8
-    """Hypotheses that are refitted at each step, those with the largest linearised evidence; also those whose
+    """Hypotheses that are refitted at each step at most, those with the largest linearised evidence; also those whose
     probabilities are listed.
 
     Source: chosen. On twelve blind cases, with all effects on the noise listed beside the eight, the reported set grew

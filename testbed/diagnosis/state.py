@@ -137,6 +137,12 @@ class Diagnosis:
         return () if self.remaining is None or accepted(self.remaining) is None else self.remaining.close
 
     @property
+    def nearest(self) -> Fit:
+        """The model that explains the most: of a single record, which gets no name, that of a hypothesis."""
+        compared = self.remaining.candidates if self.alone and self.remaining is not None else ()
+        return min([self.model, *(each.fit for each in compared)], key=lambda fit: fit.root_mean_square)
+
+    @property
     def shape_left(self) -> TorqueShape | None:
         """The significant unmodelled torque of a known shape; None where there is none."""
         return most_probable(self.shapes, SETTINGS.unexplained_p_value)

@@ -375,7 +375,7 @@ def _precision(runs: int, prior: SpectrumPrior, parameters: int) -> Array:
 
 
 def _log_shape(persistence: Array, average: Array, cosine: Array | float) -> Array:
-    """Return log S of the variance 1."""
+    """Return log S of the variance 1, by twice the cosine of the angular frequency in radians a sample."""
     moved = np.log1p(average**2 + average * cosine) - np.log(1.0 + 2.0 * persistence * average + average**2)
     return np.asarray(np.log1p(-(persistence**2)) + moved - np.log(1.0 + persistence**2 - persistence * cosine))
 
@@ -390,7 +390,7 @@ def _slopes(persistence: Array, average: Array, cosine: Array | float) -> tuple[
 
 
 def _low_frequency(posterior: _Posterior, seen: Flags, runs: int, cosine: float) -> tuple[float, float]:
-    """Return mean and variance of the logarithm of the spectrum, of axes with samples and runs, at a frequency."""
+    """Return mean and variance of the logarithm of the spectrum, of axes with samples and runs, by twice a cosine."""
     color = posterior.mean[-_COLORS:].reshape(2, _WIDTH)
     slopes = np.where(seen, _slopes(color[0], color[1], cosine), 0.0).ravel() / seen.sum()
     contrast = np.concatenate([[1.0], seen / seen.sum(), np.full(runs, 1.0 / runs), slopes])

@@ -19,7 +19,6 @@ from testbed.diagnosis.gate import Gate, require_explicable
 from testbed.diagnosis.keeping import Store, keeping
 from testbed.diagnosis.location import ResidualSegment, located
 from testbed.diagnosis.method import diagnosed
-from testbed.diagnosis.model import Fit
 from testbed.diagnosis.reading import DataSet, data_set_of
 from testbed.diagnosis.reference import reference_of
 from testbed.diagnosis.result import result_of
@@ -118,7 +117,7 @@ class PreparedRecords:
         for state in stages:
             if state.complete:
                 gate = Gate(accepted=self.scenario.diagnosis.accept)
-                require_explicable(state.runs, state.gap_before.fit, nearest_model(state), gate)
+                require_explicable(state.runs, state.gap_before.fit, state.nearest, gate)
                 state = replace(state, notices=(*state.notices, *gate.notices))  # noqa: PLW2901
             yield state
 
@@ -331,12 +330,6 @@ def diagnose(
         with nullcontext() if keep is None else keeping(keep):
             first, last = _first_and_last(made.stages(progress))
         return concluded(made, last, located(first.runs, first.baseline), progress, propose=propose)
-
-
-def nearest_model(state: Diagnosis) -> Fit:
-    """Return the model that explains the most: of a single run, which gets no name, that of a hypothesis."""
-    compared = state.remaining.candidates if state.alone and state.remaining is not None else ()
-    return min([state.model, *(each.fit for each in compared)], key=lambda fit: fit.root_mean_square)
 
 
 def prepared_records(

@@ -480,15 +480,20 @@ def _servo_angles(command, fed_forward, load, slope, first, step, law, angles):
             point = command[tick, unit] + gain * (commanded - angle)
             if abs(point.real) > limit:
                 point = np.sign(point.real) * limit + 0.0 * angle
-            ahead = commanded - angle
-            if abs(ahead.real) > bound:
-                ahead = np.sign(ahead.real) * bound + 0.0 * angle
-            commanded = angle + ahead + period * command[tick, unit]
+            commanded = _next_commanded(commanded, angle, bound, period * command[tick, unit])
             demand = bandwidth * point + fed_forward[tick, unit]
             push, rest, ramp = demand + load[tick, unit], motor - demand, slope[tick, unit]
             angle = angle + moves * rate + pushed * push + rested * rest + ramped * ramp
             rate = keeps * rate + turned * push + turned_rest * rest + turned_ramp * ramp
             motor = demand + left * rest
+
+
+def _next_commanded(commanded, angle, bound, moved):
+    # `cmg.servo_law.next_commanded_angle` but for rounding; the bound acts on real parts.
+    ahead = commanded - angle
+    if abs(ahead.real) > bound:
+        ahead = np.sign(ahead.real) * bound + 0.0 * angle
+    return angle + ahead + moved
 
 
 def _set_points(command, angle, anew, law, points):
@@ -499,9 +504,8 @@ def _set_points(command, angle, anew, law, points):
             at = angle[tick, unit]
             if anew[tick]:
                 commanded = at
-            # The law of `cmg.servo_law`.
             points[tick, unit] = command[tick, unit] + gain * (commanded - at)
-            commanded = at + min(max(commanded - at, -bound), bound) + period * command[tick, unit]
+            commanded = _next_commanded(commanded, at, bound, period * command[tick, unit])
 
 
 def _force(by, changes, instants, added):

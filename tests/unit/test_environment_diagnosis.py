@@ -20,7 +20,6 @@ from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError
 from testbed.experiment.flying import fly_maneuver
 from testbed.experiment.planning import plan_maneuver
-from testbed.library.diagnoses import nearest_model
 from testbed.records.selection import telemetry_only
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.scenario import Scenario
@@ -73,7 +72,7 @@ def test_a_single_run_that_an_offset_explains_is_of_the_platform():
     assert final.model.placed == ()
     with pytest.raises(InputError, match="are not of the scenario's platform"):
         require_explicable(final.runs, final.gap_before.fit, final.model, Gate())
-    require_explicable(final.runs, final.gap_before.fit, nearest_model(final), Gate())
+    require_explicable(final.runs, final.gap_before.fit, final.nearest, Gate())
 
 
 def test_nothing_is_named_where_the_centre_of_mass_is_as_believed():
