@@ -7,14 +7,16 @@ name of one.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import final
 
 import numpy as np
 import scipy
-from scipy.interpolate import CubicSpline
+from scipy.integrate import cumulative_trapezoid
+from scipy.interpolate import CubicSpline, make_interp_spline
 from scipy.linalg import eigh
+from scipy.signal import detrend
 from typing_extensions import override
 
 from testbed.arrays import Array, Covariance, Series, Theta
@@ -26,15 +28,48 @@ from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.errors import InputError
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.prediction import predicted_with_derivatives
+from testbed.estimation.telemetry import Telemetry
 from testbed.scenario.diagnosis import Doubt
 
-_MISTAKES = {
-    "deg/s": (np.pi / 180, "multiply it by 0.01745329252"),
-    "rpm": (np.pi / 30, "multiply it by 0.1047197551"),
-    "mrad/s": (1e-3, "multiply it by 0.001"),
-    "rad/s of the other sign": (-1.0, "turn the signs of the gyro, or those of the actuators"),
-}
-"""What the gyro is in, by what brings it to rad/s, and the remedy: exact factors of units, and a turned sign."""
+
+@dataclass(frozen=True, kw_only=True)
+class _Mistake:
+    """A unit or sign of a whole channel that is not as it should be.
+
+    Attributes:
+        unit: that the channel is in.
+        remedy: for its owner.
+        body_rate: factor that brings the gyro to rad/s.
+        torque: factor that brings the applied torque to N·m.
+    """
+
+    unit: str
+    remedy: str
+    body_rate: float = 1.0
+    torque: float = 1.0
+
+    @override
+    def __str__(self) -> str:
+        says = f"as if it were in {self.unit}: {self.remedy}"
+        if self.torque != 1.0:
+            return f"the applied torque is {1.0 / self.torque:.3g} times what the motion takes, {says}"
+        return f"the gyro reads {1.0 / self.body_rate:.3g} times what the actuators predict, {says}"
+
+
+_MISTAKES = (
+    _Mistake(unit="deg/s", remedy="multiply it by 0.01745329252", body_rate=np.pi / 180),
+    _Mistake(unit="rpm", remedy="multiply it by 0.1047197551", body_rate=np.pi / 30),
+    _Mistake(unit="mrad/s", remedy="multiply it by 0.001", body_rate=1e-3),
+    _Mistake(
+        unit="rad/s of the other sign",
+        remedy="turn the signs of the gyro, or those of the actuators",
+        body_rate=-1.0,
+    ),
+    _Mistake(unit="mN·m", remedy="multiply it by 0.001", torque=1e-3),
+    _Mistake(unit="N·cm", remedy="multiply it by 0.01", torque=1e-2),
+    _Mistake(unit="µN·m", remedy="multiply it by 0.000001", torque=1e-6),
+)
+"""What the gyro, or else the applied torque, may be in: exact factors of units, and a turned sign."""
 _DEPENDENT = 1e-10
 """Share of the largest singular value below which columns of unit length count as dependent: clock shifts and inertia
 together; between rounding, 1e-16 of some 1e4 samples, and what any motion shows."""
@@ -76,12 +111,10 @@ def require_si(runs: Runs, theta: Theta, gate: Gate) -> None:
         gate: what is accepted.
 
     Raises:
-        InputError: a gyro in another unit.
+        InputError: a gyro or an applied torque in another unit.
     """
-    missed = np.full(len(runs.names), np.inf)
-    if runs.driven_by_momentum:
-        missed = _nominally_missed(runs, theta)
-        _require_unit(runs, theta, missed, gate)
+    missed = _nominally_missed(runs, theta)
+    _require_unit(runs, theta, missed, gate)
     for run, name, share in zip(runs.grid.runs, runs.names, missed, strict=True):
         peak = float(np.abs(run.body_rate).max())
         if peak > SETTINGS.plausible_body_rate and share > SETTINGS.unexplained_rate_share:
@@ -109,7 +142,7 @@ def require_this_platform(runs: Runs, baseline: Fit, theta: Theta, gate: Gate) -
     _require_inertia(baseline, theta, gate)
     shift = _ClockShifts(runs, baseline)
     shift.require_one_clock(gate)
-    if (missed := _missed(runs, shift.common_residual)).min() > SETTINGS.unexplained_rate_share:
+    if (missed := _missed_by_fit(runs, shift.common_residual)).min() > SETTINGS.unexplained_rate_share:
         gate.refuse(
             "telemetry",
             f"the actuators' telemetry does not explain {missed.min():.0%} or more of the body rate in every run: "
@@ -166,9 +199,13 @@ def require_motion(runs: Runs, gate: Gate) -> None:
         )
 
 
-def _missed(runs: Runs, residual: Array) -> Array:
-    """Return the ratio of the residual's variance to the body rate's, of each run, shape (R,)."""
-    parts = [part * sigma for part, sigma in zip(runs.by_run(residual), runs.sigma, strict=True)]
+def _missed(runs: Runs, parts: Sequence[Array]) -> Array:
+    """Return the ratio of a residual's variance to the body rate's, of each run, shape (R,).
+
+    Args:
+        runs: of the platform.
+        parts: the residual of each run, shapes (N, 3), rad/s.
+    """
     powers = [((rates - rates.mean(axis=0)) ** 2).sum() for rates in runs.measured]
     noise = [
         SETTINGS.least_motion * rates.size * (sigma**2).mean()
@@ -177,33 +214,63 @@ def _missed(runs: Runs, residual: Array) -> Array:
     return np.array([(part**2).sum() / max(pair) for part, *pair in zip(parts, powers, noise, strict=True)])
 
 
+def _missed_by_fit(runs: Runs, residual: Array) -> Array:
+    return _missed(runs, [part * sigma for part, sigma in zip(runs.by_run(residual), runs.sigma, strict=True)])
+
+
+def _missed_by_torque(runs: Runs, theta: Theta) -> Array:
+    """Return the share of the body rate that the applied torque does not make, of each run, shape (R,).
+
+    By the balance of the angular momentum along the measured motion, which cannot run away as a prediction does:
+    J ω + ∫ ω × J ω dt = ∫ τ dt, but for a straight line that the initial rate and a constant torque make.
+    """
+    inertia = inertia_of(theta)
+    return _missed(runs, [_out_of_balance(run, inertia) for run in runs.grid.runs])
+
+
+def _out_of_balance(run: Telemetry, inertia: Array) -> Array:
+    """Return what of a run's body rate the applied torque does not make, shape (N, 3), rad/s."""
+    assert run.applied_torque is not None
+    momentum = run.body_rate @ inertia
+    turned = cumulative_trapezoid(np.cross(run.body_rate, momentum), run.gyro_time, axis=0, initial=0.0)
+    impulse = cumulative_trapezoid(run.applied_torque, run.actuator_time, axis=0, initial=0.0)
+    given = make_interp_spline(run.actuator_time, impulse, k=1)(run.gyro_time)
+    left = detrend(momentum + turned - given, axis=0) @ np.linalg.inv(inertia)
+    return np.asarray(np.where(run.live, left, 0.0))
+
+
 def _require_unit(runs: Runs, theta: Theta, as_given: Array, gate: Gate) -> None:
-    """Compare with what the nominal model predicts: refitted, the inertia would take up any factor of the gyro."""
+    """Compare with what the nominal model predicts: refitted, the inertia would take up any factor of a channel."""
     wrong = as_given > SETTINGS.unexplained_rate_share
     if not wrong.any():
         return
-    for unit, (factor, remedy) in _MISTAKES.items():
-        mended = wrong & (_nominally_missed(_times(runs, factor), theta) < SETTINGS.unit_rate_share)
+    for mistake in _MISTAKES:
+        mended = wrong & (_nominally_missed(_without(mistake, runs), theta) < SETTINGS.unit_rate_share)
         if mended.any():
             names = ", ".join(name for name, yes in zip(runs.names, mended, strict=True) if yes)
-            gate.refuse(
-                "unit",
-                f"{names}: the gyro reads {1.0 / factor:.3g} times what the actuators predict, as if it were in "
-                f"{unit}: {remedy}",
-            )
+            gate.refuse("unit", f"{names}: {mistake}")
 
 
 def _nominally_missed(runs: Runs, theta: Theta) -> Array:
+    if not runs.driven_by_momentum:
+        return _missed_by_torque(runs, theta)
     try:
-        return _missed(runs, nominal_fit(runs, theta).residual)
+        return _missed_by_fit(runs, nominal_fit(runs, theta).residual)
     except InputError:  # the motion runs away
         return np.full(len(runs.names), np.inf)
 
 
-def _times(runs: Runs, factor: float) -> Runs:
-    """Return the runs with another unit of the gyro."""
-    scaled = tuple(replace(run, body_rate=factor * run.body_rate) for run in runs.grid.runs)
-    return replace(runs, grid=replace(runs.grid, runs=scaled), sigma=abs(factor) * runs.sigma)
+def _without(mistake: _Mistake, runs: Runs) -> Runs:
+    """Return the runs with the units that they should have."""
+    mended = tuple(
+        replace(
+            run,
+            body_rate=mistake.body_rate * run.body_rate,
+            applied_torque=None if run.applied_torque is None else mistake.torque * run.applied_torque,
+        )
+        for run in runs.grid.runs
+    )
+    return replace(runs, grid=replace(runs.grid, runs=mended), sigma=abs(mistake.body_rate) * runs.sigma)
 
 
 def _require_inertia(baseline: Fit, theta: Theta, gate: Gate) -> None:

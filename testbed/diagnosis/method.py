@@ -115,11 +115,19 @@ class _Task:
                 yield state
             self.progress("residual")
             state = check_residual(state, noise, search)
+        except (InputError, np.linalg.LinAlgError) as error:  # the numbers leave a model that explained much: it stays
+            yield replace(_ended_early(state, error), ended_early=True, complete=True)
+            return
+        try:
             if not self.alone and (state.retracted or not state.unnamed) and may_follow_formulas(state):
                 state = with_formulas(state, search, noise.explained, _residual_tested)
-        except (InputError, np.linalg.LinAlgError) as error:  # the numbers leave a model that explained much: it stays
-            state = replace(state, notices=(*state.notices, f"the diagnosis ended early, with what it had: {error}"))
+        except (InputError, np.linalg.LinAlgError) as error:  # the model without a formula has been tested
+            state = _ended_early(state, error)
         yield replace(state, complete=True)
+
+
+def _ended_early(state: Diagnosis, error: Exception) -> Diagnosis:
+    return replace(state, notices=(*state.notices, f"the diagnosis ended early, with what it had: {error}"))
 
 
 _CANCELLING = 2.0

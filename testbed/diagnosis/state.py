@@ -91,7 +91,8 @@ class Diagnosis:
         goodness: p-value of the χ² of the final model's gyro residual in all runs.
         untestable: effects for which a channel is missing.
         alone: whether all runs are of one record, which gets no name.
-        complete: whether the diagnosis came to its end.
+        ended_early: whether numbers that left the finite ones ended it before the final model's residual was tested.
+        complete: whether nothing follows.
         notices: what a reader has to know of how it came there.
     """
 
@@ -117,13 +118,14 @@ class Diagnosis:
     goodness: float = 1.0
     untestable: tuple[Untestable, ...] = ()
     alone: bool = False
+    ended_early: bool = False
     complete: bool = False
     notices: tuple[str, ...] = ()
 
     @property
     def left_over(self) -> bool:
-        """Whether the model's residual is more than noise."""
-        return self.goodness < SETTINGS.unexplained_p_value or self.structure_left
+        """Whether the model's residual is more than noise, or could not be tested."""
+        return self.ended_early or self.goodness < SETTINGS.unexplained_p_value or self.structure_left
 
     @property
     def structure_left(self) -> bool:

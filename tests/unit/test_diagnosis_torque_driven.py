@@ -256,3 +256,44 @@ def test_a_formula_of_actuators_that_none_has_that_is_flown_is_extended_by_nothi
     effect = Formula(pattern_of("torque_x*torque_x about y"), typical_value=np.ones(1))
     assert effect.needs == ("applied_torque",)
     assert effect.extension("", np.array([200.0]), SCENARIO) == Extension()
+
+
+def in_units(record, rate=1.0, torque=1.0):
+    factors = {"body_rate": rate, "applied_torque": torque}
+    channels = {name: factors.get(name, 1.0) * values for name, values in record.channels.items() if name in factors}
+    details = replace(record.details, gyro_noise=rate * SIGMA)
+    return replace(record, channels=channels, details=details)
+
+
+@pytest.mark.parametrize(
+    ("factors", "says"),
+    [
+        ({"torque": 1e3}, r"1e\+03 times what the motion takes, as if it were in mN·m: multiply it by 0.001"),
+        ({"torque": 1e2}, "in N·cm"),
+        ({"torque": 1e6}, "in µN·m"),
+        ({"rate": 180 / np.pi}, "the gyro reads 57.3 times what the actuators predict, as if it were in deg/s"),
+        ({"rate": 1e3}, "in mrad/s"),
+        ({"rate": 30 / np.pi}, "in rpm"),
+    ],
+)
+def test_whole_runs_in_another_unit_are_refused(factors, says):
+    records = [in_units(flown(seed), **factors) for seed in (1, 2)]
+    with pytest.raises(InputError, match=says):
+        data_set_of(records, WHOLE, NOMINAL)
+
+
+def test_a_weak_motor_and_a_slow_one_are_in_the_right_unit():
+    for record in (flown(3, share=(1.0, 0.5, 1.0, 1.0)), flown(4, lag=0.05)):
+        data_set_of([in_units(record)], WHOLE, NOMINAL)
+
+
+def test_numbers_that_leave_the_finite_ones_are_no_green_verdict(monkeypatch):
+    """What was found until then is kept, but no residual says that it is all."""
+
+    def failing(*_):
+        raise np.linalg.LinAlgError("Eigenvalues did not converge")
+
+    monkeypatch.setattr("testbed.diagnosis.method.check_residual", failing)
+    last = last_of(data_set_of([flown(1), flown(2)], WHOLE, NOMINAL))
+    assert last.verdict == "unexplained"
+    assert last.notices == ("the diagnosis ended early, with what it had: Eigenvalues did not converge",)
