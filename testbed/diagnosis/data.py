@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.arrays import Array, Flags, Matrix3, Theta, Vector3
+from testbed.arrays import Array, Covariance, Flags, Matrix3, Theta, Vector3
 from testbed.diagnosis.channels import ChannelNoise, impulse_channels, response_channel, torque_channel, wheel_channel
 from testbed.diagnosis.settings import SETTINGS, PriorOdds
 from testbed.dynamics.inertia import (
@@ -60,6 +60,9 @@ class Belief:
         records: number of the healthy records that show it.
         torque_noise: the least that there is, as `Runs` has it: what turned the healthy platform turns it still; None
             where that is not known.
+        common: covariance of the means of U and of `effects`, shape (6 + K, 6 + K), where other records show them: all
+            records share that error, such as a factor of torque and inertia, beside which they agree far better; None
+            where none do.
     """
 
     nominal_theta: Theta
@@ -72,6 +75,7 @@ class Belief:
     others: tuple[Shown, ...] = ()
     records: int = 0
     torque_noise: Array | None = None
+    common: Covariance | None = None
 
     def shown_of(self, key: str) -> Shown | None:
         """Return what healthy records show of an effect that is not in the model; None where that is not known."""
@@ -98,7 +102,14 @@ class Belief:
 
     def of_records(self) -> Belief:
         """Return what is known of each record by itself: runs that are held out have the rest from those fitted."""
-        return replace(self, log_ratio_std=np.inf, effects=())
+        return replace(self, log_ratio_std=np.inf, effects=(), common=None)
+
+    @property
+    def known_std(self) -> Array:
+        """Standard deviations of U and of the effects' parameters, shape (6 + K,)."""
+        # The square of U is the sum of all nine entries: those off the diagonal count twice.
+        logarithm = self.log_ratio_std / np.sqrt([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
+        return np.concatenate([logarithm, *(std for _, _, std in self.effects)])
 
     def log_ratio_of(self, theta: Theta) -> Theta:
         """Return U of an inertia, shape (6,)."""

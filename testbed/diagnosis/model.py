@@ -231,12 +231,20 @@ class Fit:
 
     @property
     def covariance(self) -> Array:
-        """Of (θ, effects), the initial rates marginalised, shape (C, C); infinite where no sample shows a parameter."""
-        common = 6 + len(self.effect_values)
+        """Of (θ, effects), the initial rates marginalised, shape (C, C); infinite where no sample shows a parameter.
+
+        With the error that what is believed has in common with other records.
+        """
+        own = 6 + len(self.effect_values)
         shown = np.diag(self.normal) > 0.0
         covariance = np.diag(np.where(shown, 0.0, np.inf))
-        covariance[np.ix_(shown, shown)] = np.linalg.inv(self.normal[np.ix_(shown, shown)])
-        return np.asarray(covariance[:common, :common])
+        covariance[np.ix_(shown, shown)] = inverse = np.linalg.inv(self.normal[np.ix_(shown, shown)])
+        if self.belief is not None and self.belief.common is not None:
+            known = self.belief.known_std
+            rows = self.jacobian[len(self.residual) - self.believed :][: len(known), shown]
+            moved = inverse @ rows.T / known  # by what is believed of each number
+            covariance[np.ix_(shown, shown)] += moved @ self.belief.common @ moved.T
+        return np.asarray(covariance[:own, :own])
 
     def signature_of(self, placed: Hypothesis) -> Array:
         """Return the Jacobian's columns of an effect's parameters, all others projected out, shape (samples, K)."""
@@ -322,8 +330,7 @@ def _believed(runs: Runs, placed: Sequence[Hypothesis], values: Values, width: i
     if 0.0 < belief.log_ratio_std < np.inf:
         logarithm = belief.log_ratio_of(values.theta[0])
         slopes = np.linalg.inv(slopes_of_log_ratio(logarithm, belief.nominal, np.eye(3)))
-        # The square of U is the sum of all nine entries: those off the diagonal count twice.
-        std = belief.log_ratio_std / np.sqrt([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
+        std = belief.known_std[:6]
         rows.append(((belief.log_ratio - logarithm) / std, _placed_columns(slopes / std[:, None], 0, width)))
     for key, mean, std in belief.effects:
         for first, each, value in zip(_firsts(placed), placed, values.effects, strict=True):

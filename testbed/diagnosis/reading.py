@@ -12,6 +12,7 @@ import numpy as np
 
 from testbed.arrays import Flags, Theta
 from testbed.assembly.platform import Body
+from testbed.diagnosis.channels import too_exact_torques
 from testbed.diagnosis.data import Belief, Runs, runs_of
 from testbed.diagnosis.fitting import fitted, nominal_fit
 from testbed.diagnosis.gate import Gate, require_motion, require_si, require_this_platform
@@ -91,6 +92,9 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
     if not usable:
         raise InputError("\n".join(refused))
     usable = _in_phase(usable)
+    if too_exact_torques(runs_together(usable, range(len(usable))).grid):
+        usable = _without_torques(usable)
+        notices += [(record.details.name, _TOO_EXACT) for record, _ in usable]
     theta, gate = theta_of(nominal.inertia), Gate(accepted=scenario.diagnosis.accept)
     together = runs_together(usable, range(len(usable)))
     together = replace(together, belief=belief_of(together, scenario, theta))
@@ -307,6 +311,24 @@ def _in_phase(usable: Usable) -> Usable:
     """Return the parts with what the wheels' impulses show of when their commands change."""
     found = iter(with_command_phase([part.telemetry for _, parts in usable for part in parts]))
     return [(record, tuple(replace(part, telemetry=next(found)) for part in parts)) for record, parts in usable]
+
+
+_TOO_EXACT = (
+    "gimbal_torque has less noise than its prediction resolves, and is not compared; where it is simulated, give it the "
+    "noise of hardware to test what is inside the gimbals"
+)
+
+
+def _without_torques(usable: Usable) -> Usable:
+    """Return the parts without the torques of the gimbals' motors."""
+    return [
+        (record, tuple(replace(part, telemetry=_without_torque(part.telemetry)) for part in parts))
+        for record, parts in usable
+    ]
+
+
+def _without_torque(run: Telemetry) -> Telemetry:
+    return replace(run, gimbals=None if run.gimbals is None else replace(run.gimbals, torque=None))
 
 
 def _phase_notice(runs: Runs) -> Iterator[str]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from testbed.arrays import Array, Indices, Theta, Vector3
+from testbed.arrays import Array, Covariance, Indices, Theta, Vector3
 from testbed.diagnosis.data import Belief, Runs, Shown
 from testbed.diagnosis.detectable import first_screening
 from testbed.diagnosis.fitting import fitted, fitted_initial_rates
@@ -77,6 +77,7 @@ def reference_of(diagnosis: Diagnosis) -> Reference:
         trim=trims.mean(axis=0) if count else prior.trim,
         trim_std=trims.std(axis=0, ddof=1) * np.sqrt(1.0 + 1.0 / count) if count else prior.trim_std,
         effects=tuple(effects),
+        common=_common_covariance(model, prior),
     )
     shown = tuple(_shown_of_others(diagnosis, belief))
     belief = replace(belief, others=shown, records=len(seen), torque_noise=diagnosis.runs.torque_noise)
@@ -165,6 +166,18 @@ def _rows_of_records(runs: Runs, count: int) -> list[Indices]:
         )
         for number in range(len(runs.record_names))
     ]
+
+
+def _common_covariance(model: Fit, prior: Belief) -> Covariance:
+    """Return that of U and of the parameters of all effects that recur, shape (6 + K, 6 + K)."""
+    kept = np.concatenate([np.full(6, True), *(np.full(each.size, each.effect.recurs) for each in model.placed)])
+    slopes = slopes_of_log_ratio(prior.log_ratio_of(model.theta), prior.nominal, np.eye(3))
+    turn = np.eye(len(kept))
+    turn[:6, :6] = np.linalg.inv(slopes)
+    own = model.covariance
+    unseen = (SETTINGS.inertia_uncertainty * model.theta[:3].mean()) ** 2  # about axes that a bearing holds
+    covariance = turn @ np.where(np.isinf(own), unseen, own) @ turn.T
+    return np.asarray(covariance[np.ix_(kept, kept)])
 
 
 def _no_belief(theta: Theta) -> Belief:

@@ -53,6 +53,7 @@ class Impulses(NamedTuple):
         directed: ∫ sign Ω dt, shape (L, W), s.
         viscous: friction over speed that is known, shape (W,), N·m·s/rad.
         unseen: variance of what was asked for over lost samples, shape (L, W), (N·m·s)²; zero where none is lost.
+        between: share of the control periods whose torques are not sampled.
         kept: of each wheel the intervals that are compared, shape (K,), K of its own.
         first: which of these do not follow on the one before, likewise.
     """
@@ -67,6 +68,7 @@ class Impulses(NamedTuple):
     directed: UnitSeries
     viscous: Units
     unseen: Array
+    between: float
     kept: tuple[NDArray[np.intp], ...]
     first: tuple[NDArray[np.bool_], ...]
 
@@ -211,6 +213,7 @@ def _impulses(run: Telemetry, commanded: bool) -> Impulses:
         directed=directed,
         viscous=motors.viscous_friction,
         unseen=unseen,
+        between=1.0 - min(motors.period / float(np.median(interval)), 1.0),
         kept=kept,
         first=_first_of(kept),
     )
@@ -238,19 +241,30 @@ class _Motors(NamedTuple):
         """Return the mean torque of every interval between samples of shape (K, W), shape (K - 1, W), N·m.
 
         A command is what a motor gives from its sample on, less the phase for which it had held, a measured torque what
-        it gave before: each for a control period, through which a loop on the wheel's speed lets it decline. In
-        between, torques go on a line.
+        it gave before: each for a control period, through which a loop on the wheel's speed lets it decline. Those that
+        are not sampled in between lie on a spline.
         """
         motors, torque = self.motors, np.clip(sampled, -self.limit, self.limit)
         decline = np.maximum(motors.loop_bandwidth * motors.period, _LEAST_LOOP)
-        beside = 0.5 * np.minimum(motors.period / np.diff(time), 1.0)[:, None]
+        period = np.minimum(motors.period / np.diff(time), 1.0)[:, None]
+        beside = 0.5 * period
         share = 0.5 - (1.0 - 2.0 * motors.command_phase) * beside if self.commanded else 0.5 + beside
         held = -np.expm1(-decline) / decline if self.commanded else np.expm1(decline) / decline
-        return np.asarray(held * (torque[:-1] + share * np.diff(torque, axis=0)))
+        mean = torque[:-1] + share * np.diff(torque, axis=0)
+        if self.commanded and np.any(period < 1.0):
+            # A parabola that is held n = 1 / period times lies beside the line by 1 - 1 / n² of what its mean does.
+            mean += (1.0 - period**2) * _beside_line(time, torque)
+        return np.asarray(held * mean)
 
     def change(self, sampled: UnitSeries, other: UnitSeries, time: Series) -> UnitSeries:
         """Return what impulses change by with other samples, shape (K - 1, W), N·m·s."""
         return (self.mean(other, time) - self.mean(sampled, time)) * np.diff(time)[:, None]
+
+
+def _beside_line(time: Series, values: UnitSeries) -> UnitSeries:
+    """Return by how much the mean of a spline through samples, shape (K, W), is beside that of lines, (K - 1, W)."""
+    integral = CubicSpline(time, values).antiderivative()(time)
+    return np.asarray(np.diff(integral, axis=0) / np.diff(time)[:, None] - 0.5 * (values[:-1] + values[1:]))
 
 
 def _torques(run: Telemetry, wheels: WheelTelemetry, motors: _Motors) -> tuple[UnitSeries, UnitSeries, Array]:

@@ -99,7 +99,7 @@ class Targets:
     Attributes:
         tick_rate: ω_ref at the start of every control period and the end, shape (ticks + 1, 3), rad/s.
         tick_gimbal_angle: preferred angles there, shape (ticks + 1, M), rad.
-        by_tick: what each control period asks for.
+        by_tick: what each control period asks for, and one more behind the end.
         has_gimbal_reference: whether the maneuver itself prescribes gimbal angles.
         tick_wheel_momentum: of the wheels, as the maneuver prescribes it, shape (ticks + 1, W), N·m·s.
         has_wheel_reference: whether it does.
@@ -190,26 +190,31 @@ def targets_of(
             inertia, clock.tick_times, at_ticks.body_rate, initial_momentum_B, outside_torque_B
         )
     momentum_rate_B = np.diff(momentum_B, axis=0) / clock.period
+    by_tick = map(
+        Target,
+        middle.body_rate,
+        middle.body_acceleration,
+        momentum_B[:-1],
+        momentum_rate_B,
+        angle[:-1],
+        rate,
+        wheel_momenta[:-1],
+        wheel_rate,
+    )
     return Targets(
         tick_rate=at_ticks.body_rate,
         tick_gimbal_angle=angle,
-        by_tick=tuple(
-            map(
-                Target,
-                middle.body_rate,
-                middle.body_acceleration,
-                momentum_B[:-1],
-                momentum_rate_B,
-                angle[:-1],
-                rate,
-                wheel_momenta[:-1],
-                wheel_rate,
-            )
-        ),
+        by_tick=_with_one_more(tuple(by_tick)),
         has_gimbal_reference=follows,
         tick_wheel_momentum=wheel_momenta,
         has_wheel_reference=wheels_follow,
     )
+
+
+def _with_one_more(targets: tuple[Target, ...]) -> tuple[Target, ...]:
+    """Return targets with that of the period behind the maneuver's end, on a line through the last two."""
+    before, last = targets[-2:] if len(targets) > 1 else 2 * targets
+    return *targets, Target(*(2.0 * value - earlier for value, earlier in zip(last, before, strict=True)))
 
 
 def _wheel_reference(controller: Controller, at_ticks: Reference, middle: Reference) -> tuple[Array, Array, bool]:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from testbed.arrays import Units, Vectors3
-from testbed.control.controller import ControllerState, Seen, command, controller_at_rest
+from testbed.control.controller import Command, ControllerState, Seen, command, controller_at_rest
 from testbed.plant.plant import Plant
 from testbed.sensors.gyro_response import GyroState, gyro_at_start, sample_gyro
 from testbed.sensors.units import encoder_side, read_units
@@ -60,7 +60,8 @@ def fly(plant: Plant, flight: Flight) -> list[Outcome]:
         rows += plant.flying
         if not plant.flying.any():
             break
-    _measure(plant, flight, log, state, flight.clock.ticks)
+    state, seen = _measure(plant, flight, log, state, flight.clock.ticks)
+    _ask(flight, log, state, seen, flight.clock.ticks)  # the last samples of commands are commands like all others
     return [
         Outcome(log=log.of_platform(platform, rows[platform]), divergence=plant.divergence.get(platform, ""))
         for platform in range(platforms)
@@ -99,6 +100,15 @@ def _measure(plant: Plant, flight: Flight, log: FlightLog, state: LoopState, tic
 
 def _act(plant: Plant, flight: Flight, log: FlightLog, state: LoopState, seen: Seen, tick: int) -> LoopState:
     """Run the controller on what was measured and let the plant move on for one control period."""
+    controller_state, asked = _ask(flight, log, state, seen, tick)
+    plant.advance(asked.torque, flight.clock.control_steps, asked.wheel_demand)
+    return state._replace(controller=controller_state)
+
+
+def _ask(
+    flight: Flight, log: FlightLog, state: LoopState, seen: Seen, tick: int
+) -> tuple[ControllerState, Command]:
+    """Run the controller on what was measured, and write down what it asks for from this tick on."""
     controller_state, asked = command(
         flight.controller,
         state.controller,
@@ -110,8 +120,7 @@ def _act(plant: Plant, flight: Flight, log: FlightLog, state: LoopState, seen: S
     log.rate_command[tick] = asked.gimbal_rate
     log.rate_saturated[tick] = asked.rate_saturated
     log.wheel_torque[tick] = asked.wheel_torque
-    plant.advance(asked.torque, flight.clock.control_steps, asked.wheel_demand)
-    return state._replace(controller=controller_state)
+    return controller_state, asked
 
 
 def _write_state(plant: Plant, log: FlightLog, tick: int) -> None:

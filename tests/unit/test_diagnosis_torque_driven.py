@@ -8,7 +8,7 @@ import pytest
 import testbed as tb
 from testbed.assembly.platform import nominal_body
 from testbed.diagnosis import screening
-from testbed.diagnosis.findings import additions
+from testbed.diagnosis.findings import additions, inertia_change
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.formulas import screened_formulas
 from testbed.diagnosis.method import diagnosed
@@ -220,6 +220,25 @@ class TestHealthyAgainstSuspect:
         records = [flown(seed, lag=0.03) for seed in (30, 31, 32)]
         state = last_of(data_set_of(records, WHOLE, NOMINAL).against(reference))
         assert state.steps == ()
+
+    def test_inertia_is_known_to_what_is_common_to_all_records(self):
+        """Torque about y is a fifth less than asked for: torque over inertia is what all records show."""
+
+        def weak(seed):
+            record = flown(seed, length=3.0)
+            asked = record.channels["applied_torque"] / np.array([1.0, 0.8, 1.0])
+            channels = {"body_rate": record.channels["body_rate"], "applied_torque": asked}
+            return replace(record, channels=channels)
+
+        names = ("actuator_gain", "actuator_lag")
+        healthy = last_of(data_set_of([weak(seed) for seed in range(40, 44)], WHOLE, NOMINAL), names)
+        assert healthy.steps[0].key == "actuator_gain:actuators"
+        suspect = data_set_of([weak(seed) for seed in (50, 51, 52)], WHOLE, NOMINAL)
+        state = last_of(suspect.against(reference_of(healthy)), names)
+        assert state.verdict == "none"
+        change = inertia_change(state)
+        assert change.p_value > 0.01
+        assert np.all(change.std[:3] > 0.05 * THETA[:3])
 
     def test_too_few_healthy_ones_are_refused(self):
         two = tb.Records((flown(1, length=1.0), flown(2, length=1.0)))

@@ -150,3 +150,24 @@ def test_the_residual_of_each_wheel_is_shown_and_located_at_its_own_times():
     assert loudest.signal == "wheel_torque_1"
     assert loudest.from_s == pytest.approx(40.0, abs=0.5)
     assert loudest.to_s == pytest.approx(40.9, abs=0.5)
+
+
+def test_what_is_commanded_between_samples_lies_on_a_spline():
+    """Commands that bend in a parabola, each held for a period; one of four is sampled."""
+    run = commanded_wheels(0.0, 1)
+    assert run.wheels is not None
+    assert run.wheels.torque_command is not None
+    every = slice(None, None, 4)
+    bent = 1e-4 * (run.actuator_time / 10.0) ** 2
+    command = np.broadcast_to(bent[:, None], run.wheels.torque_command.shape).copy()
+    fast = replace(run, wheels=replace(run.wheels, torque_command=command))
+    slow = replace(
+        fast,
+        actuator_time=run.actuator_time[every],
+        wheels=replace(fast.wheels, momentum=run.wheels.momentum[every], torque_command=command[every]),
+    )
+    all_of, some_of = (impulses_of(each, commanded=True) for each in (fast, slow))
+    assert all_of is not None
+    assert some_of is not None
+    whole = len(some_of.asked) * 4
+    np.testing.assert_allclose(some_of.asked, all_of.asked[:whole].reshape(-1, 4, WHEELS).sum(axis=1), rtol=1e-9)
