@@ -5,7 +5,8 @@ from __future__ import annotations
 import signal
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, redirect_stderr
+from io import StringIO
 from types import FrameType
 
 _HEARD = (signal.SIGINT, signal.SIGTERM)
@@ -41,6 +42,33 @@ def _as_ctrl_c(signum: int, frame: FrameType | None) -> None:
     handler = signal.getsignal(signal.SIGINT)
     assert callable(handler)
     handler(signum, frame)
+
+
+@contextmanager
+def raised_interrupts() -> Iterator[None]:
+    """Raise KeyboardInterrupt at a block's end if Ctrl-C came in it.
+
+    For an optimiser that stops at it with a warning, and keeps the exception to itself.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    pressed = False
+    with ExitStack() as silenced:
+
+        def note(signum: int, frame: FrameType | None) -> None:
+            nonlocal pressed
+            pressed = True
+            silenced.enter_context(redirect_stderr(StringIO()))
+            signal.default_int_handler(signum, frame)
+
+        before = signal.signal(signal.SIGINT, note)
+        try:
+            yield
+        finally:
+            signal.signal(signal.SIGINT, before)
+    if pressed:
+        raise KeyboardInterrupt
 
 
 @contextmanager

@@ -5,18 +5,15 @@ from __future__ import annotations
 import json
 import shlex
 import shutil
-import signal
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, redirect_stderr
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import timedelta
-from io import StringIO
 from math import ceil, inf, isfinite
 from pathlib import Path
 from textwrap import fill
-from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
@@ -152,25 +149,6 @@ class Bars(Progress):
 
 
 @contextmanager
-def remembered_interrupt() -> Iterator[Callable[[], bool]]:
-    """Tell whether Ctrl-C was pressed: the optimiser stops at it with a warning, and keeps the exception to itself."""
-    pressed = False
-    with ExitStack() as silenced:
-
-        def note(signum: int, frame: FrameType | None) -> None:
-            nonlocal pressed
-            pressed = True
-            silenced.enter_context(redirect_stderr(StringIO()))
-            signal.default_int_handler(signum, frame)
-
-        before = signal.signal(signal.SIGINT, note)
-        try:
-            yield lambda: pressed
-        finally:
-            signal.signal(signal.SIGINT, before)
-
-
-@contextmanager
 def design_progress(starts: int) -> Iterator[Callable[[Start], None]]:
     """Show how many starts of a design are done and the best cost so far, on standard error.
 
@@ -178,14 +156,12 @@ def design_progress(starts: int) -> Iterator[Callable[[Start], None]]:
         starts: number of starts; 0 where nothing is designed, and nothing is shown.
     """
     columns = (description_column(), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Bars(*columns, transient=True) as progress, remembered_interrupt() as interrupted:
+    with Bars(*columns, transient=True) as progress:
         task = progress.add_task("Designing the maneuver", total=starts, visible=starts > 0)
         best = inf
 
         def report(start: Start) -> None:
             nonlocal best
-            if interrupted():
-                raise KeyboardInterrupt
             best = min(best, start.cost)
             found = f", best cost {best:.4g}" if isfinite(best) else ""
             progress.update(task, description=f"Designing the maneuver{found}", advance=1)

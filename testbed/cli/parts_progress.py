@@ -14,7 +14,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from testbed.cli.console import RATE_PERIOD, Bars, RateColumn, description_column, remembered_interrupt
+from testbed.cli.console import RATE_PERIOD, Bars, RateColumn, description_column
 from testbed.reproduction.progress import Advance, Progress
 
 
@@ -30,14 +30,9 @@ def parts_progress() -> Iterator[Progress]:
         TimeRemainingColumn(),
         TextColumn("left"),
     )
-    with (
-        Bars(*columns, speed_estimate_period=RATE_PERIOD) as bars,
-        remembered_interrupt() as interrupted,
-    ):
+    with Bars(*columns, speed_estimate_period=RATE_PERIOD) as bars:
 
         def begin(part: str, items: int) -> Advance:
-            if interrupted():  # the optimiser of a design that was interrupted keeps that to itself
-                raise KeyboardInterrupt
             task: TaskID = bars.add_task(part, total=items)
             return lambda done: bars.update(task, advance=done)
 

@@ -199,44 +199,50 @@ def require_motion(runs: Runs, gate: Gate) -> None:
         )
 
 
-def _missed(runs: Runs, parts: Sequence[Array]) -> Array:
-    """Return the ratio of a residual's variance to the body rate's, of each run, shape (R,).
+def _missed(runs: Runs, parts: Sequence[Array], motion: Sequence[Array]) -> Array:
+    """Return the ratio of a residual's power to that of the motion, of each run, shape (R,).
 
     Args:
         runs: of the platform.
         parts: the residual of each run, shapes (N, 3), rad/s.
+        motion: that is to be explained, likewise; it counts as no less than the noise.
     """
-    powers = [((rates - rates.mean(axis=0)) ** 2).sum() for rates in runs.measured]
     noise = [
         SETTINGS.least_motion * rates.size * (sigma**2).mean()
         for rates, sigma in zip(runs.measured, runs.sigma, strict=True)
     ]
-    return np.array([(part**2).sum() / max(pair) for part, *pair in zip(parts, powers, noise, strict=True)])
+    powers = zip(parts, motion, noise, strict=True)
+    return np.array([(part**2).sum() / max((whole**2).sum(), least) for part, whole, least in powers])
 
 
 def _missed_by_fit(runs: Runs, residual: Array) -> Array:
-    return _missed(runs, [part * sigma for part, sigma in zip(runs.by_run(residual), runs.sigma, strict=True)])
+    """Return the share of the body rate's variance that a fit misses, of each run, shape (R,)."""
+    parts = [part * sigma for part, sigma in zip(runs.by_run(residual), runs.sigma, strict=True)]
+    return _missed(runs, parts, [rates - rates.mean(axis=0) for rates in runs.measured])
 
 
 def _missed_by_torque(runs: Runs, theta: Theta) -> Array:
-    """Return the share of the body rate that the applied torque does not make, of each run, shape (R,).
+    """Return the share of what torques have to make of the body rate that the applied ones miss, each run's, (R,).
 
     By the balance of the angular momentum along the measured motion, which cannot run away as a prediction does:
     J ω + ∫ ω × J ω dt = ∫ τ dt, but for a straight line that the initial rate and a constant torque make.
     """
     inertia = inertia_of(theta)
-    return _missed(runs, [_out_of_balance(run, inertia) for run in runs.grid.runs])
+    balances = [_balance(run, inertia) for run in runs.grid.runs]
+    return _missed(runs, [needed - given for needed, given in balances], [needed for needed, _ in balances])
 
 
-def _out_of_balance(run: Telemetry, inertia: Array) -> Array:
-    """Return what of a run's body rate the applied torque does not make, shape (N, 3), rad/s."""
+def _balance(run: Telemetry, inertia: Array) -> tuple[Array, Array]:
+    """Return what torques have to make of a run's body rate, and what the applied ones do, both (N, 3), rad/s."""
     assert run.applied_torque is not None
     momentum = run.body_rate @ inertia
     turned = cumulative_trapezoid(np.cross(run.body_rate, momentum), run.gyro_time, axis=0, initial=0.0)
     impulse = cumulative_trapezoid(run.applied_torque, run.actuator_time, axis=0, initial=0.0)
     given = make_interp_spline(run.actuator_time, impulse, k=1)(run.gyro_time)
-    left = detrend(momentum + turned - given, axis=0) @ np.linalg.inv(inertia)
-    return np.asarray(np.where(run.live, left, 0.0))
+    needed_rate, given_rate = (
+        np.where(run.live, detrend(each, axis=0) @ np.linalg.inv(inertia), 0.0) for each in (momentum + turned, given)
+    )
+    return needed_rate, given_rate
 
 
 def _require_unit(runs: Runs, theta: Theta, as_given: Array, gate: Gate) -> None:

@@ -287,7 +287,7 @@ def _records(
             dropped.append(f"{name}: {count} samples of the body rate, at least {MINIMUM_SAMPLES} are needed: left out")
             continue
         dropped += [f"{name}: {channel} has no sample in it" for channel, (time, _) in parts.items() if not time.size]
-        details = RunDetails(name=name, source=log_map.source, gyro_noise=log_map.gyro_noise_rad_s)
+        details = RunDetails(name=name, **log_map.details)
         record = record_of(_columns(log.path, parts), details, {})
         records.append(Record(time=record.time, channels=record.channels, details=details, files=inputs))
     if not records:

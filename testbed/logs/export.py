@@ -14,6 +14,7 @@ from testbed.arrays import Array
 from testbed.errors import OutputError
 from testbed.files import whole_file
 from testbed.logs.extra import library
+from testbed.records.details import details_keys
 from testbed.records.record import Record
 from testbed.signals import SIGNALS
 
@@ -54,12 +55,11 @@ def write_mcap(record: Record, path: Path) -> Path:
 
 def map_keys(record: Record) -> dict[str, Any]:
     """Return the map that imports a record again from the MCAP file that `write_mcap` writes."""
-    details = record.details
-    noise = {} if not details.gyro_noise else {"gyro_noise_rad_s": details.gyro_noise}
+    stated = {key: value for key, value in details_keys(record.details).items() if key != "name"}
     return {
         "schema": 1,
-        "source": details.source,
-        **noise,
+        "source": record.details.source,
+        **stated,
         "clock": {"field": _TIME, "unit": "s", "origin": "clock"},
         "channels": {name: _channel_keys(name, record) for name in SIGNALS if name in record.channels},
     }

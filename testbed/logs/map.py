@@ -164,12 +164,41 @@ class LogMap(Section):
     """What sent the log."""
     gyro_noise_rad_s: RateNoise | None = None
     """Standard deviation of a sample of the gyro; omitted: estimated from the samples."""
+    usable_from_s: Seconds | None = None
+    """First usable time of a run, as in the records; omitted: its first sample."""
+    usable_to_s: Seconds | None = None
+    """Last usable time of a run; omitted: its last sample."""
+    role: Literal["fit", "heldout"] | None = None
+    """Whether a diagnosis may fit the runs or holds them out; omitted: it deals them itself."""
+    axes: Annotated[tuple[Literal["x", "y", "z"], ...], Strict(False), Field(min_length=1)] | None = None
+    """Body axes about which the platform can turn in the runs; omitted: those that the scenario has."""
     clock: Clock = Clock()
     """The time of samples."""
     channels: Channels
     """The channels."""
     runs: Runs = WholeRun(kind="whole")
     """How the log is cut into runs."""
+
+    @model_validator(mode="after")
+    def _usable_span_is_ordered(self) -> LogMap:
+        refuse(self._span_conflicts())
+        return self
+
+    def _span_conflicts(self) -> Iterator[Conflict]:
+        if self.usable_from_s is not None and self.usable_to_s is not None and self.usable_from_s >= self.usable_to_s:
+            yield Conflict(key="usable_from_s", text="has to be smaller than usable_to_s")
+
+    @property
+    def details(self) -> dict[str, Any]:
+        """What it says of every run, as `RunDetails` has it, but for a name."""
+        return {
+            "source": self.source,
+            "gyro_noise": self.gyro_noise_rad_s,
+            "usable_from": self.usable_from_s,
+            "usable_to": self.usable_to_s,
+            "role": self.role,
+            "axes": self.axes,
+        }
 
     @property
     def given(self) -> dict[str, Channel]:

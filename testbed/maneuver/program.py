@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from testbed.arrays import Array
+from testbed.interrupts import raised_interrupts
 
 _TOLERANCE = 1e-6
 """Largest overshoot of a limit, as a share of it: far below any margin, above what IPOPT's own slack leaves (1e-8)."""
@@ -102,7 +103,8 @@ def solver(program: Program) -> Solver:
     evaluate = ca.Function("evaluate", [program.variables], [program.cost, limits])
 
     def solve(start: Array) -> Solution:
-        variables = ipopt(x0=start, lbg=lower, ubg=upper)["x"]
+        with raised_interrupts():
+            variables = ipopt(x0=start, lbg=lower, ubg=upper)["x"]
         cost, values = (output.full().ravel() for output in evaluate(variables))
         return Solution(
             variables=variables.full().ravel(),

@@ -94,9 +94,13 @@ def details_text(details: RunDetails, stem: str) -> str:
         details: of the run.
         stem: NAME.
     """
-    file = _DetailsFile.model_validate(asdict(details))
-    said = file.model_dump(by_alias=True, exclude_defaults=True)
-    return "".join(f"{key} = {_toml(value)}\n" for key, value in said.items() if (key, value) != ("name", stem))
+    said = details_keys(details).items()
+    return "".join(f"{key} = {_toml(value)}\n" for key, value in said if (key, value) != ("name", stem))
+
+
+def details_keys(details: RunDetails) -> dict[str, Any]:
+    """Return the keys of NAME.toml, less those that say what a reader would assume."""
+    return _DetailsFile.model_validate(asdict(details)).model_dump(by_alias=True, exclude_defaults=True)
 
 
 def _problem(error: ErrorDetails) -> str:

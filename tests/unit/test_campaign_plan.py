@@ -172,6 +172,16 @@ def test_an_interrupted_plan_goes_on_to_the_same_end(tmp_path):
 
 
 @pytest.mark.usefixtures("few")
+def test_a_plan_that_has_all_its_flights_flies_another_only_where_more_are_allowed(tmp_path):
+    healthy = flown({"truth.mass_kg": 4.0})
+    how = {"effect": "gimbal_zero", "folder": tmp_path / "plan", "maneuvers": "own"}
+    first = tb.plan(healthy, flights=2, **how)
+    assert (first.outcome, len(first.result.flights)) == ("used_up", 2)
+    assert tb.plan(healthy, flights=2, resume=True, **how).result == first.result
+    assert len(tb.plan(healthy, flights=3, resume=True, **how).result.flights) == 3
+
+
+@pytest.mark.usefixtures("few")
 def test_without_a_truth_the_user_flies_and_the_plan_goes_on_with_the_records(records, tmp_path):
     folder = tmp_path / "plan"
     first = tb.plan(believed(), effect="gimbal_zero", folder=folder)

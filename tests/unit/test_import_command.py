@@ -142,6 +142,15 @@ def test_imported_flights_are_estimated_and_diagnosed_as_the_flights(flights, tm
     assert tb.diagnose(scenario, imported, propose=False).verdict == "none"
 
 
+def test_what_is_known_of_a_run_goes_with_it(flights, tmp_path):
+    _, (record, _) = flights
+    details = replace(record.details, usable_from=0.5, usable_to=4.0, role="fit", axes=("x", "z"))
+    known = replace(record, details=details)
+    imported = tb.import_log(write_mcap(known, tmp_path / "first.mcap"), map_keys(known), tmp_path / "out")
+    assert imported.records.runs[0].details == details
+    assert tb.read_records(tmp_path / "out")["first"].details == details
+
+
 def test_topics_at_their_own_times_are_estimated(flights, tmp_path):
     """Gyro and encoders that never share a row: the estimate is that of simultaneous ones, within its noise."""
     scenario, (record, _) = flights

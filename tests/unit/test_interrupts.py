@@ -11,7 +11,7 @@ import pytest
 from support.campaigns import small_scenario
 from support.processes import ROOT, WAITING, outcome, started, until
 from testbed.cli.failures import exit_code_of
-from testbed.interrupts import Interrupted
+from testbed.interrupts import Interrupted, raised_interrupts
 
 BASIC = ROOT / "scenarios" / "basic.toml"
 DESIGN = ROOT / "scenarios" / "gimbal_weighted.toml"
@@ -54,6 +54,15 @@ pathlib.Path.rename = renamed
     assert complaints == "Interrupted.\n"
     assert {path.name for path in (tmp_path / "out").iterdir()} >= {"result.json", "record.parquet", "report.html"}
     assert not (tmp_path / "out" / ".part").exists()
+
+
+def test_an_optimiser_that_keeps_ctrl_c_to_itself_is_interrupted_all_the_same():
+    with pytest.raises(KeyboardInterrupt), raised_interrupts():
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except KeyboardInterrupt:
+            pass
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_handlers_are_given_back():
