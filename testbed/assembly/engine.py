@@ -9,6 +9,7 @@ from testbed.errors import InputError
 from testbed.plant.gyrostat import uncovered
 from testbed.plant.plant import Engine, Model
 from testbed.scenario.scenario import Scenario
+from testbed.signals import AXES
 
 
 def engine_of(scenario: Scenario, model: Model | None = None, *, many: bool) -> Engine:
@@ -20,8 +21,14 @@ def engine_of(scenario: Scenario, model: Model | None = None, *, many: bool) -> 
         many: whether it is for many flights, as of a campaign, which "auto" flies by the compiled equations.
 
     Raises:
-        InputError: the compiled equations are asked for, and do not cover the platform; the message says what of it.
+        InputError: the compiled equations are asked for, and do not cover the platform; the message says what of it; or
+            a rig that turns about some axes only, which no engine holds.
     """
+    if scenario.platform.axes is not None and set(scenario.platform.axes) < set(AXES):
+        raise InputError(
+            f"{scenario.name}: [platform] axes = {list(scenario.platform.axes)} is of a rig whose records are "
+            "measured: what flies here turns about all three axes; take axes out to fly it"
+        )
     wanted = scenario.simulation.engine
     if wanted == "mujoco" or (wanted == "auto" and not many):
         return "mujoco"

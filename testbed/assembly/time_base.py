@@ -15,7 +15,14 @@ scenario's own gyro are 1000 times as long, of one ten times as fast still 100 t
 Minutes are 60 times as short, but so are the samples of a gyro of 1 kHz beside one of 16 Hz. Milliseconds that were
 converted twice are 1000 times as short: the limit stands midway between."""
 _DIVISORS = {1e3: "ms", 1e6: "us", 1e9: "ns"}
-_FACTORS = {1e3: "thousands of seconds", 3600.0: "hours", 86400.0: "days"}
+_FACTORS = {
+    60.0: "minutes",
+    1e3: "thousands of seconds",
+    3600.0: "hours",
+    86400.0: "days",
+    1e6: "millions of seconds",
+    1e9: "billions of seconds",
+}
 
 
 def require_time_in_seconds(record: Record, sample_rate: float) -> None:

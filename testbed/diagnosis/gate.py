@@ -26,9 +26,9 @@ from testbed.diagnosis.model import Fit, orthonormal
 from testbed.diagnosis.settings import SETTINGS
 from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.errors import InputError
+from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.prediction import predicted_with_derivatives
-from testbed.estimation.telemetry import Telemetry
 from testbed.scenario.diagnosis import Doubt
 
 

@@ -314,8 +314,8 @@ def _in_phase(usable: Usable) -> Usable:
 
 
 _TOO_EXACT = (
-    "gimbal_torque has less noise than its prediction resolves, and is not compared; where it is simulated, give it the "
-    "noise of hardware to test what is inside the gimbals"
+    "gimbal_torque has less noise than its prediction resolves, and is not compared; where it is simulated, give it "
+    "the noise of hardware to test what is inside the gimbals"
 )
 
 

@@ -205,7 +205,23 @@ def _samples(
             samples[name] = samples_of(name, channel, stream, ticks[name].since(origin))
             _require_possible_rate(samples[name], ticks[name].clock)
         channels[name] = _imported_channel(channel, ticks[name], samples[name])
+    _require_common_time(path, samples)
     return samples, channels, origin
+
+
+def _require_common_time(path: Path, samples: Mapping[str, Samples]) -> None:
+    """Refuse channels of which none has a sample while the gyro has: their clocks, or the units of these, differ."""
+    gyro = samples["body_rate"].time
+    others = {name: each.time for name, each in samples.items() if name != "body_rate" and each.time.size}
+    if not gyro.size or not others:
+        return
+    apart = [name for name, time in others.items() if time.max() < gyro.min() or time.min() > gyro.max()]
+    if len(apart) == len(others):
+        name = apart[0]
+        raise InputError(
+            f"{path}: {name} has samples from {others[name].min():.6g} to {others[name].max():.6g} s, body_rate from "
+            f"{gyro.min():.6g} to {gyro.max():.6g} s: their clocks differ; correct time_unit, time_field or offset_s"
+        )
 
 
 @contextmanager

@@ -258,7 +258,9 @@ def _channel(name: str, candidates: Sequence[_Candidate], survey: Mapping[str, T
     lines = [f"# From {chosen.why}.", f"[channels.{name}]"]
     if chosen.topic != TABLE:
         lines.append(f"topic = {_text(chosen.topic)}")
-    lines.append(f"fields = [{', '.join(map(_text, chosen.fields))}]")
+    by_number = all(field.rstrip("])")[-1:].isdigit() for field in chosen.fields)
+    doubt = "  # CHECK: taken for w, x, y, z" if SIGNALS[name].components == QUATERNION and by_number else ""
+    lines.append(f"fields = [{', '.join(map(_text, chosen.fields))}]{doubt}")
     normalized = _NORMALIZED.get(chosen.topic.partition("[")[0])
     if SIGNALS[name].unit:
         unit = chosen.unit or SIGNALS[name].unit.replace("·", "*").replace("²", "^2")

@@ -105,6 +105,13 @@ def too_long(time: Series) -> str | None:
     duration = float(np.ptp(time)) if len(time) else 0.0
     if duration <= LONGEST_RUN:
         return None
+    pause = int(np.argmax(np.diff(time)))
+    longest = float(time[pause + 1] - time[pause])
+    if longest > 0.5 * duration:
+        return (
+            f"pauses for {longest:.4g} s from {time[pause]:.4g} s on, and at most {LONGEST_RUN:g} s can be used as one "
+            "run: make a run of each part"
+        )
     return (
         f"lasts {duration:.4g} s, at most {LONGEST_RUN:g} s can be used: set usable_from_s and usable_to_s in its .toml"
     )

@@ -28,6 +28,9 @@ _WHERE = {"body": "in the body", "inertial": "in inertial axes"}
 _MOST_ATTENUATED = 0.5
 """Standard deviations by which noise of the actuators' telemetry may bias an inertia: a 95 % interval then covers
 92 %."""
+_OVERSTATED = 0.7
+"""Root mean square of a residual over the stated noise below which that is too large: three times the 10 % by which the
+noise of a gyro may be off (gyro.noise_uncertainty)."""
 _FAR = 1.0
 """Standard deviations between an estimate and the nearest body's inertia from which it is reported:
 below it the difference is within what noise makes."""
@@ -136,6 +139,11 @@ def _residual_doubts(check: ResidualCheck, best: str) -> Iterator[str]:
             f"The residual of {best} is {figures(check.size, 3)} times the gyro's noise "
             f"({chance_words(check.size_p_value)}): something is missing in the model, or the noise is larger than "
             f"stated; {DIAGNOSE}."
+        )
+    if check.size < _OVERSTATED:
+        yield (
+            f"The residual of {best} is {figures(check.size, 2)} times the gyro's noise: that is stated too large, and "
+            "with it all standard deviations; correct gyro.noise_rad_s, or gyro_noise_rad_s beside the record."
         )
     if check.whiteness_p_value < REFUSED:
         yield (

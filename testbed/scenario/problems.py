@@ -19,7 +19,6 @@ _WORDS = {
     "tuple_type": "should be a list",
     "model_type": "should be a table",
     "model_attributes_type": "should be a table",
-    "string_pattern_mismatch": "should have other characters",
 }
 """What is said in place of pydantic's own words, which speak of Python."""
 
@@ -95,6 +94,8 @@ def _text(detail: ErrorDetails, place: Place, parsed: Parsed) -> str:
         case "too_short":
             least, given = detail["ctx"]["min_length"], detail["ctx"]["actual_length"]
             wrong = f"should have at least {least} {'entry' if least == 1 else 'entries'}, not {given}"
+        case "string_pattern_mismatch":
+            wrong = f"should match {detail['ctx']['pattern']}, not {_shown(detail['input'])}"
         case _:
             expected = _WORDS.get(detail["type"], detail["msg"].removeprefix("Input "))
             wrong = f"{expected}, not {_shown(detail['input'])}"

@@ -105,9 +105,7 @@ def _act(plant: Plant, flight: Flight, log: FlightLog, state: LoopState, seen: S
     return state._replace(controller=controller_state)
 
 
-def _ask(
-    flight: Flight, log: FlightLog, state: LoopState, seen: Seen, tick: int
-) -> tuple[ControllerState, Command]:
+def _ask(flight: Flight, log: FlightLog, state: LoopState, seen: Seen, tick: int) -> tuple[ControllerState, Command]:
     """Run the controller on what was measured, and write down what it asks for from this tick on."""
     controller_state, asked = command(
         flight.controller,

@@ -31,7 +31,7 @@ def test_mcap_keeps_every_number(record):
         np.testing.assert_array_equal(again.channels[name], values)
         np.testing.assert_array_equal(np.signbit(again.channels[name]), np.signbit(values) & ~np.isnan(values))
     assert again.details.source == written.details.source
-    assert again.details.gyro_noise == (written.details.gyro_noise or None)
+    assert again.details.gyro_noise == written.details.gyro_noise
 
 
 @pytest.fixture(scope="module")

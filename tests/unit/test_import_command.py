@@ -147,8 +147,17 @@ def test_what_is_known_of_a_run_goes_with_it(flights, tmp_path):
     details = replace(record.details, usable_from=0.5, usable_to=4.0, role="fit", axes=("x", "z"))
     known = replace(record, details=details)
     imported = tb.import_log(write_mcap(known, tmp_path / "first.mcap"), map_keys(known), tmp_path / "out")
-    assert imported.records.runs[0].details == details
+    assert imported.runs[0].details == details
     assert tb.read_records(tmp_path / "out")["first"].details == details
+
+
+def test_channels_that_share_no_time_are_refused(flights, tmp_path):
+    _, (record, _) = flights
+    keys = map_keys(record)
+    keys["channels"] = {name: keys["channels"][name] for name in ("body_rate", "gimbal_angle")}
+    keys["channels"]["gimbal_angle"]["offset_s"] = 1000.0
+    with pytest.raises(tb.InputError, match=r"gimbal_angle has samples from 10.* their clocks differ"):
+        tb.import_log(write_mcap(record, tmp_path / "run.mcap"), keys)
 
 
 def test_topics_at_their_own_times_are_estimated(flights, tmp_path):

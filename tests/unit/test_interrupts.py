@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -57,11 +58,12 @@ pathlib.Path.rename = renamed
 
 
 def test_an_optimiser_that_keeps_ctrl_c_to_itself_is_interrupted_all_the_same():
-    with pytest.raises(KeyboardInterrupt), raised_interrupts():
-        try:
+    def stop_quietly():
+        with raised_interrupts(), suppress(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
-        except KeyboardInterrupt:
-            pass
+
+    with pytest.raises(KeyboardInterrupt):
+        stop_quietly()
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 

@@ -164,3 +164,8 @@ def test_an_estimate_says_what_such_runs_determine():
     on_bearing = scenario.model_copy(update={"platform": scenario.platform.model_copy(update={"axes": ("z",)})})
     with pytest.raises(InputError, match="which shows J33 of the inertia"):
         identify(on_bearing, platform, rig_records([Rig(inertia=platform.inertia[2, 2])] * 2))
+
+
+def test_a_rig_that_turns_about_some_axes_is_not_flown():
+    with pytest.raises(tb.InputError, match="take axes out to fly it"):
+        tb.fly(tb.read_scenario("basic", {"platform.axes": ["z"]}))
