@@ -20,6 +20,9 @@ _ROUNDED = 1e-5
 said."""
 _NOTHING = 1e-14
 """Component of an axis that is the rounding of a turn by a right angle."""
+_LARGEST = 50.0
+"""m. √(tr J / m) beyond which a model's lengths are in another unit: of the International Space Station it is 32 (4.3e8
+kg·m² of 4.2e5 kg); of a small satellite in millimetres 60 and more."""
 _LEAST = 1e-12
 """kg·m²; the least spin inertia that a scenario takes."""
 
@@ -172,6 +175,11 @@ class _Found:
 
     def lacking(self) -> Iterator[str]:
         """Yield what the bodies lack."""
+        if self._size > _LARGEST:
+            yield (
+                f"lengths in metres: √(tr J / m) is {self._size:.3g} m, more than of any spacecraft; write lengths in "
+                "m and inertia in kg·m²"
+            )
         for each in self._in("wheel", "rotor"):
             spin = self._own.rotor(each.joint).spin_inertia
             if spin < _LEAST:

@@ -26,8 +26,11 @@ def left_out(own: OwnModel, taken: Sequence[Taken]) -> Iterator[str]:
     for each in moving[1:]:
         for motor in own.motors(each.joint):
             yield from (f"{each.name}: its motor's {part} is left out" for part in _of_motor(own, motor, each))
+    for each in taken:
+        if each.role == "locked" and own.model.jnt_stiffness[each.joint]:
+            yield f"{each.name}: it is locked as drawn, and its spring is left out"
     yield from _beside(own, taken[0].joint)
-    yield from _others(own, {each.joint for each in taken[1:]})
+    yield from _others(own, {each.joint for each in moving[1:]})
     yield from _surroundings(own, taken[0].joint)
 
 
@@ -72,6 +75,10 @@ def _of_motor(own: OwnModel, motor: int, taken: Taken) -> Iterator[str]:
     if gain != mujoco.mjtGain.mjGAIN_FIXED or bias not in {mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.mjBIAS_AFFINE}:
         kinds = [kind.name.partition("_")[2].lower() for kind in (mujoco.mjtGain(gain), mujoco.mjtBias(bias))]
         yield f"law, gaintype {kinds[0]} and biastype {kinds[1]},"
+    elif bias == mujoco.mjtBias.mjBIAS_NONE:
+        least, most = model.actuator_ctrlrange[motor]
+        if model.actuator_ctrllimited[motor] and least != -most:
+            yield f"one-sided range, {least:.3g} to {most:.3g} in place of ±{max(-least, most):.3g},"
     elif bias == mujoco.mjtBias.mjBIAS_AFFINE:
         constant, angle, speed = model.actuator_biasprm[motor, :3]
         if constant:
@@ -94,12 +101,12 @@ def _beside(own: OwnModel, base: int) -> Iterator[str]:
 
 
 def _others(own: OwnModel, joints: set[int]) -> Iterator[str]:
-    """Yield actuators that turn none of the platform's joints, such as thrusters."""
+    """Yield actuators that turn none of the joints that move, such as thrusters."""
     motors = {motor for joint in joints for motor in own.motors(joint)}
     others = [motor for motor in range(len(own.model.actuator_trntype)) if motor not in motors]
     if others:
         names = ", ".join(str(own.model.actuator(motor).name) or f"number {motor + 1}" for motor in others)
-        yield f"actuators that turn no joint of the platform are left out: {names}"
+        yield f"actuators that turn no wheel, gimbal or rotor are left out: {names}"
 
 
 def _surroundings(own: OwnModel, base: int) -> Iterator[str]:

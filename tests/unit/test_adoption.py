@@ -308,6 +308,7 @@ def test_what_acts_on_a_wheel_and_is_not_flown_is_noted(tmp_path, attributes, no
             "<motor joint='port' gear='2' delay='0.1' nsample='3' armature='1e-4' damping='1'/>",
             ["delay of 0.1 s", "armature of 0.0004 kg·m²", "damping of 4 N·m·s/rad"],
         ),
+        ("<motor joint='port' ctrlrange='0 0.02'/>", ["one-sided range, 0 to 0.02 in place of ±0.02,"]),
         ("<general joint='port' biasprm='1 1 -1'/>", []),  # which act with a biastype only
     ],
 )
@@ -331,7 +332,7 @@ def test_what_acts_on_gyros_and_on_the_platform_itself_is_noted(tmp_path):
         "aft_spin: its damping of 1e-06 N·m·s/rad is left out",
         "aft_spin: its dry friction of 0.0001 N·m is left out",
         "aft: its motor's loop about its speed, 0.01 N·m·s/rad, is left out",
-        "actuators that turn no joint of the platform are left out: jet",
+        "actuators that turn no wheel, gimbal or rotor are left out: jet",
         "a medium of 1.2 kg/m³ and 1e-05 Pa·s is left out",
     )
 
@@ -457,3 +458,22 @@ def test_a_scenario_that_is_there_is_not_replaced(tmp_path):
     adopted.save(tmp_path / "there.toml")
     with pytest.raises(tb.InputError, match=r"there.toml: exists"):
         adopted.save(tmp_path / "there.toml")
+
+
+def test_a_joint_that_is_locked_with_a_spring_and_a_motor_is_noted(tmp_path):
+    boom = (
+        "<body name='boom' pos='0.1 0 0'><joint name='slide' type='slide' stiffness='4'/>"
+        "<geom type='box' size='.02 .01 .01' mass='0.1'/></body>"
+    )
+    adopted = tb.adopt(model(tmp_path, three_wheels() + boom, motors(*AXES) + "<motor name='reel' joint='slide'/>"))
+    assert adopted.notes == (
+        "slide: it is locked as drawn, and its spring is left out",
+        "actuators that turn no wheel, gimbal or rotor are left out: reel",
+    )
+
+
+def test_a_model_in_millimetres_is_refused(tmp_path):
+    path = model(tmp_path, three_wheels(), motors(*AXES))
+    path.write_text(path.read_text(encoding="utf-8").replace(".1 .12 .15", "100 120 150"), encoding="utf-8")
+    with pytest.raises(tb.InputError, match=r"lengths in metres: .* more than of any spacecraft"):
+        tb.adopt(path)
