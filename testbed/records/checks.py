@@ -110,7 +110,7 @@ def too_long(time: Series) -> str | None:
     if longest > 0.5 * duration:
         return (
             f"pauses for {longest:.4g} s from {time[pause]:.4g} s on, and at most {LONGEST_RUN:g} s can be used as one "
-            "run: make a run of each part"
+            "run: make a run of each part, or set usable_from_s and usable_to_s in its .toml"
         )
     return (
         f"lasts {duration:.4g} s, at most {LONGEST_RUN:g} s can be used: set usable_from_s and usable_to_s in its .toml"

@@ -69,7 +69,7 @@ def changed(keys: dict, path: str, value: object) -> dict:
         ("runs", {"kind": "times", "spans_s": [[3.0, 1.0]]}, "span 1 ends at 1 s, before it begins (3 s)"),
         ("runs", {"kind": "times", "spans_s": [[0.0, 2.0], [1.0, 3.0]]}, "span 2 begins before span 1 has ended"),
         ("clock", {"origin": "zero"}, "clock.origin: should be 'first' or 'clock'"),
-        ("name", "a/b", "name: should have other characters"),
+        ("name", "a/b", "name: should match ^[A-Za-z0-9_-]+$"),
     ],
 )
 def test_what_is_wrong_with_a_map_is_said_with_its_place(path, value, says):
