@@ -258,6 +258,10 @@ def in_torque_noise(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, R
     return runs, heldout and replace(heldout, torque_noise=noise, noise_freedom=freedom), fit
 
 
+_LEAST_FREEDOM = 3.0
+"""Of two records that scatter widely; with 2 or fewer, the mean of an F distribution does not exist."""
+
+
 def _freedom_of_scatter(runs: Runs, fit: Fit) -> float:
     """Return the degrees of freedom with which records agree on their noise: a variance of ν has the variance 2/ν."""
     squares = np.array([float(np.mean(part**2)) for part in runs.by_run(fit.residual)])
@@ -265,7 +269,7 @@ def _freedom_of_scatter(runs: Runs, fit: Fit) -> float:
     if len(counts) == 1:
         return np.inf
     scatter = np.var(np.bincount(runs.record_of, squares) / counts, ddof=1)
-    return max(2.0 / max(float(scatter), np.finfo(float).tiny), float(len(counts)))
+    return max(2.0 / max(float(scatter), np.finfo(float).tiny), float(len(counts)), _LEAST_FREEDOM)
 
 
 def corrected(runs: Runs, fit: Fit) -> Runs:
