@@ -259,7 +259,9 @@ def in_torque_noise(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, R
 
 
 _LEAST_FREEDOM = 3.0
-"""Of two records that scatter widely; with 2 or fewer, the mean of an F distribution does not exist."""
+"""Degrees of freedom with which records agree on their noise, at least; two records that scatter widely have no more.
+
+Source: formula: with 2 or fewer, the mean of an F distribution does not exist, and no misfit has an expected size."""
 
 
 def _freedom_of_scatter(runs: Runs, fit: Fit) -> float:

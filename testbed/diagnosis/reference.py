@@ -171,13 +171,17 @@ def _rows_of_records(runs: Runs, count: int) -> list[Indices]:
 def _common_covariance(model: Fit, prior: Belief) -> Covariance:
     """Return that of U and of the parameters of all effects that recur, shape (6 + K, 6 + K)."""
     kept = np.concatenate([np.full(6, True), *(np.full(each.size, each.effect.recurs) for each in model.placed)])
-    slopes = slopes_of_log_ratio(prior.log_ratio_of(model.theta), prior.nominal, np.eye(3))
-    turn = np.eye(len(kept))
-    turn[:6, :6] = np.linalg.inv(slopes)
-    own = model.covariance
+    turn, own = np.linalg.inv(_slopes_by_logarithm(model, prior)), model.covariance
     unseen = (SETTINGS.inertia_uncertainty * model.theta[:3].mean()) ** 2  # about axes that a bearing holds
     covariance = turn @ np.where(np.isinf(own), unseen, own) @ turn.T
     return np.asarray(covariance[np.ix_(kept, kept)])
+
+
+def _slopes_by_logarithm(model: Fit, prior: Belief) -> Array:
+    """Return what (θ, effects) change by with (U, effects), shape (C, C)."""
+    slopes = np.eye(6 + len(model.effect_values))
+    slopes[:6, :6] = slopes_of_log_ratio(prior.log_ratio_of(model.theta), prior.nominal, np.eye(3))
+    return slopes
 
 
 def _no_belief(theta: Theta) -> Belief:
@@ -193,9 +197,7 @@ def _scatter_of(seen: Mapping[str, Seen], model: Fit, prior: Belief) -> tuple[fl
 
     Each with the uncertainty of the fit itself: what differs less than that is not known better.
     """
-    slopes = slopes_of_log_ratio(prior.log_ratio_of(model.theta), prior.nominal, np.eye(3))
-    turn = np.eye(6 + len(model.effect_values))
-    turn[:6, :6] = slopes
+    turn = _slopes_by_logarithm(model, prior)
     typical = [abs(parameter.typical) for each in model.placed for parameter in each.effect.parameters]
     loose = np.concatenate(
         [np.full(6, SETTINGS.inertia_uncertainty), SETTINGS.run_by_run_looseness * np.array(typical)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +19,9 @@ from testbed.logs.map import Channel, FlagRuns, LogMap
 from testbed.logs.samples import Samples, Ticks, origin_of, samples_of, ticks_of
 from testbed.logs.streams import TABLE, Content, Log, Topic
 from testbed.records.checks import MINIMUM_SAMPLES
+from testbed.records.details import stated_details
 from testbed.records.reading import record_of
-from testbed.records.record import Record, RunDetails
+from testbed.records.record import Record
 from testbed.signals import SIGNALS
 
 MOST_CELLS = 30_000_000
@@ -303,7 +304,7 @@ def _records(
             dropped.append(f"{name}: {count} samples of the body rate, at least {MINIMUM_SAMPLES} are needed: left out")
             continue
         dropped += [f"{name}: {channel} has no sample in it" for channel, (time, _) in parts.items() if not time.size]
-        details = RunDetails(name=name, **log_map.details)
+        details = replace(stated_details(log.path, log_map.details), name=name)
         record = record_of(_columns(log.path, parts), details, {})
         records.append(Record(time=record.time, channels=record.channels, details=details, files=inputs))
     if not records:

@@ -16,6 +16,7 @@ from testbed.logs.extra import library
 from testbed.logs.streams import TABLE
 from testbed.logs.units import factor_to
 from testbed.quantities import RateNoise
+from testbed.records.details import stated_details
 from testbed.scenario.reader import problem_listing
 from testbed.scenario.section import Conflict, Section, refuse
 from testbed.scenario.values import Pair, Three
@@ -153,6 +154,9 @@ class _Channels(Section):
 Channels = create_model("Channels", __base__=_Channels, __doc__=_Channels.__doc__, **_CHANNELS)
 
 
+_DETAILS = {"source", "gyro_noise_rad_s", "usable_from_s", "usable_to_s", "role", "axes"}
+
+
 class LogMap(Section):
     """How a log becomes records."""
 
@@ -179,26 +183,10 @@ class LogMap(Section):
     runs: Runs = WholeRun(kind="whole")
     """How the log is cut into runs."""
 
-    @model_validator(mode="after")
-    def _usable_span_is_ordered(self) -> LogMap:
-        refuse(self._span_conflicts())
-        return self
-
-    def _span_conflicts(self) -> Iterator[Conflict]:
-        if self.usable_from_s is not None and self.usable_to_s is not None and self.usable_from_s >= self.usable_to_s:
-            yield Conflict(key="usable_from_s", text="has to be smaller than usable_to_s")
-
     @property
     def details(self) -> dict[str, Any]:
-        """What it says of every run, as `RunDetails` has it, but for a name."""
-        return {
-            "source": self.source,
-            "gyro_noise": self.gyro_noise_rad_s,
-            "usable_from": self.usable_from_s,
-            "usable_to": self.usable_to_s,
-            "role": self.role,
-            "axes": self.axes,
-        }
+        """Its keys that are those of a run's NAME.toml as well."""
+        return self.model_dump(include=_DETAILS, exclude_none=True)
 
     @property
     def given(self) -> dict[str, Channel]:
@@ -242,9 +230,11 @@ def map_of(file: TextFile) -> LogMap:
     library("pint", "converting units")
     tree = parsed_toml(file)
     try:
-        return LogMap.model_validate(tree)
+        log_map = LogMap.model_validate(tree)
     except ValidationError as error:
         raise InputError(problem_listing(file, error, tree, LogMap)) from None
+    stated_details(file.path, log_map.details)  # refuses what no run can be, such as a span that ends before it begins
+    return log_map
 
 
 def _conflicts(name: str, channel: Channel) -> Iterator[Conflict]:
