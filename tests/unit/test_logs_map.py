@@ -79,6 +79,12 @@ def test_what_is_wrong_with_a_map_is_said_with_its_place(path, value, says):
     assert str(refused.value).startswith("map.toml: 1 problem")
 
 
+def test_a_usable_span_that_ends_before_it_begins_is_refused():
+    keys = {**logs.ULOG_MAP, "usable_from_s": 5.0, "usable_to_s": 2.0}
+    with pytest.raises(tb.InputError, match=r"^map\.toml: usable_from_s has to be smaller than usable_to_s$"):
+        map_of(map_file(keys))
+
+
 def test_a_map_that_is_no_toml_is_refused(tmp_path):
     (tmp_path / "map.toml").write_text("schema = ")
     with pytest.raises(tb.InputError, match="is not TOML"):
