@@ -151,9 +151,15 @@ class Diagnosis:
 
     @property
     def torque_explained(self) -> float | None:
-        """Share of what a torque of any shape would explain that the effects do; None where none stood out before."""
+        """Share of what a torque of any shape would explain that the effects do; None where none stood out before.
+
+        Nor where it stands out in noise of another level alone, as may be that which few records show: it explains
+        nothing then in the noise as the model has it.
+        """
         before, after = self.latent_before, self.latent
         if before is None or after is None or before.p_value >= SETTINGS.unexplained_p_value:
+            return None
+        if before.likelihood_ratio == 0.0:
             return None
         return max(1.0 - after.likelihood_ratio / before.likelihood_ratio, 0.0)
 

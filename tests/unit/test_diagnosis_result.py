@@ -204,6 +204,8 @@ def test_the_share_of_a_torque_that_the_names_explain_is_reported():
     dragged = last(records(3, hooks=[FEW["viscous_drag"].hooks("platform")], values=[np.full(3, 4e-3)]))
     assert [step.key for step in dragged.steps] == ["viscous_drag:platform"]
     assert 0.95 < dragged.torque_explained <= 1.0
+    nothing = replace(dragged.latent_before, likelihood_ratio=0.0)  # it stands out in other noise alone
+    assert replace(dragged, latent_before=nothing).torque_explained is None
     assert share_words(dragged).startswith("The effects explain ")
     half = replace(
         dragged, latent=replace(dragged.latent, likelihood_ratio=0.5 * dragged.latent_before.likelihood_ratio)
