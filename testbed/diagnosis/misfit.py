@@ -322,7 +322,7 @@ def _nearer(heldout: Runs, seen: Fit, prior: Prior) -> Fit | None:
         step[~moving] = 0.0
         step[moving] = damped(normal[np.ix_(moving, moving)], slope[moving])
     try:
-        return evaluated(heldout, seen.placed, moved(seen, step))
+        return evaluated(heldout, seen.placed, moved(seen, step), as_trial=True)
     except InputError:
         return None
 

@@ -274,10 +274,20 @@ def recurring(fit: Fit) -> Fit:
     )
 
 
-def evaluated(runs: Runs, placed: tuple[Hypothesis, ...], values: Values) -> Fit:
-    """Return residual and Jacobian at given parameters."""
-    hooks = [each.hooks for each in placed]
-    samples, derivatives = predicted_with_derivatives(runs.grid, hooks, values, predict=predicted_channels)
+def evaluated(runs: Runs, placed: tuple[Hypothesis, ...], values: Values, *, as_trial: bool = False) -> Fit:
+    """Return residual and Jacobian at given parameters.
+
+    Args:
+        runs: whose samples are predicted.
+        placed: the effects in the model.
+        values: one parameter set, P = 1.
+        as_trial: whether it counts only if its motion is near the measured one.
+
+    Raises:
+        InputError: the motion leaves the finite numbers or, of a trial, is not found from the measured one.
+    """
+    hooks, tried = [each.hooks for each in placed], replace(values, as_trial=as_trial)
+    samples, derivatives = predicted_with_derivatives(runs.grid, hooks, tried, predict=predicted_channels)
     residual, common = runs.whitened(samples), common_size(values.effects)
     away, slopes = _believed(runs, placed, values, common + parameters_of_runs(runs))
     return Fit(
@@ -374,6 +384,7 @@ def moved(fit: Fit, step: Array) -> Values:
         initial_rate=rates + own[: len(rates)],
         effects=tuple(part[None] for part in np.split(effects, sizes)) if len(fit.placed) else (),
         trim=None if trim is None else trim + own[len(rates) :][fit.trim_of],
+        near=fit.values.near,
     )
 
 

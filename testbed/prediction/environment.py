@@ -14,6 +14,9 @@ from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks, Instant
 from testbed.prediction.kernels import cross, turned_back
 
+_OUTWARD_L = np.array([0.0, 0.0, 1.0])
+"""The z axis of an orbit's local axes, away from the Earth."""
+
 
 @final
 class PivotHooks(Hooks):
@@ -48,9 +51,11 @@ class OrbitHooks(Hooks):
 
     @override
     def torque(self, value: Array, at: Instant) -> Array:
-        orbit = self._orbit
-        field_B, constant_B = field_in_body(orbit, at), _in_body(orbit, at, orbit.torque_L)
-        return orbit_torque(orbit, inertia_matrix(value), outward_in_body(orbit, at), field_B, constant_B)
+        orbit, local_R = self._orbit, _local_in_run(self._orbit, at)
+        outward_B, field_B, constant_B = (
+            _in_body(each_L, local_R, at) for each_L in (_OUTWARD_L, orbit.field_L, orbit.torque_L)
+        )
+        return orbit_torque(orbit, inertia_matrix(value), outward_B, field_B, constant_B)
 
 
 def environment_hooks(grid: Grid) -> Hooks | None:
@@ -85,18 +90,19 @@ def orbit_of(at: Instant) -> Orbiting:
 
 def outward_in_body(orbit: Orbiting, at: Instant) -> Array:
     """Return the z axis of L, away from the Earth, in body axes, shape (R, P, 3)."""
-    return _in_body(orbit, at, np.array([0.0, 0.0, 1.0]))
+    return _in_body(_OUTWARD_L, _local_in_run(orbit, at), at)
 
 
 def field_in_body(orbit: Orbiting, at: Instant) -> Array:
     """Return the magnetic field in body axes, shape (R, P, 3), T."""
-    return _in_body(orbit, at, orbit.field_L)
+    return _in_body(orbit.field_L, _local_in_run(orbit, at), at)
 
 
-def _in_body(orbit: Orbiting, at: Instant, vector_L: Array) -> Array:
-    """Return a vector that is fixed in the orbit's local axes in body axes, shape (R, P, 3).
+def _local_in_run(orbit: Orbiting, at: Instant) -> Array:
+    """Return R_RL, from the orbit's local axes to those of the run's first sample: one for all parameter sets."""
+    return np.asarray(np.swapaxes(at.first_NB, -1, -2) @ local_axes(orbit, at.time))
 
-    It is turned into the axes of the run's first sample before: there it is real, and one for all parameter sets.
-    """
-    local_R = np.swapaxes(at.first_NB, -1, -2) @ local_axes(orbit, at.time)
+
+def _in_body(vector_L: Array, local_R: Array, at: Instant) -> Array:
+    """Return a vector that is fixed in the orbit's local axes in body axes, shape (R, P, 3)."""
     return turned_back(np.matvec(local_R, vector_L), at.attitude)

@@ -15,12 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.arrays import Array, Flags, Series
-from testbed.dynamics.inertia import cross_matrix
 from testbed.estimation.surroundings import Surroundings
 from testbed.prediction import kernels
 from testbed.prediction.algebra import applied
 from testbed.prediction.hooks import Hooks, Instant
+from testbed.prediction.tangents import BESIDE, slopes
 
+_FREE, _UNCOUPLED = np.ones((1, 3)), np.zeros((1, 3, 3))
+"""What `slopes` takes of a body that no bearing holds."""
 COMPLEX_STEP = 1e-20
 """The derivative is the imaginary part over it: no difference is taken, so that it is exact to rounding.
 
@@ -125,23 +127,6 @@ class Known:
         everywhere = np.broadcast_to(values, (runs, values.shape[1], length, *values.shape[3:]))
         turned = np.moveaxis(everywhere[:, :, instants], 2, 1)
         return turned.reshape(-1, *turned.shape[2:])
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Slope:
-    """The slope of real states, W nodes of R runs side by side, and how it changes.
-
-    Attributes:
-        body_rate: ω there, shape (R W, 3), rad/s.
-        value: shape (R W, S).
-        by_state: its derivatives by the states, shape (R W, S, S).
-        by_momentum: by what the units hold, h, shape (R W, S, 3).
-    """
-
-    body_rate: Array
-    value: Array
-    by_state: Array
-    by_momentum: Array
 
 
 def gives_torque(hook: Hooks) -> bool:
@@ -281,47 +266,39 @@ class Equations:
             self._at[key] = self._known.at(_half_steps(nodes, later))
         return self._at[key]
 
-    def slope_and_tangents(self, state: Array, known: Known) -> Slope:
-        """Return the slope of the real states of one parameter set, shape (R W, 1, S), with its derivatives."""
-        hidden = self._hidden_tangents(state)
-        rate, by_state, by_momentum = self._rate_and_tangents(state, known, hidden)
-        turning = cross_matrix(rate)
-        momentum = self._whole_momentum(state, rate[:, None], known)
-        size = state.shape[-1]
-        fixed, by_rate = np.zeros((len(state), size, size)), np.zeros((len(state), size, 3))
-        value = np.zeros((len(state), size))
-        by_held = np.zeros((len(state), size, 3))
-        fixed[:, :3, :3], by_rate[:, :3] = -turning, cross_matrix(momentum[:, 0])
-        value[:, :3] = known.torque_B[:, 0]
-        if self._attitude:
-            value[:, 3:7], fixed[:, 3:7, 3:7], by_rate[:, 3:7] = _quaternion_slope(state[:, 0, 3:7], rate)
-        self._add_effects(value, fixed, by_rate, state, rate, known)
-        if known.bearing is not None:
-            _hold(known.bearing, turning, fixed, by_rate, by_held, hidden)
-        value[:, :3] -= np.matvec(turning, momentum[:, 0])
-        if known.bearing is not None:
-            for each in (value[..., None], fixed, by_rate, by_held):
-                each[:, :3] *= np.swapaxes(known.bearing.live, -1, -2)
-        return Slope(
-            body_rate=rate,
-            value=value,
-            by_state=fixed + by_rate @ by_state,
-            by_momentum=by_held + by_rate @ by_momentum,
+    def slope_and_tangents(self, state: Array, known: Known) -> tuple[Array, Array]:
+        """Return ω, shape (R W, 3), rad/s, and the slope with its derivatives, as `slopes` has them.
+
+        Args:
+            state: real states of one parameter set, shape (R W, 1, S).
+            known: at these instants.
+        """
+        rate = self._body_rate(state, known)[:, 0]
+        bearing = known.bearing
+        found = slopes(
+            state[:, 0],
+            rate,
+            self._whole_momentum(state, rate[:, None], known)[:, 0],
+            known.torque_B[:, 0],
+            known.inverse[:, 0],
+            self._hidden_tangents(state),
+            _FREE if bearing is None else bearing.live[:, 0].astype(np.float64),
+            _UNCOUPLED if bearing is None else bearing.coupling[:, 0],
+            self._of_effects(state, rate, known),
+            4 * self._attitude,
         )
+        return rate, found
 
     def rate_and_tangents(self, state: Array, known: Known) -> tuple[Array, Array, Array]:
-        """Return ω of real states, shape (R W, 3), rad/s, and its derivatives by state and h, as `Slope` has them."""
-        return self._rate_and_tangents(state, known, self._hidden_tangents(state))
-
-    def _rate_and_tangents(self, state: Array, known: Known, hidden: Array) -> tuple[Array, Array, Array]:
+        """Return ω of real states, shape (R W, 3), rad/s, and its derivatives by state and by h."""
         inverse = np.broadcast_to(known.inverse[:, 0], (len(state), 3, 3))
-        by_state = -inverse @ hidden
+        by_state = -inverse @ self._hidden_tangents(state)
         by_state[..., :3] += inverse
         return self._body_rate(state, known)[:, 0], by_state, -inverse
 
     def _hidden_tangents(self, state: Array) -> Array:
         """Return the derivatives of the momentum that the effects' states hold by all states, shape (R W, 3, S)."""
-        tangents = np.zeros((len(state), 3, state.shape[-1]))
+        tangents = np.zeros((len(state) if self._hides else 1, 3, state.shape[-1]))
         for hook, value, own in self._acting.values():
             if hook.states:
                 disturbed = state[..., own] + 1j * COMPLEX_STEP * np.eye(hook.states)
@@ -329,10 +306,11 @@ class Equations:
                 tangents[..., own] = np.swapaxes(held.imag, -1, -2) / COMPLEX_STEP
         return tangents
 
-    def _add_effects(
-        self, slope: Array, by_state: Array, by_rate: Array, state: Array, rate: Array, known: Known
-    ) -> None:
-        """Add the torques and states of the effects to slopes and their derivatives, by what each depends on."""
+    def _of_effects(self, state: Array, rate: Array, known: Known) -> Array:
+        """Return the torques and slopes of the effects and their derivatives, by what each depends on, as `slopes`."""
+        size = state.shape[-1]
+        found = np.zeros((len(state) if self._acting else 1, size, size + BESIDE))
+        by_state, by_rate, slope = found[..., :size], found[..., size : size + 3], found[..., size + 3]
         for hook, value, own in self._acting.values():
             attitude, base = 4 * hook.needs_attitude, np.eye(3)
             steps = 1j * COMPLEX_STEP * np.eye(3 + attitude + hook.states)
@@ -352,6 +330,7 @@ class Equations:
                     by_rate[:, rows] += by[..., :3]
                     by_state[:, rows, 3 : 3 + attitude] += by[..., 3 : 3 + attitude]
                     by_state[:, rows, own] += by[..., 3 + attitude :]
+        return found
 
     def own_changes(
         self, effects: Sequence[Array], state: Array, body_rate: Array, known: Known
@@ -425,26 +404,6 @@ class Equations:
             return state[..., :3]
         held_B = applied(known.bearing.coupling, body_rate) + known.momentum_B + self._hidden(state)
         return np.where(known.bearing.live, state[..., :3], held_B)
-
-
-def _quaternion_slope(quaternion: Array, rate: Array) -> tuple[Array, Array, Array]:
-    """Return q̇ of real quaternions, shape (N, 4), and its derivatives by q and by ω, shapes (N, 4, 4) and (N, 4, 3)."""
-    by_quaternion = np.zeros((len(rate), 4, 4))
-    by_quaternion[:, 0, 1:], by_quaternion[:, 1:, 0] = -0.5 * rate, 0.5 * rate
-    by_quaternion[:, 1:, 1:] = -0.5 * cross_matrix(rate)
-    by_rate = np.empty((len(rate), 4, 3))
-    by_rate[:, 0] = -0.5 * quaternion[:, 1:]
-    by_rate[:, 1:] = 0.5 * (quaternion[:, :1, None] * np.eye(3) + cross_matrix(quaternion[:, 1:]))
-    return np.matvec(by_quaternion, quaternion), by_quaternion, by_rate
-
-
-def _hold(bearing: Bearing, turning: Array, by_state: Array, by_rate: Array, by_held: Array, hidden: Array) -> None:
-    """Take the momentum about held axes out of the states, in derivatives of the slope: it follows from the others."""
-    across = -turning * ~bearing.live
-    by_state[:, :3, :3] *= bearing.live
-    by_rate[:, :3] += across @ np.broadcast_to(bearing.coupling[:, 0], turning.shape)
-    by_state[:, :3] += across @ hidden
-    by_held[:, :3] += across
 
 
 def _instant(known: Known, time: Array, body_rate: Array, attitude: Array, own_state: Array) -> Instant:

@@ -17,6 +17,7 @@ from testbed.arrays import Array
 from testbed.prediction.equations import Equations, Known, acts_on_motion, gives_torque
 from testbed.prediction.hooks import Hooks, Instant
 from testbed.prediction.kernels import Polynomials, as_large, carried, driven, forced, forced_by_inertia
+from testbed.prediction.tangents import BESIDE, tangents, weights
 
 _INSTANTS = (0, 1, 1, 2)
 """When a step takes its slopes, in half steps from its beginning."""
@@ -75,18 +76,18 @@ def nearly_tangents(equations: Equations, states: Array) -> Array:
     runs, nodes, _, size = states.shape
     by_state = np.concatenate(
         [
-            equations.slope_and_tangents(
-                states[:, block].reshape(-1, 1, size), equations.known_at(block, 0)
-            ).by_state.reshape(runs, -1, size, size)
+            equations.slope_and_tangents(states[:, block].reshape(-1, 1, size), equations.known_at(block, 0))[1][
+                ..., :size
+            ].reshape(runs, -1, size, size)
             for block in blocks_of(nodes, runs * (size + 3))
         ],
         axis=1,
     )
     mean = 0.5 * equations.step[:, None, None, None] * (by_state[:, :-1] + by_state[:, 1:])
-    tangents = whole = np.eye(size)
+    nearly = whole = np.eye(size)
     for power in (4.0, 3.0, 2.0, 1.0):
-        tangents = whole + mean @ tangents / power
-    return np.swapaxes(tangents, -1, -2)
+        nearly = whole + mean @ nearly / power
+    return np.swapaxes(nearly, -1, -2)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -143,27 +144,23 @@ class Motion:
 def _linearised(equations: Equations, states: Array, steps: slice) -> Linearised:
     runs, length, _, size = states.shape
     known = [equations.known_at(steps, later) for later in range(3)]
-    state, step = states.reshape(-1, 1, size), known[0].step[:, None, None]
-    taken, slopes = [state], [equations.slope_and_tangents(state, known[0])]
-    for share, instant in zip((0.5, 0.5, 1.0), _INSTANTS[1:], strict=True):
-        taken.append(state + share * step * slopes[-1].value[:, None])
-        slopes.append(equations.slope_and_tangents(taken[-1], known[instant]))
-    whole, sixth = np.eye(size), step / 6.0
-    weights = [sixth * whole]
-    for share, times, later in ((1.0, 2.0, 3), (0.5, 2.0, 2), (0.5, 1.0, 1)):
-        weights.insert(0, times * sixth * whole + share * step * (weights[0] @ slopes[later].by_state))
-    pairs = list(zip(weights, slopes, strict=True))
-    first, second, third, fourth = (slope.value for slope in slopes)
-    after = state[:, 0] + sixth[..., 0] * (first + 2.0 * second + 2.0 * third + fourth)
-    tangents = whole + sum(weight @ slope.by_state for weight, slope in pairs)
-    by_momentum = np.stack([weight @ slope.by_momentum for weight, slope in pairs])
+    state, step = states.reshape(-1, 1, size), known[0].step
+    taken, rates, slopes = list[Array](), list[Array](), np.empty((4, len(state), size, size + BESIDE))
+    for stage, (share, instant) in enumerate(zip((0.0, 0.5, 0.5, 1.0), _INSTANTS, strict=True)):
+        ahead = slopes[stage - 1, :, None, :, -1] if stage else 0.0
+        taken.append(state + share * step[:, None, None] * ahead)
+        rate, slopes[stage] = equations.slope_and_tangents(taken[-1], known[instant])
+        rates.append(rate)
+    by_slope = weights(slopes, step)
+    first, second, third, fourth = slopes[..., -1]
+    after = state[:, 0] + step[:, None] / 6.0 * (first + 2.0 * second + 2.0 * third + fourth)
     return Linearised(
         ahead=after.reshape(runs, length, 1, size),
-        tangents=np.swapaxes(tangents, -1, -2).reshape(runs, length, size, size),
+        tangents=tangents(slopes, by_slope).reshape(runs, length, size, size),
         states=np.stack(taken).reshape(4, runs, length, size),
-        rates=np.stack([slope.body_rate for slope in slopes]).reshape(4, runs, length, 3),
-        by_slope=np.stack(weights).reshape(4, runs, length, size, size),
-        by_momentum=by_momentum.reshape(4, runs, length, size, 3),
+        rates=np.stack(rates).reshape(4, runs, length, 3),
+        by_slope=by_slope[..., :size].reshape(4, runs, length, size, size),
+        by_momentum=by_slope[..., size:].reshape(4, runs, length, size, 3),
     )
 
 
