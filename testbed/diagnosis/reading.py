@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from typing import TypeAlias
@@ -20,6 +20,7 @@ from testbed.diagnosis.noise import pooled_noise, with_pooled_noise, with_teleme
 from testbed.diagnosis.reference import Reference
 from testbed.diagnosis.roles import by_role
 from testbed.diagnosis.settings import SETTINGS, PriorOdds
+from testbed.diagnosis.tachometers import least_scattered, tachometer_noise
 from testbed.diagnosis.windows import Part, outliers_notice, parts_of
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.effects.registry import EFFECTS
@@ -103,6 +104,13 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
     # Where torque is known in part no inertia is refused, and a sample's spike stands out of any motion.
     baseline = nominal_fit(together, theta) if together.known_in_part else fitted(together, [], theta, [])
     require_this_platform(together, baseline, theta, gate)
+    cleaner = least_scattered(
+        _telemetry(usable), baseline, lambda own: _together(_with_telemetry(usable, own), together)
+    )
+    if cleaner is not None:
+        usable = _with_telemetry(usable, cleaner)
+        together = _together(usable, together)
+        baseline = fitted(together, [], theta, [])
     return Gated(
         usable=usable,
         refused=tuple(refused),
@@ -111,6 +119,20 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
         baseline=baseline,
         doubts=tuple(gate.notices),
     )
+
+
+def _telemetry(usable: Usable) -> list[Telemetry]:
+    return [part.telemetry for _, parts in usable for part in parts]
+
+
+def _with_telemetry(usable: Usable, telemetry: Iterable[Telemetry]) -> Usable:
+    found = iter(telemetry)
+    return [(record, tuple(replace(part, telemetry=next(found)) for part in parts)) for record, parts in usable]
+
+
+def _together(usable: Usable, like: Runs) -> Runs:
+    """Return all parts side by side, with the belief of others."""
+    return replace(runs_together(usable, range(len(usable))), belief=like.belief)
 
 
 def _require_another_flight(record: Record, flights: dict[bytes, str]) -> None:
@@ -288,6 +310,7 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
             *grouped(notices),
             *passed.doubts,
             *_phase_notice(passed.together),
+            *_smoothed_notice(passed.together),
             *_undetermined(passed.together),
         ),
         given=_given(passed.together),
@@ -308,8 +331,7 @@ def _undetermined(runs: Runs) -> Iterator[str]:
 
 def _in_phase(usable: Usable) -> Usable:
     """Return the parts with what the wheels' impulses show of when their commands change."""
-    found = iter(with_command_phase([part.telemetry for _, parts in usable for part in parts]))
-    return [(record, tuple(replace(part, telemetry=next(found)) for part in parts)) for record, parts in usable]
+    return _with_telemetry(usable, with_command_phase(_telemetry(usable)))
 
 
 _TOO_EXACT = (
@@ -335,6 +357,16 @@ def _phase_notice(runs: Runs) -> Iterator[str]:
         yield (
             f"the wheels' telemetry is sampled {1e3 * phase:.1f} ms after their commands change, as the wheels' speeds "
             "show: impulses are compared so"
+        )
+
+
+def _smoothed_notice(runs: Runs) -> Iterator[str]:
+    noise = tachometer_noise(runs)
+    if noise is not None:
+        yield (
+            f"the wheels' tachometers have noise of about {noise.max():.2g} rad/s, and no torque of the wheels is "
+            "recorded that would tell it from their motion: speeds are smoothed as suits the gyro's fast changes best; "
+            "record wheel_torque_command to see more"
         )
 
 

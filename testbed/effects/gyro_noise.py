@@ -29,6 +29,7 @@ class GyroNoise(NoiseEffect):
     parameters = (Parameter(name="extra_noise_rad_s", unit="rad/s", typical=1e-3, lower=0.0),)
     sentence = "The readings of {component} scatter more than is stated, without any structure."
     look_alikes = ("gyro_quantization",)
+    like_tachometers = True
     confirm = "A record of the platform held still: its standard deviation is the noise."
 
     @override

@@ -28,6 +28,7 @@ class GyroNoiseColor(NoiseEffect):
     parameters = (Parameter(name="correlation", unit="1", typical=0.3, lower=-0.9, upper=0.9),)
     sentence = "Neighbouring samples of the noise of {component} are correlated."
     look_alikes = ("gyro_noise", "gyro_bandwidth")
+    like_tachometers = True
     confirm = "A record of the platform held still: its autocorrelation at one sample is the parameter."
 
     @override

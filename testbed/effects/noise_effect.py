@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -85,7 +86,14 @@ class Finding:
 
 
 class NoiseEffect(NamedEffect):
-    """An effect on how the gyro's samples scatter about what is predicted; it has no mean that could be fitted."""
+    """An effect on how the gyro's samples scatter about what is predicted; it has no mean that could be fitted.
+
+    Attributes:
+        like_tachometers: whether what is left of the noise of wheels' tachometers looks like it, where no torque of the
+            wheels is known that would tell what they hold.
+    """
+
+    like_tachometers: ClassVar[bool] = False
 
     def held_out_gain(self, component: str, values: Array, readings: Readings) -> float:  # noqa: ARG002
         """Return twice the logarithm of how much more probable it makes readings from which it was not estimated.

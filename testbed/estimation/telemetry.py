@@ -159,10 +159,12 @@ class SmoothedMomentum:
     Attributes:
         samples: Jw Ω at the actuators' times, shape (K, W), N·m·s.
         variance: of their errors, shape (W,), (N·m·s)².
+        noise: standard deviation of the tachometers that was found, shape (W,), N·m·s; None where torques told it.
     """
 
     samples: UnitSeries
     variance: Units
+    noise: Units | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

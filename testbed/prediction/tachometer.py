@@ -5,8 +5,9 @@ as an integrated Wiener process, of intensity q (torques that were not foreseen 
 of intensity r (they jitter), plus white noise of variance s². All three follow from the samples by restricted maximum
 likelihood, so that what jitters is not smoothed away. With divided second differences Qᵀy of samples, which no line
 changes, their covariance is K = q R + r W + s² QᵀQ, R and W tridiagonal, and the posterior mean is y - s² Q K⁻¹ Qᵀ y.
-Where no torque is known nothing is taken away: turns that a maneuver asked for are no random walk, and noise would be
-found in them that is none.
+Where no torque is known, turns that a maneuver asked for are no random walk: the intensities come out too large, by ten
+and more, and noise may be found that is none. There samples are smoothed by several smaller intensities, never by more
+than the noise that was found, and it is for the gyro to choose: see `smoothed`.
 
 Left as they are, the tachometers' errors stand in the predicted body rate as J⁻¹ δh, and a model in which the body does
 not follow its wheels' fast motion explains samples better than the true one: light platforms seemed to have a flexible
@@ -18,7 +19,7 @@ choosing the smoothing parameter in the generalized spline smoothing problem", A
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -48,6 +49,9 @@ _SIMPLEX = ((0.0, 0.0), (3.0, 0.0), (0.0, 3.0))
 _ENOUGH = 1e-2
 """Of the logarithms and of twice the log-likelihood, to which the search goes: a hundredth of what one standard error
 of a variance costs."""
+_STIFFER = tuple(10.0 ** (-half / 2.0) for half in range(7))
+"""Shares of the intensities with which samples are smoothed where no torque is known. In turns of three wheels with
+0.29 rad/s of noise and 0.1 rad/s in eight times the inertia, the gyro chooses a tenth to a thirtieth."""
 _SHARE = 1e-4
 """Step of a central difference: its error is the square of it, a millionth of a percent."""
 
@@ -99,16 +103,50 @@ def without_tachometer_noise(runs: Sequence[Telemetry]) -> list[Telemetry]:
         return list(runs)
     bands = [_bands(run.actuator_time) for run in runs]
     unforeseen = [each.momentum - known for each, known in zip(sent, commanded, strict=True)]
-    by_wheel = [_of_one_wheel(bands, list(samples)) for samples in zip(*(each.T for each in unforeseen), strict=True)]
-    errors = [np.stack(of_run, axis=-1) for of_run in zip(*(found for found, _ in by_wheel), strict=True)]
+    by_wheel = [_Noise.of(bands, list(samples)) for samples in zip(*(each.T for each in unforeseen), strict=True)]
+    return _with_errors(runs, [each.removed() for each in by_wheel])
+
+
+def smoothed(runs: Sequence[Telemetry]) -> Iterator[list[Telemetry]]:
+    """Yield runs with their wheels' momenta smoothed, ever more; none where torques are known, or no noise is found.
+
+    Args:
+        runs: of one platform, whose tachometers are equally good in all.
+    """
+    sent = [run.wheels for run in runs if run.wheels is not None]
+    known = any(each.smoothed is not None for each in sent) or any(_commanded(run) is not None for run in runs)
+    if known or len(sent) < len(runs) or sum(len(each.momentum) for each in sent) < _FEWEST:
+        return
+    bands = [_bands(run.actuator_time) for run in runs]
+    wheels = [_Noise.of(bands, list(samples)) for samples in zip(*(each.momentum.T for each in sent), strict=True)]
+    spin = sent[0].wheels.spin_inertia
+    worst = max(
+        (each.variance / own**2 for each, own in zip(wheels, spin, strict=True) if each.ratios is not None), default=0.0
+    )
+    alike = [each.with_variance(worst * own**2) for each, own in zip(wheels, spin, strict=True)]
+    for share in _STIFFER if worst > 0.0 else ():
+        found = _with_errors(runs, [each.removed(share) for each in alike])
+        noise = np.sqrt([each.variance for each in alike])
+        yield [_with_noise(run, noise) for run in found]
+
+
+def _with_errors(runs: Sequence[Telemetry], by_wheel: Sequence[tuple[list[Series], float]]) -> list[Telemetry]:
+    """Return runs less errors in their wheels' samples, of each wheel by run, with the variance of what stays."""
     variance = np.array([variance for _, variance in by_wheel])
-    return [
-        replace(
-            run,
-            wheels=replace(wheels, smoothed=SmoothedMomentum(samples=wheels.momentum - error, variance=variance)),
-        )
-        for run, wheels, error in zip(runs, sent, errors, strict=True)
-    ]
+    of_runs = [np.stack(of_run, axis=-1) for of_run in zip(*(errors for errors, _ in by_wheel), strict=True)]
+    found = []
+    for run, error in zip(runs, of_runs, strict=True):
+        assert run.wheels is not None
+        best = SmoothedMomentum(samples=run.wheels.momentum - error, variance=variance)
+        found.append(replace(run, wheels=replace(run.wheels, smoothed=best)))
+    return found
+
+
+def _with_noise(run: Telemetry, noise: Series) -> Telemetry:
+    """Return a smoothed run with the standard deviation of its tachometers, shape (W,), N·m·s."""
+    assert run.wheels is not None
+    assert run.wheels.smoothed is not None
+    return replace(run, wheels=replace(run.wheels, smoothed=replace(run.wheels.smoothed, noise=noise)))
 
 
 def _commanded(run: Telemetry) -> UnitSeries | None:
@@ -139,24 +177,58 @@ def _bands(time: Series) -> _Bands:
     return _Bands(smooth=smooth, jitter=jitter, noise=noise, weights=weights)
 
 
-def _of_one_wheel(bands: Sequence[_Bands], samples: Sequence[Series]) -> tuple[list[Series], float]:
-    """Return the noise in a wheel's samples, shapes (K,), N·m·s, and the variance of the error that stays, (N·m·s)²."""
-    pairs = [(own, own.differences(each)) for own, each in zip(bands, samples, strict=True)]
-    if not any(values.any() for _, values in pairs):  # a wheel that stands still, or holds one speed exactly
-        return [np.zeros_like(each) for each in samples], 0.0
-    number = sum(map(len, samples))
-    seen = sum(len(each) * _fast_variance(each) for each in samples) / number
-    ratios = _likeliest_ratios(pairs)
-    if ratios is None:
-        return [np.zeros_like(each) for each in samples], seen
-    squares, errors, taken = 0.0, list[Series](), 0.0
-    for own, values in pairs:
-        solved = cho_solve_banded((cholesky_banded(own.covariance(ratios), lower=True), True), values)
-        squares += float(values @ solved)
-        errors.append(own.spread(solved))
-        taken += _trace(own, ratios)
-    variance = squares / sum(len(values) for _, values in pairs)
-    return errors, variance * (1.0 - taken / number)
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Noise:
+    """What was found of the noise in a wheel's samples.
+
+    Attributes:
+        pairs: of each run its bands, and the second differences of its samples.
+        ratios: q/s² and r/s²; None where the samples may as well be without noise.
+        variance: s², (N·m·s)²; where there may be none, that of the fastest changes.
+    """
+
+    pairs: list[tuple[_Bands, Series]]
+    ratios: Array | None
+    variance: float
+
+    @staticmethod
+    def of(bands: Sequence[_Bands], samples: Sequence[Series]) -> _Noise:
+        """Return what samples of all runs together show."""
+        pairs = [(own, own.differences(each)) for own, each in zip(bands, samples, strict=True)]
+        if not any(values.any() for _, values in pairs):  # a wheel that stands still, or holds one speed exactly
+            return _Noise(pairs=pairs, ratios=None, variance=0.0)
+        ratios = _likeliest_ratios(pairs)
+        if ratios is None:
+            seen = sum(len(each) * _fast_variance(each) for each in samples) / sum(map(len, samples))
+            return _Noise(pairs=pairs, ratios=None, variance=seen)
+        solved = [(values, _solved(own, ratios, values)) for own, values in pairs]
+        squares = sum(float(values @ each) for values, each in solved)
+        return _Noise(pairs=pairs, ratios=ratios, variance=squares / sum(len(values) for values, _ in solved))
+
+    def with_variance(self, variance: float) -> _Noise:
+        """Return the same torques behind more noise: the tachometers of one array are alike."""
+        if self.ratios is None:
+            return self
+        return replace(self, ratios=self.ratios * self.variance / variance, variance=variance)
+
+    def removed(self, share: float = 1.0) -> tuple[list[Series], float]:
+        """Return the noise in the samples, shapes (K,), N·m·s, and the variance of the error that stays, (N·m·s)².
+
+        Args:
+            share: of the intensities of the torques that were found; what is removed is no more than the noise.
+        """
+        if self.ratios is None:
+            return [np.zeros(len(values) + 2) for _, values in self.pairs], self.variance
+        ratios = share * self.ratios
+        errors = [own.spread(_solved(own, ratios, values)) for own, values in self.pairs]
+        number = sum(map(len, errors))
+        size = float(np.sqrt(sum(float(each @ each) for each in errors) / number / self.variance))
+        taken = sum(_trace(own, ratios) for own, _ in self.pairs)
+        return [each / max(size, 1.0) for each in errors], self.variance * (1.0 - taken / number)
+
+
+def _solved(own: _Bands, ratios: Array, differences: Series) -> Series:
+    return np.asarray(cho_solve_banded((cholesky_banded(own.covariance(ratios), lower=True), True), differences))
 
 
 def _fast_variance(samples: Series) -> float:
