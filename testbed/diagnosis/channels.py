@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 import scipy
 
-from testbed.arrays import Array, Series, Units
+from testbed.arrays import Array, Flags, Series, Units
 from testbed.diagnosis.settings import SETTINGS
 from testbed.effects.fast_changes import FEWEST, fast_power
 from testbed.estimation.noise_color import NoiseColor
 from testbed.estimation.noise_spectrum import SpectrumPrior, noise_spectrum
 from testbed.prediction.compared import compared
 from testbed.prediction.grid import Grid, unit_count
-from testbed.prediction.impulse_noise import IMPULSE_UNKNOWNS, impulse_fit, wheels_with
+from testbed.prediction.impulse_noise import IMPULSE_UNKNOWNS, ImpulseFit, impulse_fit, wheels_with
 from testbed.prediction.motor_torques import has_torques, measured_torques, unexplained_torques
 from testbed.prediction.servo import response, ticks_of
 from testbed.prediction.servo_response import by_stretches, by_units, constants, has_commands, measured_responses, shown
@@ -196,16 +196,32 @@ def wheel_channel(grid: Grid) -> ImpulseNoise | None:
     By their commands where these are sent and every wheel that is compared follows its own, or else by their measured
     torques. A wheel that stands still, or of which there are too few impulses, is left out; the others stay.
     """
+    fits = _impulse_fits(grid)
+    return next((fit.noise for fit in fits if not _unfollowed(fit).any()), None)
+
+
+def unfollowed(grid: Grid) -> dict[str, Array]:
+    """Return, by channel, how many times what it asks for wheels gain that do not follow it, shape (W,)."""
+    fits = [(fit, _unfollowed(fit)) for fit in _impulse_fits(grid)]
+    return {_CHANNELS[fit.noise.commanded]: fit.factor[wheels] for fit, wheels in fits if wheels.any()}
+
+
+_CHANNELS = {True: "wheel_torque_command", False: "wheel_torque"}
+
+
+def _impulse_fits(grid: Grid) -> Iterator[ImpulseFit]:
+    """Yield how wheels follow their commands, and then their measured torques, where enough impulses are known."""
     for commanded in (True, False):
         impulses = all_impulses(grid, commanded=commanded)
         wheels = wheels_with(impulses, SETTINGS.wheel_numbers_per_unknown * IMPULSE_UNKNOWNS)
-        if not wheels:
-            continue
-        fit = impulse_fit(impulses, wheels, commanded=commanded)
-        beyond = np.abs(np.log(np.maximum(fit.factor, np.finfo(float).tiny))) > np.log(SETTINGS.wheel_following)
-        if not (beyond & (np.abs(fit.factor - 1.0) > _SURELY * fit.factor_std)).any():
-            return fit.noise
-    return None
+        if wheels:
+            yield impulse_fit(impulses, wheels, commanded=commanded)
+
+
+def _unfollowed(fit: ImpulseFit) -> Flags:
+    """Return which of the wheels that are compared surely gain something else than they were asked for, shape (C,)."""
+    beyond = np.abs(np.log(np.maximum(fit.factor, np.finfo(float).tiny))) > np.log(SETTINGS.wheel_following)
+    return np.asarray(beyond & (np.abs(fit.factor - 1.0) > _SURELY * fit.factor_std))
 
 
 _SURELY = 5.0

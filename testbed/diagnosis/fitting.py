@@ -10,14 +10,14 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from testbed.arrays import Array, Flags, Theta
 from testbed.diagnosis.data import Belief, Runs
-from testbed.diagnosis.keeping import Content, array_from_content, array_to_content, hash_of, part
+from testbed.diagnosis.keeping import Content, array_from_content, array_to_content, part
 from testbed.diagnosis.model import MANY, UNDETERMINED, Fit, Hypothesis, bounds_of, evaluated, moved, recurring
 from testbed.diagnosis.settings import SETTINGS
 from testbed.errors import InputError
 from testbed.estimation.torque_noise import torque_noise
 from testbed.prediction.grid import Grid, with_late_angles
 from testbed.prediction.gyro import lateness
-from testbed.prediction.integration import Neighborhood, Values
+from testbed.prediction.integration import Values
 from testbed.prediction.prediction import (
     common_size,
     predicted_channels,
@@ -42,13 +42,7 @@ Source: the factor 10 of Marquardt, "An algorithm for least-squares estimation o
 """
 
 
-def fitted(
-    runs: Runs,
-    placed: Sequence[Hypothesis],
-    theta: Theta,
-    starts: Sequence[Array],
-    near: Neighborhood | None = None,
-) -> Fit:
+def fitted(runs: Runs, placed: Sequence[Hypothesis], theta: Theta, starts: Sequence[Array]) -> Fit:
     """Fit inertia, initial rates, trims where they are free, and effects by maximum likelihood.
 
     Args:
@@ -56,7 +50,6 @@ def fitted(
         placed: the effects in the model.
         theta: to start from, shape (6,), kg·m².
         starts: of each effect's parameters, shapes (K,).
-        near: of a model that is not far from it, as one with an effect less.
 
     Raises:
         InputError: the nominal motion leaves the finite numbers.
@@ -70,8 +63,7 @@ def fitted(
     found: list[Fit] = []
     for number, each in enumerate(begun, start=1):
         try:
-            values = replace(_from_first_samples(runs, each[None], effects), near=near)
-            found.append(_search(runs, tuple(placed), values))
+            found.append(_search(runs, tuple(placed), _from_first_samples(runs, each[None], effects)))
         except InputError:  # the motion runs away
             if number == len(begun) and not found:
                 raise
@@ -100,12 +92,7 @@ def refit(runs: Runs, fit: Fit) -> Fit:
     """Return a model fitted to runs, from where another fit of it ended."""
     if runs.belief is not None:  # many windows, of which each fit is dear
         return _search(runs, fit.placed, fit.values)
-    return fitted_again(runs, fit)
-
-
-def fitted_again(runs: Runs, fit: Fit) -> Fit:
-    """Return a model fitted to runs, from the parameters with which another fit ended, as if it were the first."""
-    return fitted(runs, fit.placed, fit.theta, [value[0] for value in fit.values.effects], fit.values.near)
+    return fitted(runs, fit.placed, fit.theta, [value[0] for value in fit.values.effects])
 
 
 def fitted_initial_rates(runs: Runs, fit: Fit) -> Fit:
@@ -147,22 +134,8 @@ def _search(runs: Runs, placed: tuple[Hypothesis, ...], values: Values, *, only_
         (runs, [each.key for each in placed], values, only_initial),
         work=lambda: _searched(runs, placed, values, only_initial=only_initial),
         to_content=lambda fit: _to_content(fit.values),
-        from_content=lambda content: _found_again(runs, placed, values, content),
+        from_content=lambda content: evaluated(runs, placed, _from_content(content)),
     )
-
-
-def _found_again(runs: Runs, placed: tuple[Hypothesis, ...], begun: Values, content: Content) -> Fit:
-    """Return the fit that a search ended with, to the last bit: its motion is found from where the search began."""
-    first = evaluated(runs, placed, _with_neighborhood(runs, begun))
-    if _to_content(begun) == content:
-        return first
-    return evaluated(runs, placed, replace(_from_content(content), near=first.values.near))
-
-
-def _with_neighborhood(runs: Runs, values: Values) -> Values:
-    """Return values from which a search sets out, with a neighborhood of its own."""
-    before = {} if values.near is None else values.near.first
-    return replace(values, near=Neighborhood(hash_of(values), runs.grid.parts, before))
 
 
 def _to_content(values: Values) -> Content:
@@ -178,7 +151,7 @@ def _from_content(content: Content) -> Values:
 
 def _searched(runs: Runs, placed: tuple[Hypothesis, ...], values: Values, *, only_initial: bool) -> Fit:
     """Levenberg-Marquardt with the effects' bounds kept by projection."""
-    fit, damping, rise = evaluated(runs, placed, _with_neighborhood(runs, values)), _DAMPING[0], _FACTOR
+    fit, damping, rise = evaluated(runs, placed, values), _DAMPING[0], _FACTOR
     common = common_size(values.effects)
     free = np.arange(fit.jacobian.shape[1]) >= common if only_initial else np.ones(fit.jacobian.shape[1], dtype=bool)
     for _ in range(_TRIALS):

@@ -73,8 +73,7 @@ def part(
 
     Args:
         kind: of part.
-        deciding: all that decides it: runs, arrays, numbers, texts, tuples of these, and dataclasses, but for
-            fields that are not compared.
+        deciding: all that decides it: runs, arrays, numbers, texts, dataclasses and tuples of these.
         work: works it out.
         to_content: returns the JSON content that is kept.
         from_content: rebuilds the part from that content.
@@ -126,9 +125,8 @@ def _pieces(value: object) -> Iterator[bytes]:
 def _fields(value: DataclassInstance) -> Iterator[bytes]:
     yield type(value).__qualname__.encode()
     for field in fields(value):
-        if field.compare:
-            yield field.name.encode()
-            yield from _pieces(getattr(value, field.name))
+        yield field.name.encode()
+        yield from _pieces(getattr(value, field.name))
 
 
 @lru_cache(maxsize=_REMEMBERED)

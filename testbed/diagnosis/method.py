@@ -25,7 +25,7 @@ from testbed.diagnosis.search import Search, gap_of, log_odds_of_all, log_odds_o
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import hypotheses, without
 from testbed.diagnosis.state import Diagnosis
-from testbed.diagnosis.tachometers import told_from_tachometers
+from testbed.diagnosis.tachometers import distinct_from_tachometers
 from testbed.diagnosis.trims import log_odds_of_own_trims, may_share_a_trim, with_one_trim
 from testbed.effects.contract import Effect
 from testbed.effects.noise_effect import NoiseEffect
@@ -92,7 +92,7 @@ class _Task:
         """Yield what is known after every stage; the last one is complete, unless the records have own trims."""
         testable, untestable = hypotheses(runs, self.effects, runs.mean_moment(self.nominal_theta))
         self.progress("baseline")
-        noise_effects, hidden = told_from_tachometers(runs, {} if self.alone else self.noise_effects)
+        noise_effects, hidden = distinct_from_tachometers(runs, {} if self.alone else self.noise_effects)
         first = replace(
             baseline(runs, heldout, self.nominal_theta, self.given),
             untestable=(*untestable, *hidden),

@@ -384,7 +384,6 @@ def moved(fit: Fit, step: Array) -> Values:
         initial_rate=rates + own[: len(rates)],
         effects=tuple(part[None] for part in np.split(effects, sizes)) if len(fit.placed) else (),
         trim=None if trim is None else trim + own[len(rates) :][fit.trim_of],
-        near=fit.values.near,
     )
 
 

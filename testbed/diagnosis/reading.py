@@ -15,21 +15,21 @@ from testbed.diagnosis.channels import too_exact_torques
 from testbed.diagnosis.data import Belief, Runs, runs_of
 from testbed.diagnosis.fitting import fitted, nominal_fit
 from testbed.diagnosis.gate import Gate, require_motion, require_si, require_this_platform
+from testbed.diagnosis.measurement_notices import notices_of
 from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.noise import pooled_noise, with_pooled_noise, with_telemetry_noise, without_spikes
 from testbed.diagnosis.reference import Reference
 from testbed.diagnosis.roles import by_role
 from testbed.diagnosis.settings import SETTINGS, PriorOdds
-from testbed.diagnosis.tachometers import least_scattered, tachometer_noise
+from testbed.diagnosis.tachometers import least_scattered
 from testbed.diagnosis.windows import Part, outliers_notice, parts_of
-from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
+from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError
 from testbed.estimation.telemetry import Telemetry
-from testbed.prediction.command_phase import command_phase, with_command_phase
+from testbed.prediction.command_phase import with_command_phase
 from testbed.records.record import Record
 from testbed.scenario.body import BodyScenario
-from testbed.signals import AXES
 
 Usable: TypeAlias = list[tuple[Record, tuple[Part, ...]]]
 """Records with the parts of them that can be predicted."""
@@ -309,24 +309,10 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
             *(f"left out: {reason}" for reason in passed.refused),
             *grouped(notices),
             *passed.doubts,
-            *_phase_notice(passed.together),
-            *_smoothed_notice(passed.together),
-            *_undetermined(passed.together),
+            *notices_of(passed.together),
         ),
         given=_given(passed.together),
     )
-
-
-def _undetermined(runs: Runs) -> Iterator[str]:
-    """Yield what of the inertia no run can show, as bearings hold the platform."""
-    shown = runs.inertia_shown
-    if not shown.all():
-        left_out = ", ".join(name for name, yes in zip(PARAMETER_NAMES, shown, strict=True) if not yes)
-        about = ", ".join(axis for axis, yes in zip(AXES, np.any(runs.live, axis=0).tolist(), strict=True) if yes)
-        yield (
-            f"the runs turn about {about} only: {left_out} of the inertia are not determined, and left out of tables "
-            "and files; effects on the other axes are not tested for"
-        )
 
 
 def _in_phase(usable: Usable) -> Usable:
@@ -350,24 +336,6 @@ def _without_torques(usable: Usable) -> Usable:
 
 def _without_torque(run: Telemetry) -> Telemetry:
     return replace(run, gimbals=None if run.gimbals is None else replace(run.gimbals, torque=None))
-
-
-def _phase_notice(runs: Runs) -> Iterator[str]:
-    if phase := command_phase(runs.grid.runs):
-        yield (
-            f"the wheels' telemetry is sampled {1e3 * phase:.1f} ms after their commands change, as the wheels' speeds "
-            "show: impulses are compared so"
-        )
-
-
-def _smoothed_notice(runs: Runs) -> Iterator[str]:
-    noise = tachometer_noise(runs)
-    if noise is not None:
-        yield (
-            f"the wheels' tachometers have noise of about {noise.max():.2g} rad/s, and no torque of the wheels is "
-            "recorded that would tell it from their motion: speeds are smoothed as suits the gyro's fast changes best; "
-            "record wheel_torque_command to see more"
-        )
 
 
 def _without_spikes(passed: Gated, notices: list[tuple[str, str]]) -> Usable:

@@ -12,7 +12,7 @@ from scipy.special import logsumexp
 from testbed.arrays import Vectors3
 from testbed.diagnosis.candidates import Candidate, Screening, accepted, largest_log_odds, log_p_value
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.fitting import all_corrected, fitted, fitted_again, fitted_initial_rates, in_torque_noise, refit
+from testbed.diagnosis.fitting import all_corrected, fitted, fitted_initial_rates, in_torque_noise, refit
 from testbed.diagnosis.misfit import Prior, heldout_misfit_of, log_evidence, misfit_of
 from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.screening import (
@@ -205,7 +205,7 @@ class Search:
     def _rebuilt(self, state: Diagnosis, placed: Sequence[Hypothesis]) -> Diagnosis:
         """Return a diagnosis with just these effects, added to the baseline one after the other."""
         bare = state.baseline
-        model = fitted_again(state.runs, bare)
+        model = fitted(state.runs, bare.placed, bare.theta, [value[0] for value in bare.values.effects])
         rebuilt = with_model(replace(state, steps=()), model)
         screening = state.steps[0].screening
         for each in placed:
@@ -223,7 +223,7 @@ def _less(state: Diagnosis, kept: Sequence[Hypothesis]) -> Fit:
     """Return a model with but some of its effects, fitted from where it stands."""
     values = dict(zip([each.key for each in state.model.placed], state.model.values.effects, strict=True))
     kept = [*state.baseline.placed, *kept]
-    return fitted(state.runs, kept, state.model.theta, [values[each.key][0] for each in kept], state.model.values.near)
+    return fitted(state.runs, kept, state.model.theta, [values[each.key][0] for each in kept])
 
 
 def _again(state: Diagnosis, step: Step) -> Screening:

@@ -2,7 +2,7 @@
 
 Left in, the noise stands in the predicted body rate, and a model in which the body does not follow its wheels' fast
 motion would suit the samples better than the true one: platforms of which nothing was hidden had a flexible appendage
-or a loose mass, told with P = 1.
+or a loose mass, with P = 1.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def tachometer_noise(runs: Runs) -> Array | None:
     return wheels.smoothed.noise / wheels.wheels.spin_inertia
 
 
-def told_from_tachometers(
+def distinct_from_tachometers(
     runs: Runs, effects: Mapping[str, NoiseEffect]
 ) -> tuple[dict[str, NoiseEffect], list[Untestable]]:
     """Return the effects on the gyro's noise that these runs can show, and those that tachometers' noise looks like."""

@@ -89,7 +89,7 @@ class NoiseEffect(NamedEffect):
     """An effect on how the gyro's samples scatter about what is predicted; it has no mean that could be fitted.
 
     Attributes:
-        like_tachometers: whether what is left of the noise of wheels' tachometers looks like it, where no torque of the
+        like_tachometers: whether the residual noise of wheels' tachometers looks like it, where no torque of the
             wheels is known that would tell what they hold.
     """
 

@@ -159,7 +159,7 @@ class SmoothedMomentum:
     Attributes:
         samples: Jw Ω at the actuators' times, shape (K, W), N·m·s.
         variance: of their errors, shape (W,), (N·m·s)².
-        noise: standard deviation of the tachometers that was found, shape (W,), N·m·s; None where torques told it.
+        noise: standard deviation of the tachometers that was found, shape (W,), N·m·s; None where the torques show it.
     """
 
     samples: UnitSeries

@@ -10,10 +10,9 @@ Source: Chartier and Philippe, "A parallel shooting technique for solving dissip
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache, reduce
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,9 +36,6 @@ _ROUNDS = 16
 _FOUND = 1e-7
 """Share of the largest state by which a correction is the last but one: with tangents of the motion that it leads to,
 the next is its square."""
-_NEAR = 0.1
-"""Share of the largest state beyond which a first correction shows that a motion is no nearer than the gyro's samples,
-which take two more rounds with tangents of their own: noise of 200 s at 10 Hz on an air bearing is a share of 0.2."""
 _NEARER = 0.1
 """Share of the correction before beyond which the tangents are taken anew: with old ones corrections shrink by the
 share by which the motion was off when they were taken, a hundredth or less."""
@@ -50,50 +46,6 @@ _MOTIONS = 4
 GRIDS = 32
 """For which what no parameter changes is kept: parts of fitted and held-out runs, with the gyro's errors of some
 models."""
-
-
-class Course(NamedTuple):
-    """Where a motion leads: its states at all nodes, shape (R, M + 1, 1, S), and the tangents, shape (R, M, S, S)."""
-
-    states: Array
-    tangents: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Neighborhood:
-    """Parameter sets that lie near one another, as those of a search do: the first's motion leads to the others'.
-
-    From there Newton's method takes half the time that it takes from gyro samples, and less where these are noisy and
-    flights long. What a motion is found from decides its last bits: a neighborhood is part of the values.
-
-    Attributes:
-        origin: hash of the values from which the search set out.
-        grids: on which it is kept.
-        before: of the values from which the search set out, from which the first motion is found.
-        first: of the set that was asked for first.
-    """
-
-    origin: str
-    grids: tuple[Grid, ...] = field(compare=False)
-    before: Mapping[Grid, Course] = field(compare=False)
-    first: dict[Grid, Course] = field(default_factory=dict, compare=False)
-
-    def of(self, grid: Grid, start: Array) -> Course | None:
-        """Return what leads to another motion on a grid, with its own start; None where nothing of its kind is known.
-
-        Args:
-            grid: the runs.
-            start: its states at the first node, shape (R, 1, 1, S).
-        """
-        known = self.first.get(grid) or self.before.get(grid)
-        if known is None or known.states.shape[-1] != start.shape[-1]:
-            return None
-        return known._replace(states=np.concatenate([start, known.states[:, 1:]], axis=1))
-
-    def keep(self, grid: Grid, motion: Motion) -> None:
-        """Keep a motion on one of the grids if it is the first."""
-        if grid in self.grids:
-            self.first.setdefault(grid, Course(motion.states, motion.along.tangents))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -108,7 +60,6 @@ class Values:
             None where there is none.
         specks: number of the last effects that are too small to move the body: their parameter sets may differ in more
             than complex steps, and share one motion all the same.
-        near: sets that these lie near; None where none is known.
         as_trial: whether a motion that Newton's method does not find is an error, and not stepped along.
     """
 
@@ -117,7 +68,6 @@ class Values:
     effects: tuple[Array, ...]
     trim: Array | None = None
     specks: int = 0
-    near: Neighborhood | None = None
     as_trial: bool = False
 
     @property
@@ -208,16 +158,12 @@ def _is_one_motion(values: Values) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _MotionProblem:
-    """A motion of one parameter set on a grid; two that are the same to the last bit are equal.
-
-    So are their solutions: where they are searched from is part of the problem, for it changes their last bits.
-    """
+    """A motion of one parameter set on a grid; two that are the same to the last bit are equal."""
 
     grid: Grid
     equations: Equations
     first: Array
     """States at the first node, shape (R, 1, 1, S)."""
-    near: Neighborhood | None
     as_trial: bool
     key: tuple[object, ...]
 
@@ -244,17 +190,14 @@ def _found(grid: Grid, hooks: Sequence[Hooks], values: Values, known: Known) -> 
     acting = [place for place, hook in enumerate(hooks[:number]) if acts_on_motion(hook)]
     alike = tuple((place, hooks[place] if vars(hooks[place]) else type(hooks[place])) for place in acting)
     numbers = tuple(each.tobytes() for each in (first, *(effects[place] for place in acting), *real.arrays))
-    key = (grid, alike, attitude, known.surroundings, values.near, *numbers)
-    motion = _motion(_MotionProblem(grid, equations, first, values.near, values.as_trial, key))
-    if values.near is not None:
-        values.near.keep(grid, motion)
-    return motion
+    key = (grid, alike, attitude, known.surroundings, *numbers)
+    return _motion(_MotionProblem(grid, equations, first, values.as_trial, key))
 
 
 @lru_cache(maxsize=_MOTIONS)
 def _motion(problem: _MotionProblem) -> Motion:
     """Return the motion; what Newton's method does not find is stepped along."""
-    found = _from_neighbor(problem) or _from_gyro(problem)
+    found = _by_newton(problem)
     if found is not None:
         return found
     if problem.as_trial:
@@ -264,34 +207,15 @@ def _motion(problem: _MotionProblem) -> Motion:
     return Motion(equations=problem.equations, states=states, along=linearised(problem.equations, states[:, :-1]))
 
 
-def _from_neighbor(problem: _MotionProblem) -> Motion | None:
-    """Return the motion as it is found from that of a set that lies near, if one is known and near enough."""
-    course = None if problem.near is None else problem.near.of(problem.grid, problem.first)
-    return course and _by_newton(problem, *course, farthest=_NEAR)
-
-
-def _from_gyro(problem: _MotionProblem) -> Motion | None:
-    """Return the motion as it is found from the gyro's samples, if it is."""
-    states = _guess(problem.grid, problem.equations, problem.first)
-    return _by_newton(problem, states, nearly_tangents(problem.equations, states))
-
-
-def _by_newton(problem: _MotionProblem, states: Array, tangents: Array, *, farthest: float = np.inf) -> Motion | None:
-    """Return the motion that Newton's method finds; None where it finds none, or where it is farther than allowed.
-
-    Args:
-        problem: to solve.
-        states: at all nodes, from which it is searched, shape (R, M + 1, 1, S).
-        tangents: of the steps, nearly, shape (R, M, S, S).
-        farthest: share of the largest state that the first correction may be.
-    """
-    equations = problem.equations
-    ahead, before = _in_blocks(equations, states[:, :-1]), np.inf
+def _by_newton(problem: _MotionProblem) -> Motion | None:
+    grid, equations = problem.grid, problem.equations
+    states = _guess(grid, equations, problem.first)
+    tangents, ahead, before = nearly_tangents(equations, states), _in_blocks(equations, states[:, :-1]), np.inf
     for _ in range(_ROUNDS):
         change = carried(tangents, np.zeros_like(states[:, 0]), ahead - states[:, 1:])
         states = states + change
         moved = max(_share(change[..., group], states[..., group]) for group in equations.groups)
-        if not np.isfinite(moved) or (before == np.inf and moved > farthest):
+        if not np.isfinite(moved):
             return None
         if moved <= _FOUND:
             along = linearised(equations, states[:, :-1])

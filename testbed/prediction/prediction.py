@@ -263,7 +263,6 @@ def _columns(grid: Grid, hooks: Sequence[Hooks], values: Values, block: range, p
             initial_rate=values.initial_rate + own[:, :3],
             effects=tuple(value + change for value, change in zip(values.effects, effects, strict=True)),
             trim=None if values.trim is None else values.trim + own[:, 3:],
-            near=values.near,
             as_trial=values.as_trial,
         ),
     )

@@ -9,7 +9,7 @@ import numpy as np
 import testbed as tb
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.tachometers import told_from_tachometers
+from testbed.diagnosis.tachometers import distinct_from_tachometers
 from testbed.effects.registry import NOISE_EFFECTS
 from testbed.prediction.tachometer import smoothed
 from testbed.records.record import Record
@@ -52,12 +52,12 @@ def test_where_commands_tell_the_noise_the_gyro_is_not_asked():
     assert wheels.smoothed is not None
     assert wheels.smoothed.noise is None
     assert list(smoothed(data.runs.grid.runs)) == []
-    assert told_from_tachometers(data.runs, NOISE_EFFECTS) == (NOISE_EFFECTS, [])
+    assert distinct_from_tachometers(data.runs, NOISE_EFFECTS) == (NOISE_EFFECTS, [])
 
 
-def test_the_level_and_the_color_of_the_gyros_noise_are_not_told_from_it():
+def test_the_level_and_the_color_of_the_gyros_noise_are_not_distinguished_from_it():
     data, _ = wheels_of(0.5, commanded=False)
-    effects, hidden = told_from_tachometers(data.runs, NOISE_EFFECTS)
+    effects, hidden = distinct_from_tachometers(data.runs, NOISE_EFFECTS)
     assert {each.effect for each in hidden} == {"gyro_noise", "gyro_noise_color"}
     assert set(effects) == set(NOISE_EFFECTS) - {"gyro_noise", "gyro_noise_color"}
     assert all("wheel_torque_command" in each.needs for each in hidden)

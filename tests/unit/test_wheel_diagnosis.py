@@ -113,14 +113,24 @@ def test_motors_are_compared_by_their_currents_where_no_command_was_sent():
     assert {each.effect for each in untestable} == {"wheel_lag"}  # a current shows the torque as it is given
 
 
-def test_a_command_in_another_unit_is_compared_with_nothing():
+@pytest.mark.parametrize(("factor", "said"), [(1e3, "torque_limit_N_m"), (0.1, "10, "), (-1.0, "-1, ")])
+def test_a_command_in_another_unit_or_of_the_other_sign_is_compared_with_nothing_and_that_is_said(factor, said):
     """Currents are held against the motion instead."""
     scaled = [
-        replace(each, channels={**each.channels, "wheel_torque_command": 1e3 * each.channels["wheel_torque_command"]})
+        replace(
+            each, channels={**each.channels, "wheel_torque_command": factor * each.channels["wheel_torque_command"]}
+        )
         for each in records(None)
     ]
-    noise = data_of(scaled).runs.grid.wheel_noise
+    data = data_of(scaled)
+    noise = data.runs.grid.wheel_noise
     assert noise is None or not noise.commanded
+    (notice,) = [each for each in data.notices if each.startswith("wheel_torque_command")]
+    assert said in notice
+
+
+def test_a_command_that_is_followed_is_said_nothing_of():
+    assert not any("not compared" in each for each in data_of(records(None)).notices)
 
 
 def test_records_without_torques_test_for_none_of_their_effects():
