@@ -24,8 +24,8 @@ def extended_platform(properties: PlatformProperties, path: Path | None, additio
     """
     source = shipped_model() if path is None else path
     spec = specification(properties, source)
-    add(spec, additions)
     try:
+        add(spec, additions)  # which compiles what those before it left
         spec.compile()
     except ValueError as error:
         reason = str(error).splitlines()[0]

@@ -93,3 +93,11 @@ def test_a_part_that_the_bus_cannot_give_is_refused():
     too_much = HingedMode(inertia=0.05, axis_B=np.array([0.0, 0.0, 1.0]), stiffness=1.0, damping=0.0)
     with pytest.raises(InputError, match="which no body has"):
         too_much.write(specification(PlatformProperties(), shipped_model()), "added1")
+
+
+def test_a_part_that_no_body_can_carry_is_refused_whatever_is_added_after_it():
+    heavy = HingedMode(inertia=1.2e-2, axis_B=np.array([0.6, 0.0, 0.8]), stiffness=0.2, damping=1e-4)
+    mass = SprungMass(reduced_mass=0.1, arm_B=np.array([0.05, 0.03, -0.02]), stiffness=20.0, damping=0.1)
+    for additions in ([heavy], [heavy, mass]):
+        with pytest.raises(InputError, match="no platform that could fly"):
+            written(*additions)
