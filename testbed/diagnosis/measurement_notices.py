@@ -14,7 +14,9 @@ from testbed.prediction.command_phase import command_phase
 from testbed.signals import AXES
 
 _MOSTLY = 0.5
-"""Share of the commands; a command in another unit is beyond the limit nearly always, one that saturates at times."""
+"""Share of the commands; a command in another unit is beyond the limit nearly always, one that saturates at times.
+
+Source: chosen."""
 
 
 def notices_of(runs: Runs) -> Iterator[str]:

@@ -105,7 +105,7 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
     baseline = nominal_fit(together, theta) if together.known_in_part else fitted(together, [], theta, [])
     require_this_platform(together, baseline, theta, gate)
     cleaner = least_scattered(
-        _telemetry(usable), baseline, lambda own: _together(_with_telemetry(usable, own), together)
+        together, baseline, _telemetry(usable), lambda own: _together(_with_telemetry(usable, own), together)
     )
     if cleaner is not None:
         usable = _with_telemetry(usable, cleaner)
@@ -286,8 +286,7 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
     usable = _without_spikes(passed, notices)
     level = None
     if not all(_states_noise(record) for record, _ in usable):
-        everything = replace(runs_together(usable, range(len(usable))), belief=passed.belief)
-        level = pooled_noise(everything, theta)
+        level = pooled_noise(_together(usable, passed.together), theta)
     fit, heldout = by_role([(record, [part.telemetry for part in parts]) for record, parts in usable])
 
     stated = scenario.diagnosis
@@ -328,10 +327,7 @@ _TOO_EXACT = (
 
 def _without_torques(usable: Usable) -> Usable:
     """Return the parts without the torques of the gimbals' motors."""
-    return [
-        (record, tuple(replace(part, telemetry=_without_torque(part.telemetry)) for part in parts))
-        for record, parts in usable
-    ]
+    return _with_telemetry(usable, map(_without_torque, _telemetry(usable)))
 
 
 def _without_torque(run: Telemetry) -> Telemetry:

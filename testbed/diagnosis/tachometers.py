@@ -21,24 +21,27 @@ from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.tachometer import smoothed
 
 _SURELY = 9.0
-"""By which twice the log-likelihood of the gyro's fast changes has to rise: three standard errors of one number."""
+"""By which twice the log-likelihood of the gyro's fast changes has to rise: three standard errors of one number.
+
+Source: chosen, as for the noise itself (prediction/tachometer.py)."""
 
 
 def least_scattered(
-    telemetry: Sequence[Telemetry], baseline: Fit, runs_of: Callable[[Sequence[Telemetry]], Runs]
+    runs: Runs, baseline: Fit, telemetry: Sequence[Telemetry], runs_of: Callable[[Sequence[Telemetry]], Runs]
 ) -> list[Telemetry] | None:
     """Return telemetry with its wheels' momenta smoothed; None where the gyro shows nothing that speaks for it.
 
     Args:
-        telemetry: of all runs.
+        runs: all of them, as they were sent.
         baseline: the platform without effects, fitted to them.
-        runs_of: puts them side by side.
+        telemetry: of them.
+        runs_of: puts telemetry side by side.
     """
     tried = [(_scatter(runs_of(each), baseline), each) for each in smoothed(telemetry)]
     if not tried:
         return None
     least, best = min(tried, key=lambda pair: pair[0])
-    return best if least < _scatter(runs_of(telemetry), baseline) - _SURELY else None
+    return best if least < _scatter(runs, baseline) - _SURELY else None
 
 
 def tachometer_noise(runs: Runs) -> Array | None:

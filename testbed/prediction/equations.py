@@ -285,7 +285,7 @@ class Equations:
             _FREE if bearing is None else bearing.live[:, 0].astype(np.float64),
             _UNCOUPLED if bearing is None else bearing.coupling[:, 0],
             self._of_effects(state, rate, known),
-            4 * self._attitude,
+            self._attitude,
         )
         return rate, found
 

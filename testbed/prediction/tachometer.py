@@ -26,7 +26,7 @@ import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
 from scipy.optimize import minimize, minimize_scalar
 
-from testbed.arrays import Array, Series, UnitSeries
+from testbed.arrays import Array, Series, Units, UnitSeries
 from testbed.estimation.telemetry import SmoothedMomentum, Telemetry
 from testbed.estimation.telemetry_noise import fast_variance
 from testbed.prediction.wheel_impulses import impulses_of
@@ -50,8 +50,8 @@ _ENOUGH = 1e-2
 """Of the logarithms and of twice the log-likelihood, to which the search goes: a hundredth of what one standard error
 of a variance costs."""
 _STIFFER = tuple(10.0 ** (-half / 2.0) for half in range(7))
-"""Shares of the intensities with which samples are smoothed where no torque is known. In turns of three wheels with
-0.29 rad/s of noise and 0.1 rad/s in eight times the inertia, the gyro chooses a tenth to a thirtieth."""
+"""Shares of the intensities with which samples are smoothed where no torque is known: of a satellite of 60 kg with
+three wheels and noise of 0.1 or 0.29 rad/s, a tenth to a thirtieth predicts the gyro best."""
 _SHARE = 1e-4
 """Step of a central difference: its error is the square of it, a millionth of a percent."""
 
@@ -125,28 +125,28 @@ def smoothed(runs: Sequence[Telemetry]) -> Iterator[list[Telemetry]]:
     )
     alike = [each.with_variance(worst * own**2) for each, own in zip(wheels, spin, strict=True)]
     for share in _STIFFER if worst > 0.0 else ():
-        found = _with_errors(runs, [each.removed(share) for each in alike])
         noise = np.sqrt([each.variance for each in alike])
-        yield [_with_noise(run, noise) for run in found]
+        yield _with_errors(runs, [each.removed(share) for each in alike], noise)
 
 
-def _with_errors(runs: Sequence[Telemetry], by_wheel: Sequence[tuple[list[Series], float]]) -> list[Telemetry]:
-    """Return runs less errors in their wheels' samples, of each wheel by run, with the variance of what stays."""
+def _with_errors(
+    runs: Sequence[Telemetry], by_wheel: Sequence[tuple[list[Series], float]], noise: Units | None = None
+) -> list[Telemetry]:
+    """Return runs less errors in their wheels' samples.
+
+    Args:
+        runs: with wheels.
+        by_wheel: of each its errors in every run, and the variance of what stays.
+        noise: as `SmoothedMomentum` has it.
+    """
     variance = np.array([variance for _, variance in by_wheel])
     of_runs = [np.stack(of_run, axis=-1) for of_run in zip(*(errors for errors, _ in by_wheel), strict=True)]
     found = []
     for run, error in zip(runs, of_runs, strict=True):
         assert run.wheels is not None
-        best = SmoothedMomentum(samples=run.wheels.momentum - error, variance=variance)
+        best = SmoothedMomentum(samples=run.wheels.momentum - error, variance=variance, noise=noise)
         found.append(replace(run, wheels=replace(run.wheels, smoothed=best)))
     return found
-
-
-def _with_noise(run: Telemetry, noise: Series) -> Telemetry:
-    """Return a smoothed run with the standard deviation of its tachometers, shape (W,), N·m·s."""
-    assert run.wheels is not None
-    assert run.wheels.smoothed is not None
-    return replace(run, wheels=replace(run.wheels, smoothed=replace(run.wheels.smoothed, noise=noise)))
 
 
 def _commanded(run: Telemetry) -> UnitSeries | None:

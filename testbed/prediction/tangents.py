@@ -31,7 +31,7 @@ def slopes(
     live: Array,
     coupling: Array,
     effects: Array,
-    attitudes: int,
+    attitude: bool,
 ) -> Array:
     """Return slopes of states at N instants beside their derivatives, shape (N, S, S + 4).
 
@@ -47,7 +47,7 @@ def slopes(
         live: one for axes about which the body turns, zero for those that a bearing holds, shape (N, 3).
         coupling: rows of J of held axes in the columns of free ones, shape (N, 3, 3), kg·m².
         effects: what they add: derivatives by states and by ω, and slopes, shape (N, S, S + 4).
-        attitudes: 4 where the next states are a quaternion, 0 where they are not.
+        attitude: whether the next four states are one, as a quaternion.
     """
     number, size = states.shape
     given = [
@@ -55,8 +55,8 @@ def slopes(
         for each in (states, rates, momentum, torque, inverse, hidden, live, coupling, effects)
     ]
     found = np.empty((number, size, size + BESIDE))
-    kinds = (_TABLE, _TABLE, _TABLE, _TABLE, _BLOCKS, _BLOCKS, _TABLE, _BLOCKS, _BLOCKS, ("i8", 1), _BLOCKS)
-    kept(_slopes, kinds)(*given, np.array([attitudes]), found)
+    kinds = (_TABLE, _TABLE, _TABLE, _TABLE, _BLOCKS, _BLOCKS, _TABLE, _BLOCKS, _BLOCKS, ("b1", 1), _BLOCKS)
+    kept(_slopes, kinds)(*given, np.array([attitude]), found)
     return found
 
 
@@ -85,7 +85,7 @@ def tangents(of_slopes: Array, by_slope: Array) -> Array:
     return found
 
 
-def _slopes(states, rates, momentum, torque, inverse, hidden, live, coupling, effects, attitudes, found):
+def _slopes(states, rates, momentum, torque, inverse, hidden, live, coupling, effects, attitude, found):
     size = states.shape[1]
     by_rate, rate_by = np.empty((size, 3)), np.empty((3, size))
     turning, across = np.empty((3, 3)), np.empty((3, 3))
@@ -100,7 +100,7 @@ def _slopes(states, rates, momentum, torque, inverse, hidden, live, coupling, ef
                 of[row, size + axis] = 0.0
             of[row, size + 3] = effects[n, row, size + 3]
         _momentum_rows(of, by_rate, turning, across, momentum[n], torque[n], live[n], coupling[n], hidden[n])
-        if attitudes[0]:
+        if attitude[0]:
             _attitude_rows(of, by_rate, states[n], rates[n], turning)
         _rate_by_states(inverse[n], hidden[n], rate_by)
         for row in range(size):

@@ -74,15 +74,13 @@ def nearly_tangents(equations: Equations, states: Array) -> Array:
     for Newton's method.
     """
     runs, nodes, _, size = states.shape
-    by_state = np.concatenate(
-        [
-            equations.slope_and_tangents(states[:, block].reshape(-1, 1, size), equations.known_at(block, 0))[1][
-                ..., :size
-            ].reshape(runs, -1, size, size)
-            for block in blocks_of(nodes, runs * (size + 3))
-        ],
-        axis=1,
-    )
+    blocks = blocks_of(nodes, runs * (size + 3))
+    flat = (states[:, block].reshape(-1, 1, size) for block in blocks)
+    found = [
+        equations.slope_and_tangents(state, equations.known_at(block, 0))[1]
+        for state, block in zip(flat, blocks, strict=True)
+    ]
+    by_state = np.concatenate([each.reshape(runs, -1, size, size + BESIDE) for each in found], axis=1)[..., :size]
     mean = 0.5 * equations.step[:, None, None, None] * (by_state[:, :-1] + by_state[:, 1:])
     nearly = whole = np.eye(size)
     for power in (4.0, 3.0, 2.0, 1.0):
