@@ -13,7 +13,7 @@ import numpy as np
 from concealing.craft import Array
 from concealing.effect import EffectKind, HiddenEffect
 from concealing.sensors import SensorNumbers
-from concealing.wheel_effects import FLYING, STANDING
+from concealing.wheel_effects import BY_NAME, FLYING, STANDING
 from concealing.wheels import Pivot, Wheels
 
 _GRAVITY = 9.80665
@@ -100,6 +100,11 @@ class WheelPlatform:
     @property
     def kinds(self) -> dict[str, EffectKind]:
         """Effects that can be hidden in it."""
+        return self.drawn | BY_NAME
+
+    @property
+    def drawn(self) -> dict[str, EffectKind]:
+        """Those that random sets draw."""
         return FLYING if self.pivot is None else STANDING
 
 
@@ -150,4 +155,5 @@ def _pyramid(wheels: dict[str, Any], count: int) -> Wheels:
         torque_factor=np.ones(count),
         lag=np.zeros(count),
         imbalance=np.zeros(count),
+        late=0.0,
     )

@@ -80,6 +80,11 @@ def wheel_lag(craft: WheelCraft, component: str, parameters: Parameters) -> Whee
     return _with_added(craft, component, lag=parameters["time_constant"])
 
 
+def wheel_delay(craft: WheelCraft, _: str, parameters: Parameters) -> WheelCraft:
+    """All motors answer so much later; before the release they were asked for what the first command asks for."""
+    return replace(craft, wheels=replace(craft.wheels, late=craft.wheels.late + parameters["delay"]))
+
+
 def wheel_imbalance(craft: WheelCraft, component: str, parameters: Parameters) -> WheelCraft:
     """The rotor's mass times the distance of its centre from its axis; where it points at release is drawn by run."""
     return _with_added(craft, component, imbalance=parameters["static"])
@@ -176,3 +181,14 @@ FLYING: dict[str, EffectKind] = {
 """What can be hidden in a craft with wheels that flies freely, by id."""
 STANDING = FLYING | OF_BEARINGS
 """What can be hidden in one on a bearing."""
+BY_NAME = {
+    "wheel_delay": EffectKind(
+        components=("wheels",),
+        units={"delay": "s"},
+        apply=wheel_delay,
+        draw=lambda _: {"delay": 0.02},
+        growing=("delay",),
+        actuation=(),
+    )
+}
+"""What is hidden where it is asked for by name; random sets do not draw it, so that a seed makes the same set as ever."""

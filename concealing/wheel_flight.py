@@ -174,6 +174,7 @@ def _flown(
     instruments = Instruments(mechanics=mechanics, trace=trace, clock=clock, sensors=platform.sensors, noise=noise.gyro)
     # The motors were moving the wheels along the plan before the release.
     torque, rows = platform.wheels.spin_inertia * (speed[1] - speed[0]) / clock.period, []
+    commands: list[Array] = []
     for tick, time in enumerate(clock.times):
         shown, true = instruments.gyro(tick, state), mechanics.speeds(time, state)
         read = true + wheels.speed_bias + platform.sensors.tachometer_noise * noise.tachometer[tick]
@@ -183,11 +184,19 @@ def _flown(
         row = {"gyro": gyro, "body_rate": body_rate, "wheel_speed": true, "command": command, "torque": torque}
         rows.append(row | {"reading": read, "state": state})
         if tick < clock.ticks:
-            asked = np.clip(command, -wheels.torque_limit, wheels.torque_limit)
+            commands.append(np.clip(command, -wheels.torque_limit, wheels.torque_limit))
+            asked = _heard(commands, wheels.late / clock.period)
             inputs = WheelInputs(asked, torque, time)
             state = through_period(mechanics, trace, state, time, clock.period, inputs, refinement)
             torque = mechanics.current(time + clock.period, inputs)
     return WheelLog(time=clock.times, **{name: np.array([row[name] for row in rows]) for name in rows[0]})
+
+
+def _heard(commands: list[Array], late: float) -> Array:
+    """Return what motors hear that answer so many periods late, (B, W), N·m: its mean where that changes in between."""
+    whole, part = int(late), late % 1.0
+    newer, older = (commands[max(len(commands) - 1 - whole - more, 0)] for more in (0, 1))
+    return (1.0 - part) * newer + part * older
 
 
 def _command(platform: WheelPlatform, speed: Array, tick: int, read: Array, period: float) -> Array:

@@ -44,7 +44,7 @@ def wheel_orders(scenario: Path, cases: int, seed: int) -> list[Order]:
         seed: of the set.
     """
     rng, null = order_generator(seed), round(NULL_SHARE * cases)
-    listed = product(platform_of(scenario).kinds, MULTIPLES)
+    listed = product(platform_of(scenario).drawn, MULTIPLES)
     hidden = (("single", *each) for each in turns(rng, listed, cases - null))
     return shuffled([*[("null", None, None)] * null, *hidden], rng)
 
@@ -84,7 +84,7 @@ def with_hidden(rng: np.random.Generator, case: WheelCase, effect: str, times: f
     platform = platform_of(case.scenario)
     kind = platform.kinds[effect]
     typical = HiddenEffect(effect=effect, component=str(rng.choice(kind.components)), parameters=kind.draw(rng))
-    hypotheses = sum(len(each.components) for each in platform.kinds.values())
+    hypotheses = sum(len(each.components) for each in platform.drawn.values())
     target = times * detectable_norm(degrees_of(kind, typical, len(case.runs)), hypotheses)
     if effect in NOISES:
         samples = sum(run.duration for run in case.runs) * platform.gyro_rate

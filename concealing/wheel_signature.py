@@ -13,7 +13,7 @@ from concealing.craft import SIGN_WIDTH, Array
 from concealing.inner_effects import point_inertia
 from concealing.nominal import DivergedError, Telemetry, nudged, predictions, unexplained
 from concealing.wheel_case import WheelCase, platform_of
-from concealing.wheel_effects import IN_DRIVES
+from concealing.wheel_effects import BY_NAME, IN_DRIVES
 from concealing.wheel_flight import FlownWheels, fly_wheels, shown_speed
 from concealing.wheels import Wheels
 
@@ -33,7 +33,7 @@ def signal(case: WheelCase) -> float:
         raise DivergedError
     known = platform_of(case.scenario).sensors
     parts = [left_unexplained(flown) / known.gyro_noise]
-    if any(effect.effect in IN_DRIVES for effect in case.effects):
+    if any(effect.effect in IN_DRIVES | BY_NAME for effect in case.effects):
         parts.append(left_by_drives(flown) / np.hypot(known.tachometer_noise, known.gyro_noise))
     return float(np.sqrt(sum(float(part @ part) for part in parts)))
 

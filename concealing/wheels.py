@@ -44,6 +44,7 @@ class Wheels:
         torque_factor: torque of the motors over what their currents show, (W,).
         lag: time constant of the currents behind the commands, (W,), s.
         imbalance: mass of a rotor times the distance of its centre from the axis, (W,), kg·m.
+        late: how long after their commands all motors answer, s.
     """
 
     axis: Array
@@ -56,6 +57,7 @@ class Wheels:
     torque_factor: Array
     lag: Array
     imbalance: Array
+    late: float
 
 
 @dataclass(frozen=True, kw_only=True)

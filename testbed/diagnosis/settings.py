@@ -442,6 +442,14 @@ class DiagnosisSettings:
     Source: chosen: ten times the largest factor between hardware and its drawing, and below all mistakes of units.
     """
 
+    channel_missed: float = 2.0
+    """Times its noise that the model may miss a channel of the actuators; beyond it the verdict is unexplained, however
+    well the body's motion is.
+
+    Source: chosen as `servo_following`: such a noise is an estimate. Wheels whose commands act one telemetry period
+    late were named three motors that lag, at 8 times the noise.
+    """
+
     @property
     def entries(self) -> dict[str, str]:
         """Every setting by name, as provenance lists them."""

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import inf
+from math import inf, sqrt
 from typing import Literal
+
+import numpy as np
 
 from testbed.arrays import Theta
 from testbed.diagnosis.candidates import UNKNOWN, Candidate, Screening, accepted, by_class, probabilities_of
@@ -125,7 +127,15 @@ class Diagnosis:
     @property
     def left_over(self) -> bool:
         """Whether the model's residual is more than noise, or could not be tested."""
-        return self.ended_early or self.goodness < SETTINGS.unexplained_p_value or self.structure_left
+        missed = self.actuators_missed > SETTINGS.channel_missed
+        return self.ended_early or missed or self.goodness < SETTINGS.unexplained_p_value or self.structure_left
+
+    @property
+    def actuators_missed(self) -> float:
+        """Root mean square of what the model misses of the actuators' channel that it misses most, in its noise."""
+        by_run = self.runs.gimbals_by_run(self.model.residual)
+        channels = [np.concatenate([block.ravel() for block in blocks]) for blocks in zip(*by_run, strict=True)]
+        return max((sqrt(float(np.mean(each**2))) for each in channels if each.size), default=0.0)
 
     @property
     def structure_left(self) -> bool:

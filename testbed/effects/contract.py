@@ -40,6 +40,8 @@ THRUSTERS = tuple(str(number) for number in range(1, MOST_UNITS + 1))
 """Components of effects that sit in one thruster or motor of many, by its number."""
 WHEELS = tuple(f"{KINDS['wheel'].prefix}{number}" for number in range(1, MOST_UNITS + 1))
 """Components of effects that sit in one reaction wheel, likewise."""
+ALL_WHEELS = "wheels"
+"""Component of effects that all reaction wheels of a platform have alike."""
 NUMBERED = (UNITS, WHEELS, THRUSTERS)
 """Components of each kind of actuator, as documents list them."""
 HOLDING_MOMENTUM: tuple[Channel, ...] = ("gimbal_angle", "wheel_speed", "cluster_momentum")
@@ -160,7 +162,13 @@ class Extension:
     scenario: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 
-_PLACES = {"gyro": "the gyro", "platform": "the platform", "cluster": "the cluster", "actuators": "the actuators"}
+_PLACES = {
+    "gyro": "the gyro",
+    "platform": "the platform",
+    "cluster": "the cluster",
+    "actuators": "the actuators",
+    ALL_WHEELS: "the wheels",
+}
 _PLACES |= {number: f"actuator {number}" for number in THRUSTERS}
 _PLACES |= {axis: f"the gyro's {axis} axis" for axis in AXES}
 
@@ -290,7 +298,7 @@ def wheel_index(component: str) -> int:
 
 def components_in(effect: NamedEffect, units: int, wheels: int = 0, thrusters: int = 0) -> tuple[str, ...]:
     """Return where an effect can sit on a platform with so many CMG units, wheels, and thrusters with commands."""
-    absent = (*UNITS[units:], *WHEELS[wheels:], *THRUSTERS[thrusters:])
+    absent = (*UNITS[units:], *WHEELS[wheels:], *([] if wheels else [ALL_WHEELS]), *THRUSTERS[thrusters:])
     return tuple(component for component in effect.components if component not in absent)
 
 

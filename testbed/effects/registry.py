@@ -53,6 +53,7 @@ from testbed.effects.tether import Tether
 from testbed.effects.thrust_offset import ThrustOffset
 from testbed.effects.viscous_drag import ViscousDrag
 from testbed.effects.wheel_coulomb_friction import WheelCoulombFriction
+from testbed.effects.wheel_delay import WheelDelay
 from testbed.effects.wheel_imbalance import WheelImbalance
 from testbed.effects.wheel_inertia import WheelInertia
 from testbed.effects.wheel_lag import WheelLag
@@ -92,6 +93,7 @@ _PREDICTED: tuple[Effect, ...] = (
     WheelCoulombFriction(),
     WheelTorqueScale(),
     WheelLag(),
+    WheelDelay(),
     ActuatorLag(),
     ActuatorDelay(),
     ActuatorGain(),

@@ -108,6 +108,8 @@ def _uncovered_motors(model: mujoco.MjModel, layout: Layout) -> Iterator[str]:
     kinds[wheels[kinds[wheels] == mujoco.mjtDyn.mjDYN_FILTER]] = mujoco.mjtDyn.mjDYN_NONE
     if (kinds != mujoco.mjtDyn.mjDYN_NONE).any():
         yield "motors with dynamics of their own"
+    if model.actuator_delay.any():
+        yield "motors that answer late"
     bias, gain = model.actuator_biasprm, model.actuator_gainprm
     plain = (
         not bias[:, :2].any()

@@ -10,11 +10,15 @@ import mujoco
 from typing_extensions import override
 
 from testbed.plant.additions import Addition
+from testbed.signals import KINDS
 
 _NO_TORQUE = 1e-12
 """N·m, a limit that MuJoCo takes for one; a scenario writes over the servo's gain, and its target stays to be read."""
 _APPLIED_TORQUE = "applied_torque"
 """Actuators of a torque on the bus are named `applied_torque_x`, `_y`, `_z`; their control is the torque asked for."""
+
+_LINES = 1
+"""Of a motor's `interp`: its control goes along a line from sample to sample."""
 
 
 @final
@@ -100,6 +104,24 @@ class UnbalancedRotor(Addition):
 
 @final
 @dataclass(frozen=True, kw_only=True)
+class WheelDelay(Addition):
+    """Reaction wheels whose motors give their torques late.
+
+    Attributes:
+        delay: s.
+    """
+
+    delay: float
+
+    @override
+    def write(self, spec: mujoco.MjSpec, name: str) -> None:
+        for motor in spec.actuators:
+            if motor.name.startswith(KINDS["wheel"].prefix):
+                _put_off(spec, motor, self.delay)
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
 class ActuatorResponse(Addition):
     """Actuators of a torque on the bus that respond late; a platform that has none is given them.
 
@@ -115,9 +137,21 @@ class ActuatorResponse(Addition):
     def write(self, spec: mujoco.MjSpec, name: str) -> None:
         for motor in _torque_actuators(spec, name):
             _slow_down(motor, self.time_constant)
-            if self.delay > 0.0:
-                motor.delay += self.delay
-                motor.nsample = math.ceil(motor.delay / spec.option.timestep) + 1
+            _put_off(spec, motor, self.delay)
+
+
+def _put_off(spec: mujoco.MjSpec, motor: mujoco.MjsActuator, delay: float) -> None:
+    """Let a motor answer to its control so much later, s; by a time below a step, a whole step or not at all.
+
+    Controls are held through a step. Of held values, RK4 reads the next one in a step's last stage, a sixth of a step
+    early. On lines between them, half a step later, each acts on average as late as it should.
+    """
+    step = spec.option.timestep
+    if delay < 0.5 * step:
+        return
+    before = motor.delay or 0.5 * step
+    motor.delay, motor.interp = before + delay, _LINES
+    motor.nsample = math.ceil(motor.delay / step) + 2
 
 
 def _slow_down(motor: mujoco.MjsActuator, time_constant: float) -> None:

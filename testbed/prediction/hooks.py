@@ -140,6 +140,10 @@ class Hooks:
         """Return the time constant by which each of W wheels' motors follows its command, shape (P, W), s."""
         return np.zeros((1, wheels))
 
+    def wheel_delay(self, value: Array, wheels: int) -> Array:  # noqa: ARG002
+        """Return how much later than its command each of W wheels' motors gives its torque, shape (P, W), s."""
+        return np.zeros((1, wheels))
+
     def wheel_impulse(self, impulse: Array, value: Array, of: Impulses) -> Array:  # noqa: ARG002
         """Return what the wheels' motors give to their motion, shape (P, L, W), N·m·s, instead of `impulse`."""
         return impulse

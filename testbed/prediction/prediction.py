@@ -132,7 +132,7 @@ def _gimbal_channels_of_telemetry(grid: Grid) -> tuple[Array, ...]:
     return tuple(_gimbal_channels(grid, [], []))
 
 
-_INSIDE = ("motor_torque", "servo_lag", "gimbals", "wheel_impulse", "wheel_lag")
+_INSIDE = ("motor_torque", "servo_lag", "gimbals", "wheel_impulse", "wheel_lag", "wheel_delay")
 """Parts of the contract that change the channels of gimbals and wheels."""
 
 

@@ -148,6 +148,41 @@ def lagged(impulses: Impulses, lag: Array) -> Array:
     return np.asarray(asked + behind * lag[:, None] * (1.0 - left))
 
 
+def delayed(impulses: Impulses, given: Array, delay: Array) -> Array:
+    """Return the impulses of motors that give everything so much later, shape (P, L, W), N·m·s.
+
+    What had been given until t, C(t), is taken at t - T. Between samples C is a line, as exactly where a command holds
+    from one to the next; where several control periods pass, a parabola by how impulses change from interval to
+    interval. Before the record, motors gave what they give first. A delay of more than a usual interval moves what is
+    not known of lost samples into intervals that are compared.
+
+    Args:
+        impulses: in which intervals, and how much of their torques is not sampled.
+        given: without the delay, shape (P or 1, L, W), N·m·s.
+        delay: T, shape (P or 1, W), s.
+    """
+    if not np.any(delay):
+        return given
+    time = np.concatenate([[0.0], np.cumsum(impulses.interval)])
+    late = time[:, None] - delay[:, None]
+    inside = np.clip(np.searchsorted(time, late.real, side="left") - 1, 0, len(time) - 2)
+    since, width = late - time[inside], impulses.interval[inside]
+    mean = given / impulses.interval[:, None]
+    bend = impulses.between * (2.0 - impulses.between) * np.gradient(mean, axis=1) / impulses.interval[:, None]
+    until = np.concatenate([np.zeros_like(given[:, :1]), np.cumsum(given, axis=1)], axis=1)
+    base, slope, curve = (_at(each, inside) for each in (until, mean, bend))
+    total = base + slope * since - np.where(since.real < 0.0, 0.0, 0.5 * curve * since * (width - since))
+    return np.asarray(np.diff(total, axis=1))
+
+
+def _at(values: Array, rows: NDArray[np.intp]) -> Array:
+    """Return values of shape (P or 1, N, W) at rows of shape (P or 1, K, W), of each wheel its own."""
+    sets = max(len(values), len(rows))
+    return np.take_along_axis(
+        np.broadcast_to(values, (sets, *values.shape[1:])), np.broadcast_to(rows, (sets, *rows.shape[1:])), axis=1
+    )
+
+
 def without_correlation(impulses: Impulses, noise: ImpulseNoise, values: Array) -> list[Array]:
     """Return the part of compared impulses that those before do not foretell, of each wheel, shape (..., K), N·m·s.
 

@@ -13,6 +13,7 @@ from testbed.prediction.hooks import Hooks
 from testbed.prediction.wheel_impulses import (
     ImpulseNoise,
     Impulses,
+    delayed,
     impulses_of,
     lagged,
     without_correlation,
@@ -56,11 +57,11 @@ def impulses_with(impulses: Impulses, hooks: Sequence[Hooks], effects: Sequence[
         effects: their parameters, shapes (P, Q).
     """
     wheels = impulses.torque.shape[1]
-    lag = sum(
-        (hook.wheel_lag(value, wheels) for hook, value in zip(hooks, effects, strict=True)), np.zeros((1, wheels))
-    )
-    given = lagged(impulses, np.asarray(lag))
-    for hook, value in zip(hooks, effects, strict=True):
+    placed, none = list(zip(hooks, effects, strict=True)), np.zeros((1, wheels))
+    lag = sum((hook.wheel_lag(value, wheels) for hook, value in placed), none)
+    delay = sum((hook.wheel_delay(value, wheels) for hook, value in placed), none)
+    given = delayed(impulses, lagged(impulses, np.asarray(lag)), np.asarray(delay))
+    for hook, value in placed:
         given = hook.wheel_impulse(given, value, impulses)
     return given
 

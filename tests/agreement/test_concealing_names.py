@@ -5,11 +5,11 @@ import pytest
 
 from concealing.library import FURTHER, LISTED
 from concealing.sealing import file_key
-from concealing.wheel_effects import OF_BEARINGS, OF_WHEELS
+from concealing.wheel_effects import BY_NAME, OF_BEARINGS, OF_WHEELS
 from testbed.effects.contract import components_in
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 
-HIDEABLE = {**LISTED, **FURTHER, **OF_WHEELS, **OF_BEARINGS}
+HIDEABLE = {**LISTED, **FURTHER, **OF_WHEELS, **OF_BEARINGS, **BY_NAME}
 OF_RIGS = {"actuator_gain", "actuator_rate_limit"}
 """Hidden by `concealing.rig`, by numbers of its own."""
 OF_THRUSTERS = {"actuator_weak", "actuator_misaligned", "thrust_offset", "rotor_acceleration_reaction"}

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from concealing.effect import HiddenEffect
 from concealing.integration import step
 from concealing.wheel_case import WheelCase, WheelRun, platform_of
-from concealing.wheel_effects import IN_DRIVES, OF_BEARINGS, WHEELS
+from concealing.wheel_effects import BY_NAME, IN_DRIVES, OF_BEARINGS, WHEELS
 from concealing.wheel_flight import fly_wheels, planned
 from concealing.wheel_set import wheel_record
 from concealing.wheel_signature import left_unexplained, signal
@@ -335,12 +335,13 @@ def test_the_testbed_explains_an_effect_by_the_same_parameters(scenario, effect,
     assert alone > 1e-5
 
 
-@pytest.mark.parametrize("effect", IN_DRIVES)
+@pytest.mark.parametrize("effect", IN_DRIVES | BY_NAME)
 @BOTH
 def test_the_testbed_explains_what_a_drive_does_by_the_same_parameters(scenario, effect):
     """Its impulses with them leave next to nothing of what they leave without."""
-    sizes = list(IN_MUJOCO[effect][0].values())
-    flown = fly_wheels(case_of(scenario, hidden(effect, "wheel2", **IN_MUJOCO[effect][0])), quiet=True)
+    parameters = {"delay": 0.03} if effect in BY_NAME else IN_MUJOCO[effect][0]
+    sizes, component = list(parameters.values()), "wheels" if effect in BY_NAME else "wheel2"
+    flown = fly_wheels(case_of(scenario, hidden(effect, component, **parameters)), quiet=True)
     read = read_scenario(scenario)
     impulses = impulses_of(telemetry_of(wheel_record(flown, 0), read, nominal_platform(read)), commanded=True)
 
@@ -349,7 +350,7 @@ def test_the_testbed_explains_what_a_drive_does_by_the_same_parameters(scenario,
         left = np.abs((impulses.needed - given) / impulses.interval[:, None]).T
         return max(of_wheel[kept].max() for of_wheel, kept in zip(left, impulses.kept, strict=True))
 
-    alone, explained = missed([]), missed([EFFECTS[effect].hooks("wheel2")], sizes)
+    alone, explained = missed([]), missed([EFFECTS[effect].hooks(component)], sizes)
     print(f"{effect}: {alone:.1e} N·m without, {explained:.1e} with")
     assert min(map(len, impulses.kept)) > 0.9 * len(impulses.interval)
     assert explained < 1e-9 + 0.025 * alone

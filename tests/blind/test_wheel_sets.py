@@ -91,7 +91,7 @@ def test_an_effect_of_four_detectable_sizes_is_named_at_its_component(slow_table
 
 @pytest.mark.parametrize("scenario", [FREE, STANDING], ids=["free", "bearing"])
 def test_a_set_has_its_share_without_an_effect_and_every_effect_in_turn(scenario):
-    orders, kinds = wheel_orders(scenario, 100, 3), platform_of(scenario).kinds
+    orders, kinds = wheel_orders(scenario, 100, 3), platform_of(scenario).drawn
     hidden = [order for order in orders if order.stratum == "single"]
     assert len(orders) - len(hidden) == round(NULL_SHARE * 100)
     assert {order.effect for order in hidden} == set(kinds)

@@ -19,7 +19,7 @@ from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.command_phase import command_phase, with_command_phase
 from testbed.prediction.integration import Values
 from testbed.prediction.prediction import predicted_channels, predicted_with_derivatives
-from testbed.prediction.wheel_impulses import impulses_of
+from testbed.prediction.wheel_impulses import delayed, impulses_of
 
 ROUND = np.array([5e-4, 0.02, 0.02, 0.02])
 """N·m·s. From there the first wheel turns round fourteen times or more, the others never."""
@@ -171,3 +171,20 @@ def test_what_is_commanded_between_samples_lies_on_a_spline():
     assert some_of is not None
     whole = len(some_of.asked) * 4
     np.testing.assert_allclose(some_of.asked, all_of.asked[:whole].reshape(-1, 4, WHEELS).sum(axis=1), rtol=1e-9)
+
+
+def test_a_delay_of_whole_periods_gives_what_was_asked_for_so_many_before():
+    impulses = impulses_of(commanded_wheels(0.0, 61), commanded=True)
+    assert impulses is not None
+    late = delayed(impulses, impulses.asked[None], np.full((1, WHEELS), 3.0 * PERIOD))[0]
+    np.testing.assert_allclose(late[3:], impulses.asked[:-3], rtol=1e-9)
+    np.testing.assert_allclose(late[:3], impulses.asked[[0, 0, 0]], rtol=1e-9)  # before the record as at first
+
+
+def test_a_delay_of_a_part_of_a_period_gives_a_part_of_either():
+    impulses = impulses_of(commanded_wheels(0.0, 62), commanded=True)
+    assert impulses is not None
+    late = delayed(impulses, impulses.asked[None], np.array([[0.25, 0.0, 0.5, 1.0]]) * PERIOD)[0]
+    before = impulses.asked[:-1]
+    share = np.array([0.25, 0.0, 0.5, 1.0])
+    np.testing.assert_allclose(late[1:], share * before + (1.0 - share) * impulses.asked[1:], rtol=1e-9)

@@ -7,6 +7,7 @@ from math import isfinite
 
 from testbed.diagnosis.findings import Addition, doubt_words
 from testbed.diagnosis.run_agreement import Agreement
+from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis, Gap
 from testbed.effects.contract import NamedEffect, Quantity
 from testbed.report.diagnosis.misfit import gimbals_words, misfit_change_words, misfit_words, shows_in_gyro
@@ -46,7 +47,7 @@ def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
     noise = "the noise as the samples show it" if diagnosis.scatter else "noise alone"
     misfit, gap = misfit_words(diagnosis.gap), gap_words(diagnosis.gap)
     left = f"No effect of the library explains the residual: a misfit of {misfit}, a gap of {gap}; {noise} is 1."
-    return Notice(tone="bad", text=f"{found}{left}{shape_words(diagnosis)}")
+    return Notice(tone="bad", text=f"{found}{left}{_missed_words(diagnosis)}{shape_words(diagnosis)}")
 
 
 def _without_effects(diagnosis: Diagnosis) -> Gap:
@@ -106,6 +107,14 @@ def _far_words(gap: Gap) -> str:
     if not gap.heldout > _FAR * gap.fit:
         return ""
     return " The fitted runs leave the inertia too uncertain to predict those held out: fly longer, or turn faster."
+
+
+def _missed_words(diagnosis: Diagnosis) -> str:
+    """Say that the actuators do something else than they are asked for, if they do."""
+    missed = diagnosis.actuators_missed
+    if missed <= SETTINGS.channel_missed:
+        return ""
+    return f" The actuators do not do what they were asked for: the model misses it by {missed:.1f} times its noise."
 
 
 def _so_far(names: list[str]) -> str:
