@@ -191,4 +191,4 @@ BY_NAME = {
         actuation=(),
     )
 }
-"""What is hidden where it is asked for by name; random sets do not draw it, so that a seed makes the same set as ever."""
+"""What is hidden where it is asked for by name; random sets do not draw it: a seed makes what it always made."""

@@ -11,6 +11,7 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.tachometers import tachometer_noise
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.prediction.command_phase import command_phase
+from testbed.prediction.command_scatter import found_changing
 from testbed.signals import AXES
 
 _MOSTLY = 0.5
@@ -33,7 +34,12 @@ def notices_of(runs: Runs) -> Iterator[str]:
 
 
 def _phase_notice(runs: Runs) -> Iterator[str]:
-    if phase := command_phase(runs.grid.runs):
+    if found_changing(runs.grid.runs):
+        yield (
+            "wheel_torque_command changes several times between its samples, as the wheels' speeds show, and not with "
+            "them, as simulation.control_rate_hz says: compared so; state the controller's rate"
+        )
+    elif phase := command_phase(runs.grid.runs):
         yield (
             f"the wheels' telemetry is sampled {1e3 * phase:.1f} ms after their commands change, as the wheels' speeds "
             "show: impulses are compared so"

@@ -168,6 +168,23 @@ class SmoothedMomentum:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class CommandScatter:
+    """What commands of wheels scatter by that change more often than they are sampled, and for how long it acts.
+
+    Attributes:
+        samples: of the commands less what of them changes smoothly, shape (K, W), N·m.
+        behind: share of the interval between samples for which it acts behind its sample.
+        before: likewise before it.
+        unbelieved: whether commands were believed to hold from sample to sample.
+    """
+
+    samples: UnitSeries
+    behind: float
+    before: float
+    unbelieved: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class WheelTelemetry:
     """What W reaction wheels sent, at the actuators' times, and what is known of them.
 
@@ -178,6 +195,7 @@ class WheelTelemetry:
         torque_command: that they should give, shape (K, W), N·m; None where it was not sent.
         motors: None where they are not known.
         smoothed: the momentum without the tachometers' noise; None where it was not separated.
+        scatter: of the commands; None where it is not known, or they hold from sample to sample.
     """
 
     wheels: Wheels
@@ -186,6 +204,7 @@ class WheelTelemetry:
     torque_command: UnitSeries | None = None
     motors: WheelMotors | None = None
     smoothed: SmoothedMomentum | None = None
+    scatter: CommandScatter | None = None
 
     @property
     def best_momentum(self) -> UnitSeries:
@@ -197,7 +216,8 @@ class WheelTelemetry:
         channels = {"momentum": self.momentum, "torque": self.torque, "torque_command": self.torque_command}
         sampled: dict[str, Any] = {name: change(each) for name, each in channels.items() if each is not None}
         smoothed = self.smoothed and replace(self.smoothed, samples=change(self.smoothed.samples))
-        return replace(self, **sampled, smoothed=smoothed)
+        scatter = self.scatter and replace(self.scatter, samples=change(self.scatter.samples))
+        return replace(self, **sampled, smoothed=smoothed, scatter=scatter)
 
 
 Gimbals_co = TypeVar("Gimbals_co", bound=GimbalTelemetry | None, default=GimbalTelemetry | None, covariant=True)

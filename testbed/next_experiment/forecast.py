@@ -150,4 +150,5 @@ def _wheels(known: WheelTelemetry, flight: NextFlight, time: Series) -> WheelTel
         torque=None if known.torque is None else torque,
         torque_command=None if known.torque_command is None else torque,
         smoothed=known.smoothed and replace(known.smoothed, samples=momentum),
+        scatter=known.scatter and replace(known.scatter, samples=np.zeros_like(momentum)),
     )

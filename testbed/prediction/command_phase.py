@@ -15,6 +15,7 @@ import numpy as np
 
 from testbed.arrays import Array
 from testbed.estimation.telemetry import Telemetry
+from testbed.prediction.command_scatter import believed_held, with_command_scatter
 from testbed.prediction.impulse_noise import impulse_fit, wheels_with
 from testbed.prediction.wheel_impulses import Impulses, impulses_of, without_correlation
 
@@ -30,9 +31,20 @@ _SURELY = 5.0
 def with_command_phase(runs: Sequence[Telemetry]) -> list[Telemetry]:
     """Return runs whose wheels' commands are known to change between samples, where impulses show that they do.
 
+    Commands of several control periods between samples are compared with what they scatter by apart. Those that are
+    believed to hold from sample to sample, and do not change with them, may do the same.
+
     Args:
         runs: of one platform; its telemetry is sampled at the same phase of the control period in all.
     """
+    if not believed_held(runs):
+        return _with_phase(with_command_scatter(runs))
+    held = _with_phase(runs)
+    changing = with_command_scatter(runs) if command_phase(held) else list(runs)
+    return held if believed_held(changing) else _with_phase(changing)
+
+
+def _with_phase(runs: Sequence[Telemetry]) -> list[Telemetry]:
     both = [(_at_phase(run, 0.0), _at_phase(run, 1.0)) for run in runs]
     impulses = [(now, following) for now, following in both if now is not None and following is not None]
     at_sample = [now for now, _ in impulses]

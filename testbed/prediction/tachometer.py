@@ -129,6 +129,18 @@ def smoothed(runs: Sequence[Telemetry]) -> Iterator[list[Telemetry]]:
         yield _with_errors(runs, [each.removed(share) for each in alike], noise)
 
 
+def separated_noise(times: Sequence[Series], samples: Sequence[Series]) -> list[Series]:
+    """Return the white noise in samples that change smoothly or jitter, of every run; zeros where none surely is.
+
+    Args:
+        times: of the samples, shape (K,), s.
+        samples: of one channel in every run, shape (K,).
+    """
+    if sum(map(len, samples)) < _FEWEST:
+        return [np.zeros_like(each) for each in samples]
+    return _Noise.of([_bands(time) for time in times], samples).removed()[0]
+
+
 def _with_errors(
     runs: Sequence[Telemetry], by_wheel: Sequence[tuple[list[Series], float]], noise: Units | None = None
 ) -> list[Telemetry]:

@@ -309,17 +309,22 @@ def _torques(run: Telemetry, wheels: WheelTelemetry, motors: _Motors) -> tuple[U
     """
     sampled, time = wheels.torque_command if motors.commanded else wheels.torque, run.actuator_time
     assert sampled is not None
-    gap, torque = incomplete(run), motors.mean(sampled, time)
+    scatter = wheels.scatter if motors.commanded else None
+    smooth = sampled if scatter is None else sampled - scatter.samples
+    gap, held = incomplete(run), motors.mean(smooth, time)
+    torque = held.copy()
+    if scatter is not None:  # it is over when the interval ends
+        torque += scatter.behind * scatter.samples[:-1] + scatter.before * scatter.samples[1:]
     unseen = np.zeros_like(torque)
     if not gap.any():
-        return torque, torque, unseen
+        return torque, held, unseen
     lost = np.where(gap, lost_samples(time), 0)
     of_interval = np.repeat(np.arange(len(lost)), lost + 1)
     first = np.cumsum(lost + 1) - lost - 1
     number = np.arange(len(of_interval)) - first[of_interval]
     whole = np.append(time[of_interval] + number * (np.diff(time) / (lost + 1))[of_interval], time[-1])
-    mean = motors.mean(run.through(sampled)(whole), whole)
-    last = np.where(gap[:, None], mean[first + lost], torque)
+    mean = motors.mean(run.through(smooth)(whole), whole)
+    last = np.where(gap[:, None], mean[first + lost], held)
     impulse = mean * np.diff(whole)[:, None]
     torque[gap] = (np.add.reduceat(impulse, first, axis=0) / np.diff(time)[:, None])[gap]
     for each in np.unique(lost[gap]).tolist():

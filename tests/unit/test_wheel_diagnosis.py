@@ -45,19 +45,25 @@ HIDDEN = {
 WHEEL = "wheel3"
 
 
-def scenario() -> Scenario:
-    """Twelve seconds of the shipped CubeSat."""
+def scenario(**simulation: float) -> Scenario:
+    """Twelve seconds of the shipped CubeSat.
+
+    Args:
+        simulation: keys of the section that differ.
+    """
     shipped = read_scenario(shipped_scenario("cubesat_wheels"))
-    return shipped.model_copy(update={"simulation": shipped.simulation.model_copy(update={"duration_s": 12.0})})
+    keys = {"duration_s": 12.0} | simulation
+    return shipped.model_copy(update={"simulation": shipped.simulation.model_copy(update=keys)})
 
 
 @cache
-def records(effect: str | None) -> tuple[Record, ...]:
+def records(effect: str | None, **simulation: float) -> tuple[Record, ...]:
     """Fly three runs with the effect in one wheel."""
-    nominal, hidden = nominal_platform(scenario()), scenario()
+    believed = scenario(**simulation)
+    nominal, hidden = nominal_platform(believed), believed
     if effect is not None:
         hidden = extended(hidden, registered()[effect].extension(WHEEL, np.array([HIDDEN[effect]]), hidden))
-    maneuver = plan_maneuver(scenario(), nominal).maneuver
+    maneuver = plan_maneuver(believed, nominal).maneuver
     flown = [fly_maneuver(hidden, nominal, true_platform(hidden), maneuver, seed).record for seed in SEEDS]
     named = [replace(each, details=replace(each.details, name=f"run {at}")) for at, each in enumerate(flown)]
     return tuple(telemetry_only(each) for each in named)
@@ -134,6 +140,38 @@ def test_what_the_motors_do_beside_all_that_is_named_is_unexplained():
     assert final.actuators_missed > SETTINGS.channel_missed
     assert final.verdict == "unexplained"
     assert "do not do what they were asked for" in diagnosis_verdict(final).text
+
+
+SLOW = {"duration_s": 60.0, "telemetry_rate_hz": 5.0}
+"""Telemetry that shows one command of four."""
+
+
+@pytest.mark.parametrize("believed_rate", [20.0, 5.0])
+def test_commands_between_samples_are_no_delay(believed_rate):
+    """Feedback of the gyro's noise holds for less than an interval; taken for smooth, it was named with P = 1."""
+    flown = records(None, control_rate_hz=20.0, **SLOW)
+    believed = scenario(control_rate_hz=believed_rate, **SLOW)
+    data = data_set_of(list(flown), believed, nominal_platform(believed))
+    assert any("control_rate_hz" in each for each in data.notices) == (believed_rate == 5.0)
+    theta = theta_of(nominal_platform(believed).inertia)
+    *_, final = diagnosed(data.runs, data.heldout, OF_WHEELS, theta, noise_effects=NOISE_EFFECTS)
+    assert additions(final) == ()
+
+
+def test_a_late_motor_is_found_behind_commands_between_samples():
+    believed = scenario(control_rate_hz=20.0, **SLOW)
+    hidden = extended(believed, registered()["wheel_lag"].extension(WHEEL, np.array([0.1]), believed))
+    nominal = nominal_platform(believed)
+    maneuver = plan_maneuver(believed, nominal).maneuver
+    flown = [fly_maneuver(hidden, nominal, true_platform(hidden), maneuver, seed).record for seed in SEEDS]
+    named = [replace(each, details=replace(each.details, name=f"run {at}")) for at, each in enumerate(flown)]
+    data = data_set_of([telemetry_only(each) for each in named], believed, nominal)
+    states = diagnosed(data.runs, data.heldout, OF_WHEELS, theta_of(nominal.inertia), noise_effects=NOISE_EFFECTS)
+    first = next(found[0] for found in map(additions, states) if found)
+    assert (first.effect.id, first.component) == ("wheel_lag", WHEEL)
+    (size,) = first.quantities
+    print(f"{size.value:.3f} ± {size.std:.3f} s")
+    assert abs(size.value - 0.1) < 4.0 * size.std
 
 
 def test_motors_are_compared_by_their_currents_where_no_command_was_sent():

@@ -1,0 +1,194 @@
+"""What commands of wheels scatter by that change oftener than they are sampled.
+
+Telemetry that shows one command of several says of a smooth motion what the motors were asked for in between: it lies
+on a spline. What feedback makes of the gyro's noise does not: it held for one control period of several, or until the
+gyro was read again. Taken for smooth, half of it would count before its sample and half behind; the motors seem to
+answer late, and a delay or lags that nobody has are named for it. So commands are separated into what changes smoothly
+and what scatters, as the tachometers' samples are (tachometer.py), and how much of the latter acts behind a sample and
+how much before one is estimated from the impulses of all wheels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from testbed.arrays import Array, UnitSeries
+from testbed.estimation.telemetry import CommandScatter, Telemetry
+from testbed.prediction.impulse_noise import impulse_fit, wheels_with
+from testbed.prediction.tachometer import separated_noise
+from testbed.prediction.wheel_impulses import Impulses, impulses_of, without_correlation
+
+_FOUND = 3
+"""Of a wheel: the two shares, and which share of the smooth part is the next sample's."""
+_UNKNOWNS = 6
+"""With its factor, viscous and dry friction."""
+_FEWEST = 20
+"""Impulses for each unknown, as for a phase."""
+_SURELY = 5.0
+"""Standard errors, likewise."""
+_HELD = 0.6
+"""Share of the interval below which scatter does not act as that of commands that hold from sample to sample, 1. Noise
+of tachometers that the controller answers to makes it seem less: 0.67 where nearly all scatter is that (the shipped
+CubeSat), 0.37 where five control periods pass between samples, which would be 0.3 without it."""
+_PERIODS = (2, 20)
+"""Fewest and most control periods between samples, where commands surely change in between: of more, a spline is as
+good."""
+_ROUNDING = 1e-6
+"""Of an interval, by which clocks round."""
+
+
+class _Response(NamedTuple):
+    """What impulses follow scattering commands by, shape (3,), as `_FOUND` has it, and its covariance, shape (3, 3)."""
+
+    values: Array
+    covariance: Array
+
+    @property
+    def passes(self) -> bool:
+        """Whether scatter surely acts for less than the interval between samples."""
+        share, error = self.values[:2].sum(), np.sqrt(self.covariance[:2, :2].sum())
+        return bool(share + _SURELY * error < _HELD)
+
+
+def with_command_scatter(runs: Sequence[Telemetry]) -> list[Telemetry]:
+    """Return runs of which is known how what scatters in their wheels' commands acts, if their impulses show it.
+
+    Where commands are believed to hold from sample to sample, only if they surely change in between.
+
+    Args:
+        runs: of one platform and one controller.
+    """
+    scatter = _scatter(runs)
+    if scatter is None:
+        return list(runs)
+    held = believed_held(runs)
+    response = _response([_with(run, each, 0.0, 0.0) for run, each in zip(runs, scatter, strict=True)], scatter)
+    if response is None or (held and not response.passes):
+        return list(runs)
+    behind, before, next_share = response.values.tolist()
+    known = [_with(run, each, behind, before) for run, each in zip(runs, scatter, strict=True)]
+    return [_changing(run, next_share) for run in known] if held else known
+
+
+def believed_held(runs: Sequence[Telemetry]) -> bool:
+    """Return whether wheels' commands are believed to hold from sample to sample."""
+    interval = float(np.median(np.diff(runs[0].actuator_time)))
+    motors = None if runs[0].wheels is None else runs[0].wheels.motors
+    return motors is not None and motors.period >= (1.0 - _ROUNDING) * interval
+
+
+def found_changing(runs: Sequence[Telemetry]) -> bool:
+    """Return whether commands that were believed to hold from sample to sample change in between."""
+    known = None if runs[0].wheels is None else runs[0].wheels.scatter
+    return known is not None and known.unbelieved
+
+
+def _with(run: Telemetry, scatter: UnitSeries, behind: float, before: float) -> Telemetry:
+    assert run.wheels is not None
+    known = CommandScatter(samples=scatter, behind=behind, before=before)
+    return replace(run, wheels=replace(run.wheels, scatter=known))
+
+
+def _changing(run: Telemetry, next_share: float) -> Telemetry:
+    """Return a run whose commands change between samples.
+
+    Args:
+        run: in which they are believed to hold.
+        next_share: of the next sample in the mean: 1/2 - 1/(2 n) of commands that hold for an n-th of the interval.
+    """
+    assert run.wheels is not None
+    assert run.wheels.motors is not None
+    fewest, most = _PERIODS
+    periods = int(np.clip(round(1.0 / max(1.0 - 2.0 * next_share, 1.0 / most)), fewest, most))
+    motors = replace(run.wheels.motors, period=float(np.median(np.diff(run.actuator_time))) / periods)
+    scatter = run.wheels.scatter and replace(run.wheels.scatter, unbelieved=True)
+    return replace(run, wheels=replace(run.wheels, motors=motors, scatter=scatter))
+
+
+def _scatter(runs: Sequence[Telemetry]) -> list[UnitSeries] | None:
+    """Return what of commands is no smooth motion in every run, shape (K, W), N·m; None where nothing surely is."""
+    commands = [None if run.wheels is None or run.wheels.motors is None else run.wheels.torque_command for run in runs]
+    known = [each for each in commands if each is not None]
+    if len(known) < len(runs):
+        return None
+    times = [run.actuator_time for run in runs]
+    by_wheel = [separated_noise(times, list(samples)) for samples in zip(*(each.T for each in known), strict=True)]
+    of_runs = [np.stack(of_run, axis=-1) for of_run in zip(*by_wheel, strict=True)]
+    return of_runs if any(each.any() for each in of_runs) else None
+
+
+def _response(smooth: Sequence[Telemetry], scatter: Sequence[UnitSeries]) -> _Response | None:
+    """Return what impulses follow commands by, of all wheels together.
+
+    Args:
+        smooth: runs in whose impulses nothing of the scatter is.
+        scatter: of every run.
+    """
+    impulses = [each for each in (impulses_of(run, commanded=True) for run in smooth) if each is not None]
+    wheels = wheels_with(impulses, _FEWEST * _UNKNOWNS)
+    if not wheels:
+        return None
+    noise = impulse_fit(impulses, wheels, commanded=True).noise
+    of_runs = [
+        without_correlation(each, noise, _columns(run, each, own))
+        for run, each, own in zip(smooth, impulses, scatter, strict=True)
+    ]
+    columns = zip(*of_runs, strict=True)
+    found = [_of_wheel(np.concatenate(of_wheel, axis=-1)) for of_wheel in columns]
+    shown = [each for each in found if each is not None]
+    if not shown:
+        return None
+    information = [np.linalg.inv(each.covariance) for each in shown]
+    covariance = np.linalg.inv(np.sum(information, axis=0))
+    weighted = np.sum([own @ each.values for own, each in zip(information, shown, strict=True)], axis=0)
+    return _Response(covariance @ weighted, covariance)
+
+
+def _of_wheel(columns: Array) -> _Response | None:
+    """Return it of one wheel by least squares; None of one whose commands do not scatter.
+
+    Args:
+        columns: what its motion took, then what may explain it, without correlation, shape (1 + 6, K), N·m·s.
+    """
+    length = np.linalg.norm(columns[1:], axis=1)
+    if not length[:_FOUND].all():
+        return None
+    length = np.maximum(length, np.finfo(float).tiny)
+    others = (columns[1:] / length[:, None]).T
+    inverse = np.linalg.pinv(others)
+    values = inverse @ columns[0]
+    variance = float(np.square(columns[0] - others @ values).sum()) / (len(others) - _UNKNOWNS)
+    part = inverse[:_FOUND] / length[:_FOUND, None]
+    return _Response(values[:_FOUND] / length[:_FOUND], variance * part @ part.T)
+
+
+def _columns(smooth: Telemetry, impulses: Impulses, scatter: UnitSeries) -> Array:
+    """Return what the motion took, then what may explain it, shape (1 + 6, L, W), N·m·s."""
+    interval = impulses.interval[:, None]
+    now, following = (impulses_of(_held_until(smooth, phase), commanded=True) for phase in (0.0, 1.0))
+    assert now is not None
+    assert following is not None
+    return np.stack(
+        [
+            impulses.needed,
+            scatter[:-1] * interval,
+            scatter[1:] * interval,
+            following.asked - now.asked,
+            now.asked,
+            impulses.turned,
+            impulses.directed,
+        ]
+    )
+
+
+def _held_until(run: Telemetry, phase: float) -> Telemetry:
+    """Return a run whose commands hold for the interval between samples, and for a share of it until they are taken."""
+    assert run.wheels is not None
+    assert run.wheels.motors is not None
+    period = float(np.median(np.diff(run.actuator_time)))
+    motors = replace(run.wheels.motors, period=period, command_phase=phase)
+    return replace(run, wheels=replace(run.wheels, motors=motors))
