@@ -442,6 +442,11 @@ class DiagnosisSettings:
     Source: chosen: ten times the largest factor between hardware and its drawing, and below all mistakes of units.
     """
 
+    changed_p_value: float = 1e-6
+    """p-value below which an effect of the reference is another size in the suspect records, and is tested for anew.
+
+    Source: chosen: five standard errors of one number, as what healthy records scatter by is known from few.
+    """
     channel_missed: float = 2.0
     """Times its noise that the model may miss a channel of the actuators; beyond it the verdict is unexplained, however
     well the body's motion is.

@@ -14,6 +14,7 @@ from testbed.arrays import Matrix3
 from testbed.assembly.description import write_mjcf, write_urdf
 from testbed.assembly.extension import write_extended
 from testbed.assembly.platform import Body, nominal_body
+from testbed.diagnosis.changed import changed_notices, without_changed
 from testbed.diagnosis.findings import Addition, additions, doubt_words, model_notices, noise_notices
 from testbed.diagnosis.gate import Gate, require_explicable
 from testbed.diagnosis.keeping import Store, keeping
@@ -358,7 +359,11 @@ def prepared_records(
         return made
     healthy = replace(made, records=reference, data=data_set_of(reference.runs, scenario, nominal))
     *_, last = healthy.stages(lambda what: progress(f"reference: {what}"))
-    return replace(made, data=data.against(reference_of(last)), healthy=last)
+    shown = reference_of(last)
+    theta = theta_of(nominal.inertia)
+    kept, changed = without_changed(shown, data.against(shown).runs, EFFECTS, theta)
+    said = (*data.notices, *changed_notices(shown, changed))
+    return replace(made, data=replace(data.against(kept), notices=said), healthy=last)
 
 
 def concluded(

@@ -20,7 +20,7 @@ from testbed.diagnosis.fitting import fitted, fitted_initial_rates
 from testbed.diagnosis.model import Fit, Hypothesis, evaluated
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import required_shift
-from testbed.diagnosis.state import Diagnosis, Step
+from testbed.diagnosis.state import Diagnosis
 from testbed.next_experiment.distance import Contrast, contrast
 
 MOST_MODELS = 5
@@ -102,8 +102,8 @@ def present_contrast(truth: CompetingHypothesis, imitator: CompetingHypothesis) 
 def _among_effects(diagnosis: Diagnosis, index: int) -> HypothesisPairs | None:
     """Return the effects of a step that the data cannot distinguish, each with all other effects of the model."""
     step = diagnosis.steps[index]
-    others = [each for position, each in enumerate(diagnosis.steps) if position != index]
-    taken = {each.placed.key for each in others}
+    others = [each for each in diagnosis.model.placed if each.key != step.placed.key]
+    taken = {each.key for each in others}
     named = CompetingHypothesis(
         key=step.placed.key, fits=_fits(diagnosis, diagnosis.model), log_bayes_factor=step.candidate.log_bayes_factor
     )
@@ -124,11 +124,11 @@ def _among_effects(diagnosis: Diagnosis, index: int) -> HypothesisPairs | None:
     return HypothesisPairs(models=models, pairs=pairs) if pairs else None
 
 
-def _refitted(diagnosis: Diagnosis, others: Sequence[Step], candidate: Candidate) -> Fit:
-    """Return the model with one effect in place of the one that was chosen."""
+def _refitted(diagnosis: Diagnosis, others: Sequence[Hypothesis], candidate: Candidate) -> Fit:
+    """Return the model with one effect in place of the one that was chosen; others are all that stay in it."""
     values = dict(zip((each.key for each in diagnosis.model.placed), diagnosis.model.values.effects, strict=True))
-    starts = [*(values[each.placed.key][0] for each in others), candidate.fit.values.effects[-1][0]]
-    placed = [*(each.placed for each in others), candidate.placed]
+    starts = [*(values[each.key][0] for each in others), candidate.fit.values.effects[-1][0]]
+    placed = [*others, candidate.placed]
     return fitted(diagnosis.runs, placed, candidate.fit.theta, starts)
 
 
