@@ -10,7 +10,7 @@ from testbed.diagnosis.channels import unfollowed
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.tachometers import tachometer_noise
 from testbed.dynamics.inertia import PARAMETER_NAMES
-from testbed.prediction.command_phase import command_phase
+from testbed.prediction.command_phase import command_phase, torque_phase
 from testbed.prediction.command_scatter import found_changing
 from testbed.signals import AXES
 
@@ -27,6 +27,7 @@ def notices_of(runs: Runs) -> Iterator[str]:
         runs: all of them side by side.
     """
     yield from _phase_notice(runs)
+    yield from _torque_notice(runs)
     yield from _smoothed_notice(runs)
     yield from _unfollowed_notice(runs)
     yield from _limit_notice(runs)
@@ -43,6 +44,14 @@ def _phase_notice(runs: Runs) -> Iterator[str]:
         yield (
             f"the wheels' telemetry is sampled {1e3 * phase:.1f} ms after their commands change, as the wheels' speeds "
             "show: impulses are compared so"
+        )
+
+
+def _torque_notice(runs: Runs) -> Iterator[str]:
+    if phase := torque_phase(runs.grid.runs):
+        yield (
+            f"what wheel_torque shows goes on for {1e3 * phase:.1f} ms when it is sampled, as the wheels' speeds show: "
+            "impulses are compared so"
         )
 
 

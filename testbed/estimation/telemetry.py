@@ -143,6 +143,8 @@ class WheelMotors:
         loop_bandwidth: of the loop on each wheel's speed inside its drive, shape (W,), rad/s; 0 for none.
         period: of the control loop, s; a motor holds its command through it, and telemetry is sampled on its clock.
         command_phase: share of the period for which a command has held when it is sampled.
+        torque_phase: share of the period for which a measured torque goes on when it is sampled; none where it is what
+            the motor gave until then, one half where it is what it gives at the instant.
     """
 
     viscous_friction: Units
@@ -150,6 +152,7 @@ class WheelMotors:
     loop_bandwidth: Units
     period: float
     command_phase: float = 0.0
+    torque_phase: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -3,7 +3,8 @@
 A command holds for a control period. Telemetry that is not sampled at the instant of the change shows a command that
 will end before the next sample: the impulse in between is (1 - p) of this command's and p of the next one's, where p is
 the share of the period that had passed at the sample. Taken for p = 0, the wheels seem to run ahead of their commands,
-and friction that nobody has is named for it.
+and friction that nobody has is named for it. A measured torque is what the motor gave until its sample, or, of another
+recorder, what it gives at that instant and goes on to give: the same holds of it, the other way round.
 """
 
 from __future__ import annotations
@@ -37,34 +38,41 @@ def with_command_phase(runs: Sequence[Telemetry]) -> list[Telemetry]:
     Args:
         runs: of one platform; its telemetry is sampled at the same phase of the control period in all.
     """
+    runs = _with_phase(runs, commanded=False)
     if not believed_held(runs):
-        return _with_phase(with_command_scatter(runs))
-    held = _with_phase(runs)
+        return _with_phase(with_command_scatter(runs), commanded=True)
+    held = _with_phase(runs, commanded=True)
     changing = with_command_scatter(runs) if command_phase(held) else list(runs)
-    return held if believed_held(changing) else _with_phase(changing)
+    return held if believed_held(changing) else _with_phase(changing, commanded=True)
 
 
-def _with_phase(runs: Sequence[Telemetry]) -> list[Telemetry]:
-    both = [(_at_phase(run, 0.0), _at_phase(run, 1.0)) for run in runs]
-    impulses = [(now, following) for now, following in both if now is not None and following is not None]
-    at_sample = [now for now, _ in impulses]
-    wheels = wheels_with(at_sample, _FEWEST * _UNKNOWNS)
-    if len(impulses) < len(runs) or not wheels:
-        return list(runs)
-    noise = impulse_fit(at_sample, wheels, commanded=True).noise
-    columns = zip(
-        *(without_correlation(now, noise, _columns(now, following)) for now, following in impulses), strict=True
+def _with_phase(runs: Sequence[Telemetry], *, commanded: bool) -> list[Telemetry]:
+    now, following = (
+        [impulses for run in runs if (impulses := _at_phase(run, phase, commanded=commanded)) is not None]
+        for phase in (0.0, 1.0)
     )
+    wheels = wheels_with(now, _FEWEST * _UNKNOWNS)
+    if len(now) < len(runs) or not wheels:
+        return list(runs)
+    noise = impulse_fit(now, wheels, commanded=commanded).noise
+    pairs = zip(now, following, strict=True)
+    columns = zip(*(without_correlation(one, noise, _columns(one, other)) for one, other in pairs), strict=True)
     by_wheel = [np.concatenate(of_runs, axis=-1) for of_runs in columns]
     asked = [_of_wheel(each) for each in by_wheel if each[1].any()]  # a wheel that coasts shows no phase
     phase = _common(np.array(asked)) if asked else 0.0
-    return [_in_phase(run, phase) for run in runs] if phase else list(runs)
+    return [_in_phase(run, phase, commanded=commanded) for run in runs] if phase else list(runs)
 
 
 def command_phase(runs: Sequence[Telemetry]) -> float:
     """Return how long the commands of runs have held when they are sampled, s."""
     motors = [run.wheels.motors for run in runs if run.wheels is not None and run.wheels.motors is not None]
     return motors[0].command_phase * motors[0].period if motors else 0.0
+
+
+def torque_phase(runs: Sequence[Telemetry]) -> float:
+    """Return how long the measured torques of runs go on when they are sampled, s."""
+    motors = [run.wheels.motors for run in runs if run.wheels is not None and run.wheels.motors is not None]
+    return motors[0].torque_phase * motors[0].period if motors else 0.0
 
 
 def _common(by_wheel: Array) -> float:
@@ -100,11 +108,13 @@ def _columns(now: Impulses, following: Impulses) -> Array:
     return np.stack([now.needed, now.asked, following.asked - now.asked, now.turned, now.directed])
 
 
-def _at_phase(run: Telemetry, phase: float) -> Impulses | None:
-    return impulses_of(_in_phase(run, phase), commanded=True)
+def _at_phase(run: Telemetry, phase: float, *, commanded: bool) -> Impulses | None:
+    return impulses_of(_in_phase(run, phase, commanded=commanded), commanded=commanded)
 
 
-def _in_phase(run: Telemetry, phase: float) -> Telemetry:
+def _in_phase(run: Telemetry, phase: float, *, commanded: bool) -> Telemetry:
     if run.wheels is None or run.wheels.motors is None:
         return run
-    return replace(run, wheels=replace(run.wheels, motors=replace(run.wheels.motors, command_phase=phase)))
+    motors = run.wheels.motors
+    known = replace(motors, command_phase=phase) if commanded else replace(motors, torque_phase=phase)
+    return replace(run, wheels=replace(run.wheels, motors=known))

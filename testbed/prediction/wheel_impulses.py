@@ -276,17 +276,19 @@ class _Motors(NamedTuple):
         """Return the mean torque of every interval between samples of shape (K, W), shape (K - 1, W), N·m.
 
         A command is what a motor gives from its sample on, less the phase for which it had held, a measured torque what
-        it gave before: each for a control period, through which a loop on the wheel's speed lets it decline. Those that
-        are not sampled in between lie on a spline.
+        it gave before, but for the phase for which it goes on: each for a control period, through which a loop on the
+        wheel's speed lets it decline. Those that are not sampled in between lie on a spline.
         """
-        motors, torque = self.motors, np.clip(sampled, -self.limit, self.limit)
+        motors, torque = self.motors, sampled
+        if self.commanded:  # what a current shows was given, whatever the limit is believed to be
+            torque = np.clip(sampled, -self.limit, self.limit)
         decline = np.maximum(motors.loop_bandwidth * motors.period, _LEAST_LOOP)
         period = np.minimum(motors.period / np.diff(time), 1.0)[:, None]
-        beside = 0.5 * period
-        share = 0.5 - (1.0 - 2.0 * motors.command_phase) * beside if self.commanded else 0.5 + beside
+        phase = motors.command_phase if self.commanded else 1.0 - motors.torque_phase
+        share = 0.5 - (1.0 - 2.0 * phase) * 0.5 * period
         held = -np.expm1(-decline) / decline if self.commanded else np.expm1(decline) / decline
         mean = torque[:-1] + share * np.diff(torque, axis=0)
-        if self.commanded and np.any(period < 1.0):
+        if np.any(period < 1.0):
             # A parabola that is held n = 1 / period times lies beside the line by 1 - 1 / n² of what its mean does.
             mean += (1.0 - period**2) * _beside_line(time, torque)
         return np.asarray(held * mean)
