@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from testbed.arrays import Theta
+from testbed.arrays import Matrix3, Theta
 from testbed.assembly.platform import Body
 from testbed.diagnosis.channels import too_exact_torques
 from testbed.diagnosis.data import Belief, Runs, runs_of
@@ -23,9 +23,10 @@ from testbed.diagnosis.roles import by_role
 from testbed.diagnosis.settings import SETTINGS, PriorOdds
 from testbed.diagnosis.tachometers import least_scattered
 from testbed.diagnosis.windows import Part, outliers_notice, parts_of
-from testbed.dynamics.inertia import theta_of
+from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError
+from testbed.estimation.body import is_body
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.command_phase import with_command_phase
 from testbed.records.record import Record
@@ -283,7 +284,7 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
     """
     passed = gated(records, scenario, nominal)
     theta, notices = theta_of(nominal.inertia), list(passed.notices)
-    usable = _without_spikes(passed, notices)
+    usable = _in_orbit_as(passed.baseline.theta, _without_spikes(passed, notices))
     level = None
     if not all(_states_noise(record) for record, _ in usable):
         level = pooled_noise(_together(usable, passed.together), theta)
@@ -312,6 +313,23 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
         ),
         given=_given(passed.together),
     )
+
+
+def _in_orbit_as(theta: Theta, usable: Usable) -> Usable:
+    """Return the parts with the inertia that records show where a gravity gradient's torque is taken of a known one.
+
+    Moments may differ by half as much again as the nominal ones do: the gradient came out a quarter too weak. What is
+    no inertia of a body, as missing effects may make it, is not taken.
+    """
+    if not is_body(theta):
+        return usable
+    return _with_telemetry(usable, [_with_inertia(run, inertia_of(theta)) for run in _telemetry(usable)])
+
+
+def _with_inertia(run: Telemetry, inertia: Matrix3) -> Telemetry:
+    if run.surroundings is None or run.pivot is not None:
+        return run
+    return replace(run, surroundings=replace(run.surroundings, inertia=inertia))
 
 
 def _in_phase(usable: Usable) -> Usable:

@@ -21,7 +21,10 @@ class _Stronger(Hooks):
     @override
     def torque(self, value: Array, at: Instant) -> Array:
         assert at.surroundings is not None
-        orbit, inertia = orbit_of(at), at.surroundings.inertia  # the nominal one: its error would show in second order
+        orbit, inertia = (
+            orbit_of(at),
+            at.surroundings.inertia,
+        )  # as the records show it without the effect: its error shows in second order
         return np.asarray(column(value, 0) * gradient_torque(orbit, inertia, outward_in_body(orbit, at)))
 
 
