@@ -37,7 +37,7 @@ class Surroundings:
 
     Attributes:
         environment: what is believed to act.
-        inertia: J about the centre of mass as it is known, kg·m²; the torque of a gravity gradient, which is small, is its.
+        inertia: J about the centre of mass as it is known, kg·m²; a gravity gradient's small torque is taken of it.
         attitude: by a sensor of its own, or the gyro's integral from a known start.
         measured: whether it is a sensor's.
     """

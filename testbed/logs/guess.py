@@ -15,21 +15,25 @@ from testbed.signals import AXES, QUATERNION, SIGNALS, TURNED_BY, unit_numbers
 _NAMES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "body_rate": (
         (r"vehicle_angular_velocity(?! *\[)", 12),
-        (r"angular_?vel(ocity)?|body_?rates?|ang_?vel", 10),
+        (r"angular_?(vel(ocity)?|rates?)|body_?rates?|ang_?vel", 10),
         (r"gyro(scope)?(meter)?", 9),
         (r"omega|(?<![a-z])(w|rates?|pqr|imu)(?![a-z])", 7),
         (r"(?<![a-z])g(?![a-z])", 4),
     ),
-    "gimbal_angle": ((r"gimbal.*(angle|pos|enc)|(angle|pos|enc).*gimbal", 10),),
+    "gimbal_angle": ((r"gimbal.*(angle|pos|enc)|(angle|pos|enc).*gimbal", 10), (r"(?<![a-z])gimbals?$", 3)),
     "gimbal_rate_command": ((r"gimbal.*rate.*(cmd|command|set|ref)|(cmd|command|set|ref).*gimbal.*rate", 11),),
     "gimbal_torque": ((r"gimbal.*torque|torque.*gimbal", 11),),
-    "rotor_speed": ((r"(rotor|flywheel).*(speed|rate|rpm|omega)|(speed|rpm).*(rotor|flywheel)", 10),),
+    "rotor_speed": (
+        (r"(rotor|flywheel).*(speed|rate|rpm|omega)|(speed|rpm).*(rotor|flywheel)", 10),
+        (r"(?<![a-z])(rotor|flywheel)s?$", 3),
+    ),
     "wheel_speed": (
         (r"(?<!fly)wheel.*(speed|rate|rpm|omega)|(speed|rpm).*(?<!fly)wheel", 10),
-        (r"(?<![a-z])rws?(?![a-z])", 8),
+        (r"(?<![a-z])rws?(?![a-z])(?!.*torque)", 8),
+        (r"(?<![a-z])wheels?$", 3),
     ),
     "wheel_torque_command": ((r"wheel.*torque.*(cmd|command|set|ref)|(cmd|command|set|ref).*wheel.*torque", 12),),
-    "wheel_torque": ((r"wheel.*torque|torque.*wheel", 11), (r"(?<![a-z])rws?(?![a-z])", 8)),
+    "wheel_torque": ((r"wheel.*torque|torque.*wheel", 11), (r"(?<![a-z])rws?(?![a-z])(?!.*(speed|rate|rpm|omega))", 8)),
     "cluster_momentum": ((r"(cluster|cmg|wheel).*momentum|momentum", 8), (r"(?<![a-z])h(?![a-z])", 4)),
     "applied_torque": ((r"torque|wrench", 8), (r"(?<![a-z])(tau|moments?)(?![a-z])", 7)),
     "attitude": ((r"quat(ernion)?|orientation|attitude", 8), (r"(?<![a-z])q(?![a-z])", 6)),
@@ -43,14 +47,17 @@ _OTHERS = re.compile(
 """Names of what belongs to a channel and is not its measurement."""
 _SUFFIXES = {
     "rad_s": "rad/s", "rads": "rad/s", "radps": "rad/s", "mrad_s": "mrad/s", "deg_s": "deg/s", "degs": "deg/s",
-    "dps": "deg/s", "degps": "deg/s", "rpm": "rpm", "rad": "rad", "mrad": "mrad", "deg": "deg", "n_m": "N*m",
+    "dps": "deg/s", "degps": "deg/s", "rpm": "rpm", "u_min": "rpm", "r_min": "rpm", "rad": "rad",
+    "mrad": "mrad", "deg": "deg", "n_m": "N*m",
     "nm": "N*m", "mn_m": "mN*m", "mnm": "mN*m", "n_m_s": "N*m*s", "nms": "N*m*s", "mnms": "mN*m*s", "m_s2": "m/s^2",
     "mps2": "m/s^2", "g": "g_0", "mg": "mg_0", "s": "s", "sec": "s", "ms": "ms", "us": "us", "ns": "ns",
 }  # fmt: skip
 """Unit that the end of a name states."""
 _BRACKETS = re.compile(r"\s*[\[(]\s*([^\])0-9][^\])]*)[\])]\s*$")
 _INDEXED = re.compile(r"^(.*?)[_.\s]?\[(\d+)\]$")
-_TIME = re.compile(r"^(t|time|timestamp|time_?stamp|stamp|epoch|clock|date_?time|utc|tow|elapsed|zeit)$")
+_TIME = re.compile(r"^(t|time|timestamp|time_?stamp|stamp|epoch|clock|date_?time|utc|tow|elapsed|zeit|unix_?time)$")
+_SCALE = re.compile(r"\s*[\[(](utc|gmt|tai|gps|iso ?8601)[\])]$", re.IGNORECASE)
+"""What names of clocks end with, in the place of a unit."""
 _FLAG = re.compile(r"armed|(?<![a-z])(flag|active|enabled?|in_?flight|free_?fall|released?)(?![a-z])")
 """Names of a flag that may say when a run lasts."""
 _SINCE_1970 = {"s": 1e9, "ms": 1e12, "us": 1e15, "ns": 1e18}
@@ -198,7 +205,12 @@ def _parts(field: str, stated: str) -> Iterator[_Part]:
         if found := re.match(pattern, tail, re.IGNORECASE):
             stem, more = _without_unit(found[1])
             yield _Part(stem=prefix + stem, component=found[2].lower(), unit=unit or more, field=field)
-    for pattern in (r"^([xyzw])_(.+)$", r"^(roll|pitch|yaw)_?(.+)$", r"^(.+?)_([xyz]|\d)_(.+)$"):
+    for pattern in (
+        r"^([xyzw])_(.+)$",
+        r"^(roll|pitch|yaw)_?(.+)$",
+        r"^(.+?)_([xyz]|\d)_(.+)$",
+        r"^([a-z]+)(\d)_(.+)$",
+    ):
         if found := re.match(pattern, tail, re.IGNORECASE):
             axis, rest = (found[1], found[2]) if found.re.groups == 2 else (found[2], f"{found[1]}_{found[3]}")
             yield _Part(stem=prefix + rest, component=axis.lower(), unit=unit, field=field)
@@ -304,7 +316,7 @@ def _left_out(best: Mapping[str, Sequence[_Candidate]], survey: Mapping[str, Top
 
 
 def _is_time(field: str) -> bool:
-    return bool(_TIME.match(_without_unit(field)[0].lower()))
+    return bool(_TIME.match(_without_unit(_SCALE.sub("", field))[0].lower()))
 
 
 def _runs(survey: Mapping[str, Topic]) -> str:

@@ -313,12 +313,14 @@ def _from_text(texts: pa.Array, column: _Column, *, decimal_comma: bool) -> Numb
             return _from_arrow(trimmed.cast(kind))
         except pa.ArrowException:
             continue
-    try:
-        stamps = _from_arrow(trimmed.cast(pa.timestamp("ns")).cast(pa.int64()))
-    except pa.ArrowException:
-        return _cell_by_cell(trimmed, column)
-    column.unit = "ns"
-    return stamps
+    for zone in (None, "UTC"):  # without an offset from UTC, or with one
+        try:
+            stamps = _from_arrow(trimmed.cast(pa.timestamp("ns", zone)).cast(pa.int64()))
+        except pa.ArrowException:
+            continue
+        column.unit = "ns"
+        return stamps
+    return _cell_by_cell(trimmed, column)
 
 
 def _cell_by_cell(texts: pa.Array, column: _Column) -> Numbers:

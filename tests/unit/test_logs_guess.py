@@ -161,3 +161,85 @@ def test_names_of_columns_without_rows_are_said_to_be_all(tmp_path, text):
     path.write_text(text)
     with pytest.raises(tb.InputError, match=r"holds names of columns, time, g.* and no row of numbers behind them"):
         tb.guess_map(path)
+
+
+STAMPS = ["2026-11-25T10:00:00.0Z", "2026-11-25T10:00:00.1Z"]
+
+
+@pytest.mark.parametrize(
+    ("columns", "clock", "channels"),
+    [
+        (
+            [
+                "Time [UTC]",
+                "AngularRate_X [deg/s]",
+                "AngularRate_Y [deg/s]",
+                "AngularRate_Z [deg/s]",
+                "wheel1_rpm",
+                "wheel2_rpm",
+                "wheel3_rpm",
+            ],
+            STAMPS,
+            {"body_rate": "deg/s", "wheel_speed": "rpm"},
+        ),
+        (
+            ["UTC", "wx [rad/s]", "wy [rad/s]", "wz [rad/s]", "RW1 [U/min]", "RW2 [U/min]", "RW3 [U/min]"],
+            ["2026-11-25 10:00:00.0+01:00", "2026-11-25 10:00:00.1+01:00"],
+            {"body_rate": "rad/s", "wheel_speed": "rpm"},
+        ),
+        (
+            ["unix_time", "body_rate_x", "body_rate_y", "body_rate_z", "rw_speed_0", "rw_speed_1", "rw_speed_2"],
+            ["1700000000.0", "1700000000.1"],
+            {"body_rate": "rad/s", "wheel_speed": "rad/s"},
+        ),
+        (
+            [
+                "time",
+                "gyro_x",
+                "gyro_y",
+                "gyro_z",
+                "cmg1_gimbal_deg",
+                "cmg2_gimbal_deg",
+                "cmg1_rotor_rpm",
+                "cmg2_rotor_rpm",
+            ],
+            ["0.0", "0.1"],
+            {"body_rate": "rad/s", "gimbal_angle": "deg", "rotor_speed": "rpm"},
+        ),
+        (
+            [
+                "time",
+                "gyro_x",
+                "gyro_y",
+                "gyro_z",
+                "gimbal_1(rad)",
+                "gimbal_2(rad)",
+                "wheel_speed_1(rpm)",
+                "wheel_speed_2(rpm)",
+            ],
+            ["0.0", "0.1"],
+            {"body_rate": "rad/s", "gimbal_angle": "rad", "wheel_speed": "rpm"},
+        ),
+    ],
+)
+def test_names_of_clocks_wheels_and_gimbals_as_vehicles_write_them(tmp_path, columns, clock, channels):
+    """Each channel once: a speed of wheels is no torque of them."""
+    path = tmp_path / "log.csv"
+    numbers = ",".join("5" for _ in columns[1:])
+    path.write_text("\n".join([",".join(columns), *(f"{stamp},{numbers}" for stamp in clock)]) + "\n", encoding="utf-8")
+    tree = guessed(path)
+    assert tree["clock"]["field"] == columns[0]
+    assert {name: channel["unit"] for name, channel in tree["channels"].items()} == channels
+    named = [field for channel in tree["channels"].values() for field in channel["fields"]]
+    assert sorted(named) == sorted(columns[1:])
+
+
+def test_text_times_with_an_offset_are_read(tmp_path):
+    path = tmp_path / "log.csv"
+    rows = [f"2026-11-25T10:00:{tick // 10:02d}.{tick % 10}Z,{0.01 * tick},0.1,0.2,0,0,0" for tick in range(40)]
+    path.write_text(
+        "\n".join(["UTC,gyro_x_rad_s,gyro_y_rad_s,gyro_z_rad_s,torque_x_Nm,torque_y_Nm,torque_z_Nm", *rows]) + "\n",
+        encoding="utf-8",
+    )
+    (run,) = tb.import_log(path, guessed(path)).runs
+    np.testing.assert_allclose(run.time - run.time[0], 0.1 * np.arange(40), atol=1e-6)
