@@ -53,10 +53,12 @@ def _print(records: ImportedRecords) -> None:
         entry("Channel", f"{name}: {_words(channel)}")
     say()
     show(_run_table(records))
-    if records.dropped or records.unused:
+    if records.dropped or records.unused or records.unchecked:
         say()
     for each in records.dropped:
         warn("dropped", each)
+    for each in records.unchecked:
+        warn("unchecked", f"{records.file.path.name}, {each}; confirm it and take the mark away")
     if records.unused:
         more = f" and {len(records.unused) - _MOST_NAMED} more" if len(records.unused) > _MOST_NAMED else ""
         entry("Not used", ", ".join(records.unused[:_MOST_NAMED]) + more)

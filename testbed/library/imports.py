@@ -14,7 +14,7 @@ from testbed.library.arguments import AnyPath, Format, checked, give
 from testbed.library.records import Records, require_runs
 from testbed.logs.convert import Imported as Import
 from testbed.logs.convert import ImportedChannel, imported
-from testbed.logs.guess import guessed_map
+from testbed.logs.guess import guessed_map, unchecked_lines
 from testbed.logs.map import map_file, map_of
 from testbed.logs.opening import opened
 from testbed.outputs.folder import reserved_folder
@@ -57,9 +57,15 @@ class ImportedRecords(Records):
         """Topics, or columns of a table, that the map does not name."""
         return self.made.unused
 
+    @property
+    def unchecked(self) -> tuple[str, ...]:
+        """Lines of the map that `--guess` proposed without a statement of the log, and that nobody has confirmed."""
+        return unchecked_lines(self.file.text)
+
     @override
     def __str__(self) -> str:
-        return "\n".join([super().__str__(), *(f"dropped: {each}" for each in self.dropped)])
+        unchecked = (f"unchecked: {each}" for each in self.unchecked)
+        return "\n".join([super().__str__(), *(f"dropped: {each}" for each in self.dropped), *unchecked])
 
     @override
     @checked

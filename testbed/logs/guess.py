@@ -65,6 +65,8 @@ _SINCE_1970 = {"s": 1e9, "ms": 1e12, "us": 1e15, "ns": 1e18}
 _NORMALIZED = {"vehicle_torque_setpoint": "PX4 normalizes it to -1 ... 1"}
 """Topics without a unit."""
 _SI = {"ULog": "PX4 logs SI", "ROS bag": "ROS messages are SI (REP 103)"}
+_UNCHECKED = "# CHECK"
+"""What stands behind a proposed value that the log does not state, until a person has taken it away."""
 _LEAST_SCORE = 5
 
 
@@ -125,6 +127,12 @@ def guessed_map(log: Log) -> str:
     blocks += [_channel(name, best[name], survey) for name in SIGNALS if name in best]
     blocks += [_missing(best), _runs(survey), _left_out(best, survey)]
     return "\n".join(block for block in blocks if block)
+
+
+def unchecked_lines(text: str) -> tuple[str, ...]:
+    """Return the lines of a map, with their numbers, that were proposed without a statement of the log and stayed so."""
+    lines = enumerate(text.splitlines(), start=1)
+    return tuple(f"line {number}: {line.strip()}" for number, line in lines if _UNCHECKED in line)
 
 
 def _candidates(log: Log, survey: Mapping[str, Topic]) -> Iterator[_Candidate]:

@@ -243,3 +243,16 @@ def test_text_times_with_an_offset_are_read(tmp_path):
     )
     (run,) = tb.import_log(path, guessed(path)).runs
     np.testing.assert_allclose(run.time - run.time[0], 0.1 * np.arange(40), atol=1e-6)
+
+
+def test_what_nobody_has_confirmed_of_a_proposed_map_is_said(tmp_path):
+    path, proposed = tmp_path / "log.csv", tmp_path / "map.toml"
+    rows = [f"{0.1 * tick:.1f},{0.01 * tick},0.1,0.2,0,0,0" for tick in range(40)]
+    path.write_text("\n".join(["time_s,gx,gy,gz,torque_x_Nm,torque_y_Nm,torque_z_Nm", *rows]) + "\n", encoding="utf-8")
+    proposed.write_text(tb.guess_map(path), encoding="utf-8")
+    records = tb.import_log(path, proposed)
+    (open_line,) = records.unchecked
+    assert 'unit = "rad/s"  # CHECK' in open_line
+    assert f"unchecked: {open_line}" in str(records)
+    proposed.write_text(tb.guess_map(path).replace("# CHECK", "# seen"), encoding="utf-8")
+    assert tb.import_log(path, proposed).unchecked == ()
