@@ -130,7 +130,7 @@ def guessed_map(log: Log) -> str:
 
 
 def unchecked_lines(text: str) -> tuple[str, ...]:
-    """Return the lines of a map, with their numbers, that were proposed without a statement of the log and stayed so."""
+    """Return lines of a map, with their numbers, that were proposed without a statement of the log and stayed so."""
     lines = enumerate(text.splitlines(), start=1)
     return tuple(f"line {number}: {line.strip()}" for number, line in lines if _UNCHECKED in line)
 

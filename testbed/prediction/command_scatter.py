@@ -62,7 +62,7 @@ def with_command_scatter(runs: Sequence[Telemetry]) -> list[Telemetry]:
     Args:
         runs: of one platform and one controller.
     """
-    scatter = _scatter(runs)
+    scatter = _scatter(runs) if runs else None
     if scatter is None:
         return list(runs)
     held = believed_held(runs)
@@ -76,9 +76,10 @@ def with_command_scatter(runs: Sequence[Telemetry]) -> list[Telemetry]:
 
 def believed_held(runs: Sequence[Telemetry]) -> bool:
     """Return whether wheels' commands are believed to hold from sample to sample."""
+    if not runs or runs[0].wheels is None or runs[0].wheels.motors is None:
+        return False
     interval = float(np.median(np.diff(runs[0].actuator_time)))
-    motors = None if runs[0].wheels is None else runs[0].wheels.motors
-    return motors is not None and motors.period >= (1.0 - _ROUNDING) * interval
+    return runs[0].wheels.motors.period >= (1.0 - _ROUNDING) * interval
 
 
 def found_changing(runs: Sequence[Telemetry]) -> bool:

@@ -64,3 +64,7 @@ def test_samples_are_chosen_of_the_scatter_too():
     assert half.wheels is not None
     assert half.wheels.scatter is not None
     assert half.wheels.scatter.samples.shape == (300, 4)
+
+
+def test_no_runs_stay_none():
+    assert with_command_phase([]) == []
