@@ -17,6 +17,7 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import fitted, starts_of
 from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.reference import Reference
+from testbed.diagnosis.run_agreement import determined_inverse
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import hypotheses, signatures, without
 from testbed.effects.contract import Effect
@@ -65,11 +66,11 @@ def _freed(fit: Fit, reference: Reference, placed: Hypothesis) -> float:
 
     With x the estimate, μ and S what is believed, P the estimate's covariance: (x - μ)ᵀ (S - P)⁻¹ (x - μ).
     """
-    mean, std = next((mean, std) for key, mean, std in reference.belief.effects if key == placed.key)
+    mean, std = reference.belief.effect(placed.key)
     own = 6 + np.arange(len(fit.effect_values))[fit.own(placed)]
-    learned = np.diag(std**2) - np.linalg.inv(fit.normal)[np.ix_(own, own)]
+    learned = np.diag(std**2) - determined_inverse(fit.normal)[np.ix_(own, own)]  # no sample shows a dead axis
     away = fit.effect_values[fit.own(placed)] - mean
-    return float(away @ np.linalg.solve(learned, away))
+    return float(away @ determined_inverse(learned) @ away)
 
 
 def _without(reference: Reference, placed: Hypothesis) -> Reference:
@@ -93,7 +94,7 @@ def changed_notices(reference: Reference, changed: Collection[Hypothesis]) -> li
     """
     notices = []
     for placed in changed:
-        mean, std = next((mean, std) for key, mean, std in reference.belief.effects if key == placed.key)
+        mean, std = reference.belief.effect(placed.key)
         sizes = ", ".join(
             f"{each.name} = {each.value:.3g} ± {each.std:.2g}" for each in placed.effect.quantities(mean, std)
         )

@@ -77,6 +77,10 @@ class Belief:
     torque_noise: Array | None = None
     common: Covariance | None = None
 
+    def effect(self, key: str) -> tuple[Array, Array]:
+        """Return mean and standard deviation of the parameters of an effect that is known to be there, shapes (K,)."""
+        return next((mean, std) for known, mean, std in self.effects if known == key)
+
     def shown_of(self, key: str) -> Shown | None:
         """Return what healthy records show of an effect that is not in the model; None where that is not known."""
         return next((each for each in self.others if each.key == key), None)

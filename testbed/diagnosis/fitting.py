@@ -84,8 +84,7 @@ def _inertia_starts(belief: Belief, theta: Theta) -> list[Theta]:
 
 def starts_of(runs: Runs, given: Sequence[Hypothesis]) -> list[Array]:
     """Return the values that are believed of effects of the nominal model, shapes (K,)."""
-    means = {} if runs.belief is None else {key: mean for key, mean, _ in runs.belief.effects}
-    return [means[each.key] for each in given]
+    return [] if runs.belief is None else [runs.belief.effect(each.key)[0] for each in given]
 
 
 def refit(runs: Runs, fit: Fit) -> Fit:

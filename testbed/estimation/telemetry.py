@@ -274,6 +274,12 @@ class Telemetry(Generic[Gimbals_co]):
     live: tuple[bool, bool, bool] = ALL_AXES
     surroundings: Surroundings | None = None
 
+    def with_motors(self, change: Callable[[WheelMotors], WheelMotors]) -> Telemetry:
+        """Return the run with its wheels' motors changed; itself where these are not known."""
+        if self.wheels is None or self.wheels.motors is None:
+            return self
+        return replace(self, wheels=replace(self.wheels, motors=change(self.wheels.motors)))
+
     @property
     def pivot(self) -> Pivoted | None:
         """The pivot that the platform is believed to stand on; None of one that floats."""

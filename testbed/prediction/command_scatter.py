@@ -12,24 +12,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
 from testbed.arrays import Array, UnitSeries
 from testbed.estimation.telemetry import CommandScatter, Telemetry
-from testbed.prediction.impulse_noise import impulse_fit, wheels_with
+from testbed.prediction.impulse_noise import SURELY, Coefficients, explained_by_wheel
 from testbed.prediction.tachometer import separated_noise
-from testbed.prediction.wheel_impulses import Impulses, impulses_of, without_correlation
+from testbed.prediction.wheel_impulses import Impulses, impulses_of
 
 _FOUND = 3
-"""Of a wheel: the two shares, and which share of the smooth part is the next sample's."""
-_UNKNOWNS = 6
-"""With its factor, viscous and dry friction."""
-_FEWEST = 20
-"""Impulses for each unknown, as for a phase."""
-_SURELY = 5.0
-"""Standard errors, likewise."""
+"""First columns that impulses are explained by: scatter behind its sample, before it, and which share of what is smooth
+is the next sample's. Behind them stand a wheel's factor, viscous and dry friction."""
 _HELD = 0.6
 """Share of the interval below which scatter does not act as that of commands that hold from sample to sample, 1. Noise
 of tachometers that the controller answers to makes it seem less: 0.67 where nearly all scatter is that (the shipped
@@ -39,19 +33,6 @@ _PERIODS = (2, 20)
 good."""
 _ROUNDING = 1e-6
 """Of an interval, by which clocks round."""
-
-
-class _Response(NamedTuple):
-    """What impulses follow scattering commands by, shape (3,), as `_FOUND` has it, and its covariance, shape (3, 3)."""
-
-    values: Array
-    covariance: Array
-
-    @property
-    def passes(self) -> bool:
-        """Whether scatter surely acts for less than the interval between samples."""
-        share, error = self.values[:2].sum(), np.sqrt(self.covariance[:2, :2].sum())
-        return bool(share + _SURELY * error < _HELD)
 
 
 def with_command_scatter(runs: Sequence[Telemetry]) -> list[Telemetry]:
@@ -67,19 +48,36 @@ def with_command_scatter(runs: Sequence[Telemetry]) -> list[Telemetry]:
         return list(runs)
     held = believed_held(runs)
     response = _response([_with(run, each, 0.0, 0.0) for run, each in zip(runs, scatter, strict=True)], scatter)
-    if response is None or (held and not response.passes):
+    if response is None or (held and not _passes(response)):
         return list(runs)
     behind, before, next_share = response.values.tolist()
     known = [_with(run, each, behind, before) for run, each in zip(runs, scatter, strict=True)]
     return [_changing(run, next_share) for run in known] if held else known
 
 
+def _passes(response: Coefficients) -> bool:
+    """Return whether scatter surely acts for less than the interval between samples."""
+    share, error = response.values[:2].sum(), np.sqrt(response.covariance[:2, :2].sum())
+    return bool(share + SURELY * error < _HELD)
+
+
 def believed_held(runs: Sequence[Telemetry]) -> bool:
     """Return whether wheels' commands are believed to hold from sample to sample."""
     if not runs or runs[0].wheels is None or runs[0].wheels.motors is None:
         return False
-    interval = float(np.median(np.diff(runs[0].actuator_time)))
-    return runs[0].wheels.motors.period >= (1.0 - _ROUNDING) * interval
+    return runs[0].wheels.motors.period >= (1.0 - _ROUNDING) * _usual_interval(runs[0])
+
+
+def in_phase(run: Telemetry, phase: float, *, commanded: bool) -> Telemetry:
+    """Return a run whose commands, or measured torques, are sampled at a phase of the control period."""
+    if commanded:
+        return run.with_motors(lambda motors: replace(motors, command_phase=phase))
+    return run.with_motors(lambda motors: replace(motors, torque_phase=phase))
+
+
+def _usual_interval(run: Telemetry) -> float:
+    """Return the interval between samples of the actuators, s."""
+    return float(np.median(np.diff(run.actuator_time)))
 
 
 def found_changing(runs: Sequence[Telemetry]) -> bool:
@@ -102,12 +100,11 @@ def _changing(run: Telemetry, next_share: float) -> Telemetry:
         next_share: of the next sample in the mean: 1/2 - 1/(2 n) of commands that hold for an n-th of the interval.
     """
     assert run.wheels is not None
-    assert run.wheels.motors is not None
     fewest, most = _PERIODS
     periods = int(np.clip(round(1.0 / max(1.0 - 2.0 * next_share, 1.0 / most)), fewest, most))
-    motors = replace(run.wheels.motors, period=float(np.median(np.diff(run.actuator_time))) / periods)
     scatter = run.wheels.scatter and replace(run.wheels.scatter, unbelieved=True)
-    return replace(run, wheels=replace(run.wheels, motors=motors, scatter=scatter))
+    known = replace(run, wheels=replace(run.wheels, scatter=scatter))
+    return known.with_motors(lambda motors: replace(motors, period=_usual_interval(run) / periods))
 
 
 def _scatter(runs: Sequence[Telemetry]) -> list[UnitSeries] | None:
@@ -122,55 +119,28 @@ def _scatter(runs: Sequence[Telemetry]) -> list[UnitSeries] | None:
     return of_runs if any(each.any() for each in of_runs) else None
 
 
-def _response(smooth: Sequence[Telemetry], scatter: Sequence[UnitSeries]) -> _Response | None:
-    """Return what impulses follow commands by, of all wheels together.
+def _response(smooth: Sequence[Telemetry], scatter: Sequence[UnitSeries]) -> Coefficients | None:
+    """Return what impulses follow scattering commands by, as `_FOUND` has it, of all wheels together.
 
     Args:
         smooth: runs in whose impulses nothing of the scatter is.
         scatter: of every run.
     """
     impulses = [each for each in (impulses_of(run, commanded=True) for run in smooth) if each is not None]
-    wheels = wheels_with(impulses, _FEWEST * _UNKNOWNS)
-    if not wheels:
+    columns = [_columns(run, each, own) for run, each, own in zip(smooth, impulses, scatter, strict=True)]
+    found = explained_by_wheel(impulses, columns, shown=_FOUND, commanded=True)
+    if not found:
         return None
-    noise = impulse_fit(impulses, wheels, commanded=True).noise
-    of_runs = [
-        without_correlation(each, noise, _columns(run, each, own))
-        for run, each, own in zip(smooth, impulses, scatter, strict=True)
-    ]
-    columns = zip(*of_runs, strict=True)
-    found = [_of_wheel(np.concatenate(of_wheel, axis=-1)) for of_wheel in columns]
-    shown = [each for each in found if each is not None]
-    if not shown:
-        return None
-    information = [np.linalg.inv(each.covariance) for each in shown]
-    covariance = np.linalg.inv(np.sum(information, axis=0))
-    weighted = np.sum([own @ each.values for own, each in zip(information, shown, strict=True)], axis=0)
-    return _Response(covariance @ weighted, covariance)
-
-
-def _of_wheel(columns: Array) -> _Response | None:
-    """Return it of one wheel by least squares; None of one whose commands do not scatter.
-
-    Args:
-        columns: what its motion took, then what may explain it, without correlation, shape (1 + 6, K), N·m·s.
-    """
-    length = np.linalg.norm(columns[1:], axis=1)
-    if not length[:_FOUND].all():
-        return None
-    length = np.maximum(length, np.finfo(float).tiny)
-    others = (columns[1:] / length[:, None]).T
-    inverse = np.linalg.pinv(others)
-    values = inverse @ columns[0]
-    variance = float(np.square(columns[0] - others @ values).sum()) / (len(others) - _UNKNOWNS)
-    part = inverse[:_FOUND] / length[:_FOUND, None]
-    return _Response(values[:_FOUND] / length[:_FOUND], variance * part @ part.T)
+    pairs = [(each.values[:_FOUND], np.linalg.inv(each.covariance[:_FOUND, :_FOUND])) for each in found]
+    covariance = np.linalg.inv(np.sum([information for _, information in pairs], axis=0))
+    return Coefficients(covariance @ np.sum([own @ values for values, own in pairs], axis=0), covariance)
 
 
 def _columns(smooth: Telemetry, impulses: Impulses, scatter: UnitSeries) -> Array:
     """Return what the motion took, then what may explain it, shape (1 + 6, L, W), N·m·s."""
-    interval = impulses.interval[:, None]
-    now, following = (impulses_of(_held_until(smooth, phase), commanded=True) for phase in (0.0, 1.0))
+    interval, whole = impulses.interval[:, None], _usual_interval(smooth)
+    held = smooth.with_motors(lambda motors: replace(motors, period=whole))
+    now, following = (impulses_of(in_phase(held, phase, commanded=True), commanded=True) for phase in (0.0, 1.0))
     assert now is not None
     assert following is not None
     return np.stack(
@@ -184,12 +154,3 @@ def _columns(smooth: Telemetry, impulses: Impulses, scatter: UnitSeries) -> Arra
             impulses.directed,
         ]
     )
-
-
-def _held_until(run: Telemetry, phase: float) -> Telemetry:
-    """Return a run whose commands hold for the interval between samples, and for a share of it until they are taken."""
-    assert run.wheels is not None
-    assert run.wheels.motors is not None
-    period = float(np.median(np.diff(run.actuator_time)))
-    motors = replace(run.wheels.motors, period=period, command_phase=phase)
-    return replace(run, wheels=replace(run.wheels, motors=motors))

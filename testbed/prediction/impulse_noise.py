@@ -15,6 +15,12 @@ IMPULSE_UNKNOWNS = 5
 factor and friction, so that none of these passes for noise."""
 _COMMANDS = slice(0, 3)
 """Which of these say how an impulse follows its command."""
+_FEWEST = 20
+"""Impulses for each column from which it is found how columns explain them.
+
+Source: chosen, five times what the noise of impulses is estimated from (`SETTINGS.wheel_numbers_per_unknown`)."""
+SURELY = 5.0
+"""Standard errors by which commands have to differ from what is believed of them: by chance in three of ten million."""
 _RATIOS = np.logspace(-6.0, 4.0, 31)
 """ρ Δt / s² between which it is searched: at the first a thousand intervals add up before the torque's noise counts, at
 the last the tachometer has none."""
@@ -81,6 +87,47 @@ def impulse_fit(impulses: Sequence[Impulses], wheels: tuple[int, ...], *, comman
         factor=np.array([each.factor for each in found]),
         factor_std=np.sqrt([each.factor_variance for each in found]),
     )
+
+
+class Coefficients(NamedTuple):
+    """What one wheel's motion took of each of C columns, shape (C,), and the covariance of that, shape (C, C)."""
+
+    values: Array
+    covariance: Array
+
+
+def explained_by_wheel(
+    impulses: Sequence[Impulses], columns: Sequence[Array], shown: int, *, commanded: bool
+) -> list[Coefficients]:
+    """Return how columns explain what each wheel's motion took, by least squares in the noise of the impulses.
+
+    Of wheels with enough impulses for it; of one that lacks any of the first columns, as one that coasts, nothing.
+
+    Args:
+        impulses: of every run, in whose noise.
+        columns: of every run what the motion took, then what may explain it, shape (1 + C, L, W), N·m·s.
+        shown: how many of the latter a wheel must not lack.
+        commanded: whether the impulses are those of commands.
+    """
+    wheels = wheels_with(impulses, _FEWEST * (len(columns[0]) - 1)) if impulses else ()
+    if not wheels:
+        return []
+    noise = impulse_fit(impulses, wheels, commanded=commanded).noise
+    pairs = zip(impulses, columns, strict=True)
+    of_runs = zip(*(without_correlation(each, noise, own) for each, own in pairs), strict=True)
+    by_wheel = [np.concatenate(of_wheel, axis=-1) for of_wheel in of_runs]
+    return [_least_squares(each) for each in by_wheel if each[1 : 1 + shown].any(axis=1).all()]
+
+
+def _least_squares(columns: Array) -> Coefficients:
+    """Return how the first of the columns, shape (1 + C, K), consists of the others."""
+    length = np.maximum(np.linalg.norm(columns[1:], axis=1), np.finfo(float).tiny)
+    needed, others = columns[0], (columns[1:] / length[:, None]).T
+    inverse = np.linalg.pinv(others)
+    values = inverse @ needed
+    variance = float(np.square(needed - others @ values).sum()) / (len(needed) - len(values))
+    part = inverse / length[:, None]
+    return Coefficients(values / length, variance * part @ part.T)
 
 
 def _fits(impulses: Sequence[Impulses], unit: ImpulseNoise) -> list[_OneWheel]:

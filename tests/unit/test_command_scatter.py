@@ -16,9 +16,7 @@ from testbed.prediction.wheel_impulses import impulses_of
 
 def believed(run: Telemetry, periods: int) -> Telemetry:
     """Return a run whose controller is believed to have so many periods between samples."""
-    assert run.wheels is not None
-    assert run.wheels.motors is not None
-    return replace(run, wheels=replace(run.wheels, motors=replace(run.wheels.motors, period=PERIOD / periods)))
+    return run.with_motors(lambda motors: replace(motors, period=PERIOD / periods))
 
 
 def left(run: Telemetry) -> float:
