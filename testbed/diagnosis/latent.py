@@ -159,7 +159,14 @@ def _latent_torque(runs: Runs, fit: Fit) -> LatentTorque:
 
 
 def _knot_count(runs: Runs, per_second: float) -> int:
+    """Return the number of knots of the longest run: no more than samples, which tell no faster torque."""
+    per_second = min(per_second, _gyro_rate(runs))
     return max(_FEWEST_KNOTS, ceil(per_second * float(np.ptp(runs.grid.node_time, axis=1).max())))
+
+
+def _gyro_rate(runs: Runs) -> float:
+    """Return the rate at which gyros sample, Hz; of runs that differ, the highest."""
+    return max((len(run.gyro_time) - 1) / float(np.ptp(run.gyro_time)) for run in runs.grid.runs)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -299,7 +306,7 @@ def _torque_shapes(runs: Runs, fit: Fit) -> tuple[TorqueShape, ...]:
     knots = shape_knots(runs)
     at = np.linspace(np.zeros(len(time)), time[:, -1], knots, axis=1)
     space = torque_space(runs, fit, knots)
-    tried = [*_slow(at, _rates(runs, fit, at)), *_oscillations(runs, at), *_pulses(at)]
+    tried = [*_slow(at, _rates(runs, fit, at)), *_oscillations(runs, at), *_pulses(runs, at)]
     alike = Counter(each.kind for each in tried)
     typical = BodyTorque.parameters[0].typical_on(runs.mean_moment(fit.theta))
     found = [
@@ -338,8 +345,7 @@ def _slow(time: Array, rates: Array) -> Iterator[_Tried]:
 def _oscillations(runs: Runs, time: Array) -> Iterator[_Tried]:
     """Yield sines whose phase, from the start of a run, is the same in all runs, and sines with phases of their own."""
     longest = float(time.max())
-    rate = max((len(run.gyro_time) - 1) / float(np.ptp(run.gyro_time)) for run in runs.grid.runs)
-    fastest = min(SETTINGS.fastest_oscillation_hz, SETTINGS.oscillation_share_of_rate * rate)
+    fastest = min(SETTINGS.fastest_oscillation_hz, SETTINGS.share_of_rate * _gyro_rate(runs))
     for frequency in np.arange(1.0 / longest, fastest, SETTINGS.frequency_resolution / longest):
         waves = np.exp(2j * np.pi * frequency * time)
         together = np.stack([waves.real, waves.imag], axis=-1)
@@ -363,10 +369,11 @@ def _stretches_words(runs: Runs, longest: float) -> str:
     return f"{'a window' if runs.windowed else 'a run'} of {longest:.3g} s, so that its frequency is not resolved"
 
 
-def _pulses(time: Array) -> Iterator[_Tried]:
+def _pulses(runs: Runs, time: Array) -> Iterator[_Tried]:
     """Yield equal impulses at equal intervals, two at least in the longest run, at the same instants of all runs."""
     longest = float(time.max())
-    for frequency in np.arange(2.0 / longest, SETTINGS.fastest_pulses_hz, SETTINGS.frequency_resolution / longest):
+    fastest = min(SETTINGS.fastest_pulses_hz, SETTINGS.share_of_rate * _gyro_rate(runs))
+    for frequency in np.arange(2.0 / longest, fastest, SETTINGS.frequency_resolution / longest):
         for phase in np.arange(SETTINGS.pulse_phases) / SETTINGS.pulse_phases:
             impulses = np.arange(phase, longest * frequency) / frequency
             words = f"comes in a pulse every {1.0 / frequency:.2f} s"

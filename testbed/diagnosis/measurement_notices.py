@@ -8,7 +8,7 @@ import numpy as np
 
 from testbed.diagnosis.channels import unfollowed
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.tachometers import tachometer_noise
+from testbed.diagnosis.tachometers import rotor_tachometer_noise, tachometer_noise
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.prediction.command_phase import command_phase, torque_phase
 from testbed.prediction.command_scatter import found_changing
@@ -62,6 +62,11 @@ def _smoothed_notice(runs: Runs) -> Iterator[str]:
             f"the wheels' tachometers have noise of about {noise.max():.2g} rad/s, and no torque of the wheels is "
             "recorded that would tell it from their motion: speeds are smoothed as suits the gyro's fast changes best; "
             "record wheel_torque_command to see more"
+        )
+    if of_rotors := rotor_tachometer_noise(runs):
+        yield (
+            f"the rotors' tachometers have noise of about {of_rotors:.2g} rad/s: speeds are smoothed as suits the "
+            "gyro's fast changes best"
         )
 
 

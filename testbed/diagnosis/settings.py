@@ -296,8 +296,8 @@ class DiagnosisSettings:
     four detectable sizes in 3 of them, and slower ones in none. With pulses, and a prior for each kind of shape,
     unmodelled torques of seed 1 were recognised in 29 of 35 sets at 8 σ and 31 of 35 at 16 σ (24 and 28).
     """
-    oscillation_share_of_rate: float = 0.25
-    """Share of the gyro's rate up to which oscillations are tested for where that is less.
+    share_of_rate: float = 0.25
+    """Share of the gyro's rate up to which oscillations and equal pulses are tested for where that is less.
 
     Source: formula: four samples a period, half of Nyquist's frequency.
     """

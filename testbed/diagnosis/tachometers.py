@@ -1,4 +1,4 @@
-"""Wheel speeds without commands, less their tachometers' noise: smoothed as suits the gyro's fast changes best.
+"""Speeds of wheels without commands and of rotors, less their tachometers' noise: smoothed as suits the gyro best.
 
 Left in, the noise stands in the predicted body rate, and a model in which the body does not follow its wheels' fast
 motion would suit the samples better than the true one: platforms of which nothing was hidden had a flexible appendage
@@ -13,12 +13,12 @@ import numpy as np
 
 from testbed.arrays import Array
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.fitting import fitted_initial_rates
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.signatures import Untestable
 from testbed.effects.noise_effect import NoiseEffect
 from testbed.estimation.telemetry import Telemetry
-from testbed.prediction.tachometer import smoothed
+from testbed.prediction.prediction import predicted
+from testbed.prediction.tachometer import smoothed_rotors, smoothed_wheels
 
 _SURELY = 9.0
 """By which twice the log-likelihood of the gyro's fast changes has to rise: three standard errors of one number.
@@ -29,7 +29,7 @@ Source: chosen, as for the noise itself (prediction/tachometer.py)."""
 def least_scattered(
     runs: Runs, baseline: Fit, telemetry: Sequence[Telemetry], runs_of: Callable[[Sequence[Telemetry]], Runs]
 ) -> list[Telemetry] | None:
-    """Return telemetry with its wheels' momenta smoothed; None where the gyro shows nothing that speaks for it.
+    """Return telemetry with momenta of wheels and rotors smoothed; None where the gyro does not speak for it.
 
     Args:
         runs: all of them, as they were sent.
@@ -37,11 +37,13 @@ def least_scattered(
         telemetry: of them.
         runs_of: puts telemetry side by side.
     """
-    tried = [(_scatter(runs_of(each), baseline), each) for each in smoothed(telemetry)]
-    if not tried:
-        return None
-    least, best = min(tried, key=lambda pair: pair[0])
-    return best if least < _scatter(runs, baseline) - _SURELY else None
+    best, least = None, _scatter(runs, baseline)
+    for smoothed in (smoothed_wheels, smoothed_rotors):
+        tried = [(_scatter(runs_of(each), baseline), each) for each in smoothed(best or telemetry)]
+        scatter, smoothest = min(tried, key=lambda pair: pair[0], default=(least, best))
+        if scatter < least - _SURELY:
+            best, least = smoothest, scatter
+    return best
 
 
 def tachometer_noise(runs: Runs) -> Array | None:
@@ -50,6 +52,12 @@ def tachometer_noise(runs: Runs) -> Array | None:
     if wheels is None or wheels.smoothed is None or wheels.smoothed.noise is None:
         return None
     return wheels.smoothed.noise / wheels.wheels.spin_inertia
+
+
+def rotor_tachometer_noise(runs: Runs) -> float:
+    """Return the noise of the tachometers of the gyros' rotors where they were smoothed so, rad/s; 0 where not."""
+    gimbals = runs.grid.runs[0].gimbals
+    return 0.0 if gimbals is None else gimbals.rotor_speed_noise
 
 
 def distinct_from_tachometers(
@@ -69,9 +77,9 @@ _NEEDS = "wheel_torque_command or wheel_torque, which tell the noise of the tach
 def _scatter(runs: Runs, baseline: Fit) -> float:
     """Return minus twice the log-likelihood of how much the gyro's residual changes from sample to sample.
 
-    What misfits slowly, as most effects do, counts for nothing.
+    What misfits slowly counts for nothing: neither most effects do, nor the initial rates, which are left as they are.
     """
-    residual = runs.gyro_residual(fitted_initial_rates(runs, baseline).residual)
-    changes = np.concatenate([np.diff(each, axis=0) for each in residual])
+    found = predicted(runs.grid, [each.hooks for each in baseline.placed], baseline.values)
+    changes = np.concatenate([np.diff(shown - own[0], axis=0) for shown, own in zip(runs.measured, found, strict=True)])
     variance = np.mean(changes**2, axis=0)[np.any(runs.live, axis=0)]
     return len(changes) * float(np.log(variance).sum())

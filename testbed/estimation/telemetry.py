@@ -50,6 +50,8 @@ class GimbalTelemetry:
         torque: of the gimbal motors, shape (K, M), N·m; None where it was not sent.
         servo: of the gimbals; None where it is not known.
         angles_late: by how much angles and rotor momenta are later than the torques of the same rows, s.
+        rotor_speed_noise: standard deviation of the tachometers that `rotor_momentum` was freed of, rad/s; 0 where it
+            is as it was sent.
     """
 
     cluster: Cluster
@@ -58,6 +60,7 @@ class GimbalTelemetry:
     torque: UnitSeries | None = None
     servo: Servo | None = None
     angles_late: float = 0.0
+    rotor_speed_noise: float = 0.0
 
     def commanded(self, rate_command: UnitSeries) -> GimbalTelemetry:
         """Return the units with what their servo was commanded, shape (K, M), rad/s; as they are without a servo."""

@@ -12,10 +12,10 @@ import numpy as np
 import scipy
 
 from testbed.arrays import Array, Theta, Vector3, Vectors3
-from testbed.cmg.cluster import transverse_axes
+from testbed.cmg.cluster import spin_axes, transverse_axes
 from testbed.dynamics.inertia import inertia_of, momentum_regressor
 from testbed.estimation.differences import median_variance
-from testbed.estimation.telemetry import Telemetry, WheelTelemetry
+from testbed.estimation.telemetry import GimbalTelemetry, Telemetry, WheelTelemetry
 
 _ORDER = 8
 """Of the differences: of a gimbal swinging by 0.3 rad at 1.5 Hz, they take 3e-5 rad for noise at 16 Hz."""
@@ -95,10 +95,19 @@ def _covariance_of_gimbals(run: Telemetry) -> Array:
     if run.gimbals is not None:
         cluster, angle = run.gimbals.cluster, run.gimbals.angle
         slopes = cluster.rotor_momentum[:, None] * transverse_axes(cluster, angle)
-        return np.asarray(np.einsum("kui,kuj,u->ij", slopes, slopes, fast_variance(angle)) / len(slopes))
+        by_angle = np.einsum("kui,kuj,u->ij", slopes, slopes, fast_variance(angle)) / len(slopes)
+        return np.asarray(by_angle + _covariance_of_rotors(run.gimbals))
     if run.cluster_momentum is not None and run.wheels is None:
         return np.diag(fast_variance(run.cluster_momentum))
     return np.zeros((3, 3))
+
+
+def _covariance_of_rotors(sent: GimbalTelemetry) -> Array:
+    if sent.rotor_momentum is None:
+        return np.zeros((3, 3))
+    axes_B = spin_axes(sent.cluster, sent.angle)
+    variance = fast_variance(sent.rotor_momentum)
+    return np.asarray(np.einsum("kui,kuj,u->ij", axes_B, axes_B, variance) / len(axes_B))
 
 
 def fast_variance(channel: Array) -> Array:

@@ -7,7 +7,8 @@ likelihood, so that what jitters is not smoothed away. With divided second diffe
 changes, their covariance is K = q R + r W + s² QᵀQ, R and W tridiagonal, and the posterior mean is y - s² Q K⁻¹ Qᵀ y.
 Where no torque is known, turns that a maneuver asked for are no random walk: the intensities come out too large, by ten
 and more, and noise may be found that is none. There samples are smoothed by several smaller intensities, never by more
-than the noise that was found, and it is for the gyro to choose: see `smoothed`.
+than the noise that was found, and it is for the gyro to choose: see `smoothed_wheels`, and `smoothed_rotors` for the
+rotors of control moment gyros.
 
 Left as they are, the tachometers' errors stand in the predicted body rate as J⁻¹ δh, and a model in which the body does
 not follow its wheels' fast motion explains samples better than the true one: light platforms seemed to have a flexible
@@ -107,7 +108,7 @@ def without_tachometer_noise(runs: Sequence[Telemetry]) -> list[Telemetry]:
     return _with_errors(runs, [each.removed() for each in by_wheel])
 
 
-def smoothed(runs: Sequence[Telemetry]) -> Iterator[list[Telemetry]]:
+def smoothed_wheels(runs: Sequence[Telemetry]) -> Iterator[list[Telemetry]]:
     """Yield runs with their wheels' momenta smoothed, ever more; none where torques are known, or no noise is found.
 
     Args:
@@ -115,18 +116,52 @@ def smoothed(runs: Sequence[Telemetry]) -> Iterator[list[Telemetry]]:
     """
     sent = [run.wheels for run in runs if run.wheels is not None]
     known = any(each.smoothed is not None for each in sent) or any(_commanded(run) is not None for run in runs)
-    if known or len(sent) < len(runs) or sum(len(each.momentum) for each in sent) < _FEWEST:
+    if known or len(sent) < len(runs):
         return
-    bands = [_bands(run.actuator_time) for run in runs]
-    wheels = [_Noise.of(bands, list(samples)) for samples in zip(*(each.momentum.T for each in sent), strict=True)]
-    spin = sent[0].wheels.spin_inertia
-    worst = max(
-        (each.variance / own**2 for each, own in zip(wheels, spin, strict=True) if each.ratios is not None), default=0.0
-    )
+    samples, spin = [each.momentum for each in sent], sent[0].wheels.spin_inertia
+    for by_wheel, noise in _ever_stiffer([run.actuator_time for run in runs], samples, spin):
+        yield _with_errors(runs, by_wheel, noise * spin)
+
+
+def smoothed_rotors(runs: Sequence[Telemetry]) -> Iterator[list[Telemetry]]:
+    """Yield runs with the momenta of their gyros' rotors smoothed, ever more; none where no noise is found.
+
+    Args:
+        runs: of one platform, whose tachometers are equally good in all.
+    """
+    sent = [run.gimbals for run in runs if run.gimbals is not None]
+    samples = [each.rotor_momentum for each in sent if each.rotor_momentum is not None]
+    if len(samples) < len(runs):
+        return
+    spin = sent[0].cluster.rotor_spin_inertia
+    for by_rotor, noise in _ever_stiffer([run.actuator_time for run in runs], samples, spin):
+        yield [
+            replace(run, gimbals=replace(gimbals, rotor_momentum=momentum - error, rotor_speed_noise=noise))
+            for run, gimbals, momentum, error in zip(runs, sent, samples, _by_run(by_rotor), strict=True)
+        ]
+
+
+def _ever_stiffer(
+    times: Sequence[Series], samples: Sequence[UnitSeries], spin: Units
+) -> Iterator[tuple[list[tuple[list[Series], float]], float]]:
+    """Yield what smoothing takes from each wheel, ever more, as `_Noise.removed` has it, and the noise found, rad/s.
+
+    Args:
+        times: of every run's samples, shape (K,), s.
+        samples: momenta, shape (K, W), N·m·s.
+        spin: inertia of each wheel about its axis, shape (W,), kg·m².
+    """
+    if sum(map(len, samples)) < _FEWEST:
+        return
+    bands = [_bands(time) for time in times]
+    wheels = [_Noise.of(bands, list(each)) for each in zip(*(own.T for own in samples), strict=True)]
+    found = [each.variance / own**2 for each, own in zip(wheels, spin, strict=True) if each.ratios is not None]
+    if not found:
+        return
+    worst = max(found)  # the tachometers of one array are alike
     alike = [each.with_variance(worst * own**2) for each, own in zip(wheels, spin, strict=True)]
-    for share in _STIFFER if worst > 0.0 else ():
-        noise = np.sqrt([each.variance for each in alike])
-        yield _with_errors(runs, [each.removed(share) for each in alike], noise)
+    for share in _STIFFER:
+        yield [each.removed(share) for each in alike], float(np.sqrt(worst))
 
 
 def separated_noise(times: Sequence[Series], samples: Sequence[Series]) -> list[Series]:
@@ -152,13 +187,17 @@ def _with_errors(
         noise: as `SmoothedMomentum` has it.
     """
     variance = np.array([variance for _, variance in by_wheel])
-    of_runs = [np.stack(of_run, axis=-1) for of_run in zip(*(errors for errors, _ in by_wheel), strict=True)]
     found = []
-    for run, error in zip(runs, of_runs, strict=True):
+    for run, error in zip(runs, _by_run(by_wheel), strict=True):
         assert run.wheels is not None
         best = SmoothedMomentum(samples=run.wheels.momentum - error, variance=variance, noise=noise)
         found.append(replace(run, wheels=replace(run.wheels, smoothed=best)))
     return found
+
+
+def _by_run(by_wheel: Sequence[tuple[list[Series], float]]) -> list[UnitSeries]:
+    """Return the errors in every run's samples, shape (K, W)."""
+    return [np.stack(of_run, axis=-1) for of_run in zip(*(errors for errors, _ in by_wheel), strict=True)]
 
 
 def _commanded(run: Telemetry) -> UnitSeries | None:
@@ -218,7 +257,7 @@ class _Noise:
         return _Noise(pairs=pairs, ratios=ratios, variance=squares / sum(len(values) for values, _ in solved))
 
     def with_variance(self, variance: float) -> _Noise:
-        """Return the same torques behind more noise: the tachometers of one array are alike."""
+        """Return the same torques behind more noise, (N·m·s)²; as it is where none was found."""
         if self.ratios is None:
             return self
         return replace(self, ratios=self.ratios * self.variance / variance, variance=variance)

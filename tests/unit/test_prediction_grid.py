@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from testbed.effects.actuator_delay import ActuatorDelay
 from testbed.effects.actuator_lag import ActuatorLag
+from testbed.effects.contact import Contact
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import LONGEST_STEP, Grid, grid_of
+from testbed.prediction.integration import Values, node_rates
 
 BEFORE = 0.5
 
@@ -40,6 +44,23 @@ def times(grid: Grid) -> np.ndarray:
 def test_a_fast_torque_is_integrated_sample_by_sample():
     assert grid_of([driven(1000.0)]).step[0] == pytest.approx(2e-3)
     assert grid_of([driven(50.0)]).step[0] == pytest.approx(LONGEST_STEP)
+
+
+def test_steps_are_longer_where_samples_come_slowly():
+    steps = [grid_of([driven(rate)]).step[0] for rate in (16.0, 8.0, 6.0, 4.0)]
+    assert steps == pytest.approx([1 / 64, 1 / 64, 1 / 48, 1 / 32], rel=0.1)
+
+
+@pytest.mark.parametrize("instant", [0.4, 0.413, 0.42])
+def test_the_longest_steps_still_show_all_of_a_touch(instant):
+    grid, impulse = grid_of([driven(4.0)], 1.0 / 32.0), np.array([2e-4, -1e-4, 3e-4])
+    grid = replace(grid, applied_torque_B=0.0 * grid.applied_torque_B)
+    touch = np.concatenate([[instant], impulse])[None]
+    values = Values(
+        theta=np.array([[0.2, 0.3, 0.4, 0.0, 0.0, 0.0]]), initial_rate=np.zeros((1, 1, 3)), effects=(touch,)
+    )
+    (last,) = node_rates(grid, [Contact().hooks("platform")], values)[0, :, -1]
+    np.testing.assert_allclose(last * [0.2, 0.3, 0.4], impulse, rtol=2e-3)
 
 
 def test_runs_begin_with_what_all_of_them_know_of_the_torque():

@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from support.maneuvers import CLUSTER
 from testbed.arrays import Array
 from testbed.cmg.wheels import Wheels
-from testbed.estimation.telemetry import Telemetry, WheelMotors, WheelTelemetry
+from testbed.estimation.telemetry import GimbalTelemetry, Telemetry, WheelMotors, WheelTelemetry
+from testbed.estimation.telemetry_noise import momentum_covariance
 from testbed.prediction.grid import grid_of
-from testbed.prediction.tachometer import without_tachometer_noise
+from testbed.prediction.tachometer import smoothed_rotors, without_tachometer_noise
 
 PERIOD, NOISE, SPIN = 0.1, 7.5e-7, 1.5e-5  # s, N·m·s, kg·m²: those of the shipped CubeSat
 TIME = PERIOD * np.arange(600)
@@ -123,3 +125,39 @@ def test_the_prediction_follows_what_is_left():
     assert cleaned < 0.3 * np.std(noisy.wheels.momentum - held(command))
     (again,) = without_tachometer_noise(grid.runs)
     assert again is grid.runs[0]  # what was smoothed before stays
+
+
+def spinning(momentum: Array, seed: int, noise: float) -> Telemetry:
+    """A flight of six gyros at rest in their gimbals, momenta of shape (600, 6), N·m·s, behind noise, rad/s."""
+    error = noise * np.random.default_rng(1000 + seed).standard_normal(momentum.shape)
+    shown = momentum + CLUSTER.rotor_spin_inertia * error
+    gimbals = GimbalTelemetry(cluster=CLUSTER, angle=np.zeros(momentum.shape), rotor_momentum=shown)
+    return Telemetry(
+        gyro_time=TIME,
+        body_rate=np.zeros((600, 3)),
+        gyro_noise=4e-4,
+        actuator_time=TIME,
+        gimbals=gimbals,
+        applied_torque=None,
+    )
+
+
+@pytest.mark.parametrize("seed", [71, 72, 73])
+def test_rotors_that_hold_or_lose_their_speed_are_freed_of_their_tachometers_noise(seed):
+    noise, lost = 0.05, 1.0 - 1e-3 * np.exp(-TIME / 20.0)  # rad/s; a thousandth of the speed, while a servo takes it up
+    true = CLUSTER.rotor_momentum * np.column_stack([np.ones((600, 3)), np.tile(lost[:, None], 3)])
+    run = spinning(true, seed, noise)
+    first = next(smoothed_rotors([run]))[0]
+    assert first.gimbals is not None
+    assert first.gimbals.rotor_momentum is not None
+    assert first.gimbals.rotor_speed_noise == pytest.approx(noise, rel=0.1)
+    missed = (first.gimbals.rotor_momentum - true) / CLUSTER.rotor_spin_inertia
+    assert np.all(np.std(missed, axis=0) < 0.25 * noise)
+    left, sent = np.trace(momentum_covariance(first)), np.trace(momentum_covariance(run))
+    assert sent == pytest.approx(np.sum((CLUSTER.rotor_spin_inertia * noise) ** 2), rel=0.1)
+    assert left < 0.01 * sent
+
+
+def test_rotors_without_noise_are_not_smoothed():
+    swinging = CLUSTER.rotor_momentum * (1.0 + 0.1 * np.sin(0.6 * TIME[:, None]))
+    assert not list(smoothed_rotors([spinning(swinging, 81, 0.0)]))
