@@ -53,7 +53,8 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
     body_rate = np.where(live, body_rate, 0.0)  # a bearing holds the platform: these are no readings
     source = _actuator_channel(part)
     time, values = sampled(part, source)
-    if source == "applied_torque" and scenario.diagnosis.applied_torque == "held":
+    held = source == "applied_torque" and scenario.diagnosis.applied_torque == "held"
+    if held:
         time = _middles(time)
     noise = _gyro_noise(part, gyro_time, body_rate[:, live])
     thrusters, thrust = _thrusters(part, scenario, sampled(part, source)[0])
@@ -66,6 +67,7 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
         wheels=_wheels(part, scenario, nominal, time),
         cluster_momentum=values if source == "cluster_momentum" else None,
         applied_torque=values if source == "applied_torque" else _channel(part, "applied_torque", time),
+        torque_held=held,
         thrust=thrust,
         thrusters=thrusters,
         initial_momentum=scenario.estimation.initial_momentum,
@@ -77,7 +79,7 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
 
 
 def _middles(time: Series) -> Series:
-    """Return the middles of the periods that begin at times, s; torques held over these have their impulses there."""
+    """Return the middles of the periods that begin at times, s, over which torques are held."""
     periods = np.diff(time)
     return np.asarray(time + 0.5 * np.append(periods, np.median(periods)))
 

@@ -99,6 +99,7 @@ def _likeness(flight: Telemetry) -> Hashable:
         wheels and id(wheels.wheels),
         flight.cluster_momentum is None,
         flight.applied_torque is None,
+        flight.torque_held,
     )
 
 

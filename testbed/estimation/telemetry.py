@@ -246,6 +246,8 @@ class Telemetry(Generic[Gimbals_co]):
         cluster_momentum: h as the platform itself reports it, shape (K, 3), N·m·s, body axes; used where `gimbals` and
             `wheels` are None, and then the inertia's change with the gimbal angles is left out.
         applied_torque: torque of actuators that store no momentum, shape (K, 3), N·m, body axes; beside either.
+        torque_held: whether a sample of `applied_torque` and `thrust` is held about its time, half way to its
+            neighbours, as thrusters are switched; otherwise it changes smoothly from sample to sample.
         thrust: of single actuators as commanded, shape (K, M), N; what they make together is in `applied_torque`.
         thrusters: where these are.
         initial_momentum: whether the whole platform's momentum at the first sample is known to be zero.
@@ -268,6 +270,7 @@ class Telemetry(Generic[Gimbals_co]):
     wheels: WheelTelemetry | None = None
     cluster_momentum: Vectors3 | None = None
     applied_torque: Vectors3 | None = None
+    torque_held: bool = False
     thrust: Array | None = None
     thrusters: Thrusters | None = None
     initial_momentum: Literal["estimated", "zero"] = "estimated"

@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
 
 from testbed.arrays import Array, Flags, Series, Vectors3
 from testbed.cmg.cluster import Cluster
@@ -43,6 +44,8 @@ LONGEST_STEP = 1.0 / 64.0
 _STEPS_A_SAMPLE = 8.0
 """Where samples come more slowly than so many steps, steps are longer: no faster motion shows. A platform of 100 kg on
 orbit, sampled at 4 Hz, turns alike to 3e-13 rad/s with 1/32 s, and with a flexible appendage of 4 Hz to 1e-7."""
+_ROUNDING = 1e-9
+"""Steps by which a whole number of them may be missed: times are differences of numbers with sixteen digits."""
 _LONGEST_OF_ALL = 1.0 / 32.0
 """s, however slow the samples are: with it a touch, of 20 ms, still gives its angular impulse to 2e-4."""
 
@@ -175,7 +178,7 @@ def grid_of(telemetry: Sequence[Telemetry], longest_step: float | None = None) -
     runs = tuple(without_tachometer_noise(runs))
     longest_step = _longest_step(runs) if longest_step is None else longest_step
     spans = np.array([run.gyro_time[-1] - run.gyro_time[0] for run in runs])
-    steps = max(2, math.ceil(spans.max() / min(longest_step, _resolving_step(runs))))
+    steps = max(2, math.ceil(spans.max() / _step_within_samples(runs, longest_step) - _ROUNDING))
     time = np.stack([np.linspace(run.gyro_time[0], run.gyro_time[-1], 2 * steps + 1) for run in runs])
     wheel_momentum, wheels = _wheels(runs, time)
     reported_B = _sampled(runs, [_reported_momentum(run) for run in runs], time)
@@ -187,7 +190,7 @@ def grid_of(telemetry: Sequence[Telemetry], longest_step: float | None = None) -
         wheel_momentum=wheel_momentum,
         wheels=wheels,
         cluster_momentum_B=reported_B + wheel_momentum @ wheels.axis_B if wheels.axis_B.size else reported_B,
-        applied_torque_B=_sampled(runs, [run.applied_torque for run in runs], _with_lead(runs, time)),
+        applied_torque_B=_torque(runs, _with_lead(runs, time)),
         thrust=_thrust(runs, _with_lead(runs, time)),
         number=np.arange(len(runs)),
         earlier=np.cumsum(spans) - spans,
@@ -252,11 +255,18 @@ def _longest_step(runs: Sequence[Telemetry]) -> float:
     return float(np.clip(interval / _STEPS_A_SAMPLE, LONGEST_STEP, _LONGEST_OF_ALL))
 
 
-def _resolving_step(runs: Sequence[Telemetry]) -> float:
-    """Return the longest step, s, that sees every sample of an applied torque, which may jump from one to the next."""
+def _step_within_samples(runs: Sequence[Telemetry], longest_step: float) -> float:
+    """Return the longest step, s, that sees every sample of an applied torque, which may jump from one to the next.
+
+    Where it is held from sample to sample, half an interval holds whole steps: the motion has its corners at nodes if
+    the gyro samples in phase.
+    """
     if runs[0].applied_torque is None:
-        return math.inf
-    return 2.0 * min(float(np.median(np.diff(run.actuator_time))) for run in runs)
+        return longest_step
+    interval = min(float(np.median(np.diff(run.actuator_time))) for run in runs)
+    if runs[0].torque_held:
+        return 0.5 * interval / math.ceil(0.5 * interval / longest_step - _ROUNDING)
+    return min(longest_step, 2.0 * interval)
 
 
 def _with_lead(runs: Sequence[Telemetry], time: Array) -> Array:
@@ -303,9 +313,39 @@ def _wheels(runs: Sequence[Telemetry], time: Array) -> tuple[Array, Wheels]:
     return np.stack(along)[:, None], sent[0][1].wheels
 
 
+def _torque(runs: Sequence[Telemetry], time: Array) -> Array:
+    """Return the applied torque along the grid and its lead, shape (R, 1, L + T, 3), N·m; zero where there is none."""
+    along = [
+        np.zeros((len(at), 3)) if run.applied_torque is None else _driving(run, run.applied_torque, at)
+        for run, at in zip(runs, time, strict=True)
+    ]
+    return np.stack(along)[:, None]
+
+
+def _driving(run: Telemetry, samples: Array, at: Series) -> Array:
+    """Return a channel of what drives the platform, shape (K, C), along a grid that ends at a node, shape (T, C).
+
+    What is held from sample to sample jumps between them. At nodes the mean about them stands; between two of them what
+    makes the integration's rule, a sixth, four sixths and a sixth, give the step the very impulse that was held.
+    """
+    if not run.torque_held:
+        return np.asarray(run.through(samples)(at))
+    middles = run.actuator_time
+    between = 0.5 * (middles[:-1] + middles[1:])
+    edges = np.concatenate([[2.0 * middles[0] - between[0]], between, [2.0 * middles[-1] - between[-1]]])
+    gained = np.cumsum(samples * np.diff(edges)[:, None], axis=0)
+    impulse = make_interp_spline(edges, np.concatenate([np.zeros_like(gained[:1]), gained]), k=1)
+    step, first = 2.0 * (at[1] - at[0]), (len(at) - 1) % 2
+    reach = step / 6.0
+    found = (impulse(at + reach) - impulse(at - reach)) / (2.0 * reach)
+    mean = np.diff(impulse(at[first::2]), axis=0) / step
+    found[first + 1 :: 2] = 1.5 * mean - 0.25 * (found[first:-1:2] + found[first + 2 :: 2])
+    return np.asarray(found)
+
+
 def _thrust(runs: Sequence[Telemetry], time: Array) -> Array | None:
     pairs = zip(runs, time, strict=True)
-    along = [run.through(run.thrust)(at) for run, at in pairs if run.thrust is not None]
+    along = [_driving(run, run.thrust, at) for run, at in pairs if run.thrust is not None]
     return np.stack(along)[:, None] if len(along) == len(runs) else None
 
 

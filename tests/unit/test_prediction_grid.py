@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from testbed.effects.actuator_delay import ActuatorDelay
 from testbed.effects.actuator_lag import ActuatorLag
@@ -13,8 +14,10 @@ from testbed.effects.contact import Contact
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import LONGEST_STEP, Grid, grid_of
 from testbed.prediction.integration import Values, node_rates
+from testbed.prediction.prediction import predicted
 
 BEFORE = 0.5
+INERTIA = np.array([20.0, 25.0, 30.0])  # kg·m²
 
 
 def driven(rate: float, before: float = 0.0) -> Telemetry:
@@ -80,3 +83,45 @@ def test_late_actuators_respond_to_what_was_asked_before_the_first_sample(delay)
     phase = frequency * (times(grid)[seen] - delay) - np.arctan(frequency * lag)
     expected = np.sin(phase) / np.hypot(1.0, frequency * lag)
     np.testing.assert_allclose(late[0, 0, seen, 0], expected, atol=1e-5)
+
+
+def held(offset: float, seed: int) -> tuple[Telemetry, np.ndarray]:
+    """Ten seconds under torques that are held for 0.1 s, and the exact rates at the gyro's samples, rad/s."""
+    every, torques = 0.1, np.random.default_rng(seed).choice([-0.5, 0.0, 0.5], (100, 3))
+    times, rates, rate = [], [], np.array([0.02, -0.03, 0.01])
+    for number, each in enumerate(torques):
+        inside = number * every + np.sort(np.append(np.arange(0.0, every - 1e-6, 0.05) + offset, every))
+        turned = solve_ivp(
+            lambda _, now, each=each: (each - np.cross(now, INERTIA * now)) / INERTIA,
+            (number * every, inside[-1]),
+            rate,
+            t_eval=inside,
+            rtol=1e-11,
+            atol=1e-13,
+        )
+        rate = turned.y[:, -1]
+        times.append(inside[:-1])
+        rates.append(turned.y[:, :-1].T)
+    run = Telemetry(
+        gyro_time=np.concatenate(times),
+        body_rate=np.concatenate(rates),
+        gyro_noise=1e-4,
+        actuator_time=every * (np.arange(100) + 0.5),
+        gimbals=None,
+        applied_torque=torques,
+        torque_held=True,
+    )
+    return run, run.body_rate
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize(("offset", "within"), [(0.0, 1e-7), (0.013, 3e-5)])
+def test_torques_that_are_held_turn_the_body_as_they_do(offset, within, seed):
+    """Jumps of up to 0.05 rad/s²: exact where the gyro samples with them; otherwise it sees rounded corners."""
+    run, _ = held(offset, seed)
+    grid = grid_of([run])
+    (shown,) = grid.runs
+    theta = np.array([[*INERTIA, 0.0, 0.0, 0.0]])
+    values = Values(theta=theta, initial_rate=shown.body_rate[None, :1], effects=())
+    (found,) = predicted(grid, [], values)
+    assert np.abs(found[0] - shown.body_rate).max() < within
