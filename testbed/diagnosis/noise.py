@@ -53,8 +53,8 @@ class NoiseLevel:
 
     @property
     def overstated(self) -> bool:
-        """Whether there is less."""
-        return self.p_value < SETTINGS.noise_level_p_value and bool(np.nanmean(self.ratio) < 1.0)
+        """Whether there is less, by so much that effects have to be larger to be found."""
+        return self.p_value < SETTINGS.noise_level_p_value and bool(np.nanmean(self.ratio) < SETTINGS.overstated_noise)
 
 
 def noise_level(readings: Readings) -> NoiseLevel:

@@ -22,6 +22,7 @@ from testbed.diagnosis.reference import Reference
 from testbed.diagnosis.roles import by_role
 from testbed.diagnosis.settings import SETTINGS, PriorOdds
 from testbed.diagnosis.tachometers import least_scattered
+from testbed.diagnosis.torque_knowledge import require_known_torque
 from testbed.diagnosis.windows import Part, outliers_notice, parts_of
 from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.effects.registry import EFFECTS
@@ -105,6 +106,7 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
     # Where torque is known in part no inertia is refused, and a sample's spike stands out of any motion.
     baseline = nominal_fit(together, theta) if together.known_in_part else fitted(together, [], theta, [])
     require_this_platform(together, baseline, theta, gate)
+    require_known_torque(together, baseline, gate)
     cleaner = least_scattered(
         together, baseline, _telemetry(usable), lambda own: _together(_with_telemetry(usable, own), together)
     )

@@ -208,6 +208,12 @@ class DiagnosisSettings:
 
     Source: convention; it gives no name, which takes `family_wise_error` and the odds.
     """
+    overstated_noise: float = 0.95
+    """Share of the stated noise above which it is not worth a word that there is less: effects have to be larger by a
+    twentieth at most.
+
+    Source: chosen.
+    """
     inertia_p_value: float = 0.01
     """p-value of a Wald test below which the inertia is reported to differ from the nominal one.
 

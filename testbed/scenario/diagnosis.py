@@ -11,7 +11,7 @@ from testbed.scenario.maneuver import MIN_SAMPLES
 from testbed.scenario.section import Conflict, Section, refuse
 from testbed.scenario.values import Distinct, Rate
 
-Doubt: TypeAlias = Literal["body_rate", "unit", "inertia", "telemetry", "clocks", "rest", "stuck", "gap"]
+Doubt: TypeAlias = Literal["body_rate", "unit", "inertia", "telemetry", "clocks", "rest", "stuck", "gap", "torque"]
 """Of the gate, that a person may know better."""
 
 
@@ -33,8 +33,8 @@ class Diagnosis(Section):
     message names the word. `body_rate`: they turn faster than 20 rad/s; `unit`: the gyro seems to be in another unit;
     `inertia`: they show another inertia by far; `telemetry`: the actuators do not explain the motion; `clocks`: the
     clocks of gyro and actuators differ between runs; `rest`: the platform hardly turns; `stuck`: an axis reads one and
-    the same rate; `gap`: no effect of the library comes near explaining them. What is accepted stands among the
-    notices."""
+    the same rate; `gap`: no effect of the library comes near explaining them; `torque`: the applied torque is off at
+    random from sample to sample. What is accepted stands among the notices."""
     null_prior_odds: Annotated[float, Field(gt=0, le=1e6)] | None = None
     """Prior odds of no missing effect against all effects of the library together, and the odds that a first name
     needs: 1 where every other set of records has an effect, 19 where one in twenty has; omitted: 5."""

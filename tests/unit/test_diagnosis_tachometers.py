@@ -11,7 +11,7 @@ from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.tachometers import distinct_from_tachometers
 from testbed.effects.registry import NOISE_EFFECTS
-from testbed.prediction.tachometer import smoothed
+from testbed.prediction.tachometer import smoothed_wheels
 from testbed.records.record import Record
 
 SCENARIO = "scenarios/cubesat_wheels.toml"
@@ -51,7 +51,7 @@ def test_where_commands_tell_the_noise_the_gyro_is_not_asked():
     data, wheels = wheels_of(0.5, commanded=True)
     assert wheels.smoothed is not None
     assert wheels.smoothed.noise is None
-    assert list(smoothed(data.runs.grid.runs)) == []
+    assert list(smoothed_wheels(data.runs.grid.runs)) == []
     assert distinct_from_tachometers(data.runs, NOISE_EFFECTS) == (NOISE_EFFECTS, [])
 
 
@@ -66,8 +66,8 @@ def test_the_level_and_the_color_of_the_gyros_noise_are_not_distinguished_from_i
 def test_ever_more_is_smoothed_but_never_more_than_the_noise():
     run = wheels_of(0.5, commanded=False)[0].runs.grid.runs[0]
     noisy = replace(run, wheels=replace(run.wheels, smoothed=None))
-    sizes = [np.std(noisy.wheels.momentum - one.wheels.best_momentum, axis=0) for (one,) in smoothed([noisy])]
-    noise = next(iter(smoothed([noisy])))[0].wheels.smoothed.noise
+    sizes = [np.std(noisy.wheels.momentum - one.wheels.best_momentum, axis=0) for (one,) in smoothed_wheels([noisy])]
+    noise = next(iter(smoothed_wheels([noisy])))[0].wheels.smoothed.noise
     assert len(sizes) > 1
     assert all(np.all(size <= 1.001 * noise) for size in sizes)
     assert np.all(sizes[1] > sizes[0])

@@ -131,11 +131,14 @@ class TestHeldTorque:
     EVERY = 50
     STATED = WHOLE.model_copy(update={"diagnosis": type(SCENARIO.diagnosis)(applied_torque="held")})
 
-    def held(self, seed):
+    def held(self, seed, *, count=40, scatter=0.0, lost=0.0):
+        """A flight whose torques are off by a share at random, and all of them by a lost one."""
         rng, step = np.random.default_rng(seed), 1e-3
-        torque = np.repeat(1e-5 * rng.standard_normal((40, 3)), self.EVERY, axis=0)
+        asked = 1e-5 * rng.standard_normal((count, 3))
+        given = asked * (1.0 - lost + scatter * np.random.default_rng(1000 + seed).standard_normal(asked.shape))
+        torque = np.repeat(asked, self.EVERY, axis=0)
         rate, rates = np.zeros(3), np.empty_like(torque)
-        for index, each in enumerate(torque):
+        for index, each in enumerate(np.repeat(given, self.EVERY, axis=0)):
             rates[index] = rate
             rate = rate + step * np.linalg.solve(NOMINAL.inertia, each - np.cross(rate, NOMINAL.inertia @ rate))
         rows = slice(0, None, self.EVERY)
@@ -157,6 +160,20 @@ class TestHeldTorque:
 
     def test_where_it_is_stated_nothing_is_late(self):
         assert not self.additions(self.STATED)
+
+    @pytest.mark.parametrize("first", [100, 200, 300])
+    def test_torques_that_are_off_at_random_are_refused_over_whole_runs_with_the_window_that_helps(self, first):
+        records = [self.held(first + number, count=200, scatter=0.3) for number in range(3)]
+        with pytest.raises(InputError, match=r"off by [123]\d % .*horizon_s = 1"):
+            data_set_of(records, self.STATED, NOMINAL)
+        accepted = self.STATED.diagnosis.model_copy(update={"accept": ("torque",)})
+        data = data_set_of(records, self.STATED.model_copy(update={"diagnosis": accepted}), NOMINAL)
+        assert any("at random from sample to sample" in notice for notice in data.notices)
+
+    @pytest.mark.parametrize("lost", [0.0, 0.2])
+    def test_torques_that_are_known_or_too_small_alike_are_not_refused(self, lost):
+        for first in (100, 200, 300):
+            data_set_of([self.held(first + number, count=200, lost=lost) for number in range(3)], self.STATED, NOMINAL)
 
 
 class TestSingleActuators:
