@@ -5,7 +5,7 @@ every sample. Over a whole run that is a motion of its own, which looks like oth
 their intervals, which count the gyro's noise alone, are far too short. The remedy is to compare over windows.
 
 The measured rate's changes from sample to sample are fitted by commands and motion, by Euler's equations with any
-numbers in them. What they leave is the gyro's noise and, if torques are off, a random walk: its changes over m samples
+numbers in them. The residual is the gyro's noise and, if torques are off, a random walk: its changes over m samples
 have a variance that grows as m, and not as m² as those of a torque that lasts, nor stay bounded as those of a delay or
 of what oscillates. It is looked for where from one sample to the next it gains twice the gyro's noise.
 
