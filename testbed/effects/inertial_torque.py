@@ -11,6 +11,7 @@ from testbed.arrays import Array
 from testbed.effects.contract import Effect, Extension, Parameter
 from testbed.plant.added_torques import InertialTorque as Addition
 from testbed.prediction.hooks import Hooks, Instant
+from testbed.scenario.environment import Free
 from testbed.scenario.scenario import Scenario
 
 
@@ -20,13 +21,18 @@ class _Constant(Hooks):
     @override
     def torque(self, value: Array, at: Instant) -> Array:
         """Rᵀ T, row by row: without the conjugation of NumPy's vecmat, and faster than a sum over an axis of three."""
-        rows = (value[..., axis, None] * at.attitude[..., axis, :] for axis in range(3))
+        at_start = np.matvec(np.swapaxes(at.first_NB, -1, -2), value)
+        rows = (at_start[..., axis, None] * at.attitude[..., axis, :] for axis in range(3))
         return np.asarray(sum(rows, np.zeros(3)))
 
 
 @final
 class InertialTorque(Effect):
-    """T_B = Rᵀ T, T constant in N, along the body's axes at each run's first sample."""
+    """T_B = Rᵀ T, T constant in N.
+
+    Where nothing tells the attitude, N has the body's axes at each run's first sample; in surroundings it is theirs,
+    and runs that begin in other attitudes have the same torque.
+    """
 
     id = "inertial_torque"
     components = ("platform",)
@@ -44,5 +50,6 @@ class InertialTorque(Effect):
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
-        axes = np.array(scenario.initial.attitude_quat_NB)
+        free = isinstance(scenario.environment, Free)
+        axes = np.array(scenario.initial.attitude_quat_NB if free else (1.0, 0.0, 0.0, 0.0))
         return Extension(platform=(Addition(torque=values, quat_NA=axes),))

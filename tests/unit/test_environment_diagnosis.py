@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
 
 from testbed.assembly.platform import nominal_platform, true_platform
 from testbed.diagnosis.data import chosen
@@ -20,6 +21,7 @@ from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError
 from testbed.experiment.flying import fly_maneuver
 from testbed.experiment.planning import plan_maneuver
+from testbed.prediction.hooks import Instant
 from testbed.records.selection import telemetry_only
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.scenario import Scenario
@@ -101,3 +103,15 @@ def test_what_is_kept_of_a_diagnosis_is_kept_by_the_content_of_its_surroundings(
     other = replace(one.runs, grid=replace(one.runs.grid, runs=runs))
     assert hash_of(one.runs) == hash_of(same.runs)
     assert hash_of(one.runs) != hash_of(other)
+
+
+def test_a_torque_that_is_fixed_in_space_is_the_same_for_runs_that_begin_in_other_attitudes():
+    first, since = (Rotation.random(2, random_state=seed).as_matrix() for seed in (1, 2))
+    torque, still = np.array([1e-5, -2e-5, 3e-5]), np.zeros((2, 1, 3))
+    at = Instant(
+        time=still[..., 0], body_rate=still, attitude=since[:, None], state=still[..., :0], first_NB=first[:, None]
+    )
+    found = EFFECTS["inertial_torque"].hooks("platform").torque(torque[None], at)
+    np.testing.assert_allclose(
+        found[:, 0], [(start @ turned).T @ torque for start, turned in zip(first, since, strict=True)]
+    )
