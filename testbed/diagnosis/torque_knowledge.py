@@ -33,12 +33,17 @@ _LATE = np.arange(-1.0, 11.0)
 """Samples by which a torque may come late or early and still explain what the rate gains: those of quadcopters' motors
 that lag by three samples leave a walk behind two samples, and none behind ten."""
 _MOST_SHARE = 0.25
-"""Of the samples that may be explained by commands and motion; of shorter runs nothing is asked."""
+"""Of the samples, the most numbers that may explain them: of shorter runs, whose residual would have less than three
+quarters of the noise's variance, nothing is asked.
+
+Source: chosen."""
 _LONGEST_SHARE = 1.0 / 16.0
 """Of a run over which changes are taken: sixteen of them that do not overlap tell a variance to a third, those of three
 runs to a fifth."""
 _FEWEST_LAGS = 4
-"""Numbers of samples over which the variance has to grow alike: 1, 2, 4 and 8; a run of 128 samples has so many."""
+"""Numbers of samples over which the variance has to grow alike: 1, 2, 4 and 8; a run of 128 samples has so many.
+
+Source: chosen, two more than a straight line has unknowns."""
 _STRAIGHT = 0.35
 """By which the variance may differ from a straight line over the number of samples, as a share of it.
 
@@ -48,13 +53,13 @@ _ABOVE = 2.0
 """Times the noise's variance that a walk gains with a sample where it is looked for: slow torques beside noise may grow
 as straight, but gain less than it.
 
-Source: chosen; of twelve jets, random shares of 10 and 30 % gain 3 and 40 times."""
+Source: chosen; of twelve jets, random shares of 10 and 30 % gain about 4 and 30 times."""
 _SHOWN = 10.0
 """Standard deviations of the gyro's noise by which such a walk leaves its beginning in a run, from which on it is
 refused.
 
-Source: measured on four runs of twelve jets, 600 samples at 10 Hz: with nothing hidden, a weak jet or a lag up to 6.4;
-with a random share of 10 % 44, of 30 % 157."""
+Source: chosen; of four runs of twelve jets, 600 samples at 10 Hz, random shares of 10 and 30 % leave it by 44 and
+153."""
 _WINDOW = 20
 """Samples of the windows that are proposed: as many as those of the quadcopters of data/crazyflie, in which the walk is
 small and the effects of motors still show."""

@@ -47,7 +47,7 @@ orbit, sampled at 4 Hz, turns alike to 3e-13 rad/s with 1/32 s, and with a flexi
 _ROUNDING = 1e-9
 """Steps by which a whole number of them may be missed: times are differences of numbers with sixteen digits."""
 _LONGEST_OF_ALL = 1.0 / 32.0
-"""s, however slow the samples are: with it a touch, of 20 ms, still gives its angular impulse to 2e-4."""
+"""s, however slow the samples are: with it a touch, of 20 ms, still gives its angular impulse to a thousandth."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -190,7 +190,7 @@ def grid_of(telemetry: Sequence[Telemetry], longest_step: float | None = None) -
         wheel_momentum=wheel_momentum,
         wheels=wheels,
         cluster_momentum_B=reported_B + wheel_momentum @ wheels.axis_B if wheels.axis_B.size else reported_B,
-        applied_torque_B=_torque(runs, _with_lead(runs, time)),
+        applied_torque_B=_sampled(runs, [run.applied_torque for run in runs], _with_lead(runs, time)),
         thrust=_thrust(runs, _with_lead(runs, time)),
         number=np.arange(len(runs)),
         earlier=np.cumsum(spans) - spans,
@@ -313,20 +313,12 @@ def _wheels(runs: Sequence[Telemetry], time: Array) -> tuple[Array, Wheels]:
     return np.stack(along)[:, None], sent[0][1].wheels
 
 
-def _torque(runs: Sequence[Telemetry], time: Array) -> Array:
-    """Return the applied torque along the grid and its lead, shape (R, 1, L + T, 3), N·m; zero where there is none."""
-    along = [
-        np.zeros((len(at), 3)) if run.applied_torque is None else _driving(run, run.applied_torque, at)
-        for run, at in zip(runs, time, strict=True)
-    ]
-    return np.stack(along)[:, None]
-
-
-def _driving(run: Telemetry, samples: Array, at: Series) -> Array:
+def _along(run: Telemetry, samples: Array, at: Series) -> Array:
     """Return a channel of what drives the platform, shape (K, C), along a grid that ends at a node, shape (T, C).
 
     What is held from sample to sample jumps between them. At nodes the mean about them stands; between two of them what
-    makes the integration's rule, a sixth, four sixths and a sixth, give the step the very impulse that was held.
+    makes the integration's rule, a sixth, four sixths and a sixth, give the step the very impulse that was held. Runs
+    with such torques have no other channel.
     """
     if not run.torque_held:
         return np.asarray(run.through(samples)(at))
@@ -339,20 +331,20 @@ def _driving(run: Telemetry, samples: Array, at: Series) -> Array:
     reach = step / 6.0
     found = (impulse(at + reach) - impulse(at - reach)) / (2.0 * reach)
     mean = np.diff(impulse(at[first::2]), axis=0) / step
-    found[first + 1 :: 2] = 1.5 * mean - 0.25 * (found[first:-1:2] + found[first + 2 :: 2])
+    found[first + 1 :: 2] = (6.0 * mean - found[first:-1:2] - found[first + 2 :: 2]) / 4.0
     return np.asarray(found)
 
 
 def _thrust(runs: Sequence[Telemetry], time: Array) -> Array | None:
     pairs = zip(runs, time, strict=True)
-    along = [_driving(run, run.thrust, at) for run, at in pairs if run.thrust is not None]
+    along = [_along(run, run.thrust, at) for run, at in pairs if run.thrust is not None]
     return np.stack(along)[:, None] if len(along) == len(runs) else None
 
 
 def _sampled(runs: Sequence[Telemetry], channel: Sequence[Vectors3 | None], time: Array) -> Array:
     """Return a channel along the grid, shape (R, 1, T, 3); zero where the runs do not have it or it is not in use."""
     along = [
-        np.zeros((len(at), 3)) if samples is None else run.through(samples)(at)
+        np.zeros((len(at), 3)) if samples is None else _along(run, samples, at)
         for run, samples, at in zip(runs, channel, time, strict=True)
     ]
     return np.stack(along)[:, None]
