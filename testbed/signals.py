@@ -207,8 +207,9 @@ SIGNALS: dict[str, Signal] = {
 """Every signal by name: telemetry first, then what only a simulation knows."""
 
 
-TURNED_BY = ("gimbal_angle", "wheel_speed", "cluster_momentum", "applied_torque")
-"""Signals of which one says what turned the platform; the first that a record has counts."""
+TURNED_BY = ("gimbal_angle", "wheel_speed", "cluster_momentum", "applied_torque", "motor_thrust")
+"""Signals of which one says what turned the platform; the first that a record has counts. Thrusts do so with the
+scenario's `[[thrusters]]`."""
 FLAGS = tuple(signal for signal in SIGNALS.values() if signal.reached)
 """Signals that say which limit an actuator is at."""
 LIMITS: dict[str, str] = {

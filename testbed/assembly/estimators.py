@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Literal
 
-from testbed.assembly.platform import PlatformModel
+from testbed.assembly.platform import Body
 from testbed.dynamics.inertia import theta_of
 from testbed.estimation.estimate import EstimationSettings
 from testbed.estimation.uncertainty import USUAL, Uncertainty
@@ -16,6 +16,7 @@ from testbed.scenario.scenario import Scenario
 
 UNCERTAINTY_KEYS: Mapping[str, str] = {
     "rotor_momentum": "rotor_momentum_relative",
+    "applied_torque": "applied_torque_relative",
     "gimbal_zero": "gimbal_zero_rad",
     "gimbal_misalignment": "gimbal_axis_misalignment_rad",
     "gyro_bias": "gyro_bias_rad_s",
@@ -25,7 +26,7 @@ UNCERTAINTY_KEYS: Mapping[str, str] = {
 """Key in [estimation.uncertainty] of each field of `Uncertainty`."""
 
 
-def estimation_settings(scenario: Scenario, nominal: PlatformModel, maneuver: Maneuver | None) -> EstimationSettings:
+def estimation_settings(scenario: BodyScenario, nominal: Body, maneuver: Maneuver | None) -> EstimationSettings:
     """Return the estimators' settings: nominal inertia, gyro noise, assumptions.
 
     Args:

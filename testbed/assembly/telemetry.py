@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import ceil
 
 import numpy as np
@@ -14,6 +15,7 @@ from testbed.cmg.cluster import Cluster
 from testbed.cmg.servo_law import stiffness_of
 from testbed.errors import InputError
 from testbed.estimation.gyro_noise import gyro_noise_of, noise_freedom
+from testbed.estimation.held import impulse_of_held
 from testbed.estimation.telemetry import (
     GimbalTelemetry,
     Servo,
@@ -47,7 +49,7 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
             seconds.
     """
     require_time_in_seconds(record, scenario.gyro.sample_rate_hz)
-    part = usable(telemetry_only(record))
+    part = _with_torque(usable(telemetry_only(record)), scenario)
     live = live_axes(record, scenario)
     gyro_time, body_rate = sampled(part, "body_rate")
     body_rate = np.where(live, body_rate, 0.0)  # a bearing holds the platform: these are no readings
@@ -56,7 +58,8 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
     held = source == "applied_torque" and scenario.diagnosis.applied_torque == "held"
     if held:
         time = _middles(time)
-    noise = _gyro_noise(part, gyro_time, body_rate[:, live])
+    corners = _corners(time, values, gyro_time, nominal)[:, live] if held else 0.0  # which would pass for noise
+    noise = _gyro_noise(part, gyro_time, body_rate[:, live] - corners)
     thrusters, thrust = _thrusters(part, scenario, sampled(part, source)[0])
     return Telemetry(
         gyro_time=gyro_time,
@@ -82,6 +85,11 @@ def _middles(time: Series) -> Series:
     """Return the middles of the periods that begin at times, s, over which torques are held."""
     periods = np.diff(time)
     return np.asarray(time + 0.5 * np.append(periods, np.median(periods)))
+
+
+def _corners(middle: Series, torque_B: Vectors3, time: Series, nominal: Body) -> Vectors3:
+    """Return the body rate that a held torque gives the nominal inertia at given times, with a corner at every jump."""
+    return np.linalg.solve(nominal.turned_inertia, impulse_of_held(middle, torque_B)(time).T).T
 
 
 def live_axes(record: Record, scenario: BodyScenario) -> Flags:
@@ -143,33 +151,55 @@ _AGREES = 0.2
 and another constant pass, a motor in another's place does not."""
 
 
+def _with_torque(record: Record, scenario: BodyScenario) -> Record:
+    """Return a record with the torque that its thrusts make, where nothing else in it says what turned the platform.
+
+    Raises:
+        InputError: the scenario does not say where its thrusters sit, or of another number of them.
+    """
+    if _actuator_channel(record) != "motor_thrust":
+        return record
+    if not scenario.thrusters:
+        raise InputError(
+            f"{record.details.name}: holds motor_thrust, but the scenario does not say which torque a thrust makes: "
+            "add [[thrusters]] with position_m and direction, one for each column, or applied_torque to the record"
+        )
+    thrust = record.channels["motor_thrust"]
+    torque_B = thrust @ _stated_thrusters(record, scenario).torque_per_thrust_B
+    return replace(record, channels={**record.channels, "applied_torque": torque_B})
+
+
 def _thrusters(record: Record, scenario: BodyScenario, time: Series) -> tuple[Thrusters | None, Array | None]:
     """Return the scenario's thrusters and what each was commanded; none where either is not known.
 
     Raises:
-        InputError: there are as many of one as of the other, or together they make another torque than recorded.
+        InputError: there are not as many of one as of the other, or together they make another torque than recorded.
     """
     thrust, torque_B = _channel(record, "motor_thrust", time), _channel(record, "applied_torque", time)
     if thrust is None or torque_B is None or not scenario.thrusters:
         return None, None
-    name, stated = record.details.name, len(scenario.thrusters)
-    if thrust.shape[1] != stated:
+    thrusters = _stated_thrusters(record, scenario)
+    missed = torque_B - thrust @ thrusters.torque_per_thrust_B
+    if missed.std(axis=0).max() > _AGREES * torque_B.std(axis=0).max():
         raise InputError(
-            f"{name}: has {thrust.shape[1]} columns motor_thrust_..._N, but the scenario has {stated} [[thrusters]]: "
-            "give each thruster a column, in the scenario's order"
+            f"{record.details.name}: the scenario's [[thrusters]] make another torque of motor_thrust than "
+            "applied_torque says: check their order, positions, directions and the signs of reaction_m"
         )
-    thrusters = Thrusters(
+    return thrusters, thrust
+
+
+def _stated_thrusters(record: Record, scenario: BodyScenario) -> Thrusters:
+    sent, stated = record.channels["motor_thrust"].shape[1], len(scenario.thrusters)
+    if sent != stated:
+        raise InputError(
+            f"{record.details.name}: has {sent} columns motor_thrust_..._N, but the scenario has {stated} "
+            "[[thrusters]]: give each thruster a column, in the scenario's order"
+        )
+    return Thrusters(
         position_B=np.array([each.position_m for each in scenario.thrusters]),
         direction_B=np.array([each.direction for each in scenario.thrusters]),
         reaction=np.array([each.reaction_m for each in scenario.thrusters]),
     )
-    missed = torque_B - thrust @ thrusters.torque_per_thrust_B
-    if missed.std(axis=0).max() > _AGREES * torque_B.std(axis=0).max():
-        raise InputError(
-            f"{name}: the scenario's [[thrusters]] make another torque of motor_thrust than applied_torque says: check "
-            "their order, positions, directions and the signs of reaction_m"
-        )
-    return thrusters, thrust
 
 
 def _units(record: Record, nominal: Body) -> Cluster:

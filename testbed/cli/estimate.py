@@ -8,7 +8,7 @@ from pathlib import Path
 from testbed.arrays import Theta
 from testbed.cli.console import command_line, print_as_json, say, show
 from testbed.cli.notices import print_notices, print_verdict
-from testbed.cli.options import changed_flight, print_folder
+from testbed.cli.options import changed_scenario, print_folder
 from testbed.cli.tables import estimate_table
 from testbed.dynamics.inertia import theta_of
 from testbed.identification.identify import Identification
@@ -30,7 +30,7 @@ def estimate_records(source: str, changes: Sequence[str], data: Path, out: Path 
     Raises:
         InputError: scenario, records or output folder cannot be used, or no record gives an estimate.
     """
-    scenario = changed_flight(source, changes)
+    scenario = changed_scenario(source, changes)
     with reserved_folder(out, f"{scenario.name}-estimate") as folder:
         found = estimate(scenario, read_records(data))
         _print(found.identification, theta_of(found.nominal.inertia))

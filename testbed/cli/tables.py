@@ -23,8 +23,9 @@ _CELL = 8
 """Characters of a number with which six columns without padding, beside the longest label, are within 80."""
 _DECIMALS = 4
 """Of 1e-3 kg·m², where these show the smallest standard deviation."""
-_WIDEST = 10000.0
-"""1e-3 kg·m²; what is larger, such as the answer of an estimator that lost its way, is written with an exponent."""
+_LOST = 100.0
+"""Times the largest number of the known inertia beyond which an answer is that of an estimator that lost its way: it is
+written with an exponent, and takes no decimals from the others."""
 
 
 def estimate_table(title: str, rows: Mapping[str, Theta], estimation: Estimation | CombinedEstimation) -> Table:
@@ -117,28 +118,41 @@ def _plain(values: Theta, form: str) -> Iterator[str]:
     return (format(value, form) for value in values)
 
 
-def _decimals(values: Sequence[Theta], stds: Sequence[Theta]) -> int:
-    """Return how many decimals show the smallest standard deviation, as many as the width of the table allows."""
-    cells = [f"{value * _MILLI:z.{_DECIMALS}f}" for theta in values for value in theta]
-    cells += [f"±{std * _MILLI:.{_DECIMALS}f}" for theta in stds for std in theta]
-    spare = max(_CELL - max(map(len, cells)), 0)
-    return min(max(decimals_for(np.concatenate([*stds, []])), _DECIMALS), _DECIMALS + spare)
+def _decimals(values: Sequence[Theta], stds: Sequence[Theta]) -> list[int]:
+    """Return how many decimals of each parameter show the smallest standard deviation, as many as the width allows.
+
+    Args:
+        values: of the table, the known inertia first.
+        stds: of its standard deviations.
+    """
+    lost = _LOST * np.abs(values[0]).max()
+    columns = [
+        [
+            *(f"{value * _MILLI:z.0f}" for value in of_values if abs(value) < lost),
+            *(f"±{std * _MILLI:.0f}" for std in of_stds if std < lost),
+        ]
+        for of_values, of_stds in zip(zip(*values, strict=True), zip(*stds, strict=True), strict=True)
+    ]
+    room = [max(_CELL - max(map(len, cells)) - len("."), 0) for cells in columns]
+    wanted = max(decimals_for(np.concatenate([*stds, []])), _DECIMALS)
+    return [min(wanted, max(min(room), _DECIMALS), each) for each in room]
 
 
-def _make_room(table: Table, decimals: int) -> None:
+def _make_room(table: Table, decimals: Sequence[int]) -> None:
     """Take the padding off a table whose numbers have further decimals; one that is too wide would lose a column."""
-    if decimals > _DECIMALS:
+    if max(decimals) > _DECIMALS:
         table.padding = (0, 0)
 
 
-def _cells(values: Theta, decimals: int, sign: str = "") -> Iterator[str]:
-    for value in values:
+def _cells(values: Theta, decimals: Sequence[int], sign: str = "") -> Iterator[str]:
+    for value, shown in zip(values, decimals, strict=True):
         milli = value * _MILLI
-        vanishes = sign and 0.0 < abs(milli) < 0.5 * 10.0**-decimals
+        text = f"{sign}{milli:z.{shown}f}"
+        vanishes = sign and 0.0 < abs(milli) < 0.5 * 10.0**-shown
         if vanishes:
             yield f"{sign}{milli:.0e}"  # shorter than the decimals, so that it widens no column
         else:
-            yield sign + (f"{milli:z.{decimals}f}" if abs(milli) < _WIDEST else f"{milli:.1e}")
+            yield text if len(text) <= _CELL + len(sign) else f"{sign}{milli:.1e}"
 
 
 def design_lines(design: Design | None) -> Iterator[str]:

@@ -25,7 +25,8 @@ class Actuation:
     Attributes:
         cluster_momentum_B: h, shape (N, 3), N·m·s.
         inertia_change_B: J(d) - J(0), shape (N, 3, 3), kg·m².
-        applied_torque_B: of actuators and, by the attitude as it is known, of the environment, shape (N, 3), N·m.
+        applied_torque_B: of actuators and, by the attitude as it is known, of the environment, shape (N, 3), N·m; a
+            torque that is held from sample to sample is none of an instant, and left to `Telemetry.held_torque`.
     """
 
     cluster_momentum_B: Vectors3
@@ -118,7 +119,7 @@ def _splines(telemetry: Telemetry) -> _Splines:
         wheels=None if wheels is None else telemetry.through(wheels.momentum, axis=-2),
         wheel_axes_B=np.zeros((0, 3)) if wheels is None else wheels.wheels.axis_B,
         momentum=None if known or reported is None else telemetry.through(reported, axis=-2),
-        torque=None if torque is None else telemetry.through(torque, axis=-2),
+        torque=None if torque is None or telemetry.torque_held else telemetry.through(torque, axis=-2),
         outside=_outside(telemetry),
     )
 

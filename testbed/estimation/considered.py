@@ -15,12 +15,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from testbed.arrays import Array, Theta
+from testbed.arrays import Array, Theta, Vectors3
 from testbed.cmg.wheels import wheel_turning_directions
 from testbed.estimation.alignment_model import held_momentum_of_unit, sampled_unit
 from testbed.estimation.momentum_equation import likely_motion
 from testbed.estimation.motion import Drive, Motion
-from testbed.estimation.sensitivity import HeldMomentum, held_sensitivity
+from testbed.estimation.sensitivity import HeldMomentum, held_sensitivity, torque_sensitivity
 from testbed.estimation.telemetry import Telemetry, WheelTelemetry, has_gimbals
 from testbed.estimation.uncertainty import Uncertainty
 
@@ -109,6 +109,10 @@ def _actuator_errors(
     elif not has_gimbals(telemetry) and telemetry.cluster_momentum is not None and uncertainty.rotor_momentum:
         errors = held_sensitivity(drive, motion, _momentum_scale(drive)) * uncertainty.rotor_momentum
         yield ConsideredErrors(errors, 3 * ("rotor_momentum",))
+    if telemetry.applied_torque is not None and uncertainty.applied_torque:
+        torques_B = _single_torques(telemetry, telemetry.applied_torque, drive)
+        errors = torque_sensitivity(drive, motion, torques_B) * uncertainty.applied_torque
+        yield ConsideredErrors(errors, errors.shape[-1] * ("applied_torque",))
 
 
 def _stds(uncertainty: Uncertainty, kinds: tuple[str, ...]) -> Array:
@@ -128,6 +132,14 @@ def _momentum_scale(drive: Drive) -> HeldMomentum:
     """Return ∂h/∂k of a scale k of each body axis: what unequal rotors do to a momentum that the platform reports."""
     nodes, samples = drive.grid.cluster_momentum_B[::2], drive.samples.cluster_momentum_B
     return HeldMomentum(at_nodes=nodes[..., None] * np.eye(3), at_samples=samples[..., None] * np.eye(3))
+
+
+def _single_torques(telemetry: Telemetry, torque_B: Vectors3, drive: Drive) -> Array:
+    """Return the torque of each thruster, or about each body axis where none is known, shape (4P+1, 3, K), N·m."""
+    if telemetry.thrusters is None or telemetry.thrust is None:
+        return telemetry.driven(torque_B, drive.grid_time)[..., None] * np.eye(3)
+    thrust = telemetry.driven(telemetry.thrust, drive.grid_time)
+    return np.asarray(thrust[:, None, :] * telemetry.thrusters.torque_per_thrust_B.T)
 
 
 def _gyro_errors(motion: Motion, uncertainty: Uncertainty) -> Iterator[ConsideredErrors]:

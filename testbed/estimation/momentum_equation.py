@@ -52,6 +52,10 @@ def momentum_equation(telemetry: Telemetry, body_rate: Vectors3) -> MomentumEqua
     if known.applied_torque_B.any():
         torque_N = np.matvec(matrix_NB, known.applied_torque_B)
         impulse_B = np.matvec(to_body, _impulse(telemetry.gyro_time, torque_N, axis=-2))
+    if telemetry.held_torque is not None:
+        impulse_B = impulse_B + np.matvec(
+            to_body, _held_impulse_N(telemetry.held_torque(telemetry.gyro_time), matrix_NB)
+        )
     shifted = np.matvec(known.inertia_change_B, body_rate)
     columns = [momentum_regressor(body_rate), -to_body]
     if telemetry.torque_unknowns:
@@ -62,6 +66,13 @@ def momentum_equation(telemetry: Telemetry, body_rate: Vectors3) -> MomentumEqua
         response=impulse_B - known.cluster_momentum_B - shifted,
         matrix_NB=matrix_NB,
     )
+
+
+def _held_impulse_N(impulse_B: Vectors3, matrix_NB: Matrices3) -> Vectors3:
+    """Return the impulse of a held torque in axes N, shape (..., N, 3): each sample's share at the mean attitude."""
+    share_B = np.diff(impulse_B, axis=-2)
+    share_N = np.matvec(0.5 * (matrix_NB[..., :-1, :, :] + matrix_NB[..., 1:, :, :]), share_B)
+    return np.concatenate([np.zeros_like(share_N[..., :1, :]), np.cumsum(share_N, axis=-2)], axis=-2)
 
 
 def unknown_columns(telemetry: Telemetry, regressor: Array) -> Array:

@@ -8,6 +8,7 @@ Flights side by side, with the same times and in no surroundings, stand on leadi
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -22,12 +23,15 @@ from testbed.dynamics.environment import gravity_torque
 from testbed.dynamics.gyrostat import require_bounded
 from testbed.dynamics.inertia import inertia_of, symmetric_inverse
 from testbed.estimation.actuation import Actuation, actuation
+from testbed.estimation.held import along_steps
 from testbed.estimation.telemetry import Telemetry
 from testbed.rotation.kinematics import integrate_attitude
 from testbed.rotation.quaternion import matrix_of
 
 LONGEST_STEP = 0.03125
 """s; the error of the integration is then below 1e-8 rad/s for motions of 1 rad/s (a test says so)."""
+_ROUNDING = 1e-9
+"""Steps by which a whole number of them may be missed: times are differences of numbers with sixteen digits."""
 SMALLEST_SHARE = 0.01
 """Least ratio of principal moments that is simulated; no real body comes near it."""
 
@@ -98,16 +102,27 @@ class Motion:
 def drive_of(telemetry: Telemetry) -> Drive:
     """Return the actuators' part of the motion at the gyro's times and on the integration's grid."""
     start, stop = telemetry.gyro_time[0], telemetry.gyro_time[-1]
-    step_pairs = int(np.ceil((stop - start) / (2.0 * LONGEST_STEP)))
-    grid_time = np.linspace(start, stop, 4 * step_pairs + 1)
+    grid_time = np.linspace(start, stop, 4 * _step_pairs(telemetry, stop - start) + 1)
+    known, held = actuation(telemetry, grid_time), telemetry.held_torque
+    if held is not None:
+        known = replace(known, applied_torque_B=known.applied_torque_B + along_steps(held, grid_time))
     drive = Drive(
         time=telemetry.gyro_time,
         samples=actuation(telemetry, telemetry.gyro_time),
         grid_time=grid_time,
-        grid=actuation(telemetry, grid_time),
+        grid=known,
         torque_basis=torque_basis(telemetry, grid_time),
     )
     return _as_pendulum(drive, telemetry)
+
+
+def _step_pairs(telemetry: Telemetry, span: float) -> int:
+    """Return P, half the number of steps; where a torque is held, pairs of them end with every sample, at corners."""
+    if not telemetry.torque_held:
+        return math.ceil(span / (2.0 * LONGEST_STEP))
+    interval = float(np.median(np.diff(telemetry.actuator_time)))
+    in_a_sample = math.ceil(interval / (2.0 * LONGEST_STEP) - _ROUNDING)
+    return math.ceil(span / interval * in_a_sample - _ROUNDING)
 
 
 def _as_pendulum(drive: Drive, telemetry: Telemetry) -> Drive:

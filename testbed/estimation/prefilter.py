@@ -22,6 +22,7 @@ from testbed.arrays import Array, Regressor, Response, Series, Vectors3
 from testbed.dynamics.inertia import momentum_regressor, rate_products, turning_regressor
 from testbed.estimation.actuation import Actuation, actuation
 from testbed.estimation.gaps import stretches
+from testbed.estimation.held import mean_about
 from testbed.estimation.lag import first_order_lag
 from testbed.estimation.motion import torque_basis
 from testbed.estimation.telemetry import Telemetry
@@ -94,6 +95,8 @@ def _stretch(
     fine_rate = np.asarray(CubicSpline(time, body_rate)(grid))  # finer first, products afterwards
     fine_momentum = _known_momentum(fine_known, fine_rate)
     fine_torque = fine_known.applied_torque_B - np.cross(fine_rate, fine_momentum)
+    if telemetry.held_torque is not None:
+        fine_torque = fine_torque + mean_about(telemetry.held_torque, grid)
 
     def filtered(signal: Array) -> Array:
         return _filtered_at(time, grid, signal, prefilter_time)

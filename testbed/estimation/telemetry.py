@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, Generic, Literal, Self, TypeAlias, TypeGuard
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import BSpline, CubicSpline
 from typing_extensions import TypeVar
 
 from testbed.arrays import Array, Flags, Series, Units, UnitSeries, Vectors3
@@ -21,6 +21,7 @@ from testbed.cmg.wheels import Wheels
 from testbed.dynamics.environment import Pivoted
 from testbed.errors import InputError
 from testbed.estimation.gaps import FEWEST_SAMPLES, covered_by, stretches
+from testbed.estimation.held import along_steps, impulse_of_held
 from testbed.estimation.surroundings import Surroundings
 
 ALL_AXES = (True, True, True)
@@ -315,6 +316,26 @@ class Telemetry(Generic[Gimbals_co]):
     def through(self, samples: Array, axis: int = 0) -> CubicSpline:
         """Return the cubic spline through samples of an actuator channel, shape (K, ...), or on another axis."""
         return CubicSpline(self.actuator_time, samples, axis=axis)
+
+    def held_impulse(self, samples: Array) -> BSpline:
+        """Return the impulse since the first of samples, shape (..., K, C), each held about its time; on axis -2."""
+        return impulse_of_held(self.actuator_time, samples, axis=-2)
+
+    def driven(self, samples: Array, at: Series) -> Array:
+        """Return samples of what drives the platform, shape (K, C), along an integration's grid, shape (T, C).
+
+        Args:
+            samples: of the applied torque, or of thrusts, at the actuators' times.
+            at: every half step, the last a node, shape (T,), s.
+        """
+        if self.torque_held:
+            return along_steps(self.held_impulse(samples), at)
+        return np.asarray(self.through(samples)(at))
+
+    @property
+    def held_torque(self) -> BSpline | None:
+        """The impulse of an applied torque that is held from sample to sample, N·m·s, body axes; None without one."""
+        return self.held_impulse(self.applied_torque) if self.torque_held and self.applied_torque is not None else None
 
     def with_actuator_samples(self: Telemetry, time: Series, change: Callable[[Array], Array]) -> Telemetry:
         """Return the run with every actuator channel changed alike.

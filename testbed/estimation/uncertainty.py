@@ -11,6 +11,7 @@ class Uncertainty:
 
     Attributes:
         rotor_momentum: of each rotor's momentum, as a share of it.
+        applied_torque: of each thruster's torque, or of the torque about each body axis, as a share of it.
         gimbal_zero: of each encoder's zero, rad.
         gimbal_misalignment: of each unit's gimbal axis about its spin axis and about its transverse axis, rad.
         gyro_bias: of each gyro axis, rad/s.
@@ -19,6 +20,7 @@ class Uncertainty:
     """
 
     rotor_momentum: float = 0.0
+    applied_torque: float = 0.0
     gimbal_zero: float = 0.0
     gimbal_misalignment: float = 0.0
     gyro_bias: float = 0.0
@@ -36,6 +38,7 @@ EXACT = Uncertainty()
 
 USUAL = Uncertainty(
     rotor_momentum=0.002,
+    applied_torque=0.02,
     gimbal_zero=0.001,
     gimbal_misalignment=0.001,
     gyro_bias=0.002,
@@ -44,5 +47,6 @@ USUAL = Uncertainty(
 )
 """Where nothing is stated. Angles: the data sheets of factory-calibrated MEMS units give 0.05 to 0.1 deg from axis to
 axis (ADIS16467, ADIS16475), and a machined seat of 50 mm holds a gimbal axis to 0.05 mm. Momentum: a rotor's inertia is
-weighed to some 0.2 %, its speed is known far better. Bias: 0.1 deg/s, what remains of a MEMS gyro's turn-on bias
-without a zeroing at rest. Scale: 0.2 %, as angles."""
+weighed to some 0.2 %, its speed is known far better. Torque: 2 % of a thrust is an assumption, of the order of what a
+thrust stand reaches; a calibration of one's own belongs into the scenario. Bias: 0.1 deg/s, what remains of a MEMS
+gyro's turn-on bias without a zeroing at rest. Scale: 0.2 %, as angles."""

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from testbed.arrays import Array, Flags, Theta
-from testbed.assembly.platform import PlatformModel
+from testbed.assembly.platform import Body
 from testbed.assembly.telemetry import telemetry_of
 from testbed.effects.gyro_saturation import flat_tops
 from testbed.errors import UnidentifiableError
@@ -19,7 +19,7 @@ from testbed.estimation.telemetry import Telemetry, covered_part
 from testbed.experiment.experiment import Estimation
 from testbed.experiment.running_estimators import estimate_telemetry
 from testbed.records.record import Record
-from testbed.scenario.scenario import Scenario
+from testbed.scenario.body import BodyScenario
 
 MOMENTUM_REFUSED = 0.05
 """p-value below which a zero initial momentum is given up. To estimate a momentum that is zero costs 3 to 9 % of the
@@ -35,7 +35,7 @@ _MOST_OUTLIERS = 0.05
 """Share of the samples beyond which they are what this gyro shows, and no accidents."""
 
 
-def estimate_record(scenario: Scenario, nominal: PlatformModel, record: Record) -> Estimation:
+def estimate_record(scenario: BodyScenario, nominal: Body, record: Record) -> Estimation:
     """Estimate the inertia from a record measured elsewhere; the bound is taken at the most efficient estimate.
 
     Args:

@@ -10,7 +10,7 @@ import numpy as np
 
 from testbed.arrays import Array, Covariance, Theta, Vector3
 from testbed.assembly.estimators import estimation_settings
-from testbed.assembly.platform import PlatformModel
+from testbed.assembly.platform import Body, PlatformModel
 from testbed.assembly.telemetry import telemetry_of
 from testbed.dynamics.environment import Pivoted
 from testbed.dynamics.inertia import inertia_of, theta_of
@@ -25,6 +25,7 @@ from testbed.experiment.experiment import Estimation
 from testbed.maneuver.maneuver import Maneuver
 from testbed.records.record import Record
 from testbed.rotation.quaternion import quaternion_inverse, turned
+from testbed.scenario.body import BodyScenario
 from testbed.scenario.scenario import Scenario
 
 _DOUBTFUL_STDS = 5.0
@@ -98,7 +99,7 @@ def _failed(scenario: Scenario, reason: str) -> Estimation:
     return Estimation(by_name={}, failures=failures, bound_std=None)
 
 
-def estimate_telemetry(scenario: Scenario, nominal: PlatformModel, telemetry: Telemetry, name: str) -> Estimation:
+def estimate_telemetry(scenario: BodyScenario, nominal: Body, telemetry: Telemetry, name: str) -> Estimation:
     """Estimate the inertia from telemetry measured elsewhere; the bound is taken at the most efficient estimate.
 
     Args:
@@ -129,7 +130,7 @@ def _with_bound(estimation: Estimation, std: Array | None) -> Estimation:
 
 
 def run_estimators(
-    scenario: Scenario, telemetry: Telemetry, settings: EstimationSettings, *, checked: bool
+    scenario: BodyScenario, telemetry: Telemetry, settings: EstimationSettings, *, checked: bool
 ) -> Estimation:
     """Run every estimator that the scenario names on one run; as `run_side_by_side`."""
     (estimation,) = run_side_by_side(scenario, [telemetry], settings, checked=checked)
@@ -137,7 +138,7 @@ def run_estimators(
 
 
 def run_side_by_side(
-    scenario: Scenario, flights: Sequence[Telemetry], settings: EstimationSettings, *, checked: bool
+    scenario: BodyScenario, flights: Sequence[Telemetry], settings: EstimationSettings, *, checked: bool
 ) -> list[Estimation]:
     """Run every estimator that the scenario names on every run; one that gives no estimate does not stop the others.
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from testbed.arrays import Theta
 from testbed.assembly.contact import cut_at_contact
-from testbed.assembly.platform import PlatformModel
+from testbed.assembly.platform import Body
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.reading import gated, grouped
 from testbed.diagnosis.windows import STAND_ALONE, outliers_notice
@@ -20,8 +20,8 @@ from testbed.experiment.experiment import CombinedEstimation, Estimation
 from testbed.experiment.measured import estimate_record
 from testbed.records.record import Record
 from testbed.records.selection import in_parts, sampled, telemetry_only
+from testbed.scenario.body import BodyScenario
 from testbed.scenario.diagnosis import Diagnosis
-from testbed.scenario.scenario import Scenario
 
 LONGEST_GATED = 120.0
 """s of a record that the gate looks at, where it turns the most: units and platform show in any maneuver, and the gate
@@ -51,7 +51,7 @@ class Identification:
     nominal_theta: Theta | None
 
 
-def identify(scenario: Scenario, nominal: PlatformModel, records: Sequence[Record]) -> Identification:
+def identify(scenario: BodyScenario, nominal: Body, records: Sequence[Record]) -> Identification:
     """Estimate the inertia from every record that allows it, and from all of them together.
 
     Args:
@@ -65,7 +65,9 @@ def identify(scenario: Scenario, nominal: PlatformModel, records: Sequence[Recor
     notices: list[tuple[str, str]] = []
     cut = [_cut(scenario, nominal, telemetry_only(record), notices) for record in records]
     plain = scenario.model_copy(
-        update={"diagnosis": Diagnosis(accept=scenario.diagnosis.accept)}
+        update={
+            "diagnosis": Diagnosis(accept=scenario.diagnosis.accept, applied_torque=scenario.diagnosis.applied_torque)
+        }
     )  # neither averaged nor cut into windows
     passed = gated([_looked_at(record) for record in cut], plain, nominal, at_rest=True)
     _require_free(passed.together)
@@ -110,7 +112,7 @@ def _require_free(runs: Runs) -> None:
         )
 
 
-def _cut(scenario: Scenario, nominal: PlatformModel, record: Record, notices: list[tuple[str, str]]) -> Record:
+def _cut(scenario: BodyScenario, nominal: Body, record: Record, notices: list[tuple[str, str]]) -> Record:
     """Cut a record at the first contact that it shows, where the scenario asks for it."""
     if not scenario.estimation.cut_at_contact:
         return record

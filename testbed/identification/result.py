@@ -15,10 +15,12 @@ from testbed.experiment.result import (
     offset_bound_of,
 )
 from testbed.identification.identify import Identification
-from testbed.scenario.scenario import Scenario
+from testbed.scenario.body import BodyScenario
 
 
-def identification_result(identification: Identification, scenario: Scenario, nominal_theta: Theta) -> dict[str, Any]:
+def identification_result(
+    identification: Identification, scenario: BodyScenario, nominal_theta: Theta
+) -> dict[str, Any]:
     """Return what estimates.json holds.
 
     Args:

@@ -12,7 +12,7 @@ import numpy as np
 
 from testbed.arrays import Matrix3
 from testbed.assembly.description import write_mjcf, write_urdf
-from testbed.assembly.platform import PlatformModel, nominal_platform
+from testbed.assembly.platform import Body, nominal_body
 from testbed.dynamics.inertia import PARAMETER_NAMES, inertia_of, theta_of
 from testbed.errors import InputError
 from testbed.estimation.combine import CombinedEstimate
@@ -29,7 +29,7 @@ from testbed.outputs.provenance import Provenance, provenance
 from testbed.report.frame.blocks import Page
 from testbed.report.measured import estimates_page, identification_verdict
 from testbed.report.verdict import leading_estimator
-from testbed.scenario.scenario import Scenario
+from testbed.scenario.body import BodyScenario
 
 if TYPE_CHECKING:
     import arviz
@@ -51,9 +51,9 @@ class InertiaEstimate(Shown, Saved):
         origin: what made the estimate.
     """
 
-    scenario: Scenario
+    scenario: BodyScenario
     records: Records
-    nominal: PlatformModel
+    nominal: Body
     identification: Identification
     origin: Provenance
 
@@ -129,7 +129,7 @@ class InertiaEstimate(Shown, Saved):
         Raises:
             InputError: there is no such estimate, no body has this inertia, or the file cannot be written.
         """
-        return write_mjcf(self.scenario, self._inertia(estimator), Path(path))
+        return write_mjcf(require_flyable(self.scenario), self._inertia(estimator), Path(path))
 
     @checked
     def to_urdf(self, path: AnyPath, *, estimator: Text | None = None) -> Path:
@@ -137,7 +137,7 @@ class InertiaEstimate(Shown, Saved):
 
         A link stands for the bus, each gimbal and each rotor; mass and inertia are those of the whole platform.
         """
-        return write_urdf(self.scenario, self._inertia(estimator), Path(path))
+        return write_urdf(require_flyable(self.scenario), self._inertia(estimator), Path(path))
 
     def _inertia(self, estimator: str | None) -> Matrix3:
         name = leading_estimator(self.combined) if estimator is None else estimator
@@ -173,15 +173,14 @@ def estimate(scenario: GivenScenario, records: GivenRecords) -> InertiaEstimate:
         >>> list(tb.estimate(scenario, records).combined)
         ['ls', 'iv', 'iv_momentum', 'output_error']
     """
-    flown = require_flyable(scenario)
     require_runs("records", records)
-    origin = provenance(flown, flown.file, "testbed.estimate", data=stamps_of(records))
-    with naming(flown):
-        nominal = nominal_platform(flown)
+    origin = provenance(scenario, scenario.file, "testbed.estimate", data=stamps_of(records))
+    with naming(scenario):
+        nominal = nominal_body(scenario)
     return InertiaEstimate(
-        scenario=flown,
+        scenario=scenario,
         records=records,
         nominal=nominal,
-        identification=identify(flown, nominal, records.runs),
+        identification=identify(scenario, nominal, records.runs),
         origin=origin,
     )

@@ -14,7 +14,7 @@ from testbed.errors import InfeasibleDesignError, InputError, UnphysicalPlatform
 from testbed.files import DEEPEST, TextFile, parsed_toml, readable
 from testbed.library.arguments import AnyPath, Overrides, checked
 from testbed.scenario.body import BodyScenario
-from testbed.scenario.reader import body_scenario_of, scenario_file
+from testbed.scenario.reader import NOT_FLOWN, body_scenario_of, scenario_file
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.shipped import shipped_scenario, shipped_scenarios
 
@@ -29,7 +29,7 @@ def read_scenario(source: AnyPath, overrides: Overrides | None = None) -> BodySc
 
     Returns:
         A `Scenario`, which can be flown; of a platform without control moment gyros a `BodyScenario`, whose records can
-        be diagnosed.
+        be estimated from and diagnosed.
 
     Raises:
         InputError: there is no such file, it is not a scenario, or an override fits none of its keys.
@@ -142,10 +142,7 @@ def require_flyable(scenario: BodyScenario) -> Scenario:
     """
     if isinstance(scenario, Scenario):
         return scenario
-    raise InputError(
-        f"{scenario.file.path}: has no [cluster]: a platform without control moment gyros is compared with its records "
-        "by `testbed diagnose`; it is not flown, and nothing is designed for it or estimated from its flights"
-    )
+    raise InputError(f"{scenario.file.path}: {NOT_FLOWN}")
 
 
 def _set(tree: dict[str, Any], key: str, value: object, path: Path) -> None:

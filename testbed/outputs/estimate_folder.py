@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from testbed.assembly.platform import PlatformModel
+from testbed.assembly.platform import Body
 from testbed.dynamics.inertia import theta_of
 from testbed.files import TextFile, write_json
 from testbed.identification.identify import Identification
 from testbed.identification.result import identification_result
 from testbed.outputs.provenance import Provenance
 from testbed.report.measured import write_estimates_report
-from testbed.scenario.scenario import Scenario
+from testbed.scenario.body import BodyScenario
 
 
 def write_estimates(
     folder: Path,
     file: TextFile,
     origin: Provenance,
-    scenario: Scenario,
-    nominal: PlatformModel,
+    scenario: BodyScenario,
+    nominal: Body,
     identification: Identification,
 ) -> None:
     """Write the scenario, estimates.json (every record's estimates, and their combination), report and provenance.

@@ -13,7 +13,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import make_interp_spline
 
 from testbed.arrays import Array, Flags, Series, Vectors3
 from testbed.cmg.cluster import Cluster
@@ -313,38 +312,16 @@ def _wheels(runs: Sequence[Telemetry], time: Array) -> tuple[Array, Wheels]:
     return np.stack(along)[:, None], sent[0][1].wheels
 
 
-def _along(run: Telemetry, samples: Array, at: Series) -> Array:
-    """Return a channel of what drives the platform, shape (K, C), along a grid that ends at a node, shape (T, C).
-
-    What is held from sample to sample jumps between them. At nodes the mean about them stands; between two of them what
-    makes the integration's rule, a sixth, four sixths and a sixth, give the step the very impulse that was held. Runs
-    with such torques have no other channel.
-    """
-    if not run.torque_held:
-        return np.asarray(run.through(samples)(at))
-    middles = run.actuator_time
-    between = 0.5 * (middles[:-1] + middles[1:])
-    edges = np.concatenate([[2.0 * middles[0] - between[0]], between, [2.0 * middles[-1] - between[-1]]])
-    gained = np.cumsum(samples * np.diff(edges)[:, None], axis=0)
-    impulse = make_interp_spline(edges, np.concatenate([np.zeros_like(gained[:1]), gained]), k=1)
-    step, first = 2.0 * (at[1] - at[0]), (len(at) - 1) % 2
-    reach = step / 6.0
-    found = (impulse(at + reach) - impulse(at - reach)) / (2.0 * reach)
-    mean = np.diff(impulse(at[first::2]), axis=0) / step
-    found[first + 1 :: 2] = (6.0 * mean - found[first:-1:2] - found[first + 2 :: 2]) / 4.0
-    return np.asarray(found)
-
-
 def _thrust(runs: Sequence[Telemetry], time: Array) -> Array | None:
     pairs = zip(runs, time, strict=True)
-    along = [_along(run, run.thrust, at) for run, at in pairs if run.thrust is not None]
+    along = [run.driven(run.thrust, at) for run, at in pairs if run.thrust is not None]
     return np.stack(along)[:, None] if len(along) == len(runs) else None
 
 
 def _sampled(runs: Sequence[Telemetry], channel: Sequence[Vectors3 | None], time: Array) -> Array:
     """Return a channel along the grid, shape (R, 1, T, 3); zero where the runs do not have it or it is not in use."""
     along = [
-        np.zeros((len(at), 3)) if samples is None else _along(run, samples, at)
+        np.zeros((len(at), 3)) if samples is None else run.driven(samples, at)
         for run, samples, at in zip(runs, channel, time, strict=True)
     ]
     return np.stack(along)[:, None]

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from testbed.arrays import Theta
-from testbed.assembly.platform import PlatformModel
+from testbed.assembly.platform import Body
 from testbed.dynamics.inertia import theta_of
 from testbed.experiment.checking import NeglectedTorque
 from testbed.experiment.experiment import Estimation
@@ -30,14 +30,14 @@ from testbed.report.sections.residuals import residual_blocks
 from testbed.report.sections.telemetry import telemetry_figures
 from testbed.report.verdict import leading_estimator, measured_verdict
 from testbed.report.wording import capitalized, estimator_name, listed
-from testbed.scenario.scenario import Scenario
+from testbed.scenario.body import BodyScenario
 
 
 def write_estimates_report(
     path: Path,
     *,
-    scenario: Scenario,
-    nominal: PlatformModel,
+    scenario: BodyScenario,
+    nominal: Body,
     identification: Identification,
     provenance: Mapping[str, str],
     result: Mapping[str, Any],
@@ -59,8 +59,8 @@ def write_estimates_report(
 
 
 def estimates_page(
-    scenario: Scenario,
-    nominal: PlatformModel,
+    scenario: BodyScenario,
+    nominal: Body,
     identification: Identification,
     provenance: Mapping[str, str],
     result: Mapping[str, Any],

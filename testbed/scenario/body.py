@@ -1,4 +1,4 @@
-"""The scenario of a platform that is measured but not flown, for the diagnosis of its records."""
+"""The scenario of a platform that is measured but not flown: what its records are estimated from and compared with."""
 
 from __future__ import annotations
 

@@ -24,6 +24,13 @@ LARGEST_SCENARIO = 4_000_000
 _Form = TypeVar("_Form", bound=BodyScenario)
 
 
+NOT_FLOWN = (
+    "has no [cluster]: a platform without control moment gyros is estimated and compared with its records by "
+    "`testbed estimate` and `testbed diagnose`; it is not flown, and nothing is designed for it"
+)
+"""What to say of a scenario without actuators where one is needed that can be flown."""
+
+
 def scenario_file(path: Path) -> TextFile:
     """Read a scenario file, once: what a command stores and hashes of it is what it read.
 
@@ -55,10 +62,7 @@ def scenario_of(file: TextFile) -> Scenario:
     """
     tree = parsed_toml(file)
     if _is_body(tree):
-        raise InputError(
-            f"{file.path}: has no [cluster]: a platform without control moment gyros is compared with its records by "
-            "`testbed diagnose`; it is not flown, and nothing is designed for it or estimated from its flights"
-        )
+        raise InputError(f"{file.path}: {NOT_FLOWN}")
     return _validated(file, tree, Scenario)
 
 

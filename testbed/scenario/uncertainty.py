@@ -16,6 +16,9 @@ class Uncertainty(Section):
     rotor_momentum_relative: ScaleSpread | None = None
     """Of each rotor's momentum as the telemetry gives it, as a share: of the rotor's inertia and the tachometer's scale
     where rotor speeds are recorded, of the total angular momentum where they are not; omitted: 0.002."""
+    applied_torque_relative: ScaleSpread | None = None
+    """Of each thruster's torque, or of that about each body axis where the records do not tell thrusters apart, as a
+    share of it; omitted: 0.02. A common error of torque and inertia shows nowhere in the motion."""
     gimbal_zero_rad: AngleNoise | None = None
     """Of each gimbal encoder's zero; omitted: 0.001."""
     gimbal_axis_misalignment_rad: AngleNoise | None = None

@@ -7,6 +7,7 @@ import pytest
 
 import testbed as tb
 from testbed.assembly.platform import nominal_body
+from testbed.assembly.telemetry import telemetry_of
 from testbed.diagnosis import screening
 from testbed.diagnosis.findings import additions, inertia_change
 from testbed.diagnosis.fitting import fitted
@@ -194,6 +195,20 @@ class TestSingleActuators:
         channels = flight.channels | {"motor_thrust": flight.channels["motor_thrust"][:, :3]}
         with pytest.raises(InputError, match=r"3 columns motor_thrust.* 4 \[\[thrusters\]\]"):
             data_set_of([replace(flight, channels=channels)], WHOLE, NOMINAL)
+
+    def test_thrusts_alone_say_what_turned_the_platform(self):
+        flight = flown(1)
+        alone = {name: values for name, values in flight.channels.items() if name != "applied_torque"}
+        telemetry = telemetry_of(replace(flight, channels=alone), SCENARIO, NOMINAL)
+        np.testing.assert_allclose(telemetry.applied_torque, flight.channels["applied_torque"], atol=1e-12)
+        assert telemetry.thrust is not None
+
+    def test_thrusts_alone_of_unknown_thrusters_are_refused(self):
+        flight = flown(1)
+        alone = {name: values for name, values in flight.channels.items() if name != "applied_torque"}
+        unknown = SCENARIO.model_copy(update={"thrusters": ()})
+        with pytest.raises(InputError, match=r"which torque a thrust makes: add \[\[thrusters\]\]"):
+            telemetry_of(replace(flight, channels=alone), unknown, NOMINAL)
 
     def test_each_derivative_is_that_of_differences(self):
         data = data_set_of([flown(1, length=1.0), flown(2, length=1.0)], WHOLE, NOMINAL)

@@ -38,6 +38,7 @@ PURE_NUMBERS = {
     "gravity_gradient_factor",
     "gyro_scale_factor",
     "min_singularity_measure",
+    "applied_torque_relative",
     "rotor_momentum_relative",
     "scale",
     "scale_factor_error",

@@ -1,0 +1,173 @@
+"""Inertia of a platform that thrusters turn: from torques that they hold, and as uncertain as the thrusts are."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import testbed as tb
+from testbed.dynamics.inertia import inertia_of
+from testbed.estimation.considered import considered_shifts
+from testbed.estimation.estimate import EstimationSettings
+from testbed.estimation.registry import ESTIMATORS
+from testbed.estimation.telemetry import Telemetry, Thrusters, covered_part
+from testbed.estimation.uncertainty import EXACT, Uncertainty
+from testbed.records.record import Record, RunDetails
+
+TRUE_THETA = np.array([20.4, 25.7, 29.1, 0.4, -0.3, 0.5])
+NOMINAL_THETA = np.array([20.0, 26.0, 29.0, 0.0, 0.0, 0.0])
+PERIOD, COUNT = 0.1, 300
+"""s for which a torque is held, and how many of them a flight has."""
+JETS = Thrusters(
+    position_B=0.5 * np.tile(np.roll(np.eye(3), 1, axis=1), (2, 1)),
+    direction_B=np.concatenate([np.roll(np.eye(3), 2, axis=1), -np.roll(np.eye(3), 2, axis=1)]),
+    reaction=np.zeros(6),
+)
+PER_THRUST_B = JETS.torque_per_thrust_B
+"""N·m per N of six jets, about x, y, z and back."""
+SIGMA = 1e-4
+"""rad/s."""
+SETTINGS = EstimationSettings(nominal_theta=NOMINAL_THETA, uncertainty=EXACT)
+STATED = """
+schema = 1
+name = "jets"
+description = "Six jets."
+seed = 1
+[platform]
+inertia_kg_m2 = [[20.0, 0, 0], [0, 26.0, 0], [0, 0, 29.0]]
+[gyro]
+sample_rate_hz = 10.0
+noise_rad_s = 1e-4
+[estimation]
+estimators = ["iv_momentum", "output_error"]
+prefilter_time_constant_s = 0.8
+instrument = "iterated"
+initial_momentum = "estimated"
+[diagnosis]
+applied_torque = "held"
+"""
+
+
+def fired(seed: int):
+    """Thrusts of a flight that change every half a second, shape (COUNT, 6), N; they turn it about and back."""
+    rng = np.random.default_rng(seed)
+    half = (rng.random((COUNT // 10, 6)) < 0.3).astype(float)
+    return np.repeat(np.concatenate([half, np.roll(half[::-1], 3, axis=1)]), 5, axis=0)
+
+
+def turned(thrust, inertia):
+    """The body rate at the begin of each period, shape (COUNT, 3), rad/s; solved period by period, none has a jump."""
+    inverse = np.linalg.inv(inertia)
+    rates = [np.array([0.01, -0.02, 0.015])]
+    for torque in (thrust @ PER_THRUST_B)[:-1]:
+        solved = solve_ivp(
+            lambda _, rate, torque=torque: inverse @ (torque - np.cross(rate, inertia @ rate)),
+            (0.0, PERIOD),
+            rates[-1],
+            rtol=1e-11,
+            atol=1e-14,
+        )
+        rates.append(solved.y[:, -1])
+    return np.array(rates)
+
+
+def telemetry(thrust, rates):
+    return Telemetry(
+        gyro_time=np.arange(COUNT) * PERIOD,
+        body_rate=rates,
+        gyro_noise=SIGMA,
+        actuator_time=(np.arange(COUNT) + 0.5) * PERIOD,
+        gimbals=None,
+        applied_torque=thrust @ PER_THRUST_B,
+        torque_held=True,
+        thrust=thrust,
+        thrusters=JETS,
+    )
+
+
+def records(noise=SIGMA):
+    for seed in range(3):
+        thrust = fired(seed)
+        rates = turned(thrust, inertia_of(TRUE_THETA))
+        yield Record(
+            time=np.arange(COUNT) * PERIOD,
+            channels={
+                "body_rate": rates + noise * np.random.default_rng(seed).standard_normal(rates.shape),
+                "applied_torque": thrust @ PER_THRUST_B,
+            },
+            details=RunDetails(name=f"flight_{seed}", source="measured"),
+        )
+
+
+@pytest.fixture(scope="module")
+def scenario(tmp_path_factory):
+    file = tmp_path_factory.mktemp("jets") / "jets.toml"
+    file.write_text(STATED)
+    return tb.read_scenario(file)
+
+
+@pytest.mark.parametrize(("name", "within"), [("iv_momentum", 2e-4), ("output_error", 1e-5)])
+def test_a_held_torque_is_taken_as_it_was_given(name, within):
+    thrust = fired(0)
+    estimate = ESTIMATORS[name](telemetry(thrust, turned(thrust, inertia_of(TRUE_THETA))), SETTINGS)
+    np.testing.assert_allclose(estimate.theta, TRUE_THETA, atol=within * TRUE_THETA.max())
+
+
+@pytest.mark.parametrize("name", ["ls", "iv"])
+def test_the_prefilter_sees_rates_between_samples_on_a_curve(name):
+    thrust = fired(0)
+    estimate = ESTIMATORS[name](telemetry(thrust, turned(thrust, inertia_of(TRUE_THETA))), SETTINGS)
+    np.testing.assert_allclose(estimate.theta, TRUE_THETA, atol=5e-4 * TRUE_THETA.max())  # ω × J ω between corners
+
+
+def test_an_inertia_is_estimated_without_gyros(scenario):
+    found = tb.estimate(scenario, tb.Records(tuple(records())))
+    assert "is in doubt" not in found.verdict
+    assert found.by_record["flight_0"].checks is not None
+    for estimate in found.combined.values():
+        missed = estimate.theta - TRUE_THETA
+        assert missed @ np.linalg.solve(estimate.covariance, missed) < 22.5  # 0.1 % of χ² with six degrees of freedom
+        assert (estimate.std > 3.0 * estimate.noise_std).all()  # thrusts are known to 2 % where nothing is stated
+
+
+def test_the_gyros_noise_is_not_taken_from_the_corners(scenario):
+    found = tb.estimate(scenario, tb.Records(tuple(records())))
+    for estimation in found.by_record.values():
+        assert 0.8 < estimation.checks.residual.size < 1.25
+
+
+def test_no_model_of_it_is_written(scenario, tmp_path):
+    found = tb.estimate(scenario, tb.Records(tuple(records())))
+    with pytest.raises(tb.InputError, match=r"has no \[cluster\]"):
+        found.to_mjcf(tmp_path / "jets.xml")
+
+
+@pytest.mark.parametrize("known", ["thrusters", "axes"])
+def test_uncertain_torques_move_the_estimate_as_predicted(known):
+    thrust, share = fired(1), 1e-4
+    run = telemetry(thrust, turned(thrust, inertia_of(TRUE_THETA)))
+    if known == "axes":
+        run = replace(run, thrusters=None, thrust=None)
+    estimate = ESTIMATORS["output_error"](run, SETTINGS)
+    influences = {"output_error": estimate.influence}
+    predicted = considered_shifts(covered_part(run), estimate.theta, Uncertainty(applied_torque=share), influences)
+    assert set(predicted.kinds) == {"applied_torque"}
+    scales = np.eye(6) if known == "thrusters" else np.eye(3)
+    for column, scale in enumerate(1.0 - share * scales):
+        torque_B = (thrust * scale) @ PER_THRUST_B if known == "thrusters" else (thrust @ PER_THRUST_B) * scale
+        moved = ESTIMATORS["output_error"](replace(run, applied_torque=torque_B), SETTINGS).theta - estimate.theta
+        shift = predicted.by_name["output_error"][:, column]
+        np.testing.assert_allclose(moved, shift, atol=0.02 * np.abs(shift).max())
+
+
+def test_a_common_factor_of_all_torques_is_one_of_the_inertia():
+    thrust = fired(2)
+    run = replace(telemetry(thrust, turned(thrust, inertia_of(TRUE_THETA))), thrusters=None, thrust=None)
+    estimate = ESTIMATORS["output_error"](run, SETTINGS)
+    influences = {"output_error": estimate.influence}
+    shifts = considered_shifts(covered_part(run), estimate.theta, Uncertainty(applied_torque=0.01), influences)
+    together = shifts.by_name["output_error"].sum(axis=1)
+    np.testing.assert_allclose(np.abs(together), 0.01 * np.abs(TRUE_THETA), atol=2e-3 * 0.01 * TRUE_THETA.max())
