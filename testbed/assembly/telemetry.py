@@ -15,7 +15,7 @@ from testbed.cmg.cluster import Cluster
 from testbed.cmg.servo_law import stiffness_of
 from testbed.errors import InputError
 from testbed.estimation.gyro_noise import gyro_noise_of, noise_freedom
-from testbed.estimation.held import impulse_of_held
+from testbed.estimation.held import corners_of, impulse_of_held
 from testbed.estimation.telemetry import (
     GimbalTelemetry,
     Servo,
@@ -58,8 +58,10 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
     held = source == "applied_torque" and scenario.diagnosis.applied_torque == "held"
     if held:
         time = _middles(time)
-    corners = _corners(time, values, gyro_time, nominal)[:, live] if held else 0.0  # which would pass for noise
-    noise = _gyro_noise(part, gyro_time, body_rate[:, live] - corners)
+    smooth = body_rate
+    if held:  # corners would pass for noise
+        smooth = body_rate - corners_of(impulse_of_held(time, values), nominal.turned_inertia)(gyro_time)
+    noise = _gyro_noise(part, gyro_time, smooth[:, live])
     thrusters, thrust = _thrusters(part, scenario, sampled(part, source)[0])
     return Telemetry(
         gyro_time=gyro_time,
@@ -71,6 +73,7 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
         cluster_momentum=values if source == "cluster_momentum" else None,
         applied_torque=values if source == "applied_torque" else _channel(part, "applied_torque", time),
         torque_held=held,
+        held_inertia=nominal.turned_inertia if held else None,
         thrust=thrust,
         thrusters=thrusters,
         initial_momentum=scenario.estimation.initial_momentum,
@@ -85,11 +88,6 @@ def _middles(time: Series) -> Series:
     """Return the middles of the periods that begin at times, s, over which torques are held."""
     periods = np.diff(time)
     return np.asarray(time + 0.5 * np.append(periods, np.median(periods)))
-
-
-def _corners(middle: Series, torque_B: Vectors3, time: Series, nominal: Body) -> Vectors3:
-    """Return the body rate that a held torque gives the nominal inertia at given times, with a corner at every jump."""
-    return np.linalg.solve(nominal.turned_inertia, impulse_of_held(middle, torque_B)(time).T).T
 
 
 def live_axes(record: Record, scenario: BodyScenario) -> Flags:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
-from testbed.arrays import Array, Series
+from testbed.arrays import Array, Matrix3, Series
 
 
 def impulse_of_held(middle: Series, samples: Array, axis: int = 0) -> BSpline:
@@ -23,18 +23,17 @@ def impulse_of_held(middle: Series, samples: Array, axis: int = 0) -> BSpline:
     return make_interp_spline(edges, np.moveaxis(impulse, 0, axis), k=1, axis=axis)
 
 
-def mean_about(impulse: BSpline, at: Series) -> Array:
-    """Return the mean of what is held within half a step about each time of an even grid, shape (T, C).
+def corners_of(impulse: BSpline, inertia: Matrix3) -> BSpline:
+    """Return the body rate that a held torque gives an inertia at rest, rad/s: it bends wherever the torque jumps.
 
-    A sum over the grid, times its step, is then the very impulse.
+    A measured rate less that of an inertia near the true one is smooth, and can be joined by a cubic spline.
 
     Args:
-        impulse: as of `impulse_of_held`.
-        at: the grid, shape (T,), s.
+        impulse: as of `impulse_of_held`, N·m·s, body axes.
+        inertia: shape (3, 3), kg·m².
     """
-    half = 0.5 * (at[1] - at[0])
-    ends = impulse(np.append(at - half, at[-1] + half))
-    return np.asarray(np.diff(ends, axis=impulse.axis) / (2.0 * half))
+    by_axis = np.moveaxis(impulse.c, impulse.axis, -2) @ np.linalg.inv(inertia).T
+    return BSpline(impulse.t, np.moveaxis(by_axis, -2, impulse.axis), impulse.k, axis=impulse.axis)
 
 
 def along_steps(impulse: BSpline, at: Series) -> Array:

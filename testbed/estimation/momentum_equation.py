@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from testbed.arrays import Array, Matrices3, Series, Theta, Vector3, Vectors3
+from testbed.arrays import Array, Matrices3, Quaternions, Series, Theta, Vector3, Vectors3
 from testbed.dynamics.inertia import momentum_regressor
 from testbed.estimation.identifiability import explaining
 from testbed.estimation.motion import Drive, Motion, drive_of, simulate, torque_basis, with_torque
@@ -47,15 +47,16 @@ def momentum_equation(telemetry: Telemetry, body_rate: Vectors3) -> MomentumEqua
         body_rate: ω at the gyro's times, shape (..., N, 3), rad/s.
     """
     known = drive_of(telemetry).samples
-    matrix_NB = matrix_of(integrate_attitude(telemetry.gyro_time, body_rate))
+    attitude_NB = integrate_attitude(telemetry.gyro_time, body_rate, telemetry.corners)
+    matrix_NB = matrix_of(attitude_NB)
     to_body, impulse_B = np.swapaxes(matrix_NB, -1, -2), np.zeros(3)
     if known.applied_torque_B.any():
         torque_N = np.matvec(matrix_NB, known.applied_torque_B)
         impulse_B = np.matvec(to_body, _impulse(telemetry.gyro_time, torque_N, axis=-2))
-    if telemetry.held_torque is not None:
-        impulse_B = impulse_B + np.matvec(
-            to_body, _held_impulse_N(telemetry.held_torque(telemetry.gyro_time), matrix_NB)
-        )
+    held = telemetry.held_torque
+    if held is not None:
+        impulse_N = _held_impulse_N(held(telemetry.gyro_time), attitude_NB, matrix_NB)
+        impulse_B = impulse_B + np.matvec(to_body, impulse_N)
     shifted = np.matvec(known.inertia_change_B, body_rate)
     columns = [momentum_regressor(body_rate), -to_body]
     if telemetry.torque_unknowns:
@@ -68,10 +69,12 @@ def momentum_equation(telemetry: Telemetry, body_rate: Vectors3) -> MomentumEqua
     )
 
 
-def _held_impulse_N(impulse_B: Vectors3, matrix_NB: Matrices3) -> Vectors3:
-    """Return the impulse of a held torque in axes N, shape (..., N, 3): each sample's share at the mean attitude."""
-    share_B = np.diff(impulse_B, axis=-2)
-    share_N = np.matvec(0.5 * (matrix_NB[..., :-1, :, :] + matrix_NB[..., 1:, :, :]), share_B)
+def _held_impulse_N(impulse_B: Vectors3, attitude_NB: Quaternions, matrix_NB: Matrices3) -> Vectors3:
+    """Return the impulse of a held torque in axes N, shape (..., N, 3): of each interval at its mean attitude."""
+    half_way = attitude_NB[..., :-1, :] + attitude_NB[..., 1:, :]
+    middle_NB = matrix_of(half_way / np.linalg.norm(half_way, axis=-1, keepdims=True))
+    mean_NB = (matrix_NB[..., :-1, :, :] + 4.0 * middle_NB + matrix_NB[..., 1:, :, :]) / 6.0
+    share_N = np.matvec(mean_NB, np.diff(impulse_B, axis=-2))
     return np.concatenate([np.zeros_like(share_N[..., :1, :]), np.cumsum(share_N, axis=-2)], axis=-2)
 
 

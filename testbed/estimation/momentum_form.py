@@ -86,17 +86,17 @@ def _noise_image(telemetry: Telemetry, equation: MomentumEquation, solution: Sol
     if telemetry.initial_momentum == "zero" and pendulum is None:
         return solution.instrument
     scale = _inertia_inverse(telemetry, solution.parameters[..., :6])
-    if pendulum is None:
+    if pendulum is None and telemetry.applied_torque is None:
         momentum_B = np.matvec(equation.matrix_NB.mT, solution.parameters[..., None, 6:9])
     else:
-        momentum_B = _whole_momentum(telemetry, solution.parameters[:6])
+        momentum_B = _whole_momentum(telemetry, solution.parameters[..., :6])
     rows = solution.instrument.reshape(*scale.shape[:-1], -1)
     image = attitude_noise(rows, scale, telemetry.gyro_time, equation.matrix_NB, momentum_B, pendulum)
     return image.reshape(solution.instrument.shape)
 
 
 def _whole_momentum(telemetry: Telemetry, theta: Theta) -> Vectors3:
-    """Return L = J(d) ω + h as measured, shape (N, 3), N·m·s, body axes: gravity changes it on a pivot."""
+    """Return L = J(d) ω + h as measured, shape (..., N, 3), N·m·s, body axes: torques and gravity change it."""
     known = drive_of(telemetry).samples
-    turning = np.matvec(inertia_of(theta) + known.inertia_change_B, telemetry.body_rate)
+    turning = np.matvec(inertia_of(theta)[..., None, :, :] + known.inertia_change_B, telemetry.body_rate)
     return np.asarray(turning + known.cluster_momentum_B)

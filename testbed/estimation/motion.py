@@ -168,7 +168,7 @@ def torque_basis(telemetry: Telemetry, time: Series) -> Array:
 
 def matrix_BN(telemetry: Telemetry, time: Series) -> Matrices3:
     """Return the attitude by the measured rate, shape (..., N, 3, 3), inertial to body axes; N is B at its start."""
-    attitude_NB = integrate_attitude(telemetry.gyro_time, telemetry.body_rate)
+    attitude_NB = integrate_attitude(telemetry.gyro_time, telemetry.body_rate, telemetry.corners)
     columns = CubicSpline(telemetry.gyro_time, attitude_NB, axis=-2)(time)
     return np.swapaxes(matrix_of(columns / np.linalg.norm(columns, axis=-1, keepdims=True)), -1, -2)
 

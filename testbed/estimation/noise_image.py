@@ -70,13 +70,11 @@ class PendulumNoise:
         time: shape (N,), s.
         matrix_NB: R, shape (N, 3, 3).
         torque_B: m g c× u×, by which an error of the attitude enters -τ, shape (N, 3, 3), N·m.
-        impulse_B: m g u× c×, by which it enters -R τ, turned back, shape (N, 3, 3), N·m.
     """
 
     time: Series
     matrix_NB: Matrices3
     torque_B: Matrices3
-    impulse_B: Matrices3
 
     def turned(self, rows_B: Array) -> Array:
         """Return R times rows in body axes, shape (N, 3, P)."""
@@ -104,7 +102,6 @@ def pendulum_of(telemetry: Telemetry, solution: Solution, time: Series) -> Pendu
         time=time,
         matrix_NB=matrix_NB,
         torque_B=pivot.weight * offset @ up,
-        impulse_B=pivot.weight * up @ offset,
     )
 
 
@@ -141,7 +138,10 @@ def attitude_noise(
     momentum_B: Vectors3,
     pendulum: PendulumNoise | None = None,
 ) -> Array:
-    """Return Mᵀ Z of the scaled momentum equation, M e = e - J⁻¹ L × Rᵀ ∫ R e dt, shape (..., N, 3, P).
+    """Return Mᵀ Z of the scaled momentum equation, M e = e - J⁻¹ Rᵀ ∫ R (L × e) dt, shape (..., N, 3, P).
+
+    An error R e dt of the attitude turns the torques that follow, and by the sample's time what was held before: it is
+    off by that angle times the momentum at its own time, wherever torques drive that afterwards.
 
     Args:
         instrument: Z, rows scaled by J⁻¹, shape (..., N, 3, P).
@@ -149,15 +149,14 @@ def attitude_noise(
         time: shape (N,), s.
         matrix_NB: R, shape (..., N, 3, 3).
         momentum_B: L, shape (..., N, 3), N·m·s.
-        pendulum: gravity on a pivot, whose impulse carries the noise too; None without one.
+        pendulum: gravity on a pivot, whose torque carries the noise too; None without one.
     """
-    effect = scale @ cross_matrix(momentum_B) @ _transposed(matrix_NB)
-    seen = _transposed(effect) @ instrument
-    image = instrument - _widths(time) * (_transposed(matrix_NB) @ _sums_from(seen))  # the rule transposed
+    seen = matrix_NB @ (_transposed(scale) @ instrument)
+    turning = _transposed(matrix_NB @ cross_matrix(momentum_B))
+    image = instrument - _widths(time) * (turning @ _sums_from(seen))  # the rule transposed
     if pendulum is None:
         return np.asarray(image)
-    impulse = following(time, pendulum.turned(scale @ instrument))
-    rows_B = _transposed(pendulum.impulse_B) @ (_transposed(pendulum.matrix_NB) @ impulse)
+    rows_B = _transposed(pendulum.torque_B) @ (_transposed(pendulum.matrix_NB) @ following(time, seen))
     return np.asarray(image + pendulum.integrated_back(pendulum.turned(rows_B)))
 
 

@@ -15,14 +15,13 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import BSpline, CubicSpline
 from scipy.linalg import block_diag
 
 from testbed.arrays import Array, Regressor, Response, Series, Vectors3
 from testbed.dynamics.inertia import momentum_regressor, rate_products, turning_regressor
 from testbed.estimation.actuation import Actuation, actuation
 from testbed.estimation.gaps import stretches
-from testbed.estimation.held import mean_about
 from testbed.estimation.lag import first_order_lag
 from testbed.estimation.motion import torque_basis
 from testbed.estimation.telemetry import Telemetry
@@ -92,11 +91,9 @@ def _stretch(
     """Return the equation of one run without gaps: columns of the inertia, its own momentum, the torques."""
     time = telemetry.gyro_time[stretch]
     grid, known, fine_known = _known(telemetry, stretch.start, stretch.stop, fine_step)
-    fine_rate = np.asarray(CubicSpline(time, body_rate)(grid))  # finer first, products afterwards
+    fine_rate = _joined(time, body_rate, telemetry.corners, grid)  # finer first, products afterwards
     fine_momentum = _known_momentum(fine_known, fine_rate)
     fine_torque = fine_known.applied_torque_B - np.cross(fine_rate, fine_momentum)
-    if telemetry.held_torque is not None:
-        fine_torque = fine_torque + mean_about(telemetry.held_torque, grid)
 
     def filtered(signal: Array) -> Array:
         return _filtered_at(time, grid, signal, prefilter_time)
@@ -105,6 +102,10 @@ def _stretch(
     swing = momentum_regressor((body_rate - filtered(fine_rate)) / prefilter_time)  # s F Γ(ω)
     known_swing = (_known_momentum(known, body_rate) - filtered(fine_momentum)) / prefilter_time
     response = filtered(fine_torque) - known_swing  # eq. (7), filtered: (22)
+    if telemetry.held_torque is not None:
+        given = telemetry.held_torque(time) - telemetry.held_torque(time[0])
+        fine_given = telemetry.held_torque(grid) - telemetry.held_torque(time[0])
+        response += (given - filtered(fine_given)) / prefilter_time  # F τ by its impulse, which has no jumps
     columns = [swing + turning, _start_columns(telemetry, stretch, prefilter_time)]
     if telemetry.torque_unknowns:
         columns.append(-filtered(torque_basis(telemetry, grid)))
@@ -116,6 +117,13 @@ def _stretch(
         regressor=regressor.reshape(response.size, -1),
         response=response.ravel(),
     )
+
+
+def _joined(time: Series, body_rate: Vectors3, corners: BSpline | None, at: Series) -> Vectors3:
+    """Return a sampled rate between its samples: on a cubic spline, but for what bends between them."""
+    if corners is None:
+        return np.asarray(CubicSpline(time, body_rate)(at))
+    return np.asarray(CubicSpline(time, body_rate - corners(time))(at) + corners(at))
 
 
 @lru_cache(maxsize=2)  # the rounds of an estimator ask for the same stretches in turn

@@ -100,6 +100,7 @@ def _likeness(flight: Telemetry) -> Hashable:
         flight.cluster_momentum is None,
         flight.applied_torque is None,
         flight.torque_held,
+        None if flight.held_inertia is None else flight.held_inertia.tobytes(),
     )
 
 

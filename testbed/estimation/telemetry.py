@@ -14,14 +14,14 @@ import numpy as np
 from scipy.interpolate import BSpline, CubicSpline
 from typing_extensions import TypeVar
 
-from testbed.arrays import Array, Flags, Series, Units, UnitSeries, Vectors3
+from testbed.arrays import Array, Flags, Matrix3, Series, Units, UnitSeries, Vectors3
 from testbed.cmg.cluster import Cluster, cluster_part
 from testbed.cmg.servo_law import ServoLaw
 from testbed.cmg.wheels import Wheels
 from testbed.dynamics.environment import Pivoted
 from testbed.errors import InputError
 from testbed.estimation.gaps import FEWEST_SAMPLES, covered_by, stretches
-from testbed.estimation.held import along_steps, impulse_of_held
+from testbed.estimation.held import along_steps, corners_of, impulse_of_held
 from testbed.estimation.surroundings import Surroundings
 
 ALL_AXES = (True, True, True)
@@ -249,6 +249,8 @@ class Telemetry(Generic[Gimbals_co]):
         applied_torque: torque of actuators that store no momentum, shape (K, 3), N·m, body axes; beside either.
         torque_held: whether a sample of `applied_torque` and `thrust` is held about its time, half way to its
             neighbours, as thrusters are switched; otherwise it changes smoothly from sample to sample.
+        held_inertia: near the true one, shape (3, 3), kg·m²; by it a held torque bends the rate between samples. Where
+            None, rates are joined smoothly.
         thrust: of single actuators as commanded, shape (K, M), N; what they make together is in `applied_torque`.
         thrusters: where these are.
         initial_momentum: whether the whole platform's momentum at the first sample is known to be zero.
@@ -272,6 +274,7 @@ class Telemetry(Generic[Gimbals_co]):
     cluster_momentum: Vectors3 | None = None
     applied_torque: Vectors3 | None = None
     torque_held: bool = False
+    held_inertia: Matrix3 | None = None
     thrust: Array | None = None
     thrusters: Thrusters | None = None
     initial_momentum: Literal["estimated", "zero"] = "estimated"
@@ -336,6 +339,12 @@ class Telemetry(Generic[Gimbals_co]):
     def held_torque(self) -> BSpline | None:
         """The impulse of an applied torque that is held from sample to sample, N·m·s, body axes; None without one."""
         return self.held_impulse(self.applied_torque) if self.torque_held and self.applied_torque is not None else None
+
+    @property
+    def corners(self) -> BSpline | None:
+        """The body rate that bends where a held torque jumps, rad/s; None where rates are joined smoothly."""
+        impulse = self.held_torque
+        return None if impulse is None or self.held_inertia is None else corners_of(impulse, self.held_inertia)
 
     def with_actuator_samples(self: Telemetry, time: Series, change: Callable[[Array], Array]) -> Telemetry:
         """Return the run with every actuator channel changed alike.

@@ -11,8 +11,10 @@ import numpy as np
 from testbed.arrays import Array, Flags, Theta
 from testbed.assembly.platform import Body
 from testbed.assembly.telemetry import telemetry_of
+from testbed.dynamics.inertia import inertia_of
 from testbed.effects.gyro_saturation import flat_tops
 from testbed.errors import UnidentifiableError
+from testbed.estimation.estimate import Estimate
 from testbed.estimation.momentum_test import zero_momentum_p_value
 from testbed.estimation.outliers import gross_outliers, outliers
 from testbed.estimation.telemetry import Telemetry, covered_part
@@ -46,8 +48,17 @@ def estimate_record(scenario: BodyScenario, nominal: Body, record: Record) -> Es
     Raises:
         InputError: the record lacks what estimators need, or none of them gave an estimate.
     """
-    name = record.details.name
     measured = telemetry_of(record, scenario, nominal)
+    estimation = _estimated(scenario, nominal, measured, record.details.name)
+    if not measured.torque_held:
+        return estimation
+    # The nominal inertia put the rate's corners in their place as well as it is known itself; the estimate does better.
+    near = replace(nominal, inertia=inertia_of(_most_efficient(estimation).body_theta))
+    return _estimated(scenario, nominal, telemetry_of(record, scenario, near), record.details.name)
+
+
+def _estimated(scenario: BodyScenario, nominal: Body, measured: Telemetry, name: str) -> Estimation:
+    """Estimate from one run's telemetry without outliers, with its momentum tested where it is said to be zero."""
     telemetry = _without(measured, gross_outliers(measured.body_rate, measured.gyro_noise))
 
     def estimated(part: Telemetry) -> Estimation:
@@ -104,8 +115,12 @@ def _without(telemetry: Telemetry, found: Flags) -> Telemetry:
     return replace(telemetry, gyro_time=telemetry.gyro_time[~gone], body_rate=telemetry.body_rate[~gone])
 
 
+def _most_efficient(estimation: Estimation) -> Estimate:
+    assert estimation.checks is not None
+    return estimation.by_name[estimation.checks.best]
+
+
 def _best(estimation: Estimation, telemetry: Telemetry) -> tuple[Theta, Array | None]:
     """Return the most efficient estimate's inertia, on a pivot about that, and what was estimated to act there."""
-    assert estimation.checks is not None
-    best = estimation.by_name[estimation.checks.best]
+    best = _most_efficient(estimation)
     return best.turned_theta(telemetry.pivot), None if telemetry.pivot is None else best.acting

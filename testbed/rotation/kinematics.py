@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import BSpline, CubicSpline
 
 from testbed.arrays import Quaternions, Series, Vectors3
 from testbed.compiled import LONG, compiled
 from testbed.rotation.quaternion import exponential, quaternion_product
 
 
-def integrate_attitude(time: Series, body_rate: Vectors3) -> Quaternions:
+def integrate_attitude(time: Series, body_rate: Vectors3, corners: BSpline | None = None) -> Quaternions:
     """Return the attitude at each sample relative to the first, shape (..., N, 4), scalar first.
 
     The samples are joined by a cubic spline, and each interval is turned by the fourth-order Magnus expansion
@@ -19,8 +19,12 @@ def integrate_attitude(time: Series, body_rate: Vectors3) -> Quaternions:
     Args:
         time: shape (N,), s, N ≥ 2.
         body_rate: ω, shape (..., N, 3), rad/s, body axes; of motions side by side on leading axes.
+        corners: part of it that is not smooth between the samples; the rest is. None where all of it is smooth.
     """
-    angle = np.diff(CubicSpline(time, body_rate, axis=-2).antiderivative()(time), axis=-2)
+    smooth = body_rate if corners is None else body_rate - corners(time)
+    angle = np.diff(CubicSpline(time, smooth, axis=-2).antiderivative()(time), axis=-2)
+    if corners is not None:
+        angle = angle + np.diff(corners.antiderivative()(time), axis=-2)
     coning = np.diff(time)[:, None] ** 2 / 12.0 * np.cross(body_rate[..., :-1, :], body_rate[..., 1:, :])
     turns = np.zeros(body_rate.shape)
     turns[..., 1:, :] = angle + coning
