@@ -7,14 +7,17 @@ from pathlib import Path
 
 from testbed.arrays import Matrix3
 from testbed.assembly.platform import nominal_properties
-from testbed.errors import OutputError
+from testbed.dynamics.inertia import theta_of
+from testbed.errors import InputError, OutputError
+from testbed.estimation.body import is_body
 from testbed.files import whole_file
-from testbed.plant.description import platform_mjcf, platform_urdf
+from testbed.plant.description import body_mjcf, body_urdf, platform_mjcf, platform_urdf
+from testbed.scenario.body import BodyScenario
 from testbed.scenario.scenario import Scenario
 
 
-def write_mjcf(scenario: Scenario, inertia: Matrix3, path: Path) -> Path:
-    """Write the platform of a scenario with another inertia as MJCF.
+def write_mjcf(scenario: BodyScenario, inertia: Matrix3, path: Path) -> Path:
+    """Write the platform of a scenario with another inertia as MJCF; one without actuators as a free body.
 
     Args:
         scenario: the nominal model, whose mass and geometry are kept.
@@ -22,17 +25,30 @@ def write_mjcf(scenario: Scenario, inertia: Matrix3, path: Path) -> Path:
         path: of the file; one that is there is replaced.
 
     Raises:
-        InputError: the units' own inertia is more than that of the whole platform.
+        InputError: the units' own inertia is more than that of the whole platform, or no body has it.
         OutputError: the file cannot be written.
     """
+    if not isinstance(scenario, Scenario):
+        return _written(path, body_mjcf(scenario.name, _mass(scenario, inertia), inertia))
     properties = replace(nominal_properties(scenario), inertia=inertia, cabin_size=None)
     return _written(path, platform_mjcf(properties, scenario.platform.model))
 
 
-def write_urdf(scenario: Scenario, inertia: Matrix3, path: Path) -> Path:
+def write_urdf(scenario: BodyScenario, inertia: Matrix3, path: Path) -> Path:
     """Write the platform of a scenario with another inertia as URDF; as `write_mjcf`."""
+    if not isinstance(scenario, Scenario):
+        return _written(path, body_urdf(scenario.name, _mass(scenario, inertia), inertia))
     properties = replace(nominal_properties(scenario), inertia=inertia, cabin_size=None)
     return _written(path, platform_urdf(properties, scenario.platform.model))
+
+
+def _mass(scenario: BodyScenario, inertia: Matrix3) -> float:
+    """Return a body's mass, where it can have such an inertia."""
+    if not is_body(theta_of(inertia)):
+        raise InputError(f"{scenario.name}: no body has the estimated inertia: nothing is written of it")
+    if scenario.platform.mass_kg is None:
+        raise InputError(f"{scenario.name}: platform.mass_kg is missing; add it: both formats state a body's mass")
+    return scenario.platform.mass_kg
 
 
 def _written(path: Path, text: str) -> Path:

@@ -14,6 +14,7 @@ from testbed.assembly.time_base import require_time_in_seconds
 from testbed.cmg.cluster import Cluster
 from testbed.cmg.servo_law import stiffness_of
 from testbed.errors import InputError
+from testbed.estimation.gaps import HELD_PERIODS, gaps
 from testbed.estimation.gyro_noise import gyro_noise_of, noise_freedom
 from testbed.estimation.held import corners_of, impulse_of_held
 from testbed.estimation.telemetry import (
@@ -85,9 +86,10 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
 
 
 def _middles(time: Series) -> Series:
-    """Return the middles of the periods that begin at times, s, over which torques are held."""
-    periods = np.diff(time)
-    return np.asarray(time + 0.5 * np.append(periods, np.median(periods)))
+    """Return the middles of the periods for which torques are held from given times, s; before a gap, a usual one."""
+    usual = float(np.median(np.diff(time)))
+    periods = np.append(np.where(gaps(time, HELD_PERIODS), usual, np.diff(time)), usual)
+    return np.asarray(time + 0.5 * periods)
 
 
 def live_axes(record: Record, scenario: BodyScenario) -> Flags:

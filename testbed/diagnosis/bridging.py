@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from testbed.arrays import Array, Flags, Matrix3, Vectors3
 from testbed.dynamics.inertia import cross_matrix
 from testbed.estimation.actuation import actuation
-from testbed.estimation.gaps import FEWEST_BURSTS, KEPT_BETWEEN, between_gaps, bursts, gaps, lost_samples
+from testbed.estimation.gaps import FEWEST_BURSTS, HELD_PERIODS, KEPT_BETWEEN, between_gaps, bursts, gaps, lost_samples
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.tachometer import without_tachometer_noise
 
@@ -50,11 +50,18 @@ def bridged_stretches(telemetry: Telemetry, inertia: Matrix3) -> list[slice]:
         inertia: nominal J about the point that the platform turns about, shape (3, 3), kg·m².
     """
     if telemetry.applied_torque is not None:
-        return between_gaps(gaps(telemetry.actuator_time, shortest=_ALWAYS_TORQUE))
+        return driven_stretches(telemetry)
     cut = gaps(telemetry.actuator_time, shortest=_ALWAYS)
     if cut.any():
         cut[_cheapest(_costs(telemetry, inertia, cut))] = False
     return between_gaps(cut)
+
+
+def driven_stretches(telemetry: Telemetry) -> list[slice]:
+    """Return the actuator samples between gaps of an applied torque, of which no momentum tells what it did there."""
+    if telemetry.torque_held:
+        return between_gaps(gaps(telemetry.actuator_time, HELD_PERIODS))
+    return between_gaps(gaps(telemetry.actuator_time, shortest=_ALWAYS_TORQUE))
 
 
 def _cheapest(costs: Array) -> NDArray[np.intp]:

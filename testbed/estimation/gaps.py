@@ -11,6 +11,8 @@ from testbed.arrays import Flags, Series
 
 BRIDGED_PERIODS = 2.5
 """A gap of one lost sample is interpolated over; a longer one is not (0.25 s at 16 Hz already costs 2e-5 N·m·s)."""
+HELD_PERIODS = 1.5
+"""The same of commands that are held: one that was lost had a value of its own, and nothing tells it."""
 FEWEST_SAMPLES = 4
 """A cubic spline needs four samples, and so does every estimator."""
 

@@ -10,6 +10,8 @@ import numpy as np
 from testbed.arrays import Theta
 from testbed.assembly.contact import cut_at_contact
 from testbed.assembly.platform import Body
+from testbed.assembly.telemetry import telemetry_of
+from testbed.diagnosis.bridging import driven_stretches
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.reading import gated, grouped
 from testbed.diagnosis.windows import STAND_ALONE, outliers_notice
@@ -18,8 +20,9 @@ from testbed.errors import InputError
 from testbed.experiment.combining import combine_estimations
 from testbed.experiment.experiment import CombinedEstimation, Estimation
 from testbed.experiment.measured import estimate_record
+from testbed.records.checks import MINIMUM_SAMPLES
 from testbed.records.record import Record
-from testbed.records.selection import in_parts, sampled, telemetry_only
+from testbed.records.selection import in_parts, part_of, sampled, telemetry_only
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.diagnosis import Diagnosis
 
@@ -28,6 +31,7 @@ LONGEST_GATED = 120.0
 predicts 64 instants a second."""
 MOST_AT_ONCE = 100_000
 """Gyro samples that are estimated from at once, which takes 0.6 GB; a longer record is taken for several runs."""
+_NO_ALIGNMENTS = "estimation.alignments is of flights that `testbed run` flies: none were estimated from it"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,10 +79,18 @@ def identify(scenario: BodyScenario, nominal: Body, records: Sequence[Record]) -
     notices += [
         notice for notice in passed.notices if not notice[1].endswith(STAND_ALONE)
     ]  # counted below, all of them
+    if scenario.estimation.alignments:
+        notices += [(record.details.name, _NO_ALIGNMENTS) for record in cut]
     estimations: dict[str, Estimation] = {}
     refused = list(passed.refused)
     usable = {record.details.name for record, _ in passed.usable}
-    parts = [part for record in cut if record.details.name in usable for part in in_parts(record, MOST_AT_ONCE)]
+    parts = [
+        part
+        for record in cut
+        if record.details.name in usable
+        for driven in _driven_parts(record, scenario, nominal)
+        for part in in_parts(driven, MOST_AT_ONCE)
+    ]
     for part in parts:
         try:
             estimations[part.details.name] = estimate_record(scenario, nominal, part)
@@ -124,6 +136,20 @@ def _cut(scenario: BodyScenario, nominal: Body, record: Record, notices: list[tu
         place = f"contact found at {contact.first_seen:.3f} s, the body rate jumps by {contact.rate_jump:.2g} rad/s"
         notices.append((record.details.name, f"{place}; record cut at {contact.last_free:.3f} s"))
     return cut
+
+
+def _driven_parts(record: Record, scenario: BodyScenario, nominal: Body) -> list[Record]:
+    """Return a record in parts between the gaps of the torque that is applied; it says nothing of the motion there."""
+    telemetry = telemetry_of(record, scenario, nominal)
+    stretches = driven_stretches(telemetry) if telemetry.applied_torque is not None else []
+    spans = [telemetry.actuator_time[[rows.start, rows.stop - 1]] for rows in stretches]
+    if len(spans) <= 1:
+        return [record]
+    return [
+        part_of(record, number, float(first), float(last))
+        for number, (first, last) in enumerate(spans, start=1)
+        if np.count_nonzero((telemetry.gyro_time >= first) & (telemetry.gyro_time <= last)) >= MINIMUM_SAMPLES
+    ]
 
 
 def _looked_at(record: Record) -> Record:

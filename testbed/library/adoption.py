@@ -120,7 +120,7 @@ def adopt(
     """
     path = Path(model)
     found = adopted_platform(path, Corrections(wheel=wheel, rotor=rotor, ignore=ignore))
-    text = scenario_text(found, scenario_name(path.stem) if name is None else name)
+    text = scenario_text(found, scenario_name(path.stem if name is None else name))
     file = TextFile(path=path.with_suffix(".toml"), content=text.encode("utf-8"), text=text)
     try:
         scenario = scenario_of(file)

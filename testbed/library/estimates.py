@@ -23,7 +23,7 @@ from testbed.library.arguments import AnyPath, Draws, GivenScenario, Seed, Text,
 from testbed.library.notebook import Shown, parameter_frame
 from testbed.library.records import GivenRecords, Records, require_runs, stamps_of
 from testbed.library.saving import Saved
-from testbed.library.scenarios import naming, require_flyable
+from testbed.library.scenarios import naming
 from testbed.outputs.estimate_folder import write_estimates
 from testbed.outputs.provenance import Provenance, provenance
 from testbed.report.frame.blocks import Page
@@ -129,7 +129,7 @@ class InertiaEstimate(Shown, Saved):
         Raises:
             InputError: there is no such estimate, no body has this inertia, or the file cannot be written.
         """
-        return write_mjcf(require_flyable(self.scenario), self._inertia(estimator), Path(path))
+        return write_mjcf(self.scenario, self._inertia(estimator), Path(path))
 
     @checked
     def to_urdf(self, path: AnyPath, *, estimator: Text | None = None) -> Path:
@@ -137,7 +137,7 @@ class InertiaEstimate(Shown, Saved):
 
         A link stands for the bus, each gimbal and each rotor; mass and inertia are those of the whole platform.
         """
-        return write_urdf(require_flyable(self.scenario), self._inertia(estimator), Path(path))
+        return write_urdf(self.scenario, self._inertia(estimator), Path(path))
 
     def _inertia(self, estimator: str | None) -> Matrix3:
         name = leading_estimator(self.combined) if estimator is None else estimator

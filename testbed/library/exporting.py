@@ -15,7 +15,7 @@ from testbed.dynamics.inertia import inertia_of
 from testbed.errors import InputError
 from testbed.files import read_text
 from testbed.library.arguments import AnyPath, Text, checked
-from testbed.library.scenarios import naming, require_flyable
+from testbed.library.scenarios import naming
 from testbed.report.verdict import leading_estimator
 from testbed.scenario.reader import read_body_scenario
 
@@ -56,7 +56,7 @@ def export(
         raise InputError(f"{mjcf}: is asked for as MJCF and as URDF: give each a file of its own")
     place = Path(folder)
     inertia = inertia_of(_theta(place, estimator))
-    scenario = require_flyable(read_body_scenario(place / "scenario.toml"))
+    scenario = read_body_scenario(place / "scenario.toml")
     asked = ((mjcf, write_mjcf), (urdf, write_urdf))
     with naming(scenario):
         return tuple(write(scenario, inertia, Path(path)) for path, write in asked if path is not None)

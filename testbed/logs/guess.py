@@ -124,7 +124,8 @@ def guessed_map(log: Log) -> str:
             f"[channels.body_rate]; the log holds\n  {_inventory(survey)}"
         )
     blocks = [_head(log), _clock(survey) if TABLE in survey else ""]
-    blocks += [_channel(name, best[name], survey) for name in SIGNALS if name in best]
+    stamped = any(_time_field(survey[best[name][0].topic]) for name in SIGNALS if name in best)
+    blocks += [_channel(name, best[name], survey, stamped=stamped) for name in SIGNALS if name in best]
     blocks += [_missing(best), _runs(survey), _left_out(best, survey)]
     return "\n".join(block for block in blocks if block)
 
@@ -273,7 +274,15 @@ def _unit_of_clock(first: float) -> tuple[str, str]:
     return "s", "CHECK: the log does not state it"
 
 
-def _channel(name: str, candidates: Sequence[_Candidate], survey: Mapping[str, Topic]) -> str:
+def _channel(name: str, candidates: Sequence[_Candidate], survey: Mapping[str, Topic], *, stamped: bool) -> str:
+    """Return the table of a channel.
+
+    Args:
+        name: of it.
+        candidates: the best first.
+        survey: of the log.
+        stamped: whether another channel's messages say when they were sampled.
+    """
     chosen, others = candidates[0], candidates[1:]
     lines = [f"# From {chosen.why}.", f"[channels.{name}]"]
     if chosen.topic != TABLE:
@@ -287,6 +296,8 @@ def _channel(name: str, candidates: Sequence[_Candidate], survey: Mapping[str, T
         lines.append(f"unit = {_text(unit)}" + ("" if chosen.unit else "  # CHECK: the log does not state it"))
     if clock := _time_field(survey[chosen.topic]):
         lines.append(f"time_field = {_text(clock)}")
+    elif stamped and chosen.topic != TABLE:
+        lines.append(f"{_UNCHECKED}: no time_field: its messages bear the log's time, others that of their sampling")
     if normalized:
         values = ", ".join(["1.0"] * len(chosen.fields))
         lines.append(f"scale = [{values}]  # {normalized}: give the torque at 1, N*m")

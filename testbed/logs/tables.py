@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -174,7 +175,7 @@ class ParquetTable(Log):
 def _layout(path: Path, file: BufferedReader) -> _Layout:
     """Return how a CSV file is written, from its first lines."""
     comments: list[bytes] = []
-    line = file.readline(_LONGEST_LINE)
+    line = file.readline(_LONGEST_LINE).removeprefix(codecs.BOM_UTF8)
     while line.lstrip().startswith(tuple(mark.encode() for mark in _COMMENTS)) and len(comments) < _MOST_COMMENTS:
         comments.append(line)
         line = file.readline(_LONGEST_LINE)

@@ -45,6 +45,30 @@ def platform_mjcf(properties: PlatformProperties, path: Path | None) -> str:
     return _text(root)
 
 
+def body_mjcf(name: str, mass: float, inertia: Matrix3) -> str:
+    """Return the MJCF of a free body without actuators.
+
+    Args:
+        name: of the model.
+        mass: kg.
+        inertia: about its centre of mass, where its axes begin, shape (3, 3), kg·m².
+    """
+    root = ElementTree.Element("mujoco", model=name)
+    ElementTree.SubElement(root, "option", gravity="0 0 0", integrator="RK4")
+    body = ElementTree.SubElement(ElementTree.SubElement(root, "worldbody"), "body", name="bus")
+    ElementTree.SubElement(body, "freejoint")
+    moments = _numbers(_six(inertia))
+    ElementTree.SubElement(body, "inertial", pos="0 0 0", mass=repr(mass), fullinertia=moments)
+    return _text(root)
+
+
+def body_urdf(name: str, mass: float, inertia: Matrix3) -> str:
+    """Return the URDF of a free body without actuators; as `body_mjcf`."""
+    robot = ElementTree.Element("robot", name=name)
+    _add_inertial(ElementTree.SubElement(robot, "link", name="bus"), np.zeros(3), mass, inertia)
+    return _text(robot)
+
+
 def platform_urdf(properties: PlatformProperties, path: Path | None) -> str:
     """Return the URDF of a platform: a link for the bus, each gimbal and each rotor, with a joint between them.
 
@@ -73,11 +97,15 @@ def platform_urdf(properties: PlatformProperties, path: Path | None) -> str:
 
 def _add_link(robot: ElementTree.Element, model: mujoco.MjModel, body: int) -> None:
     link = ElementTree.SubElement(robot, "link", name=model.body(body).name)
+    _add_inertial(link, model.body_ipos[body], float(model.body_mass[body]), _inertia(model, body))
+
+
+def _add_inertial(link: ElementTree.Element, center_B: Array, mass: float, inertia: Matrix3) -> None:
     inertial = ElementTree.SubElement(link, "inertial")
-    ElementTree.SubElement(inertial, "origin", xyz=_numbers(model.body_ipos[body]), rpy="0 0 0")
-    ElementTree.SubElement(inertial, "mass", value=repr(float(model.body_mass[body])))
+    ElementTree.SubElement(inertial, "origin", xyz=_numbers(center_B), rpy="0 0 0")
+    ElementTree.SubElement(inertial, "mass", value=repr(mass))
     names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-    moments = zip(names, _six(_inertia(model, body)), strict=True)
+    moments = zip(names, _six(inertia), strict=True)
     ElementTree.SubElement(inertial, "inertia", {name: repr(float(moment)) for name, moment in moments})
 
 

@@ -42,17 +42,15 @@ def in_parts(record: Record, most: int) -> list[Record]:
     if count <= 1:
         return [record]
     return [
-        replace(
-            record,
-            details=replace(
-                record.details,
-                name=f"{record.details.name} part {number}",
-                usable_from=float(part[0]),
-                usable_to=float(part[-1]),
-            ),
-        )
+        part_of(record, number, float(part[0]), float(part[-1]))
         for number, part in enumerate(np.array_split(time, count), start=1)
     ]
+
+
+def part_of(record: Record, number: int, first: float, last: float) -> Record:
+    """Return a numbered part of a record, usable from one time to another, s."""
+    name = f"{record.details.name} part {number}"
+    return replace(record, details=replace(record.details, name=name, usable_from=first, usable_to=last))
 
 
 def sampled(record: Record, name: str) -> tuple[Series, Array]:

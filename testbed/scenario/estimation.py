@@ -30,8 +30,8 @@ class Estimation(Section):
     uncertainty: Uncertainty = Uncertainty()
     """What is uncertain of actuators and gyro."""
     alignments: bool = False
-    """Whether output error also estimates the inertia together with every unit's gimbal-axis misalignment, encoder zero
-    and momentum scale."""
+    """Whether output error also estimates the inertia of a flight that `testbed run` flies together with every unit's
+    gimbal-axis misalignment, encoder zero and momentum scale; not of records measured elsewhere."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Estimation:

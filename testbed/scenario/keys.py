@@ -47,7 +47,8 @@ def meaning(place: Place, parsed: Parsed) -> str:
     """
     keys = [part for part in place if isinstance(part, str)]
     found = (_fields(section).get(keys[-1]) for section in _sections_at(tuple(keys[:-1]), parsed))
-    return next((field.description or "" for field in found if field is not None), "").removesuffix(".")
+    said = next((field.description or "" for field in found if field is not None), "")
+    return " ".join(said.split()).removesuffix(".")
 
 
 def choices_at(place: Place, parsed: Parsed) -> list[str]:

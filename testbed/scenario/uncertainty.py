@@ -22,7 +22,8 @@ class Uncertainty(Section):
     gimbal_zero_rad: AngleNoise | None = None
     """Of each gimbal encoder's zero; omitted: 0.001."""
     gimbal_axis_misalignment_rad: AngleNoise | None = None
-    """Of each gimbal axis about the unit's spin axis and about its transverse axis; omitted: 0.001."""
+    """Of each gimbal axis about the unit's spin axis and about its transverse axis, and of each wheel's axis about two
+    axes across it; omitted: 0.001."""
     gyro_bias_rad_s: RateSpread | None = None
     """Of each gyro axis's constant bias; omitted: as in [dispersion], or else 0.002."""
     gyro_scale_factor: ScaleSpread | None = None

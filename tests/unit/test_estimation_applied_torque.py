@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -39,6 +40,7 @@ description = "Six jets."
 seed = 1
 [platform]
 inertia_kg_m2 = [[20.0, 0, 0], [0, 26.0, 0], [0, 0, 29.0]]
+mass_kg = 100.0
 [gyro]
 sample_rate_hz = 10.0
 noise_rad_s = 1e-4
@@ -159,10 +161,48 @@ def test_the_gyros_noise_is_not_taken_from_the_corners(scenario):
         assert 0.8 < estimation.checks.residual.size < 1.25
 
 
-def test_no_model_of_it_is_written(scenario, tmp_path):
+@pytest.mark.parametrize("form", ["mjcf", "urdf"])
+def test_the_estimated_body_is_written_for_mujoco(scenario, tmp_path, form):
     found = tb.estimate(scenario, tb.Records(tuple(records())))
-    with pytest.raises(tb.InputError, match=r"has no \[cluster\]"):
+    folder, file = found.save(tmp_path / "found"), tmp_path / f"jets.{form}"
+    tb.export(folder, **{form: file})
+    text = file.read_text()
+    if form == "urdf":  # MuJoCo would weld the root to the world
+        text = text.replace("<link", '<mujoco><compiler fusestatic="false"/></mujoco><link', 1)
+    model = mujoco.MjModel.from_xml_string(text)
+    principal = np.sort(np.linalg.eigvalsh(inertia_of(found.combined["output_error"].theta)))
+    np.testing.assert_allclose(np.sort(model.body("bus").inertia), principal, rtol=1e-12)
+    assert model.body("bus").mass[0] == 100.0
+
+
+def test_a_body_without_a_mass_is_not_written(scenario, tmp_path):
+    massless = scenario.model_copy(update={"platform": scenario.platform.model_copy(update={"mass_kg": None})})
+    found = tb.estimate(massless, tb.Records(tuple(records())))
+    with pytest.raises(tb.InputError, match=r"platform.mass_kg is missing"):
         found.to_mjcf(tmp_path / "jets.xml")
+
+
+def test_alignments_are_not_of_measured_records(scenario):
+    asked = scenario.model_copy(update={"estimation": scenario.estimation.model_copy(update={"alignments": True})})
+    found = tb.estimate(asked, tb.Records(tuple(records())))
+    assert any("estimation.alignments is of flights" in notice for notice in found.identification.notices)
+
+
+@pytest.mark.parametrize("lost", [1, 4])
+def test_a_lost_command_parts_a_record(scenario, lost):
+    """What was commanded then is not known, and the momentum behind is another one."""
+    first, *others = records()
+    gone = slice(150, 150 + lost)
+    torn = replace(
+        first,
+        time=np.delete(first.time, gone),
+        channels={name: np.delete(values, gone, axis=0) for name, values in first.channels.items()},
+    )
+    found = tb.estimate(scenario, tb.Records((torn, *others)))
+    assert {"flight_0 part 1", "flight_0 part 2"} <= set(found.by_record)
+    assert "is in doubt" not in found.verdict
+    estimate = found.combined["output_error"]
+    assert (np.abs(estimate.theta - TRUE_THETA) < 4.0 * estimate.noise_std).all()
 
 
 @pytest.mark.parametrize("known", ["thrusters", "axes"])
