@@ -166,8 +166,10 @@ class _Stages:
             if pairs := confounded_words(diagnosis):
                 say()
                 entry("Confounded", f"by these data: {pairs}")
-        for step in diagnosis.steps[len(before.steps) if before else 0 :]:
-            _print_step(diagnosis, step)
+        shown = {step.key for step in before.steps} if before else set()
+        for step in diagnosis.steps:  # one that takes the place of a retracted one is new too
+            if step.key not in shown:
+                _print_step(diagnosis, step)
         if diagnosis.complete:
             _print_rest(diagnosis)
 

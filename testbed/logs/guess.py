@@ -124,7 +124,8 @@ def guessed_map(log: Log) -> str:
             f"[channels.body_rate]; the log holds\n  {_inventory(survey)}"
         )
     blocks = [_head(log), _clock(survey) if TABLE in survey else ""]
-    stamped = any(_time_field(survey[best[name][0].topic]) for name in SIGNALS if name in best)
+    # A ULog's own time is of the clock that its samples' stamps are of.
+    stamped = log.format != "ULog" and any(_time_field(survey[best[name][0].topic]) for name in SIGNALS if name in best)
     blocks += [_channel(name, best[name], survey, stamped=stamped) for name in SIGNALS if name in best]
     blocks += [_missing(best), _runs(survey), _left_out(best, survey)]
     return "\n".join(block for block in blocks if block)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from math import floor, log10
+from math import floor, isfinite, log10
 
 import numpy as np
 
@@ -23,6 +23,8 @@ ESTIMATOR_NAMES: Mapping[str, str] = {
 """What the pages call the estimators of a scenario."""
 
 _MOST_DECIMALS = 6
+_MOST_DIGITS = 9
+"""Nothing is known better, and what a fit states beyond is rounding."""
 
 
 def estimator_name(key: str) -> str:
@@ -55,6 +57,14 @@ def milli(value: float, decimals: int) -> str:
 def figures(value: float, digits: int = 3) -> str:
     """Return a number with so many significant digits, in powers of ten where it is very large or small."""
     return f"{value:.{digits}g}"
+
+
+def figures_to(value: float, std: float) -> str:
+    """Return a number with as many significant digits as show two of its standard deviation's, three at least."""
+    if not (isfinite(value) and isfinite(std) and value and std > 0.0):
+        return figures(value)
+    wanted = floor(log10(abs(value))) - floor(log10(std)) + 2
+    return figures(value, min(max(wanted, 3), _MOST_DIGITS))
 
 
 def chance_words(chance: float) -> str:

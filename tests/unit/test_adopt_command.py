@@ -52,6 +52,12 @@ def test_what_was_taken_wrongly_is_corrected(capsys):
     assert tb.read_scenario("mine.toml").name == "mine"
 
 
+@pytest.mark.usefixtures("here")
+def test_a_scenario_takes_the_name_that_its_file_allows():
+    assert run("adopt", MODEL, "--out", "my.sat 2.toml") == 0
+    assert tb.read_scenario("my.sat 2.toml").name == "my_sat_2"
+
+
 def test_nothing_is_replaced_and_nothing_is_left_behind(here, capsys):
     (here / "smallsat.toml").write_text("mine", encoding="utf-8")
     assert run("adopt", MODEL) == 2

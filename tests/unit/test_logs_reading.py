@@ -274,6 +274,7 @@ def imported(tmp_path: Path, content: str | bytes, keys: dict = TABLE_MAP) -> tb
         "# my log\n# of today\n" + text(),
         "# " + text(),
         "\ufeff" + text(),
+        "\ufeff# my log\n# of today\n" + text(),
         text(table=[["ms", *["deg/s"] * 3, *["N*m"] * 3], *rows()]),
         text().replace("\n", "\r\n"),
         text(names=[*COLUMNS, "Größe"], table=[[*cells, "°"] for cells in rows()]).encode("latin-1"),

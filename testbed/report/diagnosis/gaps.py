@@ -17,7 +17,7 @@ from testbed.report.diagnosis.misfit import MEANING, in_other_noise
 from testbed.report.diagnosis.verdict import effect_name
 from testbed.report.frame.blocks import Block, Cell, Column, Figure, Paragraph, Section, Table
 from testbed.report.frame.style import color, layout
-from testbed.report.wording import BAND, figures, listed
+from testbed.report.wording import BAND, figures_to, listed
 
 _Rung: TypeAlias = tuple[str, Gap]
 _ROLES = ("fitted runs", "held-out runs")
@@ -151,8 +151,8 @@ def _quantity_rows(addition: Addition) -> Iterator[tuple[Cell, ...]]:
         texts = (
             effect_name(addition.effect, addition.component) if index == 0 else "",
             each.name,
-            figures(each.value, 4),
-            f"{figures(each.value - reach, 4)} to {figures(each.value + reach, 4)}",
+            figures_to(each.value, each.std),
+            f"{figures_to(each.value - reach, each.std)} to {figures_to(each.value + reach, each.std)}",
             each.unit,
             f"{addition.probability:.3f}" if index == 0 else "",
         )

@@ -12,7 +12,7 @@ from testbed.diagnosis.state import Diagnosis, Gap
 from testbed.effects.contract import NamedEffect, Quantity
 from testbed.report.diagnosis.misfit import gimbals_words, misfit_change_words, misfit_words, shows_in_gyro
 from testbed.report.frame.blocks import Notice
-from testbed.report.wording import BAND, chance_words, figures, listed
+from testbed.report.wording import BAND, chance_words, figures_to, listed
 
 _FAR = 1.5
 """Times the fitted runs' gap: beyond it, those held out are missed by more than noise differs between runs."""
@@ -135,8 +135,8 @@ def gap_words(gap: Gap) -> str:
 def quantity_words(quantity: Quantity) -> str:
     """Return a parameter with its 95 % interval."""
     low, high = quantity.value - BAND * quantity.std, quantity.value + BAND * quantity.std
-    value = f"{figures(quantity.value)} {quantity.unit}".removesuffix(" 1")
-    return f"{quantity.name} = {value} (95 %: {figures(low)} to {figures(high)})"
+    value, *ends = (figures_to(each, quantity.std) for each in (quantity.value, low, high))
+    return f"{quantity.name} = {f'{value} {quantity.unit}'.removesuffix(' 1')} (95 %: {' to '.join(ends)})"
 
 
 def agreement_words(agreement: Agreement) -> str:
