@@ -88,7 +88,7 @@ def identify(scenario: BodyScenario, nominal: Body, records: Sequence[Record]) -
         part
         for record in cut
         if record.details.name in usable
-        for driven in _driven_parts(record, scenario, nominal)
+        for driven in driven_parts(record, scenario, nominal)
         for part in in_parts(driven, MOST_AT_ONCE)
     ]
     for part in parts:
@@ -138,8 +138,17 @@ def _cut(scenario: BodyScenario, nominal: Body, record: Record, notices: list[tu
     return cut
 
 
-def _driven_parts(record: Record, scenario: BodyScenario, nominal: Body) -> list[Record]:
-    """Return a record in parts between the gaps of the torque that is applied; it says nothing of the motion there."""
+def driven_parts(record: Record, scenario: BodyScenario, nominal: Body) -> list[Record]:
+    """Return a record in parts between the gaps of the torque that is applied; it says nothing of the motion there.
+
+    Args:
+        record: measured.
+        scenario: as of `identify`.
+        nominal: its platform.
+
+    Raises:
+        InputError: the record lacks what the estimators need.
+    """
     telemetry = telemetry_of(record, scenario, nominal)
     stretches = driven_stretches(telemetry) if telemetry.applied_torque is not None else []
     spans = [telemetry.actuator_time[[rows.start, rows.stop - 1]] for rows in stretches]
