@@ -14,9 +14,8 @@ from testbed.assembly.time_base import require_time_in_seconds
 from testbed.cmg.cluster import Cluster
 from testbed.cmg.servo_law import stiffness_of
 from testbed.errors import InputError
-from testbed.estimation.gaps import HELD_PERIODS, gaps
 from testbed.estimation.gyro_noise import gyro_noise_of, noise_freedom
-from testbed.estimation.held import corners_of, impulse_of_held
+from testbed.estimation.held import corners_of, held_periods, impulse_of_held
 from testbed.estimation.telemetry import (
     GimbalTelemetry,
     Servo,
@@ -57,13 +56,14 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
     source = _actuator_channel(part)
     time, values = sampled(part, source)
     held = source == "applied_torque" and scenario.diagnosis.applied_torque == "held"
-    if held:
-        time = _middles(time)
+    thrusters, thrust = _thrusters(part, scenario, time)
     smooth = body_rate
-    if held:  # corners would pass for noise
+    if held:
+        time, means = held_periods(time, gyro_time)
+        values, thrust = means(values), None if thrust is None else means(thrust)
+        # Corners would pass for noise.
         smooth = body_rate - corners_of(impulse_of_held(time, values), nominal.turned_inertia)(gyro_time)
     noise = _gyro_noise(part, gyro_time, smooth[:, live])
-    thrusters, thrust = _thrusters(part, scenario, sampled(part, source)[0])
     return Telemetry(
         gyro_time=gyro_time,
         body_rate=body_rate,
@@ -83,13 +83,6 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
         live=(bool(live[0]), bool(live[1]), bool(live[2])),
         surroundings=surroundings_of(record, scenario, nominal),
     )
-
-
-def _middles(time: Series) -> Series:
-    """Return the middles of the periods for which torques are held from given times, s; before a gap, a usual one."""
-    usual = float(np.median(np.diff(time)))
-    periods = np.append(np.where(gaps(time, HELD_PERIODS), usual, np.diff(time)), usual)
-    return np.asarray(time + 0.5 * periods)
 
 
 def live_axes(record: Record, scenario: BodyScenario) -> Flags:

@@ -2,10 +2,64 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
 from testbed.arrays import Array, Matrix3, Series
+from testbed.estimation.gaps import HELD_PERIODS, gaps
+
+_UNEVEN, _FEW = 0.1, 0.2
+"""Share of the usual period by which one has to differ to be uneven, and share of the periods that may.
+
+Source: chosen: a clock that is read late by a tenth of its period is no rare one, and of twenty commands one or two may
+be lost; commands that are logged when they change, or that come as they are computed, have hardly two periods alike."""
+_ROUNDING = 1e-9
+"""Periods by which a whole number of them may be missed: times are differences of numbers with sixteen digits."""
+
+
+class HeldPeriods(NamedTuple):
+    """Periods over which a torque is held, all of one length but for those that were lost.
+
+    Attributes:
+        middle: shape (K,), s.
+        means: makes of samples, shape (N, C), the means over these periods, shape (K, C).
+    """
+
+    middle: Series
+    means: Callable[[Array], Array]
+
+
+def held_periods(time: Series, gyro_time: Series) -> HeldPeriods:
+    """Return the periods of samples that are held from their times until the next.
+
+    Where these times are even, a sample has a period, and one that was lost leaves a gap. Where they are not, as of
+    commands that are logged when they change, nothing was lost, and the periods are the gyro's: it sees no more of a
+    torque than the impulse between two of its samples.
+
+    Args:
+        time: of the samples, shape (N,), s.
+        gyro_time: s.
+    """
+    periods = np.diff(time)
+    usual = float(np.median(periods))
+    if np.mean(np.abs(periods / usual - 1.0) > _UNEVEN) <= _FEW:
+        kept = np.append(np.where(gaps(time, HELD_PERIODS), usual, periods), usual)
+        return HeldPeriods(time + 0.5 * kept, lambda samples: samples)
+    step = float(np.median(np.diff(gyro_time)))
+    first = gyro_time[np.searchsorted(gyro_time, time[0])]
+    edges = first + step * np.arange(math.ceil((gyro_time[-1] - first) / step - _ROUNDING) + 2)
+    held = np.append(time, max(edges[-1], time[-1] + usual))
+
+    def means(samples: Array) -> Array:
+        gained = np.cumsum(samples * np.diff(held)[:, None], axis=0)
+        impulse = make_interp_spline(held, np.concatenate([np.zeros_like(gained[:1]), gained]), k=1)
+        return np.asarray(np.diff(impulse(edges), axis=0) / step)
+
+    return HeldPeriods(edges[:-1] + 0.5 * step, means)
 
 
 def impulse_of_held(middle: Series, samples: Array, axis: int = 0) -> BSpline:
