@@ -17,6 +17,7 @@ from testbed.diagnosis.reading import gated, grouped
 from testbed.diagnosis.windows import STAND_ALONE, outliers_notice
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.errors import InputError
+from testbed.estimation.telemetry import Telemetry
 from testbed.experiment.combining import combine_estimations
 from testbed.experiment.experiment import CombinedEstimation, Estimation
 from testbed.experiment.measured import estimate_record
@@ -44,6 +45,7 @@ class Identification:
         combined: of all of them.
         notices: what a reader has to know of the records.
         refused: why records were left out.
+        torque_drawn: whether an applied torque is drawn from sample to sample, as of one that is not said to be held.
         nominal_theta: inertia that the estimates have to be near, kg·m²; None where the scenario accepts any other.
     """
 
@@ -52,6 +54,7 @@ class Identification:
     combined: CombinedEstimation
     notices: tuple[str, ...]
     refused: tuple[str, ...]
+    torque_drawn: bool
     nominal_theta: Theta | None
 
 
@@ -105,8 +108,13 @@ def identify(scenario: BodyScenario, nominal: Body, records: Sequence[Record]) -
         combined=combine_estimations(estimations),
         notices=(*grouped(notices), *passed.doubts),
         refused=tuple(refused),
+        torque_drawn=_drawn(passed.together.grid.runs[0]),
         nominal_theta=None if "inertia" in scenario.diagnosis.accept else theta_of(nominal.inertia),
     )
+
+
+def _drawn(run: Telemetry) -> bool:
+    return run.applied_torque is not None and not run.torque_held
 
 
 def _require_free(runs: Runs) -> None:

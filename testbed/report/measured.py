@@ -32,6 +32,11 @@ from testbed.report.verdict import leading_estimator, measured_verdict
 from testbed.report.wording import capitalized, estimator_name, listed
 from testbed.scenario.body import BodyScenario
 
+_DRAWN = (
+    "applied_torque was taken to change in a smooth way from sample to sample; of torques that are held until the next "
+    'one, as a flight computer commands thrusters, say so: [diagnosis] applied_torque = "held"'
+)
+
 
 def write_estimates_report(
     path: Path,
@@ -112,7 +117,10 @@ def identification_notices(identification: Identification) -> Iterator[Notice]:
         for estimator, message in estimation.failures.items():
             text = f"{name}: {capitalized(estimator_name(estimator))} gave no estimate: {message}"
             yield Notice(tone="warn", text=text)
-    yield from (Notice(tone="warn", text=doubt) for doubt in identification_doubts(identification))
+    doubts = [Notice(tone="warn", text=doubt) for doubt in identification_doubts(identification)]
+    yield from doubts
+    if doubts and identification.torque_drawn:
+        yield Notice(tone="plain", text=_DRAWN)
     yield from _offset_notices(identification)
     yield from (Notice(tone="plain", text=neglected_words(each)) for each in _neglected(identification))
 

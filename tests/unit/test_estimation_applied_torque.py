@@ -18,6 +18,7 @@ from testbed.estimation.registry import ESTIMATORS
 from testbed.estimation.telemetry import Telemetry, Thrusters, covered_part
 from testbed.estimation.uncertainty import EXACT, Uncertainty
 from testbed.records.record import Record, RunDetails
+from testbed.report.measured import identification_notices
 
 TRUE_THETA = np.array([20.4, 25.7, 29.1, 0.4, -0.3, 0.5])
 TRUE_INERTIA = inertia_of(TRUE_THETA)
@@ -245,6 +246,14 @@ def test_alignments_are_not_of_measured_records(scenario):
     asked = scenario.model_copy(update={"estimation": scenario.estimation.model_copy(update={"alignments": True})})
     found = tb.estimate(asked, tb.Records(tuple(records())))
     assert any("estimation.alignments is of flights" in notice for notice in found.identification.notices)
+
+
+def test_held_torques_that_are_not_said_to_be_held_are_asked_for(scenario):
+    drawn = scenario.model_copy(update={"diagnosis": type(scenario.diagnosis)()})
+    asked, right = (tb.estimate(each, tb.Records(tuple(records()))) for each in (drawn, scenario))
+    assert "is in doubt" in asked.verdict or "put it in doubt" in asked.verdict
+    assert any('applied_torque = "held"' in notice.text for notice in identification_notices(asked.identification))
+    assert not any('"held"' in notice.text for notice in identification_notices(right.identification))
 
 
 @pytest.mark.parametrize("lost", [1, 4])

@@ -55,6 +55,7 @@ def test_what_is_proposed_imports_as_the_map_that_a_person_wrote(tmp_path, name)
     [
         (["t_ms", "gyro_x_dps", "gyro_y_dps", "gyro_z_dps"], None, "deg/s", ("t_ms", "ms")),
         (["time", "gx", "gy", "gz"], None, "rad/s", ("time", "s")),
+        (["Date/Time", "gx", "gy", "gz"], None, "rad/s", ("Date/Time", "s")),
         (["Time [s]", "omega_x[deg/s]", "omega_y[deg/s]", "omega_z[deg/s]"], None, "deg/s", ("Time [s]", "s")),
         (["timestamp", "angular_velocity.x", "angular_velocity.y", "angular_velocity.z"], None, "rad/s", None),
         (["t", "x_gyro", "y_gyro", "z_gyro"], None, "rad/s", ("t", "s")),

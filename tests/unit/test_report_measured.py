@@ -33,6 +33,7 @@ def page_of(folder, *records, failures=None):
         scenario=scenario,
         nominal=nominal,
         identification=Identification(
+            torque_drawn=False,
             records=records,
             estimations=estimations,
             combined=combine_estimations(estimations),
