@@ -10,7 +10,7 @@ import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
 from testbed.arrays import Array, Matrix3, Series
-from testbed.estimation.gaps import HELD_PERIODS, gaps
+from testbed.estimation.gaps import FEWEST_SAMPLES, HELD_PERIODS, gaps
 
 _UNEVEN, _FEW = 0.1, 0.2
 """Share of the usual period by which one has to differ to be uneven, and share of the periods that may.
@@ -44,13 +44,15 @@ def held_periods(time: Series, gyro_time: Series) -> HeldPeriods:
         time: of the samples, shape (N,), s.
         gyro_time: s.
     """
+    if len(time) < FEWEST_SAMPLES:  # whoever uses them says so
+        return HeldPeriods(time, lambda samples: samples)
     periods = np.diff(time)
     usual = float(np.median(periods))
     if np.mean(np.abs(periods / usual - 1.0) > _UNEVEN) <= _FEW:
         kept = np.append(np.where(gaps(time, HELD_PERIODS), usual, periods), usual)
         return HeldPeriods(time + 0.5 * kept, lambda samples: samples)
     step = float(np.median(np.diff(gyro_time)))
-    first = gyro_time[np.searchsorted(gyro_time, time[0])]
+    first = gyro_time[min(int(np.searchsorted(gyro_time, time[0])), len(gyro_time) - 1)]
     edges = first + step * np.arange(math.ceil((gyro_time[-1] - first) / step - _ROUNDING) + 2)
     held = np.append(time, max(edges[-1], time[-1] + usual))
 

@@ -50,7 +50,7 @@ def estimate_record(scenario: BodyScenario, nominal: Body, record: Record) -> Es
     """
     measured = telemetry_of(record, scenario, nominal)
     estimation = _estimated(scenario, nominal, measured, record.details.name)
-    if not measured.torque_held:
+    if not measured.torque_held or estimation.checks is None:
         return estimation
     # The nominal inertia put the rate's corners in their place as well as it is known itself; the estimate does better.
     near = replace(nominal, inertia=inertia_of(_most_efficient(estimation).body_theta))

@@ -168,6 +168,12 @@ def test_commands_logged_when_they_change_keep_their_impulse():
     assert periods.middle[-1] > gyro_time[-1]  # the last command holds on
 
 
+@pytest.mark.parametrize("time", [[1.0], [1.0, 1.5, 4.0], [60.0, 60.2, 61.0, 61.1, 64.0, 64.2]])
+def test_commands_that_cover_nothing_are_no_fault_of_theirs(time):
+    periods = held_periods(np.array(time), np.arange(100) * PERIOD)
+    assert len(periods.means(np.zeros((len(time), 3)))) == len(periods.middle)
+
+
 def test_commands_logged_when_they_change_give_the_inertia(scenario):
     """Held for 0.1 to 0.9 s, in rows of their own; taken for even ones they were 11 to 27 standard deviations off."""
     rng, tick = np.random.default_rng(4), 0.1 * PERIOD
