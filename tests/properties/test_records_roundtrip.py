@@ -20,7 +20,7 @@ NUMBERS = st.floats(allow_nan=True, allow_infinity=False, width=64)
 ACTUATION = st.just(np.nan) | st.floats(-LARGEST_ACTUATION, LARGEST_ACTUATION)
 OPTIONAL_CHANNELS = sorted(set(SIGNALS) - {"body_rate", "applied_torque"})
 
-ACTUATORS = ("gimbal_angle", "wheel_speed", "cluster_momentum", "applied_torque", "rotor_speed")
+ACTUATORS = ("gimbal_angle", "wheel_speed", "cluster_momentum", "applied_torque", "motor_thrust", "rotor_speed")
 
 
 def values(width, rows, elements):

@@ -165,10 +165,10 @@ def test_check_accepts_it(path, capsys):
     assert path.stem in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("command", ["run", "design", "estimate", "montecarlo"])
+@pytest.mark.parametrize("command", ["run", "design", "montecarlo"])
 def test_what_needs_a_cluster_refuses_a_platform_without(command, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    further = {"estimate": ("--data", ROOT / "data" / "crazyflie"), "montecarlo": ("--runs", 2)}
+    further = {"montecarlo": ("--runs", 2)}
     assert run(command, MEASURED, *further.get(command, ())) == 2
     said = capsys.readouterr().err
     assert "has no [cluster]" in said
