@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from testbed.arrays import Theta
 from testbed.assembly.platform import Body
 from testbed.dynamics.inertia import theta_of
@@ -32,6 +34,10 @@ from testbed.report.verdict import leading_estimator, measured_verdict
 from testbed.report.wording import capitalized, estimator_name, listed
 from testbed.scenario.body import BodyScenario
 
+_WORTH_SAYING = 1.5
+"""Ratio of two estimators' standard deviations from which the better one is pointed out.
+
+Source: convention: as much as twice the data would bring."""
 _DRAWN = (
     "applied_torque was taken to change in a smooth way from sample to sample; of torques that are held until the next "
     'one, as a flight computer commands thrusters, say so: [diagnosis] applied_torque = "held"'
@@ -121,8 +127,26 @@ def identification_notices(identification: Identification) -> Iterator[Notice]:
     yield from doubts
     if doubts and identification.torque_drawn:
         yield Notice(tone="plain", text=_DRAWN)
+    yield from _better_known(identification)
     yield from _offset_notices(identification)
     yield from (Notice(tone="plain", text=neglected_words(each)) for each in _neglected(identification))
+
+
+def _better_known(identification: Identification) -> Iterator[Notice]:
+    """Yield which estimator states less than the leading one, as what is uncertain of actuators adds up less in it.
+
+    Output error believes the whole motion, and with it every error of a torque since the start; a prefilter forgets.
+    """
+    combined = identification.combined.by_name
+    leading = leading_estimator(combined)
+    sizes = {name: float(np.exp(np.mean(np.log(each.std)))) for name, each in combined.items()}
+    least = min(sizes, key=lambda name: sizes[name])
+    if sizes[leading] > _WORTH_SAYING * sizes[least]:
+        yield Notice(
+            tone="plain",
+            text=f"{capitalized(estimator_name(least))} states {sizes[leading] / sizes[least]:.2g} times less than "
+            f"{estimator_name(leading)}: what is uncertain of actuators and gyro adds up less in it; use its inertia",
+        )
 
 
 def _offset_notices(identification: Identification) -> Iterator[Notice]:

@@ -262,6 +262,18 @@ def test_held_torques_that_are_not_said_to_be_held_are_asked_for(scenario):
     assert not any('"held"' in notice.text for notice in identification_notices(right.identification))
 
 
+def test_the_estimator_in_which_uncertain_thrusts_add_up_least_is_pointed_out(scenario):
+    """Output error believes the momentum that thrusts have given since the start; the prefilter forgets it."""
+    estimation = scenario.estimation.model_copy(update={"estimators": ("iv", "output_error")})
+    asked = scenario.model_copy(update={"estimation": estimation})
+    found = tb.estimate(asked, tb.Records(tuple(records())))
+    texts = [notice.text for notice in identification_notices(found.identification)]
+    (said,) = (text for text in texts if "adds up less" in text)
+    assert said.startswith("Instrumental variable states")
+    combined = found.combined
+    assert np.prod(combined["iv"].std) < np.prod(combined["output_error"].std) / 1.5**6
+
+
 @pytest.mark.parametrize("lost", [1, 4])
 def test_a_lost_command_parts_a_record(scenario, lost):
     """What was commanded then is not known, and the momentum behind is another one."""
