@@ -8,16 +8,13 @@ seeds, or flown anew by every seed where the thrusts themselves are uncertain.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import Literal, TypeAlias
+from typing import Literal
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
-import testbed as tb
+from support.thrusters import body_scenario, turned, turned_by_held
 from testbed.arrays import Array, Matrix3, Series, Vector3, Vectors3
 from testbed.assembly.platform import Body, nominal_body
 from testbed.dynamics.inertia import theta_of
@@ -42,7 +39,6 @@ SPREAD = 0.02
 NORMAL_95 = 1.96
 FIRST = np.array([0.05, -0.03, 0.02])
 """rad/s."""
-Torque: TypeAlias = Callable[[float], Vector3]
 SCENARIO = """
 schema = 1
 name = "thrusters"
@@ -140,27 +136,10 @@ def flown(case: Case, time: Series, rng: np.random.Generator) -> tuple[Vectors3,
     firing = (draw.random((len(time) // hold + 1, len(per_jet))) < FIRING).astype(float)
     thrust = np.repeat(firing, hold, axis=0)[: len(time)]
     given = (thrust * (1.0 + case.off * rng.standard_normal(len(per_jet)))) @ per_jet
-    rates = [FIRST]
-    for number, held in enumerate(given[:-1]):  # none of them has a jump
-        rates.append(turned(time[number : number + 2], rates[-1], inertia, lambda _, held=held: held)[-1])
-    return np.array(rates), thrust
+    return turned_by_held(time, FIRST, inertia, given), thrust
 
 
-def turned(time: Series, rate: Vector3, inertia: Matrix3, torque: Torque) -> Vectors3:
-    """Return the body rate at given times, by Euler's equation from the first, shape (N, 3), rad/s."""
-    inverse = np.linalg.inv(inertia)
-    solution = solve_ivp(
-        lambda at, body_rate: inverse @ (torque(at) - np.cross(body_rate, inertia @ body_rate)),
-        time[[0, -1]],
-        rate,
-        t_eval=time,
-        rtol=1e-10,
-        atol=1e-13,
-    )
-    return np.asarray(solution.y.T)
-
-
-def scenario_of(case: Case, folder: Path) -> BodyScenario:
+def scenario_of(case: Case) -> BodyScenario:
     """Return the scenario of a case: a nominal inertia without products, a tenth too large, and the jets."""
     tables = [
         f"[[thrusters]]\nposition_m = {position}\ndirection = {direction}"
@@ -174,9 +153,7 @@ def scenario_of(case: Case, folder: Path) -> BodyScenario:
         torque="held" if case.torque == "held" else "sampled",
         jets="\n".join(tables) if case.torque == "held" else "",
     )
-    file = folder / "thrusters.toml"
-    file.write_text(text, encoding="utf-8")
-    return tb.read_scenario(file)
+    return body_scenario(text, "thrusters.toml")
 
 
 def _arm_and_direction(torque: Vector3) -> tuple[list[float], list[float]]:
@@ -209,8 +186,7 @@ def main(seeds: int) -> None:
     for case in CASES:
         truth = theta_of(inertia_of_size(case.size))
         errors: dict[str, list[Array]] = {}
-        with TemporaryDirectory() as folder:
-            scenario = scenario_of(case, Path(folder))
+        scenario = scenario_of(case)
         nominal = nominal_body(scenario)
         for record in records(case, seeds):
             for name, estimate in combined(scenario, nominal, record).items():

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from concealing.rig import Rig, rig_record
-from testbed.files import TextFile
+from support.thrusters import body_scenario
 from testbed.records.record import Record
 from testbed.scenario.body import BodyScenario
-from testbed.scenario.reader import body_scenario_of
 
 _SCENARIO = """
 schema = 1
@@ -40,8 +38,7 @@ def rig_scenario_text(axes: str = 'axes = ["z"]', rate: float = 20.0) -> str:
 
 def rig_scenario(axes: str = 'axes = ["z"]', rate: float = 20.0) -> BodyScenario:
     """Return the rig's scenario; arguments as `rig_scenario_text`."""
-    text = rig_scenario_text(axes, rate)
-    return body_scenario_of(TextFile(path=Path("rig.toml"), content=text.encode(), text=text))
+    return body_scenario(rig_scenario_text(axes, rate), "rig.toml")
 
 
 def rig_records(rigs: Sequence[Rig], *, seconds: float = 6.0, rate: float = 20.0, seed: int = 100) -> list[Record]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from testbed.errors import InputError, OutputError
 from testbed.estimation.body import is_body
 from testbed.files import whole_file
 from testbed.plant.description import body_mjcf, body_urdf, platform_mjcf, platform_urdf
+from testbed.plant.properties import PlatformProperties
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.scenario import Scenario
 
@@ -28,18 +30,24 @@ def write_mjcf(scenario: BodyScenario, inertia: Matrix3, path: Path) -> Path:
         InputError: the units' own inertia is more than that of the whole platform, or no body has it.
         OutputError: the file cannot be written.
     """
-    if not isinstance(scenario, Scenario):
-        return _written(path, body_mjcf(scenario.name, _mass(scenario, inertia), inertia))
-    properties = replace(nominal_properties(scenario), inertia=inertia, cabin_size=None)
-    return _written(path, platform_mjcf(properties, scenario.platform.model))
+    return _written(path, _described(scenario, inertia, platform_mjcf, body_mjcf))
 
 
 def write_urdf(scenario: BodyScenario, inertia: Matrix3, path: Path) -> Path:
     """Write the platform of a scenario with another inertia as URDF; as `write_mjcf`."""
+    return _written(path, _described(scenario, inertia, platform_urdf, body_urdf))
+
+
+def _described(
+    scenario: BodyScenario,
+    inertia: Matrix3,
+    of_platform: Callable[[PlatformProperties, Path | None], str],
+    of_body: Callable[[str, float, Matrix3], str],
+) -> str:
     if not isinstance(scenario, Scenario):
-        return _written(path, body_urdf(scenario.name, _mass(scenario, inertia), inertia))
+        return of_body(scenario.name, _mass(scenario, inertia), inertia)
     properties = replace(nominal_properties(scenario), inertia=inertia, cabin_size=None)
-    return _written(path, platform_urdf(properties, scenario.platform.model))
+    return of_platform(properties, scenario.platform.model)
 
 
 def _mass(scenario: BodyScenario, inertia: Matrix3) -> float:

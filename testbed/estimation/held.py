@@ -57,9 +57,7 @@ def held_periods(time: Series, gyro_time: Series) -> HeldPeriods:
     held = np.append(time, max(edges[-1], time[-1] + usual))
 
     def means(samples: Array) -> Array:
-        gained = np.cumsum(samples * np.diff(held)[:, None], axis=0)
-        impulse = make_interp_spline(held, np.concatenate([np.zeros_like(gained[:1]), gained]), k=1)
-        return np.asarray(np.diff(impulse(edges), axis=0) / step)
+        return np.asarray(np.diff(_impulse_between(held, samples)(edges), axis=0) / step)
 
     return HeldPeriods(edges[:-1] + 0.5 * step, means)
 
@@ -74,6 +72,11 @@ def impulse_of_held(middle: Series, samples: Array, axis: int = 0) -> BSpline:
     """
     between = 0.5 * (middle[:-1] + middle[1:])
     edges = np.concatenate([[2.0 * middle[0] - between[0]], between, [2.0 * middle[-1] - between[-1]]])
+    return _impulse_between(edges, samples, axis)
+
+
+def _impulse_between(edges: Series, samples: Array, axis: int = 0) -> BSpline:
+    """Return the impulse since the first edge of samples that are each held from one edge to the next."""
     gained = np.cumsum(np.moveaxis(samples, axis, 0).T * np.diff(edges), axis=-1).T
     impulse = np.concatenate([np.zeros_like(gained[:1]), gained])
     return make_interp_spline(edges, np.moveaxis(impulse, 0, axis), k=1, axis=axis)
@@ -90,6 +93,17 @@ def corners_of(impulse: BSpline, inertia: Matrix3) -> BSpline:
     """
     by_axis = np.moveaxis(impulse.c, impulse.axis, -2) @ np.linalg.inv(inertia).T
     return BSpline(impulse.t, np.moveaxis(by_axis, -2, impulse.axis), impulse.k, axis=impulse.axis)
+
+
+def step_within(period: float, longest_step: float) -> float:
+    """Return the longest step, s, of which half a period holds a whole number: a held torque jumps at nodes then.
+
+    Args:
+        period: over which it is held, s.
+        longest_step: that the motion allows, s.
+    """
+    half = 0.5 * period
+    return half / math.ceil(half / longest_step - _ROUNDING)
 
 
 def along_steps(impulse: BSpline, at: Series) -> Array:

@@ -23,7 +23,7 @@ from testbed.dynamics.environment import gravity_torque
 from testbed.dynamics.gyrostat import require_bounded
 from testbed.dynamics.inertia import inertia_of, symmetric_inverse
 from testbed.estimation.actuation import Actuation, actuation
-from testbed.estimation.held import along_steps
+from testbed.estimation.held import along_steps, step_within
 from testbed.estimation.telemetry import Telemetry
 from testbed.rotation.kinematics import integrate_attitude
 from testbed.rotation.quaternion import matrix_of
@@ -120,9 +120,8 @@ def _step_pairs(telemetry: Telemetry, span: float) -> int:
     """Return P, half the number of steps; where a torque is held, pairs of them end with every sample, at corners."""
     if not telemetry.torque_held:
         return math.ceil(span / (2.0 * LONGEST_STEP))
-    interval = float(np.median(np.diff(telemetry.actuator_time)))
-    in_a_sample = math.ceil(interval / (2.0 * LONGEST_STEP) - _ROUNDING)
-    return math.ceil(span / interval * in_a_sample - _ROUNDING)
+    step = step_within(float(np.median(np.diff(telemetry.actuator_time))), LONGEST_STEP)
+    return math.ceil(span / (2.0 * step) - _ROUNDING)
 
 
 def _as_pendulum(drive: Drive, telemetry: Telemetry) -> Drive:

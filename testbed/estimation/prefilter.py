@@ -102,10 +102,9 @@ def _stretch(
     swing = momentum_regressor((body_rate - filtered(fine_rate)) / prefilter_time)  # s F Γ(ω)
     known_swing = (_known_momentum(known, body_rate) - filtered(fine_momentum)) / prefilter_time
     response = filtered(fine_torque) - known_swing  # eq. (7), filtered: (22)
-    if telemetry.held_torque is not None:
-        given = telemetry.held_torque(time) - telemetry.held_torque(time[0])
-        fine_given = telemetry.held_torque(grid) - telemetry.held_torque(time[0])
-        response += (given - filtered(fine_given)) / prefilter_time  # F τ by its impulse, which has no jumps
+    held = telemetry.held_torque
+    if held is not None:  # F τ by its impulse since the start, which has no jumps
+        response += (held(time) - held(time[0]) - filtered(held(grid) - held(time[0]))) / prefilter_time
     columns = [swing + turning, _start_columns(telemetry, stretch, prefilter_time)]
     if telemetry.torque_unknowns:
         columns.append(-filtered(torque_basis(telemetry, grid)))

@@ -157,6 +157,8 @@ def driven_parts(record: Record, scenario: BodyScenario, nominal: Body) -> list[
     Raises:
         InputError: the record lacks what the estimators need.
     """
+    if record.channels.keys().isdisjoint({"applied_torque", "motor_thrust"}):
+        return [record]
     telemetry = telemetry_of(record, scenario, nominal)
     stretches = driven_stretches(telemetry) if telemetry.applied_torque is not None else []
     spans = [telemetry.actuator_time[[rows.start, rows.stop - 1]] for rows in stretches]

@@ -18,6 +18,7 @@ from testbed.arrays import Array, Flags, Series, Vectors3
 from testbed.cmg.cluster import Cluster
 from testbed.cmg.wheels import Wheels, no_wheels
 from testbed.errors import InputError
+from testbed.estimation.held import step_within
 from testbed.estimation.telemetry import (
     ALL_AXES,
     CommandedRun,
@@ -264,7 +265,7 @@ def _step_within_samples(runs: Sequence[Telemetry], longest_step: float) -> floa
         return longest_step
     interval = min(float(np.median(np.diff(run.actuator_time))) for run in runs)
     if runs[0].torque_held:
-        return 0.5 * interval / math.ceil(0.5 * interval / longest_step - _ROUNDING)
+        return step_within(interval, longest_step)
     return min(longest_step, 2.0 * interval)
 
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 import testbed as tb
+from support.thrusters import body_scenario, turned_by_held
 from testbed.dynamics.inertia import inertia_of
 from testbed.estimation.considered import considered_shifts
 from testbed.estimation.estimate import EstimationSettings
@@ -33,6 +33,8 @@ JETS = Thrusters(
 PER_THRUST_B = JETS.torque_per_thrust_B
 """N·m per N of six jets, about x, y, z and back."""
 SIGMA = 1e-4
+"""rad/s."""
+FIRST = np.array([0.01, -0.02, 0.015])
 """rad/s."""
 SETTINGS = EstimationSettings(nominal_theta=NOMINAL_THETA, uncertainty=EXACT)
 STATED = """
@@ -64,19 +66,8 @@ def fired(seed: int):
 
 
 def turned(thrust, inertia):
-    """The body rate at the begin of each period, shape (COUNT, 3), rad/s; solved period by period, none has a jump."""
-    inverse = np.linalg.inv(inertia)
-    rates = [np.array([0.01, -0.02, 0.015])]
-    for torque in (thrust @ PER_THRUST_B)[:-1]:
-        solved = solve_ivp(
-            lambda _, rate, torque=torque: inverse @ (torque - np.cross(rate, inertia @ rate)),
-            (0.0, PERIOD),
-            rates[-1],
-            rtol=1e-11,
-            atol=1e-14,
-        )
-        rates.append(solved.y[:, -1])
-    return np.array(rates)
+    """The body rate at the begin of each period, shape (COUNT, 3), rad/s."""
+    return turned_by_held(np.arange(COUNT) * PERIOD, FIRST, inertia, thrust @ PER_THRUST_B)
 
 
 def telemetry(thrust, rates):
@@ -108,10 +99,8 @@ def records(noise=SIGMA):
 
 
 @pytest.fixture(scope="module")
-def scenario(tmp_path_factory):
-    file = tmp_path_factory.mktemp("jets") / "jets.toml"
-    file.write_text(STATED)
-    return tb.read_scenario(file)
+def scenario():
+    return body_scenario(STATED, "jets.toml")
 
 
 @pytest.mark.parametrize(
@@ -180,35 +169,18 @@ def test_commands_logged_when_they_change_give_the_inertia(scenario):
     ticks = np.cumsum(rng.integers(10, 90, 60))
     ticks = np.append(0, ticks[ticks < COUNT * 10])
     torque = 0.5 * rng.integers(-1, 2, (len(ticks), 3))
-    every = np.arange(COUNT * 10)
-    acting = torque[np.searchsorted(ticks, every, side="right") - 1]
-    rate, rates = np.array([0.01, -0.02, 0.015]), np.empty((len(every), 3))
-    for index, each in enumerate(acting):
-        rates[index] = rate
-        rate = _stepped(rate, each, tick)
-    rows = np.union1d(every[::10], ticks)
-    rates += SIGMA * rng.standard_normal(rates.shape)
+    rows = np.union1d(np.arange(0, COUNT * 10, 10), ticks)
+    acting = torque[np.searchsorted(ticks, rows, side="right") - 1]
+    rates = turned_by_held(rows * tick, FIRST, TRUE_INERTIA, acting) + SIGMA * rng.standard_normal((len(rows), 3))
     channels = {
-        "body_rate": np.where((rows % 10 == 0)[:, None], rates[rows], np.nan),
-        "applied_torque": np.where(np.isin(rows, ticks)[:, None], acting[rows], np.nan),
+        "body_rate": np.where((rows % 10 == 0)[:, None], rates, np.nan),
+        "applied_torque": np.where(np.isin(rows, ticks)[:, None], acting, np.nan),
     }
     details = RunDetails(name="logged", source="measured", gyro_noise=SIGMA)
     found = tb.estimate(scenario, tb.Records((Record(time=rows * tick, channels=channels, details=details),)))
     estimate = found.combined["output_error"]
     assert (np.abs(estimate.theta - TRUE_THETA) < 4.0 * estimate.noise_std).all()
     assert "is in doubt" not in found.verdict
-
-
-def _stepped(rate, torque, step):
-    """A step of Runge and Kutta of order four."""
-
-    def slope(at):
-        return np.linalg.solve(TRUE_INERTIA, torque - np.cross(at, TRUE_INERTIA @ at))
-
-    first = slope(rate)
-    second = slope(rate + 0.5 * step * first)
-    third = slope(rate + 0.5 * step * second)
-    return rate + step / 6.0 * (first + 2.0 * second + 2.0 * third + slope(rate + step * third))
 
 
 def test_an_inertia_is_estimated_without_gyros(scenario):
