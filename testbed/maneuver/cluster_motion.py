@@ -28,6 +28,7 @@ MOTION_OUTPUTS = (
     "dexterity",
     "gimbal_torque",
     "wheel_torque",
+    "excess",
 )
 """What `motion_function` returns, in order."""
 
@@ -59,7 +60,7 @@ def motion_function(actuators: Actuators, inertia: Matrix3, friction: Units) -> 
 
     body_rate ω; momentum h and its rate ḣ of all actuators; envelope_share of the gyros' h; dexterity of all actuators,
     det(A Aᵀ)/(Σ h²/3)³, the square of the singularity measure; gimbal_torque of each motor, N·m, and wheel_torque in
-    shares of its limit.
+    shares of its limit; excess h - L of the actuators' momentum over the total, none where the platform rests.
 
     Args:
         actuators: gyros and wheels.
@@ -81,6 +82,7 @@ def motion_function(actuators: Actuators, inertia: Matrix3, friction: Units) -> 
     wheel_torque = _wheel_torque(wheels, motion[units:], rate[units:], body_acceleration, friction)
     share = envelope_share_function(cluster)(of_units) if units else ca.SX(0.0)
     outputs = [body_rate, momentum, momentum_rate, share, _dexterity(actuators, frame), torque, wheel_torque]
+    outputs.append(momentum - total)
     return ca.Function("motion", [motion, rate, acceleration, total], outputs)
 
 

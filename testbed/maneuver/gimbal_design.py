@@ -93,7 +93,7 @@ def _program(problem: DesignProblem, criterion: Criterion, limits: GimbalLimits,
         points=points,
         limits=(
             *hull_limits(problem, limits, points.rows),
-            *path_limits(problem, limits, points.rows, path_time, total),
+            *path_limits(problem, limits, points, path_time, total),
         ),
         hessian="exact" if criterion == _CURVED else "limited-memory",
     )

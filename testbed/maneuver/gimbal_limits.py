@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -11,6 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from testbed.arrays import Series
 from testbed.maneuver.cluster_motion import MOTION_OUTPUTS, motion_function
 from testbed.maneuver.design import DesignProblem, GimbalLimits
+from testbed.maneuver.formulation import SplinePoints
+from testbed.maneuver.instants import Instants, at_instants
 from testbed.maneuver.momentum_path import sampled
 from testbed.maneuver.program import Constraint, within
 from testbed.maneuver.splines import derivative_points_matrix
@@ -45,23 +48,26 @@ def hull_limits(problem: DesignProblem, limits: GimbalLimits, points: ca.MX) -> 
 
 
 def path_limits(
-    problem: DesignProblem, limits: GimbalLimits, points: ca.MX, path_time: Series, total: ca.MX
+    problem: DesignProblem, limits: GimbalLimits, points: SplinePoints, path_time: Series, total: ca.MX
 ) -> tuple[Constraint, ...]:
     """Keep what is not linear in the control points at a few instants of each knot interval, and rest at the end.
 
     Args:
         problem: platform and duration.
         limits: what to keep.
-        points: of the motion, shape (n, M + W), rad and shares of momentum limits.
+        points: of the motion, n rows of M + W, rad and shares of momentum limits.
         path_time: shape (N,), s, ends with the duration.
         total: L at these times, shape (3, N), N·m·s, body axes.
     """
     checked = _checked(problem, limits, len(path_time))
-    motion = motion_function(problem.actuators, problem.inertia, limits.wheel_friction).map(len(checked))
-    curves = [sampled(problem, points, path_time[checked], order) for order in (0, 1, 2)]
-    outputs = motion(*curves, total[:, checked.tolist()])
-    values = {name: output.T for name, output in zip(MOTION_OUTPUTS, outputs, strict=True)}
-    return (
+    motion = motion_function(problem.actuators, problem.inertia, limits.wheel_friction)
+    curves = [sampled(problem, points.rows, path_time[checked], order) for order in (0, 1, 2)]
+    instants = at_instants(motion, [*curves, total[:, checked.tolist()]], points.free)
+    rows = [motion.size1_out(index) for index in range(motion.n_out())]
+    outputs = ca.MX.sym("outputs", sum(rows), len(checked))
+    named = zip(MOTION_OUTPUTS, ca.vertsplit(outputs, np.cumsum([0, *rows]).tolist()), strict=True)
+    values = {name: output.T for name, output in named}
+    of_outputs = (
         *_finite(
             ("body rate", values["body_rate"], limits.body_rate),
             ("cluster momentum", values["momentum"], limits.cluster_momentum),
@@ -71,8 +77,15 @@ def path_limits(
         ),
         *_envelope(values["envelope_share"], limits.envelope_fraction if problem.actuators.units else 1.0),
         *_dexterity(values["dexterity"], limits.min_singularity_measure),
-        _rest(problem, values["momentum"][-1, :] - total[:, -1].T),
+        _rest(problem, values["excess"][-1, :]),
     )
+    return tuple(_of_motion(limit, outputs, instants) for limit in of_outputs)
+
+
+def _of_motion(limit: Constraint, outputs: ca.MX, instants: Instants) -> Constraint:
+    """Return a limit of the motion: it is linear in the outputs, and its Jacobian follows from theirs."""
+    shares = ca.evalf(ca.jacobian(limit.expression, outputs))
+    return replace(limit, expression=shares @ instants.values, jacobian=shares @ instants.jacobian)
 
 
 def _checked(problem: DesignProblem, limits: GimbalLimits, path_length: int) -> NDArray[np.int_]:
@@ -96,9 +109,9 @@ def _dexterity(dexterity: ca.MX, measure: float) -> Iterator[Constraint]:
         yield Constraint(name="singularity measure, squared,", expression=share, lower=1.0, upper=np.inf)
 
 
-def _rest(problem: DesignProblem, difference: ca.MX) -> Constraint:
+def _rest(problem: DesignProblem, excess: ca.MX) -> Constraint:
     """All momentum in the actuators at the end: the platform rests."""
-    share = difference.T / problem.held_momentum
+    share = excess.T / problem.held_momentum
     return Constraint(name="rest at the end", expression=share, lower=0.0, upper=0.0)
 
 

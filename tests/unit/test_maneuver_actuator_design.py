@@ -6,6 +6,7 @@ import tomllib
 from copy import deepcopy
 from pathlib import Path
 
+import casadi as ca
 import mujoco
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from testbed.cmg.singularity import singularity_measure
 from testbed.cmg.wheels import wheel_momentum
 from testbed.errors import InputError
 from testbed.maneuver.cluster_motion import MOTION_OUTPUTS, motion_function
+from testbed.maneuver.gimbal_design import _held_points, _program
 from testbed.maneuver.profiles import read_profile
 from testbed.outputs.design_folder import maneuver_section
 from testbed.plant.layout import layout_of
@@ -64,6 +66,23 @@ def designed(tmp_path_factory):
     """Two gyros and three wheels that start with momentum in them."""
     scenario = tb.read_scenario(written(tmp_path_factory.mktemp("mixed"), "mixed", actuator_design))
     return scenario, tb.design(scenario)
+
+
+def test_the_limits_jacobian_is_casadis_own(tmp_path):
+    """With momentum in the wheels at the start: L turns with the body, and depends on all of the motion so far."""
+    scenario = read_scenario(written(tmp_path, "mixed", actuator_design))
+    nominal = nominal_platform(scenario)
+    problem = design_problem(scenario, scenario.maneuver, nominal)
+    program = _program(problem, "D", gimbal_limits(scenario, scenario.maneuver), _held_points(problem))
+    own = [limit for limit in program.constraints if limit.jacobian is not None]
+    assert {"gimbal torque", "wheel torque", "momentum envelope", "rest at the end"} <= {limit.name for limit in own}
+    pairs = [(limit.jacobian, ca.jacobian(limit.expression, program.variables)) for limit in own]
+    evaluate = ca.Function("pairs", [program.variables], [entry for pair in pairs for entry in pair])
+    values = evaluate(np.random.default_rng(8).uniform(-0.5, 0.5, program.variables.numel()))
+    for limit, ours, casadis in zip(own, values[::2], values[1::2], strict=True):
+        scale = np.abs(casadis.full()).max()
+        assert scale > 0.0
+        np.testing.assert_allclose(ours.full(), casadis.full(), atol=1e-11 * scale, err_msg=limit.name)
 
 
 def test_torques_are_those_with_which_mujoco_has_this_motion(tmp_path):
