@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from concealing.craft import Array, Craft
+from concealing.craft import Array, Craft, cross
 from concealing.effect import (
     PLATFORM,
     EffectKind,
@@ -77,20 +77,20 @@ class LooseMass:
         return float(np.sqrt(self.stiffness / self.mass) + self.damping / self.mass)
 
     def start(self, body_rate: Array) -> Array:
-        momentum = self.mass * np.cross(body_rate, self.place)
+        momentum = self.mass * cross(body_rate, self.place)
         return np.concatenate([momentum, np.zeros_like(momentum)], axis=1)
 
     def released_inertia(self, time: float, epoch: Array) -> Array:  # noqa: ARG002 - the role's signature
         return point_inertia(self.mass, self.place)
 
     def momentum(self, time: float, epoch: Array, state: Array) -> Array:  # noqa: ARG002 - the role's signature
-        return np.cross(self.place + state[:, 3:], state[:, :3])
+        return cross(self.place + state[:, 3:], state[:, :3])
 
     def derivative(self, time: float, state: Array, body_rate: Array) -> Array:  # noqa: ARG002 - the role's signature
         momentum, shift = state[:, :3], state[:, 3:]
-        rate = momentum / self.mass - np.cross(body_rate, self.place + shift)
+        rate = momentum / self.mass - cross(body_rate, self.place + shift)
         force = -self.stiffness * shift - self.damping * rate
-        return np.concatenate([force - np.cross(body_rate, momentum), rate], axis=1)
+        return np.concatenate([force - cross(body_rate, momentum), rate], axis=1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,7 +117,7 @@ class DrivenMass:
         return point_inertia(self.mass, self.path(0.0)) - point_inertia(self.mass, self.path(time))
 
     def momentum(self, time: float, epoch: Array, state: Array) -> Array:  # noqa: ARG002 - the role's signature
-        return np.broadcast_to(self.mass * np.cross(self.path(time), self.velocity(time)), (len(state), 3))
+        return np.broadcast_to(self.mass * cross(self.path(time), self.velocity(time)), (len(state), 3))
 
     def derivative(self, time: float, state: Array, body_rate: Array) -> Array:  # noqa: ARG002 - the role's signature
         return np.zeros_like(state)

@@ -28,7 +28,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from concealing.craft import ROTOR_SERVO_RATE, SIGN_WIDTH, Array, Craft, Motion
+from concealing.craft import ROTOR_SERVO_RATE, SIGN_WIDTH, Array, Craft, Motion, cross
 
 
 class Inputs(NamedTuple):
@@ -313,11 +313,9 @@ class Mechanics:
         ahead = units.gimbal_axis * cos - axes.transverse * sin
         dynamic = (units.dynamic_imbalance * units.rotor_speed)[:, None]
         static = (units.static_imbalance * units.rotor_speed)[:, None]
-        momentum = dynamic * (axes.transverse * cos + units.gimbal_axis * sin) + static * np.cross(
-            units.position, ahead
-        )
+        momentum = dynamic * (axes.transverse * cos + units.gimbal_axis * sin) + static * cross(units.position, ahead)
         # ∂t/∂d = -s turns e by -s cos φ and e' by +s sin φ.
-        turning = -dynamic * cos * axes.spin + static * np.cross(units.position, sin * axes.spin)
+        turning = -dynamic * cos * axes.spin + static * cross(units.position, sin * axes.spin)
         return _Imbalance(momentum=momentum.sum(axis=1), gimbal=(dynamic * sin)[..., 0], gimbal_torque=turning)
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from concealing.craft import Array
+from concealing.craft import Array, cross
 
 _ENTRIES = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 _NUDGE_INERTIA, _NUDGE_RATE = 1e-6, 1e-5
@@ -104,10 +104,3 @@ def unexplained(shown: Array, rates: Array, sampled: Callable[[Array], Array]) -
     matrix = np.stack(columns, axis=1)
     basis, _ = np.linalg.qr(matrix / np.linalg.norm(matrix, axis=0))
     return residual - basis @ (basis.T @ residual)
-
-
-def cross(a: Array, b: Array) -> Array:
-    """Return a × b, (..., 3)."""
-    x, y, z = np.moveaxis(a, -1, 0)
-    u, v, w = np.moveaxis(b, -1, 0)
-    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from concealing.craft import Array
+from concealing.craft import Array, cross
 from concealing.flight import Clock, Instruments, Trace, through_period
 from concealing.inner_effects import point_inertia
 from concealing.library import with_effects
@@ -261,7 +261,7 @@ def _plan(platform: WheelPlatform, turn: Array, clock: Clock) -> tuple[Plan, flo
     if platform.pivot is not None:
         arm = platform.mass * platform.pivot.gravity * platform.pivot.offset
         inertia = inertia + point_inertia(platform.mass, platform.pivot.offset)
-        weight_N = np.einsum("kij,kj->ki", attitude, np.cross(attitude[:, 2], arm))
+        weight_N = np.einsum("kij,kj->ki", attitude, cross(attitude[:, 2], arm))
         pulled = CubicSpline(clock.times, weight_N).antiderivative()(clock.times)
     held, axis = platform.held_momentum, platform.wheels.axis
     whole_N = inertia @ body_rate[0] + held @ axis + pulled
@@ -280,9 +280,9 @@ def _body_rate(turn: Array, change: Array) -> Array:
     ω = φ̇ - (1 - cos φ)/φ² φ × φ̇ + (φ - sin φ)/φ³ φ × (φ × φ̇).
     """
     angle = np.maximum(np.linalg.norm(turn, axis=1, keepdims=True), 1e-4)
-    across = np.cross(turn, change)
+    across = cross(turn, change)
     along = (angle - np.sin(angle)) / angle**3
-    return change - (1.0 - np.cos(angle)) / angle**2 * across + along * np.cross(turn, across)
+    return change - (1.0 - np.cos(angle)) / angle**2 * across + along * cross(turn, across)
 
 
 def shown_speed(flown: FlownWheels, time: Array) -> Array:

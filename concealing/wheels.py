@@ -23,10 +23,9 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from concealing.craft import SIGN_WIDTH, Array, Craft, PlatformNumbers, nominal_craft
+from concealing.craft import SIGN_WIDTH, Array, Craft, PlatformNumbers, cross, nominal_craft
 from concealing.inner_effects import point_inertia
 from concealing.mechanics import Mechanics, Velocities
-from concealing.nominal import cross
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -267,9 +266,15 @@ class WheelMechanics(Mechanics):
     def _beside(self, state: Array, ahead: float = 0.5 * np.pi) -> Array:
         """Return U r × e', (B, W, 3), kg·m², or that of the direction which is so much ahead of e, rad."""
         wheels, turn = self.craft.wheels, (state[:, self.slices["turned"]] + ahead)[..., None]
-        first = horizontal_axis(wheels.axis)
-        direction = np.cos(turn) * first + np.sin(turn) * np.cross(wheels.axis, first)
+        first, second = self._across
+        direction = np.cos(turn) * first + np.sin(turn) * second
         return cross(wheels.imbalance[:, None] * wheels.position, direction)
+
+    @cached_property
+    def _across(self) -> tuple[Array, Array]:
+        """Directions from which each rotor's angle counts, and a quarter turn on, (W, 3) each."""
+        first = horizontal_axis(self.craft.wheels.axis)
+        return first, cross(self.craft.wheels.axis, first)
 
     def _loosened(self, state: Array) -> Array | float:
         """Return what of Σ (Js a + U r × e') (Js a + U r × e')ᵀ / Js is not Σ Js a aᵀ, (B, 3, 3), kg·m²."""

@@ -13,6 +13,7 @@ import numpy as np
 from testbed.arrays import Array, Matrices3, Matrix3, Vector3, Vectors3
 from testbed.dynamics.gravity_gradient import gravity_gradient_torque
 from testbed.dynamics.inertia import cross_matrix
+from testbed.rotation.vectors import cross
 
 EARTH = 3.986004418e14
 """m³/s², μ of the Earth. Source: IERS Conventions (2010), table 1.1."""
@@ -112,7 +113,7 @@ def gravity_torque(weight: float, up_B: Array, offset_B: Array) -> Array:
         up_B: u, against gravity, unit vectors, shape (..., 3), body axes.
         offset_B: c, from the pivot to the centre of mass, shape (..., 3), m, body axes.
     """
-    return np.asarray(weight * np.cross(up_B, offset_B))
+    return np.asarray(weight * cross(up_B, offset_B))
 
 
 def gravity_basis(weight: float, up_B: Array) -> Array:
@@ -186,4 +187,4 @@ def dipole_torque(dipole_B: Array, field_B: Array) -> Array:
         dipole_B: m, shape (..., 3), A·m².
         field_B: B, shape (..., 3), T.
     """
-    return np.asarray(np.cross(dipole_B, field_B))
+    return cross(dipole_B, field_B)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.arrays import Matrix3, Vectors3
+from testbed.rotation.vectors import cross
 
 
 def gravity_gradient_torque(inertia: Matrix3, outward_B: Vectors3, orbit_rate: float) -> Vectors3:
@@ -19,4 +20,4 @@ def gravity_gradient_torque(inertia: Matrix3, outward_B: Vectors3, orbit_rate: f
         orbit_rate: n, rad/s.
     """
     outward_B = np.asarray(outward_B)
-    return np.asarray(3.0 * orbit_rate**2 * np.cross(outward_B, np.matvec(inertia, outward_B)))
+    return np.asarray(3.0 * orbit_rate**2 * cross(outward_B, np.matvec(inertia, outward_B)))

@@ -27,6 +27,7 @@ from testbed.estimation.held import along_steps, step_within
 from testbed.estimation.telemetry import Telemetry
 from testbed.rotation.kinematics import integrate_attitude
 from testbed.rotation.quaternion import matrix_of
+from testbed.rotation.vectors import cross
 
 LONGEST_STEP = 0.03125
 """s; the error of the integration is then below 1e-8 rad/s for motions of 1 rad/s (a test says so)."""
@@ -228,7 +229,7 @@ def simulate(drive: Drive, theta: Theta, initial_momentum_B: Vector3) -> Motion:
     require_bounded(momentum_B)
     node_inverse = inverse[..., ::2, :, :]
     node_rate = np.matvec(node_inverse, momentum_B - grid.cluster_momentum_B[..., ::2, :])
-    slope = grid.applied_torque_B[..., ::2, :] + np.cross(momentum_B, node_rate)
+    slope = grid.applied_torque_B[..., ::2, :] + cross(momentum_B, node_rate)
     if drive.pendulum is not None and up_B is not None:
         slope = slope + gravity_torque(drive.pendulum.weight, up_B, drive.pendulum.offset_B)
     at_samples = CubicHermiteSpline(drive.grid_time[::2], momentum_B, slope, axis=-2)(drive.time)

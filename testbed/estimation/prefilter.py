@@ -25,6 +25,7 @@ from testbed.estimation.gaps import stretches
 from testbed.estimation.lag import first_order_lag
 from testbed.estimation.motion import torque_basis
 from testbed.estimation.telemetry import Telemetry
+from testbed.rotation.vectors import cross
 
 FINE_STEP = 1.0 / 256.0
 """s; products of rates are filtered on this grid. At the gyro's own 16 Hz they would leave up to 1e-5 kg·m²."""
@@ -93,7 +94,7 @@ def _stretch(
     grid, known, fine_known = _known(telemetry, stretch.start, stretch.stop, fine_step)
     fine_rate = _joined(time, body_rate, telemetry.corners, grid)  # finer first, products afterwards
     fine_momentum = _known_momentum(fine_known, fine_rate)
-    fine_torque = fine_known.applied_torque_B - np.cross(fine_rate, fine_momentum)
+    fine_torque = fine_known.applied_torque_B - cross(fine_rate, fine_momentum)
 
     def filtered(signal: Array) -> Array:
         return _filtered_at(time, grid, signal, prefilter_time)
