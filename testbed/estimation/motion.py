@@ -18,7 +18,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from testbed.arrays import Array, Flags, Indices, Matrices3, Series, Theta, Vector3, Vectors3
-from testbed.compiled import LONG, compiled, compiler_loaded, kept
+from testbed.compiled import LONG, compiler_loaded, kept
 from testbed.dynamics.environment import gravity_torque
 from testbed.dynamics.gyrostat import require_bounded
 from testbed.dynamics.inertia import inertia_of, symmetric_inverse
@@ -263,19 +263,14 @@ def _swing(drive: Drive, pendulum: Pendulum, inverse: Matrices3, initial_momentu
     inputs = np.concatenate([inverse.reshape(-1, 9), free_rate, drive.grid.applied_torque_B], axis=1)
     history = np.zeros((len(inputs) // 2 + 1, 6))
     history[0] = [*initial_momentum_B, *pendulum.up_B]
-    moment_B = pendulum.weight * pendulum.offset_B
-    if len(history) > LONG:
-        compiled(_march_pendulum)(compiled(_pendulum_slope), inputs, history, step, moment_B)
-        return history
-    rows = history.tolist()
-    _march_pendulum(_pendulum_slope, inputs.tolist(), rows, step, moment_B.tolist())
-    return np.array(rows)
+    constants = np.array([step, *pendulum.weight * pendulum.offset_B])
+    _fill(_march_pendulum, inputs, constants, history)
+    return history
 
 
-def _march_pendulum(
-    slope: Callable[..., tuple[float, ...]], inputs: _Rows, history: _Rows, step: float, moment: _Row
-) -> None:
+def _march_pendulum(inputs: _Rows, constants: _Row, history: _Rows) -> None:
     """Fill in a history of (L, u) from its first row on; a step begins at every other row of the inputs."""
+    step, moment, slope = constants[0], constants[1:], _pendulum_slope
     half = step / 2
     for index in range(len(history) - 1):
         start, middle, end = inputs[2 * index], inputs[2 * index + 1], inputs[2 * index + 2]
@@ -331,13 +326,18 @@ def _runge_kutta(drive: Drive, inverse: Matrices3, initial_momentum_B: Vector3) 
     history = np.zeros((*lead, instants // 2 + 1, 3))
     history[..., 0, :] = initial_momentum_B
     for own, motion in zip(inputs.reshape(-1, instants, 15), history.reshape(-1, instants // 2 + 1, 3), strict=True):
-        if len(motion) > LONG or compiler_loaded():
-            kept(_march, (("f8", 2), ("f8", 1), ("f8", 2)))(own, np.array([step]), motion)
-        else:
-            rows = motion.tolist()
-            _march(own.tolist(), [step], rows)
-            motion[:] = rows
+        _fill(_march, own, np.array([step]), motion)
     return history
+
+
+def _fill(march: Callable[[_Rows, _Row, _Rows], None], inputs: Array, constants: Array, history: Array) -> None:
+    """Let a march fill in a history from its first row on: as machine code, of the same bits, where that is quicker."""
+    if len(history) > LONG or compiler_loaded():
+        kept(march, (("f8", 2), ("f8", 1), ("f8", 2)))(inputs, constants, history)
+        return
+    rows = history.tolist()
+    march(inputs.tolist(), constants.tolist(), rows)
+    history[:] = rows
 
 
 def _march(inputs: _Rows, steps: _Row, history: _Rows) -> None:
