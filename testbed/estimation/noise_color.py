@@ -75,9 +75,7 @@ class NoiseColor:
         return np.asarray(np.log(self._filter(time).scale).sum(axis=0))
 
     def _filter(self, time: Series) -> _Filter:
-        steps = np.diff(time)
-        periods = np.maximum(np.rint(steps / np.median(steps)), 1.0) if len(steps) else steps
-        return _filter(self, tuple(periods.astype(int).tolist()))
+        return _filter(self, _periods(time.tobytes()))
 
 
 class _Filter(NamedTuple):
@@ -92,6 +90,14 @@ class _Filter(NamedTuple):
     carried: Array
     taken: Array
     scale: Array
+
+
+@lru_cache(maxsize=_REMEMBERED)
+def _periods(time: bytes) -> tuple[int, ...]:
+    """Return how many of the usual periods lie between samples at given times, as bytes of float64."""
+    steps = np.diff(np.frombuffer(time))
+    periods = np.maximum(np.rint(steps / np.median(steps)), 1.0) if len(steps) else steps
+    return tuple(periods.astype(int).tolist())
 
 
 @lru_cache(maxsize=_REMEMBERED)

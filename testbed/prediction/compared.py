@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from testbed.arrays import Flags
@@ -17,8 +19,11 @@ _MISSING = 1.5
 be interpolated over, but the second derivative of an angle across it is not a gimbal's acceleration."""
 _BRIDGED = 0.08
 """s. What is sent is known between samples that are no farther apart than those of 16 Hz."""
+_REMEMBERED = 64
+"""Runs whose compared samples are kept: more than a diagnosis has. Every prediction asks for them."""
 
 
+@lru_cache(maxsize=_REMEMBERED)
 def compared(run: Telemetry) -> Flags:
     """Return which actuator samples are compared, shape (K,).
 
