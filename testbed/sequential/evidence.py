@@ -50,9 +50,13 @@ class Evidence:
 
     @property
     def shares(self) -> Mapping[str, float]:
-        """Posterior share of each hypothesis, and of none, at even prior odds."""
+        """Posterior share of each hypothesis, and of none, at even prior odds.
+
+        None is zero, however sure another is: it still has a share of what that one has to be told from.
+        """
         values = np.array([0.0, *(each - log(len(self.by_key)) for each in self.by_key.values())])
-        return dict(zip((NONE, *self.by_key), np.exp(values - logsumexp(values)).tolist(), strict=True))
+        shares = np.maximum(np.exp(values - logsumexp(values)), np.finfo(float).tiny)
+        return dict(zip((NONE, *self.by_key), shares.tolist(), strict=True))
 
 
 def evidence_of(runs: Runs, effects: Mapping[str, Effect], theta: Theta) -> Evidence:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import log
 
 import numpy as np
@@ -67,6 +68,12 @@ def test_a_named_effect_does_not_share_the_prior_with_others(shifted):
     alone = candidates_of(shifted, "gimbal_zero", None)
     everything = candidates_of(shifted, None, None)
     assert shifted.log_mean(alone, len(alone)) > shifted.log_mean(everything, len(everything))
+
+
+def test_of_an_effect_that_is_sure_to_the_last_bit_a_flight_still_shows_more(shifted, space, flights):
+    """Its rivals' shares are zero in numbers: their weights among one another had been 0/0."""
+    sure = replace(shifted, by_key={key: 2000.0 * (key == "gimbal_zero:cmg2") for key in shifted.by_key})
+    assert most_gained(goal_of(sure, EffectWanted()), shifted.runs, space, flights) > 0.0
 
 
 def test_the_refined_flight_is_expected_to_show_more_and_keeps_all_limits(shifted, space, flights):
