@@ -12,12 +12,14 @@ import numpy as np
 from testbed.arrays import Flags, Theta
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.contract import components_flown
-from testbed.effects.registry import EFFECTS
+from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.errors import InputError
 from testbed.scenario.scenario import Scenario
 
 ANY = "any"
 """Wish for the name of whichever effect is there."""
+_UNCOUNTED = ("gimbal_rate_command", "gimbal_torque", "wheel_torque", "wheel_torque_command")
+"""Channels that no e-value counts: it is of the gyro's samples alone, those of `testbed.diagnosis.data.joined`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,11 +82,14 @@ def effect_wanted(text: str) -> EffectWanted:
         text: `any`, an effect's id, or ID:COMPONENT.
 
     Raises:
-        InputError: there is no such effect or component, or it happens once, so that no flight can verify it.
+        InputError: there is no such effect or component, or no further flight brings evidence of it: it happens once,
+            is estimated anyway, or does not show in the gyro's samples.
     """
     if text == ANY:
         return EffectWanted()
     effect, colon, component = text.partition(":")
+    if effect in NOISE_EFFECTS:
+        raise InputError(f"{text}: changes the noise, of which no e-value tells; diagnose the flights")
     if effect not in EFFECTS:
         near = difflib.get_close_matches(effect, EFFECTS, n=3)
         named = f"did you mean {', '.join(near)}?" if near else f"there are {', '.join(EFFECTS)};"
@@ -92,6 +97,12 @@ def effect_wanted(text: str) -> EffectWanted:
     found = EFFECTS[effect]
     if not found.recurs:
         raise InputError(f"{text}: acts in one flight only, so that no further one can verify it; diagnose that flight")
+    if effect == "inertia":
+        raise InputError(f"{text}: is estimated beside whatever is tested, and asked for as --inertia-std, not by name")
+    if uncounted := [channel for channel in found.needs if channel in _UNCOUNTED]:
+        raise InputError(
+            f"{text}: shows in {' and '.join(uncounted)}, and a plan counts the gyro's alone; diagnose the flights"
+        )
     if colon and component not in found.components:
         raise InputError(f"{text}: {effect} has no component {component!r}; it has {', '.join(found.components)}")
     return EffectWanted(effect=effect, component=component or None)
@@ -134,6 +145,8 @@ def inertia_wanted(text: str) -> InertiaWanted:
         name, _, given = (each.strip() for each in part.partition("="))
         if name not in PARAMETER_NAMES:
             raise InputError(f"{part}: {name!r} is no inertia parameter; they are {', '.join(PARAMETER_NAMES)}")
+        if name in std:
+            raise InputError(f"{text}: {name} is given twice; once is enough")
         std[name] = _std(given, part)
     return InertiaWanted(std=std)
 
