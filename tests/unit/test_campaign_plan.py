@@ -237,6 +237,10 @@ def test_going_on_as_another_plan_is_refused(records, tmp_path):
     other = tb.read_records(tb.Records((records[1],)).save(tmp_path / "other"))
     with pytest.raises(InputError, match="another flight of this name"):
         tb.plan(believed(), other, effect="gimbal_zero", **again)
+    folder = tb.Records((records[1],)).save(tmp_path / "copies")
+    shutil.copy(next(folder.glob("*.parquet")), folder / "second.parquet")
+    with pytest.raises(InputError, match="is the same file as"):
+        tb.plan(believed(), tb.read_records(folder), effect="gimbal_zero", maneuvers="own", folder=tmp_path / "new")
     (tmp_path / "plan" / "plan.json").write_text("{}", encoding="utf-8")
     with pytest.raises(InputError, match="not as testbed wrote it"):
         tb.plan(believed(), effect="gimbal_zero", **again)
