@@ -144,24 +144,21 @@ class _Ordinates:
         persistence, average = color[:, self.axis]
         return np.asarray((self.columns @ levels)[self.cell] + _log_shape(persistence, average, self.cosine))
 
-    def gradient(self, parameters: Array, excess: Array) -> Array:
-        """Return ½ Σ excess ∂ log S / ∂ parameters, shape (P,).
+    def scored(self, parameters: Array, excess: Array) -> tuple[Array, Array]:
+        """Return ½ Σ excess ∂ log S / ∂ parameters, shape (P,), and Fisher's ½ Σ ∂ log S ∂ log Sᵀ, shape (P, P).
 
         Args:
             parameters: of the spectrum.
             excess: squares over their variance, less 1, shape (M,).
         """
-        own = [np.bincount(self.axis, slope * excess, _WIDTH) for slope in self._slopes(parameters)]
-        return 0.5 * np.concatenate([self.columns.T @ self._summed(excess), *own])
-
-    def information(self, parameters: Array) -> Array:
-        """Return ½ Σ ∂ log S ∂ log Sᵀ, Fisher's information, shape (P, P)."""
         slopes = self._slopes(parameters)
+        score = [np.bincount(self.axis, slope * excess, _WIDTH) for slope in slopes]
+        gradient = 0.5 * np.concatenate([self.columns.T @ self._summed(excess), *score])
         levels = self.columns.T @ (np.bincount(self.cell, minlength=len(self.columns))[:, None] * self.columns)
         axes = np.tile(np.eye(_WIDTH), (len(self.columns) // _WIDTH, 1))
         across = np.hstack([self.columns.T @ (self._summed(slope)[:, None] * axes) for slope in slopes])
         own = np.block([[np.diag(np.bincount(self.axis, one * other, _WIDTH)) for other in slopes] for one in slopes])
-        return 0.5 * np.block([[levels, across], [across.T, own]])
+        return gradient, 0.5 * np.block([[levels, across], [across.T, own]])
 
     def _slopes(self, parameters: Array) -> tuple[Array, Array]:
         persistence, average = parameters[-_COLORS:].reshape(2, _WIDTH)[:, self.axis]
@@ -323,19 +320,20 @@ def _posterior(
     mean[0] = np.log(np.median(ordinates.square) / CHI_SQUARE_MEDIAN)
     mean[-_COLORS:] = 0.0 if color is None else color
     index, levels = np.arange(count), len(mean) - _COLORS
+    log_power = ordinates.log_power(mean)
     for _ in range(_STEPS):
-        log_power = ordinates.log_power(mean)
         counted = np.minimum(ordinates.square, _CAP * np.exp(log_power)) if square is None else square
-        information = ordinates.information(mean)[:count, :count] + precision
-        gradient = ordinates.gradient(mean, counted * np.exp(-log_power) - 1.0)[:count] - precision @ mean[:count]
+        score, scatter = ordinates.scored(mean, counted * np.exp(-log_power) - 1.0)
+        gradient, information = score[:count] - precision @ mean[:count], scatter[:count, :count] + precision
         moving = ~((np.abs(mean[:count]) >= _LARGEST) & (mean[:count] * gradient > 0.0) & (index >= levels))
         step = np.zeros(len(mean))
         step[:count][moving] = np.linalg.solve(information[np.ix_(moving, moving)], gradient[moving])
         step *= min(1.0, _LONGEST / max(np.abs(step).max(), np.finfo(float).tiny))
-        mean, step = _stepped(ordinates, precision, counted, mean, step)
+        reached, log_power = _stepped(ordinates, precision, counted, mean, log_power, step)
+        mean, step = reached, reached - mean
         if np.abs(step).max() < _CLOSE:
             break
-    squares = _misfit(ordinates, precision, counted, mean)
+    squares = _misfit(precision, counted, mean, log_power)
     determinants = np.linalg.slogdet(precision)[1] - np.linalg.slogdet(information)[1]
     covariance = np.zeros((len(mean), len(mean)))
     covariance[:count, :count] = np.linalg.inv(information)
@@ -343,22 +341,25 @@ def _posterior(
     return _Posterior(mean=mean, covariance=covariance, log_evidence=evidence, square=counted)
 
 
-def _misfit(ordinates: _Ordinates, precision: Array, counted: Array, mean: Array) -> float:
-    """Return minus twice the logarithm of the posterior density, without constants."""
-    log_power, free = ordinates.log_power(mean), mean[: len(precision)]
+def _misfit(precision: Array, counted: Array, mean: Array, log_power: Array) -> float:
+    """Return minus twice the logarithm of the posterior density, without constants, where log S is as given."""
+    free = mean[: len(precision)]
     return float((log_power + counted * np.exp(-log_power)).sum() + free @ precision @ free)
 
 
-def _stepped(ordinates: _Ordinates, precision: Array, counted: Array, mean: Array, step: Array) -> tuple[Array, Array]:
-    """Return the parameters after a step, or as much of it as makes the data more probable, and what was stepped."""
-    before = _misfit(ordinates, precision, counted, mean)
+def _stepped(
+    ordinates: _Ordinates, precision: Array, counted: Array, mean: Array, log_power: Array, step: Array
+) -> tuple[Array, Array]:
+    """Return the parameters after a step, or as much of it as makes the data more probable, and log S there."""
+    before = _misfit(precision, counted, mean, log_power)
     for _ in range(_HALVINGS):
         after = mean + step
         after[-_COLORS:] = np.clip(after[-_COLORS:], -_LARGEST, _LARGEST)
-        if _misfit(ordinates, precision, counted, after) <= before:
-            return after, after - mean
+        power_after = ordinates.log_power(after)
+        if _misfit(precision, counted, after, power_after) <= before:
+            return after, power_after
         step = 0.5 * step
-    return mean, np.zeros(len(mean))
+    return mean, log_power
 
 
 def _precision(runs: int, prior: SpectrumPrior, parameters: int) -> Array:
