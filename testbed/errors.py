@@ -34,3 +34,10 @@ class InfeasibleDesignError(InputError):
 
 class UnidentifiableError(InputError):
     """The data do not determine all parameters; the message names the directions that they leave open."""
+
+
+class OwnEffectError(Exception):
+    """A mistake in an effect from outside the library, met in a prediction.
+
+    No `InputError`: a diagnosis takes that for a motion that runs away, and goes on. Users read it as one.
+    """

@@ -7,7 +7,7 @@ import tempfile
 import traceback
 from collections.abc import Callable
 
-from testbed.errors import DivergedFlightError, InputError
+from testbed.errors import DivergedFlightError, InputError, OwnEffectError
 from testbed.interrupts import Interrupted, heard_interrupts
 
 COMPLETED = 0
@@ -28,7 +28,7 @@ def exit_code_of(command: Callable[[], object]) -> int:
     try:
         with heard_interrupts():
             command()
-    except InputError as error:
+    except (InputError, OwnEffectError) as error:
         return _ended(f"error: {error}", DIVERGED if isinstance(error, DivergedFlightError) else BAD_INPUT)
     except (Interrupted, KeyboardInterrupt) as interrupt:
         return _ended("; ".join(["Interrupted", *map(str, interrupt.args)]) + ".", INTERRUPTED)

@@ -14,6 +14,7 @@ from testbed.arrays import Array
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import NEGLIGIBLE, Fit, Hypothesis, orthonormal, projected_out
 from testbed.diagnosis.settings import SETTINGS
+from testbed.effects.checking import blamed_on_own
 from testbed.effects.contract import (
     AXES,
     CLUSTER,
@@ -148,10 +149,11 @@ def signatures(runs: Runs, fit: Fit, hypotheses: Sequence[Hypothesis]) -> Iterat
     """
     nuisance = orthonormal(fit.jacobian)
     residual = projected_out(fit.residual, nuisance)
-    for placed, start, columns in _linearised(runs, fit, hypotheses):
-        beside_beliefs = np.pad(columns, ((0, fit.believed), (0, 0))) if fit.believed else columns
-        free = projected_out(beside_beliefs, nuisance)
-        yield _signature(placed, start, beside_beliefs, free, residual)
+    with blamed_on_own([placed.effect for placed in hypotheses]):
+        for placed, start, columns in _linearised(runs, fit, hypotheses):
+            beside_beliefs = np.pad(columns, ((0, fit.believed), (0, 0))) if fit.believed else columns
+            free = projected_out(beside_beliefs, nuisance)
+            yield _signature(placed, start, beside_beliefs, free, residual)
 
 
 @lru_cache(maxsize=_SHIFTS_KEPT)

@@ -14,6 +14,7 @@ from testbed.effects.actuator_weak import ActuatorWeak
 from testbed.effects.air_drag import AirDrag
 from testbed.effects.body_torque import BodyTorque
 from testbed.effects.center_of_mass_offset import CenterOfMassOffset
+from testbed.effects.checking import require_usable
 from testbed.effects.contact import Contact
 from testbed.effects.contract import Effect
 from testbed.effects.dry_friction import DryFriction
@@ -146,14 +147,13 @@ def register_effect(effect: Effect) -> Effect:
         The effect.
 
     Raises:
-        InputError: it is none, its id is taken, or it lacks components or parameters.
+        InputError: it is none, its id is taken, or it does not keep the contract; the message says in what.
     """
     if not isinstance(effect, Effect):
         raise InputError(f"{effect!r}: is no effect; derive its class from testbed.Effect")
     if effect.id in EFFECTS or effect.id in NOISE_EFFECTS:
         raise InputError(f"{effect.id}: an effect of this id is registered already; choose another id")
-    if not effect.components or not effect.parameters:
-        raise InputError(f"{effect.id}: an effect has components, such as ('platform',), and parameters to estimate")
+    require_usable(effect)
     EFFECTS[effect.id] = effect
     return effect
 

@@ -17,7 +17,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, GetPydanticSchema, Strict, TypeAdapter, ValidationError, WrapValidator
 from pydantic_core import PydanticCustomError, core_schema
 
-from testbed.errors import InputError
+from testbed.errors import InputError, OwnEffectError
 from testbed.limits import LARGEST_SEED, MOST_RUNS, MOST_WORKERS
 from testbed.scenario.body import BodyScenario
 
@@ -103,7 +103,10 @@ def checked(function: Callable[_P, _R]) -> Callable[_P, _R]:
         for name, value in given.arguments.items():
             if name in known:
                 given.arguments[name] = fitting(name, value, known[name])
-        return function(*given.args, **given.kwargs)
+        try:
+            return function(*given.args, **given.kwargs)
+        except OwnEffectError as error:
+            raise InputError(str(error)) from error
 
     return call
 

@@ -177,8 +177,9 @@ def planned_in(
     if resume:
         _require_same(setup, state)
         state = state.model_copy(update={"most_flights": setup.most_flights})
-        if state.outcome == "used_up" and len(state.flights) < setup.most_flights:
-            state = state.model_copy(update={"outcome": None})
+        if state.outcome in (None, "used_up"):
+            used_up = len(state.flights) >= setup.most_flights
+            state = state.model_copy(update={"outcome": "used_up", "next": None} if used_up else {"outcome": None})
     given = () if records is None else new_records(state, records.runs)
     try:
         for further, records_so_far in _flights(setup, state, known, given):

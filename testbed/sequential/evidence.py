@@ -52,7 +52,7 @@ class Evidence:
     def shares(self) -> Mapping[str, float]:
         """Posterior share of each hypothesis, and of none, at even prior odds.
 
-        None is zero, however sure another is: it still has a share of what that one has to be told from.
+        None is zero, however sure another is: it still has a share of what that one has to be distinguished from.
         """
         values = np.array([0.0, *(each - log(len(self.by_key)) for each in self.by_key.values())])
         shares = np.maximum(np.exp(values - logsumexp(values)), np.finfo(float).tiny)

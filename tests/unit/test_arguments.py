@@ -110,7 +110,7 @@ def test_a_text_is_no_scenario(records):
         ({"inertia_std": "x"}, "^inertia_std = 'x': give a standard deviation"),
         ({"inertia_std": {"J11": "x"}}, "^inertia_std = {'J11': 'x'}: give a standard deviation"),
         ({"effect": "gimbal_zero:cmg9"}, "basic has no cmg9; it has cmg1, cmg2, cmg3, cmg4, cmg5, cmg6$"),
-        ({"effect": "wheel_lag"}, "basic has no part that wheel_lag could sit in$"),
+        ({"effect": "wheel_inertia"}, "basic has no part that wheel_inertia could sit in$"),
     ],
 )
 def test_a_plan_is_refused_before_its_first_flight(scenario, given, message, tmp_path):

@@ -199,6 +199,8 @@ def test_without_a_truth_the_user_flies_and_the_plan_goes_on_with_the_records(re
     assert proposed.maneuver.kind == "control_points"
     waiting = tb.plan(believed(), effect="gimbal_zero", folder=folder, resume=True)
     assert waiting.result == second.result
+    fewer = tb.plan(believed(), effect="gimbal_zero", folder=folder, resume=True, flights=1)
+    assert (fewer.outcome, fewer.next_scenario) == ("used_up", None)
     third = tb.plan(
         believed(), tb.records_from({"mine": _table(mine.runs[1])}), effect="gimbal_zero", folder=folder, resume=True
     )

@@ -1,5 +1,7 @@
 """An effect of another package: found by its entry point, and diagnosed like those of the library."""
 
+# ruff: noqa: ARG001, ARG002, ARG005 - hooks take what the contract gives them
+
 from __future__ import annotations
 
 import json
@@ -12,7 +14,9 @@ import tomllib
 import pytest
 
 import testbed as tb
+from support.diagnosed_records import records
 from support.processes import ROOT
+from testbed.effects.checking import require_usable
 from testbed.effects.registry import EFFECTS
 
 EXAMPLE = ROOT / "examples" / "own_effect"
@@ -86,3 +90,92 @@ def test_what_is_no_effect_is_refused():
     with pytest.raises(tb.InputError, match=r"viscous_drag: an effect of this id is registered already"):
         tb.register_effect(EFFECTS["viscous_drag"])
     assert set(EFFECTS) < set(tb.effects.registered())
+
+
+class Square(tb.Hooks):
+    """A scale factor that grows with the rate."""
+
+    def gyro_reading(self, reading, value, time, run):
+        return reading + value[:, :1, None] * reading**2
+
+
+class Own(tb.Effect):
+    """As in docs/effects.md."""
+
+    id = "own_square"
+    components = ("gyro",)
+    parameters = (tb.Parameter(name="share_s_rad", unit="s/rad", typical=0.02),)
+    sentence = "The gyro's scale grows with the rate."
+    confirm = "A rate table."
+    law = Square
+
+    def hooks(self, component):
+        return self.law()
+
+    def extension(self, component, values, scenario):
+        return tb.Extension()
+
+
+class Misspelt(tb.Hooks):
+    def gyro_readings(self, reading, value, time, run):
+        return reading
+
+
+def own(**changes):
+    return type("Changed", (Own,), changes)()
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"id": "own square"}, "is no name in small letters"),
+        ({"components": "gyro"}, "components = 'gyro' is no tuple of names"),
+        ({"look_alikes": "gyro_scale"}, "look_alikes = 'gyro_scale' is no tuple"),
+        ({"components": ()}, "components has no entry"),
+        ({"needs": ("gimbal",)}, "needs 'gimbal', which is none of"),
+        ({"sentence": None}, "sentence is no sentence"),
+        ({"parameters": ()}, "at least one"),
+        ({"parameters": Own.parameters * 2}, "two of its parameters have one name"),
+        ({"parameters": (tb.Parameter(name="k", unit="1", typical=0.0),)}, "is where the effect is absent"),
+        (
+            {"parameters": (tb.Parameter(name="k", unit="1", typical=1.0, lower=2.0, upper=1.0),)},
+            "is not below its upper",
+        ),
+        ({"parameters": (tb.Parameter(name="k", unit="1", typical=1.0, lower=0.5),)}, "absent = 0 lies outside"),
+        ({"law": lambda _: None}, "returns None and no testbed.Hooks"),
+        ({"law": tb.Hooks}, "changes nothing in the prediction; override one of"),
+        ({"law": Misspelt}, "gyro_readings: did you mean gyro_reading"),
+        (
+            {"hooks": lambda self, component: component.law},
+            "raises AttributeError: 'str' object",
+        ),
+    ],
+)
+def test_an_effect_that_does_not_keep_the_contract_is_refused_where_it_is_registered(changes, said):
+    with pytest.raises(tb.InputError, match=said):
+        tb.register_effect(own(**changes))
+    assert "own_square" not in EFFECTS
+
+
+def test_every_effect_of_the_library_keeps_the_contract():
+    for effect in EFFECTS.values():
+        require_usable(effect)
+
+
+def forgotten(self, reading, value, time, run):
+    reading + value[:, :1, None] * reading**2
+
+
+@pytest.mark.parametrize(
+    ("law", "said"),
+    [
+        (lambda self, reading, value, time, run: reading + value * reading**2, r"broadcast.*test_own_effects.py, line"),
+        (lambda self, reading, value, time, run: reading.rates, r"no attribute 'rates' \(test_own_effects.py, line"),
+        (forgotten, "own_square: this effect cannot be predicted"),
+    ],
+)
+def test_a_slip_in_a_hook_ends_the_diagnosis_and_is_named_with_its_line(law, said, monkeypatch):
+    monkeypatch.setitem(EFFECTS, "own_square", own(law=type("Slip", (tb.Hooks,), {"gyro_reading": law})))
+    runs = tb.Records(tuple(records(3, seconds=3.0)))
+    with pytest.raises(tb.InputError, match=said):
+        tb.diagnose(tb.read_scenario("diagnose"), runs, propose=False)
