@@ -31,7 +31,7 @@ from testbed.library.plans import plan_in, require_plan, wanted_of
 from testbed.library.records import read_records
 from testbed.outputs.folder import reserved_folder
 from testbed.outputs.plan_folder import PLAN, PlanFolder
-from testbed.report.plan import e_value_words, next_words, plan_verdict, std_words, verdict_words, wish_words
+from testbed.report.plan import factor_words, next_words, plan_verdict, std_words, verdict_words, wish_words
 
 _MANEUVERS: dict[str, Maneuvers] = {"chosen": "chosen", "own": "own"}
 
@@ -129,7 +129,7 @@ class _Flights:
 
 def _said(state: PlanResult, index: int) -> str:
     flight = state.flights[index]
-    leading = f"e-value {e_value_words(flight.log_e_value)}, leading {flight.leading}"
+    leading = f"e-value {factor_words(flight.log_e_value)}, leading {flight.leading}"
     if state.wanted.effect is None:
         return f"worst standard deviation {std_words(flight, state)} times the wanted one; {leading}"
     return leading if flight.verdict is None else f"{leading}; diagnosis {verdict_words(flight)}"
@@ -170,9 +170,9 @@ def _table(state: PlanResult) -> Table:
         table.add_row(
             str(flight.number),
             flight.record,
-            e_value_words(flight.log_e_value),
+            factor_words(flight.log_e_value),
             flight.leading,
-            e_value_words(flight.leading_log_e_value),
+            factor_words(flight.leading_log_e_value),
             last,
         )
     return table

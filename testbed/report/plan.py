@@ -57,8 +57,8 @@ def wish_words(state: PlanResult) -> str:
     return "the name of any effect" if state.wanted.effect == "any" else f"the name {state.wanted.effect}"
 
 
-def e_value_words(log_value: float) -> str:
-    """Return an e-value as a number, or as a power of ten where it is large."""
+def factor_words(log_value: float) -> str:
+    """Return an e-value, or a growth of odds, as a number, or as a power of ten where it is large."""
     return figures(exp(log_value)) if log_value < log(_LARGEST_WRITTEN) else f"1e{log_value / log(10.0):.0f}"
 
 
@@ -118,8 +118,8 @@ def next_words(state: PlanResult) -> str:
         return text
     what = "the odds grow" if state.wanted.effect is not None else "the worst standard deviation falls"
     return (
-        f"{text} Expected: {what} by a factor of {figures(exp(planned.gain))}, and of "
-        f"{figures(exp(planned.worst_gain))} in the worst case ({planned.worst_case})."
+        f"{text} Expected: {what} by a factor of {factor_words(planned.gain)}, and of "
+        f"{factor_words(planned.worst_gain)} in the worst case ({planned.worst_case})."
     )
 
 
@@ -132,9 +132,9 @@ def flights_table(state: PlanResult) -> Table:
             (
                 Cell(text=str(flight.number)),
                 Cell(text=flight.record),
-                Cell(text=e_value_words(flight.log_e_value), tone=passed),
+                Cell(text=factor_words(flight.log_e_value), tone=passed),
                 Cell(text=flight.leading),
-                Cell(text=e_value_words(flight.leading_log_e_value)),
+                Cell(text=factor_words(flight.leading_log_e_value)),
                 Cell(text=verdict_words(flight)),
                 Cell(text=std_words(flight, state)),
             )
@@ -164,7 +164,7 @@ def _growth(state: PlanResult) -> Figure:
             name=name,
             mode="lines+markers",
             line={"color": color(own)},
-            customdata=[e_value_words(value) for value in values],
+            customdata=[factor_words(value) for value in values],
             hovertemplate="flight %{x}: %{customdata}<extra></extra>",
         )
         for (name, values), own in zip(lines.items(), ("fitted", "faint"), strict=True)

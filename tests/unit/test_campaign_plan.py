@@ -20,6 +20,7 @@ from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError
 from testbed.maneuver.maneuver import Maneuver
 from testbed.maneuver.splines import clamped_spline
+from testbed.report.plan import next_words
 from testbed.sequential.expected_gain import left_of
 from testbed.sequential.robust import Case, flights_to_choose_among, robust_space
 from testbed.sequential.wanted import EffectWanted, Named, effect_wanted, inertia_wanted, verified
@@ -197,6 +198,8 @@ def test_without_a_truth_the_user_flies_and_the_plan_goes_on_with_the_records(re
     assert [flight.record for flight in second.result.flights] == ["basic"]
     proposed = tb.read_scenario(second.next_scenario)
     assert proposed.maneuver.kind == "control_points"
+    surer = second.result.next.model_copy(update={"gain": 13000.0})  # e^13000 is beyond all numbers
+    assert "by a factor of 1e5646" in next_words(second.result.model_copy(update={"next": surer}))
     waiting = tb.plan(believed(), effect="gimbal_zero", folder=folder, resume=True)
     assert waiting.result == second.result
     fewer = tb.plan(believed(), effect="gimbal_zero", folder=folder, resume=True, flights=1)
