@@ -363,6 +363,8 @@ def _may_be_there(effect: Effect, present: Collection[Channel]) -> bool:
 
 _OF_MOTORS: frozenset[Channel] = frozenset({"wheel_torque", "wheel_torque_command"})
 """Channels that show what a wheel's motor gives, if its impulses are compared."""
+INNER_CHANNELS: frozenset[Channel] = _OF_MOTORS | {"gimbal_rate_command", "gimbal_torque"}
+"""Channels of what units do inside, which are compared beside the gyro's samples; `data.joined` leaves them out."""
 _IMPULSES = "that wheel turning one way, below its limits"
 """What is missing of one wheel that stands still or always is where impulses are not compared, others turning."""
 

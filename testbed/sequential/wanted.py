@@ -10,6 +10,7 @@ from math import isfinite, log
 import numpy as np
 
 from testbed.arrays import Flags, Theta
+from testbed.diagnosis.signatures import INNER_CHANNELS
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.contract import components_flown
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
@@ -18,8 +19,6 @@ from testbed.scenario.scenario import Scenario
 
 ANY = "any"
 """Wish for the name of whichever effect is there."""
-_UNCOUNTED = ("gimbal_rate_command", "gimbal_torque", "wheel_torque", "wheel_torque_command")
-"""Channels that no e-value counts: it is of the gyro's samples alone, those of `testbed.diagnosis.data.joined`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,7 +98,7 @@ def effect_wanted(text: str) -> EffectWanted:
         raise InputError(f"{text}: acts in one flight only, so that no further one can verify it; diagnose that flight")
     if effect == "inertia":
         raise InputError(f"{text}: is estimated beside whatever is tested, and asked for as --inertia-std, not by name")
-    if uncounted := [channel for channel in found.needs if channel in _UNCOUNTED]:
+    if uncounted := [channel for channel in found.needs if channel in INNER_CHANNELS]:
         raise InputError(
             f"{text}: shows in {' and '.join(uncounted)}, and a plan counts the gyro's alone; diagnose the flights"
         )
