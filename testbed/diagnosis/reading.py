@@ -84,7 +84,7 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
         own: list[tuple[str, str]] = []
         try:
             parts = tuple(parts_of(record, scenario, nominal, own))
-            _require_another_flight(record, flights)
+            require_another_flight(record, flights)
         except InputError as error:
             refused.append(str(error))
         else:
@@ -138,7 +138,7 @@ def _together(usable: Usable, like: Runs) -> Runs:
     return replace(runs_together(usable, range(len(usable))), belief=like.belief)
 
 
-def _require_another_flight(record: Record, flights: dict[bytes, str]) -> None:
+def require_another_flight(record: Record, flights: dict[bytes, str]) -> None:
     """Refuse a copy of a flight: it tells nothing new, and what is found in one would be verified on the other.
 
     Time does not count: the clock of a copy may begin elsewhere.

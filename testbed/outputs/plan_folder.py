@@ -90,19 +90,15 @@ def new_records(state: PlanResult, records: Sequence[Record]) -> list[Record]:
     """Return those records that a campaign does not have yet, in their order.
 
     Raises:
-        InputError: one has the name of a flight that it has, and other content; or another name, and the same file.
+        InputError: one has the name of a flight that it has, and other content.
     """
     known = {flight.record: flight.source_sha256 for flight in state.flights}
-    name_of = {digest: name for name, digest in known.items() if digest is not None}
     new = []
     for record in records:
         name = record.details.name
-        digest = source_of(record)
-        if digest is not None and (first := name_of.setdefault(digest, name)) != name:
-            raise InputError(f"{name}: is the same file as {first}; a flight counts once, so take one of them out")
         if name not in known:
             new.append(record)
-        elif known[name] != digest:
+        elif known[name] != source_of(record):
             raise InputError(
                 f"{name}: the campaign has another flight of this name; give each record a name of its own"
             )
