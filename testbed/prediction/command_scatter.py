@@ -18,8 +18,9 @@ import numpy as np
 from testbed.arrays import Array, UnitSeries
 from testbed.estimation.telemetry import CommandScatter, Telemetry
 from testbed.prediction.impulse_noise import SURELY, Coefficients, explained_by_wheel
+from testbed.prediction.jumps import jumps
 from testbed.prediction.tachometer import separated_noise
-from testbed.prediction.wheel_impulses import Impulses, impulses_of
+from testbed.prediction.wheel_impulses import ROUNDING, Impulses, impulses_of
 
 _FOUND = 3
 """First columns that impulses are explained by: scatter behind its sample, before it, and which share of what is smooth
@@ -31,8 +32,6 @@ CubeSat), 0.37 where five control periods pass between samples, which would be 0
 _PERIODS = (2, 20)
 """Fewest and most control periods between samples, where commands surely change in between: of more, a spline is as
 good."""
-_ROUNDING = 1e-6
-"""Of an interval, by which clocks round."""
 
 
 def with_command_scatter(runs: Sequence[Telemetry]) -> list[Telemetry]:
@@ -65,7 +64,7 @@ def believed_held(runs: Sequence[Telemetry]) -> bool:
     """Return whether wheels' commands are believed to hold from sample to sample."""
     if not runs or runs[0].wheels is None or runs[0].wheels.motors is None:
         return False
-    return runs[0].wheels.motors.period >= (1.0 - _ROUNDING) * _usual_interval(runs[0])
+    return runs[0].wheels.motors.period >= (1.0 - ROUNDING) * _usual_interval(runs[0])
 
 
 def in_phase(run: Telemetry, phase: float, *, commanded: bool) -> Telemetry:
@@ -114,7 +113,10 @@ def _scatter(runs: Sequence[Telemetry]) -> list[UnitSeries] | None:
     if len(known) < len(runs):
         return None
     times = [run.actuator_time for run in runs]
-    by_wheel = [separated_noise(times, list(samples)) for samples in zip(*(each.T for each in known), strict=True)]
+    broken = [jumps(time, each) for time, each in zip(times, known, strict=True)]
+    by_wheel = [
+        separated_noise(times, list(samples), broken) for samples in zip(*(each.T for each in known), strict=True)
+    ]
     of_runs = [np.stack(of_run, axis=-1) for of_run in zip(*by_wheel, strict=True)]
     return of_runs if any(each.any() for each in of_runs) else None
 

@@ -22,12 +22,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg.lapack import dpbtrf, dpbtrs
 from scipy.optimize import minimize, minimize_scalar
 
-from testbed.arrays import Array, Series, Units, UnitSeries
+from testbed.arrays import Array, Flags, Series, Units, UnitSeries
+from testbed.estimation.gaps import between_gaps
 from testbed.estimation.telemetry import SmoothedMomentum, Telemetry
 from testbed.estimation.telemetry_noise import fast_variance
 from testbed.prediction.wheel_impulses import impulses_of
@@ -47,6 +49,8 @@ _STARTS = ((-4.0, -12.0), (-12.0, -2.0), (6.0, 0.0))
 hardly any noise."""
 _SIMPLEX = ((0.0, 0.0), (3.0, 0.0), (0.0, 3.0))
 """Around each of them: by its corners, factors of twenty, it walks."""
+_ENDS = 2
+"""Samples of a piece that have no second difference of their own."""
 _ENOUGH = 1e-2
 """Of the logarithms and of twice the log-likelihood, to which the search goes: a hundredth of what one standard error
 of a variance costs."""
@@ -85,7 +89,7 @@ class _Bands:
 
     def spread(self, differences: Series) -> Series:
         """Return Q z of one number for each difference, shape (n,), shape (n + 2,)."""
-        whole = np.zeros(len(differences) + 2)
+        whole = np.zeros(len(differences) + _ENDS)
         for place, weights in enumerate(self.weights.T):
             whole[place : place + len(differences)] += weights * differences
         return whole
@@ -102,10 +106,11 @@ def without_tachometer_noise(runs: Sequence[Telemetry]) -> list[Telemetry]:
     done = all(each.smoothed is not None for each in sent)
     if done or len(commanded) < len(runs) or sum(map(len, commanded)) < _FEWEST:
         return list(runs)
-    bands = [_bands(run.actuator_time) for run in runs]
+    pieces = _pieces([run.actuator_time for run in runs], list(map(_unknown, runs)))
     unforeseen = [each.momentum - known for each, known in zip(sent, commanded, strict=True)]
-    by_wheel = [_Noise.of(bands, list(samples)) for samples in zip(*(each.T for each in unforeseen), strict=True)]
-    return _with_errors(runs, [each.removed() for each in by_wheel])
+    return _with_errors(
+        runs, [_removed(pieces, list(samples)) for samples in zip(*(each.T for each in unforeseen), strict=True)]
+    )
 
 
 def smoothed_wheels(runs: Sequence[Telemetry]) -> Iterator[list[Telemetry]]:
@@ -153,7 +158,7 @@ def _ever_stiffer(
     """
     if sum(map(len, samples)) < _FEWEST:
         return
-    bands = [_bands(time) for time in times]
+    bands = [_bands(time, float(np.median(np.diff(time)))) for time in times]
     wheels = [_Noise.of(bands, list(each)) for each in zip(*(own.T for own in samples), strict=True)]
     found = [each.variance / own**2 for each, own in zip(wheels, spin, strict=True) if each.ratios is not None]
     if not found:
@@ -164,16 +169,50 @@ def _ever_stiffer(
         yield [each.removed(share) for each in alike], float(np.sqrt(worst))
 
 
-def separated_noise(times: Sequence[Series], samples: Sequence[Series]) -> list[Series]:
+def separated_noise(times: Sequence[Series], samples: Sequence[Series], broken: Sequence[Flags]) -> list[Series]:
     """Return the white noise in samples that change smoothly or jitter, of every run; zeros where none surely is.
 
     Args:
         times: of the samples, shape (K,), s.
         samples: of one channel in every run, shape (K,).
+        broken: between which samples the channel jumps, shape (K - 1,).
     """
     if sum(map(len, samples)) < _FEWEST:
         return [np.zeros_like(each) for each in samples]
-    return _Noise.of([_bands(time) for time in times], samples).removed()[0]
+    return _removed(_pieces(times, broken), samples)[0]
+
+
+class _Piece(NamedTuple):
+    """Samples that follow on one another by what is modelled: of which run, which of them, and their bands."""
+
+    run: int
+    rows: slice
+    bands: _Bands
+
+
+def _pieces(times: Sequence[Series], broken: Sequence[Flags]) -> list[_Piece]:
+    """Return the pieces of every run that are long enough for second differences.
+
+    Args:
+        times: of every run's samples, shape (K,), s.
+        broken: between which of them something happens that is not modelled, shape (K - 1,).
+    """
+    return [
+        _Piece(run, rows, _bands(time[rows], float(np.median(np.diff(time)))))
+        for run, (time, each) in enumerate(zip(times, broken, strict=True))
+        for rows in between_gaps(each)
+        if rows.stop - rows.start > _ENDS
+    ]
+
+
+def _removed(pieces: Sequence[_Piece], samples: Sequence[Series]) -> tuple[list[Series], float]:
+    """Return the noise in a channel's samples of every run, as `_Noise.removed`; none in what is no piece."""
+    noise = _Noise.of([each.bands for each in pieces], [samples[each.run][each.rows] for each in pieces])
+    errors, variance = noise.removed()
+    whole = [np.zeros_like(each) for each in samples]
+    for piece, own in zip(pieces, errors, strict=True):
+        whole[piece.run][piece.rows] = own
+    return whole, variance
 
 
 def _with_errors(
@@ -214,9 +253,15 @@ def _commanded(run: Telemetry) -> UnitSeries | None:
     return np.concatenate([np.zeros_like(gained[:1]), gained])
 
 
-def _bands(time: Series) -> _Bands:
-    """Return the bands of a run, times counted in its usual interval."""
-    step = np.diff(time) / np.median(np.diff(time))
+def _unknown(run: Telemetry) -> Flags:
+    """Return between which samples nobody knows what the motors of some wheel gave, shape (K - 1,)."""
+    impulses = impulses_of(run, commanded=True) or impulses_of(run, commanded=False)
+    return np.zeros(len(run.actuator_time) - 1, dtype=np.bool_) if impulses is None else impulses.unknown
+
+
+def _bands(time: Series, usual: float) -> _Bands:
+    """Return the bands of samples, times counted in their usual interval, s."""
+    step = np.diff(time) / usual
     before, after = 1.0 / step[:-1], 1.0 / step[1:]
     weights = np.stack([before, -before - after, after], axis=-1)
     smooth, jitter, noise = (np.zeros((3, len(before))) for _ in range(3))
@@ -269,7 +314,7 @@ class _Noise:
             share: of the intensities of the torques that were found; what is removed is no more than the noise.
         """
         if self.ratios is None:
-            return [np.zeros(len(values) + 2) for _, values in self.pairs], self.variance
+            return [np.zeros(len(values) + _ENDS) for _, values in self.pairs], self.variance
         ratios = share * self.ratios
         errors = [own.spread(_solved(own, ratios, values)) for own, values in self.pairs]
         number = sum(map(len, errors))

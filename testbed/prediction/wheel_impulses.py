@@ -25,6 +25,7 @@ from testbed.estimation.gaps import FEWEST_BURSTS, between_gaps, bursts, lost_sa
 from testbed.estimation.recursions import accumulated, pivots
 from testbed.estimation.telemetry import Telemetry, WheelMotors, WheelTelemetry
 from testbed.prediction.compared import SETTLING, incomplete
+from testbed.prediction.jumps import jumps
 from testbed.prediction.smooth import decay
 from testbed.prediction.smoothed import body_motion
 
@@ -35,6 +36,8 @@ _AT_LIMIT = 0.98
 _STICKING = 0.5
 """rad/s. A bearing that turns more slowly, or turns round, may stick, and then takes any torque within its dry
 friction: ten times a good tachometer's noise, and a thousandth of what wheels turn at."""
+ROUNDING = 1e-6
+"""Of an interval, by which clocks round."""
 _LEAST_LOOP = 1e-6
 """Of a speed loop's bandwidth times the control period, below which its torque does not change within that: 0/0."""
 
@@ -52,7 +55,8 @@ class Impulses(NamedTuple):
         turned: ∫ Ω dt, shape (L, W), rad.
         directed: ∫ sign Ω dt, shape (L, W), s.
         viscous: friction over speed that is known, shape (W,), N·m·s/rad.
-        unseen: variance of what was asked for over lost samples, shape (L, W), (N·m·s)²; zero where none is lost.
+        unseen: variance of what was asked for over lost samples, shape (L, W), (N·m·s)²; zero where none is lost,
+            infinite where it is not known, as where a torque jumps in between.
         between: share of the control periods whose torques are not sampled.
         kept: of each wheel the intervals that are compared, shape (K,), K of its own.
         first: which of these do not follow on the one before, likewise.
@@ -76,6 +80,11 @@ class Impulses(NamedTuple):
     def asked(self) -> UnitSeries:
         """Impulses that the motors were asked for, or gave, shape (L, W), N·m·s."""
         return np.asarray(self.torque * self.interval[:, None])
+
+    @property
+    def unknown(self) -> Flags:
+        """Intervals in which nobody knows what the motor of some wheel was asked for, shape (L,)."""
+        return np.asarray(~np.isfinite(self.unseen).all(axis=1))
 
     @property
     def complete(self) -> Impulses:
@@ -234,7 +243,8 @@ def _impulses(run: Telemetry, commanded: bool) -> Impulses:
     carried = inertia * np.diff(body_rate @ wheels.wheels.axis_B.T, axis=0)
     turned, directed = 0.5 * (before + after) * interval[:, None], _direction(before, after) * interval[:, None]
     torque, last, unseen = _torques(run, wheels, _Motors(wheels.wheels.torque_limit, motors, commanded))
-    behind = np.concatenate([[False], incomplete(run)[:-1]])  # where a lag carries on what was commanded in between
+    unknown = incomplete(run) | ~np.isfinite(unseen).all(axis=1)
+    behind = np.concatenate([[False], unknown[:-1]])  # where a lag carries on what was commanded in between
     known = np.isfinite(unseen) & ~behind[:, None] & _is_compared(run, wheels, speed)
     kept = tuple(np.flatnonzero(of_wheel) for of_wheel in known.T)
     return Impulses(
@@ -272,7 +282,7 @@ class _Motors(NamedTuple):
     motors: WheelMotors
     commanded: bool
 
-    def mean(self, sampled: UnitSeries, time: Series) -> UnitSeries:
+    def mean(self, sampled: UnitSeries, time: Series, jump: Flags | None = None) -> UnitSeries:
         """Return the mean torque of every interval between samples of shape (K, W), shape (K - 1, W), N·m.
 
         A command is what a motor gives from its sample on, less the phase for which it had held, a measured torque what
@@ -290,34 +300,53 @@ class _Motors(NamedTuple):
         mean = torque[:-1] + share * np.diff(torque, axis=0)
         if np.any(period < 1.0):
             # A parabola that is held n = 1 / period times lies beside the line by 1 - 1 / n² of what its mean does.
-            mean += (1.0 - period**2) * _beside_line(time, torque)
+            mean += (1.0 - period**2) * _beside_line(time, torque, jump)
         return np.asarray(held * mean)
+
+    def jumps(self, sampled: UnitSeries, time: Series) -> Flags:
+        """Return between which samples a torque jumps that changes in between, shape (K - 1,)."""
+        changing = self.motors.period < (1.0 - ROUNDING) * float(np.median(np.diff(time)))
+        return jumps(time, sampled) if changing else np.zeros(len(time) - 1, dtype=np.bool_)
 
     def change(self, sampled: UnitSeries, other: UnitSeries, time: Series) -> UnitSeries:
         """Return what impulses change by with other samples, shape (K - 1, W), N·m·s."""
         return (self.mean(other, time) - self.mean(sampled, time)) * np.diff(time)[:, None]
 
 
-def _beside_line(time: Series, values: UnitSeries) -> UnitSeries:
-    """Return by how much the mean of a spline through samples, shape (K, W), is beside that of lines, (K - 1, W)."""
-    integral = CubicSpline(time, values).antiderivative()(time)
-    return np.asarray(np.diff(integral, axis=0) / np.diff(time)[:, None] - 0.5 * (values[:-1] + values[1:]))
+def _beside_line(time: Series, values: UnitSeries, jump: Flags | None) -> UnitSeries:
+    """Return by how much the mean of splines through samples, shape (K, W), is beside that of lines, (K - 1, W).
+
+    Args:
+        time: of the samples, shape (K,), s.
+        values: of the torques.
+        jump: between which samples a spline ends and another one begins, shape (K - 1,); None for nowhere.
+    """
+    whole = np.zeros((len(time) - 1, values.shape[1]))
+    for rows in between_gaps(np.zeros(len(time) - 1, dtype=np.bool_) if jump is None else jump):
+        own, of = time[rows], values[rows]
+        if len(own) > 1:
+            integral = CubicSpline(own, of).antiderivative()(own)
+            lines = 0.5 * (of[:-1] + of[1:])
+            whole[rows.start : rows.stop - 1] = np.diff(integral, axis=0) / np.diff(own)[:, None] - lines
+    return whole
 
 
 def _torques(run: Telemetry, wheels: WheelTelemetry, motors: _Motors) -> tuple[UnitSeries, UnitSeries, Array]:
     """Return `torque`, `last` and `unseen` of impulses, each of shape (L, W).
 
     Over lost samples a spline through the others stands for them, which errs as much as where samples came through.
+    Where a torque that changes between its samples jumps, nobody knows when.
     """
     sampled, time = wheels.torque_command if motors.commanded else wheels.torque, run.actuator_time
     assert sampled is not None
     scatter = wheels.scatter if motors.commanded else None
     smooth = sampled if scatter is None else sampled - scatter.samples
-    gap, held = incomplete(run), motors.mean(smooth, time)
+    jump = motors.jumps(sampled, time)
+    gap, held = incomplete(run), motors.mean(smooth, time, jump)
     torque = held.copy()
     if scatter is not None:  # it is over when the interval ends
         torque += scatter.behind * scatter.samples[:-1] + scatter.before * scatter.samples[1:]
-    unseen = np.zeros_like(torque)
+    unseen = np.where(jump[:, None], np.inf, np.zeros_like(torque))
     if not gap.any():
         return torque, held, unseen
     lost = np.where(gap, lost_samples(time), 0)
@@ -325,12 +354,12 @@ def _torques(run: Telemetry, wheels: WheelTelemetry, motors: _Motors) -> tuple[U
     first = np.cumsum(lost + 1) - lost - 1
     number = np.arange(len(of_interval)) - first[of_interval]
     whole = np.append(time[of_interval] + number * (np.diff(time) / (lost + 1))[of_interval], time[-1])
-    mean = motors.mean(run.through(smooth)(whole), whole)
+    mean = motors.mean(run.through(smooth)(whole), whole, jump[of_interval])
     last = np.where(gap[:, None], mean[first + lost], held)
     impulse = mean * np.diff(whole)[:, None]
     torque[gap] = (np.add.reduceat(impulse, first, axis=0) / np.diff(time)[:, None])[gap]
     for each in np.unique(lost[gap]).tolist():
-        unseen[gap & (lost == each)] = _variance_over_gap(run, sampled, motors, each)
+        unseen[gap & ~jump & (lost == each)] = _variance_over_gap(run, sampled, motors, each)
     return torque, last, unseen
 
 
