@@ -27,8 +27,9 @@ from benchmarks.formula_sets import Said, patterns_of, placed_formulas
 from testbed.arrays import Array
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.formulas import Along
-from testbed.diagnosis.latent import LatentTorque, latent_torque, shape_knots, torque_responses
+from testbed.diagnosis.latent import LatentTorque, latent_torque, shape_knots
 from testbed.diagnosis.model import Fit, orthonormal, projected_out
+from testbed.diagnosis.torque_space import torque_responses
 from testbed.dynamics.inertia import inertia_of
 from testbed.formulas.grammar import classes
 from testbed.formulas.motion import ATTITUDES, GIMBAL_RATES, GIMBALS, RATES, TIME
@@ -111,7 +112,7 @@ class _Seen:
         by_frame = [
             np.concatenate(
                 [
-                    response @ own
+                    response @ own.reshape(response.shape[1], -1)
                     for response, own in zip(
                         self._responses, self.along.torques(values, frame, self._knots), strict=True
                     )

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
+from itertools import pairwise
 from math import log
 
 import numpy as np
@@ -21,17 +22,16 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.latent import (
     AT_ONCE,
     TorqueShape,
-    TorqueSpace,
     evidence_of_any,
     on_enough_runs,
     shape_knots,
-    torque_space,
 )
 from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.screening import screened
 from testbed.diagnosis.search import Search, log_odds_of_all, odds_together, with_effect, with_model
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis
+from testbed.diagnosis.torque_space import Moved, TorqueSpace, normal, torque_space
 from testbed.effects.body_torque import BodyTorque
 from testbed.effects.formula import Formula
 from testbed.formulas.grammar import MEMORIES, SCANNED, Class, patterns, shares
@@ -281,10 +281,10 @@ def _linearised(
     # Patterns by their number of amplitudes, whose evidence is worked out together.
     by_size: dict[int, list[tuple[Pattern, _Valued, Array, Array, Array]]] = {}
     for valued, columns in _columns(list(_valued(along, list(alike))), along, space, knots):
-        normal = {frame: (own.T @ own, own.T @ space.residual) for frame, own in columns.items()}
+        normals = {frame: normal(own) for frame, own in columns.items()}
         for pattern in alike[valued.laws]:
             axes = _directions(len(valued.values), pattern.placement)
-            information, slope = normal[pattern.frame]
+            information, slope = normals[pattern.frame]
             sizes = np.repeat(typical / valued.power, len(pattern.axes))
             tried = (pattern, valued, sizes, axes @ information @ axes.T, axes @ slope)
             by_size.setdefault(len(sizes), []).append(tried)
@@ -359,16 +359,16 @@ def _valued(along: Along, every: Sequence[tuple[Law, ...]]) -> Iterator[_Valued]
 
 def _columns(
     every: Sequence[_Valued], along: Along, space: TorqueSpace, knots: int
-) -> Iterator[tuple[_Valued, Mapping[Frame, Array]]]:
-    """Yield what unit torques by laws do, shape (samples, laws * 3) by frame; many are worked out at once."""
+) -> Iterator[tuple[_Valued, Mapping[Frame, list[Moved]]]]:
+    """Yield what unit torques by laws do to every run, laws * 3 of them, by frame; many are worked out at once."""
     for first in range(0, len(every), AT_ONCE):
         some = every[first : first + AT_ONCE]
         values = np.concatenate([each.values for each in some])
-        edges = 3 * np.cumsum([len(each.values) for each in some])[:-1]
+        edges = 3 * np.cumsum([0, *(len(each.values) for each in some)])
         frames: tuple[Frame, Frame] = ("B", "N")
-        parts = [np.split(space.columns(along.torques(values, frame, knots)), edges, axis=1) for frame in frames]
-        for each, *own in zip(some, *parts, strict=True):
-            yield each, dict(zip(frames, own, strict=True))
+        of_runs = {frame: space.along(along.torques(values, frame, knots)) for frame in frames}
+        for each, ends in zip(some, pairwise(edges), strict=True):
+            yield each, {frame: [own.rows(slice(*ends)) for own in of_runs[frame]] for frame in frames}
 
 
 def _frequencies(along: Along) -> Array:
@@ -420,14 +420,14 @@ class Along:
         return np.stack([np.broadcast_to(law.product(self.moment, constants), self.time.shape) for law in laws])
 
     def torques(self, values: Array, frame: str, knots: int) -> Array:
-        """Return unit torques by laws along three axes at the knots of every run, (R, knots * 3, laws * 3)."""
+        """Return unit torques by laws along three axes at the knots of every run, shape (R, knots, 3, laws * 3)."""
         axes = np.eye(3) if frame == "B" else self.moment.attitude  # of N: rows of R_AB are the axes in B
         along = values[..., None, None] * axes  # (laws, R, N, axis, component)
         at = np.linspace(0.0, self.time.shape[1] - 1, knots)
         before = np.minimum(at.astype(int), self.time.shape[1] - 2)
         share = (at - before)[:, None, None]
         at_knots: Array = (1.0 - share) * along[:, :, before] + share * along[:, :, before + 1]
-        return np.moveaxis(at_knots, (0, 3), (3, 4)).reshape(len(self.time), -1, len(values) * 3)
+        return np.moveaxis(at_knots, (0, 3), (3, 4)).reshape(len(self.time), knots, 3, len(values) * 3)
 
 
 def _remembered(memory: Memory, product: Array, time: Array, constant: Array) -> Array:

@@ -208,7 +208,9 @@ def derivatives_at(
     return [_at_starts(np.concatenate(block), starts, shown) for block in zip(*parts, strict=True)]
 
 
-def torque_responses(grid: Grid, hooks: Sequence[Hooks], values: Values, knots: int) -> list[Array]:
+def torque_responses(
+    grid: Grid, hooks: Sequence[Hooks], values: Values, knots: int, which: range | None = None
+) -> list[Array]:
     """Return ∂ω̄/∂torque on the body at knots, of every run, shapes (N, 3, 3 * knots), rad/s per N·m.
 
     Args:
@@ -216,16 +218,18 @@ def torque_responses(grid: Grid, hooks: Sequence[Hooks], values: Values, knots: 
         hooks: the effects in the model.
         values: one parameter set, P = 1.
         knots: of each run, evenly from its first sample to its last; the torque is linear between them.
+        which: of them; None for all.
     """
-    blocks = _of_parts(grid, values, lambda part, own: _torque_responses(part, hooks, own, knots))
+    some = range(knots) if which is None else which
+    blocks = _of_parts(grid, values, lambda part, own: _torque_responses(part, hooks, own, knots, some))
     return [np.moveaxis(block, 0, -1) for block in blocks]
 
 
-def _torque_responses(grid: Grid, hooks: Sequence[Hooks], values: Values, knots: int) -> list[Array]:
+def _torque_responses(grid: Grid, hooks: Sequence[Hooks], values: Values, knots: int, which: range) -> list[Array]:
     motion, in_gyro = motion_of(grid, hooks, values), any(map(acts_in_gyro, hooks))
-    knot, axis = np.divmod(np.arange(3 * knots), 3)
+    knot, axis = np.divmod(np.arange(3 * which.start, 3 * which.stop), 3)
     parts: list[list[Array]] = []
-    for some in _batches(grid, 3 * knots):
+    for some in _batches(grid, len(knot)):
         along = motion.along
         apart = (grid.time.shape[1] - 1) / (knots - 1)
         changes = answers(motion.by_torque, along.tangents, motion.rate_by_state, knot[some], axis[some], apart)

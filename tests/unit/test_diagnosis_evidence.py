@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import block_diag
@@ -12,18 +14,17 @@ from support.unlisted_torques import Growing, Humming, Pulsing
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.latent import (
     TorqueShape,
-    _responses,
+    _normals,
     _Tried,
     evidence_of_any,
     goodness,
     on_all_runs,
-    torque_responses,
     torque_shapes,
-    torque_space,
 )
 from testbed.diagnosis.misfit import log_evidence
 from testbed.diagnosis.model import Hypothesis, orthonormal, projected_out
 from testbed.diagnosis.reading import data_set_of
+from testbed.diagnosis.torque_space import torque_responses, torque_space
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.estimation.random_walk import Increments, likeliest_variance
@@ -137,22 +138,24 @@ def test_a_torque_stands_out_of_noise_however_well_that_is_known(known):
     assert likeliest_variance(Increments.independent(power, np.sqrt(power) * values), known)[1] > 30.0
 
 
-def test_what_torques_can_do_is_the_same_run_by_run_as_all_runs_together():
-    """Lengths and angles of the responses, and what of the residual lies among them."""
+@pytest.mark.parametrize("knots", [20, 150])
+def test_what_torques_can_do_is_the_same_in_parts_as_in_one_matrix(knots):
+    """Lengths and angles of the responses, and what of the residual lies among them: run by run, and by windows."""
     data, fit = baseline(records(3))
     runs, fit = on_all_runs(data.runs, data.heldout, fit)
-    space = torque_space(runs, fit, KNOTS)
+    space = torque_space(runs, fit, knots)
     nuisance = orthonormal(fit.jacobian[: runs.samples])
-    whole = projected_out(block_diag(*torque_responses(runs, fit, KNOTS)), nuisance)
-    torques = np.random.default_rng(3).standard_normal((len(runs.names), KNOTS, 2))
+    whole = projected_out(block_diag(*torque_responses(runs, fit, knots)), nuisance)
+    torques = np.random.default_rng(3).standard_normal((len(runs.names), knots, 2))
     shape = _Tried(kind="growing", words="", torques=torques)
-    (((alone,), (columns,)),) = _responses([shape], space)
-    assert alone is shape
-    hats = np.kron(torques.reshape(-1, 2), np.eye(3)).reshape(-1, 2, 3).swapaxes(1, 2).reshape(len(whole.T), 6)
-    direct = whole @ hats
-    np.testing.assert_allclose(columns.T @ columns, direct.T @ direct, rtol=1e-7, atol=1e-7 * np.abs(direct).max() ** 2)
-    slope = direct.T @ fit.residual[: runs.samples]
-    np.testing.assert_allclose(columns.T @ space.residual, slope, rtol=1e-7, atol=1e-7 * np.abs(slope).max())
-
-
-KNOTS = 20
+    by_run = replace(shape, kind="oscillation of every run's own", by_run=True)
+    for (alone,), (information,), (found,) in _normals([shape, by_run], space):
+        apart = [block_diag(*torques)] if alone.by_run else [torques.reshape(-1, 2)]
+        hats = np.concatenate([np.kron(each, np.eye(3)[:, axis : axis + 1]) for axis in range(3) for each in apart], 1)
+        if alone.by_run:  # amplitudes run by run, axis by axis in each
+            hats = hats.reshape(len(hats), 3, len(torques), 2).swapaxes(1, 2).reshape(len(hats), -1)
+        direct = whole @ hats
+        most = np.abs(direct).max() ** 2
+        np.testing.assert_allclose(information, direct.T @ direct, rtol=1e-7, atol=1e-7 * most)
+        slope = direct.T @ fit.residual[: runs.samples]
+        np.testing.assert_allclose(found, slope, rtol=1e-7, atol=1e-7 * np.abs(slope).max())
