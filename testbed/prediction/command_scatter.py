@@ -46,7 +46,7 @@ def with_command_scatter(runs: Sequence[Telemetry]) -> list[Telemetry]:
     if scatter is None:
         return list(runs)
     held = believed_held(runs)
-    response = _response([_with(run, each, 0.0, 0.0) for run, each in zip(runs, scatter, strict=True)], scatter)
+    response = _response([_with(_twice(run), each, 0.0, 0.0) for run, each in zip(runs, scatter, strict=True)], scatter)
     if response is None or (held and not _passes(response)):
         return list(runs)
     behind, before, next_share = response.values.tolist()
@@ -89,6 +89,12 @@ def _with(run: Telemetry, scatter: UnitSeries, behind: float, before: float) -> 
     assert run.wheels is not None
     known = CommandScatter(samples=scatter, behind=behind, before=before)
     return replace(run, wheels=replace(run.wheels, scatter=known))
+
+
+def _twice(run: Telemetry) -> Telemetry:
+    """Return a run whose commands change once more between samples at least: where they jump, nothing is compared."""
+    half = 0.5 * _usual_interval(run)
+    return run.with_motors(lambda motors: replace(motors, period=min(motors.period, half)))
 
 
 def _changing(run: Telemetry, next_share: float) -> Telemetry:

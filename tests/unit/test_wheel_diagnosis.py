@@ -142,8 +142,8 @@ def test_what_the_motors_do_beside_all_that_is_named_is_unexplained():
     assert "do not do what they were asked for" in diagnosis_verdict(final).text
 
 
-SLOW = {"duration_s": 60.0, "telemetry_rate_hz": 5.0}
-"""Telemetry that shows one command of four."""
+SLOW = {"duration_s": 75.0, "telemetry_rate_hz": 5.0}
+"""Telemetry that shows one command of four. The maneuver ends after a minute, in a step between two samples."""
 
 
 @pytest.mark.parametrize("believed_rate", [20.0, 5.0])
