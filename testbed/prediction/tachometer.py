@@ -101,27 +101,43 @@ def without_tachometer_noise(runs: Sequence[Telemetry]) -> list[Telemetry]:
     Args:
         runs: of one platform, whose tachometers are equally good in all; what was smoothed before stays.
     """
+    done = all(run.wheels is None or run.wheels.smoothed is not None for run in runs)
+    errors = None if done else _errors_by_torque(runs)
+    return list(runs) if errors is None else _with_errors(runs, errors)
+
+
+def _errors_by_torque(runs: Sequence[Telemetry]) -> list[tuple[list[Series], float]] | None:
+    """Return errors in the samples of each wheel, as `_Noise.removed` has them; None where no torque is known."""
     sent = [run.wheels for run in runs if run.wheels is not None]
     commanded = [given for given in map(_commanded, runs) if given is not None]
-    done = all(each.smoothed is not None for each in sent)
-    if done or len(commanded) < len(runs) or sum(map(len, commanded)) < _FEWEST:
-        return list(runs)
+    if len(commanded) < len(runs) or sum(map(len, commanded)) < _FEWEST:
+        return None
     pieces = _pieces([run.actuator_time for run in runs], list(map(_unknown, runs)))
     unforeseen = [each.momentum - known for each, known in zip(sent, commanded, strict=True)]
-    return _with_errors(
-        runs, [_removed(pieces, list(samples)) for samples in zip(*(each.T for each in unforeseen), strict=True)]
-    )
+    return [_removed(pieces, list(samples)) for samples in zip(*(each.T for each in unforeseen), strict=True)]
 
 
 def smoothed_wheels(runs: Sequence[Telemetry]) -> Iterator[list[Telemetry]]:
-    """Yield runs with their wheels' momenta smoothed, ever more; none where torques are known, or no noise is found.
+    """Yield runs with their wheels' momenta smoothed otherwise, for the gyro to choose; none where no noise is found.
+
+    Ever more where no torque is known. By known torques samples are smoothed as these have it, and what is left is not
+    to smooth them: of torques that change between their samples a part is not known, and the controller made it of the
+    gyro's noise, by which errors of smoothing then seem to be the body's motion.
 
     Args:
         runs: of one platform, whose tachometers are equally good in all.
     """
     sent = [run.wheels for run in runs if run.wheels is not None]
-    known = any(each.smoothed is not None for each in sent) or any(_commanded(run) is not None for run in runs)
-    if known or len(sent) < len(runs):
+    if len(sent) < len(runs) or any(each.smoothed is not None for each in sent):
+        return
+    by_torque = _errors_by_torque(runs)
+    if by_torque is not None:
+        if any(error.any() for errors, _ in by_torque for error in errors):
+            yield _with_errors(
+                runs, [_none_of(list(samples)) for samples in zip(*(each.momentum.T for each in sent), strict=True)]
+            )
+        return
+    if any(_commanded(run) is not None for run in runs):
         return
     samples, spin = [each.momentum for each in sent], sent[0].wheels.spin_inertia
     for by_wheel, noise in _ever_stiffer([run.actuator_time for run in runs], samples, spin):
@@ -295,8 +311,7 @@ class _Noise:
             return _Noise(pairs=pairs, ratios=None, variance=0.0)
         ratios = _likeliest_ratios(pairs)
         if ratios is None:
-            seen = sum(len(each) * _fast_variance(each) for each in samples) / sum(map(len, samples))
-            return _Noise(pairs=pairs, ratios=None, variance=seen)
+            return _Noise(pairs=pairs, ratios=None, variance=_fast_variance(samples))
         solved = [(values, _solved(own, ratios, values)) for own, values in pairs]
         squares = sum(float(values @ each) for values, each in solved)
         return _Noise(pairs=pairs, ratios=ratios, variance=squares / sum(len(values) for values, _ in solved))
@@ -344,8 +359,15 @@ def _solution(factor: Array, differences: Series) -> Series:
     return np.asarray(dpbtrs(factor, differences, lower=1)[0])
 
 
-def _fast_variance(samples: Series) -> float:
-    return float(fast_variance(samples[:, None])[0])
+def _none_of(samples: Sequence[Series]) -> tuple[list[Series], float]:
+    """Return no errors in a wheel's samples, and the variance that then stays, as `_Noise.removed` has them."""
+    return [np.zeros_like(each) for each in samples], _fast_variance(samples)
+
+
+def _fast_variance(samples: Sequence[Series]) -> float:
+    """Return the variance of the fastest changes of a channel in all runs."""
+    of_runs = [len(each) * float(fast_variance(each[:, None])[0]) for each in samples]
+    return sum(of_runs) / sum(map(len, samples))
 
 
 def _likeliest_ratios(pairs: Sequence[tuple[_Bands, Series]]) -> Array | None:

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from support.wheel_telemetry import NOISE, ONE_WAY, PERIOD, WHEELS, wheels_at_rest
+from support.wheel_telemetry import NOISE, ONE_WAY, PERIOD, WHEELS, undersampled_wheels, wheels_at_rest
 from testbed.arrays import Array
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.command_phase import with_command_phase
 from testbed.prediction.jumps import jumps
-from testbed.prediction.tachometer import without_tachometer_noise
+from testbed.prediction.tachometer import smoothed_wheels, without_tachometer_noise
 from testbed.prediction.wheel_impulses import impulses_of
 
 TIME = 0.2 * np.arange(400)
@@ -84,3 +84,16 @@ def test_a_jump_hides_no_noise_of_the_tachometers():
     assert run.wheels is not None
     assert run.wheels.smoothed is not None
     assert np.sqrt(run.wheels.smoothed.variance).max() < 0.5 * NOISE  # 0.7 with it taken for torque that jitters
+
+
+def test_where_torques_are_known_the_gyro_may_choose_samples_as_they_were_sent():
+    """What is not known of torques between samples the controller made of the gyro's noise."""
+    run = undersampled_wheels(1, 84)
+    ((left,),) = smoothed_wheels([run])
+    assert left.wheels is not None
+    assert run.wheels is not None
+    np.testing.assert_array_equal(left.wheels.best_momentum, run.wheels.momentum)
+    (smoothed,) = without_tachometer_noise([run])
+    assert smoothed.wheels is not None
+    assert list(smoothed_wheels([smoothed])) == []
+    assert np.abs(smoothed.wheels.best_momentum - run.wheels.momentum).max() > 0.01 * NOISE
