@@ -18,6 +18,7 @@ from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import hypotheses
 from testbed.diagnosis.state import Diagnosis
+from testbed.diagnosis.tachometers import tested_beside_tachometers
 from testbed.dynamics.inertia import theta_of
 from testbed.effects import registered
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
@@ -156,6 +157,17 @@ def test_commands_between_samples_are_no_delay(believed_rate):
     theta = theta_of(nominal_platform(believed).inertia)
     *_, final = diagnosed(data.runs, data.heldout, OF_WHEELS, theta, noise_effects=NOISE_EFFECTS)
     assert additions(final) == ()
+
+
+@pytest.mark.parametrize(("keys", "hidden"), [({"control_rate_hz": 20.0, **SLOW}, True), ({}, False)])
+def test_modes_are_untestable_where_commands_do_not_show_the_noise_of_tachometers(keys, hidden):
+    """A loose mass that takes noise of the predicted body rate away was named with P = 1 of five longer flights."""
+    believed = scenario(**keys)
+    data = data_set_of(list(records(None, **keys)), believed, nominal_platform(believed))
+    tested, untestable = tested_beside_tachometers(data.runs, EFFECTS, theta_of(nominal_platform(believed).inertia))
+    modes = {"flexible_appendage", "slosh"} if hidden else set()
+    assert set(EFFECTS) - set(tested) == modes
+    assert {each.effect for each in untestable} == modes
 
 
 def test_a_late_motor_is_found_behind_commands_between_samples():
