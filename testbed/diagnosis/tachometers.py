@@ -94,7 +94,7 @@ def tested_beside_tachometers(
 
 
 _AS_A_MODE = 20.0
-"""χ² that tachometers' noise adds to the gyro's samples, from which on modes are not told from it.
+"""χ² that tachometers' noise adds to the gyro's samples, from which on modes are not distinguished from it.
 
 Source: measured on five flights of 300 s of the shipped CubeSat with nothing hidden, sampled at half the rate of its
 controller: of 800 a loose mass took away 192. A quarter of this is less than what any name needs."""

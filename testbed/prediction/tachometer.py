@@ -120,9 +120,9 @@ def _errors_by_torque(runs: Sequence[Telemetry]) -> list[tuple[list[Series], flo
 def smoothed_wheels(runs: Sequence[Telemetry]) -> Iterator[list[Telemetry]]:
     """Yield runs with their wheels' momenta smoothed otherwise, for the gyro to choose; none where no noise is found.
 
-    Ever more where no torque is known. By known torques samples are smoothed as these have it, and what is left is not
-    to smooth them: of torques that change between their samples a part is not known, and the controller made it of the
-    gyro's noise, by which errors of smoothing then seem to be the body's motion.
+    Ever more where no torque is known. By known torques samples are smoothed as these have it, and the alternative is
+    not to smooth them: of torques that change between their samples a part is not known, and the controller made it of
+    the gyro's noise, by which errors of smoothing then seem to be the body's motion.
 
     Args:
         runs: of one platform, whose tachometers are equally good in all.
