@@ -17,6 +17,7 @@ from typing import Any
 from benchmarks.blind_diagnosis import diagnosis_of
 from benchmarks.paired import processor_seconds
 from testbed.assembly.platform import nominal_platform, true_platform
+from testbed.diagnosis.detectable import INERTIA
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.latent import on_all_runs, torque_shapes
 from testbed.diagnosis.reading import data_set_of
@@ -71,7 +72,9 @@ def _fly(scenario: Scenario, data: Path, flights: int) -> None:
 def _diagnosis(scenario: Path, data: Path) -> str:
     found: list[dict[str, Any]] = []
     seconds = processor_seconds(lambda: found.append(diagnosis_of(scenario, data)))
-    named = ", ".join(f"{each['effect']}:{each['component']}" for each in found[0]["steps"] if "probability" in each)
+    named = ", ".join(
+        f"{each['effect']}:{each['component']}" for each in found[0]["steps"] if each["effect"] != INERTIA
+    )
     return f"{found[0]['verdict']}: {named or 'no name'}; {seconds:.0f} s"
 
 

@@ -174,7 +174,10 @@ def torque_space(runs: Runs, fit: Fit, knots: int) -> TorqueSpace:
     beside = np.split(columns, np.cumsum(runs.sizes)[:-1])
     count = _AT_ONCE if knots <= _AT_ONCE else _WINDOW
     windows = [range(first, min(first + count, knots)) for first in range(0, knots, count)]
-    of_runs = [_Parts(_window_of(run.gyro_time, knots, count), len(windows)) for run in runs.grid.runs]
+    of_runs = [
+        _Parts(np.repeat(_window_of(run.gyro_time, knots, count), size // len(run.gyro_time)), len(windows))
+        for run, size in zip(runs.grid.runs, runs.sizes, strict=True)
+    ]
     products: list[list[Array]] = [[] for _ in beside]
     for number, which in enumerate(windows):
         for run, response in enumerate(torque_responses(runs, fit, knots, which)):
@@ -200,9 +203,9 @@ def torque_responses(runs: Runs, fit: Fit, knots: int, which: range | None = Non
 
 
 def _window_of(time: Array, knots: int, count: int) -> NDArray[np.intp]:
-    """Return in which window of so many knots each number of the samples is, three of each, shape (samples,)."""
+    """Return in which window of so many knots each sample is, shape (N,)."""
     place = (time - time[0]) / (time[-1] - time[0]) * (knots - 1)
-    return np.repeat(np.minimum(place // count, (knots - 1) // count).astype(np.intp), 3)
+    return np.asarray(np.minimum(place // count, (knots - 1) // count).astype(np.intp))
 
 
 class _Parts:
@@ -225,7 +228,8 @@ class _Parts:
             return
         later = response[self._edges[number + 2] :]
         _, strength, directions = np.linalg.svd(np.linalg.qr(later, mode="r"), full_matrices=False)
-        kept = directions[strength > _NEGLIGIBLE * strength[0]]
+        # A torque about an axis that is held does nothing, to the last bit: not even what a factorisation rounds.
+        kept = directions[strength > _NEGLIGIBLE * strength[0]] * later.any(axis=0)
         self._left.append(np.ascontiguousarray(kept.reshape(len(kept), -1, 3).transpose(2, 1, 0)))
         behind = later @ kept.T
         start = self._edges[number + 2]
