@@ -20,6 +20,7 @@ from testbed.assembly.platform import nominal_platform, true_platform
 from testbed.diagnosis.detectable import INERTIA
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.latent import on_all_runs, torque_shapes
+from testbed.diagnosis.misfit import misfit_of
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import theta_of
 from testbed.experiment.flying import fly_maneuver
@@ -83,7 +84,9 @@ def _shapes(scenario: Scenario, data: Path) -> str:
     content = data_set_of(list(read_data_set(data)), scenario, nominal)
     fit = fitted(content.runs, [], theta_of(nominal.inertia), [])
     seconds = processor_seconds(partial(torque_shapes, *on_all_runs(content.runs, content.heldout, fit)))
-    return f"chi square {fit.chi_square:.0f} of {content.runs.samples} samples; torques of known shapes {seconds:.1f} s"
+    misfit = misfit_of(content.runs, fit)
+    gap = f"chi square of the gyro's samples {misfit.chi_square:.0f} of {misfit.expected:.0f} expected"
+    return f"{gap}; torques of known shapes {seconds:.1f} s"
 
 
 if __name__ == "__main__":
