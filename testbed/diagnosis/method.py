@@ -25,7 +25,7 @@ from testbed.diagnosis.search import Search, gap_of, log_odds_of_all, log_odds_o
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import hypotheses, without
 from testbed.diagnosis.state import Diagnosis
-from testbed.diagnosis.tachometers import distinct_from_tachometers, tested_beside_tachometers
+from testbed.diagnosis.tachometers import distinct_from_tachometers, shown_beside_tachometers
 from testbed.diagnosis.trims import log_odds_of_own_trims, may_share_a_trim, with_one_trim
 from testbed.effects.contract import Effect
 from testbed.effects.noise_effect import NoiseEffect
@@ -90,7 +90,7 @@ class _Task:
 
     def stages(self, runs: Runs, heldout: Runs | None) -> Iterator[Diagnosis]:
         """Yield what is known after every stage; the last one is complete, unless the records have own trims."""
-        effects, modes = tested_beside_tachometers(runs, self.effects, self.nominal_theta)
+        effects, modes = shown_beside_tachometers(runs, self.effects, self.nominal_theta)
         testable, untestable = hypotheses(runs, effects, runs.mean_moment(self.nominal_theta))
         self.progress("baseline")
         noise_effects, hidden = distinct_from_tachometers(runs, {} if self.alone else self.noise_effects)

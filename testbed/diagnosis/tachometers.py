@@ -73,7 +73,7 @@ def distinct_from_tachometers(
     return {key: each for key, each in effects.items() if key not in alike}, hidden
 
 
-def tested_beside_tachometers(
+def shown_beside_tachometers(
     runs: Runs, effects: Mapping[str, Effect], theta: Theta
 ) -> tuple[Mapping[str, Effect], list[Untestable]]:
     """Return the effects that these runs can show, and the modes of the body that tachometers' noise looks like.

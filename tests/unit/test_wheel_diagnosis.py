@@ -18,7 +18,7 @@ from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import hypotheses
 from testbed.diagnosis.state import Diagnosis
-from testbed.diagnosis.tachometers import tested_beside_tachometers
+from testbed.diagnosis.tachometers import shown_beside_tachometers
 from testbed.dynamics.inertia import theta_of
 from testbed.effects import registered
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
@@ -164,7 +164,7 @@ def test_modes_are_untestable_where_commands_do_not_show_the_noise_of_tachometer
     """A loose mass that takes noise of the predicted body rate away was named with P = 1 of five longer flights."""
     believed = scenario(**keys)
     data = data_set_of(list(records(None, **keys)), believed, nominal_platform(believed))
-    tested, untestable = tested_beside_tachometers(data.runs, EFFECTS, theta_of(nominal_platform(believed).inertia))
+    tested, untestable = shown_beside_tachometers(data.runs, EFFECTS, theta_of(nominal_platform(believed).inertia))
     modes = {"flexible_appendage", "slosh"} if hidden else set()
     assert set(EFFECTS) - set(tested) == modes
     assert {each.effect for each in untestable} == modes
