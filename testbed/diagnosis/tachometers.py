@@ -97,7 +97,7 @@ _AS_A_MODE = 20.0
 """χ² that tachometers' noise adds to the gyro's samples, from which on modes are not distinguished from it.
 
 Source: measured on five flights of 300 s of the shipped CubeSat with nothing hidden, sampled at half the rate of its
-controller: of 800 a loose mass took away 192. A quarter of this is less than what any name needs."""
+controller: of 979 a loose mass took away 192. A fifth of 20 is less than what any name needs."""
 _QUIETER = "tachometers with less noise, or wheel_torque_command as often as it changes"
 
 

@@ -25,12 +25,16 @@ from testbed.diagnosis.model import Fit, orthonormal, projected_out
 from testbed.prediction import prediction
 
 _WINDOW = 16
-"""Knots of a window. Torques count for samples from the window before their own on: there are as many samples as knots
-at least, and of the splines through the motion 0.27^16, a billionth, reaches so far ahead."""
-_AT_ONCE = 6 * _WINDOW
+"""Knots of a window. Torques count for samples from the window before their own on: of the splines through the motion
+0.27 reaches one step further ahead, a billionth as many steps as these knots, which are no closer than steps.
+
+Source: the slopes of a cubic spline decay by 2 - √3 = 0.27 from node to node."""
+_UNDIVIDED = 6 * _WINDOW
 """Knots up to which a run is one window: of fewer than six nearly all are beside one another."""
 _NEGLIGIBLE = 1e-10
-"""Share of the largest singular value below which what a window's torques leave behind is rounding."""
+"""Share of the largest singular value below which what a window's torques leave behind is rounding.
+
+Source: chosen, far above rounding and far below what evidences are printed to."""
 _TAKEN = 1e-7
 """Share of a torque's effect below which all of it is what the model can do: above rounding, the root of 1e-16."""
 
@@ -172,7 +176,7 @@ def torque_space(runs: Runs, fit: Fit, knots: int) -> TorqueSpace:
     model, residual = orthonormal(fit.jacobian[: runs.samples]), fit.residual[: runs.samples]
     columns = np.column_stack([model, projected_out(residual, model)])
     beside = np.split(columns, np.cumsum(runs.sizes)[:-1])
-    count = _AT_ONCE if knots <= _AT_ONCE else _WINDOW
+    count = _UNDIVIDED if knots <= _UNDIVIDED else _WINDOW
     windows = [range(first, min(first + count, knots)) for first in range(0, knots, count)]
     of_runs = [
         _Parts(np.repeat(_window_of(run.gyro_time, knots, count), size // len(run.gyro_time)), len(windows))
@@ -215,7 +219,6 @@ class _Parts:
         """Begin with the window that each row is in, in order, shape (samples,), and the number of windows."""
         self._edges = np.searchsorted(window, np.arange(windows + 1))
         self._near: list[list[Array]] = [[] for _ in range(windows)]
-        self._first = [0] * windows
         self._left: list[Array] = []
         self._states: list[list[Array]] = [[] for _ in range(windows)]
 

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.arrays import Array, Flags, Series, UnitSeries
+from testbed.arrays import Flags, Series, UnitSeries
+from testbed.estimation.differences import divided_differences, median_std
 
 _SCATTERS = 10.0
-"""Standard deviations of what samples scatter about their neighbours, by which two in a row miss them: white noise
-never does so, and what is robustly known of it in a few hundred samples errs by a tenth."""
+"""Standard deviations of what samples scatter about their neighbours, by which two in a row miss them.
+
+Source: chosen; white noise never does so, and what is robustly known of it in a few hundred samples errs by a tenth."""
 _LEAST = 0.05
-"""Share of the torque's own standard deviation that a jump is at least: of less, half of it in one interval is within
-what impulses between samples are compared to (`impulse_noise._BETWEEN`)."""
+"""Share of the torque's own standard deviation that a jump is at least.
+
+Source: chosen; half of a smaller one in one interval is near the noise that impulses between samples have in any case
+(`impulse_noise._BETWEEN`)."""
 _SIDE = 2
 """Neighbours on either side that foretell a sample, by the cubic through them."""
-_TO_DEVIATION = 1.4826
-"""Standard deviation over the median of absolute values, of normal numbers."""
+_OF_SAMPLE = float(np.sqrt(70.0)) / 6.0
+"""What a sample misses that cubic by, over the fourth difference: its weights 1, -4, 6, -4, 1 have the length √70."""
 
 
 def jumps(time: Series, samples: UnitSeries) -> Flags:
@@ -31,24 +35,8 @@ def jumps(time: Series, samples: UnitSeries) -> Flags:
     found = np.zeros(max(len(time) - 1, 0), dtype=np.bool_)
     if len(time) <= 2 * _SIDE + 1:
         return found
-    missed = _missed(time, samples)
+    missed = _OF_SAMPLE * divided_differences(time, samples, 2 * _SIDE)
     apart = np.abs(np.diff(missed, axis=0))
-    scatter = _TO_DEVIATION * np.median(np.abs(missed), axis=0)
-    large = apart > np.maximum(2.0 * _SCATTERS * scatter, _LEAST * samples.std(axis=0))
+    large = apart > np.maximum(2.0 * _SCATTERS * median_std(missed), _LEAST * samples.std(axis=0))
     found[_SIDE:-_SIDE] = np.any(large, axis=1)
     return found
-
-
-def _missed(time: Series, samples: UnitSeries) -> Array:
-    """Return by how much samples with two neighbours on either side miss the cubic through these, (K - 4, W), N·m."""
-    count = len(time) - 2 * _SIDE
-    places = [place for place in range(2 * _SIDE + 1) if place != _SIDE]
-    times = {place: time[place : place + count] for place in range(2 * _SIDE + 1)}
-    foretold = np.zeros((count, samples.shape[1]))
-    for place in places:
-        weight = np.ones(count)
-        for other in places:
-            if other != place:
-                weight *= (times[_SIDE] - times[other]) / (times[place] - times[other])
-        foretold += weight[:, None] * samples[place : place + count]
-    return np.asarray(samples[_SIDE:-_SIDE] - foretold)

@@ -32,7 +32,7 @@ from testbed.arrays import Array, Flags, Series, Units, UnitSeries
 from testbed.estimation.gaps import between_gaps
 from testbed.estimation.telemetry import SmoothedMomentum, Telemetry
 from testbed.estimation.telemetry_noise import fast_variance
-from testbed.prediction.wheel_impulses import impulses_of
+from testbed.prediction.wheel_impulses import Impulses, impulses_of
 
 _FEWEST = 20
 """Samples of all runs from which three variances are estimated; of fewer the tachometers are taken as they are."""
@@ -101,28 +101,24 @@ def without_tachometer_noise(runs: Sequence[Telemetry]) -> list[Telemetry]:
     Args:
         runs: of one platform, whose tachometers are equally good in all; what was smoothed before stays.
     """
-    done = all(run.wheels is None or run.wheels.smoothed is not None for run in runs)
-    errors = None if done else _errors_by_torque(runs)
-    return list(runs) if errors is None else _with_errors(runs, errors)
-
-
-def _errors_by_torque(runs: Sequence[Telemetry]) -> list[tuple[list[Series], float]] | None:
-    """Return errors in the samples of each wheel, as `_Noise.removed` has them; None where no torque is known."""
     sent = [run.wheels for run in runs if run.wheels is not None]
     commanded = [given for given in map(_commanded, runs) if given is not None]
-    if len(commanded) < len(runs) or sum(map(len, commanded)) < _FEWEST:
-        return None
+    done = all(each.smoothed is not None for each in sent)
+    if done or len(commanded) < len(runs) or sum(map(len, commanded)) < _FEWEST:
+        return list(runs)
     pieces = _pieces([run.actuator_time for run in runs], list(map(_unknown, runs)))
     unforeseen = [each.momentum - known for each, known in zip(sent, commanded, strict=True)]
-    return [_removed(pieces, list(samples)) for samples in zip(*(each.T for each in unforeseen), strict=True)]
+    return _with_errors(
+        runs, [_removed(pieces, list(own)) for own in zip(*(each.T for each in unforeseen), strict=True)]
+    )
 
 
 def smoothed_wheels(runs: Sequence[Telemetry]) -> Iterator[list[Telemetry]]:
-    """Yield runs with their wheels' momenta smoothed otherwise, for the gyro to choose; none where no noise is found.
+    """Yield runs with their wheels' momenta smoothed otherwise, for the gyro to choose; none where they are smoothed.
 
-    Ever more where no torque is known. By known torques samples are smoothed as these have it, and the alternative is
-    not to smooth them: of torques that change between their samples a part is not known, and the controller made it of
-    the gyro's noise, by which errors of smoothing then seem to be the body's motion.
+    Ever more where no torque is known, if noise is found. By known torques samples are smoothed as these have it, and
+    the alternative is not to smooth them: of torques that change between their samples a part is not known, and the
+    controller made it of the gyro's noise, by which errors of smoothing then seem to be the body's motion.
 
     Args:
         runs: of one platform, whose tachometers are equally good in all.
@@ -130,18 +126,15 @@ def smoothed_wheels(runs: Sequence[Telemetry]) -> Iterator[list[Telemetry]]:
     sent = [run.wheels for run in runs if run.wheels is not None]
     if len(sent) < len(runs) or any(each.smoothed is not None for each in sent):
         return
-    by_torque = _errors_by_torque(runs)
-    if by_torque is not None:
-        if any(error.any() for errors, _ in by_torque for error in errors):
-            yield _with_errors(
-                runs, [_none_of(list(samples)) for samples in zip(*(each.momentum.T for each in sent), strict=True)]
-            )
-        return
-    if any(_commanded(run) is not None for run in runs):
+    known = [_impulses(run) is not None for run in runs]
+    if any(known):
+        if all(known):
+            by_wheel = zip(*(each.momentum.T for each in sent), strict=True)
+            yield _with_errors(runs, [_none_of(list(own)) for own in by_wheel])
         return
     samples, spin = [each.momentum for each in sent], sent[0].wheels.spin_inertia
-    for by_wheel, noise in _ever_stiffer([run.actuator_time for run in runs], samples, spin):
-        yield _with_errors(runs, by_wheel, noise * spin)
+    for errors, noise in _ever_stiffer([run.actuator_time for run in runs], samples, spin):
+        yield _with_errors(runs, errors, noise * spin)
 
 
 def smoothed_rotors(runs: Sequence[Telemetry]) -> Iterator[list[Telemetry]]:
@@ -262,16 +255,21 @@ def _commanded(run: Telemetry) -> UnitSeries | None:
     to what is not foreseen, a seventh of that is smoothed away where the motion has corners, and the inertia comes out
     1e-4 too small.
     """
-    impulses = impulses_of(run, commanded=True) or impulses_of(run, commanded=False)
+    impulses = _impulses(run)
     if impulses is None:
         return None
     gained = np.cumsum(impulses.asked - impulses.friction - impulses.carried, axis=0)
     return np.concatenate([np.zeros_like(gained[:1]), gained])
 
 
+def _impulses(run: Telemetry) -> Impulses | None:
+    """Return what the motors were asked for, or gave where no command was sent; None where neither is known."""
+    return impulses_of(run, commanded=True) or impulses_of(run, commanded=False)
+
+
 def _unknown(run: Telemetry) -> Flags:
     """Return between which samples nobody knows what the motors of some wheel gave, shape (K - 1,)."""
-    impulses = impulses_of(run, commanded=True) or impulses_of(run, commanded=False)
+    impulses = _impulses(run)
     return np.zeros(len(run.actuator_time) - 1, dtype=np.bool_) if impulses is None else impulses.unknown
 
 

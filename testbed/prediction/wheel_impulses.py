@@ -84,7 +84,7 @@ class Impulses(NamedTuple):
     @property
     def unknown(self) -> Flags:
         """Intervals in which nobody knows what the motor of some wheel was asked for, shape (L,)."""
-        return np.asarray(~np.isfinite(self.unseen).all(axis=1))
+        return _unknown(self.unseen)
 
     @property
     def complete(self) -> Impulses:
@@ -243,7 +243,7 @@ def _impulses(run: Telemetry, commanded: bool) -> Impulses:
     carried = inertia * np.diff(body_rate @ wheels.wheels.axis_B.T, axis=0)
     turned, directed = 0.5 * (before + after) * interval[:, None], _direction(before, after) * interval[:, None]
     torque, last, unseen = _torques(run, wheels, _Motors(wheels.wheels.torque_limit, motors, commanded))
-    unknown = incomplete(run) | ~np.isfinite(unseen).all(axis=1)
+    unknown = incomplete(run) | _unknown(unseen)
     behind = np.concatenate([[False], unknown[:-1]])  # where a lag carries on what was commanded in between
     known = np.isfinite(unseen) & ~behind[:, None] & _is_compared(run, wheels, speed)
     kept = tuple(np.flatnonzero(of_wheel) for of_wheel in known.T)
@@ -262,6 +262,11 @@ def _impulses(run: Telemetry, commanded: bool) -> Impulses:
         kept=kept,
         first=_first_of(kept),
     )
+
+
+def _unknown(unseen: Array) -> Flags:
+    """Return in which intervals what some motor was asked for has no variance that anybody knows, shape (L,)."""
+    return np.asarray(~np.isfinite(unseen).all(axis=1))
 
 
 def _first_of(kept: Sequence[NDArray[np.intp]]) -> tuple[NDArray[np.bool_], ...]:
