@@ -18,7 +18,7 @@ import numpy as np
 from testbed.arrays import Array, UnitSeries
 from testbed.estimation.telemetry import CommandScatter, Telemetry
 from testbed.prediction.impulse_noise import SURELY, Coefficients, explained_by_wheel
-from testbed.prediction.jumps import jumps
+from testbed.prediction.jumps import jumps, restless
 from testbed.prediction.tachometer import separated_noise
 from testbed.prediction.wheel_impulses import ROUNDING, Impulses, impulses_of
 
@@ -119,7 +119,7 @@ def _scatter(runs: Sequence[Telemetry]) -> list[UnitSeries] | None:
     if len(known) < len(runs):
         return None
     times = [run.actuator_time for run in runs]
-    broken = [jumps(time, each) for time, each in zip(times, known, strict=True)]
+    broken = [jumps(time, each) | restless(time, each).any(axis=1) for time, each in zip(times, known, strict=True)]
     by_wheel = [
         separated_noise(times, list(samples), broken) for samples in zip(*(each.T for each in known), strict=True)
     ]

@@ -25,7 +25,7 @@ from testbed.estimation.gaps import FEWEST_BURSTS, between_gaps, bursts, lost_sa
 from testbed.estimation.recursions import accumulated, pivots
 from testbed.estimation.telemetry import Telemetry, WheelMotors, WheelTelemetry
 from testbed.prediction.compared import SETTLING, incomplete
-from testbed.prediction.jumps import jumps
+from testbed.prediction.jumps import beside, jumps
 from testbed.prediction.smooth import decay
 from testbed.prediction.smoothed import body_motion
 
@@ -347,11 +347,12 @@ def _torques(run: Telemetry, wheels: WheelTelemetry, motors: _Motors) -> tuple[U
     scatter = wheels.scatter if motors.commanded else None
     smooth = sampled if scatter is None else sampled - scatter.samples
     jump = motors.jumps(sampled, time)
+    doubted = beside(jump)
     gap, held = incomplete(run), motors.mean(smooth, time, jump)
     torque = held.copy()
     if scatter is not None:  # it is over when the interval ends
         torque += scatter.behind * scatter.samples[:-1] + scatter.before * scatter.samples[1:]
-    unseen = np.where(jump[:, None], np.inf, np.zeros_like(torque))
+    unseen = np.where(doubted[:, None], np.inf, np.zeros_like(torque))
     if not gap.any():
         return torque, held, unseen
     lost = np.where(gap, lost_samples(time), 0)
@@ -364,7 +365,7 @@ def _torques(run: Telemetry, wheels: WheelTelemetry, motors: _Motors) -> tuple[U
     impulse = mean * np.diff(whole)[:, None]
     torque[gap] = (np.add.reduceat(impulse, first, axis=0) / np.diff(time)[:, None])[gap]
     for each in np.unique(lost[gap]).tolist():
-        unseen[gap & ~jump & (lost == each)] = _variance_over_gap(run, sampled, motors, each)
+        unseen[gap & ~doubted & (lost == each)] = _variance_over_gap(run, sampled, motors, each)
     return torque, last, unseen
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from support.wheel_telemetry import NOISE, ONE_WAY, PERIOD, WHEELS, undersampled
 from testbed.arrays import Array
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.command_phase import with_command_phase
-from testbed.prediction.jumps import jumps
+from testbed.prediction.jumps import beside, jumps, restless
 from testbed.prediction.tachometer import smoothed_wheels, without_tachometer_noise
 from testbed.prediction.wheel_impulses import impulses_of
 
@@ -38,8 +39,23 @@ def test_commands_that_step_all_the_time_are_not_jumps():
     assert not jumps(TIME, steps).any()
 
 
+def test_a_spline_is_believed_from_the_fourth_interval_behind_a_jump():
+    jump = np.zeros(20, dtype=np.bool_)
+    jump[10] = True
+    assert np.flatnonzero(beside(jump)).tolist() == [7, 8, 9, 10, 11, 12, 13]
+
+
+def test_the_maneuver_of_a_flight_that_mostly_rests_is_restless():
+    noise = 1e-5 * np.random.default_rng(7).standard_normal((len(TIME), 2))
+    assert not restless(TIME, noise).any()
+    moved = restless(TIME, noise + smooth(8.0 * TIME) * (TIME < 15.0)[:, None])
+    assert moved[:70].all()
+    assert not moved[90:].any()
+
+
 def test_few_samples_have_no_jumps():
     assert jumps(TIME[:5], smooth(TIME[:5])).tolist() == [False] * 4
+    assert restless(TIME[:5], smooth(TIME[:5])).tolist() == [[False] * 2] * 4
 
 
 PERIODS, ENDED = 4, 900
@@ -48,10 +64,15 @@ PERIODS, ENDED = 4, 900
 
 def stopped(seed: int, size: float) -> Telemetry:
     """Two minutes of wheels whose maneuver ends while they are accelerated: from then on only noise is commanded."""
+    end = PERIOD / PERIODS * (ENDED * PERIODS - 1.5)
+    return flown(seed, lambda ticks: size * np.cos(0.9 * ticks + np.arange(WHEELS)) * (ticks < end))
+
+
+def flown(seed: int, maneuver: Callable[[Array], Array]) -> Telemetry:
+    """Two minutes of wheels, what is commanded behind the noise of a controller's gyro."""
     rng = np.random.default_rng(seed)
     ticks = PERIOD / PERIODS * np.arange(1200 * PERIODS)
-    command = size * np.cos(0.9 * ticks[:, None] + np.arange(WHEELS))
-    command[ENDED * PERIODS - 1 :] = 0.0
+    command = np.broadcast_to(maneuver(ticks[:, None]), (len(ticks), WHEELS)).copy()
     command += 1e-5 * rng.standard_normal(command.shape)
     momentum = ONE_WAY + np.concatenate([np.zeros((1, WHEELS)), np.cumsum(command * PERIOD / PERIODS, axis=0)[:-1]])
     shown = momentum[::PERIODS] + 0.1 * NOISE * rng.standard_normal((1200, WHEELS))
@@ -67,7 +88,7 @@ def test_the_interval_of_a_jump_is_not_compared_and_the_others_are_as_good_as_ev
     assert missed[ENDED - 1].max() > 50.0 * NOISE
     for wheel, kept in enumerate(impulses.kept):
         assert ENDED - 1 not in kept
-        assert len(kept) > 0.98 * len(missed) - 5
+        assert len(kept) > 0.98 * len(missed) - 11
         assert missed[kept, wheel].max() < 6.0 * NOISE
 
 
@@ -77,6 +98,20 @@ def test_what_scatters_in_commands_is_found_beside_a_jump():
     assert run.wheels.scatter is not None
     assert run.wheels.scatter.samples.std(axis=0).min() > 5e-6
     assert 0.0 < run.wheels.scatter.behind < 0.3  # it acts for a quarter of the interval; 0.5 with the jump in it
+
+
+def faded(seed: int) -> Telemetry:
+    """Two minutes of wheels, the first quarter a maneuver that fades out; from then on only noise is commanded."""
+    return flown(seed, lambda ticks: 5e-3 * np.cos(6.0 * ticks) * np.clip((30.0 - ticks) / 5.0, 0.0, 1.0) ** 4)
+
+
+def test_what_scatters_in_commands_is_found_behind_a_maneuver_that_fades_out():
+    (run,) = with_command_phase([faded(85)])
+    assert run.wheels is not None
+    assert run.wheels.scatter is not None
+    assert run.wheels.scatter.samples[400:].std(axis=0).min() > 6e-6
+    assert not run.wheels.scatter.samples[:200].any()
+    assert 0.0 < run.wheels.scatter.behind < 0.35
 
 
 def test_a_jump_hides_no_noise_of_the_tachometers():
