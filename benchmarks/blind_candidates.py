@@ -15,6 +15,7 @@ from testbed.diagnosis.model import Fit
 from testbed.diagnosis.noise import readings_of
 from testbed.effects.contract import components_in
 from testbed.effects.noise_effect import NoiseEffect
+from testbed.prediction.grid import unit_count, wheel_count
 
 CANDIDATES = "candidates.json"
 
@@ -54,7 +55,7 @@ def _scatter(runs: Runs, baseline: Fit, effects: Mapping[str, NoiseEffect]) -> I
     """Yield the effects on the scatter; numbers of one run each are paid for, lest they win by how many they are."""
     readings = readings_of(runs, baseline)
     for effect in effects.values():
-        for component in components_in(effect, 6):
+        for component in components_in(effect, unit_count(runs.grid), wheel_count(runs.grid)):
             finding = effect.found(component, readings)
             yield {
                 "effect": effect.id,

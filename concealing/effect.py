@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -29,6 +29,12 @@ class HiddenEffect:
     effect: str
     component: str
     parameters: Parameters
+
+    def in_one_of(self, runs: int) -> HiddenEffect:
+        """Return it in a run that there is, the last of so many where a later one was drawn."""
+        if "run" not in self.parameters:
+            return self
+        return replace(self, parameters={**self.parameters, "run": min(self.parameters["run"], float(runs - 1))})
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -165,7 +165,8 @@ def _chosen(rng: np.random.Generator, among: dict, effect: str | None) -> str:
 def hidden_effect(rng: np.random.Generator, case: Case, effect: str, times: float) -> tuple[HiddenEffect, float]:
     """Draw a listed effect of so many detectable sizes; return it and its signature's norm in sigma."""
     kind = KINDS[effect]
-    typical = HiddenEffect(effect=effect, component=str(rng.choice(kind.components)), parameters=kind.draw(rng))
+    drawn = HiddenEffect(effect=effect, component=str(rng.choice(kind.components)), parameters=kind.draw(rng))
+    typical = drawn.in_one_of(len(case.runs))
     return sized(case, typical, times * detectable(case, typical))
 
 

@@ -83,7 +83,8 @@ def with_hidden(rng: np.random.Generator, case: WheelCase, effect: str, times: f
     """
     platform = platform_of(case.scenario)
     kind = platform.kinds[effect]
-    typical = HiddenEffect(effect=effect, component=str(rng.choice(kind.components)), parameters=kind.draw(rng))
+    drawn = HiddenEffect(effect=effect, component=str(rng.choice(kind.components)), parameters=kind.draw(rng))
+    typical = drawn.in_one_of(len(case.runs))
     hypotheses = sum(len(each.components) for each in platform.drawn.values())
     target = times * detectable_norm(degrees_of(kind, typical, len(case.runs)), hypotheses)
     if effect in NOISES:

@@ -56,6 +56,8 @@ def conceal_effects(
         )
     if drawn and effects:
         raise InputError("--random: draws the effect; leave --effect out, or --random")
+    if size is not None and not (drawn or effects):
+        raise InputError("--size: of which effect? name it with --effect, or have one drawn with --random")
     asked, files = _engine("asked"), _engine("files")
     rng = np.random.default_rng(seed)
     try:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from testbed.assembly.engine import require_covered
 from testbed.cli.campaign_progress import campaign_progress
 from testbed.cli.console import command_line, design_progress, print_as_json, say, show, warn
 from testbed.cli.failures import COMPLETED, INTERRUPTED
@@ -40,6 +41,8 @@ def run_montecarlo(
     require_folder("campaign", out, resume=resume)
     seed = scenario.seed if seed is None else seed
     executor = executor_of(scheduler, workers)
+    if check:
+        require_covered(scenario)
     origin = origin_of(scenario, seed, runs, command_line())
     with reserved_folder(out, f"{scenario.name}-montecarlo", resume=resume) as reserved:
         folder = reserved.path

@@ -19,6 +19,7 @@ from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.effects.contract import PLAUSIBLE_PER_INERTIA, NamedEffect, Parameter, Quantity
 from testbed.errors import InputError
+from testbed.prediction.grid import PAUSE, begin_of_runs
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -72,11 +73,12 @@ class InertiaChange:
         return self.p_value < SETTINGS.inertia_p_value
 
 
-def quantities_of(fit: Fit, placed: Hypothesis) -> tuple[Quantity, ...]:
-    """Return an effect's parameters with their standard errors, as a model has them."""
+def quantities_of(runs: Runs, fit: Fit, placed: Hypothesis) -> tuple[Quantity, ...]:
+    """Return an effect's parameters with their standard errors, as a model of runs has them."""
     own = fit.own(placed)
     hidden = hidden_parameters(fit, placed)
-    every = placed.effect.quantities(fit.effect_values[own], stds_of(fit)[6:][own])
+    errors = np.hypot(stds_of(fit)[6:][own], placed.effect.unresolved(runs.grid))
+    every = placed.effect.quantities(fit.effect_values[own], errors)
     return tuple(quantity for quantity in every if quantity.name not in hidden)
 
 
@@ -111,7 +113,7 @@ def addition_of(diagnosis: Diagnosis, added: Step | NoiseHypothesis) -> Addition
         probability, fit = added.probability, diagnosis.model
     else:
         before, after = added.before, added.after
-        quantities = quantities_of(diagnosis.model, added.placed)
+        quantities = quantities_of(diagnosis.runs, diagnosis.model, added.placed)
         probability, fit = _step_probability(diagnosis, added), added.candidate.fit
         doubts = (*_doubts(diagnosis, added.placed), *_untested_words(diagnosis, added))
     return Addition(
@@ -223,11 +225,12 @@ def noise_notices(diagnosis: Diagnosis) -> tuple[str, ...]:
 def model_notices(diagnosis: Diagnosis) -> tuple[str, ...]:
     """Return what there is to know of the model that is no effect.
 
-    Trims, an inertia at its limit, what ran away, and formulas that explain as much.
+    Trims, instants, an inertia at its limit, what ran away, and formulas that explain as much.
     """
     return (
         *_trim_words(diagnosis),
         *_given_words(diagnosis),
+        *_instant_words(diagnosis),
         *_inertia_words(diagnosis),
         *_set_aside_words(diagnosis),
         *_rival_words(diagnosis),
@@ -259,9 +262,23 @@ def _given_words(diagnosis: Diagnosis) -> Iterator[str]:
     for placed in diagnosis.model.placed:
         if placed.given:
             sizes = (
-                f"{each.name} {each.value:.3g} ± {each.std:.2g}" for each in quantities_of(diagnosis.model, placed)
+                f"{each.name} {each.value:.3g} ± {each.std:.2g}"
+                for each in quantities_of(diagnosis.runs, diagnosis.model, placed)
             )
             yield f"in the nominal model, and fitted with it: {placed.key}, {', '.join(sizes)}"
+
+
+def _instant_words(diagnosis: Diagnosis) -> Iterator[str]:
+    """Yield in which run an effect happened once; runs that are held out are not laid end to end with the others."""
+    for placed in diagnosis.model.placed:
+        for quantity in quantities_of(diagnosis.runs, diagnosis.model, placed):
+            if quantity.name == placed.effect.instant:
+                late = quantity.value - begin_of_runs(diagnosis.runs.grid)
+                run = int(np.flatnonzero(late >= diagnosis.runs.grid.time[:, 0] - 0.5 * PAUSE)[-1])
+                yield (
+                    f"{placed.key}: {quantity.name} = {quantity.value:.4g}, in the fitted runs laid end to end, is "
+                    f"{late[run]:.4g} ± {quantity.std:.2g} s on the clock of {diagnosis.runs.names[run]}"
+                )
 
 
 def _inertia_words(diagnosis: Diagnosis) -> Iterator[str]:

@@ -21,6 +21,7 @@ from testbed.diagnosis.formulas import may_follow_formulas, with_formulas
 from testbed.diagnosis.latent import evidence_of_any, goodness, latent_torque, on_all_runs, torque_shapes
 from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.noise import Residuals, deviance, noise_level, noise_tests, readings_of, with_noise_model
+from testbed.diagnosis.own_effects import require_kept
 from testbed.diagnosis.search import Search, gap_of, log_odds_of_all, log_odds_of_class, with_effect, with_model
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import hypotheses, without
@@ -99,6 +100,7 @@ class _Task:
             untestable=(*untestable, *modes, *hidden),
             alone=self.alone,
         )
+        require_kept(runs, first.model, testable)
         noise = _NoiseStep(stated=first, effects=noise_effects, others=len(testable))
         state = noise.explained(first)
         yield state

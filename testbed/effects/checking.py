@@ -90,6 +90,11 @@ def _hooks_problems(effect: Effect, component: str) -> Iterator[str]:
         yield f"hooks({component!r}) changes nothing in the prediction; {remedy}"
 
 
+def is_own(effect: Effect) -> bool:
+    """Return whether an effect comes from outside the library."""
+    return not type(effect).__module__.startswith("testbed.")
+
+
 @contextmanager
 def blamed_on_own(effects: Sequence[Effect]) -> Iterator[None]:
     """Say of an error in a prediction which effect from outside the library made it, and in which line.
@@ -103,7 +108,7 @@ def blamed_on_own(effects: Sequence[Effect]) -> Iterator[None]:
     try:
         yield
     except _MISTAKES as error:
-        own = [each.id for each in effects if not type(each).__module__.startswith("testbed.")]
+        own = [each.id for each in effects if is_own(each)]
         if not own:
             raise
         frames = traceback.extract_tb(error.__traceback__)

@@ -244,9 +244,11 @@ class Effect(NamedEffect):
 
     Attributes:
         confounds: ids of effects that it confounds in the same unit, by details of it that are not predicted.
+        instant: name of the parameter that is an instant in the runs laid end to end; empty where none is.
     """
 
     confounds: ClassVar[tuple[str, ...]] = ()
+    instant: ClassVar[str] = ""
 
     @abstractmethod
     def hooks(self, component: str) -> Hooks:
@@ -276,6 +278,14 @@ class Effect(NamedEffect):
             start: one of `starts`, shape (K,).
         """
         return self.bounds
+
+    def unresolved(self, grid: Grid) -> Array:  # noqa: ARG002 - for those that happen between samples
+        """Return what runs cannot resolve of each parameter though the fit seems to, a standard deviation, shape (K,).
+
+        Args:
+            grid: the runs.
+        """
+        return np.zeros(len(self.parameters))
 
     def scan_count(self, component: str, grid: Grid) -> int:
         """Return how many start values a scan from its starts amounts to, by which chance is multiplied."""

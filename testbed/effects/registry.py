@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Mapping
 from importlib.metadata import entry_points
 
@@ -172,7 +173,24 @@ def _register_installed() -> None:
             raise InputError(f"the effect {entry.name} of {entry.value} cannot be used: {error}") from error
 
 
+def _require_known_look_alikes() -> None:
+    """Refuse installed effects that look like none that there is.
+
+    Raises:
+        InputError: names them, and the nearest ids.
+    """
+    ids = [*EFFECTS, *NOISE_EFFECTS]
+    for effect in EFFECTS.values():
+        for unknown in [each for each in effect.look_alikes if each not in ids]:
+            near = difflib.get_close_matches(unknown, ids, n=3)
+            meant = f"; did you mean {' or '.join(near)}?" if near else ""
+            raise InputError(
+                f"{effect.id}: cannot be used: its look_alikes name {unknown!r}, which is no effect{meant}"
+            )
+
+
 _register_installed()
+_require_known_look_alikes()
 
 
 def _register_kept() -> None:

@@ -213,10 +213,8 @@ def flown_into(
         check: how many of the runs are flown by both engines, to compare.
 
     Raises:
-        InputError: the folder cannot be written, or is another campaign's; or runs cannot be compared.
+        InputError: the folder cannot be written, or is another campaign's.
     """
-    if check:
-        require_covered(plan.scenario)
     table = run_campaign(plan, folder, executor, progress)
     statistics = statistics_of(table)
     compared = check_engines(plan, check) if check else None

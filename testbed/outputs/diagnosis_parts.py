@@ -17,7 +17,7 @@ from typing import Any
 from testbed.campaign.manifest import require_same
 from testbed.diagnosis.keeping import Content
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
-from testbed.errors import InputError, OutputError
+from testbed.errors import InputError, OutputError, OwnEffectError
 from testbed.files import read_bytes, whole_file
 from testbed.interrupts import deferred_interrupts
 from testbed.outputs.folder import OutputFolder
@@ -74,7 +74,7 @@ class KeptParts:
 def kept_parts(folder: OutputFolder, origin: Provenance, *, resume: bool) -> Iterator[KeptParts]:
     """Keep the parts of a diagnosis in its folder for as long as it is not complete.
 
-    Where the data turn out to be of no use, nothing is kept.
+    Where the data or an effect from outside the library turn out to be of no use, nothing is kept.
 
     Args:
         folder: of the results.
@@ -92,7 +92,7 @@ def kept_parts(folder: OutputFolder, origin: Provenance, *, resume: bool) -> Ite
         yield parts
     except OutputError:
         raise
-    except InputError:
+    except (InputError, OwnEffectError):
         path.unlink(missing_ok=True)
         raise
 

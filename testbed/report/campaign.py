@@ -19,7 +19,7 @@ from testbed.report.sections.campaign_chart import errors_figure
 from testbed.report.sections.campaign_flights import flights_section
 from testbed.report.sections.campaign_tables import estimators_table, statistics_tables
 from testbed.report.sections.provenance import provenance_section
-from testbed.report.verdict import STRONG_BIAS, campaign_verdict
+from testbed.report.verdict import campaign_verdict, is_biased
 from testbed.report.wording import capitalized, estimator_name, figures
 
 _MOST_LISTED = 200
@@ -92,8 +92,8 @@ def _notices(statistics: CampaignStatistics) -> Iterator[Notice]:
         if missing:
             who = capitalized(estimator_name(name))
             yield Notice(tone="warn", text=f"{who} gave no estimate in {missing} completed runs.")
-        worst = float(abs(estimator.bias_in_standard_errors).max())
-        if worst > STRONG_BIAS:
+        if is_biased(estimator):
+            worst = float(abs(estimator.bias_in_standard_errors).max())
             yield Notice(
                 tone="warn",
                 text=f"{capitalized(estimator_name(name))} is biased: a mean lies {figures(worst, 2)} standard errors "

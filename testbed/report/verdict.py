@@ -27,8 +27,6 @@ MOSTLY_CONSIDERED = 2.0
 what the rest comes from. Source: formula, at 2 the rest is three quarters of the variance."""
 _LARGE_SHARE = 0.25
 """Share of the variance from which a further quantity is named. Source: chosen, so that two or three are."""
-STRONG_BIAS = 4.0
-"""Standard errors; chance exceeds them in one of 16,000 means."""
 
 
 def flight_verdict(inertias: Inertias, doubts: Sequence[str] = ()) -> Notice:
@@ -84,12 +82,14 @@ def campaign_verdict(statistics: CampaignStatistics) -> Notice:
     best = min(statistics.estimators, key=lambda name: _mean_square_error(statistics.estimators[name]))
     of = statistics.estimators[best]
     shares = " to ".join(dict.fromkeys(f"{100.0 * share:.0f}" for share in (of.coverage.min(), of.coverage.max())))
-    text = (
-        f"Of {of.runs} runs, the 95 % intervals of {estimator_name(best)} hold the truth in "
-        f"{shares} %; its scatter is "
-        f"{_span(of.scatter_over_bound, 3)} times the Cramér-Rao "
-        f"bound, its largest bias {figures(np.abs(of.bias_in_standard_errors).max(), 2)} standard errors."
-    )
+    text = f"Of {of.runs} runs, the 95 % intervals of {estimator_name(best)} hold the truth in {shares} %; "
+    if np.isfinite([of.scatter_over_bound, of.bias_in_standard_errors]).all():
+        text += (
+            f"its scatter is {_span(of.scatter_over_bound, 3)} times the Cramér-Rao bound, its largest bias "
+            f"{figures(np.abs(of.bias_in_standard_errors).max(), 2)} standard errors."
+        )
+    else:
+        text += "without noise nothing is said of its scatter and bias."
     against = [*_campaign_doubts(of), *([f"{statistics.failed} runs failed."] if statistics.failed else [])]
     return Notice(tone="warn" if against else "good", text=" ".join([text, *against]))
 
@@ -138,8 +138,16 @@ def _campaign_doubts(of: EstimatorStatistics) -> Iterator[str]:
     hits = np.rint(of.coverage * of.runs)
     if np.any(scipy.stats.binom.cdf(hits, of.runs, _CONFIDENCE) < REFUSED):
         yield "They hold it in fewer runs than 95 % allows by chance: the stated uncertainty is too small."
-    if np.abs(of.bias_in_standard_errors).max() > STRONG_BIAS:
+    if is_biased(of):
         yield "The bias is more than chance."
+
+
+def is_biased(of: EstimatorStatistics) -> bool:
+    """Return whether chance hardly makes the largest of an estimator's biases, by their own scatter (Student's t)."""
+    if not of.std.all():  # runs that do not scatter say nothing of chance
+        return False
+    p_values = 2.0 * scipy.stats.t.sf(np.abs(of.bias_in_standard_errors), of.runs - 1)
+    return bool(len(p_values) * p_values.min() < REFUSED)
 
 
 def _mean_square_error(of: EstimatorStatistics) -> float:

@@ -35,7 +35,7 @@ def agreement_section(diagnosis: Diagnosis, agreements: Sequence[Agreement]) -> 
 
 def _figures(diagnosis: Diagnosis, agreement: Agreement) -> Iterator[Figure]:
     by_run = [agreement.quantities(run) for run in range(len(agreement.runs))]
-    for index, together in enumerate(quantities_of(diagnosis.model, agreement.placed)):
+    for index, together in enumerate(quantities_of(diagnosis.runs, diagnosis.model, agreement.placed)):
         own = [quantities[index] for quantities in by_run]
         if any(np.isfinite(each.std) for each in own):
             yield Figure(title=f"{_name(agreement)}: {together.name}", chart=_chart(agreement, together, own))
