@@ -8,9 +8,9 @@ from testbed.assembly.control import flight_clock
 from testbed.assembly.engine import engine_of
 from testbed.assembly.maneuver import profile_of
 from testbed.assembly.platform import PlatformModel, nominal_body, true_platform
-from testbed.cli.console import say
+from testbed.cli.console import say, warn
 from testbed.cli.options import changed_scenario
-from testbed.experiment.planning import plan_maneuver, starts_of
+from testbed.experiment.planning import beyond_wheels, plan_maneuver, starts_of
 from testbed.library.scenarios import naming
 from testbed.scenario.maneuver import CsvManeuver
 from testbed.scenario.scenario import Scenario
@@ -29,7 +29,9 @@ def check_scenario(source: str, changes: Sequence[str]) -> None:
             engine_of(scenario, true_platform(scenario).model, many=True)
             _read_table(scenario)
             if isinstance(nominal, PlatformModel) and not starts_of(scenario):
-                plan_maneuver(scenario, nominal)  # of a design, limits are known when it is done
+                plan = plan_maneuver(scenario, nominal)  # of a design, limits are known when it is done
+                if words := beyond_wheels(scenario, nominal, plan.maneuver):
+                    warn("note", words)
     say(f"{scenario.file.path}: a valid scenario ({scenario.name}). {scenario.description}")
 
 

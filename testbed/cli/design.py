@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from testbed.cli.console import command_line, design_progress, line, print_as_json, say, show
+from testbed.cli.console import command_line, design_progress, line, print_as_json, say, show, warn
 from testbed.cli.options import changed_flight
 from testbed.cli.tables import design_lines
 from testbed.errors import InputError
@@ -37,6 +37,8 @@ def design_scenario(source: str, changes: Sequence[str], out: Path | None, seed:
     show(_starts_table(designed))
     for text in design_lines(designed):
         line(text)
+    for notice in maneuver.notices:
+        warn("note", notice)
     say()
     line(f"Folder     {folder.path}: maneuver.toml can replace the scenario's [maneuver], maneuver.csv is its table")
     print_as_json(folder.path / "design.json")

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.assembly.control import tilts_along
+from testbed.assembly.control import reference_attitude, tilts_along
 from testbed.assembly.maneuver import body_rate_limits, design_problem, gimbal_limits, profile_of
 from testbed.assembly.platform import PlatformModel, initial_momentum
+from testbed.cmg.wheels import wheel_envelope_share
 from testbed.errors import InputError
 from testbed.maneuver.body_rate_design import body_rate_design
 from testbed.maneuver.design import Design, Search, Start
@@ -99,6 +100,34 @@ def require_flyable_by(scenario: Scenario, nominal: PlatformModel, maneuver: Man
                 "design it for this scenario"
             )
     require_tilt(scenario, maneuver)
+
+
+def beyond_wheels(scenario: Scenario, nominal: PlatformModel, maneuver: Maneuver) -> str:
+    """Return in words that no allocation of momentum follows a maneuver; empty where one does, or wheels are not alone.
+
+    The limits of a design of the body rate are those of each axis by itself; together they reach beyond what wheels
+    can hold. On a bearing and on an orbit momentum is not conserved, and nothing is said.
+
+    Args:
+        scenario: that is to fly it.
+        nominal: its platform.
+        maneuver: planned for it.
+    """
+    if scenario.environment.kind != "free" or nominal.units or np.linalg.matrix_rank(nominal.wheels.axis_B) < 3:
+        return ""
+    time = np.linspace(0.0, maneuver.duration, max(2, round(maneuver.duration * _LOOKED_AT)))
+    rate = maneuver.reference(time).body_rate
+    attitude = reference_attitude(scenario, time, rate)
+    total_N = attitude[0] @ initial_momentum(scenario, nominal)
+    share = wheel_envelope_share(nominal.wheels, total_N @ attitude - rate @ nominal.turned_inertia)
+    worst = int(np.argmax(share))
+    if share[worst] <= 1.0:
+        return ""
+    return (
+        f"the maneuver needs {100.0 * share[worst]:.0f} % of a wheel's momentum limit at {time[worst]:.3g} s, however "
+        "momentum is shared among them, so that they cannot follow it: design it in actuator space "
+        '(maneuver.parametrization = "actuator"), or lower limits.cluster_momentum_N_m_s'
+    )
 
 
 def require_tilt(scenario: Scenario, maneuver: Maneuver) -> None:

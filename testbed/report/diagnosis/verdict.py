@@ -47,7 +47,8 @@ def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
     noise = "the noise as the samples show it" if diagnosis.scatter else "noise alone"
     misfit, gap = misfit_words(diagnosis.gap), gap_words(diagnosis.gap)
     left = f"No effect of the library explains the residual: a misfit of {misfit}, a gap of {gap}; {noise} is 1."
-    return Notice(tone="bad", text=f"{found}{left}{_missed_words(diagnosis)}{shape_words(diagnosis)}")
+    further = f"{_slow_words(diagnosis)}{_missed_words(diagnosis)}{shape_words(diagnosis)}"
+    return Notice(tone="bad", text=f"{found}{left}{further}")
 
 
 def _without_effects(diagnosis: Diagnosis) -> Gap:
@@ -107,6 +108,14 @@ def _far_words(gap: Gap) -> str:
     if not gap.heldout > _FAR * gap.fit:
         return ""
     return " The fitted runs leave the inertia too uncertain to predict those held out: fly longer, or turn faster."
+
+
+def _slow_words(diagnosis: Diagnosis) -> str:
+    """Say what is unexplained of a residual that in size is no more than noise: a torque that it follows slowly."""
+    latent = diagnosis.latent
+    if latent is None or latent.p_value >= SETTINGS.unexplained_p_value or shows_in_gyro(diagnosis.gap):
+        return ""
+    return f" It is small, but follows a torque that changes slowly more than noise does: {chance_words(latent.p_value)}."
 
 
 def _missed_words(diagnosis: Diagnosis) -> str:
