@@ -45,7 +45,8 @@ def blind_case(
     case = replace(case, runs=tuple(_short(run, index) for index, run in enumerate((*case.runs, *case.runs)[:RUNS])))
     if effect is None:
         return case
-    typical = HiddenEffect(effect=effect, component=component, parameters=KINDS[effect].draw(rng))
+    drawn = HiddenEffect(effect=effect, component=component, parameters=KINDS[effect].draw(rng))
+    typical = drawn.in_one_of(RUNS)
     unlisted = effect in UNLISTED
     hidden, shown = sized(case, typical, size if unlisted else size * detectable(case, typical))
     notes = {"wanted_sigma" if unlisted else "detectable_sizes": size, "sigma": shown}

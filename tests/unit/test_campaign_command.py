@@ -216,6 +216,14 @@ def test_options_that_cannot_be_used(path, arguments, refused, capsys, tmp_path,
     assert list(tmp_path.iterdir()) == []
 
 
+def test_engines_that_cannot_be_compared_are_refused_before_anything_is_written(capsys, tmp_path):
+    assert run("montecarlo", "zero_g_campaign", "--runs", 2, "--check", 1, "--out", tmp_path / "out") == 2
+    printed = " ".join(capsys.readouterr().err.split())
+    assert "a check (--check) flies runs in MuJoCo and by the compiled equations" in printed
+    assert "leave the check out" in printed
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_resuming_what_is_no_campaign(path, tmp_path, capsys):
     (tmp_path / "notes.txt").write_text("mine", encoding="utf-8")
     assert run("montecarlo", path, "--runs", 2, "--out", tmp_path, "--resume") == 2

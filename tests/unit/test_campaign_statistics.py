@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pyarrow as pa
 import pytest
@@ -9,7 +11,8 @@ import pytest
 from support.campaigns import plan_of, small_scenario
 from testbed.campaign.columns import parameter_columns, schema_of
 from testbed.campaign.result import montecarlo_of
-from testbed.campaign.statistics import statistics_of
+from testbed.campaign.statistics import EstimatorStatistics, statistics_of
+from testbed.report.verdict import is_biased
 
 RUNS = 2000
 TRUTH = np.array([0.02, 0.021, 0.025, 1e-4, -1e-4, 1e-3])
@@ -96,3 +99,33 @@ def test_a_campaign_without_a_completed_run_has_no_figures(table):
     assert figures.estimators == {}
     result = montecarlo_of(table.slice(0, 1), figures, name="small", seed=3, seconds=2.0, flight_s=5.0)
     assert result["bound_std_kg_m2"] == [None] * 6
+
+
+def small(rng, runs, bias=0.0):
+    """Return the figures of one estimator that states its scatter right."""
+    errors = SCATTER * (rng.standard_normal((runs, 6)) + bias)
+    std = errors.std(axis=0, ddof=1)
+    return EstimatorStatistics(
+        runs=runs,
+        mean=TRUTH,
+        std=std,
+        mean_error=errors.mean(axis=0),
+        bias_in_standard_errors=errors.mean(axis=0) / std * np.sqrt(runs),
+        coverage=np.ones(6),
+        claimed_std=SCATTER,
+        scatter_over_bound=std / SCATTER,
+    )
+
+
+@pytest.mark.parametrize("runs", [2, 4, 20])
+def test_chance_is_called_a_bias_in_one_campaign_of_a_thousand_however_small_it_is(runs):
+    """Six means of two runs that lie beyond four standard errors, which are estimated from them, are no rarity."""
+    rng = np.random.default_rng(400 + runs)
+    biased = sum(is_biased(small(rng, runs)) for _ in range(2000))
+    assert biased <= 9  # at 2 expected, more by chance in 5e-5
+    assert is_biased(small(rng, 50, bias=2.0))
+
+
+def test_runs_without_scatter_say_nothing_of_chance():
+    still = replace(small(np.random.default_rng(1), 4), std=np.zeros(6), bias_in_standard_errors=np.full(6, np.inf))
+    assert not is_biased(still)

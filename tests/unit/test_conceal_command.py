@@ -46,6 +46,7 @@ def test_without_an_effect_it_hides_none(tmp_path):
         (("--effect", "gyro_bias", "--effect", "gyro_bias"), "each effect once"),
         (("--effect", "rotor_speed", "--effect", "actuator_lag"), "other actuators"),
         (("--effect", "gyro_bias", "--random"), "leave --effect out"),
+        (("--size", "4"), "--size: of which effect"),
     ],
 )
 def test_what_cannot_be_hidden_is_refused_and_nothing_is_written(tmp_path, options, message):

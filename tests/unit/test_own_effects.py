@@ -11,13 +11,17 @@ import subprocess
 import sys
 import tomllib
 
+import numpy as np
 import pytest
 
 import testbed as tb
-from support.diagnosed_records import records
+from support.diagnosed_records import SCENARIO, records
 from support.processes import ROOT
+from testbed.cli.app import app
+from testbed.cli.failures import exit_code_of
 from testbed.effects.checking import require_usable
 from testbed.effects.registry import EFFECTS
+from testbed.records.writing import write_record
 
 EXAMPLE = ROOT / "examples" / "own_effect"
 DIAGNOSED = """
@@ -63,6 +67,16 @@ def test_an_installed_effect_is_named_with_its_size(tmp_path):
     verdict, effect, value, std = json.loads(ran.stdout)
     assert (verdict, effect) == ("named", "bearing_friction")
     assert abs(value - 4e-5) < 4.0 * std + 0.02 * 4e-5  # the two laws differ by 2 % below 5e-3 rad/s
+
+
+def test_an_installed_effect_that_looks_like_none_that_there_is_is_named(tmp_path):
+    surroundings = environment(tmp_path)
+    module = tmp_path / "dry_friction.py"
+    module.write_text(module.read_text(encoding="utf-8").replace('("viscous_drag",)', '("viscous_drug",)'))
+    command = [sys.executable, "-m", "testbed", "diagnose", "diagnose", "--data", str(tmp_path)]
+    ran = subprocess.run(command, env=surroundings, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert ran.returncode == 2
+    assert "look_alikes name 'viscous_drug', which is no effect; did you mean viscous_drag" in ran.stderr
 
 
 def test_an_installed_effect_that_fails_to_load_is_named(tmp_path):
@@ -179,3 +193,32 @@ def test_a_slip_in_a_hook_ends_the_diagnosis_and_is_named_with_its_line(law, sai
     runs = tb.Records(tuple(records(3, seconds=3.0)))
     with pytest.raises(tb.InputError, match=said):
         tb.diagnose(tb.read_scenario("diagnose"), runs, propose=False)
+
+
+@pytest.mark.parametrize(
+    ("law", "said"),
+    [
+        (lambda reading, value: reading + value * np.nan, "predicts where it is absent is no number"),
+        (lambda reading, value: reading + value * reading**2 + 0.05, "should be absent, it moves a sample by"),
+        (lambda reading, value: reading + value.real * reading**2, "its derivative by share_s_rad is not that of"),
+        (lambda reading, value: reading + value * np.abs(reading) ** 2, "its derivative by the inertia is not that of"),
+    ],
+)
+def test_what_breaks_the_contract_on_the_runs_at_hand_is_refused_and_nobodys_units_are_blamed(
+    law, said, monkeypatch, tmp_path, capsys
+):
+    def gyro_reading(self, reading, value, *_):
+        return law(reading, value[:, :1, None])
+
+    hooks = type("Broken", (tb.Hooks,), {"gyro_reading": gyro_reading})
+    monkeypatch.setitem(EFFECTS, "own_square", own(law=hooks))
+    data = tmp_path / "data"
+    data.mkdir()
+    for record in records(3, seconds=3.0):
+        write_record(record, data / f"{record.details.name}.csv")
+    command = ["diagnose", str(SCENARIO), "--data", str(data), "--out", str(tmp_path / "out")]
+    assert exit_code_of(lambda: app(command)) == 2
+    printed = capsys.readouterr().err
+    assert "own_square:gyro: this effect cannot be predicted" in printed
+    assert said in " ".join(printed.split())
+    assert not (tmp_path / "out").exists()

@@ -115,7 +115,7 @@ def _slow_words(diagnosis: Diagnosis) -> str:
     latent = diagnosis.latent
     if latent is None or latent.p_value >= SETTINGS.unexplained_p_value or shows_in_gyro(diagnosis.gap):
         return ""
-    return f" It is small, but follows a torque that changes slowly more than noise does: {chance_words(latent.p_value)}."
+    return f" It is small, but more than noise it follows a torque that changes slowly: {chance_words(latent.p_value)}."
 
 
 def _missed_words(diagnosis: Diagnosis) -> str:
