@@ -10,7 +10,7 @@ from testbed.assembly.maneuver import profile_of
 from testbed.assembly.platform import PlatformModel, nominal_body, true_platform
 from testbed.cli.console import say, warn
 from testbed.cli.options import changed_scenario
-from testbed.experiment.planning import beyond_wheels, plan_maneuver, starts_of
+from testbed.experiment.planning import beyond_envelope, plan_maneuver, starts_of
 from testbed.library.scenarios import naming
 from testbed.scenario.maneuver import CsvManeuver
 from testbed.scenario.scenario import Scenario
@@ -30,7 +30,7 @@ def check_scenario(source: str, changes: Sequence[str]) -> None:
             _read_table(scenario)
             if isinstance(nominal, PlatformModel) and not starts_of(scenario):
                 plan = plan_maneuver(scenario, nominal)  # of a design, limits are known when it is done
-                if words := beyond_wheels(scenario, nominal, plan.maneuver):
+                if words := beyond_envelope(scenario, nominal, plan.maneuver):
                     warn("note", words)
     say(f"{scenario.file.path}: a valid scenario ({scenario.name}). {scenario.description}")
 

@@ -68,7 +68,7 @@ class Contact(Effect):
 
     @override
     def unresolved(self, grid: Grid) -> Array:
-        """When between two samples of the gyro: a blow is shorter than the bell, which fits in their middle."""
+        """When between two samples of the gyro: an impulse is shorter than the bell, which fits in their middle."""
         interval = float(np.median(np.concatenate([np.diff(run.gyro_time) for run in grid.runs])))
         return np.array([interval / np.sqrt(12.0), 0.0, 0.0, 0.0])
 

@@ -102,7 +102,7 @@ def require_flyable_by(scenario: Scenario, nominal: PlatformModel, maneuver: Man
     require_tilt(scenario, maneuver)
 
 
-def beyond_wheels(scenario: Scenario, nominal: PlatformModel, maneuver: Maneuver) -> str:
+def beyond_envelope(scenario: Scenario, nominal: PlatformModel, maneuver: Maneuver) -> str:
     """Return in words that no allocation of momentum follows a maneuver; empty where one does, or wheels are not alone.
 
     The limits of a design of the body rate are those of each axis by itself; together they reach beyond what wheels

@@ -16,7 +16,7 @@ from testbed.errors import InputError
 from testbed.estimation.estimate import Estimate
 from testbed.experiment.conduct import conduct
 from testbed.experiment.experiment import Experiment
-from testbed.experiment.planning import Plan, beyond_wheels, design_seed, plan_maneuver
+from testbed.experiment.planning import Plan, beyond_envelope, design_seed, plan_maneuver
 from testbed.experiment.result import result_of
 from testbed.library.arguments import AN_INSTANCE, AnyPath, GivenScenario, Seed, Switch, checked, give
 from testbed.library.notebook import Shown, parameter_frame
@@ -72,8 +72,8 @@ class Maneuver(Shown, Saved):
 
     @property
     def notices(self) -> tuple[str, ...]:
-        """What a reader has to know of it: that the wheels cannot follow it."""
-        words = beyond_wheels(self.scenario, nominal_platform(self.scenario), self.plan.maneuver)
+        """What a reader has to know of it: that no actuators of the platform can follow it."""
+        words = beyond_envelope(self.scenario, nominal_platform(self.scenario), self.plan.maneuver)
         return (words,) if words else ()
 
     def to_pandas(self) -> pd.DataFrame:
