@@ -17,7 +17,7 @@ from testbed.files import FileStamp, readable
 from testbed.logs.cutting import Span, flagged_spans, spans_of
 from testbed.logs.map import Channel, FlagRuns, LogMap
 from testbed.logs.samples import Samples, Ticks, origin_of, samples_of, ticks_of
-from testbed.logs.streams import TABLE, Content, Log, Topic
+from testbed.logs.streams import TABLE, Content, Log, Topic, doubles
 from testbed.records.checks import MINIMUM_SAMPLES
 from testbed.records.details import stated_details
 from testbed.records.reading import record_of
@@ -275,7 +275,7 @@ def _spans(
     with _naming(path, "[runs]"):
         time = ticks_of(stream, runs, log_map.clock).since(origin)
     order = np.argsort(time, kind="stable")
-    spans = flagged_spans(time[order], np.asarray(stream.fields[runs.field], dtype=np.float64)[order], runs.above)
+    spans = flagged_spans(time[order], doubles(stream.fields[runs.field])[order], runs.above)
     if not spans:
         raise InputError(
             f"{path}: {runs.field} is never above {runs.above:g}: no run begins; choose another flag or value"

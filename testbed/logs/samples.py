@@ -12,7 +12,7 @@ import scipy
 from testbed.arrays import Array, Flags, Series
 from testbed.errors import InputError
 from testbed.logs.map import Channel, Clock, FlagRuns, axes_matrix
-from testbed.logs.streams import Numbers, Stream
+from testbed.logs.streams import Numbers, Stream, doubles
 from testbed.logs.units import factor_to
 from testbed.rotation.quaternion import quaternion_product
 from testbed.signals import QUATERNION, SIGNALS
@@ -102,7 +102,7 @@ def samples_of(name: str, channel: Channel, stream: Stream, time: Series) -> Sam
     Raises:
         InputError: the times do not increase.
     """
-    values = np.column_stack([np.asarray(stream.fields[field], dtype=np.float64) for field in channel.fields])
+    values = np.column_stack([doubles(stream.fields[field]) for field in channel.fields])
     infinite = np.isinf(values)
     values[infinite] = np.nan
     values, converted = _converted(name, channel, values)
@@ -123,11 +123,11 @@ def _nanoseconds(ticks: Numbers, unit: str) -> Numbers:
     seconds = factor_to(unit, "s")
     nanoseconds = round(seconds * 1e9)
     if ticks.dtype.kind in "iu" and nanoseconds >= 1 and abs(nanoseconds - seconds * 1e9) < 1e-6 * nanoseconds:
-        largest = int(np.abs(ticks.astype(np.float64)).max()) if ticks.size else 0
+        largest = int(np.abs(doubles(ticks)).max()) if ticks.size else 0
         if largest > _LAST_TICK // nanoseconds:
             raise InputError(f"a time of {largest:.4g} {unit} is beyond the year 2262: the clock has another unit")
         return ticks.astype(np.int64) * nanoseconds
-    values = np.asarray(ticks, dtype=np.float64)
+    values = doubles(ticks)
     return values if seconds == 1.0 else values * seconds
 
 

@@ -11,8 +11,10 @@ from io import BufferedReader
 from pathlib import Path
 from typing import Any, ClassVar, TypeAlias
 
+import numpy as np
 from numpy.typing import NDArray
 
+from testbed.arrays import Array
 from testbed.errors import InputError
 from testbed.files import FileStamp, stamped
 
@@ -25,6 +27,12 @@ TABLE = ""
 """Topic of a table, which has no other."""
 MOST_VALUES = 10_000_000
 """Values that are taken from a log at once: 0.08 GB here, 0.6 to 0.8 GB with the records that are made of them."""
+
+
+def doubles(values: Numbers) -> Array:
+    """Return numbers of a log as double precision; a signalling NaN, as damaged bytes may be one, as a quiet one."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray(values, dtype=np.float64)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -21,7 +21,7 @@ from typing_extensions import override
 
 from testbed.errors import InputError
 from testbed.files import open_regular
-from testbed.logs.streams import TABLE, Content, Log, Numbers, Room, Stream, Topic, Wanted, parsing
+from testbed.logs.streams import TABLE, Content, Log, Numbers, Room, Stream, Topic, Wanted, doubles, parsing
 
 PARQUET_MAGIC = b"PAR1"
 _SEPARATORS = (",", ";", "\t")
@@ -247,7 +247,7 @@ def _surveyed(batches: Iterable[pa.RecordBatch], units: Mapping[str, str], *, de
     for name in first.schema.names:
         column = _Column()
         values = _numbers(first.column(name), column, decimal_comma=decimal_comma)
-        numbers = np.zeros(0) if values is None else values.astype(np.float64)
+        numbers = np.zeros(0) if values is None else doubles(values)
         present = numbers[np.isfinite(numbers)]
         if present.size:
             fields[name] = float(present[0])
@@ -284,7 +284,7 @@ def _content(columns: Mapping[str, _Column], unused: Sequence[str], damage: Sequ
         if column.words
     ]
     fields = {name: np.concatenate(column.parts) for name, column in columns.items()}
-    held = {name: values for name, values in fields.items() if not np.isnan(values.astype(np.float64)).all()}
+    held = {name: values for name, values in fields.items() if not np.isnan(doubles(values)).all()}
     units = {name: column.unit for name, column in columns.items() if column.unit is not None}
     return Content(streams={TABLE: Stream(fields=held, units=units)}, unused=tuple(unused), damage=(*damage, *words))
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 import testbed as tb
 from support import logs
 from testbed.logs.export import write_mcap
+from testbed.logs.streams import doubles
 from testbed.records.record import Record, RunDetails
 from tests.properties.test_records_roundtrip import records
 
@@ -85,3 +86,11 @@ def test_columns_that_no_signal_bears_are_written_too(tmp_path):
         messages = [message.data for _, _, message in make_reader(file).iter_messages("/extra")]
     assert messages[0] == b'{"time_s": 0.0, "mode": "on", "count": 0, "heat": null}'
     assert messages[1] == b'{"time_s": 0.125, "mode": null, "count": 1, "heat": null}'
+
+
+def test_a_signalling_nan_is_a_sample_that_is_missing():
+    """Of a ULog with a few bytes put in between, one number of single precision was one; casting it is a warning."""
+    single = np.array([0x7F800001, 0x3F800000], dtype=np.uint32).view(np.float32)
+    with pytest.warns(RuntimeWarning, match="cast"):
+        single.astype(np.float64)
+    np.testing.assert_array_equal(doubles(single), [np.nan, 1.0])
