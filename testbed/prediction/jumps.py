@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
+from scipy.ndimage import binary_dilation, uniform_filter1d
 
 from testbed.arrays import Flags, Series, UnitSeries
 from testbed.estimation.differences import divided_differences, median_std
@@ -58,7 +58,7 @@ def jumps(time: Series, samples: UnitSeries) -> Flags:
 
 def beside(jump: Flags) -> Flags:
     """Return between which samples a spline that ends at jumps is not to be believed, shape (K - 1,)."""
-    return np.asarray(np.convolve(jump, np.ones(2 * _BESIDE + 1), mode="same") > 0.0)
+    return np.asarray(binary_dilation(jump, iterations=_BESIDE))
 
 
 def restless(time: Series, samples: UnitSeries) -> Flags:

@@ -43,6 +43,8 @@ def test_a_spline_is_believed_from_the_fourth_interval_behind_a_jump():
     jump = np.zeros(20, dtype=np.bool_)
     jump[10] = True
     assert np.flatnonzero(beside(jump)).tolist() == [7, 8, 9, 10, 11, 12, 13]
+    assert beside(np.array([False, True, False])).tolist() == [True, True, True]
+    assert beside(jump[:0]).tolist() == []
 
 
 def test_the_maneuver_of_a_flight_that_mostly_rests_is_restless():
