@@ -270,14 +270,16 @@ def _given_words(diagnosis: Diagnosis) -> Iterator[str]:
 
 def _instant_words(diagnosis: Diagnosis) -> Iterator[str]:
     """Yield in which run an effect happened once; runs that are held out are not laid end to end with the others."""
+    runs = diagnosis.runs
     for placed in diagnosis.model.placed:
-        for quantity in quantities_of(diagnosis.runs, diagnosis.model, placed):
-            if quantity.name == placed.effect.instant:
-                late = quantity.value - begin_of_runs(diagnosis.runs.grid)
-                run = int(np.flatnonzero(late >= diagnosis.runs.grid.time[:, 0] - 0.5 * PAUSE)[-1])
+        quantities = quantities_of(runs, diagnosis.model, placed) if placed.effect.instant else ()
+        for each in quantities:
+            if each.name == placed.effect.instant:
+                late = each.value - begin_of_runs(runs.grid)
+                run = int(np.flatnonzero(late >= runs.grid.time[:, 0] - 0.5 * PAUSE)[-1])
                 yield (
-                    f"{placed.key}: {quantity.name} = {quantity.value:.4g}, in the fitted runs laid end to end, is "
-                    f"{late[run]:.4g} ± {quantity.std:.2g} s on the clock of {diagnosis.runs.names[run]}"
+                    f"{placed.key}: {each.name} = {each.value:.4g}, in the fitted runs laid end to end, is "
+                    f"{late[run]:.4g} ± {each.std:.2g} s on the clock of {runs.names[run]}"
                 )
 
 

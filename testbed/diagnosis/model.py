@@ -197,8 +197,12 @@ class Fit:
     @property
     def root_mean_square(self) -> float:
         """Of the whitened residual: 1 is the noise floor."""
-        measured = self.residual[: len(self.residual) - self.believed]
-        return sqrt(float(measured @ measured) / len(measured))
+        return sqrt(float(self.measured @ self.measured) / len(self.measured))
+
+    @property
+    def measured(self) -> Array:
+        """The whitened residual of the samples, without what is believed, shape (samples,)."""
+        return self.residual[: len(self.residual) - self.believed]
 
     @property
     def freedom(self) -> int:

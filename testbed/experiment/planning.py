@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from testbed.arrays import Series
 from testbed.assembly.control import reference_attitude, tilts_along
 from testbed.assembly.maneuver import body_rate_limits, design_problem, gimbal_limits, profile_of
 from testbed.assembly.platform import PlatformModel, initial_momentum
@@ -115,7 +116,7 @@ def beyond_envelope(scenario: Scenario, nominal: PlatformModel, maneuver: Maneuv
     """
     if scenario.environment.kind != "free" or nominal.units or np.linalg.matrix_rank(nominal.wheels.axis_B) < 3:
         return ""
-    time = np.linspace(0.0, maneuver.duration, max(2, round(maneuver.duration * _LOOKED_AT)))
+    time = _instants(maneuver)
     rate = maneuver.reference(time).body_rate
     attitude = reference_attitude(scenario, time, rate)
     total_N = attitude[0] @ initial_momentum(scenario, nominal)
@@ -139,7 +140,7 @@ def require_tilt(scenario: Scenario, maneuver: Maneuver) -> None:
     environment = scenario.environment
     if not isinstance(environment, AirBearing) or environment.tilt_limit_rad is None:
         return
-    time = np.linspace(0.0, maneuver.duration, max(2, round(maneuver.duration * _LOOKED_AT)))
+    time = _instants(maneuver)
     tilt = tilts_along(scenario, maneuver, time)
     worst = int(np.argmax(tilt))
     if tilt[worst] > environment.tilt_limit_rad:
@@ -152,6 +153,11 @@ def require_tilt(scenario: Scenario, maneuver: Maneuver) -> None:
 
 _LOOKED_AT = 50.0
 """Hz. Between two instants a body of 1 rad/s turns by 0.02 rad, and a spline at its largest tilt by far less."""
+
+
+def _instants(maneuver: Maneuver) -> Series:
+    """Return when a maneuver is looked at, its ends included, shape (N,), s."""
+    return np.linspace(0.0, maneuver.duration, max(2, round(maneuver.duration * _LOOKED_AT)))
 
 
 def _planned(scenario: Scenario, nominal: PlatformModel, progress: Callable[[Start], None], seed: int | None) -> Plan:

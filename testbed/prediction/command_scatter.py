@@ -113,7 +113,10 @@ def _changing(run: Telemetry, next_share: float) -> Telemetry:
 
 
 def _scatter(runs: Sequence[Telemetry]) -> list[UnitSeries] | None:
-    """Return what of commands is no smooth motion in every run, shape (K, W), N·m; None where nothing surely is."""
+    """Return what of commands is no smooth motion in every run, shape (K, W), N·m; None where nothing surely is.
+
+    Zero where commands change far more than they mostly do: beside a maneuver it is not to be seen.
+    """
     commands = [None if run.wheels is None or run.wheels.motors is None else run.wheels.torque_command for run in runs]
     known = [each for each in commands if each is not None]
     if len(known) < len(runs):

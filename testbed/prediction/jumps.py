@@ -22,8 +22,8 @@ _SIDE = 2
 _BESIDE = 3
 """Intervals on either side of a jump in which a spline that ends there is not believed.
 
-In the last one it misses 19/720 of the torque's fourth difference, inside 1/720; 0.27 of what it misses goes on to the
-interval before, and 0.02 to the third."""
+Source: formula; in the last one it misses 19/720 of the torque's fourth difference, inside 1/720, and 0.27 of what it
+misses goes on to the interval before, 0.02 to the third."""
 _PART = 11
 """Samples about an interval from which it is seen how much a torque changes there.
 
