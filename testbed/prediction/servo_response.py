@@ -11,13 +11,15 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.linalg import block_diag
 
-from testbed.arrays import Array
+from testbed.arrays import Array, Flags
 from testbed.cmg.cluster import transverse_axes
+from testbed.estimation.gaps import between_gaps
 from testbed.estimation.telemetry import CommandedRun
 from testbed.prediction.compared import compared, long_gaps
 from testbed.prediction.grid import Gimbals, Grid, at_nodes, unit_count
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import effective_gimbals
+from testbed.prediction.jumps import beside, jumps
 from testbed.prediction.servo import response, set_point, shown_at, ticks_of
 from testbed.prediction.smoothed import body_motion, gimbal_motion
 from testbed.prediction.unit_axes import along_units
@@ -149,17 +151,26 @@ def followed(run: CommandedRun) -> NDArray[np.intp]:
 def stretches(run: CommandedRun) -> list[NDArray[np.intp]]:
     """Return the indices of the compared samples, an array for each stretch of consecutive ones.
 
-    The set point is unknown while it, or a command, is clipped between samples, and in a gap. The error of the angle
-    that follows has decayed to a constant after `_SETTLED`.
+    The set point is unknown while it, or a command, is clipped between samples, in a gap, and where commands jump: a
+    maneuver that ends while gimbals turn. The error of the angle that follows has decayed to a constant after
+    `_SETTLED`.
     """
     time = ticks_of(run).time
     rates = np.hstack([set_point(run), ticks_of(run).command])
     cut = time[(np.abs(rates) > _AT_LIMIT * run.gimbals.servo.rate_limit).any(axis=1)]
-    unknown = np.sort(np.concatenate([[-np.inf], cut, run.actuator_time[1:][long_gaps(run)]]))
+    unknown = np.sort(np.concatenate([[-np.inf], cut, run.actuator_time[1:][_uncommanded(run)]]))
     last = unknown[np.searchsorted(unknown, run.actuator_time, side="right") - 1]
     kept = np.flatnonzero(compared(run) & (run.actuator_time - last > _SETTLED))
     parts = np.split(kept, np.flatnonzero(np.diff(kept) > 1) + 1)
     return [part for part in parts if len(part) >= _FEWEST]
+
+
+def _uncommanded(run: CommandedRun) -> Flags:
+    """Return between which samples the commands are not known, shape (K' - 1,): in a long gap, and beside a jump."""
+    unknown = long_gaps(run)
+    for rows in between_gaps(unknown):
+        unknown[rows.start : rows.stop - 1] = beside(jumps(run.actuator_time[rows], run.gimbals.rate_command[rows]))
+    return unknown
 
 
 def _further_load(grid: Grid, gimbals: Gimbals | None, index: int) -> Array | float:

@@ -244,6 +244,16 @@ def test_behind_a_hole_in_the_telemetry_answers_are_compared_once_the_servo_has_
     assert np.sqrt(np.mean(missed**2)) < 5e-4
 
 
+def test_where_commands_jump_at_the_end_of_a_maneuver_answers_are_not_compared():
+    maneuver, whole = (runs_of(["a", "b", "c"], flown_runs(seconds=seconds)) for seconds in (5.0, 8.0))
+    for run in whole.grid.commanded_runs:
+        asked = run.actuator_time[followed(run)]
+        assert not ((asked > 4.9) & (asked < 5.4)).any()
+        assert ((asked > 4.0) & (asked < 4.9)).any()
+        assert (asked > 6.0).any()
+    assert whole.inner_noise[0].sigma == pytest.approx(maneuver.inner_noise[0].sigma, rel=0.1)
+
+
 @pytest.mark.parametrize("lag", [0.01, 0.02])
 def test_a_late_motor_is_identified_by_its_answers_behind_a_rate_at_its_limit(lag):
     runs = flown_runs("gimbal_lag", "cmg4", seed=AT_LIMIT, seconds=4.0, time_constant=lag)
