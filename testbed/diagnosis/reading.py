@@ -107,9 +107,7 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
     baseline = nominal_fit(together, theta) if together.known_in_part else fitted(together, [], theta, [])
     require_this_platform(together, baseline, theta, gate)
     require_known_torque(together, baseline, gate)
-    cleaner = least_scattered(
-        together, baseline, _telemetry(usable), lambda own: _together(_with_telemetry(usable, own), together)
-    )
+    cleaner = least_scattered(baseline, _telemetry(usable))
     if cleaner is not None:
         usable = _with_telemetry(usable, cleaner)
         together = _together(usable, together)

@@ -7,7 +7,7 @@ or a loose mass, with P = 1.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from testbed.effects.contract import Effect
 from testbed.effects.noise_effect import NoiseEffect
 from testbed.estimation.telemetry import Telemetry
 from testbed.estimation.telemetry_noise import predicted_rate_variance
+from testbed.prediction.grid import grid_of
 from testbed.prediction.prediction import predicted
 from testbed.prediction.tachometer import smoothed_rotors, smoothed_wheels
 
@@ -28,20 +29,16 @@ _SURELY = 9.0
 Source: chosen, as for the noise itself (prediction/tachometer.py)."""
 
 
-def least_scattered(
-    runs: Runs, baseline: Fit, telemetry: Sequence[Telemetry], runs_of: Callable[[Sequence[Telemetry]], Runs]
-) -> list[Telemetry] | None:
+def least_scattered(baseline: Fit, telemetry: Sequence[Telemetry]) -> list[Telemetry] | None:
     """Return telemetry with momenta of wheels and rotors smoothed; None where the gyro does not speak for it.
 
     Args:
-        runs: all of them, as they were sent.
-        baseline: the platform without effects, fitted to them.
-        telemetry: of them.
-        runs_of: puts telemetry side by side.
+        baseline: the platform without effects, fitted to the telemetry.
+        telemetry: of all runs, as it was sent.
     """
-    best, least = None, _scatter(runs, baseline)
+    best, least = None, _scatter(telemetry, baseline)
     for smoothed in (smoothed_wheels, smoothed_rotors):
-        tried = [(_scatter(runs_of(each), baseline), each) for each in smoothed(best or telemetry)]
+        tried = [(_scatter(each, baseline), each) for each in smoothed(best or telemetry)]
         scatter, smoothest = min(tried, key=lambda pair: pair[0], default=(least, best))
         if scatter < least - _SURELY:
             best, least = smoothest, scatter
@@ -114,12 +111,13 @@ def _noise_of_wheels(runs: Runs, theta: Theta) -> float:
 _NEEDS = "wheel_torque_command or wheel_torque, which tell the noise of the tachometers"
 
 
-def _scatter(runs: Runs, baseline: Fit) -> float:
+def _scatter(telemetry: Sequence[Telemetry], baseline: Fit) -> float:
     """Return minus twice the log-likelihood of how much the gyro's residual changes from sample to sample.
 
     What misfits slowly counts for nothing: neither most effects do, nor the initial rates, which are left as they are.
     """
-    found = predicted(runs.grid, [each.hooks for each in baseline.placed], baseline.values)
-    changes = np.concatenate([np.diff(shown - own[0], axis=0) for shown, own in zip(runs.measured, found, strict=True)])
-    variance = np.mean(changes**2, axis=0)[np.any(runs.live, axis=0)]
-    return len(changes) * float(np.log(variance).sum())
+    grid = grid_of(telemetry)
+    found = predicted(grid, [each.hooks for each in baseline.placed], baseline.values)
+    changes = [np.diff(run.body_rate - own[0], axis=0) for run, own in zip(grid.runs, found, strict=True)]
+    variance = np.mean(np.concatenate(changes) ** 2, axis=0)[np.any(grid.live, axis=0)]
+    return sum(map(len, changes)) * float(np.log(variance).sum())
