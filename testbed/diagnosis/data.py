@@ -467,7 +467,10 @@ def _gyro_only(
     torque_noise: Array | None,
     trim_group: Sequence[str],
 ) -> Runs:
-    outer = [replace(run, gimbals=run.gimbals and run.gimbals.angles_only(), gyro_error=None) for run in telemetry]
+    outer = [
+        replace(run, gimbals=run.gimbals and run.gimbals.angles_only(), gyro_error=None, reading_error=None)
+        for run in telemetry
+    ]
     grid = replace(grid_of(outer), follows_commands=False)
     return Runs(
         names=tuple(names),

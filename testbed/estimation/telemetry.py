@@ -257,8 +257,9 @@ class Telemetry(Generic[Gimbals_co]):
         constant_torque: which constant torques on the platform are estimated jointly: fixed in the body, fixed in
             inertial axes, or both.
         noise_freedom: degrees of freedom with which `gyro_noise` is known; infinite where it is stated.
-        gyro_error: what of `body_rate` is known to be the gyro's own, or what the body
-            moves between its clock and the actuators', shape (N, 3), rad/s; nothing where None.
+        gyro_error: what of `body_rate` is known to be the gyro's own, or what the body moves between its clock and the
+            actuators', shape (N, 3), rad/s; nothing where None.
+        reading_error: the part of it by which the gyro misreads the rate that it is of, alike.
         surroundings: what acts on the platform from outside, and its attitude; None where nothing does. On a pivot the
             place of the centre of mass is estimated jointly, and all inertias are about the pivot.
         live: about which body axes the platform turns; about the others a rig's bearing holds it, their rates are zero
@@ -281,6 +282,7 @@ class Telemetry(Generic[Gimbals_co]):
     constant_torque: ConstantTorque = "none"
     noise_freedom: float = np.inf
     gyro_error: Vectors3 | None = None
+    reading_error: Vectors3 | None = None
     live: tuple[bool, bool, bool] = ALL_AXES
     surroundings: Surroundings | None = None
 

@@ -107,6 +107,7 @@ def _telemetry(
         gyro_time=gyro_time,
         body_rate=body_rate,
         gyro_error=None,
+        reading_error=None,
         actuator_time=actuator_time,
         gimbals=None if gimbals is None else _gimbals(gimbals, flight, actuator_time),
         wheels=None if wheels is None else _wheels(wheels, flight, actuator_time),

@@ -117,6 +117,11 @@ def acts_in_gyro(hook: Hooks) -> bool:
     return overrides(hook, "gyro_time_constant", "gyro_delay", "gyro_clock_drift", "gyro_averaging", "gyro_reading")
 
 
+def reads_otherwise(hook: Hooks) -> bool:
+    """Return whether with an effect the gyro reads something else than the rate of the instant that it is of."""
+    return overrides(hook, "gyro_reading")
+
+
 def acts_on_clocks(hook: Hooks) -> bool:
     """Return whether with an effect the actuators' telemetry is on another clock than the gyro's."""
     return overrides(hook, "telemetry_lateness")

@@ -13,13 +13,13 @@ import numpy as np
 from testbed.arrays import Array, Vectors3
 from testbed.prediction.equations import COMPLEX_STEP
 from testbed.prediction.grid import Grid
-from testbed.prediction.gyro import acts_in_gyro, acts_on_clocks, gyro_errors, readings
+from testbed.prediction.gyro import acts_in_gyro, acts_on_clocks, gyro_errors, readings, reads_otherwise
 from testbed.prediction.hooks import Hooks, overrides
 from testbed.prediction.integration import GRIDS, Values, distinct_sets, motion_of, node_rates
 from testbed.prediction.kernels import answers
 from testbed.prediction.motor_torques import has_torques, motor_torques
 from testbed.prediction.servo_response import servo_responses
-from testbed.prediction.smoothed import body_motion
+from testbed.prediction.smoothed import body_motion, taken_off
 from testbed.prediction.wheel_response import predicted_impulses
 
 Predictor: TypeAlias = Callable[[Grid, Sequence[Hooks], Values], list[Array]]
@@ -70,15 +70,27 @@ def without_gyro_errors(grid: Grid, hooks: Sequence[Hooks], values: Values) -> G
         hooks: the effects in the model.
         values: of its parameters, P = 1.
     """
-    errors: Sequence[Vectors3 | None] = [None] * len(grid.runs)
-    if any(acts_in_gyro(hook) or acts_on_clocks(hook) for hook in hooks):
-        errors = _of_parts(
-            grid, values, lambda part, own: gyro_errors(part, hooks, own.effects, node_rates(part, hooks, own))
-        )
+    errors = _errors_by(lambda hook: acts_in_gyro(hook) or acts_on_clocks(hook), grid, hooks, values)
     if all(run.gyro_error is error for run, error in zip(grid.runs, errors, strict=True)):
         return grid
-    runs = tuple(replace(run, gyro_error=error) for run, error in zip(grid.runs, errors, strict=True))
+    each = zip(grid.runs, errors, _errors_by(reads_otherwise, grid, hooks, values), strict=True)
+    runs = tuple(replace(run, gyro_error=error, reading_error=reading) for run, error, reading in each)
     return replace(grid, runs=runs)
+
+
+def _errors_by(
+    which: Callable[[Hooks], bool], grid: Grid, hooks: Sequence[Hooks], values: Values
+) -> Sequence[Vectors3 | None]:
+    """Return by how much each run's gyro is off by some of the effects in a model, shapes (N, 3); None without any."""
+    counted = list(map(which, hooks))
+    if not any(counted):
+        return [None] * len(grid.runs)
+    some = list(compress(hooks, counted))
+
+    def errors(part: Grid, own: Values) -> list[Array]:
+        return gyro_errors(part, some, list(compress(own.effects, counted)), node_rates(part, hooks, own))
+
+    return _of_parts(grid, values, errors)
 
 
 def predicted_channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> list[Array]:
@@ -101,8 +113,8 @@ def predicted_channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> li
 
 def _channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> list[Array]:
     blocks = readings(grid, hooks, values.effects, node_rates(grid, hooks, values))
-    inside = [_acts_inside(hook) for hook in hooks]
-    hooks, effects = list(compress(hooks, inside)), list(compress(values.effects, inside))
+    seen = [_acts_inside(hook) or (has_torques(grid) and reads_otherwise(hook)) for hook in hooks]
+    hooks, effects = list(compress(hooks, seen)), list(compress(values.effects, seen))
     blocks += _gimbal_channels_of_sets(grid, hooks, effects) if hooks else _gimbal_channels_of_telemetry(grid)
     return blocks
 
@@ -115,10 +127,11 @@ def _gimbal_channels_of_sets(grid: Grid, hooks: Sequence[Hooks], effects: Sequen
 
 
 def _gimbal_channels(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> list[Array]:
-    """Return the gimbals' channels, with effects that act inside the units."""
-    blocks: list[Array] = []
-    if has_torques(grid):
-        blocks += motor_torques(grid, hooks, effects, _measured_rates(grid))
+    """Return the gimbals' channels, with effects that act inside the units, or on what the gyro reads."""
+    rates = _measured_rates(grid, hooks, effects) if has_torques(grid) else None
+    inside = list(map(_acts_inside, hooks))
+    hooks, effects = list(compress(hooks, inside)), list(compress(effects, inside))
+    blocks: list[Array] = [] if rates is None else motor_torques(grid, hooks, effects, rates)
     if grid.follows_commands:
         blocks += servo_responses(grid, hooks, effects)
     if grid.wheel_noise is not None:
@@ -128,7 +141,7 @@ def _gimbal_channels(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array
 
 @lru_cache(maxsize=GRIDS)
 def _gimbal_channels_of_telemetry(grid: Grid) -> tuple[Array, ...]:
-    """Return the gimbals' channels without such effects: no parameter of the body or the gyro changes them."""
+    """Return the gimbals' channels without such effects: no parameter of the body changes them."""
     return tuple(_gimbal_channels(grid, [], []))
 
 
@@ -139,16 +152,27 @@ _INSIDE = ("motor_torque", "servo_lag", "gimbals", "wheel_impulse", "wheel_lag",
 def _acts_inside(hook: Hooks) -> bool:
     """Return whether an effect acts inside the units.
 
-    All others leave the gimbals' channels as they are: these hold less than a hundredth of the gyro's information on
-    the body's motion, and errors of their own model must not count for an effect on the body or the gyro.
+    Effects on the body leave the gimbals' channels as they are: these hold less than a hundredth of the gyro's
+    information on the body's motion, and errors of their own model must not count for them. So do a gyro's delays. What
+    its readings are off by is another matter: at zero momentum a scale or a turned axis is the same as a different
+    inertia, and only the motors, which work against ω, tell them apart.
     """
     return hook.predicts_gimbals and overrides(hook, *_INSIDE)
 
 
-def _measured_rates(grid: Grid) -> Array:
-    """Return ω at the nodes by the gyro, smoothed, shape (R, 1, M + 1, 3), rad/s."""
-    pairs = zip(grid.runs, grid.node_time, strict=True)
-    return np.stack([body_motion(run)(time) for run, time in pairs])[:, None]
+def _measured_rates(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> Array:
+    """Return ω at the nodes by the gyro, smoothed, less what its readings are off by, shape (R, P, M + 1, 3), rad/s.
+
+    What was taken off of the readings by other values of the same effects is put back first.
+    """
+    rates, sets = [], max(map(len, effects), default=1)
+    for run, time, number in zip(grid.runs, grid.node_time, grid.number.tolist(), strict=True):
+        known = body_motion(run)(time)
+        read: Array = np.broadcast_to(known, (sets, *known.shape))
+        for hook, value in zip(hooks, effects, strict=True):
+            read = hook.gyro_reading(read, value, time, number)
+        rates.append(known + taken_off(run, time) + (known - read))
+    return np.stack(rates)
 
 
 def common_size(effects: Sequence[Array]) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from scipy.interpolate import BSpline, make_lsq_spline
+from scipy.interpolate import BSpline, CubicSpline, make_lsq_spline
 
 from testbed.arrays import Array, Series
 from testbed.estimation.telemetry import GimbalRun, Telemetry
@@ -33,6 +33,13 @@ def body_motion(run: Telemetry) -> BSpline:
     """Return the body rate of a run, (3,), rad/s, body axes, without what is known to be the gyro's error."""
     body_rate = run.body_rate if run.gyro_error is None else run.body_rate - run.gyro_error
     return _smoothed(run.gyro_time, body_rate)
+
+
+def taken_off(run: Telemetry, time: Series) -> Array:
+    """Return what `body_motion` is less by because of what the gyro's readings are off by, shape (T, 3), rad/s."""
+    if run.reading_error is None:
+        return np.zeros((len(time), 3))
+    return np.asarray(CubicSpline(run.gyro_time, run.reading_error)(time))
 
 
 def direction_of(rate: Array) -> Array:
