@@ -28,7 +28,6 @@ from testbed.effects.noise_effect import Finding, NoiseEffect, Readings
 from testbed.estimation.noise_spectrum import NoiseSpectrum, SpectrumPrior, noise_spectrum
 from testbed.estimation.outliers import outliers
 from testbed.estimation.telemetry import Telemetry
-from testbed.estimation.telemetry_noise import predicted_rate_variance
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,7 +123,7 @@ def without_spikes(runs: Runs, fit: Fit) -> tuple[tuple[Telemetry, ...], tuple[i
 
 
 def _without_samples(run: Telemetry, gone: Flags) -> Telemetry:
-    return replace(run, gyro_time=run.gyro_time[~gone], body_rate=run.body_rate[~gone])
+    return run.with_gyro_rows(~gone)
 
 
 def pooled_noise(runs: Runs, theta: Theta) -> tuple[float, float] | None:
@@ -154,17 +153,6 @@ def with_pooled_noise(runs: Runs, level: tuple[float, float]) -> Runs:
     noise, freedom = level
     uncertainty = SETTINGS.unstated_noise_uncertainty
     return replace(runs.with_sigma(np.full(3, noise)), noise_freedom=freedom, noise_uncertainty=uncertainty)
-
-
-def with_telemetry_noise(runs: Runs, theta: Theta) -> Runs:
-    """Return runs whose standard deviation holds what the actuators' telemetry adds to the gyro's noise.
-
-    Args:
-        runs: with the gyro's own.
-        theta: inertia parameters, shape (6,), kg·m².
-    """
-    added = [predicted_rate_variance(run, theta) for run in runs.grid.runs]
-    return runs.with_sigma(np.sqrt(runs.sigma**2 + np.array(added)))
 
 
 _PLAIN = 1e4

@@ -11,13 +11,14 @@ import numpy as np
 
 from testbed.arrays import Matrix3, Theta
 from testbed.assembly.platform import Body
+from testbed.diagnosis.actuator_telemetry import where_known, with_telemetry_noise
 from testbed.diagnosis.channels import too_exact_torques
 from testbed.diagnosis.data import Belief, Runs, runs_of
 from testbed.diagnosis.fitting import fitted, nominal_fit
 from testbed.diagnosis.gate import Gate, require_motion, require_si, require_this_platform
 from testbed.diagnosis.measurement_notices import notices_of
 from testbed.diagnosis.model import Fit, Hypothesis
-from testbed.diagnosis.noise import pooled_noise, with_pooled_noise, with_telemetry_noise, without_spikes
+from testbed.diagnosis.noise import pooled_noise, with_pooled_noise, without_spikes
 from testbed.diagnosis.reference import Reference
 from testbed.diagnosis.roles import by_role
 from testbed.diagnosis.settings import SETTINGS, PriorOdds
@@ -222,7 +223,7 @@ def _enough(runs: Runs) -> Runs:
 
 def _thinned(run: Telemetry) -> Telemetry:
     every = max(1, int(1.0 / (np.median(np.diff(run.gyro_time)) * SETTINGS.window_rate_hz)))
-    return replace(run, gyro_time=run.gyro_time[::every], body_rate=run.body_rate[::every])
+    return run.with_gyro_rows(slice(None, None, every))
 
 
 def grouped(notices: Sequence[tuple[str, str]]) -> Iterator[str]:
@@ -285,6 +286,7 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
     passed = gated(records, scenario, nominal)
     theta, notices = theta_of(nominal.inertia), list(passed.notices)
     usable = _in_orbit_as(passed.baseline.theta, _without_spikes(passed, notices))
+    usable = _where_known(usable, passed.baseline.theta, notices)
     level = None
     if not all(_states_noise(record) for record, _ in usable):
         level = pooled_noise(_together(usable, passed.together), theta)
@@ -362,6 +364,22 @@ def _without_spikes(passed: Gated, notices: list[tuple[str, str]]) -> Usable:
         if found := sum(count for _, count in own):
             notices.append((record.details.name, outliers_notice(found)))
     return kept
+
+
+def _where_known(usable: Usable, theta: Theta, notices: list[tuple[str, str]]) -> Usable:
+    """Return the parts less the gyro's samples between those of slow actuators; of which records, is added."""
+    kept = _with_telemetry(usable, where_known(_telemetry(usable), theta))
+    for (record, sent), (_, compared) in zip(usable, kept, strict=True):
+        before, after = (sum(len(part.telemetry.gyro_time) for part in parts) for parts in (sent, compared))
+        if after < before:
+            notices.append((record.details.name, _UNKNOWN_BETWEEN.format(left=before - after, every=before)))
+    return kept
+
+
+_UNKNOWN_BETWEEN = (
+    "{left} of {every} gyro samples lie between samples of the actuators, which come too slowly to show how the body "
+    "turned meanwhile, and are not compared: send the actuators' telemetry as often as the gyro's"
+)
 
 
 def _states_noise(record: Record) -> bool:

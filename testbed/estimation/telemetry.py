@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, Generic, Literal, Self, TypeAlias, TypeGuard
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import BSpline, CubicSpline
 from typing_extensions import TypeVar
 
@@ -373,6 +374,10 @@ class Telemetry(Generic[Gimbals_co]):
     def with_actuator_rows(self: Telemetry, rows: slice | Flags) -> Telemetry:
         """Return the run with some of its actuators' samples."""
         return self.with_actuator_samples(self.actuator_time[rows], lambda samples: samples[rows])
+
+    def with_gyro_rows(self: Telemetry, rows: slice | Flags | NDArray[np.intp]) -> Telemetry:
+        """Return the run with some of its gyro's samples, as they were read."""
+        return replace(self, gyro_time=self.gyro_time[rows], body_rate=self.body_rate[rows])
 
 
 def has_momentum(run: Telemetry) -> bool:
