@@ -12,8 +12,9 @@ from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
-from testbed.arrays import Series, Theta, Vector3
+from testbed.arrays import Array, Series, Theta, Vector3
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import nominal_fit
 from testbed.diagnosis.settings import SETTINGS
@@ -24,15 +25,14 @@ from testbed.estimation.telemetry import Telemetry, has_momentum
 from testbed.estimation.telemetry_noise import predicted_rate_variance
 
 _ORDER = 4
-"""Of the differences by which it is seen how far a spline may miss."""
-_DIFFERENCES = 70.0
-"""What fourth differences make of the variance of white noise: the squared length of their weights."""
-_MISSED = 1.0 / 8.0
-"""Of the squared fourth difference of what moves as an integrated Wiener process, times f³ (1 - f)³ for a share f of
-the interval, what the spline misses.
+"""Of the differences of the residual that are noise, as in the noise of the gyro (effects/fast_changes.py)."""
+_FEWEST_KNOTS = 4
+"""Of a spline through some of a run's samples."""
+_PROFILE = 64.0
+"""Times f³ (1 - f)³, for a share f of the interval, over what a spline misses half way between samples.
 
-Source: formula: between samples it misses q Δ³ f³ (1 - f)³ / 3, and fourth differences have the variance 8/3 q Δ³;
-Wahba, "Spline models for observational data" (1990), has the spline as this process's mean."""
+Source: formula: of an integrated Wiener process, of which the spline is the mean (Wahba, "Spline models for
+observational data", 1990), it misses the variance q Δ³ f³ (1 - f)³ / 3."""
 _SHOWN = 10.0
 """χ² that the misses add to all runs together, below which no shape of them is seen.
 
@@ -117,16 +117,31 @@ def _interval(time: Series) -> float:
 
 def _missed(run: Telemetry, theta: Theta) -> float:
     """Return what a spline through the actuators' momentum is expected to add to χ² of the gyro's samples."""
-    if len(run.actuator_time) <= _ORDER:
-        return 0.0
     live = np.ix_(run.live, run.live)
     momentum = actuation(run, run.actuator_time).cluster_momentum_B[:, run.live]
-    rate = np.linalg.solve(inertia_of(theta)[live], momentum.T).T
-    changes = (
-        _DIFFERENCES
-        * squared_differences(np.asarray(rate, dtype=np.float64), _ORDER).mean(axis=0).sum()
-        / run.gyro_noise**2
-    )
+    rate = np.asarray(np.linalg.solve(inertia_of(theta)[live], momentum.T).T, dtype=np.float64)
+    of_two, of_four = (_missed_between(run.actuator_time, rate, every) for every in (2, 4))
+    # What is smooth is missed by 1/256 where samples are twice as close, an integrated Wiener process by 1/8.
+    of_one = of_two * min(of_two / of_four, 1.0) if of_four > 0.0 else of_two
     place = np.interp(run.gyro_time, run.actuator_time, np.arange(float(len(run.actuator_time))))
     share = place % 1.0
-    return float(_MISSED * changes * np.sum((share * (1.0 - share)) ** 3))
+    return float(of_one / run.gyro_noise**2 * _PROFILE * np.sum((share * (1.0 - share)) ** 3))
+
+
+def _missed_between(time: Series, values: Array, every: int) -> float:
+    """Return the mean square, summed over columns, of what splines miss of the samples half way between their knots.
+
+    Args:
+        time: of the samples, shape (K,), s.
+        values: shape (K, C).
+        every: how many intervals lie between knots, an even number.
+    """
+    squares = [np.zeros(0)]
+    for first in range(every):
+        knots = np.arange(first, len(time), every)
+        if len(knots) >= _FEWEST_KNOTS:
+            between = knots[:-1] + every // 2
+            missed = CubicSpline(time[knots], values[knots])(time[between]) - values[between]
+            squares.append((missed**2).sum(axis=1))
+    every_one = np.concatenate(squares)
+    return float(every_one.mean()) if len(every_one) else 0.0

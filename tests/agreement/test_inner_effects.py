@@ -101,14 +101,18 @@ def test_friction_shows_in_the_motor_torque(effect, size):
 
 def test_a_gyro_that_is_wrong_is_credited_with_what_it_mends_in_the_motor_torques():
     """They are predicted with the body rate that it shows: what it is off by looks like friction."""
-    runs = runs_with(gyro={"body_rate": plain().body_rate * [1.0, 1.0, 1.25]})
+    gyro = {"body_rate": plain().body_rate * [1.0, 1.0, 1.25]}
+    runs, of_body = runs_with(gyro=gyro), runs_with(gyro=gyro, torque=None)
     fit, places = fitted(runs, [], TRUE_THETA, []), [("gyro_scale", "z"), ("gimbal_viscous_friction", "cmg1")]
     placed = [Hypothesis(effect=EFFECTS[effect], component=component) for effect, component in places]
-    body_alone = fit.chi_square - fitted(runs, placed[:1], fit.theta, [np.zeros(1)]).chi_square
+    alone = fitted(of_body, [], TRUE_THETA, [])
+    body_alone = alone.chi_square - fitted(of_body, placed[:1], alone.theta, [np.zeros(1)]).chi_square
     screening = screened(runs, None, fit, placed)
-    gains = {each.key: refitted(runs, None, fit, screening, each).chi_square_reduction for each in placed}
-    assert gains["gyro_scale:z"] > body_alone + 100.0
-    assert gains["gyro_scale:z"] > gains["gimbal_viscous_friction:cmg1"]
+    refits = {each.key: refitted(runs, None, fit, screening, each) for each in placed}
+    scale, friction = refits["gyro_scale:z"], refits["gimbal_viscous_friction:cmg1"]
+    assert scale.chi_square_reduction > body_alone + 100.0
+    assert scale.chi_square_reduction > friction.chi_square_reduction
+    assert scale.fit.effect_values[0] == pytest.approx(0.25, abs=0.01)
 
 
 def test_friction_does_not_pass_for_an_age_of_the_motor_torques():
@@ -279,6 +283,18 @@ def test_play_shows_in_the_motion_of_the_body():
     value, std = found(runs, "gimbal_backlash", "cmg2")
     assert abs(value - play) < SIGMAS * std + 0.1 * play  # the jump itself is lost between samples
     assert value > 3.0 * std
+
+
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+def test_motors_tell_a_scale_of_the_gyro_from_an_inertia(axis):
+    """The gyro alone shows a scale beside a free inertia by the momentum that a run has, and here that is little."""
+    scale = 0.03
+    ratio = 1.0 + scale * np.array([axis == each for each in "xyz"])
+    read = {"gyro": {"body_rate": plain().body_rate * ratio}}
+    value, std = found(runs_with(**read), "gyro_scale", axis)
+    _, alone = found(runs_with(**read, torque=None), "gyro_scale", axis)
+    assert abs(value - scale) < SIGMAS * std
+    assert alone > 1.5 * std
 
 
 def test_a_trembling_rotor_is_distinguished_from_the_others_and_from_noise():

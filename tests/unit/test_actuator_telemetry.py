@@ -1,0 +1,63 @@
+"""Telemetry of actuators that comes more slowly than the gyro's samples."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from support.synthetic_telemetry import TRUE_THETA, Flight, exact_telemetry, noisy, nominal_flight, sample_times
+from testbed.diagnosis.actuator_telemetry import where_known, with_telemetry_noise
+from testbed.diagnosis.data import runs_of
+from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry_noise import predicted_rate_variance
+
+FLIGHT = nominal_flight(np.array([0.002, -0.001, 0.002]))
+SWIFT = replace(FLIGHT, gimbals=replace(FLIGHT.gimbals, frequency=2.0 * np.pi * np.array([0.8, 1.0, 0.9])))
+"""Up to 1 Hz: of 2 Hz, which samples at 4 Hz show at most, a half."""
+GYRO_RATE, GYRO_NOISE = 16.0, 0.001658
+
+
+def run(actuator_rate: float, *, flight: Flight = FLIGHT, shift: float = 0.0, encoder_noise: float = 1e-4) -> Telemetry:
+    times = sample_times(actuator_rate) + shift
+    exact = exact_telemetry(flight, sample_times(GYRO_RATE), times[times <= 5.0], GYRO_NOISE)
+    return noisy(exact, seed=4, encoder_noise=encoder_noise)
+
+
+@pytest.mark.parametrize("actuator_rate", [8.0, 16.0, 80.0])
+def test_samples_between_those_of_fast_actuators_stay(actuator_rate):
+    fast = run(actuator_rate)
+    assert where_known([fast], TRUE_THETA) == [fast]
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.02])
+def test_samples_between_those_of_slow_actuators_are_left_out(shift):
+    slow = run(4.0, shift=shift)
+    (kept,) = where_known([slow], TRUE_THETA)
+    assert np.abs(kept.gyro_time[:, None] - slow.actuator_time).min(axis=1).max() < 0.5 / GYRO_RATE + 1e-9
+    assert len(kept.gyro_time) == len(slow.actuator_time)
+    rows = np.searchsorted(slow.gyro_time, kept.gyro_time)
+    np.testing.assert_array_equal(kept.body_rate, slow.body_rate[rows])
+
+
+def test_samples_between_those_of_actuators_at_rest_stay():
+    moving = run(4.0)
+    still = replace(moving, gimbals=replace(moving.gimbals, angle=0.0 * moving.gimbals.angle))
+    assert where_known([still], TRUE_THETA) == [still]
+
+
+def test_motion_between_slow_samples_is_no_noise_of_the_telemetry():
+    (kept,) = where_known([run(4.0, flight=SWIFT)], TRUE_THETA)
+    added = predicted_rate_variance(kept, TRUE_THETA)
+    assert np.sqrt(added.min()) > 20.0 * GYRO_NOISE  # of the encoders it is 6e-5 rad/s
+    sigma = with_telemetry_noise(runs_of(["a"], [kept]), TRUE_THETA).sigma
+    assert sigma.max() < 2.0 * GYRO_NOISE  # known as well as 21 samples of one run show
+
+
+def test_noise_of_the_telemetry_counts_as_its_fast_changes_have_it():
+    loud = run(GYRO_RATE, encoder_noise=1e-2)
+    added = predicted_rate_variance(loud, TRUE_THETA)
+    assert np.sqrt(added.min()) > GYRO_NOISE
+    sigma = with_telemetry_noise(runs_of(["a"], [loud]), TRUE_THETA).sigma
+    np.testing.assert_array_equal(sigma, [np.sqrt(GYRO_NOISE**2 + added)])
