@@ -7,6 +7,7 @@ import re
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from numbers import Real
 from pathlib import Path
 from typing import get_args
 
@@ -19,7 +20,7 @@ from testbed.prediction.hooks import Hooks, overrides
 
 _ID = re.compile(r"[a-z][a-z0-9_]*")
 _PARTS = tuple(name for name in vars(Hooks) if not name.startswith("_") and callable(getattr(Hooks, name)))
-_MISTAKES = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
+_MISTAKES = (ArithmeticError, AttributeError, LookupError, NameError, TypeError, ValueError)
 """What a slip of the pen raises; an `InputError`, which says already what was wrong, is none of these."""
 
 
@@ -62,6 +63,10 @@ def _problems(effect: Effect) -> Iterator[str]:
 
 
 def _parameter_problems(parameter: Parameter) -> Iterator[str]:
+    sizes = {name: getattr(parameter, name) for name in ("typical", "lower", "upper", "absent")}
+    if wrong := [f"{name} = {size!r}" for name, size in sizes.items() if not isinstance(size, Real)]:
+        yield f"{parameter.name}: no number: {', '.join(wrong)}"
+        return
     if not parameter.lower < parameter.upper:
         yield f"{parameter.name}: its lower bound, {parameter.lower:g}, is not below its upper one, {parameter.upper:g}"
         return

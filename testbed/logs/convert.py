@@ -155,7 +155,8 @@ def _require_held(log: Log, log_map: LogMap, content: Content) -> None:
 
 def _topic_problems(topic: str, survey: Mapping[str, Topic]) -> list[str]:
     if topic == TABLE:
-        return [f"a channel names no topic; give one of {_listed(list(survey))}"]
+        there = f"a channel names no topic; give one of {_listed(list(survey))}"
+        return [there if survey else "it holds no messages: it is empty, or was cut short"]
     if TABLE in survey:
         return [f"topic {topic}: a table has no topics; leave topic out"]
     return [f"topic {topic}: {_nearest(topic, list(survey))}"]

@@ -247,6 +247,8 @@ def _conflicts(name: str, channel: Channel) -> Iterator[Conflict]:
         )
     if len(set(channel.fields)) < count:
         yield Conflict(key="fields", text="names a field twice")
+    if channel.scale is not None and not any(channel.scale):
+        yield Conflict(key="scale", text="is zero throughout: nothing stays of the channel; leave it out")
     if channel.scale is not None and len(channel.scale) != count:
         yield Conflict(key="scale", text=f"has {len(channel.scale)} numbers for {count} fields; give one for each")
     yield from _unit_conflicts(name, channel)

@@ -100,16 +100,18 @@ def write_recording_of(path: Path, origin: Provenance, scenario: BodyScenario, d
 
 
 def _write_model(part: Path, scenario: BodyScenario, diagnosis: Diagnosis) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """Write the extended model; return where it is, and why there is none where a part of it cannot be built."""
+    """Write the extended model; return where it is, and what of the diagnosis is not in it, or why there is none."""
     try:
         if not isinstance(scenario, Scenario):
-            raise InputError("a platform without control moment gyros is not flown")
+            raise InputError("a platform whose scenario has no [cluster] is not flown")
         extensions = list(extensions_of(scenario, diagnosis))
         write_extended(scenario, extensions, inertia_of(diagnosis.model.theta), part / EXTENDED)
     except InputError as error:
         shutil.rmtree(part / EXTENDED, ignore_errors=True)
         return {"model": None, "scenario": None}, (f"no extended model: {error}",)
-    return {"model": f"{EXTENDED}/{PLATFORM}", "scenario": f"{EXTENDED}/{SCENARIO}"}, ()
+    left_out = [placed.key for placed in diagnosis.model.placed if not placed.effect.flies]
+    said = (f"{EXTENDED}/ flies without {', '.join(left_out)}: no simulated platform has it",) if left_out else ()
+    return {"model": f"{EXTENDED}/{PLATFORM}", "scenario": f"{EXTENDED}/{SCENARIO}"}, said
 
 
 def _write_next(part: Path, scenario: BodyScenario, proposal: Proposal | None) -> dict[str, Any]:

@@ -219,7 +219,7 @@ def _apply_bus(spec: mujoco.MjSpec, properties: PlatformProperties, path: Path) 
         compiled = _weighed(spec, path)
     if properties.inertia is not None:
         units = [word for word, own in (("gyros", properties.gyros), ("wheels", properties.wheels)) if own]
-        _set_inertia(bus, bus_inertia(compiled, total), " and ".join(units))
+        _set_inertia(bus, bus_inertia(compiled, total), " and ".join(units) or "gyros")
     if properties.edge is not None:
         spec.geom("hull").size = [properties.edge / 2] * 3
 
@@ -239,7 +239,7 @@ def _set_inertia(bus: mujoco.MjsBody, inertia: Matrix3, units: str) -> None:
         raise UnphysicalPlatformError(
             "inertia_kg_m2",
             f": what remains for the bus when the {units} are taken off has the principal moments {shown} kg m2, "
-            "which no body has; raise the inertia, or lower the units' masses or radius",
+            "which no body has; raise the inertia, lower the units' masses or radius, or narrow its dispersion",
         )
     bus.inertia, bus.iquat = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])  # MuJoCo takes one form of inertia only
     bus.fullinertia = [*np.diag(inertia), inertia[0, 1], inertia[0, 2], inertia[1, 2]]

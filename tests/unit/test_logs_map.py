@@ -59,6 +59,7 @@ def changed(keys: dict, path: str, value: object) -> dict:
         ("channels.body_rate.axes", ["x", "-x", "z"], "names an axis twice; each of x, y and z stands once"),
         ("channels.body_rate.axes", ["-y", "x", "-z"], "mirrors (determinant -1), which no mounting of a right-handed"),
         ("channels.body_rate.scale", [1.0], "body_rate.scale: has 1 numbers for 3 fields"),
+        ("channels.body_rate.scale", [0.0, 0.0, 0.0], "body_rate.scale: is zero throughout"),
         (
             "channels.rotor_speed",
             {"fields": list("abcdef"), "unit": "rpm", "axes": ["x", "y", "z"]},

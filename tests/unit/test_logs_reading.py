@@ -102,6 +102,10 @@ def test_a_log_that_is_cut_before_its_first_message_says_so(tmp_path):
     path.write_bytes(path.read_bytes()[:2000])
     with pytest.raises(tb.InputError, match=r"there are none\n  the file has no end: the log"):
         tb.import_log(path, logs.JSON_MAP)
+    channels = logs.JSON_MAP["channels"]
+    without = {name: {key: each for key, each in own.items() if key != "topic"} for name, own in channels.items()}
+    with pytest.raises(tb.InputError, match="it holds no messages"):
+        tb.import_log(path, logs.JSON_MAP | {"channels": without})
 
 
 @pytest.mark.parametrize("compression", ["NONE", "LZ4", "ZSTD"])

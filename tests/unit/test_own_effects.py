@@ -156,6 +156,7 @@ def own(**changes):
             "is not below its upper",
         ),
         ({"parameters": (tb.Parameter(name="k", unit="1", typical=1.0, lower=0.5),)}, "absent = 0 lies outside"),
+        ({"parameters": (tb.Parameter(name="k", unit="1", typical="a"),)}, "k: no number: typical = 'a'"),
         ({"law": lambda _: None}, "returns None and no testbed.Hooks"),
         ({"law": tb.Hooks}, "changes nothing in the prediction; override one of"),
         ({"law": Misspelt}, "gyro_readings: did you mean gyro_reading"),
@@ -180,11 +181,16 @@ def forgotten(self, reading, value, time, run):
     reading + value[:, :1, None] * reading**2
 
 
+def undefined(self, reading, value, time, run):
+    raise NameError("name 'rates' is not defined")
+
+
 @pytest.mark.parametrize(
     ("law", "said"),
     [
         (lambda self, reading, value, time, run: reading + value * reading**2, r"broadcast.*test_own_effects.py, line"),
         (lambda self, reading, value, time, run: reading.rates, r"no attribute 'rates' \(test_own_effects.py, line"),
+        (undefined, r"own_square.*'rates' is not defined \(test_own_effects.py, line"),
         (forgotten, "own_square: this effect cannot be predicted"),
     ],
 )
