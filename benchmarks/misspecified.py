@@ -136,6 +136,14 @@ KINDS: dict[str, Kind] = {
         f"telemetry{1e3 * each:+.0f}ms": _delayed(each)
         for each in (0.001, 0.005, 0.015, 0.031, -0.001, -0.005, -0.015, -0.031)
     },
+    **{
+        f"actuators_every_{each}": Kind(
+            words=f"actuators sampled with every {word} sample of the gyro",
+            telemetry={"actuator_every": each},
+            units=True,
+        )
+        for each, word in ((2, "second"), (4, "fourth"))
+    },
     "three_small": Kind(words="three effects of half a detectable size", small_effects=_SMALL, units=True),
 }
 """By name; what is early or late is so against the gyro."""

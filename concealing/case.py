@@ -38,6 +38,7 @@ class Telemetry:
         tachometers, gimbal_torque, rate_command: whether these channels are recorded.
         encoder_noise: rad; None for the scenario's.
         encoder_step: rad; None for the scenario's.
+        actuator_every: rows from one sample of the actuators to the next; the rows between have the gyro's alone.
         dropouts: share of rows that are lost, in short bursts.
         outliers: share of gyro samples that are spikes.
         stated_noise: stated over actual nominal gyro noise; None where nothing is stated.
@@ -50,6 +51,7 @@ class Telemetry:
     rate_command: bool = True
     encoder_noise: float | None = None
     encoder_step: float | None = None
+    actuator_every: int = 1
     dropouts: float = 0.0
     outliers: float = 0.0
     stated_noise: float | None = 1.0

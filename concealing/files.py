@@ -44,7 +44,8 @@ def record(flown: Flown, index: int) -> Record:
         channels["body_rate"] = channels["body_rate"] + gyro_error(case, flown.log, flown.mechanics, index, ticks)
     noise = flown.sensors.gyro_noise
     channels["body_rate"] = spiked(case.seed, index, telemetry.outliers, channels["body_rate"], noise)
-    channels |= _actuation(flown, index, ticks)
+    sent = np.arange(len(ticks)) % telemetry.actuator_every == 0
+    channels |= {name: np.where(sent[:, None], each, np.nan) for name, each in _actuation(flown, index, ticks).items()}
     kept = kept_rows(case.seed, index, telemetry.dropouts, len(ticks))
     stated = telemetry.stated_noise
     return Record(
