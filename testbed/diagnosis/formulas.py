@@ -14,6 +14,7 @@ from itertools import pairwise
 from math import log
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
 from testbed.arrays import Array
@@ -421,12 +422,15 @@ class Along:
 
     def torques(self, values: Array, frame: str, knots: int) -> Array:
         """Return unit torques by laws along three axes at the knots of every run, shape (R, knots, 3, laws * 3)."""
-        axes = np.eye(3) if frame == "B" else self.moment.attitude  # of N: rows of R_AB are the axes in B
-        along = values[..., None, None] * axes  # (laws, R, N, axis, component)
         at = np.linspace(0.0, self.time.shape[1] - 1, knots)
         before = np.minimum(at.astype(int), self.time.shape[1] - 2)
         share = (at - before)[:, None, None]
-        at_knots: Array = (1.0 - share) * along[:, :, before] + share * along[:, :, before + 1]
+
+        def along(nodes: NDArray[np.intp]) -> Array:  # (laws, R, knots, axis, component)
+            axes = np.eye(3) if frame == "B" else self.moment.attitude[:, nodes]  # of N: rows of R_AB are the axes in B
+            return np.asarray(values[:, :, nodes, None, None] * axes)
+
+        at_knots: Array = (1.0 - share) * along(before) + share * along(before + 1)
         return np.moveaxis(at_knots, (0, 3), (3, 4)).reshape(len(self.time), knots, 3, len(values) * 3)
 
 

@@ -113,36 +113,40 @@ def predicted_channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> li
 
 def _channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> list[Array]:
     blocks = readings(grid, hooks, values.effects, node_rates(grid, hooks, values))
-    seen = [_acts_inside(hook) or (has_torques(grid) and reads_otherwise(hook)) for hook in hooks]
-    hooks, effects = list(compress(hooks, seen)), list(compress(values.effects, seen))
-    blocks += _gimbal_channels_of_sets(grid, hooks, effects) if hooks else _gimbal_channels_of_telemetry(grid)
+    for channels, shown in ((_torques, _shows_in_torques), (_responses, _acts_inside)):
+        seen = list(map(shown, hooks))
+        blocks += _of_sets(channels, grid, list(compress(hooks, seen)), list(compress(values.effects, seen)))
     return blocks
 
 
-def _gimbal_channels_of_sets(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> list[Array]:
-    """Return the gimbals' channels of sets most of which differ in what does not change them."""
+_Channels: TypeAlias = Callable[[Grid, Sequence[Hooks], Sequence[Array]], list[Array]]
+"""From the runs, effects and their parameters to blocks of some channels of the actuators."""
+
+
+def _of_sets(channels: _Channels, grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> Sequence[Array]:
+    """Return the channels of sets most of which differ in what does not change them."""
+    if not hooks:
+        return _of_telemetry(channels, grid)
     distinct, place = distinct_sets(effects)
-    blocks = _gimbal_channels(grid, hooks, distinct)
+    blocks = channels(grid, hooks, distinct)
     return [np.broadcast_to(block, (len(distinct[0]), *block.shape[1:]))[place] for block in blocks]
 
 
-def _gimbal_channels(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> list[Array]:
-    """Return the gimbals' channels, with effects that act inside the units, or on what the gyro reads."""
-    rates = _measured_rates(grid, hooks, effects) if has_torques(grid) else None
-    inside = list(map(_acts_inside, hooks))
-    hooks, effects = list(compress(hooks, inside)), list(compress(effects, inside))
-    blocks: list[Array] = [] if rates is None else motor_torques(grid, hooks, effects, rates)
-    if grid.follows_commands:
-        blocks += servo_responses(grid, hooks, effects)
-    if grid.wheel_noise is not None:
-        blocks += predicted_impulses(grid, hooks, effects)
-    return blocks
+@lru_cache(maxsize=2 * GRIDS)
+def _of_telemetry(channels: _Channels, grid: Grid) -> tuple[Array, ...]:
+    """Return channels without any effect that they show: no parameter of the body changes them."""
+    return tuple(channels(grid, [], []))
 
 
-@lru_cache(maxsize=GRIDS)
-def _gimbal_channels_of_telemetry(grid: Grid) -> tuple[Array, ...]:
-    """Return the gimbals' channels without such effects: no parameter of the body changes them."""
-    return tuple(_gimbal_channels(grid, [], []))
+def _torques(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> list[Array]:
+    """Return the gimbals' motor torques, with effects that act inside the units, or on what the gyro reads."""
+    return motor_torques(grid, hooks, effects, _measured_rates(grid, hooks, effects)) if has_torques(grid) else []
+
+
+def _responses(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> list[Array]:
+    """Return what gimbals and wheels make of their commands, with effects that act inside them."""
+    responses = servo_responses(grid, hooks, effects) if grid.follows_commands else []
+    return responses + ([] if grid.wheel_noise is None else predicted_impulses(grid, hooks, effects))
 
 
 _INSIDE = ("motor_torque", "servo_lag", "gimbals", "wheel_impulse", "wheel_lag", "wheel_delay")
@@ -152,12 +156,19 @@ _INSIDE = ("motor_torque", "servo_lag", "gimbals", "wheel_impulse", "wheel_lag",
 def _acts_inside(hook: Hooks) -> bool:
     """Return whether an effect acts inside the units.
 
-    Effects on the body leave the gimbals' channels as they are: these hold less than a hundredth of the gyro's
-    information on the body's motion, and errors of their own model must not count for them. So do a gyro's delays. What
-    its readings are off by is another matter: at zero momentum a scale or a turned axis is the same as a different
-    inertia, and only the motors, which work against ω, tell them apart.
+    All others leave servo responses and impulses as they are, and effects on the body the motor torques too: these hold
+    less than a hundredth of the gyro's information on the body's motion, and errors of their own model must not count.
     """
     return hook.predicts_gimbals and overrides(hook, *_INSIDE)
+
+
+def _shows_in_torques(hook: Hooks) -> bool:
+    """Return whether an effect shows in the gimbals' motor torques.
+
+    At zero momentum a gyro's scale or turned axis is the same as a different inertia, and only the motors, which work
+    against ω, tell them apart. A gyro's delays move them no more than errors of their model do.
+    """
+    return _acts_inside(hook) or reads_otherwise(hook)
 
 
 def _measured_rates(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> Array:
