@@ -17,17 +17,15 @@ from scipy.interpolate import CubicSpline
 from testbed.arrays import Array, Series, Theta, Vector3
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import nominal_fit
-from testbed.diagnosis.settings import SETTINGS
+from testbed.diagnosis.latent import fastest_oscillation
 from testbed.dynamics.inertia import inertia_of
+from testbed.effects.fast_changes import FEWEST, ORDER, fast_power
 from testbed.estimation.actuation import actuation
-from testbed.estimation.differences import correlated_share, squared_differences
+from testbed.estimation.differences import correlated_share
+from testbed.estimation.gaps import FEWEST_SAMPLES
 from testbed.estimation.telemetry import Telemetry, has_momentum
 from testbed.estimation.telemetry_noise import predicted_rate_variance
 
-_ORDER = 4
-"""Of the differences of the residual that are noise, as in the noise of the gyro (effects/fast_changes.py)."""
-_FEWEST_KNOTS = 4
-"""Of a spline through some of a run's samples."""
 _PROFILE = 64.0
 """Times f³ (1 - f)³, for a share f of the interval, over what a spline misses half way between samples.
 
@@ -86,12 +84,12 @@ def _most_added(runs: Runs, theta: Theta) -> Vector3:
     squares = [np.zeros((0, 3))]
     for run, part in zip(runs.grid.runs, residual, strict=True):
         beside = part[_nearest(run)]
-        if len(beside) > _ORDER:
-            squares.append(squared_differences(beside, _ORDER))
+        if len(beside) >= FEWEST:
+            squares.append(fast_power(beside))
     every = np.concatenate(squares)
     if not len(every):
         return np.full(3, np.inf)
-    error = np.sqrt(2.0 * correlated_share(_ORDER) / len(every))
+    error = np.sqrt(2.0 * correlated_share(ORDER) / len(every))
     return np.asarray(np.maximum(every.mean(axis=0) * (1.0 + _SURELY * error) - 1.0, 0.0))
 
 
@@ -103,12 +101,14 @@ def _nearest(run: Telemetry) -> NDArray[np.intp]:
 
 def _slower_than_tested(run: Telemetry) -> bool:
     """Return whether the actuators' Nyquist frequency is below those of the torques that are tested for."""
-    tested = min(SETTINGS.fastest_oscillation_hz, SETTINGS.share_of_rate / _interval(run.gyro_time))
+    tested = fastest_oscillation(1.0 / _interval(run.gyro_time))
     return bool(2.0 * tested * _interval(run.actuator_time) > 1.0 + _ROUNDING)
 
 
 _ROUNDING = 1e-3
-"""Share by which intervals between samples differ that are the same: clocks that are written with four digits."""
+"""Share by which intervals between samples differ that are the same.
+
+Source: chosen, for clocks that are written with four digits."""
 
 
 def _interval(time: Series) -> float:
@@ -139,7 +139,7 @@ def _missed_between(time: Series, values: Array, every: int) -> float:
     squares = [np.zeros(0)]
     for first in range(every):
         knots = np.arange(first, len(time), every)
-        if len(knots) >= _FEWEST_KNOTS:
+        if len(knots) >= FEWEST_SAMPLES:
             between = knots[:-1] + every // 2
             missed = CubicSpline(time[knots], values[knots])(time[between]) - values[between]
             squares.append((missed**2).sum(axis=1))

@@ -168,6 +168,11 @@ def _knot_count(runs: Runs, per_second: float) -> int:
     return max(_FEWEST_KNOTS, ceil(per_second * float(np.ptp(runs.grid.node_time, axis=1).max())))
 
 
+def fastest_oscillation(gyro_rate: float) -> float:
+    """Return the highest frequency of an oscillating torque that is tested for, Hz, of a gyro at a rate, Hz."""
+    return min(SETTINGS.fastest_oscillation_hz, SETTINGS.share_of_rate * gyro_rate)
+
+
 def _gyro_rate(runs: Runs) -> float:
     """Return the rate at which gyros sample, Hz; of runs that differ, the highest."""
     return max((len(run.gyro_time) - 1) / float(np.ptp(run.gyro_time)) for run in runs.grid.runs)
@@ -335,7 +340,7 @@ def _slow(time: Array, rates: Array) -> Iterator[_Tried]:
 def _oscillations(runs: Runs, time: Array) -> Iterator[_Tried]:
     """Yield sines whose phase, from the start of a run, is the same in all runs, and sines with phases of their own."""
     longest = float(time.max())
-    fastest = min(SETTINGS.fastest_oscillation_hz, SETTINGS.share_of_rate * _gyro_rate(runs))
+    fastest = fastest_oscillation(_gyro_rate(runs))
     for frequency in np.arange(1.0 / longest, fastest, SETTINGS.frequency_resolution / longest):
         waves = np.exp(2j * np.pi * frequency * time)
         together = np.stack([waves.real, waves.imag], axis=-1)

@@ -14,7 +14,7 @@ from math import isinf, log
 import numpy as np
 import scipy
 
-from testbed.arrays import Array, Flags, Theta, Vector3
+from testbed.arrays import Array, Theta, Vector3
 from testbed.diagnosis.candidates import evidence_of_power, favoured_over_none, normalized
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import fitted, nominal_fit
@@ -118,12 +118,8 @@ def without_spikes(runs: Runs, fit: Fit) -> tuple[tuple[Telemetry, ...], tuple[i
     ]
     if np.concatenate(outlying).mean() > SETTINGS.most_outliers:
         outlying = [np.zeros_like(each) for each in outlying]
-    cleaned = tuple(_without_samples(run, gone) for run, gone in zip(runs.grid.runs, outlying, strict=True))
+    cleaned = tuple(run.with_gyro_rows(~gone) for run, gone in zip(runs.grid.runs, outlying, strict=True))
     return cleaned, tuple(int(gone.sum()) for gone in outlying)
-
-
-def _without_samples(run: Telemetry, gone: Flags) -> Telemetry:
-    return run.with_gyro_rows(~gone)
 
 
 def pooled_noise(runs: Runs, theta: Theta) -> tuple[float, float] | None:

@@ -88,11 +88,7 @@ def _between(telemetry: Telemetry, first: float, last: float) -> Telemetry:
     own = (telemetry.gyro_time >= first) & (telemetry.gyro_time < last)
     begin = max(int(np.searchsorted(telemetry.actuator_time, 2.0 * first - last)) - 1, 0)
     rows = slice(begin, int(np.searchsorted(telemetry.actuator_time, last)) + 1)
-    return replace(
-        telemetry.with_actuator_rows(rows),
-        gyro_time=telemetry.gyro_time[own],
-        body_rate=telemetry.body_rate[own],
-    )
+    return telemetry.with_actuator_rows(rows).with_gyro_rows(own)
 
 
 class _Bins(NamedTuple):
@@ -228,7 +224,7 @@ def _without_gross_outliers(name: str, telemetry: Telemetry, notices: list[tuple
     if not gone.any():
         return telemetry
     notices.append((name, outliers_notice(int(gone.sum()))))
-    return replace(telemetry, gyro_time=telemetry.gyro_time[~gone], body_rate=telemetry.body_rate[~gone])
+    return telemetry.with_gyro_rows(~gone)
 
 
 def outliers_notice(count: int) -> str:

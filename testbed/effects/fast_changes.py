@@ -13,7 +13,7 @@ from testbed.arrays import Array, Flags
 from testbed.effects.noise_effect import Readings
 from testbed.estimation.differences import correlated_share, squared_differences
 
-_ORDER = 4
+ORDER = 4
 """Of the differences: a motion of 1 Hz at 16 Hz passes by a factor 0.02, white noise by √70."""
 _AGREEING = 2.0
 """Standard deviations by which two estimates of one thing may differ: 95 %. On failure the less precise one counts, so
@@ -21,7 +21,7 @@ that a false alarm costs half of the degrees of freedom and no more.
 
 Source: Hausman, "Specification tests in econometrics", Econometrica (1978).
 """
-FEWEST = _ORDER + 1
+FEWEST = ORDER + 1
 """Samples in a row without which there is no fourth difference."""
 
 
@@ -36,7 +36,7 @@ def variance_ratio(readings: Readings, axes: Flags) -> tuple[float, float]:
     number = sum(power.size for power in powers)
     if not number:
         return 1.0, 0.0
-    return sum(float(power.sum()) for power in powers) / number, number / correlated_share(_ORDER)
+    return sum(float(power.sum()) for power in powers) / number, number / correlated_share(ORDER)
 
 
 def noise_ratio(readings: Readings, axes: Flags) -> tuple[float, float]:
@@ -74,4 +74,4 @@ def fast_power(values: Array) -> Array:
     Args:
         values: shape (N, W), N at least `FEWEST`.
     """
-    return squared_differences(values, _ORDER)
+    return squared_differences(values, ORDER)

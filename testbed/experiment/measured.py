@@ -112,7 +112,7 @@ def _without(telemetry: Telemetry, found: Flags) -> Telemetry:
     gone = np.any(found & ~clipped, axis=1)
     if not gone.any() or gone.mean() > _MOST_OUTLIERS:
         return telemetry
-    return replace(telemetry, gyro_time=telemetry.gyro_time[~gone], body_rate=telemetry.body_rate[~gone])
+    return telemetry.with_gyro_rows(~gone)
 
 
 def _most_efficient(estimation: Estimation) -> Estimate:

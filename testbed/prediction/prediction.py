@@ -70,27 +70,25 @@ def without_gyro_errors(grid: Grid, hooks: Sequence[Hooks], values: Values) -> G
         hooks: the effects in the model.
         values: of its parameters, P = 1.
     """
-    errors = _errors_by(lambda hook: acts_in_gyro(hook) or acts_on_clocks(hook), grid, hooks, values)
+    count, acting = len(grid.runs), any(acts_in_gyro(hook) or acts_on_clocks(hook) for hook in hooks)
+    blocks = _of_parts(grid, values, lambda part, own: _gyro_errors(part, hooks, own)) if acting else []
+    none: list[Vectors3 | None] = [None] * count
+    errors, of_readings = blocks[:count] or none, blocks[count:] or none
     if all(run.gyro_error is error for run, error in zip(grid.runs, errors, strict=True)):
         return grid
-    each = zip(grid.runs, errors, _errors_by(reads_otherwise, grid, hooks, values), strict=True)
+    each = zip(grid.runs, errors, of_readings, strict=True)
     runs = tuple(replace(run, gyro_error=error, reading_error=reading) for run, error, reading in each)
     return replace(grid, runs=runs)
 
 
-def _errors_by(
-    which: Callable[[Hooks], bool], grid: Grid, hooks: Sequence[Hooks], values: Values
-) -> Sequence[Vectors3 | None]:
-    """Return by how much each run's gyro is off by some of the effects in a model, shapes (N, 3); None without any."""
-    counted = list(map(which, hooks))
-    if not any(counted):
-        return [None] * len(grid.runs)
-    some = list(compress(hooks, counted))
-
-    def errors(part: Grid, own: Values) -> list[Array]:
-        return gyro_errors(part, some, list(compress(own.effects, counted)), node_rates(part, hooks, own))
-
-    return _of_parts(grid, values, errors)
+def _gyro_errors(grid: Grid, hooks: Sequence[Hooks], values: Values) -> list[Array]:
+    """Return what each run's gyro is off by, and then the part that effects on its readings make, if there are any."""
+    rates, misreading = node_rates(grid, hooks, values), list(map(reads_otherwise, hooks))
+    errors = gyro_errors(grid, hooks, values.effects, rates)
+    if any(misreading):
+        some = list(compress(hooks, misreading)), list(compress(values.effects, misreading))
+        errors += gyro_errors(grid, *some, rates)
+    return errors
 
 
 def predicted_channels(grid: Grid, hooks: Sequence[Hooks], values: Values) -> list[Array]:
