@@ -245,7 +245,11 @@ def _has_equal_noise(one: Runs, other: Runs) -> bool:
     if one.torque_noise is not other.torque_noise:
         return False
     both = list(zip(one.grid.runs, other.grid.runs, strict=True))
-    errors = all(_is_nearly(run.gyro_error, twin.gyro_error, run.gyro_noise) for run, twin in both)
+    errors = all(
+        _is_nearly(run.gyro_error, twin.gyro_error, run.gyro_noise)
+        and _is_nearly(run.reading_error, twin.reading_error, run.gyro_noise)
+        for run, twin in both
+    )
     estimated = zip(one.estimated_noise, other.estimated_noise, one.grid.runs, strict=False)  # of every run, or of none
     return errors and all(_is_nearly(mine, theirs, run.gyro_noise) for mine, theirs, run in estimated)
 

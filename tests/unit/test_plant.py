@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from support.platforms import ROTOR_MOMENTUM, OnePlatform, initial, plant, restless_torque, shipped
-from testbed.plant.build import build
+from testbed.errors import UnphysicalPlatformError
+from testbed.plant.build import build, shipped_model, specification
 from testbed.plant.properties import PlatformProperties
 
 LIMIT = 0.0052
@@ -88,3 +89,8 @@ def test_the_shipped_step_is_a_million_times_better_than_needed():
         rates.append(flown.body_rate.copy())
     assert np.abs(rates[0] - rates[1]).max() < 1e-6
     print(f"body rate error of the 1.25 ms step: {np.abs(rates[0] - rates[1]).max():.2e} rad/s")
+
+
+def test_an_inertia_that_the_gyros_exceed_is_refused_by_their_name():
+    with pytest.raises(UnphysicalPlatformError, match="when the gyros are taken off has the principal moments"):
+        specification(PlatformProperties(inertia=np.diag([0.001, 0.02, 0.02])), shipped_model())
