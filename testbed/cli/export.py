@@ -20,6 +20,6 @@ def export_platform(folder: Path, mjcf: Path | None, urdf: Path | None, estimato
         if path is not None and path.exists():
             raise InputError(f"{option} {path}: exists; choose another file")
     extended = folder / EXTENDED
-    beside = f"; with the effects that were found it is {extended}/" if extended.is_dir() else ""
+    beside = f"; with whatever the diagnosis found it is {extended}/" if extended.is_dir() else ""
     for path in export(folder, mjcf=mjcf, urdf=urdf, estimator=estimator):
         say(f"{path}: the platform of {folder} with its estimated inertia{beside}")
