@@ -522,41 +522,63 @@ def _force(by, changes, instants, added):
 
 
 def _drive(terms, factors, held_terms, held_factors, start, rates, step, by_momentum, by_node, changes):
-    size, last, width = start.shape[2], changes.shape[1] - 1, by_momentum.shape[3]
-    state, total, slope, numbers = start[0, 0].copy(), start[0, 0].copy(), start[0, 0].copy(), np.empty(size + 4) + 0j
-    held, numbers[0] = np.empty(3) + 0j, 1.0
-    shares, times = (0.0, 0.5, 0.5, 1.0), (1.0, 2.0, 2.0, 1.0)
+    # Sets lie side by side, real and imaginary parts apart: wide instructions then do to many what they do to one.
+    sets, size, last, width = start.shape[1], start.shape[2], changes.shape[1] - 1, by_momentum.shape[3]
+    rate_factors, momentum_factors, numbers = _apart(factors), _apart(held_factors), np.zeros((2, size + 4, sets))
+    slope, total, held = np.empty((2, size, sets)), np.empty((2, size, sets)), np.empty((2, 3, sets))
+    numbers[0, 0], shares, times = 1.0, (0.0, 0.5, 0.5, 1.0), (1.0, 2.0, 2.0, 1.0)
     for run in range(changes.shape[0]):
-        for row in range(changes.shape[2]):
-            state[:], slope[:] = start[run, row], 0.0
-            for index in range(last + 1):
-                total[:] = 0.0
-                for stage in range(4 if index < last else 1):
-                    for own in range(size):
-                        numbers[1 + own] = state[own] + shares[stage] * step[run] * slope[own]
-                    _sum_terms(held_terms, held_factors[row], numbers, held)
-                    if stage == 0:
-                        _add_turned(by_node[run, index], held, changes[run, index, row, width:])
-                    if index < last:
-                        _add_turned(by_momentum[stage, run, index], held, changes[run, index, row, :width])
-                        for axis in range(3):
-                            numbers[1 + size + axis] = rates[stage, run, index, axis]
-                        _sum_terms(terms, factors[row], numbers, slope)
-                        for own in range(size):
-                            total[own] += times[stage] * slope[own]
-                for own in range(size):
-                    state[own] += step[run] / 6.0 * total[own]
+        state, slope[:] = _apart(start[run]), 0.0
+        for index in range(last + 1):
+            total[:] = 0.0
+            for stage in range(4 if index < last else 1):
+                numbers[:, 1 : 1 + size] = state
+                _add_times(shares[stage] * step[run], slope, numbers[:, 1 : 1 + size])
+                _sum_terms(held_terms, momentum_factors, numbers, held)
+                if stage == 0:
+                    _add_turned(by_node[run, index], held[1], changes[run, index, :, width:])
+                if index < last:
+                    _add_turned(by_momentum[stage, run, index], held[1], changes[run, index, :, :width])
+                    for axis in range(3):
+                        numbers[0, 1 + size + axis] = rates[stage, run, index, axis]
+                    _sum_terms(terms, rate_factors, numbers, slope)
+                    _add_times(times[stage], slope, total)
+            _add_times(step[run] / 6.0, total, state)
+
+
+def _apart(rows):
+    """Return real and imaginary parts, the columns of the rows first."""
+    parts = np.empty((2, rows.shape[1], rows.shape[0]))
+    parts[0], parts[1] = rows.T.real, rows.T.imag
+    return parts
+
+
+def _add_times(factor, added, sums):
+    for part in range(sums.shape[0]):
+        for row in range(sums.shape[1]):
+            of, to = added[part, row], sums[part, row]
+            for own in range(of.shape[0]):
+                to[own] += factor * of[own]
 
 
 def _sum_terms(terms, factors, numbers, sums):
     sums[:] = 0.0
     for term in range(terms.shape[0]):
-        sums[terms[term, 0]] += factors[term] * numbers[terms[term, 1]] * numbers[terms[term, 2]]
+        to, first, second = terms[term, 0], terms[term, 1], terms[term, 2]
+        factor, factor_step, whole, part = factors[0, term], factors[1, term], sums[0, to], sums[1, to]
+        x, x_step, y, y_step = numbers[0, first], numbers[1, first], numbers[0, second], numbers[1, second]
+        for own in range(factor.shape[0]):
+            product = x[own] * y[own]
+            whole[own] += factor[own] * product
+            # Products of two complex steps are far below rounding.
+            part[own] += factor_step[own] * product + factor[own] * (x_step[own] * y[own] + x[own] * y_step[own])
 
 
-def _add_turned(by, vector, sums):
+def _add_turned(by, vectors, sums):
     for row in range(by.shape[0]):
-        sums[row] += by[row, 0] * vector[0].imag + by[row, 1] * vector[1].imag + by[row, 2] * vector[2].imag
+        x, y, z = by[row, 0], by[row, 1], by[row, 2]
+        for own in range(vectors.shape[1]):
+            sums[own, row] += x * vectors[0, own] + y * vectors[1, own] + z * vectors[2, own]
 
 
 def _force_by_inertia(by, rates, inertia_step, instants, added):
