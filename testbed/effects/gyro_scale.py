@@ -33,7 +33,7 @@ class GyroScale(Effect):
     )
     sentence = "{component} reads too much or too little of the rate."
     look_alikes = ("inertia", "gyro_misalignment")
-    confirm = "A release with a spin of 0.3 rad/s: at zero total momentum a scale is the same as a different inertia."
+    confirm = "A release with a spin: at zero total momentum a scale is the same as a different inertia."
 
     @override
     def hooks(self, component: str) -> Hooks:

@@ -19,7 +19,7 @@ from testbed.assembly.platform import (
 )
 from testbed.cmg.actuators import Actuators, dexterity
 from testbed.cmg.cluster import cluster_momentum, momentum_jacobian
-from testbed.cmg.singularity import envelope_fraction, sphere_directions
+from testbed.cmg.singularity import envelope_fraction
 from testbed.cmg.wheels import wheel_momentum
 from testbed.dynamics.environment import Orbiting
 from testbed.maneuver.design import GimbalLimits
@@ -30,19 +30,17 @@ from testbed.next_experiment.space import (
     BIAS,
     CONTROL_POINTS,
     FARTHEST,
-    RELEASE_SPIN,
+    SPHERE,
     TURNS,
     flight_duration,
     motion_section,
     path_through,
+    release_spin,
 )
 from testbed.scenario.scenario import Scenario
 
 _CHECKS = 60
 """Instants at which what is not linear in the control points is kept, as many as the designer checks in 5 s."""
-_SPHERE = sphere_directions(100)
-"""Unit vectors on which the momentum envelope is taken, 0.35 rad apart: of 4,000 random angles the envelope's share is
-up to 0.02 less than with 5,000 vectors, for which the share of a design has room."""
 _DIAGONALS = np.array([[1.0, 1.0, 1.0], [1.0, 1.0, -1.0], [1.0, -1.0, 1.0], [-1.0, 1.0, 1.0]]) / np.sqrt(3.0)
 """Of a cube, up to their sign: spins that have all three rates at once, which products of rates need."""
 _WHOLE = 1.0
@@ -88,15 +86,16 @@ class ActuatorSpace:
     def releases(self) -> Iterator[Release]:
         """Yield releases at rest, with a spin and with a momentum bias; where the momentum is kept, spins it allows."""
         still = np.zeros(3)
+        spins = release_spin(self.platform) * np.concatenate([np.eye(3), _DIAGONALS])
         if self.kept_momentum_B is not None:
             yield Release(self.first_rate, self.first)
-            for axis in (*np.eye(3), *_DIAGONALS):
-                rest_B = self.kept_momentum_B - self.platform.inertia @ (RELEASE_SPIN * axis)
-                yield Release(RELEASE_SPIN * axis, brought_to(self.actuators, self.first, rest_B))
+            for spin in spins:
+                rest_B = self.kept_momentum_B - self.platform.inertia @ spin
+                yield Release(spin, brought_to(self.actuators, self.first, rest_B))
             return
         yield Release(still, self.first)
-        for axis in (*np.eye(3), *_DIAGONALS):
-            yield Release(RELEASE_SPIN * axis, self.first)
+        for spin in spins:
+            yield Release(spin, self.first)
         for axis in np.eye(3):
             turns = np.linalg.pinv(self._jacobian) @ axis
             yield Release(still, self.first + self.scale * (BIAS * turns / np.abs(turns).max()))
@@ -178,7 +177,7 @@ class ActuatorSpace:
         """Return the share of the gyros' envelope; wheels have a limit each."""
         if not self.actuators.units:
             return held[..., :0]
-        return envelope_fraction(self.platform.cluster, held, _SPHERE) / self.limits.envelope_fraction
+        return envelope_fraction(self.platform.cluster, held, SPHERE) / self.limits.envelope_fraction
 
     def _turning(self, release: Release, momentum: Array) -> tuple[Array, Array]:
         """Return the total momentum, N·m·s, and the fastest body rate that there can be, rad/s, both of shape (F,).

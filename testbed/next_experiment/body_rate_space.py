@@ -28,11 +28,11 @@ from testbed.next_experiment.space import (
     BIAS,
     CONTROL_POINTS,
     FARTHEST,
-    RELEASE_SPIN,
     TURNS,
     flight_duration,
     motion_section,
     path_through,
+    release_spin,
 )
 from testbed.rotation.quaternion import exponential, matrix_of
 from testbed.scenario.maneuver import BodyRateDesign
@@ -94,7 +94,7 @@ class BodyRateSpace:
     def releases(self) -> Iterator[Release]:
         """Yield releases at rest, with a spin about the vertical, and with momentum in the actuators."""
         yield Release(np.zeros(3), self.first)
-        yield Release(np.array([0.0, 0.0, RELEASE_SPIN]), self.first)
+        yield Release(np.array([0.0, 0.0, release_spin(self.platform)]), self.first)
         units = self.actuators.units
         scale = self.actuators.move_scale
         _, jacobian = momentum_and_jacobian(self.actuators, self.first[:units], self.first[units:])

@@ -33,7 +33,7 @@ from testbed.next_experiment.result import next_of
 from testbed.next_experiment.sampling import sampled_flights
 from testbed.next_experiment.scenario import write_next
 from testbed.next_experiment.search import chosen_flight
-from testbed.next_experiment.space import BIAS, RELEASE_SPIN
+from testbed.next_experiment.space import BIAS, RELEASE_SPIN, SPHERE, release_spin
 from testbed.prediction.integration import Values
 from testbed.report.diagnosis.next import distance_words, flight_words, next_section, pair_words
 from testbed.scenario.reader import read_scenario
@@ -200,6 +200,16 @@ def test_flights_of_six_gyros_are_those_that_were_proposed_before_there_were_any
     assert len(flights) == 88
     assert scale_judge.distances(flights).sum() == pytest.approx(217.1845605115487, rel=1e-9)
     assert chosen_flight(scale_judge).distances[0] == pytest.approx(12.546060451051574, rel=1e-6)
+
+
+def test_a_satellite_that_its_actuators_turn_slowly_is_released_with_a_slow_spin(space):
+    heavy = replace(space.platform, inertia=1000.0 * space.platform.inertia)
+    spins = np.linalg.norm([each.body_rate for each in replace(space, platform=heavy).releases()], axis=1)
+    slow = release_spin(heavy)
+    assert spins[spins > 0.0] == pytest.approx(slow)
+    shares = heavy.envelope_share(slow * heavy.inertia, SPHERE)
+    assert shares.min() == pytest.approx(2.0 / 3.0)
+    assert release_spin(space.platform) == RELEASE_SPIN  # of the nominal platform it is as fast as is useful
 
 
 def test_refining_raises_the_smallest_margin_within_the_limits(scale_judge, flights):
