@@ -24,7 +24,8 @@ from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.screening import most_telling
-from testbed.diagnosis.signatures import hypotheses, signatures
+from testbed.diagnosis.signatures import signatures
+from testbed.diagnosis.testable import hypotheses
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError

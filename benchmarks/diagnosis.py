@@ -28,7 +28,7 @@ from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.reading import DataSet, data_set_of
 from testbed.diagnosis.screening import screened
-from testbed.diagnosis.signatures import hypotheses
+from testbed.diagnosis.testable import hypotheses
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.records.reading import read_data_set

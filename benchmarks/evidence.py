@@ -43,7 +43,7 @@ from testbed.diagnosis.model import Fit, orthonormal, projected_out
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.screening import screened
 from testbed.diagnosis.settings import SETTINGS
-from testbed.diagnosis.signatures import hypotheses
+from testbed.diagnosis.testable import hypotheses
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.library.records import read_records

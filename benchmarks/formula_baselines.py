@@ -26,9 +26,10 @@ from benchmarks.environments import environment
 from benchmarks.formula_sets import Said, patterns_of, placed_formulas
 from testbed.arrays import Array
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.formulas import Along
-from testbed.diagnosis.latent import LatentTorque, latent_torque, shape_knots
+from testbed.diagnosis.formula_responses import Along
+from testbed.diagnosis.latent import LatentTorque, latent_torque
 from testbed.diagnosis.model import Fit, orthonormal, projected_out
+from testbed.diagnosis.torque_shapes import shape_knots
 from testbed.diagnosis.torque_space import torque_responses
 from testbed.dynamics.inertia import inertia_of
 from testbed.formulas.grammar import classes

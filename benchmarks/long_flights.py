@@ -19,9 +19,10 @@ from benchmarks.paired import processor_seconds
 from testbed.assembly.platform import nominal_platform, true_platform
 from testbed.diagnosis.detectable import INERTIA
 from testbed.diagnosis.fitting import fitted
-from testbed.diagnosis.latent import on_all_runs, torque_shapes
+from testbed.diagnosis.latent import on_all_runs
 from testbed.diagnosis.misfit import misfit_of
 from testbed.diagnosis.reading import data_set_of
+from testbed.diagnosis.torque_shapes import torque_shapes
 from testbed.dynamics.inertia import theta_of
 from testbed.experiment.flying import fly_maneuver
 from testbed.experiment.planning import plan_maneuver

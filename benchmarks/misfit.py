@@ -24,8 +24,8 @@ from testbed.diagnosis.misfit import Misfit, explained
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.screening import screened
 from testbed.diagnosis.search import gap_of
-from testbed.diagnosis.signatures import hypotheses
 from testbed.diagnosis.state import Gap
+from testbed.diagnosis.testable import hypotheses
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.records.reading import read_data_set

@@ -19,7 +19,8 @@ from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.reference import Reference
 from testbed.diagnosis.run_agreement import determined_inverse
 from testbed.diagnosis.settings import SETTINGS
-from testbed.diagnosis.signatures import hypotheses, signatures, without
+from testbed.diagnosis.signatures import signatures
+from testbed.diagnosis.testable import hypotheses, without
 from testbed.effects.contract import Effect
 from testbed.errors import InputError
 

@@ -11,8 +11,9 @@ from testbed.arrays import Array
 from testbed.diagnosis.candidates import Screening
 from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.settings import SETTINGS
-from testbed.diagnosis.signatures import Signature, confounding, distinguishability, smallest_detectable
+from testbed.diagnosis.signatures import Signature, distinguishability, smallest_detectable
 from testbed.diagnosis.state import Diagnosis
+from testbed.diagnosis.testable import confounding
 from testbed.effects.contract import Quantity
 from testbed.effects.formula import ID as FORMULA
 

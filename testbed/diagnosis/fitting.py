@@ -9,7 +9,8 @@ import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from testbed.arrays import Array, Flags, Theta
-from testbed.diagnosis.data import Belief, Runs
+from testbed.diagnosis.belief import Belief
+from testbed.diagnosis.data import Runs
 from testbed.diagnosis.keeping import Content, array_from_content, array_to_content, part
 from testbed.diagnosis.model import MANY, UNDETERMINED, Fit, Hypothesis, bounds_of, evaluated, moved, recurring
 from testbed.diagnosis.settings import SETTINGS

@@ -18,15 +18,16 @@ from testbed.diagnosis.candidates import Candidate, Screening, accepted
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import fitted, fitted_initial_rates, in_torque_noise, refit, starts_of
 from testbed.diagnosis.formulas import may_follow_formulas, with_formulas
-from testbed.diagnosis.latent import evidence_of_any, goodness, latent_torque, on_all_runs, torque_shapes
+from testbed.diagnosis.latent import goodness, latent_torque, on_all_runs
 from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.noise import Residuals, deviance, noise_level, noise_tests, readings_of, with_noise_model
 from testbed.diagnosis.own_effects import require_kept
 from testbed.diagnosis.search import Search, gap_of, log_odds_of_all, log_odds_of_class, with_effect, with_model
 from testbed.diagnosis.settings import SETTINGS
-from testbed.diagnosis.signatures import hypotheses, without
 from testbed.diagnosis.state import Diagnosis
 from testbed.diagnosis.tachometers import distinct_from_tachometers, shown_beside_tachometers
+from testbed.diagnosis.testable import hypotheses, without
+from testbed.diagnosis.torque_shapes import evidence_of_any, torque_shapes
 from testbed.diagnosis.trims import log_odds_of_own_trims, may_share_a_trim, with_one_trim
 from testbed.effects.contract import Effect
 from testbed.effects.noise_effect import NoiseEffect

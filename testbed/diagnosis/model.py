@@ -15,7 +15,8 @@ from scipy.linalg import qr
 from scipy.sparse import csr_array
 
 from testbed.arrays import Array, Flags, Theta
-from testbed.diagnosis.data import Belief, Runs
+from testbed.diagnosis.belief import Belief
+from testbed.diagnosis.data import Runs
 from testbed.dynamics.inertia import slopes_of_log_ratio
 from testbed.effects.contract import TYPICAL_INERTIA, Effect
 from testbed.prediction.hooks import Hooks

@@ -20,7 +20,7 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import fitted, nominal_fit
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.settings import SETTINGS
-from testbed.diagnosis.signatures import components_on
+from testbed.diagnosis.testable import components_on
 from testbed.dynamics.inertia import inertia_of
 from testbed.effects.fast_changes import variance_ratio
 from testbed.effects.gyro_saturation import flat_tops

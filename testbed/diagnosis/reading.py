@@ -12,8 +12,9 @@ import numpy as np
 from testbed.arrays import Matrix3, Theta
 from testbed.assembly.platform import Body
 from testbed.diagnosis.actuator_telemetry import where_known, with_telemetry_noise
+from testbed.diagnosis.belief import Belief
 from testbed.diagnosis.channels import too_exact_torques
-from testbed.diagnosis.data import Belief, Runs, runs_of
+from testbed.diagnosis.data import Runs, runs_of
 from testbed.diagnosis.fitting import fitted, nominal_fit
 from testbed.diagnosis.gate import Gate, require_motion, require_si, require_this_platform
 from testbed.diagnosis.measurement_notices import notices_of

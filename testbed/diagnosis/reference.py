@@ -8,14 +8,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from testbed.arrays import Array, Covariance, Indices, Theta, Vector3
-from testbed.diagnosis.data import Belief, Runs, Shown
+from testbed.diagnosis.belief import Belief, Shown
+from testbed.diagnosis.data import Runs
 from testbed.diagnosis.detectable import first_screening
 from testbed.diagnosis.fitting import fitted, fitted_initial_rates
 from testbed.diagnosis.model import Fit, Hypothesis, evaluated, orthonormal
 from testbed.diagnosis.run_agreement import Seen, determined_inverse, rows_of_runs, seen_by_record
 from testbed.diagnosis.settings import SETTINGS
-from testbed.diagnosis.signatures import Signature, answers_motion, signatures, without
+from testbed.diagnosis.signatures import Signature, signatures
 from testbed.diagnosis.state import Diagnosis
+from testbed.diagnosis.testable import answers_motion, without
 from testbed.diagnosis.trims import with_own_trims
 from testbed.dynamics.inertia import slopes_of_log_ratio
 from testbed.errors import InputError

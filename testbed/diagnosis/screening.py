@@ -9,8 +9,9 @@ from math import exp, inf, log
 import numpy as np
 
 from testbed.arrays import Array
+from testbed.diagnosis.belief import Shown
 from testbed.diagnosis.candidates import Candidate, Screening, SizePrior, log_p_value, mean_over_scan
-from testbed.diagnosis.data import Runs, Shown
+from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import all_corrected, fitted, in_torque_noise, refit
 from testbed.diagnosis.misfit import log_evidence
 from testbed.diagnosis.model import Fit, Hypothesis

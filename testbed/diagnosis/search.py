@@ -24,8 +24,8 @@ from testbed.diagnosis.screening import (
     shows_the_loop,
 )
 from testbed.diagnosis.settings import SETTINGS
-from testbed.diagnosis.signatures import without
 from testbed.diagnosis.state import Diagnosis, Gap, Step
+from testbed.diagnosis.testable import without
 from testbed.errors import InputError
 
 

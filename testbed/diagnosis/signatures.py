@@ -1,8 +1,8 @@
-"""Hypotheses, an effect at a component each, and their signatures: first-order changes of the measurements."""
+"""Signatures of hypotheses: first-order changes of the measurements."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import sqrt
@@ -15,28 +15,12 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import NEGLIGIBLE, Fit, Hypothesis, orthonormal, projected_out
 from testbed.diagnosis.settings import SETTINGS
 from testbed.effects.checking import blamed_on_own
-from testbed.effects.contract import (
-    AXES,
-    CLUSTER,
-    SHOWING_UNITS,
-    TYPICAL_INERTIA,
-    WHEELS,
-    Channel,
-    Effect,
-    NamedEffect,
-    components_in,
-)
-from testbed.prediction.environment import environment_kind
-from testbed.prediction.grid import thruster_count, unit_count, wheel_count
-from testbed.prediction.hooks import Instant, overrides
-from testbed.prediction.motor_torques import has_torques
 from testbed.prediction.prediction import (
     common_size,
     derivatives_at,
     predicted_channels,
     predicted_with_derivatives,
 )
-from testbed.prediction.wheel_response import compared_wheels
 
 _UNSEEN = 1e-3
 """Sigma: a parameter whose typical size does less than this, such as the frequency of a speck of mass, is left out.
@@ -278,178 +262,3 @@ def _bounded(columns: Array, present: Array, lower: Array, upper: Array, scale: 
         bounds = (lower[used] * scale[used], upper[used] * scale[used])
         step[used] = scipy.optimize.lsq_linear(columns[:, used] / scale[used], present, bounds).x / scale[used]
     return step
-
-
-@dataclass(frozen=True, kw_only=True)
-class Untestable:
-    """An effect that these data cannot show.
-
-    Attributes:
-        effect: its id.
-        needs: the channel that is missing, or the size that would have been seen.
-        component: where that is so; None of an effect that cannot be tested for anywhere.
-        look_alikes: ids of effects that are confounded with it.
-        keeps_share: whether it may be there all the same, so that what looks like it is as little certain as it is; not
-            where the channels that are there would show it.
-    """
-
-    effect: str
-    needs: str
-    component: str | None = None
-    look_alikes: tuple[str, ...] = ()
-    keeps_share: bool = False
-
-    @property
-    def key(self) -> str:
-        """Unique name among hypotheses, e.g. `actuator_lag:untested`."""
-        return f"{self.effect}:untested"
-
-    def looks_like(self, other: NamedEffect) -> bool:
-        """Return whether another effect is confounded with it, by what either says."""
-        return other.id in self.look_alikes or self.effect in other.look_alikes
-
-
-def hypotheses(
-    runs: Runs, effects: Mapping[str, Effect], moment: float = TYPICAL_INERTIA
-) -> tuple[list[Hypothesis], list[Untestable]]:
-    """Return what can be tested with the channels that the runs carry, and what cannot.
-
-    Args:
-        runs: to be explained.
-        effects: by id; those of another environment are neither.
-        moment: mean moment of inertia of the platform, kg·m².
-    """
-    present, environments = channels_of(runs), {"", environment_kind(runs.grid)}
-    testable, not_testable = [], []
-    in_loop = runs.known_in_part and runs.belief is not None and bool(runs.belief.others)
-    for effect in effects.values():
-        if runs.belief is not None and effect.id == "inertia":
-            continue  # as an effect it would be one of no body
-        if effect.environment not in environments:
-            continue
-        if in_loop and answers_motion(effect):
-            not_testable.append(Untestable(effect=effect.id, needs=_NO_FEEDBACK))
-            continue
-        missing = [need for need in effect.needs if need not in present]
-        if missing:
-            not_testable.append(
-                Untestable(
-                    effect=effect.id,
-                    needs=" and ".join(missing),
-                    look_alikes=effect.look_alikes,
-                    keeps_share=_may_be_there(effect, present),
-                )
-            )
-        else:
-            unseen = _wheels_not_compared(runs) if _OF_MOTORS.intersection(effect.needs) else []
-            for component in components_on(runs, effect):
-                if component in unseen:
-                    not_testable.append(Untestable(effect=effect.id, component=component, needs=_IMPULSES))
-                else:
-                    testable.append(Hypothesis(effect=effect, component=component, moment=moment))
-    return testable, not_testable
-
-
-def _may_be_there(effect: Effect, present: Collection[Channel]) -> bool:
-    """Return whether an effect that cannot be tested for may act all the same.
-
-    Not where a channel shows what it does, nor in units of a kind that the platform lacks: telemetry has those of
-    another alone.
-    """
-    of_units = set(SHOWING_UNITS).intersection(present)
-    lacks_units = bool(of_units) and not set(SHOWING_UNITS).intersection(effect.needs) <= of_units
-    return not lacks_units and set(effect.measured_by).isdisjoint(present)
-
-
-_OF_MOTORS: frozenset[Channel] = frozenset({"wheel_torque", "wheel_torque_command"})
-"""Channels that show what a wheel's motor gives, if its impulses are compared."""
-INNER_CHANNELS: frozenset[Channel] = _OF_MOTORS | {"gimbal_rate_command", "gimbal_torque"}
-"""Channels of what units do inside, which are compared beside the gyro's samples; `data.joined` leaves them out."""
-_IMPULSES = "that wheel turning one way, below its limits"
-"""What is missing of one wheel that stands still or always is where impulses are not compared, others turning."""
-
-
-def _wheels_not_compared(runs: Runs) -> list[str]:
-    """Return the wheels whose motors' impulses are not compared."""
-    compared = compared_wheels(runs.grid)
-    return [WHEELS[wheel] for wheel in range(wheel_count(runs.grid)) if wheel not in compared]
-
-
-_NO_FEEDBACK = "commands that no controller makes of the body rate"
-"""What is missing where a controller answers to draughts: a torque that the motion makes is the inverse of what the
-controller makes of the motion, and is found in healthy flights as well (docs/explanation/real-flight.md)."""
-
-
-def answers_motion(effect: Effect) -> bool:
-    """Return whether an effect is a torque on the platform that its motion makes, as a drag or a loose mass does."""
-    hook = effect.hooks(effect.components[0])
-    if hook.states or not overrides(hook, "torque"):
-        return hook.states > 0
-    typical = np.array([[parameter.typical for parameter in effect.parameters]])
-    at_rest, turning = (
-        hook.torque(
-            typical,
-            Instant(
-                time=np.zeros((1, 1)), body_rate=np.full((1, 1, 3), rate), attitude=np.eye(3), state=np.zeros((1, 1, 0))
-            ),
-        )
-        for rate in (0.0, 1.0)
-    )
-    return not np.array_equal(at_rest, turning)
-
-
-def components_on(runs: Runs, effect: NamedEffect) -> list[str]:
-    """Return where an effect can sit: on the units that there are, and on axes about which some run turns."""
-    dead = [axis for axis, live in zip(AXES, np.any(runs.live, axis=0).tolist(), strict=True) if not live]
-    return [
-        component
-        for component in components_in(effect, unit_count(runs.grid), wheel_count(runs.grid), thruster_count(runs.grid))
-        if component not in dead
-    ]
-
-
-def channels_of(runs: Runs) -> set[Channel]:
-    """Return the channels that the runs carry."""
-    run = runs.grid.runs[0]
-    present: set[Channel] = set()
-    if run.gimbals is not None:
-        present.add("gimbal_angle")
-        if run.gimbals.rotor_momentum is not None:
-            present.add("rotor_speed")
-    if run.applied_torque is not None:
-        present.add("applied_torque")
-    if runs.grid.thrust is not None:
-        present.add("thrust")
-    if has_torques(runs.grid):
-        present.add("gimbal_torque")
-    if runs.grid.follows_commands:
-        present.add("gimbal_rate_command")
-    if run.wheels is not None:
-        present.add("wheel_speed")
-    if runs.grid.wheel_noise is not None:
-        present.add("wheel_torque")
-        if runs.grid.wheel_noise.commanded:
-            present.add("wheel_torque_command")
-    if run.gimbals is None and run.wheels is None and run.cluster_momentum is not None:
-        present.add("cluster_momentum")
-    if run.applied_torque is not None or "cluster_momentum" in present:
-        present.add("applied_torque_or_cluster_momentum")
-    if present or run.cluster_momentum is not None:
-        present.add("any_actuator")
-    return present
-
-
-def without(candidates: Iterable[Hypothesis], chosen: Iterable[Hypothesis]) -> list[Hypothesis]:
-    """Return the hypotheses that are not in the model yet, nor confounded by what is."""
-    present = tuple(chosen)
-    taken = {each.key for each in present}
-    return [each for each in candidates if each.key not in taken and confounding(each, present) is None]
-
-
-def confounding(candidate: Hypothesis, present: Iterable[Hypothesis]) -> Hypothesis | None:
-    """Return the effect in the model that confounds a hypothesis; None where there is none."""
-    return next((each for each in present if _confounds(each, candidate)), None)
-
-
-def _confounds(present: Hypothesis, candidate: Hypothesis) -> bool:
-    return candidate.effect.id in present.effect.confounds and candidate.component in (present.component, CLUSTER)

@@ -12,12 +12,13 @@ import numpy as np
 from testbed.arrays import Theta
 from testbed.diagnosis.candidates import UNKNOWN, Candidate, Screening, accepted, by_class, probabilities_of
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.latent import LatentTorque, TorqueShape, most_probable
+from testbed.diagnosis.latent import LatentTorque
 from testbed.diagnosis.misfit import Misfit
 from testbed.diagnosis.model import AtComponent, Fit, Hypothesis
 from testbed.diagnosis.noise import NoiseHypothesis, NoiseLevel
 from testbed.diagnosis.settings import SETTINGS
-from testbed.diagnosis.signatures import Untestable
+from testbed.diagnosis.testable import Untestable
+from testbed.diagnosis.torque_shapes import TorqueShape, most_probable
 
 Verdict = Literal["none", "named", "ambiguous", "unexplained"]
 

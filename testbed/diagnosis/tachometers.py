@@ -14,7 +14,7 @@ import numpy as np
 from testbed.arrays import Array, Theta
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit
-from testbed.diagnosis.signatures import Untestable
+from testbed.diagnosis.testable import Untestable
 from testbed.effects.contract import Effect
 from testbed.effects.noise_effect import NoiseEffect
 from testbed.estimation.telemetry import Telemetry

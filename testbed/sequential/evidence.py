@@ -15,7 +15,8 @@ from testbed.diagnosis.candidates import NONE, SizePrior
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.model import Fit, Hypothesis, orthonormal, projected_out
-from testbed.diagnosis.signatures import Signature, hypotheses, signatures
+from testbed.diagnosis.signatures import Signature, signatures
+from testbed.diagnosis.testable import hypotheses
 from testbed.effects.contract import Effect
 from testbed.sequential.e_value import log_e_value
 

@@ -10,7 +10,7 @@ from math import isfinite, log
 import numpy as np
 
 from testbed.arrays import Flags, Theta
-from testbed.diagnosis.signatures import INNER_CHANNELS
+from testbed.diagnosis.testable import INNER_CHANNELS
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.contract import components_flown
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS

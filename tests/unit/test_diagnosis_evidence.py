@@ -12,18 +12,11 @@ from scipy.stats import chi2
 from support.diagnosed_records import nominal, records
 from support.unlisted_torques import Growing, Humming, Pulsing
 from testbed.diagnosis.fitting import fitted
-from testbed.diagnosis.latent import (
-    TorqueShape,
-    _normals,
-    _Tried,
-    evidence_of_any,
-    goodness,
-    on_all_runs,
-    torque_shapes,
-)
+from testbed.diagnosis.latent import goodness, on_all_runs
 from testbed.diagnosis.misfit import log_evidence
 from testbed.diagnosis.model import Hypothesis, orthonormal, projected_out
 from testbed.diagnosis.reading import data_set_of
+from testbed.diagnosis.torque_shapes import TorqueShape, _normals, _Tried, evidence_of_any, torque_shapes
 from testbed.diagnosis.torque_space import torque_responses, torque_space
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS

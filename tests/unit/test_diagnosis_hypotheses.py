@@ -15,7 +15,7 @@ from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.result import unconfounded_needs
-from testbed.diagnosis.signatures import hypotheses, without
+from testbed.diagnosis.testable import hypotheses, without
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.contract import CLUSTER, components_in
 from testbed.effects.registry import EFFECTS

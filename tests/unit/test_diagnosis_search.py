@@ -14,7 +14,7 @@ from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.screening import refitted
 from testbed.diagnosis.search import Search, odds_together, with_candidate, with_effect
-from testbed.diagnosis.signatures import hypotheses
+from testbed.diagnosis.testable import hypotheses
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError

@@ -15,7 +15,7 @@ from testbed.diagnosis.gate import Gate, require_explicable
 from testbed.diagnosis.keeping import hash_of
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.signatures import hypotheses
+from testbed.diagnosis.testable import hypotheses
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError

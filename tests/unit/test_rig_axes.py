@@ -17,7 +17,7 @@ from testbed.assembly.platform import nominal_body
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.signatures import hypotheses
+from testbed.diagnosis.testable import hypotheses
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.errors import InputError

@@ -16,9 +16,9 @@ from testbed.diagnosis.findings import additions
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.settings import SETTINGS
-from testbed.diagnosis.signatures import hypotheses
 from testbed.diagnosis.state import Diagnosis
 from testbed.diagnosis.tachometers import shown_beside_tachometers
+from testbed.diagnosis.testable import hypotheses
 from testbed.dynamics.inertia import theta_of
 from testbed.effects import registered
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS

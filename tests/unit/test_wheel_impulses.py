@@ -13,7 +13,7 @@ from testbed.diagnosis.data import Runs, runs_of
 from testbed.diagnosis.location import located
 from testbed.diagnosis.method import baseline
 from testbed.diagnosis.run_residuals import residuals_of
-from testbed.diagnosis.signatures import hypotheses
+from testbed.diagnosis.testable import hypotheses
 from testbed.effects.registry import EFFECTS
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.command_phase import command_phase, with_command_phase
