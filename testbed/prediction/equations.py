@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.arrays import Array, Flags, Series
+from testbed.dynamics.inertia import symmetric_inverse
 from testbed.estimation.surroundings import Surroundings
 from testbed.prediction import kernels
 from testbed.prediction.algebra import applied
@@ -420,9 +421,9 @@ def _instant(known: Known, time: Array, body_rate: Array, attitude: Array, own_s
 def _inverted(known: Known) -> Array:
     """Return J(d) - Ĵ itself, of a platform on a bearing the block of its free axes."""
     if known.bearing is None:
-        return np.asarray(np.linalg.inv(known.inverse), dtype=np.float64)
+        return symmetric_inverse(known.inverse)
     held = np.eye(3) * ~known.bearing.live[..., None]
-    return np.asarray(np.linalg.inv(known.inverse + held) - held, dtype=np.float64)
+    return symmetric_inverse(known.inverse + held) - held
 
 
 def _half_steps(steps: slice, later: int) -> slice:

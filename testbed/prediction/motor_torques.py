@@ -18,6 +18,7 @@ from testbed.prediction.compared import compared
 from testbed.prediction.grid import Gimbals, Grid, at_nodes
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import effective_gimbals
+from testbed.prediction.smooth import Smooth, node_slopes
 from testbed.prediction.smoothed import body_motion, direction_of, gimbal_motion
 from testbed.prediction.unit_axes import along_units, rate_across
 
@@ -52,7 +53,8 @@ def motor_torques(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], 
     torques = []
     for index, run in enumerate(grid.gimbal_runs):
         at, time = _torque_time(run), grid.node_time[index]
-        torque = CubicSpline(time, _frictionless(run, time, gimbals, rates[index], index), axis=1)(at - latency)
+        needed = _frictionless(run, time, gimbals, rates[index], index)
+        torque = Smooth(time, needed).between(np.broadcast_to(at - latency, (len(needed), len(at))))
         torque = torque - latency * tachometer_gain(run.gimbals) * gimbal_motion(run)(at, 2)
         gimbal_rate = gimbal_motion(run)(at, 1)[None]
         for hook, value in zip(hooks, effects, strict=True):
@@ -137,14 +139,10 @@ def _frictionless(run: GimbalRun, time: Array, gimbals: Gimbals, body_rate: Arra
     cluster = gimbals.cluster
     gimbal_B = np.swapaxes(gimbals.gimbal_axis_B, -1, -2)
     spinning, turned = along_units(gimbals, body_rate, index)
-    acceleration = gimbal_motion(run)(time, 2) + _slopes(time, body_rate) @ gimbal_B
+    acceleration = gimbal_motion(run)(time, 2) + node_slopes(body_rate, time[1] - time[0]) @ gimbal_B
     own = cluster.rotor_transverse_inertia - cluster.rotor_spin_inertia
     load = (at_nodes(gimbals.rotor_momentum, index) - own * spinning) * turned
     return np.asarray(cluster.gimbal_axis_inertia * acceleration - load)
-
-
-def _slopes(time: Array, values: Array) -> Array:
-    return np.asarray(CubicSpline(time, values, axis=-2)(time, 1))
 
 
 def _with_torques(runs: Iterable[GimbalRun]) -> Iterator[tuple[GimbalRun, UnitSeries]]:

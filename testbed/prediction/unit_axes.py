@@ -19,7 +19,8 @@ def rate_across(gimbal_axis_B: Array, spin_axis_B: Array, angle: Array, body_rat
     """
     along = body_rate @ np.swapaxes(spin_axis_B, -1, -2)
     across = body_rate @ np.swapaxes(np.cross(gimbal_axis_B, spin_axis_B), -1, -2)
-    return np.cos(angle) * along + np.sin(angle) * across, np.cos(angle) * across - np.sin(angle) * along
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return cosine * along + sine * across, cosine * across - sine * along
 
 
 def along_units(gimbals: Gimbals, body_rate: Array, run: int) -> tuple[Array, Array]:
