@@ -30,7 +30,8 @@ def without_changed(
 ) -> tuple[Reference, tuple[Hypothesis, ...]]:
     """Return a reference without the effects that runs do not have as it does, and these.
 
-    Those alone whose change explains more than any other effect would: what is new pulls at all that is believed.
+    Those alone whose change explains more than any other effect would, or as much: what is new pulls at all that is
+    believed, and what looks like the change competes with it once its whole size is tested.
 
     Args:
         reference: of healthy records.
@@ -59,7 +60,8 @@ def _most_changed(reference: Reference, runs: Runs, effects: Mapping[str, Effect
         return None
     testable, _ = hypotheses(runs, effects, runs.mean_moment(theta))
     others = signatures(runs, fit, without(testable, reference.given))
-    return worst if gained[worst] >= max((each.score for each in others), default=0.0) else None
+    most = max((each.score for each in others), default=0.0)
+    return worst if gained[worst] > most - SETTINGS.indistinguishable else None
 
 
 def _freed(fit: Fit, reference: Reference, placed: Hypothesis) -> float:

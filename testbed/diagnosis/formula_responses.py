@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from itertools import pairwise
+from itertools import islice, pairwise
 from math import log
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ from scipy.interpolate import make_interp_spline
 from testbed.arrays import Array
 from testbed.diagnosis.candidates import evidences
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.latent import on_enough_runs
+from testbed.diagnosis.latent import fastest_oscillation, gyro_rate_of, on_enough_runs
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.torque_shapes import AT_ONCE, shape_knots
@@ -34,6 +35,12 @@ from testbed.prediction.formula_hooks import applied_torque, laid_end_to_end
 from testbed.prediction.integration import node_rates
 from testbed.rotation.kinematics import integrate_attitude
 from testbed.rotation.quaternion import matrix_of
+
+_NARROWEST = 0.5
+"""Standard deviation, in the knots' distance, from which on a pulse shows at knots: below, it may lie between two.
+
+Source: formula: between two knots one of half their distance is 0.6 of its height at both; 5 Hz samples and faster ones
+show all widths of `SCANNED`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,20 +74,22 @@ def formula_evidences(
     for pattern in (each for of_class in every.values() for each in of_class):
         alike.setdefault(pattern.laws, []).append(pattern)
     # Patterns by their number of amplitudes, whose evidence is worked out together.
-    by_size: dict[int, list[tuple[Pattern, _Valued, Array, Array, Array]]] = {}
-    for valued, columns in _columns(list(_valued(along, list(alike))), along, space, knots):
+    by_size: dict[int, list[tuple[Pattern, _Start, Array, Array, Array]]] = {}
+    constants = _Constants.of(runs, along, knots)
+    for valued, columns in _columns(_valued(along, list(alike), constants), along, space, knots):
         normals = {frame: normal(own) for frame, own in columns.items()}
         for pattern in alike[valued.laws]:
             axes = _directions(len(valued.values), pattern.placement)
             information, slope = normals[pattern.frame]
-            sizes = np.repeat(typical / valued.power, len(pattern.axes))
-            tried = (pattern, valued, sizes, axes @ information @ axes.T, axes @ slope)
+            start = _Start(valued.start, valued.power)  # without its values at all nodes, which would fill a memory
+            sizes = np.repeat(typical / start.power, len(pattern.axes))
+            tried = (pattern, start, sizes, axes @ information @ axes.T, axes @ slope)
             by_size.setdefault(len(sizes), []).append(tried)
-    found: dict[Pattern, list[tuple[float, _Valued]]] = {}
+    found: dict[Pattern, list[tuple[float, _Start]]] = {}
     for some in by_size.values():
         of, at, *numbers = zip(*some, strict=True)
-        for pattern, valued, each in zip(of, at, evidences(*map(np.array, numbers)).tolist(), strict=True):
-            found.setdefault(pattern, []).append((each, valued))
+        for pattern, start, each in zip(of, at, evidences(*map(np.array, numbers)).tolist(), strict=True):
+            found.setdefault(pattern, []).append((each, start))
     for pattern, starts in found.items():
         evidence = np.array([each for each, _ in starts])
         best = starts[int(evidence.argmax())][1]
@@ -88,7 +97,7 @@ def formula_evidences(
         yield FormulaEvidence(
             pattern=pattern,
             evidence=mean + 2.0 * log(share[pattern]),
-            start=best.start,
+            start=best.constants,
             starts=len(starts),
             power=best.power,
         )
@@ -98,6 +107,43 @@ def formula_evidences(
 def _directions(laws: int, placement: Placement) -> Array:
     """Return what amplitudes of some laws are along the three axes of each, shape (D, 3 * laws)."""
     return np.asarray(np.kron(np.eye(laws), axes_of(placement)))
+
+
+class _Start(NamedTuple):
+    """Where a formula's constants start, shape (constants,), and the power of its laws there, shape (laws,)."""
+
+    constants: Array
+    power: Array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Constants:
+    """Constants of laws that depend on time alone, as far as samples show them.
+
+    Attributes:
+        frequencies: of oscillations, as those of torque shapes with a frequency, Hz.
+        pulses: instants and widths of pulses in single runs, the instants as far apart as a pulse is wide, s.
+    """
+
+    frequencies: Array
+    pulses: tuple[tuple[float, float], ...]
+
+    @staticmethod
+    def of(runs: Runs, along: Along, knots: int) -> _Constants:
+        """Return those of runs whose torques are linear between so many knots."""
+        longest = float(along.time.max())
+        slowest, fastest = SETTINGS.resolved_periods / longest, fastest_oscillation(gyro_rate_of(runs))
+        narrowest = _NARROWEST * longest / (knots - 1)
+        return _Constants(
+            frequencies=np.arange(slowest, fastest, SETTINGS.frequency_resolution / longest),
+            pulses=tuple(
+                (float(instant), width)
+                for width in SCANNED["width"]
+                for elapsed in along.moment.elapsed
+                for instant in np.arange(elapsed[0], elapsed[-1], width)
+                if width > narrowest
+            ),
+        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -121,17 +167,17 @@ class _Valued:
         return np.asarray(np.sqrt(np.maximum(mean, np.finfo(float).tiny)))
 
 
-def _valued(along: Along, every: Sequence[tuple[Law, ...]]) -> Iterator[_Valued]:
+def _valued(along: Along, every: Sequence[tuple[Law, ...]], scanned: _Constants) -> Iterator[_Valued]:
     """Yield laws at each of their start values; those with the same memory are integrated together."""
     for laws in every:
         if not laws[0].names:
             yield _Valued(laws=laws, start=np.zeros(0), values=along.products(laws, {}))
         elif laws[0].names == ("f",):
-            for frequency in _frequencies(along):
+            for frequency in scanned.frequencies:
                 values = along.products(laws, {"f": np.asarray(frequency)})
                 yield _Valued(laws=laws, start=np.array([frequency]), values=values)
         elif laws[0].names == ("at", "width"):
-            for start in _pulses(along):
+            for start in scanned.pulses:
                 values = along.products(laws, {"at": np.asarray(start[0]), "width": np.asarray(start[1])})
                 yield _Valued(laws=laws, start=np.array(start), values=values)
     for memory, name in MEMORIES.items():
@@ -146,31 +192,16 @@ def _valued(along: Along, every: Sequence[tuple[Law, ...]]) -> Iterator[_Valued]
 
 
 def _columns(
-    every: Sequence[_Valued], along: Along, space: TorqueSpace, knots: int
+    every: Iterator[_Valued], along: Along, space: TorqueSpace, knots: int
 ) -> Iterator[tuple[_Valued, Mapping[Frame, list[Moved]]]]:
     """Yield what unit torques by laws do to every run, laws * 3 of them, by frame; many are worked out at once."""
-    for first in range(0, len(every), AT_ONCE):
-        some = every[first : first + AT_ONCE]
+    while some := list(islice(every, AT_ONCE)):
         values = np.concatenate([each.values for each in some])
         edges = 3 * np.cumsum([0, *(len(each.values) for each in some)])
         frames: tuple[Frame, Frame] = ("B", "N")
         of_runs = {frame: space.along(along.torques(values, frame, knots)) for frame in frames}
         for each, ends in zip(some, pairwise(edges), strict=True):
             yield each, {frame: [own.rows(slice(*ends)) for own in of_runs[frame]] for frame in frames}
-
-
-def _frequencies(along: Along) -> Array:
-    """Return those of oscillations, as those of torque shapes with a frequency."""
-    longest = float(along.time.max())
-    slowest = SETTINGS.resolved_periods / longest
-    return np.arange(slowest, SETTINGS.fastest_oscillation_hz, SETTINGS.frequency_resolution / longest)
-
-
-def _pulses(along: Along) -> Iterator[tuple[float, float]]:
-    """Yield instants and widths of pulses in single runs, the instants as far apart as a pulse is wide."""
-    for width in SCANNED["width"]:
-        for elapsed in along.moment.elapsed:
-            yield from ((float(instant), width) for instant in np.arange(elapsed[0], elapsed[-1], width))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

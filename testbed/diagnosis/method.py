@@ -22,12 +22,20 @@ from testbed.diagnosis.latent import goodness, latent_torque, on_all_runs
 from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.noise import Residuals, deviance, noise_level, noise_tests, readings_of, with_noise_model
 from testbed.diagnosis.own_effects import require_kept
-from testbed.diagnosis.search import Search, gap_of, log_odds_of_all, log_odds_of_class, with_effect, with_model
+from testbed.diagnosis.search import (
+    Search,
+    gap_of,
+    log_odds_of_all,
+    log_odds_of_class,
+    penalty_of,
+    with_effect,
+    with_model,
+)
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis
 from testbed.diagnosis.tachometers import distinct_from_tachometers, shown_beside_tachometers
 from testbed.diagnosis.testable import hypotheses, without
-from testbed.diagnosis.torque_shapes import evidence_of_any, torque_shapes
+from testbed.diagnosis.torque_shapes import evidence_of_any, no_better_than_together, torque_shapes
 from testbed.diagnosis.trims import log_odds_of_own_trims, may_share_a_trim, with_one_trim
 from testbed.effects.contract import Effect
 from testbed.effects.noise_effect import NoiseEffect
@@ -44,6 +52,7 @@ def diagnosed(
     *,
     alone: bool = False,
     given: Sequence[Hypothesis] = (),
+    most: int = SETTINGS.most_effects,
 ) -> Iterator[Diagnosis]:
     """Yield what is known after every stage; the last one is complete.
 
@@ -59,6 +68,7 @@ def diagnosed(
         noise_effects: those on the scatter of the gyro's samples, by id.
         alone: whether all runs are of one record, which gets no name, as no other could verify it.
         given: effects that the nominal model has, as `Runs.belief` knows them.
+        most: effects that are added at most.
 
     Raises:
         InputError: the nominal motion leaves the finite numbers.
@@ -70,6 +80,7 @@ def diagnosed(
         noise_effects=noise_effects,
         alone=alone,
         given=tuple(given),
+        most=most,
     )
     if may_share_a_trim(runs):
         stages = list(task.stages(with_one_trim(runs), heldout and with_one_trim(heldout)))
@@ -89,6 +100,7 @@ class _Task:
     noise_effects: Mapping[str, NoiseEffect]
     alone: bool
     given: tuple[Hypothesis, ...]
+    most: int
 
     def stages(self, runs: Runs, heldout: Runs | None) -> Iterator[Diagnosis]:
         """Yield what is known after every stage; the last one is complete, unless the records have own trims."""
@@ -106,7 +118,10 @@ class _Task:
         state = noise.explained(first)
         yield state
         search = Search(
-            testable=tuple(without(testable, self.given)), progress=self.progress, in_own_noise=noise.explained
+            testable=tuple(without(testable, self.given)),
+            progress=self.progress,
+            in_own_noise=noise.explained,
+            most=self.most,
         )
         try:
             while search.has_room(state):
@@ -249,7 +264,8 @@ def _tested_in_noise_of_all(state: Diagnosis, noise: _NoiseStep, search: Search)
 def _retracted(state: Diagnosis) -> Diagnosis:
     """Test the residual; retract all effects if an unmodelled torque is clearly more probable.
 
-    Such a torque stands against the whole class of names that are indistinguishable from the first one.
+    Such a torque stands against the whole class of names that are indistinguishable from the first one. Alone it cannot
+    explain more than effects and torque together.
     """
     screening = state.steps[0].screening if state.steps else state.remaining
     assert screening is not None
@@ -257,10 +273,15 @@ def _retracted(state: Diagnosis) -> Diagnosis:
     bare = replace(bare, steps=(), remaining=screening, unmodelled=_unmodelled(bare, screening))
     if not state.steps:
         return bare
-    state = replace(state, unmodelled=bare.unmodelled, explained=log_odds_of_all(state, bare))
-    if state.unmodelled > log_odds_of_class(state) + 2.0 * log(SETTINGS.retraction_odds):
+    tested = _residual_tested(state)
+    explained = log_odds_of_all(state, bare)
+    by_effects = explained + penalty_of([step.candidate for step in state.steps], screening.tested)
+    shapes = no_better_than_together(bare.shapes, tested.shapes, by_effects)
+    unmodelled = _unmodelled(replace(bare, shapes=shapes), screening)
+    tested = replace(tested, unmodelled=unmodelled, explained=explained)
+    if tested.unmodelled > log_odds_of_class(tested) + 2.0 * log(SETTINGS.retraction_odds):
         return replace(bare, retracted=tuple(step.placed for step in state.steps))
-    return replace(_residual_tested(state), latent_before=bare.latent)
+    return replace(tested, latent_before=bare.latent)
 
 
 def _noise_is_more_probable(noisier: Diagnosis, state: Diagnosis) -> bool:

@@ -42,8 +42,13 @@ def odds_together(
         tested: number of hypotheses.
         effects: as they were added.
     """
-    gain = without[1].deviance - within[1].deviance - sum(each.size_penalty for each in effects)
-    return gain + _held_out_gain(without, within) - 2.0 * sum(log(tested) + each.trials_penalty for each in effects)
+    gain = without[1].deviance - within[1].deviance + _held_out_gain(without, within)
+    return gain - penalty_of(effects, tested)
+
+
+def penalty_of(effects: Sequence[Candidate], tested: int) -> float:
+    """Return by how much effects have to explain more than nothing: for their sizes and starts, and as one of many."""
+    return sum(each.size_penalty + 2.0 * (log(tested) + each.trials_penalty) for each in effects)
 
 
 def _held_out_gain(without: tuple[Runs | None, Fit], within: tuple[Runs | None, Fit]) -> float:
@@ -97,18 +102,20 @@ class Search:
         testable: all of them.
         progress: called with what is being done.
         in_own_noise: what a diagnosis becomes in the noise that its model leaves.
+        most: effects that are added at most.
         known: screenings so far, by the effects in the model; steps back come to the same model again.
     """
 
     testable: tuple[Hypothesis, ...]
     progress: Callable[[str], None]
     in_own_noise: Callable[[Diagnosis], Diagnosis]
+    most: int = SETTINGS.most_effects
     known: dict[tuple[str, ...], tuple[Runs, Screening]] = field(default_factory=dict)
 
     def has_room(self, state: Diagnosis) -> bool:
         """Return whether another effect may be added."""
         of_loop = shows_the_loop(state.runs, state.model)
-        return len(state.steps) < (SETTINGS.most_effects_of_loop if of_loop else SETTINGS.most_effects)
+        return len(state.steps) < (SETTINGS.most_effects_of_loop if of_loop else self.most)
 
     def screened(self, state: Diagnosis) -> Screening:
         """Compare all hypotheses with the present model; what is probable is tested in the noise that it leaves."""

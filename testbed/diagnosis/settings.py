@@ -100,6 +100,12 @@ class DiagnosisSettings:
     Source: chosen: one more than blind sets hide, for a wrong first one that a later one replaces; each step screens
     all hypotheses again.
     """
+    most_effects_of_reference: int = 6
+    """Effects that are added at most to the model of healthy records.
+
+    Source: chosen: what a platform always had is no fault, however much of it there is. Of four imperfections of a
+    healthy CubeSat the one that was left out was named in its suspect records.
+    """
     misfitting: float = 2.0
     """Ratio of residual variance to noise variance from which on even the best model counts as wrong, and hypotheses
     are compared by how their χ² scatters from run to run.
@@ -303,9 +309,15 @@ class DiagnosisSettings:
     unmodelled torques of seed 1 were recognised in 29 of 35 sets at 8 σ and 31 of 35 at 16 σ (24 and 28).
     """
     share_of_rate: float = 0.25
-    """Share of the gyro's rate up to which oscillations and equal pulses are tested for where that is less.
+    """Share of the gyro's rate up to which oscillations are tested for where that is less.
 
     Source: formula: four samples a period, half of Nyquist's frequency.
+    """
+    pulses_share_of_rate: float = 0.094
+    """Share of the gyro's rate up to which equal pulses are tested for where that is less.
+
+    Source: formula: `fastest_pulses_hz` of the 16 Hz it was calibrated on. Faster ones are a constant torque to samples
+    as few: with 0.25 they took its name in three flights of 600 s of 10,000 kg·m² at 1 Hz.
     """
     resolved_periods: float = 1.5
     """Periods in the longest run, or window, from which on an oscillation has a frequency.

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from itertools import combinations_with_replacement, groupby, pairwise
 from math import exp, log
 from typing import Literal, TypeAlias
@@ -46,15 +46,24 @@ class TorqueShape:
         kind: of the shape.
         words: the shape, for the reader.
         evidence: twice the logarithm of by how much it makes the data more likely, of the sizes of a constant torque.
+        reduction: of χ², linearised.
         p_value: of as much by chance, times the number of shapes of its kind, and of kinds.
         frequency_hz: of one that oscillates, or comes in pulses; None for others.
+        phase: number of the phase of pulses; 0 for others.
     """
 
     kind: Kind
     words: str
     evidence: float
+    reduction: float
     p_value: float
     frequency_hz: float | None = None
+    phase: int = 0
+
+    @property
+    def key(self) -> tuple[Kind, str, float | None, int]:
+        """What the shape is, whatever it explains."""
+        return self.kind, self.words, self.frequency_hz, self.phase
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -66,6 +75,7 @@ class _Tried:
     frequency_hz: float | None = None
     by_run: bool = False
     """Whether every run has amplitudes of its own."""
+    phase: int = 0
 
     @property
     def sizes(self) -> Array:
@@ -127,6 +137,24 @@ def evidence_of_any(shapes: Sequence[TorqueShape], tested: int, prior_odds: floa
     return 2.0 * float(logsumexp(averages)) - 2.0 * log(tested / prior_odds)
 
 
+def no_better_than_together(
+    alone: Sequence[TorqueShape], beside: Sequence[TorqueShape], by_effects: float
+) -> tuple[TorqueShape, ...]:
+    """Return shapes with the evidence of what they can explain: not more than effects and the same shape together.
+
+    By what it seems to explain beyond that, a linearisation errs, as it does by a share of a misfit of very many sigma.
+
+    Args:
+        alone: tested against the model without the effects.
+        beside: the same shapes against the model with them.
+        by_effects: by how much the effects reduce χ².
+    """
+    further = {each.key: each.reduction for each in beside}
+    too_much = [each.reduction - by_effects - further[each.key] for each in alone]
+    pairs = zip(alone, too_much, strict=True)
+    return tuple(replace(each, evidence=each.evidence - max(excess, 0.0)) for each, excess in pairs)
+
+
 def _log_mean_exp(values: Sequence[float]) -> float:
     return float(logsumexp(values)) - log(len(values))
 
@@ -167,13 +195,13 @@ def _stretches_words(runs: Runs, longest: float) -> str:
 def _pulses(runs: Runs, time: Array) -> Iterator[_Tried]:
     """Yield equal impulses at equal intervals, two at least in the longest run, at the same instants of all runs."""
     longest = float(time.max())
-    fastest = min(SETTINGS.fastest_pulses_hz, SETTINGS.share_of_rate * gyro_rate_of(runs))
+    fastest = min(SETTINGS.fastest_pulses_hz, SETTINGS.pulses_share_of_rate * gyro_rate_of(runs))
     for frequency in np.arange(2.0 / longest, fastest, SETTINGS.frequency_resolution / longest):
-        for phase in np.arange(SETTINGS.pulse_phases) / SETTINGS.pulse_phases:
-            impulses = np.arange(phase, longest * frequency) / frequency
+        for phase in range(SETTINGS.pulse_phases):
+            impulses = np.arange(phase / SETTINGS.pulse_phases, longest * frequency) / frequency
             words = f"comes in a pulse every {1.0 / frequency:.2f} s"
             torques = np.stack([_hats(at, impulses) for at in time])[..., None]
-            yield _Tried(kind="pulses", words=words, torques=torques, frequency_hz=float(frequency))
+            yield _Tried(kind="pulses", words=words, torques=torques, frequency_hz=float(frequency), phase=phase)
 
 
 def _hats(knots: Array, instants: Array) -> Array:
@@ -244,8 +272,10 @@ def _tested(
             kind=each.kind,
             words=each.words,
             evidence=float(own),
+            reduction=float(square),
             p_value=by_chance,
             frequency_hz=each.frequency_hz,
+            phase=each.phase,
         )
 
 

@@ -261,10 +261,14 @@ class TorqueLeft(Part):
     """The shape in words."""
     evidence: float
     """Twice the logarithm of the factor by which it makes the data more likely."""
+    reduction: float
+    """Reduction of chi square, linearised; a pure number."""
     p_value: float
     """Chance of as much evidence, times the number of shapes that were tried."""
     frequency_hz: float | None
     """Of one that oscillates or comes in pulses, Hz; null for others."""
+    phase: int
+    """Number of the phase of pulses, of twelve from 0; 0 for others. A pure number."""
 
 
 class RunRoles(Part):

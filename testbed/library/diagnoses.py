@@ -96,16 +96,23 @@ class PreparedRecords:
         own = ", ".join(each.key for each in self.healthy.model.placed) or "nothing beside inertia and noise"
         held_out = () if self.healthy.heldout is None else self.healthy.heldout.record_names
         names = ", ".join((*self.healthy.runs.record_names, *held_out))
+        shown = "inertia, trim, noise" if self.healthy.runs.trimmed else "noise"
         yield (
-            f"compared with the healthy records {names} (verdict: {self.healthy.verdict}): inertia, trim, noise and "
-            f"{own} are as these show them, as uncertain as they differ between these; what is named is new"
+            f"compared with the healthy records {names} (verdict: {self.healthy.verdict}): {shown} and {own} are as "
+            "these show them, as uncertain as they differ between these; "
+            + (
+                "what is named may be in them too, as they show more than effects explain"
+                if self.healthy.verdict == "unexplained"
+                else "what is named is new"
+            )
         )
 
-    def stages(self, progress: Progress = _silent) -> Iterator[Diagnosis]:
+    def stages(self, progress: Progress = _silent, most: int = SETTINGS.most_effects) -> Iterator[Diagnosis]:
         """Yield what is known after every stage of the diagnosis; the last one is complete.
 
         Args:
             progress: called with what is being tested.
+            most: effects that are added at most.
 
         Raises:
             InputError: the nominal motion leaves the finite numbers, or no model explains the records.
@@ -113,7 +120,15 @@ class PreparedRecords:
         data = self.data
         theta = theta_of(self.nominal.inertia)
         stages = diagnosed(
-            data.runs, data.heldout, EFFECTS, theta, progress, NOISE_EFFECTS, alone=data.alone, given=data.given
+            data.runs,
+            data.heldout,
+            EFFECTS,
+            theta,
+            progress,
+            NOISE_EFFECTS,
+            alone=data.alone,
+            given=data.given,
+            most=most,
         )
         for state in stages:
             if state.complete:
@@ -358,7 +373,7 @@ def prepared_records(
     if reference is None:
         return made
     healthy = replace(made, records=reference, data=data_set_of(reference.runs, scenario, nominal))
-    *_, last = healthy.stages(lambda what: progress(f"reference: {what}"))
+    *_, last = healthy.stages(lambda what: progress(f"reference: {what}"), SETTINGS.most_effects_of_reference)
     shown = reference_of(last)
     theta = theta_of(nominal.inertia)
     kept, changed = without_changed(shown, data.against(shown).runs, EFFECTS, theta)

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from testbed.assembly.extension import extended
 from testbed.assembly.platform import nominal_platform, true_platform
+from testbed.diagnosis import changed as changed_module
 from testbed.diagnosis.changed import changed_notices, without_changed
 from testbed.diagnosis.findings import additions
+from testbed.diagnosis.fitting import fitted, starts_of
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import DataSet, data_set_of
 from testbed.diagnosis.reference import Reference, reference_of
+from testbed.diagnosis.settings import SETTINGS
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.experiment.flying import fly_maneuver
@@ -103,3 +107,23 @@ def test_look_alikes_are_compared_with_all_that_the_reference_has_in_the_model()
     pairs = hypothesis_pairs_of(replace(final, steps=(alike, *final.steps[1:])))
     assert pairs is not None
     assert pairs.pairs
+
+
+@pytest.mark.parametrize(("more", "is_new"), [(3.0, True), (30.0, False)])
+def test_what_looks_like_the_change_does_not_hold_an_effect_to_the_reference(monkeypatch, more, is_new):
+    """A torque about z that had grown was named as another one, which explained 480 where the change explained 479."""
+    data = data_of(SUSPECT_SEEDS, wheel_torque_scale=0.04)
+    runs = replace(data.against(healthy()).runs, belief=healthy().belief)
+    fit = fitted(runs, healthy().given, theta(), starts_of(runs, healthy().given))
+    gained = changed_module._freed(fit, healthy(), healthy().given[0])
+    monkeypatch.setattr(changed_module, "signatures", lambda *_: [SimpleNamespace(score=gained + more)])
+    _, changed = without_changed(healthy(), data.against(healthy()).runs, LIBRARY, theta())
+    assert bool(changed) == is_new
+
+
+def test_the_healthy_platform_may_have_more_effects_than_are_named_in_a_suspect_one():
+    assert SETTINGS.most_effects_of_reference > SETTINGS.most_effects
+    data = data_of(SUSPECT_SEEDS, wheel_lag=0.05, **HEALTHY)
+    for most in (1, 2):
+        *_, final = diagnosed(data.runs, data.heldout, LIBRARY, theta(), most=most)
+        assert len(final.steps) == most

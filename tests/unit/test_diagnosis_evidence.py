@@ -16,7 +16,14 @@ from testbed.diagnosis.latent import goodness, on_all_runs
 from testbed.diagnosis.misfit import log_evidence
 from testbed.diagnosis.model import Hypothesis, orthonormal, projected_out
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.torque_shapes import TorqueShape, _normals, _Tried, evidence_of_any, torque_shapes
+from testbed.diagnosis.torque_shapes import (
+    TorqueShape,
+    _normals,
+    _Tried,
+    evidence_of_any,
+    no_better_than_together,
+    torque_shapes,
+)
 from testbed.diagnosis.torque_space import torque_responses, torque_space
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
@@ -88,7 +95,14 @@ def test_noise_has_no_shape_and_suits_the_model():
 
 
 def shape(kind, evidence):
-    return TorqueShape(kind=kind, words="", evidence=evidence, p_value=1.0)
+    return TorqueShape(kind=kind, words="", evidence=evidence, reduction=evidence, p_value=1.0)
+
+
+def test_a_torque_alone_explains_no_more_than_with_the_effects_beside_it():
+    seems, small = (replace(shape("pulses", each), phase=at) for at, each in enumerate((1000.0, 90.0)))
+    beside = [replace(seems, reduction=7.0), replace(small, reduction=2.0)]
+    bounded = no_better_than_together([seems, small], beside[::-1], by_effects=950.0)
+    assert [each.evidence for each in bounded] == [957.0, 90.0]
 
 
 def test_a_kind_of_many_shapes_is_no_likelier_beforehand_than_one_of_few():
