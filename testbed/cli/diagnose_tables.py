@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from testbed.diagnosis.candidates import Screening
-from testbed.diagnosis.findings import inertia_change, stds_of
+from testbed.diagnosis.findings import changed_inertia, inertia_change, stds_of
 from testbed.diagnosis.location import ResidualSegment
 from testbed.diagnosis.noise import NoiseHypothesis
 from testbed.diagnosis.state import Diagnosis
@@ -66,14 +66,19 @@ def inertia_table(diagnosis: Diagnosis) -> Table:
     """Return the inertia: nominal, re-estimated without the effects, and with them where there are any."""
     differs = inertia_change(diagnosis)
     said = "differs from nominal" if differs.significant else "agrees with nominal"
+    healthy = changed_inertia(diagnosis)
     table = _table(f"Inertia in 1e-3 kg m², ± one standard deviation,\n{said}, {chance_words(differs.p_value)}", ("",))
+    known = {"nominal": diagnosis.nominal_theta}
+    if healthy is not None:
+        known["healthy"] = diagnosis.model.theta - healthy.difference
     fits = inertia_estimates(diagnosis)
     decimals = decimals_for(np.concatenate([stds_of(fit)[:6] for _, fit in fits]))
-    for title in ("nominal", *(label for label, _ in fits)):
+    for title in (*known, *(label for label, _ in fits)):
         table.add_column(title, justify="right", no_wrap=True)
     estimated = [estimate_words(fit, decimals) for _, fit in fits]
-    for name, nominal, *cells in zip(PARAMETER_NAMES, diagnosis.nominal_theta, *estimated, strict=True):
-        table.add_row(name, milli(nominal, decimals), *cells)
+    for name, *others in zip(PARAMETER_NAMES, *known.values(), *estimated, strict=True):
+        values, cells = others[: len(known)], others[len(known) :]
+        table.add_row(name, *(milli(value, decimals) for value in values), *cells)
     return table
 
 

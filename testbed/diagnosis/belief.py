@@ -46,7 +46,8 @@ class Belief:
         trim_std: its scatter from record to record, shape (3,), N·m; infinite where any trim is as likely.
         effects: key, mean and standard deviation of the parameters of effects that are known to be there.
         others: what healthy records show of effects that are not in the model.
-        records: number of the healthy records that show it.
+        records: number of the healthy records that show it; 0 where there are none.
+        scatter: standard deviation of U from one healthy record to the next, beyond what noise makes of it.
         torque_noise: the least that there is, as `Runs` has it: what turned the healthy platform turns it still; None
             where that is not known.
         common: covariance of the means of U and of `effects`, shape (6 + K, 6 + K), where other records show them: all
@@ -63,6 +64,7 @@ class Belief:
     effects: tuple[tuple[str, Array, Array], ...] = ()
     others: tuple[Shown, ...] = ()
     records: int = 0
+    scatter: float = 0.0
     torque_noise: Array | None = None
     common: Covariance | None = None
 
@@ -92,6 +94,15 @@ class Belief:
     def nominal(self) -> Matrix3:
         """The inertia itself, shape (3, 3), kg·m²."""
         return inertia_of(self.nominal_theta)
+
+    @property
+    def healthy_inertia(self) -> tuple[Theta, Covariance] | None:
+        """θ of the healthy records, shape (6,), kg·m², and its covariance as that of one more; None without them."""
+        if not self.records or self.common is None:
+            return None
+        by_logarithm = slopes_of_log_ratio(self.log_ratio, self.nominal, np.eye(3))
+        covariance = self.common[:6, :6] + self.scatter**2 * (1.0 + 1.0 / self.records) * np.eye(6)
+        return theta_of(of_log_ratio(self.log_ratio, self.nominal)), by_logarithm @ covariance @ by_logarithm.T
 
     def of_records(self) -> Belief:
         """Return what is known of each record by itself: runs that are held out have the rest from those fitted."""

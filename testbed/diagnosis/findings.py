@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from testbed.arrays import Array, Theta
+from testbed.arrays import Array, Covariance, Theta
 from testbed.diagnosis.candidates import probabilities_of
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import nominal_fit
@@ -55,7 +55,7 @@ class Addition:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class InertiaChange:
-    """How the estimated inertia differs from the nominal one.
+    """How the estimated inertia differs from another one.
 
     Attributes:
         difference: θ̂ - θ, kg·m²; NaN where the motion cannot show a parameter.
@@ -71,6 +71,11 @@ class InertiaChange:
     def significant(self) -> bool:
         """Whether it differs by more than chance."""
         return self.p_value < SETTINGS.inertia_p_value
+
+    @property
+    def sure(self) -> bool:
+        """Whether it differs so much that something has changed."""
+        return self.p_value < SETTINGS.changed_p_value
 
 
 def quantities_of(runs: Runs, fit: Fit, placed: Hypothesis) -> tuple[Quantity, ...]:
@@ -316,12 +321,24 @@ def _set_aside_words(diagnosis: Diagnosis) -> Iterator[str]:
 
 def inertia_change(diagnosis: Diagnosis) -> InertiaChange:
     """Return how the inertia of the final model differs from the nominal one."""
-    difference = diagnosis.model.theta - diagnosis.nominal_theta
-    std = stds_of(diagnosis.model)[:6]
+    return _change_from(diagnosis, diagnosis.nominal_theta, np.zeros((6, 6)))
+
+
+def changed_inertia(diagnosis: Diagnosis) -> InertiaChange | None:
+    """Return how the inertia of the final model differs from that of healthy records; None without them."""
+    belief = diagnosis.runs.belief
+    healthy = None if belief is None else belief.healthy_inertia
+    return None if healthy is None else _change_from(diagnosis, *healthy)
+
+
+def _change_from(diagnosis: Diagnosis, theta: Theta, uncertain: Covariance) -> InertiaChange:
+    """Return how the inertia of the final model differs from another one, which is known with a covariance."""
+    difference = diagnosis.model.theta - theta
+    std = np.sqrt(stds_of(diagnosis.model)[:6] ** 2 + np.diag(uncertain))
     shown = diagnosis.model.shown[:6]
     statistic = 0.0
     if shown.any() and np.isfinite(std[shown]).all():
-        covariance = diagnosis.model.covariance[:6, :6][np.ix_(shown, shown)]
+        covariance = (diagnosis.model.covariance[:6, :6] + uncertain)[np.ix_(shown, shown)]
         statistic = float(difference[shown] @ np.linalg.solve(covariance, difference[shown]))
     difference = np.where(shown, difference, np.nan)
     return InertiaChange(

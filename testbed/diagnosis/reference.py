@@ -65,7 +65,8 @@ def reference_of(diagnosis: Diagnosis) -> Reference:
         )
     prior = model.belief or _no_belief(diagnosis.nominal_theta)
     given = tuple(replace(each, given=True) for each in model.placed if each.effect.recurs)
-    inertia_std, effect_std = _scatter_of(seen, model, prior)
+    scatter, effect_std = _scatter_of(seen, model, prior)
+    inertia_std = float(np.clip(scatter, SETTINGS.least_reference_scatter, SETTINGS.inertia_uncertainty))
     kept = [model.own(each) for each in model.placed if each.effect.recurs]
     effects = [(each.key, model.effect_values[own], effect_std[own]) for each, own in zip(given, kept, strict=True)]
     trims = model.trims
@@ -82,7 +83,7 @@ def reference_of(diagnosis: Diagnosis) -> Reference:
         common=_common_covariance(model, prior),
     )
     shown = tuple(_shown_of_others(diagnosis, belief))
-    belief = replace(belief, others=shown, records=len(seen), torque_noise=diagnosis.runs.torque_noise)
+    belief = replace(belief, others=shown, records=len(seen), scatter=scatter, torque_noise=diagnosis.runs.torque_noise)
     return Reference(
         belief=belief,
         given=given,
@@ -213,5 +214,4 @@ def _scatter_of(seen: Mapping[str, Seen], model: Fit, prior: Belief) -> tuple[fl
     together = turn.T @ sum(each.normal for each in seen.values()) @ turn + np.diag(loose**-2.0)
     # The effects' own uncertainty is that beside the inertia which is taken over with them.
     own = np.diag(np.linalg.inv(together[6:, 6:])) if typical else np.zeros(0)
-    inertia_std = float(np.clip(np.sqrt(between[:3].mean()), SETTINGS.least_reference_scatter, loose[0]))
-    return inertia_std, np.sqrt(between[6:] + own)
+    return float(np.sqrt(between[:3].mean())), np.sqrt(between[6:] + own)

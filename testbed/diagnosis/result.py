@@ -10,7 +10,15 @@ from typing import Any
 import numpy as np
 
 from testbed.diagnosis.detectable import INERTIA, Detectable, confounded, detectable_sizes, pairs_alike
-from testbed.diagnosis.findings import Addition, InertiaChange, additions, inertia_change, nominal_gap, stds_of
+from testbed.diagnosis.findings import (
+    Addition,
+    InertiaChange,
+    additions,
+    changed_inertia,
+    inertia_change,
+    nominal_gap,
+    stds_of,
+)
 from testbed.diagnosis.location import ResidualSegment
 from testbed.diagnosis.misfit import BANDWIDTH, Misfit, explained
 from testbed.diagnosis.model import Fit, Hypothesis
@@ -169,6 +177,17 @@ def _inertia(diagnosis: Diagnosis) -> Content:
         "before": _theta("", diagnosis.baseline),
         "after": _theta("", diagnosis.model),
         "differs_p_value": inertia_change(diagnosis).p_value,
+    } | _healthy_inertia(diagnosis)
+
+
+def _healthy_inertia(diagnosis: Diagnosis) -> Content:
+    change = changed_inertia(diagnosis)
+    if change is None:
+        return {}
+    theta = (diagnosis.model.theta - change.difference).tolist()
+    return {
+        "healthy_theta_kg_m2": [_number(each) for each in theta],
+        "differs_from_healthy_p_value": change.p_value,
     }
 
 

@@ -13,7 +13,7 @@ from testbed.assembly.extension import extended
 from testbed.assembly.platform import nominal_platform, true_platform
 from testbed.diagnosis import changed as changed_module
 from testbed.diagnosis.changed import changed_notices, without_changed
-from testbed.diagnosis.findings import additions
+from testbed.diagnosis.findings import additions, changed_inertia
 from testbed.diagnosis.fitting import fitted, starts_of
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import DataSet, data_set_of
@@ -25,6 +25,7 @@ from testbed.experiment.flying import fly_maneuver
 from testbed.experiment.planning import plan_maneuver
 from testbed.next_experiment.competing_hypotheses import hypothesis_pairs_of
 from testbed.records.selection import telemetry_only
+from testbed.report.diagnosis.verdict import diagnosis_verdict
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.shipped import shipped_scenario
@@ -127,3 +128,19 @@ def test_the_healthy_platform_may_have_more_effects_than_are_named_in_a_suspect_
     for most in (1, 2):
         *_, final = diagnosed(data.runs, data.heldout, LIBRARY, theta(), most=most)
         assert len(final.steps) == most
+
+
+@pytest.mark.parametrize(("grown", "said"), [(0.0, False), (0.04, True)])
+def test_an_inertia_that_is_not_that_of_the_healthy_records_is_said(grown, said):
+    """J11 of a satellite was 4 % more than in its healthy flights, at 100 sigma: nothing was missing."""
+    belief = healthy().belief
+    smaller = belief.log_ratio - np.array([grown, 0.0, 0.0, 0.0, 0.0, 0.0])
+    reference = replace(healthy(), belief=replace(belief, log_ratio=smaller))
+    data = data_of(SUSPECT_SEEDS, **HEALTHY).against(reference)
+    *_, final = diagnosed(data.runs, data.heldout, LIBRARY, theta(), given=data.given)
+    change = changed_inertia(final)
+    assert change.sure == said
+    assert change.difference[0] == pytest.approx(grown * theta()[0], abs=4.0 * change.std[0])
+    verdict = diagnosis_verdict(final)
+    assert ("inertia is not that of the healthy records" in verdict.text) == said
+    assert verdict.tone == ("warn" if said else "good")

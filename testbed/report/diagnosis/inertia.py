@@ -8,7 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from testbed.arrays import Theta
-from testbed.diagnosis.findings import inertia_change, stds_of
+from testbed.diagnosis.findings import changed_inertia, inertia_change, stds_of
 from testbed.diagnosis.latent import LatentTorque
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.settings import SETTINGS
@@ -83,6 +83,10 @@ def _table(diagnosis: Diagnosis) -> Table:
     fits = inertia_estimates(diagnosis)
     decimals = decimals_for(np.concatenate([stds_of(fit)[:6] for _, fit in fits]))
     rows = [("Nominal", *(milli(value, decimals) for value in diagnosis.nominal_theta))]
+    healthy = changed_inertia(diagnosis)
+    if healthy is not None:
+        theta = diagnosis.model.theta - healthy.difference
+        rows.append(("Of the healthy records", *(milli(value, decimals) for value in theta)))
     rows += [(name.capitalize(), *estimate_words(fit, decimals)) for name, fit in fits]
     return Table(
         columns=(Column(title="Inertia"), *(Column(title=name, unit=INERTIA_UNIT) for name in PARAMETER_NAMES)),

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from math import isfinite
 
-from testbed.diagnosis.findings import Addition, doubt_words
+from testbed.diagnosis.findings import Addition, changed_inertia, doubt_words
 from testbed.diagnosis.run_agreement import Agreement
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis, Gap
+from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.contract import NamedEffect, Quantity
 from testbed.report.diagnosis.misfit import gimbals_words, misfit_change_words, misfit_words, shows_in_gyro
 from testbed.report.frame.blocks import Notice
-from testbed.report.wording import BAND, chance_words, figures_to, listed
+from testbed.report.wording import BAND, INERTIA_UNIT, chance_words, decimals_for, figures_to, listed, milli
 
 _FAR = 1.5
 """Times the fitted runs' gap: beyond it, those held out are missed by more than noise differs between runs."""
@@ -20,6 +21,18 @@ _FAR = 1.5
 
 def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
     """Return the answer in a sentence or two."""
+    verdict, changed = _of_effects(diagnosis), changed_inertia(diagnosis)
+    if diagnosis.verdict is None or changed is None or not changed.sure:
+        return verdict
+    shown, decimals = zip(PARAMETER_NAMES, changed.difference, changed.std, strict=True), decimals_for(changed.std)
+    differences = listed(
+        f"{name} {milli(value, decimals)} ± {milli(std, decimals)}" for name, value, std in shown if isfinite(value)
+    )
+    text = f"The inertia is not that of the healthy records: in {INERTIA_UNIT} it differs by {differences}."
+    return Notice(tone="bad" if verdict.tone == "bad" else "warn", text=f"{text} {verdict.text}")
+
+
+def _of_effects(diagnosis: Diagnosis) -> Notice:
     names = [effect_name(each.effect, each.component) for each in diagnosis.added]
     gap = _fall(_without_effects(diagnosis), diagnosis.gap)
     if diagnosis.verdict is None:
