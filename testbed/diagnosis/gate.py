@@ -202,6 +202,9 @@ def require_motion(runs: Runs, gate: Gate) -> None:
 def _missed(runs: Runs, parts: Sequence[Array], motion: Sequence[Array]) -> Array:
     """Return the ratio of a residual's power to that of the motion, of each run, shape (R,).
 
+    Windows of one record count together: in one that hardly moves, a torque that is a thousand times too small misses
+    nothing that noise does not hide.
+
     Args:
         runs: of the platform.
         parts: the residual of each run, shapes (N, 3), rad/s.
@@ -211,8 +214,13 @@ def _missed(runs: Runs, parts: Sequence[Array], motion: Sequence[Array]) -> Arra
         SETTINGS.least_motion * rates.size * (sigma**2).mean()
         for rates, sigma in zip(runs.measured, runs.sigma, strict=True)
     ]
-    powers = zip(parts, motion, noise, strict=True)
-    return np.array([(part**2).sum() / max((whole**2).sum(), least) for part, whole, least in powers])
+    powers = [
+        [(part**2).sum(), (whole**2).sum(), least] for part, whole, least in zip(parts, motion, noise, strict=True)
+    ]
+    of_records = np.zeros((len(runs.record_names), 3))
+    np.add.at(of_records, runs.record_of, powers)
+    left, whole, least = of_records.T
+    return np.asarray((left / np.maximum(whole, least))[runs.record_of])
 
 
 def _missed_by_fit(runs: Runs, residual: Array) -> Array:
@@ -253,8 +261,8 @@ def _require_unit(runs: Runs, theta: Theta, as_given: Array, gate: Gate) -> None
     for mistake in _MISTAKES:
         mended = wrong & (_nominally_missed(_without(mistake, runs), theta) < SETTINGS.unit_rate_share)
         if mended.any():
-            names = ", ".join(name for name, yes in zip(runs.names, mended, strict=True) if yes)
-            gate.refuse("unit", f"{names}: {mistake}")
+            names = dict.fromkeys(runs.record_names[record] for record in runs.record_of[mended])
+            gate.refuse("unit", f"{', '.join(names)}: {mistake}")
 
 
 def _nominally_missed(runs: Runs, theta: Theta) -> Array:
