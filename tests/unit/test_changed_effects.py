@@ -144,3 +144,8 @@ def test_an_inertia_that_is_not_that_of_the_healthy_records_is_said(grown, said)
     verdict = diagnosis_verdict(final)
     assert ("inertia is not that of the healthy records" in verdict.text) == said
     assert verdict.tone == ("warn" if said else "good")
+
+
+def test_where_torque_is_known_in_part_no_effect_has_changed():
+    """Healthy flights of data/crazypad had another gain of the actuators than those fitted, with P = 1.000."""
+    assert without_changed(healthy(), SimpleNamespace(known_in_part=True), LIBRARY, theta()) == (healthy(), ())

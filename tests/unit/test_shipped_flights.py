@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.crazypad import Kept, diagnosed
 from testbed.assembly.platform import nominal_body
 from testbed.diagnosis.reading import data_set_of
 from testbed.records.reading import read_data_set
@@ -23,3 +24,9 @@ def test_flights_of_a_quadcopter_that_hardly_moves_are_in_the_units_that_they_st
     """Windows of half a second without motion were taken for a torque in mN·m, and the whole folder was refused."""
     data = data_set_of(read_data_set(DATA / folder), SCENARIO, nominal_body(SCENARIO))
     assert np.isfinite(data.runs.sigma).all()
+
+
+def test_healthy_flights_show_nothing_that_other_healthy_flights_do_not():
+    result = diagnosed("normal", Kept())
+    assert result.verdict == "none"
+    assert result.steps == ()
