@@ -70,7 +70,7 @@ def inertia_table(diagnosis: Diagnosis) -> Table:
     table = _table(f"Inertia in 1e-3 kg m², ± one standard deviation,\n{said}, {chance_words(differs.p_value)}", ("",))
     known = {"nominal": diagnosis.nominal_theta}
     if healthy is not None:
-        known["healthy"] = diagnosis.model.theta - healthy.difference
+        known["healthy"] = healthy.theta
     fits = inertia_estimates(diagnosis)
     decimals = decimals_for(np.concatenate([stds_of(fit)[:6] for _, fit in fits]))
     for title in (*known, *(label for label, _ in fits)):

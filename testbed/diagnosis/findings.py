@@ -58,11 +58,13 @@ class InertiaChange:
     """How the estimated inertia differs from another one.
 
     Attributes:
+        theta: the other one, θ, kg·m².
         difference: θ̂ - θ, kg·m²; NaN where the motion cannot show a parameter.
         std: of it, kg·m².
         p_value: of a difference as large if there were none (Wald test of all that are shown).
     """
 
+    theta: Theta
     difference: Theta
     std: Theta
     p_value: float
@@ -342,7 +344,10 @@ def _change_from(diagnosis: Diagnosis, theta: Theta, uncertain: Covariance) -> I
         statistic = float(difference[shown] @ np.linalg.solve(covariance, difference[shown]))
     difference = np.where(shown, difference, np.nan)
     return InertiaChange(
-        difference=difference, std=std, p_value=float(scipy.stats.chi2.sf(statistic, max(int(shown.sum()), 1)))
+        theta=theta,
+        difference=difference,
+        std=std,
+        p_value=float(scipy.stats.chi2.sf(statistic, max(int(shown.sum()), 1))),
     )
 
 

@@ -139,9 +139,9 @@ class _Constants:
             pulses=tuple(
                 (float(instant), width)
                 for width in SCANNED["width"]
+                if width > narrowest
                 for elapsed in along.moment.elapsed
                 for instant in np.arange(elapsed[0], elapsed[-1], width)
-                if width > narrowest
             ),
         )
 

@@ -184,9 +184,8 @@ def _healthy_inertia(diagnosis: Diagnosis) -> Content:
     change = changed_inertia(diagnosis)
     if change is None:
         return {}
-    theta = (diagnosis.model.theta - change.difference).tolist()
     return {
-        "healthy_theta_kg_m2": [_number(each) for each in theta],
+        "healthy_theta_kg_m2": change.theta.tolist(),
         "differs_from_healthy_p_value": change.p_value,
     }
 

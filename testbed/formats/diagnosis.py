@@ -223,7 +223,7 @@ class Inertia(Part):
     """Estimated together with all effects that were added."""
     differs_p_value: float
     """Chance of an estimate as far from the nominal inertia, if that is right, 0 to 1."""
-    healthy_theta_kg_m2: SixOrNull | None = Field(default=None)
+    healthy_theta_kg_m2: Six | None = Field(default=None)
     """Of the healthy records, likewise, kg·m²; absent where the diagnosis was made without any."""
     differs_from_healthy_p_value: float | None = Field(default=None)
     """Chance of an estimate as far from that, if nothing has changed, 0 to 1; absent likewise."""

@@ -85,8 +85,7 @@ def _table(diagnosis: Diagnosis) -> Table:
     rows = [("Nominal", *(milli(value, decimals) for value in diagnosis.nominal_theta))]
     healthy = changed_inertia(diagnosis)
     if healthy is not None:
-        theta = diagnosis.model.theta - healthy.difference
-        rows.append(("Of the healthy records", *(milli(value, decimals) for value in theta)))
+        rows.append(("Of the healthy records", *(milli(value, decimals) for value in healthy.theta)))
     rows += [(name.capitalize(), *estimate_words(fit, decimals)) for name, fit in fits]
     return Table(
         columns=(Column(title="Inertia"), *(Column(title=name, unit=INERTIA_UNIT) for name in PARAMETER_NAMES)),
