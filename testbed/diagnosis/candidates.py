@@ -291,7 +291,8 @@ def accepted(screening: Screening) -> Candidate | None:
     2. Where it is the first effect, the posterior odds of its class against none exceed even, prior odds included.
        Beside another effect they have to be those of `further_name_odds`.
     3. Of its class, and of those that are there as well, the one with the most evidence is added. What is implausible,
-       such as a gyro of half a hertz, gives way to what is not, and skewed telemetry to a late gyro that fits as well.
+       such as a gyro of half a hertz, gives way to what is not, skewed telemetry to a late gyro that fits as well, and
+       a constant torque to a weak actuator that is a case of it.
     """
     if not screening.candidates or not _is_there(screening, screening.candidates[0]):
         return None
@@ -305,9 +306,14 @@ def accepted(screening: Screening) -> Candidate | None:
 
 
 def _goes_before(other: Candidate, candidate: Candidate) -> bool:
-    """Return whether a more usual effect fits as well as one that yields to it."""
-    usual = other.effect.id in candidate.effect.yields_to and other.plausible
-    return usual and other.fits > candidate.fits - SETTINGS.tied_fits
+    """Return whether an effect is named before another of its class: a case of it, or as good a fit and more usual.
+
+    What is implausible goes before nothing.
+    """
+    if not other.plausible:
+        return False
+    usual = other.effect.id in candidate.effect.yields_to and other.fits > candidate.fits - SETTINGS.tied_fits
+    return usual or other.effect.id in candidate.effect.includes
 
 
 def _is_there(screening: Screening, candidate: Candidate) -> bool:

@@ -14,6 +14,7 @@ from testbed.assembly.platform import Body
 from testbed.diagnosis.actuator_telemetry import where_known, with_telemetry_noise
 from testbed.diagnosis.belief import Belief
 from testbed.diagnosis.channels import too_exact_torques
+from testbed.diagnosis.control_loop import with_mean_thrust
 from testbed.diagnosis.data import Runs, runs_of
 from testbed.diagnosis.fitting import fitted, nominal_fit
 from testbed.diagnosis.gate import Gate, require_motion, require_si, require_this_platform
@@ -258,7 +259,8 @@ class DataSet:
         """Return the data with what healthy records of the platform show in the place of what is stated of it."""
 
         def known(runs: Runs, belief: Belief) -> Runs:
-            return replace(runs.with_sigma(reference.sigma), belief=belief, noise_freedom=reference.noise_freedom)
+            runs = with_mean_thrust(runs.with_sigma(reference.sigma))
+            return replace(runs, belief=belief, noise_freedom=reference.noise_freedom)
 
         return replace(
             self,

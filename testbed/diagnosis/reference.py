@@ -9,15 +9,16 @@ import numpy as np
 
 from testbed.arrays import Array, Covariance, Indices, Theta, Vector3
 from testbed.diagnosis.belief import Belief, Shown
+from testbed.diagnosis.control_loop import acts_steadily, with_mean_thrust
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.detectable import first_screening
-from testbed.diagnosis.fitting import fitted, fitted_initial_rates
+from testbed.diagnosis.fitting import fitted, fitted_initial_rates, refit
 from testbed.diagnosis.model import Fit, Hypothesis, evaluated, orthonormal
 from testbed.diagnosis.run_agreement import Seen, determined_inverse, rows_of_runs, seen_by_record
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import Signature, signatures
 from testbed.diagnosis.state import Diagnosis
-from testbed.diagnosis.testable import answers_motion, without
+from testbed.diagnosis.testable import without
 from testbed.diagnosis.trims import with_own_trims
 from testbed.dynamics.inertia import slopes_of_log_ratio
 from testbed.errors import InputError
@@ -52,7 +53,9 @@ def reference_of(diagnosis: Diagnosis) -> Reference:
         InputError: a single record, which does not show by how much the platform differs from flight to flight.
     """
     runs, model = with_own_trims(diagnosis.runs, diagnosis.model)
-    heldout = diagnosis.heldout and replace(diagnosis.heldout, trim_group=())
+    if (steady := with_mean_thrust(runs)) is not runs:
+        runs, model = steady, refit(steady, model)
+    heldout = diagnosis.heldout and with_mean_thrust(replace(diagnosis.heldout, trim_group=()))
     diagnosis = replace(diagnosis, runs=runs, model=model, heldout=heldout)
     others = None if heldout is None else fitted_initial_rates(heldout, model)
     seen = seen_by_record(diagnosis.runs, model)
@@ -110,7 +113,7 @@ def _shown_of_others(diagnosis: Diagnosis, belief: Belief) -> Iterator[Shown]:
         return
     runs = replace(diagnosis.runs, belief=belief)
     fit = evaluated(runs, diagnosis.model.placed, diagnosis.model.values)
-    others = [each.placed for each in screening.signatures if not answers_motion(each.placed.effect)]
+    others = [each.placed for each in screening.signatures if acts_steadily(each.placed.effect, runs.grid)]
     best: dict[str, Signature] = {}
     for signature in signatures(runs, fit, without(others, fit.placed)):
         known = best.get(signature.placed.key)

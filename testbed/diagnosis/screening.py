@@ -11,6 +11,7 @@ import numpy as np
 from testbed.arrays import Array
 from testbed.diagnosis.belief import Shown
 from testbed.diagnosis.candidates import Candidate, Screening, SizePrior, log_p_value, mean_over_scan
+from testbed.diagnosis.control_loop import shows_the_loop
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import all_corrected, fitted, in_torque_noise, refit
 from testbed.diagnosis.misfit import log_evidence
@@ -18,7 +19,6 @@ from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import Signature, Start, reach_of, signatures
 from testbed.dynamics.inertia import inertia_of
-from testbed.effects.actuator_gain import ActuatorGain
 from testbed.errors import InputError
 
 _SHARES = (1.0, 0.1, 0.0)
@@ -309,19 +309,3 @@ def _starts(runs: Runs, signature: Signature) -> Iterator[Array]:
         yield np.clip(shown.mean + [each.absent for each in signature.placed.effect.parameters], lower, upper)
     for share in _SHARES:
         yield np.clip(signature.start + share * signature.step, lower, upper)
-
-
-def shows_the_loop(runs: Runs, model: Fit) -> bool:
-    """Return whether commands explain so little of the motion that records show the controller's answer to it.
-
-    The geometric mean over the axes counts: about one axis an effect may still be missing.
-
-    Args:
-        runs: that the model was fitted to.
-        model: any.
-    """
-    gains = [each for each in model.placed if each.given and isinstance(each.effect, ActuatorGain)]
-    if not runs.known_in_part or not gains:
-        return False
-    logarithms = model.effect_values[model.own(gains[0])]
-    return not gains[0].effect.parameters[0].is_plausible(float(logarithms.mean()))

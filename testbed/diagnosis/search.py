@@ -11,6 +11,7 @@ from scipy.special import logsumexp
 
 from testbed.arrays import Vectors3
 from testbed.diagnosis.candidates import Candidate, Screening, accepted, largest_log_odds, log_p_value
+from testbed.diagnosis.control_loop import shows_the_loop
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import all_corrected, fitted, fitted_initial_rates, in_torque_noise, refit
 from testbed.diagnosis.misfit import Prior, heldout_misfit_of, log_evidence, misfit_of
@@ -21,7 +22,6 @@ from testbed.diagnosis.screening import (
     refitted,
     scan_count_of,
     screened,
-    shows_the_loop,
 )
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis, Gap, Step

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from testbed.diagnosis.control_loop import NO_FEEDBACK, acts_steadily
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Hypothesis
 from testbed.effects.contract import (
@@ -22,7 +23,6 @@ from testbed.effects.contract import (
 )
 from testbed.prediction.environment import environment_kind
 from testbed.prediction.grid import thruster_count, unit_count, wheel_count
-from testbed.prediction.hooks import Instant, overrides
 from testbed.prediction.motor_torques import has_torques
 from testbed.prediction.wheel_response import compared_wheels
 
@@ -74,9 +74,6 @@ def hypotheses(
             continue  # as an effect it would be one of no body
         if effect.environment not in environments:
             continue
-        if in_loop and answers_motion(effect):
-            not_testable.append(Untestable(effect=effect.id, needs=_NO_FEEDBACK))
-            continue
         missing = [need for need in effect.needs if need not in present]
         if missing:
             not_testable.append(
@@ -87,6 +84,8 @@ def hypotheses(
                     keeps_share=_may_be_there(effect, present),
                 )
             )
+        elif in_loop and not acts_steadily(effect, runs.grid):
+            not_testable.append(Untestable(effect=effect.id, needs=NO_FEEDBACK))
         else:
             unseen = _wheels_not_compared(runs) if _OF_MOTORS.intersection(effect.needs) else []
             for component in components_on(runs, effect):
@@ -120,29 +119,6 @@ def _wheels_not_compared(runs: Runs) -> list[str]:
     """Return the wheels whose motors' impulses are not compared."""
     compared = compared_wheels(runs.grid)
     return [WHEELS[wheel] for wheel in range(wheel_count(runs.grid)) if wheel not in compared]
-
-
-_NO_FEEDBACK = "commands that no controller makes of the body rate"
-"""What is missing where a controller answers to draughts: a torque that the motion makes is the inverse of what the
-controller makes of the motion, and is found in healthy flights as well (docs/explanation/real-flight.md)."""
-
-
-def answers_motion(effect: Effect) -> bool:
-    """Return whether an effect is a torque on the platform that its motion makes, as a drag or a loose mass does."""
-    hook = effect.hooks(effect.components[0])
-    if hook.states or not overrides(hook, "torque"):
-        return hook.states > 0
-    typical = np.array([[parameter.typical for parameter in effect.parameters]])
-    at_rest, turning = (
-        hook.torque(
-            typical,
-            Instant(
-                time=np.zeros((1, 1)), body_rate=np.full((1, 1, 3), rate), attitude=np.eye(3), state=np.zeros((1, 1, 0))
-            ),
-        )
-        for rate in (0.0, 1.0)
-    )
-    return not np.array_equal(at_rest, turning)
 
 
 def components_on(runs: Runs, effect: NamedEffect) -> list[str]:

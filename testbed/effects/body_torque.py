@@ -29,6 +29,7 @@ class BodyTorque(Effect):
     sentence = "A constant torque that turns with the body drives it, as a leak or a jet does."
     look_alikes = ("inertial_torque", "gyro_drift")
     yields_to = ("center_of_mass_offset",)
+    includes = ("actuator_weak", "actuator_misaligned", "thrust_offset")
     confirm = "A slow turn by half a revolution: a torque fixed in the body turns with it."
 
     @override

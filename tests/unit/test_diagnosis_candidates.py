@@ -24,8 +24,8 @@ def candidate(evidence, by_run, effect=EFFECTS["gyro_latency"], value=0.01):
             chi_square=float(np.sum(by_run)),
             freedom=3 * RUNS,
             placed=(SimpleNamespace(given=False),),
-            effect_values=np.array([value]),
-            own=lambda _: slice(0, 1),
+            effect_values=np.full(len(effect.parameters), value),
+            own=lambda _: slice(None),
         ),
         chi_square_reduction=evidence,
         rank=1,
@@ -137,6 +137,17 @@ def test_what_is_unusual_yields_to_what_fits_as_well():
     assert accepted(among) is late
     better = replace(skew, chi_square_reduction=112.0)
     assert accepted(replace(among, candidates=(better, late))) is better
+
+
+def test_a_case_of_an_effect_goes_before_it():
+    """A weak actuator under constant commands is a constant torque of one free number."""
+    left = np.full(RUNS, 3.0)
+    torque = replace(candidate(100.0, left, EFFECTS["body_torque"], 1e-4), chi_square_reduction=125.0)
+    weak = replace(candidate(98.0, left, EFFECTS["actuator_weak"], 0.2), chi_square_reduction=110.0)
+    among = Screening(signatures=(), tested=50, candidates=(torque, weak))
+    assert accepted(among) is weak
+    worse = replace(weak, log_bayes_factor=100.0 - SETTINGS.indistinguishable - 1.0)
+    assert accepted(replace(among, candidates=(torque, worse))) is torque
 
 
 def test_a_class_that_is_larger_than_what_is_listed_is_ranked():
