@@ -35,7 +35,11 @@ _NAMES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "wheel_torque_command": ((r"wheel.*torque.*(cmd|command|set|ref)|(cmd|command|set|ref).*wheel.*torque", 12),),
     "wheel_torque": ((r"wheel.*torque|torque.*wheel", 11), (r"(?<![a-z])rws?(?![a-z])(?!.*(speed|rate|rpm|omega))", 8)),
     "cluster_momentum": ((r"(cluster|cmg|wheel).*momentum|momentum", 8), (r"(?<![a-z])h(?![a-z])", 4)),
-    "applied_torque": ((r"torque|wrench", 8), (r"(?<![a-z])(tau|moments?)(?![a-z])", 7)),
+    "applied_torque": (
+        (r"torque|wrench", 8),
+        (r"(?<![a-z])(tau|moments?)(?![a-z])", 7),
+        (r"(?<![a-z])m(?![a-z])", 4),
+    ),
     "attitude": ((r"quat(ernion)?|orientation|attitude", 8), (r"(?<![a-z])q(?![a-z])", 6)),
     "acceleration": ((r"linear_?acc|accel|(?<![a-z])acc(?![a-z])", 8), (r"(?<![a-z])a(?![a-z])", 4)),
 }
@@ -54,6 +58,8 @@ _SUFFIXES = {
     "mps2": "m/s^2", "g": "g_0", "mg": "mg_0", "s": "s", "sec": "s", "ms": "ms", "us": "us", "ns": "ns",
 }  # fmt: skip
 """Unit that the end of a name states."""
+_NAMED_BY_UNIT = ("rpm", "dps")
+"""Units that are a field's whole name: no quantity has such a name."""
 _BRACKETS = re.compile(r"\s*[\[(]\s*([^\])0-9][^\])]*)[\])]\s*$")
 _INDEXED = re.compile(r"^(.*?)[_.\s]?\[(\d+)\]$")
 _TIME = re.compile(r"^(t|time|timestamp|time_?stamp|stamp|epoch|clock|date[_ /]?time|utc|tow|elapsed|zeit|unix_?time)$")
@@ -128,7 +134,7 @@ def guessed_map(log: Log) -> str:
     # A ULog's own time is of the clock that its samples' stamps are of.
     stamped = log.format != "ULog" and any(_time_field(survey[best[name][0].topic]) for name in SIGNALS if name in best)
     blocks += [_channel(name, best[name], survey, stamped=stamped) for name in SIGNALS if name in best]
-    blocks += [_missing(best), _runs(survey), _left_out(best, survey)]
+    blocks += [_missing(best, survey), _runs(survey), _left_out(best, survey)]
     return "\n".join(block for block in blocks if block)
 
 
@@ -152,7 +158,9 @@ def _matches(
     log: Log, name: str, topic: Topic, stem: str, unit: str, fields: Mapping[str, str]
 ) -> Iterator[_Candidate]:
     """Yield the channels that a group of fields may be, by its names and their number."""
-    said = {channel: _said(patterns, stem) for channel, patterns in _NAMES.items()}
+    said = {channel: _said_within(patterns, name, stem) for channel, patterns in _NAMES.items()}
+    whole = re.split(r"[./]", stem.lower())[-1]
+    unit = unit or (_SUFFIXES[whole] if whole in _NAMED_BY_UNIT else "")
     for channel, patterns in _NAMES.items():
         ordered = _ordered(SIGNALS[channel].sized(len(fields)).components, fields)
         if ordered is None or (unit and not is_unit_of(unit, SIGNALS[channel].unit)):
@@ -180,6 +188,12 @@ def _matches(
 def _said(patterns: Sequence[tuple[str, int]], name: str) -> int:
     """Return how much a name says for a channel; 0 where it says nothing."""
     return max((score for pattern, score in patterns if re.search(pattern, name.lower())), default=0)
+
+
+def _said_within(patterns: Sequence[tuple[str, int]], topic: str, name: str) -> int:
+    """Return how much a field's name says, by itself or with that of its topic: `wheels` and `torque`."""
+    together = _said(patterns, f"{topic} {name}")
+    return max(_said(patterns, name), together if together > _said(patterns, topic) else 0)
 
 
 def _ordered(components: Sequence[str], fields: Mapping[str, str]) -> tuple[str, ...] | None:
@@ -316,14 +330,16 @@ def _time_field(topic: Topic) -> str:
     return next((field for field in stated if re.search(r"stamp_sample$|stamp$", field)), "") if topic.received else ""
 
 
-def _missing(best: Mapping[str, Sequence[_Candidate]]) -> str:
+def _missing(best: Mapping[str, Sequence[_Candidate]], survey: Mapping[str, Topic]) -> str:
     """Return what a map still needs, as a comment; empty where it has a channel that says what turned the platform."""
     turning = [name for name in TURNED_BY if name in best]
     if any(best[name][0].topic.partition("[")[0] not in _NORMALIZED for name in turning):
         return ""
+    topic = "" if TABLE in survey else '# topic = "that holds them"\n'
     return (
         f"# CHECK: no channel here says what turned the platform: add one of {', '.join(TURNED_BY)}, such as\n"
-        '# [channels.wheel_speed]\n# fields = ["first wheel", "second wheel", "third wheel"]\n# unit = "rpm"\n'
+        f"# [channels.wheel_speed]\n{topic}"
+        '# fields = ["first wheel", "second wheel", "third wheel"]\n# unit = "rpm"\n'
     )
 
 

@@ -25,6 +25,9 @@ _CONFIDENCE = 0.95
 MOSTLY_CONSIDERED = 2.0
 """Standard deviation, noise and considered quantities together, over that by noise alone, from which a verdict states
 what the rest comes from. Source: formula, at 2 the rest is three quarters of the variance."""
+ALL_BUT_CONSIDERED = 10.0
+"""The same ratio, from which an interval says what was assumed of those quantities and nothing of the flight: in doubt.
+Source: chosen, an order of magnitude; noise is then less than a hundredth of the variance."""
 _LARGE_SHARE = 0.25
 """Share of the variance from which a further quantity is named. Source: chosen, so that two or three are."""
 
@@ -43,7 +46,7 @@ def flight_verdict(inertias: Inertias, doubts: Sequence[str] = ()) -> Notice:
     expected = "" if doubts and not off else _as_expected(off)
     text = f"The flight was completed; {_coverage(inertias, judged)}{expected}{_distance_to_bound(inertias)}."
     text += considered_words(inertias)
-    if off or doubts:
+    if off or doubts or _is_assumed(inertias):
         return Notice(tone="warn", text=f"{text} {_doubtful(doubts)}".strip())
     return Notice(tone="good", text=text)
 
@@ -70,8 +73,8 @@ def measured_verdict(inertias: Inertias, records: int, doubts: Sequence[str] = (
         f"{_span(estimate.std)} kg·m² (one standard deviation), {_span(estimate.noise_std)} of it by the gyro's noise."
     )
     text += considered_words(inertias)
-    if doubts:
-        return Notice(tone="warn", text=f"{text} {_doubtful(doubts)}")
+    if doubts or _is_assumed(inertias):
+        return Notice(tone="warn", text=f"{text} {_doubtful(doubts)}".strip())
     return Notice(tone="good", text=text)
 
 
@@ -109,10 +112,17 @@ def considered_words(inertias: Inertias) -> str:
     named = [first, *(kind for kind in others if shares[kind] >= _LARGE_SHARE)]
     parts = listed(f"{100 * shares[kind]:.0f} % from estimation.uncertainty.{UNCERTAINTY_KEYS[kind]}" for kind in named)
     largest = figures((_considered_std(estimate) / estimate.noise_std).max())
+    assumed = " The intervals are those of what was assumed, hardly of this flight." if _is_assumed(inertias) else ""
     return (
         f" This is up to {largest} times what the gyro's noise makes: of the variance, in the mean of the parameters, "
-        f"{parts}; state there what is known of it."
+        f"{parts}; state there what is known of it.{assumed}"
     )
+
+
+def _is_assumed(inertias: Inertias) -> bool:
+    """Return whether the leading estimator's interval is all but that of considered quantities."""
+    estimate = inertias.by_name[leading_estimator(inertias.by_name)]
+    return bool((_considered_std(estimate) > ALL_BUT_CONSIDERED * estimate.noise_std).any())
 
 
 def leading_estimator(by_name: Iterable[str]) -> str:

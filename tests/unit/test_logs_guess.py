@@ -101,6 +101,7 @@ def test_what_no_channel_takes_and_what_a_map_still_needs_is_said(tmp_path):
         ([f"rw{unit}_mNm" for unit in (1, 2, 3)], "wheel_torque", "mN*m"),
         ([f"cmg_momentum_{axis}_Nms" for axis in "xyz"], "cluster_momentum", "N*m*s"),
         (TORQUE, "applied_torque", "mN*m"),
+        ([f"M{axis} [uNm]" for axis in "xyz"], "applied_torque", "uN*m"),
         (["q_w", "q_x", "q_y", "q_z"], "attitude", None),
         ([f"accel_{axis} [g]" for axis in "xyz"], "acceleration", "g_0"),
     ],
@@ -144,6 +145,23 @@ def test_a_normalized_torque_is_proposed_as_a_comment(tmp_path):
     text = tb.guess_map(tmp_path / "a.ulg")
     assert list(tomllib.loads(text)["channels"]) == ["body_rate"]
     assert "# scale = [1.0, 1.0, 1.0]  # PX4 normalizes it to -1 ... 1: give the torque at 1, N*m" in text
+
+
+def test_a_topic_and_its_field_together_name_a_channel(tmp_path):
+    """Topic `wheels` with fields `speed` and `torque`: neither name alone says what it is."""
+    fields = {
+        "wheels": "uint64_t timestamp;float[4] speed;float[4] torque",
+        "sensor_gyro": "uint64_t timestamp;float x;float y;float z",
+    }
+    log = logs.ULogWriter(tmp_path / "a.ulg", fields)
+    for number, (name, count) in enumerate(zip(fields, (8, 3), strict=True)):
+        log.add(number, name)
+        log.data(number, struct.pack(f"<Q{count}f", 5000, *(0.1,) * count))
+    log.close()
+    channels = tomllib.loads(tb.guess_map(tmp_path / "a.ulg"))["channels"]
+    assert channels["wheel_speed"]["fields"] == [f"speed[{wheel}]" for wheel in range(4)]
+    assert channels["wheel_torque"]["fields"] == [f"torque[{wheel}]" for wheel in range(4)]
+    assert "applied_torque" not in channels
 
 
 def test_a_flag_is_proposed_for_cutting(tmp_path):

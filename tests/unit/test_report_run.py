@@ -15,7 +15,7 @@ from testbed.experiment.result import result_of
 from testbed.report.frame.page import render_page
 from testbed.report.run import run_page, write_run_report
 from testbed.report.sections.inertias import Inertias
-from testbed.report.verdict import MOSTLY_CONSIDERED, flight_verdict
+from testbed.report.verdict import ALL_BUT_CONSIDERED, MOSTLY_CONSIDERED, flight_verdict
 from testbed.report.wording import ESTIMATOR_NAMES, capitalized
 from testbed.scenario.uncertainty import Uncertainty as ScenarioUncertainty
 
@@ -202,6 +202,18 @@ def test_the_verdict_names_what_makes_the_uncertainty_larger_than_noise():
     just_below = np.sqrt(0.99 * (MOSTLY_CONSIDERED**2 - 1.0)) * np.array([1.0, 0.0, 0.0, 0.0])
     assert "estimation.uncertainty" not in verdict(just_below, kinds)
     assert "estimation.uncertainty" in verdict(just_below * 1.02, kinds)
+
+
+@pytest.mark.parametrize(("ratio", "tone"), [(0.99 * ALL_BUT_CONSIDERED, "good"), (1.01 * ALL_BUT_CONSIDERED, "warn")])
+def test_an_interval_that_is_all_assumed_is_in_doubt(ratio, tone):
+    """A flight that stated 1,000 times what its gyro's noise makes, by the default of the gyro's bias, was good."""
+    experiment = flight()
+    estimate = experiment.estimation.by_name["output_error"]
+    considered = np.sqrt(ratio**2 - 1.0) * estimate.noise_std[:, None]
+    uncertain = replace(estimate, considered=considered, considered_kinds=("gyro_bias",))
+    verdict = flight_verdict(inertias_of(experiment, {"output_error": uncertain}))
+    assert verdict.tone == tone
+    assert ("what was assumed" in verdict.text) == (tone == "warn")
 
 
 def test_every_considered_quantity_has_its_key():
