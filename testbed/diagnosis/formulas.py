@@ -16,11 +16,13 @@ from testbed.diagnosis.candidates import Candidate, Screening, accepted
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.formula_responses import FormulaEvidence, formula_evidences
 from testbed.diagnosis.model import Fit, Hypothesis
-from testbed.diagnosis.screening import screened
+from testbed.diagnosis.screening import most_telling, refitted, screened
 from testbed.diagnosis.search import Search, log_odds_of_all, odds_together, with_effect, with_model
 from testbed.diagnosis.settings import SETTINGS
+from testbed.diagnosis.signatures import signatures
 from testbed.diagnosis.state import Diagnosis
 from testbed.diagnosis.torque_shapes import TorqueShape, evidence_of_any
+from testbed.effects.contact import Contact
 from testbed.effects.formula import Formula
 from testbed.formulas.grammar import Class, patterns, shares
 from testbed.formulas.law import Law
@@ -74,7 +76,8 @@ def with_formulas(
         if chosen is None:
             break
         before, candidate, screening = chosen
-        search = replace(search, testable=(*search.testable, candidate.placed), known={})
+        others = (each for each in search.testable if each.key != candidate.placed.key)
+        search = replace(search, testable=(*others, candidate.placed), known={})
         larger = search.reconsidered(with_effect(before, candidate, screening))
         if larger.gap.fit > before.gap.fit:  # what fits worse is no explanation
             break
@@ -140,25 +143,54 @@ def _best_addition(
     found = []
     for base, listed in bases:
         formulas = screened_formulas(base.runs, base.heldout, base.model, len(search.testable), search.progress)
-        screening = _beside_library(formulas, listed, library)
+        touch = _touch_of_pulse(base, formulas, search)
+        screening = _beside_library(formulas, listed, library, touch)
         chosen = accepted(screening)
-        if chosen is not None and isinstance(chosen.effect, Formula):
+        if chosen is not None and (isinstance(chosen.effect, Formula) or chosen in touch.candidates):
             found.append((base, chosen, screening))
     return max(found, key=lambda each: each[0].explained + each[2].odds(each[1]), default=None)
 
 
-def _beside_library(formulas: Screening, listed: Screening | None, library: Screening | None) -> Screening:
+def _touch_of_pulse(base: Diagnosis, formulas: Screening, search: Search) -> Screening:
+    """Return a touch at the instant of the best formula, if that is a pulse: in a long record no jump shows it.
+
+    The jumps that a touch is searched from are those of the momentum along the gyro's own integral, which wanders by as
+    much as a small impulse within a minute; formulas are compared along the motion that the model predicts.
+
+    Returns:
+        A screening of the touch alone; without one of no pulse.
+    """
+    none = replace(formulas, signatures=(), candidates=(), tested=max(len(search.testable), 1))
+    best = next(iter(formulas.candidates), None)
+    known = next((each for each in search.testable if isinstance(each.effect, Contact)), None)
+    if best is None or best.effect.recurs or known is None:
+        return none
+    instant = best.fit.effect_values[best.fit.own(best.placed)][_pattern(best).names.index("at")]
+    touch = replace(known, effect=Contact((float(instant),)))
+    shown = replace(none, signatures=tuple(most_telling(list(signatures(base.runs, base.model, [touch])))))
+    candidate = refitted(base.runs, base.heldout, base.model, shown, touch)
+    return none if candidate is None else replace(shown, candidates=(candidate,))
+
+
+def _beside_library(
+    formulas: Screening, listed: Screening | None, library: Screening | None, touch: Screening
+) -> Screening:
     """Return formulas and the library's hypotheses together, which compete.
 
     Args:
         formulas: against a model.
         listed: hypotheses of the library against the same model; None where there are none.
         library: against the baseline: what the data show of each stays known.
+        touch: at the instant of a pulse; it takes the place of the library's one if it explains more.
     """
-    others = [] if listed is None else [each for each in listed.candidates if not isinstance(each.effect, Formula)]
+    best = {each.placed.key: each for each in (() if listed is None else listed.candidates)}
+    for each in touch.candidates:
+        best[each.placed.key] = max(each, best.get(each.placed.key, each), key=lambda one: one.log_bayes_factor)
+    others = [each for each in best.values() if not isinstance(each.effect, Formula)]
     both = sorted([*formulas.candidates, *others], key=lambda each: -each.log_bayes_factor)
-    known = () if library is None else library.signatures
-    shown = [each for each in known if not isinstance(each.placed.effect, Formula)]
+    known = {each.placed.key: each for each in (() if library is None else library.signatures)}
+    known |= {each.placed.key: each for each in touch.signatures if any(one in both for one in touch.candidates)}
+    shown = [each for each in known.values() if not isinstance(each.placed.effect, Formula)]
     return replace(formulas, candidates=tuple(both), signatures=(*formulas.signatures, *shown))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import final
 
 import numpy as np
@@ -21,6 +22,15 @@ With 0.01 s half of the searches that began 0.03 s or less from the instant were
 """
 _STARTS = 8
 """Instants that are searched from, over all runs: as many as hypotheses are refitted; each costs a linearisation."""
+
+
+def _of_jumps(grid: Grid) -> list[float]:
+    found = [
+        (score, instant + begin)
+        for run, begin in zip(grid.runs, begin_of_runs(grid), strict=True)
+        for score, instant in likeliest_jumps(run, _STARTS)
+    ]
+    return [instant for _, instant in sorted(found, reverse=True)[:_STARTS]]
 
 
 class _Touch(Hooks):
@@ -51,6 +61,10 @@ class Contact(Effect):
     recurs = False
     instant = "time_s"
 
+    def __init__(self, instants: Sequence[float] = ()) -> None:
+        """Take the instants to search from, s, in the runs laid end to end; where none, those of jumps in them."""
+        self._instants = tuple(instants)
+
     @override
     def hooks(self, component: str) -> Hooks:
         return _Touch()
@@ -58,12 +72,7 @@ class Contact(Effect):
     @override
     def starts(self, component: str, grid: Grid) -> Array:
         """The instants at which a jump of the momentum explains most of the measured rates."""
-        found = [
-            (score, instant + begin)
-            for run, begin in zip(grid.runs, begin_of_runs(grid), strict=True)
-            for score, instant in likeliest_jumps(run, _STARTS)
-        ]
-        instants = [instant for _, instant in sorted(found, reverse=True)[:_STARTS]]
+        instants = self._instants or _of_jumps(grid)
         return np.array([[instant, 0.0, 0.0, 0.0] for instant in instants])
 
     @override

@@ -186,8 +186,8 @@ class NamedEffect(ABC):
         confirm: the experiment that would distinguish it from them.
         measured_by: channels that show what it does: with one of them it is no deviation from what is predicted.
         yields_to: ids of effects that are named before it where the data say as much for them: the more usual ones.
-        includes: ids of effects that are cases of it while commands are constant: they say more, and go before it where
-            they are indistinguishable.
+        includes: ids of effects that are cases of it, as a weak actuator is one of constant torques: they say more and
+            go before it where they are indistinguishable.
         flies: whether a flying model can have it; the extension of one that cannot is empty.
         environment: `kind` of the one in which it acts; empty where it may act in any.
         recurs: whether it acts in every run; what happened once says nothing of the other runs.
@@ -202,7 +202,7 @@ class NamedEffect(ABC):
     confirm: str
     measured_by: ClassVar[tuple[Channel, ...]] = ()
     yields_to: ClassVar[tuple[str, ...]] = ()
-    includes: ClassVar[tuple[str, ...]] = ()
+    includes: tuple[str, ...] = ()
     flies: bool = True
     environment: ClassVar[Literal["", "air_bearing", "orbit"]] = ""
     recurs: bool = True

@@ -73,6 +73,7 @@ class Formula(Effect):
         self.confirm = separating_flight(pattern)
         units = any(law.units_needed for law in pattern.laws)
         self.recurs = all(law.recurs for law in pattern.laws)
+        self.includes = () if self.recurs else ("contact",)
         torque = any(law.reads_torque for law in pattern.laws)
         self.flies = self.recurs and not torque
         self.needs: tuple[Channel, ...] = (

@@ -18,6 +18,7 @@ from testbed.diagnosis.formulas import screened_formulas
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import theta_of
+from testbed.effects import contact
 from testbed.effects.formula import Formula, flown_entries
 from testbed.effects.library import FOLDER_VARIABLE, kept_effects
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
@@ -124,6 +125,16 @@ def test_the_formula_with_the_most_evidence_is_the_one_that_acts(text, values):
     assert best.component == text
     std = np.sqrt(np.diag(best.fit.covariance)[6:])
     assert np.all(np.abs(best.fit.effect_values - values) < 4.0 * std)
+
+
+def test_a_touch_that_no_jump_shows_is_found_at_the_instant_of_a_pulse(monkeypatch):
+    """Of 50 s of a CubeSat the largest jumps are drifts of the gyro's integral: the touch was called a formula."""
+    monkeypatch.setattr(contact, "_of_jumps", lambda _: [1.0])
+    data = data_of("once(at, width) in B", [8.3, 0.02, 4e-3, -2e-3, 1e-3])
+    state, _ = last_of(data, {"contact": EFFECTS["contact"]})
+    (step,) = state.steps
+    assert step.key == "contact:platform"
+    assert state.model.effect_values[0] == pytest.approx(8.3, abs=0.02)
 
 
 def test_the_extended_scenario_flies_it(tmp_path):
