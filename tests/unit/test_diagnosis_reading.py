@@ -11,6 +11,7 @@ from concealing.rig import Rig
 from support.diagnosed_records import NOISE, nominal, records
 from support.rigs import rig_records, rig_scenario
 from testbed.assembly.platform import nominal_body
+from testbed.diagnosis import roles
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.gate import Gate, require_explicable
 from testbed.diagnosis.reading import data_set_of
@@ -54,6 +55,17 @@ def test_every_third_run_is_held_out_at_least_one_and_none_of_a_single_one(good)
     assert read(good[:2]).heldout.names == ("run2",)
     assert read(good[:1]).heldout is None
     assert read(good).runs.names == ("run1", "run2", "run4")
+
+
+@pytest.mark.parametrize(("times", "held_out"), [(1.0, 2), (3.0, 1)])
+def test_a_run_that_turns_far_faster_than_all_others_is_fitted(times, held_out, good, monkeypatch):
+    """A drag that goes with the square of the rate showed in the run that was held out, and was unexplained."""
+    monkeypatch.setattr(roles, "log_chance_of_jump", lambda _: 0.0)  # a scaled rate has no momentum to conserve
+    parts = [[part] for part in read([with_details(record, role="fit") for record in good[:3]]).runs.grid.runs]
+    parts[2] = [replace(parts[2][0], body_rate=times * parts[0][0].body_rate)]
+    fit, heldout = roles.by_role(list(zip(good[:3], parts, strict=True)))
+    assert heldout == [held_out]
+    assert fit == sorted({0, 1, 2} - {held_out})
 
 
 def test_stated_roles_are_kept(good):
