@@ -4,7 +4,8 @@ Run with `python -m benchmarks.crazypad`, or with names of the folders in data/c
 last lines are a table of all of them. The healthy records that are fitted are the reference; those held out are
 diagnosed like the defective ones, so that nothing should be new in them. `python -m benchmarks.crazypad torque` shows
 without any diagnosis what commands and motion have to do with each other: the mean torque of every flight, and the
-response of the angular acceleration.
+response of the angular acceleration. `python -m benchmarks.crazypad weaker` diagnoses healthy flights in which a motor
+needs a third more of its command: a weak motor in a loop, as exactly as it can be known.
 """
 
 from __future__ import annotations
@@ -38,6 +39,8 @@ TRUE = {
     "weight_between_motors_3_4": "thrust_offset, towards +y",
 }
 """What is known of each folder."""
+WEAKER, LOST = ("log01", "log02"), 0.25
+"""Healthy logs in which a motor is made weaker, and by which share."""
 
 
 def main() -> None:
@@ -45,6 +48,10 @@ def main() -> None:
     if sys.argv[1:] == ["torque"]:
         for line in torque_lines():
             print(line)
+        return
+    if sys.argv[1:] == ["weaker"]:
+        for line in weaker_lines():
+            print(line, flush=True)
         return
     kept, rows = Kept(), ["| flights | known | verdict | names | probability |", "|---|---|---|---|---|"]
     for name in sys.argv[1:] or TRUE:
@@ -93,6 +100,32 @@ def suspect_records(name: str) -> tuple[Record, ...]:
         return records
     held_out = [record for record in records if record.details.role == "heldout"]
     return tuple(replace(record, details=replace(record.details, role=None)) for record in held_out)
+
+
+def weaker_lines() -> Iterator[str]:
+    """Yield what is named where a motor of two healthy logs gives a quarter less; the other logs are the reference."""
+    scenario, kept = read_body_scenario(shipped_scenario("crazypad")), Kept()
+    records = [replace(each, details=replace(each.details, role=None)) for each in read_data_set(DATA / HEALTHY)]
+    suspect = [each for each in records if each.details.name.startswith(WEAKER)]
+    reference = Records(tuple(each for each in records if not each.details.name.startswith(WEAKER)))
+    for motor in range(4):
+        weaker = Records(tuple(with_weak_motor(each, motor) for each in suspect))
+        result = diagnose(scenario, weaker, reference=reference, keep=kept, propose=False)
+        names = ["; ".join(map(repr, result.steps)) or "none", *(f"or {each}" for each in alike_of(result))]
+        yield f"motor {motor + 1} a quarter weaker: {result.verdict}, {', '.join(names)}"
+
+
+def with_weak_motor(record: Record, motor: int) -> Record:
+    """Return a flight whose controller has found what a weak motor needs: for the same thrust a larger command.
+
+    Args:
+        record: healthy; the torque that its commands would make is taken from these.
+        motor: index of the weak one.
+    """
+    thrust = record.channels["motor_thrust"].copy()
+    thrust[:, motor] /= 1.0 - LOST
+    others = {name: values for name, values in record.channels.items() if name != "applied_torque"}
+    return replace(record, channels={**others, "motor_thrust": thrust})
 
 
 def torque_lines() -> Iterator[str]:

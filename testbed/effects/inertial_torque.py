@@ -40,6 +40,7 @@ class InertialTorque(Effect):
     sentence = "A constant torque that does not turn with the body drives it, as a magnetic field outside does."
     look_alikes = ("body_torque", "tether")
     yields_to = ("center_of_mass_offset", "magnetic_dipole")
+    includes = ("actuator_weak", "actuator_misaligned", "thrust_offset")
     confirm = (
         "A slow turn by half a revolution: a torque fixed in space stays where it was and changes sign in the body."
     )
