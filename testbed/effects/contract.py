@@ -311,7 +311,9 @@ def wheel_index(component: str) -> int:
 
 def components_in(effect: NamedEffect, units: int, wheels: int = 0, thrusters: int = 0) -> tuple[str, ...]:
     """Return where an effect can sit on a platform with so many CMG units, wheels, and thrusters with commands."""
-    absent = (*UNITS[units:], *WHEELS[wheels:], *([] if wheels else [ALL_WHEELS]), *THRUSTERS[thrusters:])
+    all_is_one = wheels == 1 and WHEELS[0] in effect.components
+    all_wheels = [ALL_WHEELS] if not wheels or all_is_one else []
+    absent = (*UNITS[units:], *WHEELS[wheels:], *all_wheels, *THRUSTERS[thrusters:])
     return tuple(component for component in effect.components if component not in absent)
 
 

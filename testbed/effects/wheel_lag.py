@@ -1,4 +1,4 @@
-"""The motor of one wheel follows its command late."""
+"""The motor of one wheel, or of each wheel alike, follows its command late."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.effects.contract import WHEELS, Effect, Extension, Parameter, only_wheel, wheel_index
+from testbed.effects.contract import ALL_WHEELS, WHEELS, Effect, Extension, Parameter, only_wheel, wheel_index
 from testbed.prediction.hooks import Hooks
 from testbed.scenario.actuators import wheel_count
 from testbed.scenario.scenario import Scenario
@@ -21,23 +21,25 @@ class _Behind(Hooks):
 
     @override
     def wheel_lag(self, value: Array, wheels: int) -> Array:
+        if self._component == ALL_WHEELS:
+            return np.broadcast_to(value[:, :1], (len(value), wheels))
         return only_wheel(self._component, value, wheels)
 
 
 @final
 class WheelLag(Effect):
-    """T τ̇ = u - τ."""
+    """T τ̇ = u - τ, T of one wheel or the same of all: motors of one make are late alike."""
 
     id = "wheel_lag"
-    components = WHEELS
+    components = (*WHEELS, ALL_WHEELS)
     parameters = (
         Parameter(name="time_constant_s", unit="s", typical=0.02, lower=0.0, upper=1.0, plausible=(0.0, 0.5)),
     )
     needs = ("wheel_speed", "wheel_torque_command")
     measured_by = ("wheel_speed",)
     sentence = "The motor of {component} gives the torque that it is commanded with a lag."
-    look_alikes = ("wheel_torque_scale",)
-    confirm = "A step of that wheel's torque: behind a lag its speed bends before it grows along a line."
+    look_alikes = ("wheel_torque_scale", "wheel_delay")
+    confirm = "A step of that torque: behind a lag the speed bends before it grows along a line."
 
     @override
     def hooks(self, component: str) -> Hooks:
@@ -47,5 +49,5 @@ class WheelLag(Effect):
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
         wheels = wheel_count(scenario.actuators)
         lags = np.array(per_unit(scenario.truth.wheel_motor_lag_s, wheels, 0.0))
-        lags[wheel_index(component)] += values[0]
+        lags[slice(None) if component == ALL_WHEELS else wheel_index(component)] += values[0]
         return Extension(scenario={"truth": {"wheel_motor_lag_s": lags.tolist()}})

@@ -21,6 +21,7 @@ from testbed.diagnosis.tachometers import shown_beside_tachometers
 from testbed.diagnosis.testable import hypotheses
 from testbed.dynamics.inertia import theta_of
 from testbed.effects import registered
+from testbed.effects.contract import ALL_WHEELS
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.errors import InputError
 from testbed.experiment.flying import fly_maneuver
@@ -58,12 +59,12 @@ def scenario(**simulation: float) -> Scenario:
 
 
 @cache
-def records(effect: str | None, **simulation: float) -> tuple[Record, ...]:
-    """Fly three runs with the effect in one wheel."""
+def records(effect: str | None, component: str = WHEEL, **simulation: float) -> tuple[Record, ...]:
+    """Fly three runs with the effect in one wheel, or in all."""
     believed = scenario(**simulation)
     nominal, hidden = nominal_platform(believed), believed
     if effect is not None:
-        hidden = extended(hidden, registered()[effect].extension(WHEEL, np.array([HIDDEN[effect]]), hidden))
+        hidden = extended(hidden, registered()[effect].extension(component, np.array([HIDDEN[effect]]), hidden))
     maneuver = plan_maneuver(believed, nominal).maneuver
     flown = [fly_maneuver(hidden, nominal, true_platform(hidden), maneuver, seed).record for seed in SEEDS]
     named = [replace(each, details=replace(each.details, name=f"run {at}")) for at, each in enumerate(flown)]
@@ -132,11 +133,22 @@ def test_commands_that_all_act_a_period_late_are_one_delay():
     assert final.actuators_missed < SETTINGS.channel_missed
 
 
+def test_motors_that_are_late_alike_are_one_lag():
+    """It was a delay of all, and lags of a few tenths of a millisecond of single motors for the rest."""
+    data = data_of(records("wheel_lag", ALL_WHEELS))
+    theta = theta_of(nominal_platform(scenario()).inertia)
+    *_, final = diagnosed(data.runs, data.heldout, OF_WHEELS, theta, noise_effects=NOISE_EFFECTS)
+    (lag,) = additions(final)
+    assert (lag.effect.id, lag.component) == ("wheel_lag", ALL_WHEELS)
+    (size,) = lag.quantities
+    assert abs(size.value - HIDDEN["wheel_lag"]) < 4.0 * size.std
+
+
 def test_what_the_motors_do_beside_all_that_is_named_is_unexplained():
     """However well the body's motion is explained."""
     data = data_of([early(each) for each in records(None)])
     theta = theta_of(nominal_platform(scenario()).inertia)
-    library = {name: effect for name, effect in OF_WHEELS.items() if name != "wheel_delay"}
+    library = {name: effect for name, effect in OF_WHEELS.items() if name not in ("wheel_delay", "wheel_lag")}
     *_, final = diagnosed(data.runs, data.heldout, library, theta, noise_effects=NOISE_EFFECTS)
     assert final.actuators_missed > SETTINGS.channel_missed
     assert final.verdict == "unexplained"

@@ -105,7 +105,12 @@ def test_a_wheel_that_stands_still_is_left_out_by_itself():
 
 def test_what_a_motor_does_is_not_tested_for_in_a_wheel_that_stands_still():
     testable, untestable = hypotheses(runs_with(with_still(flown(), 1)), OF_WHEELS)
-    assert {each.component for each in testable if each.effect.id == "wheel_lag"} == {"wheel1", "wheel3", "wheel4"}
+    assert {each.component for each in testable if each.effect.id == "wheel_lag"} == {
+        "wheel1",
+        "wheel3",
+        "wheel4",
+        "wheels",
+    }
     assert {each.component for each in testable if each.effect.id == "wheel_inertia"} == {
         f"wheel{n}" for n in range(1, 5)
     }
