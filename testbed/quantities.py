@@ -79,7 +79,7 @@ RateLimit: TypeAlias = Annotated[float, Field(ge=1e-6, le=1e4)]
 """rad/s; the Earth turns by 7.3e-5."""
 RateSpread: TypeAlias = Annotated[float, Field(ge=0, le=1e3)]
 """rad/s."""
-RateNoise: TypeAlias = Annotated[float, Field(ge=0, le=1e3), _zero_or(1e-12)]
+RateNoise: TypeAlias = Annotated[float, Field(ge=0, le=1e3, allow_inf_nan=False), _zero_or(1e-12)]
 """rad/s; the best space gyros, of 6e-5 deg/√h, have 1.7e-8 at a sample a second."""
 Drift: TypeAlias = Annotated[float, Field(ge=-10, le=10)]
 """rad/s²; as a bias that grows by a whole gyro range within a second."""

@@ -93,13 +93,19 @@ def diagnose_records(
             kept_parts(folder, origin_of(scenario, records, command_line(), healthy), resume=resume) as parts,
             threadpool_limits(limits=1, user_api="blas"),  # as in `testbed.diagnose`
         ):
-            return _diagnose(scenario, records, healthy, folder, parts)
+            return _diagnose(scenario, records, healthy, folder, parts, resume=resume)
 
 
 def _diagnose(
-    scenario: BodyScenario, records: Records, healthy: Records | None, folder: OutputFolder, parts: KeptParts
+    scenario: BodyScenario,
+    records: Records,
+    healthy: Records | None,
+    folder: OutputFolder,
+    parts: KeptParts,
+    *,
+    resume: bool,
 ) -> int:
-    resumed = tuple(_parts_notices(parts))  # before the healthy records add parts of their own
+    resumed = tuple(_parts_notices(parts, resume=resume))  # before the healthy records add parts of their own
     if healthy is None:
         prepared = prepared_records(scenario, records)
     else:
@@ -140,7 +146,9 @@ def _again(folder: OutputFolder) -> str:
     return f"what was worked out is kept: repeat the command with --out {folder.path} --resume to go on."
 
 
-def _parts_notices(parts: KeptParts) -> Iterator[str]:
+def _parts_notices(parts: KeptParts, *, resume: bool) -> Iterator[str]:
+    if resume and not parts.parts:
+        yield f"--resume: {parts.path} holds nothing of an interrupted diagnosis, so that this one begins anew"
     if parts.parts:
         yield f"goes on with {len(parts.parts)} parts that are kept in {parts.path}"
     if parts.damaged:

@@ -29,7 +29,7 @@ class _DetailsFile(BaseModel):
 
     name: str | None = Field(default=None, min_length=1)
     source: Literal["measured", "simulated"] = "measured"
-    gyro_noise: RateNoise | None = Field(default=None, alias="gyro_noise_rad_s", allow_inf_nan=False)
+    gyro_noise: RateNoise | None = Field(default=None, alias="gyro_noise_rad_s")
     usable_from: _Seconds | None = Field(default=None, alias="usable_from_s")
     usable_to: _Seconds | None = Field(default=None, alias="usable_to_s")
     role: Literal["fit", "heldout"] | None = None

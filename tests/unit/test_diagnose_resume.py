@@ -165,9 +165,10 @@ def test_resume_wants_a_folder(data, capsys):
     assert "name its folder with --out" in capsys.readouterr().err
 
 
-def test_in_an_empty_folder_it_begins(data, whole, tmp_path):
-    """A command that was killed before its first part left that."""
+def test_in_an_empty_folder_it_begins_and_says_so(data, whole, tmp_path, capsys):
+    """A command that was killed before its first part left that; so does a folder that is spelt wrong."""
     assert diagnose(data, tmp_path / "new", "--resume") == 0
+    assert "holds nothing of an interrupted diagnosis" in " ".join(capsys.readouterr().out.split())
     assert answer(tmp_path / "new") == answer(whole[0])
 
 

@@ -49,6 +49,7 @@ def test_all_errors_are_named_at_once(toml):
     assert "gyro_noise_rad_s = 'small': input should be a valid number" in message
     assert "source = 'simulation': input should be 'measured' or 'simulated'" in message
     assert "usable_to_s = nan: input should be a finite number" in message
+    assert "gyro_noise_rad_s = nan: input should be a finite number" in refusal(toml("gyro_noise_rad_s = nan"))
 
 
 @pytest.mark.parametrize(
