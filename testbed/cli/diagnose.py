@@ -165,6 +165,10 @@ class _Stages:
     def show(self, diagnosis: Diagnosis) -> None:
         """Print what is new."""
         before, self.last = self.last, diagnosis
+        if before is not None and diagnosis.begins_again(before):
+            say()
+            warn("note", "trims differ from record to record: what follows is with one of each, and replaces the above")
+            before = None
         if before is None:
             self.places = located(diagnosis.runs, diagnosis.baseline)
             _print_gap(diagnosis, self.places)

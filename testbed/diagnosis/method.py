@@ -57,7 +57,7 @@ def diagnosed(
     """Yield what is known after every stage; the last one is complete.
 
     Where torques are applied, the records have one trim of the actuators, until trims of their own are more probable
-    than any effect; then all begins again with these.
+    than any effect; then all begins again with these (`Diagnosis.begins_again`).
 
     Args:
         runs: to fit.
@@ -83,10 +83,11 @@ def diagnosed(
         most=most,
     )
     if may_share_a_trim(runs):
-        stages = list(task.stages(with_one_trim(runs), heldout and with_one_trim(heldout)))
-        if stages[-1].complete:
-            yield from stages
-            return
+        for state in task.stages(with_one_trim(runs), heldout and with_one_trim(heldout)):
+            yield state
+            if state.complete:
+                return
+        progress("a trim of each record")
     yield from task.stages(runs, heldout)
 
 

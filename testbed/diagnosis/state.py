@@ -125,6 +125,10 @@ class Diagnosis:
     complete: bool = False
     notices: tuple[str, ...] = ()
 
+    def begins_again(self, before: Diagnosis) -> bool:
+        """Return whether it is the first stage with a trim of each record, after a stage with one of all records."""
+        return bool(before.runs.trim_group) and not self.runs.trim_group
+
     @property
     def left_over(self) -> bool:
         """Whether the model's residual is more than noise, or could not be tested."""

@@ -427,7 +427,7 @@ def origin_of(scenario: BodyScenario, records: Records, command: str, reference:
 def _first_and_last(stages: Iterator[Diagnosis]) -> tuple[Diagnosis, Diagnosis]:
     first = last = next(stages)
     for state in stages:
-        last = state
+        first, last = state if state.begins_again(last) else first, state
     return first, last
 
 

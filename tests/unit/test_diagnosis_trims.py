@@ -1,6 +1,7 @@
 """Whether records have one trim of the actuators or own ones: by which of the two is more probable."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -35,17 +36,16 @@ def records(trims=WITHOUT, effect=None):
     return found
 
 
-def last_of(found):
+def stages_of(found):
     scenario = read_scenario(SCENARIO)
     platform = nominal_platform(scenario)
     data = data_set_of(found, scenario, platform)
     effects = {name: EFFECTS[name] for name in TESTED}
-    *_, last = diagnosed(data.runs, data.heldout, effects, theta_of(platform.inertia))
-    return last
+    return list(diagnosed(data.runs, data.heldout, effects, theta_of(platform.inertia)))
 
 
 def test_a_drag_is_not_explained_away_by_a_trim_of_every_record():
-    state = last_of(records(effect="viscous_drag"))
+    *_, state = stages_of(records(effect="viscous_drag"))
     assert state.runs.trim_group
     assert [added.effect.id for added in additions(state)] == ["viscous_drag"]
     assert len(state.model.trims) == 1
@@ -53,7 +53,10 @@ def test_a_drag_is_not_explained_away_by_a_trim_of_every_record():
 
 def test_trims_that_differ_from_record_to_record_are_no_effect():
     trims = 2e-4 * np.random.default_rng(4).standard_normal((5, 3))
-    state = last_of(records(trims))
+    stages = stages_of(records(trims))
+    state = stages[-1]
+    assert stages[0].runs.trim_group  # what is known with one trim is shown until that gives way
+    assert sum(after.begins_again(before) for before, after in pairwise(stages)) == 1
     assert not state.runs.trim_group
     assert not additions(state)
     shown = {each.details.name: trim for each, trim in zip(records(trims), trims, strict=True)}
