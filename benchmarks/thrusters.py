@@ -21,7 +21,7 @@ from testbed.dynamics.inertia import theta_of
 from testbed.estimation.combine import CombinedEstimate
 from testbed.experiment.combining import combine_estimations
 from testbed.experiment.measured import estimate_record
-from testbed.identification.identify import driven_parts
+from testbed.identification.identify import uninterrupted_parts
 from testbed.records.record import Record, RunDetails
 from testbed.scenario.body import BodyScenario
 
@@ -199,7 +199,7 @@ def main(seeds: int) -> None:
 
 def combined(scenario: BodyScenario, nominal: Body, record: Record) -> Mapping[str, CombinedEstimate]:
     """Return the estimates of a record, of its parts together where it has gaps."""
-    parts = driven_parts(record, scenario, nominal)
+    parts = uninterrupted_parts(record, scenario, nominal)
     return combine_estimations({part.details.name: estimate_record(scenario, nominal, part) for part in parts}).by_name
 
 

@@ -121,6 +121,8 @@ def _bins(time: Series, rate: float) -> _Bins:
     return _Bins(first, full, 1.0 / counts[full], usual)
 
 
+PARTS_USED = "parts are used"
+"""How a notice on gaps ends; an estimate cuts records by a rule of its own."""
 STAND_ALONE = "alone, far from the neighbours: left out"
 
 
@@ -166,7 +168,7 @@ def parts_of(record: Record, scenario: BodyScenario, nominal: Body, notices: lis
             "telemetry: give a longer or a more complete record"
         )
     if len(stretches) > 1:
-        notices.append((name, f"its actuators' telemetry has gaps; {len(stretches)} parts are used"))
+        notices.append((name, f"its actuators' telemetry has gaps; {len(stretches)} {PARTS_USED}"))
     horizon = scenario.diagnosis.horizon_s
     many = len(stretches) > 1
     parts = [

@@ -4,25 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
-from testbed.arrays import Theta
+from testbed.arrays import Series, Theta
 from testbed.assembly.contact import cut_at_contact
 from testbed.assembly.platform import Body
 from testbed.assembly.telemetry import telemetry_of
-from testbed.diagnosis.bridging import driven_stretches
+from testbed.diagnosis.bridging import bridged_stretches
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.reading import gated, grouped
-from testbed.diagnosis.windows import STAND_ALONE, outliers_notice
+from testbed.diagnosis.windows import PARTS_USED, STAND_ALONE, outliers_notice
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.errors import InputError
+from testbed.estimation.gaps import between_gaps, gaps
 from testbed.estimation.telemetry import Telemetry
 from testbed.experiment.combining import combine_estimations
 from testbed.experiment.experiment import CombinedEstimation, Estimation
 from testbed.experiment.measured import estimate_record
 from testbed.records.checks import MINIMUM_SAMPLES
-from testbed.records.record import Record
+from testbed.records.record import Record, RunDetails
 from testbed.records.selection import in_parts, part_of, sampled, telemetry_only
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.diagnosis import Diagnosis
@@ -79,31 +81,29 @@ def identify(scenario: BodyScenario, nominal: Body, records: Sequence[Record]) -
     passed = gated([_looked_at(record) for record in cut], plain, nominal, at_rest=True)
     _require_free(passed.together)
     notices += [(record.details.name, _unused(record)) for record in records if record.extra_columns]
-    notices += [
-        notice for notice in passed.notices if not notice[1].endswith(STAND_ALONE)
-    ]  # counted below, all of them
+    # Outliers are counted below, all of them, and parts are those of the estimators.
+    notices += [notice for notice in passed.notices if not notice[1].endswith((STAND_ALONE, PARTS_USED))]
     if scenario.estimation.alignments:
         notices += [(record.details.name, _NO_ALIGNMENTS) for record in cut]
     estimations: dict[str, Estimation] = {}
     refused = list(passed.refused)
     usable = {record.details.name for record, _ in passed.usable}
-    parts = [
-        part
-        for record in cut
-        if record.details.name in usable
-        for driven in driven_parts(record, scenario, nominal)
-        for part in in_parts(driven, MOST_AT_ONCE)
-    ]
-    for part in parts:
-        try:
-            estimations[part.details.name] = estimate_record(scenario, nominal, part)
-        except InputError as error:
-            refused.append(str(error))
+    parts: list[Record] = []
+    for record in (each for each in cut if each.details.name in usable):
+        whole = _is_free_at_rest(scenario) and not _is_driven(record)  # H = 0 lasts through any gap
+        pieces = [record] if whole else uninterrupted_parts(record, scenario, nominal)
+        if not pieces:
+            refused.append(f"{record.details.name}: no {MINIMUM_SAMPLES} gyro samples lie between two gaps")
+        for piece in (part for each in pieces for part in in_parts(each, MOST_AT_ONCE)):
+            for part, estimation in _estimated(scenario, nominal, piece, refused):
+                parts.append(part)
+                estimations[part.details.name] = estimation
     if not estimations:
         raise InputError("\n".join(refused))
     notices += [(name, text) for name, each in estimations.items() for text in _estimation_notices(each)]
+    notices += [(record.details.name, _gap_words(record, parts)) for record in cut if _is_apart(record, parts)]
     return Identification(
-        records=tuple(part for part in parts if part.details.name in estimations),
+        records=tuple(parts),
         estimations=estimations,
         combined=combine_estimations(estimations),
         notices=(*grouped(notices), *passed.doubts),
@@ -146,8 +146,51 @@ def _cut(scenario: BodyScenario, nominal: Body, record: Record, notices: list[tu
     return cut
 
 
-def driven_parts(record: Record, scenario: BodyScenario, nominal: Body) -> list[Record]:
-    """Return a record in parts between the gaps of the torque that is applied; it says nothing of the motion there.
+def _is_free_at_rest(scenario: BodyScenario) -> bool:
+    return scenario.estimation.initial_momentum == "zero" and scenario.environment.kind == "free"
+
+
+def _is_driven(record: Record) -> bool:
+    return not record.channels.keys().isdisjoint({"applied_torque", "motor_thrust"})
+
+
+def _estimated(
+    scenario: BodyScenario, nominal: Body, record: Record, refused: list[str]
+) -> Iterator[tuple[Record, Estimation]]:
+    """Yield a record with its estimates; its parts between gaps if a momentum has to be estimated all the same.
+
+    Args:
+        scenario: as of `identify`.
+        nominal: its platform.
+        record: a whole one, or a part without gaps.
+        refused: why nothing can be estimated from it is added.
+    """
+    try:
+        estimation = estimate_record(scenario, nominal, record)
+    except InputError as error:
+        refused.append(str(error))
+        return
+    turns_unseen = _is_free_at_rest(scenario) and estimation.initial_momentum == "estimated"
+    pieces = uninterrupted_parts(record, scenario, nominal) if turns_unseen else [record]
+    if len(pieces) <= 1:
+        yield record, estimation
+        return
+    for piece in pieces:
+        yield from _estimated(scenario, nominal, piece, refused)
+
+
+_GYRO_BRIDGED = 0.3
+"""s without a gyro sample, beyond which the attitude that the estimators integrate from it is lost.
+
+Source: that of the actuators' telemetry (`testbed.diagnosis.bridging`). Of 40 s at 20 Hz a second without the
+gyro put the momentum form off by seven of its standard deviations."""
+
+
+def uninterrupted_parts(record: Record, scenario: BodyScenario, nominal: Body) -> list[Record]:
+    """Return a record in parts between gaps in which the platform turned by what nobody knows.
+
+    The total momentum lasts through a gap, but not its direction in the body; under an applied torque neither does it.
+    Where gravity acts and the attitude is that of the gyro's integral, what follows a gap is left out.
 
     Args:
         record: measured.
@@ -157,18 +200,28 @@ def driven_parts(record: Record, scenario: BodyScenario, nominal: Body) -> list[
     Raises:
         InputError: the record lacks what the estimators need.
     """
-    if record.channels.keys().isdisjoint({"applied_torque", "motor_thrust"}):
-        return [record]
     telemetry = telemetry_of(record, scenario, nominal)
-    stretches = driven_stretches(telemetry) if telemetry.applied_torque is not None else []
-    spans = [telemetry.actuator_time[[rows.start, rows.stop - 1]] for rows in stretches]
+    driven = bridged_stretches(telemetry, nominal.turned_inertia)
+    seen = between_gaps(gaps(telemetry.gyro_time, shortest=_GYRO_BRIDGED))
+    spans = [
+        (max(first, start), min(last, end))
+        for first, last in _spans(telemetry.actuator_time, driven)
+        for start, end in _spans(telemetry.gyro_time, seen)
+        if max(first, start) < min(last, end)
+    ]
     if len(spans) <= 1:
         return [record]
+    around = telemetry.surroundings
+    oriented = around is None or around.measured
     return [
-        part_of(record, number, float(first), float(last))
-        for number, (first, last) in enumerate(spans, start=1)
+        part_of(record, number, first, last)
+        for number, (first, last) in enumerate(spans if oriented else spans[:1], start=1)
         if np.count_nonzero((telemetry.gyro_time >= first) & (telemetry.gyro_time <= last)) >= MINIMUM_SAMPLES
     ]
+
+
+def _spans(time: Series, stretches: Sequence[slice]) -> list[tuple[float, float]]:
+    return [(float(time[rows.start]), float(time[rows.stop - 1])) for rows in stretches]
 
 
 def _looked_at(record: Record) -> Record:
@@ -186,6 +239,26 @@ def _looked_at(record: Record) -> Record:
 
 def _unused(record: Record) -> str:
     return f"kept, but not used: {', '.join(record.extra_columns)}"
+
+
+def _is_apart(record: Record, parts: Sequence[Record]) -> bool:
+    """Return whether a record was cut at gaps, and not for its length alone."""
+    own = _own_parts(record, parts)
+    ends = [(each.usable_from or 0.0, each.usable_to or 0.0) for each in own]
+    period = 2.0 * float(np.median(np.diff(record.time)))
+    follows = (first - last > period for (_, last), (first, _) in pairwise(ends))
+    return len(own) == 1 or any(follows)
+
+
+def _gap_words(record: Record, parts: Sequence[Record]) -> str:
+    """Return what to say of a record that was cut at gaps."""
+    if len(_own_parts(record, parts)) == 1:
+        return "its telemetry has gaps: one part is used; where gravity acts, nothing says how it stood behind a gap"
+    return "its telemetry has gaps: the parts between them are estimated by themselves, with a momentum of each"
+
+
+def _own_parts(record: Record, parts: Sequence[Record]) -> list[RunDetails]:
+    return [each.details for each in parts if each.details.name.startswith(f"{record.details.name} part ")]
 
 
 def _estimation_notices(estimation: Estimation) -> Iterator[str]:
