@@ -232,8 +232,8 @@ class _Parts:
         later = response[self._edges[number + 2] :]
         _, strength, directions = np.linalg.svd(np.linalg.qr(later, mode="r"), full_matrices=False)
         # A torque about an axis that is held does nothing, to the last bit: not even what a factorisation rounds.
-        kept = directions[strength > _NEGLIGIBLE * strength[0]] * later.any(axis=0)
-        self._left.append(np.ascontiguousarray(kept.reshape(len(kept), -1, 3).transpose(2, 1, 0)))
+        kept = directions[strength > _NEGLIGIBLE * strength.max(initial=0.0)] * later.any(axis=0)
+        self._left.append(_by_axis(kept))
         behind = later @ kept.T
         start = self._edges[number + 2]
         for window in range(number + 2, windows):
@@ -251,10 +251,16 @@ class _Parts:
             whole = np.concatenate([response, state], axis=1)
             if len(whole) > whole.shape[1]:
                 whole = np.asarray(np.linalg.qr(whole, mode="r"))
-            of_axes = np.ascontiguousarray(whole[:, :count].reshape(len(whole), -1, 3).transpose(2, 1, 0))
+            of_axes = _by_axis(whole[:, :count])
             of_state = np.ascontiguousarray(whole[:, count:].T)
             windows.append(_Window(first=max(number - 1, 0) * _WINDOW, near=of_axes, state=of_state))
         return _Response(windows=tuple(windows), left=tuple(self._left), carried=np.concatenate(carried).T)
+
+
+def _by_axis(columns: Array) -> Array:
+    """Return columns of torques about three axes in turn, shape (rows, C * 3), as (3, C, rows); rows may be none."""
+    rows, count = columns.shape
+    return np.ascontiguousarray(columns.reshape(rows, count // 3, 3).transpose(2, 1, 0))
 
 
 def _narrow(states: Sequence[Array], rows: int) -> tuple[Array, Array]:
