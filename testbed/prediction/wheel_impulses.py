@@ -243,8 +243,8 @@ def _impulses(run: Telemetry, commanded: bool) -> Impulses:
     carried = inertia * np.diff(body_rate @ wheels.wheels.axis_B.T, axis=0)
     turned, directed = 0.5 * (before + after) * interval[:, None], _direction(before, after) * interval[:, None]
     torque, last, unseen = _torques(run, wheels, _Motors(wheels.wheels.torque_limit, motors, commanded))
-    unknown = incomplete(run) | _unknown(unseen)
-    behind = np.concatenate([[False], unknown[:-1]])  # where a lag carries on what was commanded in between
+    behind = np.concatenate([[False], _unknown(unseen)[:-1]])  # where a lag carries on what was commanded in between
+    unseen = _carried_on(unseen, incomplete(run))
     known = np.isfinite(unseen) & ~behind[:, None] & _is_compared(run, wheels, speed)
     kept = tuple(np.flatnonzero(of_wheel) for of_wheel in known.T)
     return Impulses(
@@ -262,6 +262,16 @@ def _impulses(run: Telemetry, commanded: bool) -> Impulses:
         kept=kept,
         first=_first_of(kept),
     )
+
+
+def _carried_on(unseen: Array, gap: Flags) -> Array:
+    """Return variances of what was asked for, those of intervals behind a gap at least as large as the gap's.
+
+    What a lag carries on into them is known no better. They are compared all the same: without them the sum of
+    impulses over a run begins anew behind each gap, and a small constant torque shows in that sum alone.
+    """
+    before = np.concatenate([np.zeros_like(unseen[:1]), np.where(gap[:, None], unseen, 0.0)[:-1]])
+    return np.asarray(np.maximum(unseen, before))
 
 
 def _unknown(unseen: Array) -> Flags:

@@ -81,6 +81,21 @@ def test_a_wheel_that_turns_round_costs_the_others_nothing():
     assert smallest_friction(one_way, "wheel1") < smallest_friction(turning, "wheel1") < np.inf
 
 
+def test_lost_samples_do_not_begin_the_sum_of_impulses_anew():
+    """A constant torque shows in what all of them add up to. One of 25 samples is lost; the commands bend slowly."""
+    run = flown()
+    assert run.wheels is not None
+    assert run.wheels.torque_command is not None
+    bent = 1e-6 * np.sin(0.3 * run.actuator_time)[:, None] * np.ones(WHEELS)
+    noise = NOISE * np.random.default_rng(9).standard_normal(bent.shape)
+    given = np.concatenate([np.zeros((1, WHEELS)), np.cumsum(bent[:-1] * PERIOD, axis=0)])
+    run = replace(run, wheels=replace(run.wheels, torque_command=bent, momentum=0.02 + given + noise))
+    lossy = run.with_actuator_rows(np.arange(len(run.actuator_time)) % 25 != 12)
+    whole, left = (smallest_friction(runs_with(each), "wheel2") for each in (run, lossy))
+    print(f"{whole:.2g} -> {left:.2g} N·m")
+    assert left < 1.1 * whole
+
+
 def test_of_a_wheel_that_turns_round_only_the_passages_are_cut():
     run = flown(ROUND)
     impulses = impulses_of(run, commanded=True)
