@@ -51,18 +51,21 @@ _OTHERS = re.compile(
 """Names of what belongs to a channel and is not its measurement."""
 _SUFFIXES = {
     "rad_s": "rad/s", "rads": "rad/s", "radps": "rad/s", "mrad_s": "mrad/s", "deg_s": "deg/s", "degs": "deg/s",
-    "dps": "deg/s", "degps": "deg/s", "rpm": "rpm", "u_min": "rpm", "r_min": "rpm", "rad": "rad",
+    "dps": "deg/s", "mdps": "mdeg/s", "degps": "deg/s", "rpm": "rpm", "u_min": "rpm", "r_min": "rpm", "rad": "rad",
     "mrad": "mrad", "deg": "deg", "n_m": "N*m",
     "nm": "N*m", "mn_m": "mN*m", "mnm": "mN*m", "un_m": "uN*m", "unm": "uN*m",
     "n_m_s": "N*m*s", "nms": "N*m*s", "mnms": "mN*m*s", "m_s2": "m/s^2",
     "mps2": "m/s^2", "g": "g_0", "mg": "mg_0", "s": "s", "sec": "s", "ms": "ms", "us": "us", "ns": "ns",
 }  # fmt: skip
 """Unit that the end of a name states."""
-_NAMED_BY_UNIT = ("rpm", "dps")
+_NAMED_BY_UNIT = ("rpm", "dps", "mdps")
 """Units that are a field's whole name: no quantity has such a name."""
 _BRACKETS = re.compile(r"\s*[\[(]\s*([^\])0-9][^\])]*)[\])]\s*$")
 _INDEXED = re.compile(r"^(.*?)[_.\s]?\[(\d+)\]$")
-_TIME = re.compile(r"^(t|time|timestamp|time_?stamp|stamp|epoch|clock|date[_ /]?time|utc|tow|elapsed|zeit|unix_?time)$")
+_TIME = re.compile(
+    r"^(t|time|timestamp|time_?stamp|stamp|epoch|clock|date[_ /]?time|utc|tow|elapsed|zeit|unix_?time"
+    r"|(time|ms|us|seconds)?[ _]*since[ _]*(boot|start|power[ _]?up))$"
+)
 _SCALE = re.compile(r"\s*[\[(](utc|gmt|tai|gps|iso ?8601)[\])]$", re.IGNORECASE)
 """What names of clocks end with, in the place of a unit."""
 _FLAG = re.compile(r"armed|(?<![a-z])(flag|active|enabled?|in_?flight|free_?fall|released?)(?![a-z])")

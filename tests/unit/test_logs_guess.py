@@ -55,6 +55,8 @@ def test_what_is_proposed_imports_as_the_map_that_a_person_wrote(tmp_path, name)
     [
         (["t_ms", "gyro_x_dps", "gyro_y_dps", "gyro_z_dps"], None, "deg/s", ("t_ms", "ms")),
         (["time", "gx", "gy", "gz"], None, "rad/s", ("time", "s")),
+        (["Time since boot (ms)", "gx", "gy", "gz"], None, "rad/s", ("Time since boot (ms)", "ms")),
+        (["t", "gyro_x_mdps", "gyro_y_mdps", "gyro_z_mdps"], None, "mdeg/s", ("t", "s")),
         (["Date/Time", "gx", "gy", "gz"], None, "rad/s", ("Date/Time", "s")),
         (["Time [s]", "omega_x[deg/s]", "omega_y[deg/s]", "omega_z[deg/s]"], None, "deg/s", ("Time [s]", "s")),
         (["timestamp", "angular_velocity.x", "angular_velocity.y", "angular_velocity.z"], None, "rad/s", None),
