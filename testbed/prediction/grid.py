@@ -41,10 +41,12 @@ PAUSE = 1.0
 instant stays in its own."""
 LONGEST_STEP = 1.0 / 64.0
 """s. The motions of 1 rad/s and 5 Hz that such platforms make are integrated to 1e-7 rad/s with it (a test says so)."""
-_STEPS_A_SAMPLE = 4.0
-"""Where samples come more slowly than so many steps, steps are longer: no faster motion shows, and half of the sample
-rate takes eight steps. A platform of 100 kg on orbit, sampled at 4 Hz, turns alike to 3e-13 rad/s with 1/32 s, and with
-a flexible appendage of 4 Hz to 1e-7. Eight steps a sample take twice as long at 10 Hz."""
+_STEPS_A_SAMPLE = 8.0
+"""Where samples come more slowly than so many steps, steps are longer: no faster motion shows. A platform of 100 kg on
+orbit, sampled at 4 Hz, turns alike to 3e-13 rad/s with 1/32 s, and with a flexible appendage of 4 Hz to 1e-7.
+
+With four a sample a diagnosis at 10 Hz took 0.8 of the time, and a next flight that turns fast promised a drag 70 sigma
+and showed it by 2 (tests/unit/test_next_flights.py)."""
 _ROUNDING = 1e-9
 """Steps by which a whole number of them may be missed: times are differences of numbers with sixteen digits."""
 _LONGEST_OF_ALL = 1.0 / 32.0

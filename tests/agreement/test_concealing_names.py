@@ -6,7 +6,7 @@ import pytest
 from concealing.library import FURTHER, LISTED
 from concealing.sealing import file_key
 from concealing.wheel_effects import BY_NAME, OF_BEARINGS, OF_WHEELS
-from testbed.effects.contract import components_in
+from testbed.effects.contract import ALL_WHEELS, components_in
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 
 HIDEABLE = {**LISTED, **FURTHER, **OF_WHEELS, **OF_BEARINGS, **BY_NAME}
@@ -42,7 +42,8 @@ def test_parameters_have_the_same_names(effect):
 
 @pytest.mark.parametrize("effect", sorted(KNOWN))
 def test_components_have_the_same_names(effect):
-    assert set(components_in(KNOWN[effect], 6, 4)) == set(HIDEABLE[effect].components)
+    alike = {ALL_WHEELS} if effect == "wheel_lag" else set()  # is hidden in one wheel at a time
+    assert set(components_in(KNOWN[effect], 6, 4)) == set(HIDEABLE[effect].components) | alike
 
 
 def test_every_effect_that_is_diagnosed_can_be_hidden():
