@@ -11,7 +11,7 @@ needs a third more of its command: a weak motor in a loop, as exactly as it can 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -59,9 +59,8 @@ def main() -> None:
         print(f"{name}: {result.verdict}; known: {TRUE[name]}")
         for line in lines_of(result):
             print(f"    {line}", flush=True)
-        names = ["; ".join(map(repr, result.steps)) or "none", *(f"or {each}" for each in alike_of(result))]
         likeliest = max(result.probabilities.values())
-        rows.append(f"| {name} | {TRUE[name]} | {result.verdict} | {', '.join(names)} | {likeliest:.3f} |")
+        rows.append(f"| {name} | {TRUE[name]} | {result.verdict} | {names_of(result)} | {likeliest:.3f} |")
     print("\n".join(rows))
 
 
@@ -98,21 +97,24 @@ def suspect_records(name: str) -> tuple[Record, ...]:
     records = read_data_set(DATA / name)
     if name != HEALTHY:
         return records
-    held_out = [record for record in records if record.details.role == "heldout"]
-    return tuple(replace(record, details=replace(record.details, role=None)) for record in held_out)
+    return dealt_anew(record for record in records if record.details.role == "heldout")
+
+
+def dealt_anew(records: Iterable[Record]) -> tuple[Record, ...]:
+    """Return records without the roles that they state."""
+    return tuple(replace(record, details=replace(record.details, role=None)) for record in records)
 
 
 def weaker_lines() -> Iterator[str]:
     """Yield what is named where a motor of two healthy logs gives a quarter less; the other logs are the reference."""
     scenario, kept = read_body_scenario(shipped_scenario("crazypad")), Kept()
-    records = [replace(each, details=replace(each.details, role=None)) for each in read_data_set(DATA / HEALTHY)]
+    records = dealt_anew(read_data_set(DATA / HEALTHY))
     suspect = [each for each in records if each.details.name.startswith(WEAKER)]
     reference = Records(tuple(each for each in records if not each.details.name.startswith(WEAKER)))
     for motor in range(4):
         weaker = Records(tuple(with_weak_motor(each, motor) for each in suspect))
         result = diagnose(scenario, weaker, reference=reference, keep=kept, propose=False)
-        names = ["; ".join(map(repr, result.steps)) or "none", *(f"or {each}" for each in alike_of(result))]
-        yield f"motor {motor + 1} a quarter weaker: {result.verdict}, {', '.join(names)}"
+        yield f"motor {motor + 1} a quarter weaker: {result.verdict}, {names_of(result)}"
 
 
 def with_weak_motor(record: Record, motor: int) -> Record:
@@ -158,6 +160,11 @@ def _spectra(record: Record, axis: int, moment: float) -> tuple[Array, Array, Ar
     _, both = csd(asked, rate, **settings)
     turning = 2j * np.pi * frequency
     return frequency, power.real, of_rate.real * np.abs(turning) ** 2, both * turning
+
+
+def names_of(result: DiagnosisResult) -> str:
+    """Return what was named, with what cannot be distinguished from it."""
+    return ", ".join(["; ".join(map(repr, result.steps)) or "none", *(f"or {each}" for each in alike_of(result))])
 
 
 def alike_of(result: DiagnosisResult) -> list[str]:

@@ -37,12 +37,13 @@ def with_mean_thrust(runs: Runs) -> Runs:
         for number in range(len(runs.record_names))
     ]
     own = np.array(means)[runs.record_of]
-    held = [replace(run, thrust=_held(run.thrust, mean)) for run, mean in zip(runs.grid.runs, own, strict=True)]
-    return replace(runs, grid=replace(runs.grid, runs=tuple(held), thrust=_held(thrust, own[:, None, None])))
+    of_runs = zip(runs.grid.runs, windows, own, strict=True)
+    held = tuple(replace(run, thrust=_held(window, mean)) for run, window, mean in of_runs)
+    return replace(runs, grid=replace(runs.grid, runs=held, thrust=_held(thrust, own[:, None, None])))
 
 
-def _held(thrust: Array | None, mean: Array) -> Array | None:
-    return None if thrust is None else np.broadcast_to(mean, thrust.shape).copy()
+def _held(samples: Array, mean: Array) -> Array:
+    return np.broadcast_to(mean, samples.shape).copy()
 
 
 def acts_steadily(effect: Effect, grid: Grid) -> bool:
@@ -59,15 +60,12 @@ def acts_steadily(effect: Effect, grid: Grid) -> bool:
 
 def _changes_torque(hooks: Hooks, typical: Array, grid: Grid) -> bool:
     """Return whether an effect adds a constant to the torque of constant commands, or to none."""
-    shape, samples = grid.applied_torque_B.shape, grid.time.shape[1]
-    steady = replace(
-        grid,
-        applied_torque_B=np.broadcast_to(grid.applied_torque_B.mean(axis=2, keepdims=True), shape).copy(),
-        thrust=None
-        if grid.thrust is None
-        else np.broadcast_to(grid.thrust.mean(axis=2, keepdims=True), grid.thrust.shape).copy(),
+    samples, asked_B = (
+        grid.time.shape[1],
+        _held(grid.applied_torque_B, grid.applied_torque_B.mean(axis=2, keepdims=True)),
     )
-    asked_B = steady.applied_torque_B
+    thrust = None if grid.thrust is None else _held(grid.thrust, grid.thrust.mean(axis=2, keepdims=True))
+    steady = replace(grid, applied_torque_B=asked_B, thrust=thrust)
     given_B = hooks.actuator_response(hooks.asked_torque(asked_B, typical, steady), typical, steady)
     change_B = hooks.applied_torque(given_B[:, :, -samples:], typical, steady) - asked_B[:, :, -samples:]
     largest = float(np.abs(change_B).max())
@@ -86,7 +84,9 @@ def _reads_as_torque(hooks: Hooks, typical: Array) -> bool:
 
 
 _ROUNDING = 1e-9
-"""Share of a torque below which a difference is one of rounding: sums of some hundred numbers of 1e-16 each."""
+"""Share of a torque below which a difference is one of rounding.
+
+Source: formula: between rounding, 1e-16 times what a filter multiplies it by, and a typical effect, 1e-3 and more."""
 
 
 def shows_the_loop(runs: Runs, model: Fit) -> bool:

@@ -16,7 +16,7 @@ from testbed.diagnosis.candidates import Candidate, Screening, accepted
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.formula_responses import FormulaEvidence, formula_evidences
 from testbed.diagnosis.model import Fit, Hypothesis
-from testbed.diagnosis.screening import most_telling, refitted, screened
+from testbed.diagnosis.screening import refitted, screened
 from testbed.diagnosis.search import Search, log_odds_of_all, odds_together, with_effect, with_model
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import signatures
@@ -167,7 +167,7 @@ def _touch_of_pulse(base: Diagnosis, formulas: Screening, search: Search) -> Scr
         return none
     instant = best.fit.effect_values[best.fit.own(best.placed)][_pattern(best).names.index("at")]
     touch = replace(known, effect=Contact((float(instant),)))
-    shown = replace(none, signatures=tuple(most_telling(list(signatures(base.runs, base.model, [touch])))))
+    shown = replace(none, signatures=tuple(signatures(base.runs, base.model, [touch])))
     candidate = refitted(base.runs, base.heldout, base.model, shown, touch)
     return none if candidate is None else replace(shown, candidates=(candidate,))
 
@@ -183,13 +183,14 @@ def _beside_library(
         library: against the baseline: what the data show of each stays known.
         touch: at the instant of a pulse; it takes the place of the library's one if it explains more.
     """
-    best = {each.placed.key: each for each in (() if listed is None else listed.candidates)}
-    for each in touch.candidates:
-        best[each.placed.key] = max(each, best.get(each.placed.key, each), key=lambda one: one.log_bayes_factor)
-    others = [each for each in best.values() if not isinstance(each.effect, Formula)]
-    both = sorted([*formulas.candidates, *others], key=lambda each: -each.log_bayes_factor)
+    candidates = {each.placed.key: each for each in (() if listed is None else listed.candidates)}
     known = {each.placed.key: each for each in (() if library is None else library.signatures)}
-    known |= {each.placed.key: each for each in touch.signatures if any(one in both for one in touch.candidates)}
+    for each, signature in zip(touch.candidates, touch.signatures, strict=True):
+        key, rival = each.placed.key, candidates.get(each.placed.key)
+        if rival is None or each.log_bayes_factor > rival.log_bayes_factor:
+            candidates[key], known[key] = each, signature
+    others = [each for each in candidates.values() if not isinstance(each.effect, Formula)]
+    both = sorted([*formulas.candidates, *others], key=lambda each: -each.log_bayes_factor)
     shown = [each for each in known.values() if not isinstance(each.placed.effect, Formula)]
     return replace(formulas, candidates=tuple(both), signatures=(*formulas.signatures, *shown))
 

@@ -339,11 +339,12 @@ def only_unit(component: str, value: Array, units: int) -> Array:
 
 
 def only_wheel(component: str, value: Array, wheels: int) -> Array:
-    """Return the first parameter for all W wheels, zero for all but the component's, shape (P, W).
+    """Return the first parameter for all W wheels, zero for those that the component does not name, shape (P, W).
 
     Args:
-        component: e.g. `wheel3`.
+        component: e.g. `wheel3`, or `wheels`.
         value: shape (P, K).
         wheels: W.
     """
-    return np.asarray(value[:, :1] * (np.arange(wheels) == wheel_index(component)))
+    named = component == ALL_WHEELS or np.arange(wheels) == wheel_index(component)
+    return np.asarray(value[:, :1] * np.broadcast_to(named, wheels))

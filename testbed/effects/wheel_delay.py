@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import final
 
-import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.effects.contract import ALL_WHEELS, Effect, Extension, Parameter
+from testbed.effects.contract import ALL_WHEELS, Effect, Extension, Parameter, only_wheel
 from testbed.plant.unit_additions import WheelDelay as DelayedMotors
 from testbed.prediction.hooks import Hooks
 from testbed.scenario.scenario import Scenario
@@ -17,7 +16,7 @@ from testbed.scenario.scenario import Scenario
 class _Delayed(Hooks):
     @override
     def wheel_delay(self, value: Array, wheels: int) -> Array:
-        return np.broadcast_to(value[:, :1], (len(value), wheels))
+        return only_wheel(ALL_WHEELS, value, wheels)
 
 
 @final

@@ -21,8 +21,6 @@ class _Behind(Hooks):
 
     @override
     def wheel_lag(self, value: Array, wheels: int) -> Array:
-        if self._component == ALL_WHEELS:
-            return np.broadcast_to(value[:, :1], (len(value), wheels))
         return only_wheel(self._component, value, wheels)
 
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -24,7 +23,7 @@ from testbed.experiment.combining import combine_estimations
 from testbed.experiment.experiment import CombinedEstimation, Estimation
 from testbed.experiment.measured import estimate_record
 from testbed.records.checks import MINIMUM_SAMPLES
-from testbed.records.record import Record, RunDetails
+from testbed.records.record import Record
 from testbed.records.selection import in_parts, part_of, sampled, telemetry_only
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.diagnosis import Diagnosis
@@ -90,18 +89,12 @@ def identify(scenario: BodyScenario, nominal: Body, records: Sequence[Record]) -
     usable = {record.details.name for record, _ in passed.usable}
     parts: list[Record] = []
     for record in (each for each in cut if each.details.name in usable):
-        whole = _is_free_at_rest(scenario) and not _is_driven(record)  # H = 0 lasts through any gap
-        pieces = [record] if whole else uninterrupted_parts(record, scenario, nominal)
-        if not pieces:
-            refused.append(f"{record.details.name}: no {MINIMUM_SAMPLES} gyro samples lie between two gaps")
-        for piece in (part for each in pieces for part in in_parts(each, MOST_AT_ONCE)):
-            for part, estimation in _estimated(scenario, nominal, piece, refused):
-                parts.append(part)
-                estimations[part.details.name] = estimation
+        for part, estimation in _estimated(scenario, nominal, record, notices, refused):
+            parts.append(part)
+            estimations[part.details.name] = estimation
     if not estimations:
         raise InputError("\n".join(refused))
     notices += [(name, text) for name, each in estimations.items() for text in _estimation_notices(each)]
-    notices += [(record.details.name, _gap_words(record, parts)) for record in cut if _is_apart(record, parts)]
     return Identification(
         records=tuple(parts),
         estimations=estimations,
@@ -146,37 +139,58 @@ def _cut(scenario: BodyScenario, nominal: Body, record: Record, notices: list[tu
     return cut
 
 
-def _is_free_at_rest(scenario: BodyScenario) -> bool:
-    return scenario.estimation.initial_momentum == "zero" and scenario.environment.kind == "free"
-
-
-def _is_driven(record: Record) -> bool:
-    return not record.channels.keys().isdisjoint({"applied_torque", "motor_thrust"})
-
-
 def _estimated(
-    scenario: BodyScenario, nominal: Body, record: Record, refused: list[str]
+    scenario: BodyScenario, nominal: Body, record: Record, notices: list[tuple[str, str]], refused: list[str]
 ) -> Iterator[tuple[Record, Estimation]]:
-    """Yield a record with its estimates; its parts between gaps if a momentum has to be estimated all the same.
+    """Yield the parts of a record with their estimates: whole ones where a momentum of zero lasts through its gaps.
 
     Args:
         scenario: as of `identify`.
         nominal: its platform.
-        record: a whole one, or a part without gaps.
-        refused: why nothing can be estimated from it is added.
+        record: measured.
+        notices: of all records, by name; that this one is cut is added.
+        refused: why nothing can be estimated from a part is added.
     """
     try:
-        estimation = estimate_record(scenario, nominal, record)
+        pieces = uninterrupted_parts(record, scenario, nominal)
     except InputError as error:
         refused.append(str(error))
         return
-    turns_unseen = _is_free_at_rest(scenario) and estimation.initial_momentum == "estimated"
-    pieces = uninterrupted_parts(record, scenario, nominal) if turns_unseen else [record]
-    if len(pieces) <= 1:
-        yield record, estimation
-        return
-    for piece in pieces:
-        yield from _estimated(scenario, nominal, piece, refused)
+    is_cut = not any(piece is record for piece in pieces)
+    if is_cut and _lasts_through_gaps(scenario, record):
+        whole = list(_of_parts(scenario, nominal, in_parts(record, MOST_AT_ONCE), refused))
+        if all(estimation.initial_momentum != "estimated" for _, estimation in whole):
+            yield from whole
+            return
+    if is_cut and pieces:
+        notices.append((record.details.name, _GAPS if len(pieces) > 1 else _ONE_PART))
+    if not pieces:
+        refused.append(f"{record.details.name}: no {MINIMUM_SAMPLES} gyro samples lie between two gaps")
+    yield from _of_parts(
+        scenario, nominal, (part for piece in pieces for part in in_parts(piece, MOST_AT_ONCE)), refused
+    )
+
+
+_GAPS = "its telemetry has gaps: the parts between them are estimated by themselves, with a momentum of each"
+_ONE_PART = "its telemetry has gaps: one part is used; where gravity acts, nothing says how it stood behind a gap"
+
+
+def _lasts_through_gaps(scenario: BodyScenario, record: Record) -> bool:
+    """Return whether the total momentum is stated to be zero, and nothing changes it."""
+    driven = not record.channels.keys().isdisjoint({"applied_torque", "motor_thrust"})
+    return scenario.estimation.initial_momentum == "zero" and scenario.environment.kind == "free" and not driven
+
+
+def _of_parts(
+    scenario: BodyScenario, nominal: Body, parts: Iterable[Record], refused: list[str]
+) -> Iterator[tuple[Record, Estimation]]:
+    for part in parts:
+        try:
+            estimation = estimate_record(scenario, nominal, part)
+        except InputError as error:
+            refused.append(str(error))
+            continue
+        yield part, estimation
 
 
 _GYRO_BRIDGED = 0.3
@@ -239,26 +253,6 @@ def _looked_at(record: Record) -> Record:
 
 def _unused(record: Record) -> str:
     return f"kept, but not used: {', '.join(record.extra_columns)}"
-
-
-def _is_apart(record: Record, parts: Sequence[Record]) -> bool:
-    """Return whether a record was cut at gaps, and not for its length alone."""
-    own = _own_parts(record, parts)
-    ends = [(each.usable_from or 0.0, each.usable_to or 0.0) for each in own]
-    period = 2.0 * float(np.median(np.diff(record.time)))
-    follows = (first - last > period for (_, last), (first, _) in pairwise(ends))
-    return len(own) == 1 or any(follows)
-
-
-def _gap_words(record: Record, parts: Sequence[Record]) -> str:
-    """Return what to say of a record that was cut at gaps."""
-    if len(_own_parts(record, parts)) == 1:
-        return "its telemetry has gaps: one part is used; where gravity acts, nothing says how it stood behind a gap"
-    return "its telemetry has gaps: the parts between them are estimated by themselves, with a momentum of each"
-
-
-def _own_parts(record: Record, parts: Sequence[Record]) -> list[RunDetails]:
-    return [each.details for each in parts if each.details.name.startswith(f"{record.details.name} part ")]
 
 
 def _estimation_notices(estimation: Estimation) -> Iterator[str]:

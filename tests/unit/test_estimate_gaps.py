@@ -71,6 +71,22 @@ def test_the_parts_beside_a_gap_have_momenta_of_their_own(lost):
     assert any("parts between them are estimated by themselves" in each for each in found.notices)
 
 
+def test_where_the_record_refuses_a_momentum_of_zero_its_parts_are_estimated():
+    """The last part is too short to be used, and does not bring the whole record back."""
+    record, believed = flown("cubesat_wheels"), scenario("cubesat_wheels")
+    doubted = believed.model_copy(
+        update={"estimation": believed.estimation.model_copy(update={"initial_momentum": "zero"})}
+    )
+    pushed = {**record.channels, "wheel_speed": record.channels["wheel_speed"] + [60.0, -20.0, 30.0, 0.0]}
+    end = record.time[-1]
+    gone = (record.time > end - 2.0) & (record.time < end - 0.3)
+    pushed["body_rate"] = np.where(gone[:, None], np.nan, pushed["body_rate"])
+    found = identify(doubted, nominal_platform(doubted), [replace(record, channels=pushed)])
+    (part,) = found.records
+    assert part.details.usable_to <= end - 2.0 + 1e-9
+    assert found.estimations[part.details.name].initial_momentum == "estimated"
+
+
 def test_on_a_bearing_what_follows_a_gap_is_left_out():
     """Gravity acts by an attitude that nobody knows behind it."""
     record = flown("air_bearing")
