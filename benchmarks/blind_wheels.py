@@ -25,12 +25,12 @@ Written by `python -m benchmarks.blind_wheels card --write`; do not edit. Each f
     python -m benchmarks.blind_wheels card --write  # scores what has been diagnosed so far into this page
 
 The concealing engine flies a CubeSat with four wheels, `cubesat_wheels`, freely, and a table on a ball bearing under
-gravity, `air_bearing`, by equations, formulas and a reader of its own: no MJCF, no code of the testbed but the records'
-writer. Wheel speeds follow a plan of the nominal platform, open-loop. An effect is hidden at two or four times its
-smallest detectable size; three cases in ten have none. What can be hidden: the effects of the published table that sit
-in no gimbal, dry friction, coloured noise, late telemetry; a wheel's inertia, axis and tachometer, the friction of its
-bearing, its motor's torque and lag, its imbalance; and on the bearing the centre of mass and the air. Appendages and
-loose masses are not: these slow turns hardly excite them.
+gravity, `air_bearing`, by equations, formulas and a reader of its own: no MJCF, no code of the testbed but the
+records' writer. Wheel speeds follow a plan of the nominal platform, open-loop. An effect is hidden at two or four
+times its smallest detectable size, counted in what of the records came through; three cases in ten have none. What can
+be hidden: the effects of the published table that sit in no gimbal, dry friction, coloured noise, late telemetry; a
+wheel's inertia, axis and tachometer, the friction of its bearing, its motor's torque and lag, its imbalance; and on
+the bearing the centre of mass and the air. Appendages and loose masses are not: these slow turns hardly excite them.
 
 """
 

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.linalg import cholesky, solve_triangular
 
 from concealing.craft import SIGN_WIDTH, Array
 from concealing.inner_effects import point_inertia
 from concealing.nominal import DivergedError, Telemetry, nudged, predictions, unexplained
+from concealing.sealing import kept_rows
 from concealing.wheel_case import WheelCase, platform_of
 from concealing.wheel_effects import BY_NAME, IN_DRIVES
-from concealing.wheel_flight import FlownWheels, fly_wheels, shown_speed
+from concealing.wheel_flight import SPEED_GAIN, FlownWheels, fly_wheels, shown_speed
 from concealing.wheels import Wheels
 
 _COARSE = 0.5
@@ -32,10 +34,11 @@ def signal(case: WheelCase) -> float:
     if not np.isfinite(flown.log.state).all():
         raise DivergedError
     known = platform_of(case.scenario).sensors
-    parts = [left_unexplained(flown) / known.gyro_noise]
+    left = left_unexplained(flown) / known.gyro_noise
+    shown = float(left @ left)
     if any(effect.effect in IN_DRIVES | BY_NAME for effect in case.effects):
-        parts.append(left_by_drives(flown) / np.hypot(known.tachometer_noise, known.gyro_noise))
-    return float(np.sqrt(sum(float(part @ part) for part in parts)))
+        shown += shown_by_drives(flown)
+    return float(np.sqrt(shown))
 
 
 def left_unexplained(flown: FlownWheels) -> Array:
@@ -65,15 +68,29 @@ def _telemetry(flown: FlownWheels) -> Telemetry:
     return Telemetry(momentum, np.zeros((len(grid), runs, 3, 3)), still, arm)
 
 
-def left_by_drives(flown: FlownWheels) -> Array:
-    """Return what of the tachometers' readings the nominal motors and bearings leave, rad/s, flat.
+def shown_by_drives(flown: FlownWheels) -> float:
+    """Return the squared norm, in sigma, of what of the tachometers' readings nominal motors and bearings leave.
 
-    A speed at release that nobody knows, of each wheel and run, is projected out.
+    A speed at release that nobody knows, of each wheel and run, is projected out. Where rows are lost, so is what
+    feedback made of the tachometers' noise in them: the wheels carry it on, and nobody knows it.
     """
-    log = flown.log
+    log, case = flown.log, flown.case
     left = left_by_motors(flown.platform.wheels, log.time, shown_speed(flown, log.time), log.body_rate, log.command)
-    recorded = [left[ticks, run] for run, ticks in enumerate(flown.rows)]
-    return np.concatenate([(each - each.mean(axis=0)).ravel() for each in recorded])
+    known = platform_of(case.scenario).sensors
+    noise, fed_back = np.hypot(known.tachometer_noise, known.gyro_noise), known.tachometer_noise * SPEED_GAIN
+    shown = 0.0
+    for run, ticks in enumerate(flown.rows):
+        recorded = ticks[kept_rows(case.seed, run, case.dropouts, len(ticks))]
+        lost = np.diff(recorded, prepend=recorded[0] - 1) - 1
+        added_up = np.cumsum(lost) * (fed_back * flown.clock.period) ** 2
+        spread = noise**2 * np.eye(len(lost)) + np.minimum.outer(added_up, added_up)
+        whitened = solve_triangular(
+            cholesky(spread, lower=True), np.column_stack([np.ones(len(lost)), left[recorded, run]]), lower=True
+        )
+        release = whitened[:, 0] / np.linalg.norm(whitened[:, 0])
+        rest = whitened[:, 1:] - np.outer(release, release @ whitened[:, 1:])
+        shown += float(np.square(rest).sum())
+    return shown
 
 
 def left_by_motors(wheels: Wheels, time: Array, shown: Array, body_rate: Array, command: Array) -> Array:

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, make_smoothing_spline
 
 from testbed.arrays import Array, Flags, Series, Units, UnitSeries
 from testbed.estimation.gaps import FEWEST_BURSTS, between_gaps, bursts, lost_samples
@@ -36,6 +36,8 @@ _AT_LIMIT = 0.98
 _STICKING = 0.5
 """rad/s. A bearing that turns more slowly, or turns round, may stick, and then takes any torque within its dry
 friction: ten times a good tachometer's noise, and a thousandth of what wheels turn at."""
+_FEWEST_SMOOTHED = 5
+"""Samples that a smoothing spline needs (scipy's `make_smoothing_spline`)."""
 ROUNDING = 1e-6
 """Of an interval, by which clocks round."""
 _LEAST_LOOP = 1e-6
@@ -349,8 +351,8 @@ def _beside_line(time: Series, values: UnitSeries, jump: Flags | None) -> UnitSe
 def _torques(run: Telemetry, wheels: WheelTelemetry, motors: _Motors) -> tuple[UnitSeries, UnitSeries, Array]:
     """Return `torque`, `last` and `unseen` of impulses, each of shape (L, W).
 
-    Over lost samples a spline through the others stands for them, which errs as much as where samples came through.
-    Where a torque that changes between its samples jumps, nobody knows when.
+    Over lost samples what changes smoothly in the others stands for them, which errs as much as where samples came
+    through. Where a torque that changes between its samples jumps, nobody knows when.
     """
     sampled, time = wheels.torque_command if motors.commanded else wheels.torque, run.actuator_time
     assert sampled is not None
@@ -370,7 +372,9 @@ def _torques(run: Telemetry, wheels: WheelTelemetry, motors: _Motors) -> tuple[U
     first = np.cumsum(lost + 1) - lost - 1
     number = np.arange(len(of_interval)) - first[of_interval]
     whole = np.append(time[of_interval] + number * (np.diff(time) / (lost + 1))[of_interval], time[-1])
-    mean = motors.mean(run.through(smooth)(whole), whole, jump[of_interval])
+    filled = _smoothed(time, smooth)(whole)
+    filled[np.append(first, -1)] = smooth
+    mean = motors.mean(filled, whole, jump[of_interval])
     last = np.where(gap[:, None], mean[first + lost], held)
     impulse = mean * np.diff(whole)[:, None]
     torque[gap] = (np.add.reduceat(impulse, first, axis=0) / np.diff(time)[:, None])[gap]
@@ -386,11 +390,25 @@ def _variance_over_gap(run: Telemetry, sampled: UnitSeries, motors: _Motors, los
         time, torque = run.actuator_time[rows], sampled[rows]
         gone = bursts(len(time), lost)
         if gone.any():
-            filled = np.where(gone[:, None], CubicSpline(time[~gone], torque[~gone])(time), torque)
+            filled = np.where(gone[:, None], _smoothed(time[~gone], torque[~gone])(time), torque)
             change = motors.change(torque, filled, time)
             errors.append(np.add.reduceat(change, np.flatnonzero(np.diff(gone.astype(int)) > 0), axis=0))
     found = np.concatenate(errors)
     return np.mean(found**2, axis=0) if len(found) >= FEWEST_BURSTS else np.full(sampled.shape[1], np.inf)
+
+
+def _smoothed(time: Series, torque: UnitSeries) -> CubicSpline:
+    """Return what changes smoothly in torques, shape (K, W): feedback makes the rest of noise, anew in each period.
+
+    A smoothing spline of each wheel, as stiff as generalized cross-validation has it: torques without noise it goes
+    through. A spline through the samples would carry their noise across a gap, amplified.
+    """
+    if len(time) < _FEWEST_SMOOTHED:
+        return CubicSpline(time, torque)
+    span = np.ptp(torque, axis=0)
+    scale = np.where(span > 0.0, span, 1.0)  # its penalty is searched to an accuracy that knows no units
+    smooth = [make_smoothing_spline(time, values)(time) for values in (torque / scale).T]
+    return CubicSpline(time, scale * np.stack(smooth, axis=1))
 
 
 def _direction(before: UnitSeries, after: UnitSeries) -> UnitSeries:

@@ -18,6 +18,7 @@ from concealing.sealing import SEAL, is_sealed
 from concealing.wheel_case import WheelCase, WheelRun, platform_of
 from concealing.wheel_flight import fly_wheels
 from concealing.wheel_set import NULL_SHARE, conceal_wheels, make_wheels, wheel_orders, wheel_record, with_hidden
+from concealing.wheel_signature import signal
 from testbed.assembly.platform import nominal_platform
 from testbed.diagnosis.findings import additions
 from testbed.diagnosis.method import diagnosed
@@ -87,6 +88,15 @@ def test_an_effect_of_four_detectable_sizes_is_named_at_its_component(slow_table
     names, last = named_in(case, library)
     assert names == [(effect, case.effects[0].component)]
     assert last.gap.fit == pytest.approx(1.0, abs=0.1)
+
+
+def test_a_friction_shows_less_where_commands_are_lost():
+    """The wheels carry on what feedback made of noise in lost rows; without loss the rest is noise of tachometers."""
+    friction = HiddenEffect(effect="wheel_viscous_friction", component="wheel2", parameters={"coefficient": 1e-8})
+    case = replace(bare_case(FREE, 12, 30.0), effects=(friction,))
+    whole, few, many = (signal(replace(case, dropouts=share)) for share in (0.0, 0.02, 0.1))
+    print(f"{whole:.1f}, {few:.1f}, {many:.1f} sigma")
+    assert many < 0.8 * few < 0.8 * whole
 
 
 @pytest.mark.parametrize("scenario", [FREE, STANDING], ids=["free", "bearing"])
