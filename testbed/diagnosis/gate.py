@@ -20,6 +20,7 @@ from scipy.signal import detrend
 from typing_extensions import override
 
 from testbed.arrays import Array, Covariance, Series, Theta
+from testbed.diagnosis.arrangement import mistaken_arrangement
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import nominal_fit
 from testbed.diagnosis.model import Fit, orthonormal
@@ -111,8 +112,10 @@ def require_si(runs: Runs, theta: Theta, gate: Gate) -> None:
         gate: what is accepted.
 
     Raises:
-        InputError: a gyro or an applied torque in another unit.
+        InputError: channels in other places, a gyro or an applied torque in another unit.
     """
+    if (mistake := mistaken_arrangement(runs.grid.runs, theta)) is not None:
+        gate.refuse("telemetry", mistake)
     missed = _nominally_missed(runs, theta)
     _require_unit(runs, theta, missed, gate)
     for run, name, share in zip(runs.grid.runs, runs.names, missed, strict=True):

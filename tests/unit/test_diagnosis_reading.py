@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 
 from concealing.rig import Rig
+from concealing.wheel_case import WheelCase, WheelRun
+from concealing.wheel_flight import fly_wheels
+from concealing.wheel_set import wheel_record
 from support.diagnosed_records import NOISE, nominal, records
 from support.rigs import rig_records, rig_scenario
 from testbed.assembly.platform import nominal_body
@@ -21,6 +24,10 @@ from testbed.effects.gyro_latency import GyroLatency
 from testbed.errors import InputError
 from testbed.records.record import Record, RunDetails
 from testbed.scenario.diagnosis import Diagnosis
+from testbed.scenario.reader import read_body_scenario
+from testbed.scenario.shipped import shipped_scenario
+
+WHEELS = shipped_scenario("cubesat_wheels")
 
 
 @pytest.fixture(scope="module")
@@ -86,6 +93,45 @@ def test_held_out_runs_alone_cannot_be_fitted(good):
 def test_a_gyro_in_another_unit_is_recognised_by_what_the_actuators_predict(good, factor, unit):
     with pytest.raises(InputError, match=unit):
         read([scaled(record, factor) for record in good[:2]])
+
+
+@pytest.mark.parametrize(
+    ("order", "signs", "said"),
+    [
+        ([1, 0, 2], [1, 1, 1], "the body's x, y, z were the gyro's y, x, z"),
+        ([1, 2, 0], [1, 1, 1], "the body's x, y, z were the gyro's z, x, y"),
+        ([0, 1, 2], [1, -1, 1], "the body's x, y, z were the gyro's x, -y, z"),
+    ],
+)
+def test_a_gyro_with_its_axes_in_other_places_is_refused_with_where_they_are(good, order, signs, said):
+    mounted = [with_channels(each, body_rate=each.channels["body_rate"][:, order] * signs) for each in good[:2]]
+    with pytest.raises(InputError, match=said):
+        read(mounted)
+
+
+def test_a_gimbal_that_turns_the_other_way_is_refused_with_its_number(good):
+    signs = np.array([1, 1, -1, 1, 1, 1])
+    turned = [with_channels(each, gimbal_angle=signs * each.channels["gimbal_angle"]) for each in good[:2]]
+    with pytest.raises(InputError, match=r"misses 7\d\.\d% of the motion.*0\.0% if gimbal 3 turned the other way"):
+        read(turned)
+
+
+def test_gimbals_that_changed_places_are_refused_with_the_word_that_accepts_them(good):
+    order = [0, 4, 2, 3, 1, 5]
+    exchanged = [with_channels(each, gimbal_angle=each.channels["gimbal_angle"][:, order]) for each in good[:2]]
+    with pytest.raises(InputError, match=r"gimbals 2 and 5 changed places.*add \"telemetry\" to accept"):
+        read(exchanged)
+
+
+def test_wheels_are_in_their_places_or_said_not_to_be():
+    case = WheelCase(scenario=WHEELS, seed=4, runs=(WheelRun(duration=12.0, motion=8, at_rest=False),) * 2)
+    flown, scenario = fly_wheels(case), read_body_scenario(WHEELS)
+    records = [wheel_record(flown, number) for number in range(2)]
+    assert data_set_of(records, scenario, nominal_body(scenario)).runs.names
+    signs = np.array([1, 1, -1, 1])
+    turned = [with_channels(each, wheel_speed=signs * each.channels["wheel_speed"]) for each in records]
+    with pytest.raises(InputError, match="wheel 3 turned the other way"):
+        data_set_of(turned, scenario, nominal_body(scenario))
 
 
 def test_only_the_run_in_the_wrong_unit_is_blamed(good):
