@@ -298,7 +298,7 @@ def import_log(
     from testbed.cli.imports import import_records  # noqa: PLC0415
 
     _choose_output(json=json, quiet=quiet)
-    import_records(log, log_map, out, guess=guess)
+    import_records(log, log_map, out, guess=guess, json=json)
 
 
 @app.command()

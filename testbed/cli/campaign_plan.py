@@ -18,6 +18,7 @@ from testbed.cli.console import (
     further_command,
     print_as_json,
     say,
+    say_interrupted,
     show,
     warn,
 )
@@ -93,7 +94,7 @@ def plan_campaign(
             found = plan_in(setup, records, command_line(), resume=resume, after=shown.show)
         except KeyboardInterrupt:
             bars.stop()
-            say(f"Interrupted; every flight is kept: repeat the command with --out {folder.path} --resume to go on.")
+            say_interrupted(f"; every flight is kept: repeat the command with --out {folder.path} --resume to go on.")
             return INTERRUPTED
         bars.stop()
     shown.show(found.result)

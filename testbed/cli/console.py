@@ -92,6 +92,15 @@ def say(text: str = "") -> None:
     console.print(text)
 
 
+def say_interrupted(how: str) -> None:
+    """Say that a command was interrupted and how to go on; on standard error where results alone are printed.
+
+    Args:
+        how: it ended, in words that follow on "Interrupted".
+    """
+    print(f"Interrupted{how}", file=sys.stderr if console.quiet else None)
+
+
 def show(table: Table) -> None:
     """Print a table, in parts one below the other where it is too wide."""
     for part in fitted(table, console):

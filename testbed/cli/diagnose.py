@@ -20,6 +20,7 @@ from testbed.cli.console import (
     further_command,
     print_as_json,
     say,
+    say_interrupted,
     show,
     warn,
 )
@@ -113,7 +114,8 @@ def _diagnose(
             with _bars() as bars, keeping(parts):
                 prepared = prepared_records(scenario, records, healthy, _shown_in(bars))
         except KeyboardInterrupt:
-            say(f"Interrupted before anything was found; {_again(folder) if parts.parts else 'nothing was written.'}")
+            what = _again(folder) if parts.parts else "nothing was written."
+            say_interrupted(f" before anything was found; {what}")
             return INTERRUPTED
     _print_data(prepared.data, (*prepared.notices, *resumed))
     stages = _Stages()
@@ -124,7 +126,7 @@ def _diagnose(
             bars.start()
     if stages.last is None:
         what = _again(folder) if parts.parts else "nothing was written."
-        say(f"Interrupted before anything was found; {what}")
+        say_interrupted(f" before anything was found; {what}")
         return INTERRUPTED
     with _bars() as bars:
         result = concluded(prepared, stages.last, stages.places, _shown_in(bars))
@@ -138,7 +140,7 @@ def _diagnose(
     print_as_json(folder.path / "diagnosis.json")
     if result.state.complete:
         return COMPLETED
-    say(f"Interrupted; {_again(folder)}")
+    say_interrupted(f"; {_again(folder)}")
     return INTERRUPTED
 
 

@@ -17,7 +17,7 @@ _MOST_NAMED = 12
 """Topics that are not used and are printed by name; provenance.json names all."""
 
 
-def import_records(log: Path, log_map: Path | None, out: Path | None, *, guess: bool) -> None:
+def import_records(log: Path, log_map: Path | None, out: Path | None, *, guess: bool, json: bool) -> None:
     """Import a log, print where each channel came from and what was left out; or print a proposed map.
 
     Args:
@@ -25,6 +25,7 @@ def import_records(log: Path, log_map: Path | None, out: Path | None, *, guess: 
         log_map: path of MAP.toml.
         out: new or empty folder; None for a fresh one.
         guess: whether to propose a map instead.
+        json: whether JSON was asked for.
 
     Raises:
         InputError: log, map or output folder cannot be used.
@@ -32,6 +33,8 @@ def import_records(log: Path, log_map: Path | None, out: Path | None, *, guess: 
     if guess:
         if log_map is not None:
             raise InputError("--guess: proposes a map; leave --map out, or --guess")
+        if json:
+            raise InputError("--guess: prints a map, which is TOML; leave --json out, or --guess")
         print(guess_map(log), end="")
         return
     if log_map is None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from testbed.assembly.engine import require_covered
 from testbed.cli.campaign_progress import campaign_progress
-from testbed.cli.console import command_line, design_progress, print_as_json, say, show, warn
+from testbed.cli.console import command_line, design_progress, print_as_json, say, say_interrupted, show, warn
 from testbed.cli.failures import COMPLETED, INTERRUPTED
 from testbed.cli.notices import print_verdict
 from testbed.cli.options import changed_flight, print_folder, require_folder
@@ -53,7 +53,7 @@ def run_montecarlo(
                 campaign = flown_into(folder, plan, origin, executor, progress, check)
         except KeyboardInterrupt:
             again = f"repeat the command with --out {folder} --resume to go on"
-            say(f"Interrupted. What was flown is kept in {folder}: {again}")
+            say_interrupted(f". What was flown is kept in {folder}: {again}")
             return INTERRUPTED
     _print_result(source, folder, campaign)
     print_as_json(folder / "montecarlo.json")

@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from string import ascii_lowercase
 
 from testbed.errors import InputError
 from testbed.logs.streams import TABLE, Log, Topic
@@ -206,6 +207,8 @@ def _ordered(components: Sequence[str], fields: Mapping[str, str]) -> tuple[str,
     if tuple(components) in (AXES, unit_numbers(count)):
         first = 0 if "0" in fields else 1
         names += [[str(index) for index in range(first, first + count)]] if len(fields) == count else []
+    if tuple(components) == unit_numbers(count) and len(fields) == count:
+        names += [AXES[:count], ascii_lowercase[:count]]
     if tuple(components) == QUATERNION:
         names += [[str(index) for index in range(4)], [f"q{axis}" for axis in QUATERNION]]
     if tuple(components) == AXES:
@@ -229,7 +232,7 @@ def _parts(field: str, stated: str) -> Iterator[_Part]:
     lower = tail.lower()
     if lower in (*AXES, *QUATERNION, "p", "q", "r", "roll", "pitch", "yaw"):
         yield _Part(stem=head or ("pqr" if lower in "pqr" else ""), component=lower, unit=unit, field=field)
-    for pattern in (r"^(.+?)_?([xyzw])$", r"^(.+?)_?(\d)$", r"^(.+?)_(roll|pitch|yaw|[pqr])$"):
+    for pattern in (r"^(.+?)_?([xyzw])$", r"^(.+?)_?(\d)$", r"^(.+?)_(roll|pitch|yaw|[a-hpqr])$"):
         if found := re.match(pattern, tail, re.IGNORECASE):
             stem, more = _without_unit(found[1])
             yield _Part(stem=prefix + stem, component=found[2].lower(), unit=unit or more, field=field)
@@ -372,9 +375,12 @@ def _runs(survey: Mapping[str, Topic]) -> str:
 
 
 def _inventory(survey: Mapping[str, Topic]) -> str:
-    return "\n  ".join(
-        f"{name + ': ' if name else ''}{', '.join(list(topic.fields)[:20])}" for name, topic in survey.items()
-    )
+    held = [
+        f"{name + ': ' if name else ''}{', '.join(list(topic.fields)[:20])}"
+        for name, topic in survey.items()
+        if topic.fields
+    ]
+    return "\n  ".join(held or ["no column of numbers"])
 
 
 def _text(text: str) -> str:

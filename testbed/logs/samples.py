@@ -175,6 +175,10 @@ def _in_order(time: Series, values: Array) -> tuple[Series, Array, tuple[str, ..
     if not known.all():
         dropped.append(f"{(~known).sum():,} samples without time or value left out")
     time, values = time[known], values[known]
+    empty = np.isnan(values)
+    partial = empty[:, ~empty.all(axis=0)].any(axis=1)
+    if partial.any():
+        dropped.append(f"{partial.sum():,} samples lack some of their values: kept, with cells that are empty")
     repeated = _repeated(time, values)
     if repeated.any():
         dropped.append(f"{repeated.sum():,} samples that repeat the one before them left out")

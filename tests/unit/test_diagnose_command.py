@@ -174,8 +174,9 @@ def test_an_interrupted_diagnosis_keeps_what_was_found(late, tmp_path, capsys, m
 
     monkeypatch.setattr(testbed.library.diagnoses, "diagnosed", interrupted)
     ended = run("diagnose", SCENARIO, "--data", late, "--out", tmp_path / "out")
+    as_json = run("diagnose", SCENARIO, "--data", late, "--out", tmp_path / "json", "--json")
     signal.signal(signal.SIGINT, before)
-    assert ended == 130
+    assert (ended, as_json) == (130, 130)
     answer = json.loads((tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8"))
     assert answer["complete"] is False
     assert answer["verdict"] is None
@@ -183,9 +184,11 @@ def test_an_interrupted_diagnosis_keeps_what_was_found(late, tmp_path, capsys, m
         encoding="utf-8"
     )
     assert answer["gap"]["before"] > 1.3
-    printed = capsys.readouterr().out
+    printed, complaints = capsys.readouterr()
     assert "Interrupted" in printed
     assert "Verdict    not reached" in printed
+    assert complaints.startswith("Interrupted; ")
+    assert "--resume" in complaints
 
 
 @pytest.mark.usefixtures("few_effects")

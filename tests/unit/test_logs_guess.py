@@ -180,6 +180,13 @@ def test_a_log_without_a_gyro_is_refused_with_what_it_holds(tmp_path):
         tb.guess_map(path)
 
 
+def test_a_file_without_numbers_is_said_to_hold_none(tmp_path):
+    path = tmp_path / "scenario.toml"
+    path.write_text('name = "orbit"\n[platform]\n', encoding="utf-8")
+    with pytest.raises(tb.InputError, match=r"the log holds\n  no column of numbers"):
+        tb.guess_map(path)
+
+
 @pytest.mark.parametrize("text", ["time,gx,gy,gz\n", "time,g", "time,gx,gy,gz\n\n\n"])
 def test_names_of_columns_without_rows_are_said_to_be_all(tmp_path, text):
     path = tmp_path / "a.csv"
@@ -244,6 +251,16 @@ STAMPS = ["2026-11-25T10:00:00.0Z", "2026-11-25T10:00:00.1Z"]
             ],
             ["0.0", "0.1"],
             {"body_rate": "rad/s", "gimbal_angle": "rad", "wheel_speed": "rpm"},
+        ),
+        (
+            ["time_s", "gyro_x", "gyro_y", "gyro_z", "rw_speed_x", "rw_speed_y", "rw_speed_z"],
+            ["0.0", "0.1"],
+            {"body_rate": "rad/s", "wheel_speed": "rad/s"},
+        ),
+        (
+            ["time", "gx", "gy", "gz", "rw_a_rpm", "rw_b_rpm", "rw_c_rpm", "rw_d_rpm"],
+            ["0.0", "0.1"],
+            {"body_rate": "rad/s", "wheel_speed": "rpm"},
         ),
     ],
 )

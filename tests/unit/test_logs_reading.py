@@ -139,7 +139,12 @@ def test_messages_that_cannot_be_decoded_are_counted(tmp_path):
         },
     }
     records = tb.import_log(path, keys)
-    assert records.dropped == ("1 messages of /imu could not be decoded: they were left out",)
+    lacking = "1 samples lack some of their values: kept, with cells that are empty"
+    assert records.dropped == (
+        "1 messages of /imu could not be decoded: they were left out",
+        f"body_rate: {lacking}",
+        f"applied_torque: {lacking}",
+    )
     assert len(records.runs[0].time) == 49
     assert np.isnan(records.runs[0].channels["body_rate"]).sum() == 1
     assert np.isnan(records.runs[0].channels["applied_torque"]).sum() == 1
@@ -306,6 +311,14 @@ def test_parquet_with_any_names(tmp_path):
     assert records.unused == ("note",)
 
 
+def test_cells_of_one_component_that_are_empty_are_said(tmp_path):
+    table = rows()
+    table[3][2] = table[9][2] = table[9][3] = ""
+    records = imported(tmp_path, text(table=table))
+    assert records.dropped == ("body_rate: 2 samples lack some of their values: kept, with cells that are empty",)
+    assert np.isnan(records.runs[0].channels["body_rate"]).any(axis=1).sum() == 2
+
+
 def test_words_and_ragged_rows_are_left_out_and_said(tmp_path):
     table = rows()
     table[3][1], table[4][0], table[6] = "n/a", "", table[6][:4]
@@ -314,6 +327,7 @@ def test_words_and_ragged_rows_are_left_out_and_said(tmp_path):
         "1 row has another number of fields than the header (row 7: 4 fields of 7): left out",
         "column gx: 1 cell is no number but 'n/a': taken as not sampled",
         "body_rate: 1 samples without time or value left out",
+        "body_rate: 1 samples lack some of their values: kept, with cells that are empty",
         "applied_torque: 1 samples without time or value left out",
     )
     assert len(records.runs[0].time) == 28
