@@ -8,7 +8,7 @@ it: inertia takes up what two exchanged axes do to a balance, and effects the re
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import combinations, permutations, product
@@ -85,12 +85,21 @@ def _powers(run: Telemetry, theta: Theta) -> tuple[float, float]:
 
 
 def _others(run: Telemetry) -> Iterator[_Arrangement]:
-    """Yield all arrangements with one mistake: the gyro's mounting, one actuator's sign, two that changed places."""
+    """Yield all arrangements with one mistake.
+
+    The gyro's mounting, the unit of all of a kind of actuators, the sign of one of them, two that changed places.
+    """
     yield from _gyro_mountings(run)
     if run.wheels is not None:
-        yield from _of_units("wheel", run.wheels.momentum.shape[1], _with_wheels)
+        wheels = run.wheels.momentum.shape[1]
+        yield from _in_another_unit(
+            "the wheels' speeds", {"rpm": np.pi / 30, "deg/s": np.pi / 180}, wheels, _with_wheels
+        )
+        yield from _misplaced("wheel", wheels, _with_wheels)
     if run.gimbals is not None:
-        yield from _of_units("gimbal", run.gimbals.angle.shape[1], _with_gimbals)
+        gimbals = run.gimbals.angle.shape[1]
+        yield from _in_another_unit("the gimbals' angles", {"deg": np.pi / 180}, gimbals, _with_gimbals)
+        yield from _misplaced("gimbal", gimbals, _with_gimbals)
 
 
 def _gyro_mountings(run: Telemetry) -> Iterator[_Arrangement]:
@@ -114,30 +123,39 @@ def _keeps_still_axes(matrix: Matrix3, run: Telemetry) -> bool:
     return bool(np.array_equal(matrix[still], np.eye(3)[still]))
 
 
-def _of_units(unit: str, count: int, changed: Callable[..., Telemetry]) -> Iterator[_Arrangement]:
+def _in_another_unit(
+    channel: str, units: Mapping[str, float], count: int, changed: Callable[..., Telemetry]
+) -> Iterator[_Arrangement]:
+    """Yield all columns of a channel in other units, each with its factor to SI."""
+    for unit, factor in units.items():
+        said = f"{channel} were in {unit} (multiply them by {factor:.10g})"
+        yield _Arrangement(said, partial(changed, order=np.arange(count), factors=np.full(count, factor)))
+
+
+def _misplaced(unit: str, count: int, changed: Callable[..., Telemetry]) -> Iterator[_Arrangement]:
     """Yield one unit with the other sign, and any two that changed places."""
     places = np.arange(count)
     for one in places:
         signs = np.where(places == one, -1.0, 1.0)
         said = f"{unit} {one + 1} turned the other way (turn the sign of its columns, or its axis in the scenario)"
-        yield _Arrangement(said, partial(changed, order=places, signs=signs))
+        yield _Arrangement(said, partial(changed, order=places, factors=signs))
     for one, other in combinations(places, 2):
         order = places.copy()
         order[[one, other]] = other, one
         said = f"{unit}s {one + 1} and {other + 1} changed places (exchange their columns)"
-        yield _Arrangement(said, partial(changed, order=order, signs=np.ones(count)))
+        yield _Arrangement(said, partial(changed, order=order, factors=np.ones(count)))
 
 
 def _with_gyro(run: Telemetry, matrix: Matrix3) -> Telemetry:
     return replace(run, body_rate=run.body_rate @ matrix.T)
 
 
-def _with_wheels(run: Telemetry, order: Array, signs: Array) -> Telemetry:
+def _with_wheels(run: Telemetry, order: Array, factors: Array) -> Telemetry:
     assert run.wheels is not None
-    momentum = signs * run.wheels.best_momentum[:, order]
+    momentum = factors * run.wheels.best_momentum[:, order]
     return replace(run, wheels=replace(run.wheels, momentum=momentum, smoothed=None))
 
 
-def _with_gimbals(run: Telemetry, order: Array, signs: Array) -> Telemetry:
+def _with_gimbals(run: Telemetry, order: Array, factors: Array) -> Telemetry:
     assert run.gimbals is not None
-    return replace(run, gimbals=replace(run.gimbals, angle=signs * run.gimbals.angle[:, order]))
+    return replace(run, gimbals=replace(run.gimbals, angle=factors * run.gimbals.angle[:, order]))

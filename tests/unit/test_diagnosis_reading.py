@@ -116,6 +116,12 @@ def test_a_gimbal_that_turns_the_other_way_is_refused_with_its_number(good):
         read(turned)
 
 
+def test_gimbals_in_degrees_are_refused_with_their_unit(good):
+    degrees = [with_channels(each, gimbal_angle=np.degrees(each.channels["gimbal_angle"])) for each in good[:2]]
+    with pytest.raises(InputError, match="the gimbals' angles were in deg"):
+        read(degrees)
+
+
 def test_gimbals_that_changed_places_are_refused_with_the_word_that_accepts_them(good):
     order = [0, 4, 2, 3, 1, 5]
     exchanged = [with_channels(each, gimbal_angle=each.channels["gimbal_angle"][:, order]) for each in good[:2]]
@@ -132,6 +138,9 @@ def test_wheels_are_in_their_places_or_said_not_to_be():
     turned = [with_channels(each, wheel_speed=signs * each.channels["wheel_speed"]) for each in records]
     with pytest.raises(InputError, match="wheel 3 turned the other way"):
         data_set_of(turned, scenario, nominal_body(scenario))
+    in_rpm = [with_channels(each, wheel_speed=each.channels["wheel_speed"] * 30.0 / np.pi) for each in records]
+    with pytest.raises(InputError, match=r"the wheels' speeds were in rpm \(multiply them by 0\.1047"):
+        data_set_of(in_rpm, scenario, nominal_body(scenario))
 
 
 def test_only_the_run_in_the_wrong_unit_is_blamed(good):
