@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import compress
 from typing import final
 
 import numpy as np
@@ -114,8 +115,7 @@ def require_si(runs: Runs, theta: Theta, gate: Gate) -> None:
     Raises:
         InputError: channels in other places, a gyro or an applied torque in another unit.
     """
-    if (mistake := mistaken_arrangement(runs.grid.runs, theta)) is not None:
-        gate.refuse("telemetry", mistake)
+    _require_arrangement(runs, theta, gate)
     missed = _nominally_missed(runs, theta)
     _require_unit(runs, theta, missed, gate)
     for run, name, share in zip(runs.grid.runs, runs.names, missed, strict=True):
@@ -254,6 +254,17 @@ def _balance(run: Telemetry, inertia: Array) -> tuple[Array, Array]:
         np.where(run.live, detrend(each, axis=0) @ np.linalg.inv(inertia), 0.0) for each in (momentum + turned, given)
     )
     return needed_rate, given_rate
+
+
+def _require_arrangement(runs: Runs, theta: Theta, gate: Gate) -> None:
+    """Refuse channels in other places: a mistake in all records, or else in single ones."""
+    if (mistake := mistaken_arrangement(runs.grid.runs, theta)) is not None:
+        gate.refuse("telemetry", mistake)
+        return
+    for record, name in enumerate(runs.record_names):
+        own = list(compress(runs.grid.runs, runs.record_of == record))
+        if (mistake := mistaken_arrangement(own, theta)) is not None:
+            gate.refuse("telemetry", f"{name}: {mistake}")
 
 
 def _require_unit(runs: Runs, theta: Theta, as_given: Array, gate: Gate) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import final
 
 import numpy as np
@@ -16,6 +17,8 @@ from testbed.prediction.kernels import cross, turned_back
 
 _OUTWARD_L = np.array([0.0, 0.0, 1.0])
 """The z axis of an orbit's local axes, away from the Earth."""
+_ENVIRONMENTS = 8
+"""That are kept: those of a nominal and a healthy model, and of platforms compared side by side; a miss costs time."""
 
 
 @final
@@ -63,7 +66,11 @@ def environment_hooks(grid: Grid) -> Hooks | None:
     surroundings = grid.runs[0].surroundings
     if surroundings is None:
         return None
-    environment = surroundings.environment
+    return _hooks_of(surroundings.environment)
+
+
+@lru_cache(maxsize=_ENVIRONMENTS)  # by what acts a motion is known again that was found before
+def _hooks_of(environment: Pivoted | Orbiting) -> Hooks:
     return PivotHooks(environment) if isinstance(environment, Pivoted) else OrbitHooks(environment)
 
 

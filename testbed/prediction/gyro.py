@@ -6,9 +6,11 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Array, Vectors3
+from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks, overrides
 from testbed.prediction.smooth import Smooth, node_slopes
@@ -31,7 +33,18 @@ def readings(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates
     delay = sum((hook.gyro_delay(value) for hook, value in pairs), np.zeros(1))
     drift = sum((hook.gyro_clock_drift(value) for hook, value in pairs), np.zeros(1))
     averaging = [hook.gyro_averaging(value) for hook, value in pairs if overrides(hook, "gyro_averaging")]
-    read = _read(grid, rates, lag, delay, drift, averaging)
+    shown = partial(_read, grid, rates, lag, delay, drift, averaging)
+    # What the actuators did before the gyro's first sample is known of runs that begin in the middle of a motion.
+    known = np.array([run.actuator_time[0] < run.gyro_time[0] for run in grid.runs])
+    held = _behind_effects(grid, pairs, shown(known))
+    if known.all() or not any(np.any(each) for each in (lag, delay, *averaging)):
+        return held
+    moving = _behind_effects(grid, pairs, shown(np.ones_like(known)))
+    return [_nearer(*each) for each in zip(held, moving, grid.runs, strict=True)]
+
+
+def _behind_effects(grid: Grid, pairs: Sequence[tuple[Hooks, Array]], read: Array) -> list[Array]:
+    """Return what effects on readings make of them, of each run, shape (P, N, 3)."""
     predicted = []
     for run, telemetry in enumerate(grid.runs):
         reading = read[run, :, : len(telemetry.gyro_time)]
@@ -41,7 +54,34 @@ def readings(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates
     return predicted
 
 
-def _read(grid: Grid, rates: Array, lag: Array, delay: Array, drift: Array, averaging: Sequence[Array]) -> Array:
+def _nearer(held: Array, moving: Array, run: Telemetry) -> Array:
+    """Return what is nearer to a run's samples, of what they are after a release and in the middle of a motion.
+
+    No channel says which it was before its first sample, and a slow gyro shows it: a satellite whose log begins at any
+    instant has been turning as it goes on, one that is released had turned at one rate until then.
+
+    Args:
+        held: what the gyro reads of a run that was released, shape (P, N, 3).
+        moving: of one that was turning, alike.
+        run: its samples.
+    """
+    apart = held.real != moving.real
+    if not apart.any():
+        return held
+    left = [np.where(apart, each.real - run.body_rate, 0.0) for each in (held, moving)]
+    squares = [np.einsum("pni,pni->p", each, each) for each in left]
+    return np.where((squares[1] < squares[0])[:, None, None], moving, held)
+
+
+def _read(
+    grid: Grid,
+    rates: Array,
+    lag: Array,
+    delay: Array,
+    drift: Array,
+    averaging: Sequence[Array],
+    moving: NDArray[np.bool_],
+) -> Array:
     """Return what a gyro reads behind a lag and a delay, shape (R, P, N, 3), rad/s, N of the run with most samples.
 
     All runs side by side, in units of their steps; those with fewer samples have their last one again.
@@ -53,6 +93,7 @@ def _read(grid: Grid, rates: Array, lag: Array, delay: Array, drift: Array, aver
         delay: alike.
         drift: share of the time by which samples are later still, shape (P,) or (1,).
         averaging: shares of the sampling interval over which is averaged, shapes (P,) or (1,); their sum counts.
+        moving: whether each run goes on before its first sample as behind it, shape (R,).
     """
     runs, sets, nodes, _ = rates.shape
     most = max(len(run.gyro_time) for run in grid.runs)
@@ -61,11 +102,10 @@ def _read(grid: Grid, rates: Array, lag: Array, delay: Array, drift: Array, aver
     if np.any(drift):
         at = at - (times[:, None] * np.broadcast_to(drift, sets)[:, None] / grid.step[:, None, None]).reshape(at.shape)
     late, behind = ((np.broadcast_to(each, sets) / grid.step[:, None]).ravel() for each in (lag, delay))
-    # What the actuators did before the gyro's first sample is known of runs that begin in the middle of a motion.
-    moving = np.repeat([run.actuator_time[0] < run.gyro_time[0] for run in grid.runs], sets)
+    went_on = np.repeat(moving, sets)
     rows = rates.reshape(-1, nodes, 3)
     motion = Smooth(np.arange(float(nodes)), rows, node_slopes(rows, 1.0))
-    shown = partial(motion.at, at, late, moving=moving)
+    shown = partial(motion.at, at, late, moving=went_on)
     if averaging:
         interval = np.array([np.median(np.diff(run.gyro_time)) for run in grid.runs]) / grid.step
         window = (sum(averaging, np.zeros(sets)) * interval[:, None]).ravel()

@@ -116,6 +116,12 @@ def test_a_gimbal_that_turns_the_other_way_is_refused_with_its_number(good):
         read(turned)
 
 
+def test_only_the_run_whose_gimbal_turns_the_other_way_is_named(good):
+    turned = with_channels(good[1], gimbal_angle=[1, 1, -1, 1, 1, 1] * good[1].channels["gimbal_angle"])
+    with pytest.raises(InputError, match=r"^run2: the balance of angular.*if gimbal 3 turned the other way"):
+        read([good[0], turned, good[2]])
+
+
 def test_gimbals_in_degrees_are_refused_with_their_unit(good):
     degrees = [with_channels(each, gimbal_angle=np.degrees(each.channels["gimbal_angle"])) for each in good[:2]]
     with pytest.raises(InputError, match="the gimbals' angles were in deg"):
