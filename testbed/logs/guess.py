@@ -17,7 +17,7 @@ _NAMES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "body_rate": (
         (r"vehicle_angular_velocity(?! *\[)", 12),
         (r"angular_?(vel(ocity)?|rates?)|body_?rates?|ang_?vel", 10),
-        (r"gyro(scope)?(meter)?", 9),
+        (r"gyro(scope)?(meter)?|(?<![a-z])gyr(?![a-z])", 9),
         (r"omega|(?<![a-z])(w|rates?|pqr|imu)(?![a-z])", 7),
         (r"(?<![a-z])g(?![a-z])", 4),
     ),
@@ -109,6 +109,7 @@ class _Candidate:
         unit: of the fields; empty where none is known.
         why: what this is taken from.
         score: how much the names say.
+        by_unit: whether no name says so, but the unit and the number of fields.
     """
 
     channel: str
@@ -117,6 +118,7 @@ class _Candidate:
     unit: str
     why: str
     score: int
+    by_unit: bool = False
 
 
 def guessed_map(log: Log) -> str:
@@ -163,6 +165,8 @@ def _matches(
 ) -> Iterator[_Candidate]:
     """Yield the channels that a group of fields may be, by its names and their number."""
     said = {channel: _said_within(patterns, name, stem) for channel, patterns in _NAMES.items()}
+    if unit and not any(said.values()) and not _OTHERS.search(f"{name} {stem}".lower()):
+        yield from _by_unit(name, unit, fields)
     whole = re.split(r"[./]", stem.lower())[-1]
     unit = unit or (_SUFFIXES[whole] if whole in _NAMED_BY_UNIT else "")
     for channel, patterns in _NAMES.items():
@@ -187,6 +191,16 @@ def _matches(
             why=f"{why}; unit: {'stated' if unit else convention or 'NOT STATED'}",
             score=score,
         )
+
+
+def _by_unit(topic: str, unit: str, fields: Mapping[str, str]) -> Iterator[_Candidate]:
+    """Yield what fields may be whose names say nothing, but their unit: what turns is numbered, or has three axes."""
+    numbered = all(component.isdigit() for component in fields)
+    channel, components = ("wheel_speed", unit_numbers(len(fields))) if numbered else ("body_rate", AXES)
+    ordered = _ordered(components, fields)
+    if ordered is not None and len(fields) == len(components) and is_unit_of(unit, SIGNALS[channel].unit):
+        why = f"the unit {unit} of {len(fields)} fields"
+        yield _Candidate(channel=channel, topic=topic, fields=ordered, unit=unit, why=why, score=0, by_unit=True)
 
 
 def _said(patterns: Sequence[tuple[str, int]], name: str) -> int:
@@ -311,6 +325,8 @@ def _channel(name: str, candidates: Sequence[_Candidate], survey: Mapping[str, T
         lines.append(f"topic = {_text(chosen.topic)}")
     by_number = all(field.rstrip("])")[-1:].isdigit() for field in chosen.fields)
     doubt = "  # CHECK: taken for w, x, y, z" if SIGNALS[name].components == QUATERNION and by_number else ""
+    if chosen.by_unit:
+        doubt = "  # CHECK: no name says so"
     lines.append(f"fields = [{', '.join(map(_text, chosen.fields))}]{doubt}")
     normalized = _NORMALIZED.get(chosen.topic.partition("[")[0])
     if SIGNALS[name].unit:

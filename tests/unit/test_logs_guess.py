@@ -180,6 +180,18 @@ def test_a_log_without_a_gyro_is_refused_with_what_it_holds(tmp_path):
         tb.guess_map(path)
 
 
+def test_what_names_do_not_say_is_taken_from_units_and_marked(tmp_path):
+    path = tmp_path / "log.csv"
+    rows = [f"{0.1 * tick:.1f},1,2,3,500,600,700" for tick in range(9)]
+    units = "s,deg/s,deg/s,deg/s,rpm,rpm,rpm"
+    path.write_text("\n".join(["time,Spin X,Spin Y,Spin Z,Rad 1,Rad 2,Rad 3", units, *rows]) + "\n", encoding="utf-8")
+    text = tb.guess_map(path)
+    assert text.count("# CHECK: no name says so") == 2
+    channels = tomllib.loads(text)["channels"]
+    assert channels["body_rate"] == {"fields": ["Spin X", "Spin Y", "Spin Z"], "unit": "deg/s"}
+    assert channels["wheel_speed"] == {"fields": ["Rad 1", "Rad 2", "Rad 3"], "unit": "rpm"}
+
+
 def test_a_file_without_numbers_is_said_to_hold_none(tmp_path):
     path = tmp_path / "scenario.toml"
     path.write_text('name = "orbit"\n[platform]\n', encoding="utf-8")
