@@ -20,7 +20,8 @@ from testbed.estimation.telemetry import CommandScatter, Telemetry
 from testbed.prediction.impulse_noise import SURELY, Coefficients, explained_by_wheel
 from testbed.prediction.jumps import jumps, restless
 from testbed.prediction.tachometer import separated_noise
-from testbed.prediction.wheel_impulses import ROUNDING, Impulses, impulses_of
+from testbed.prediction.wheel_commands import ROUNDING
+from testbed.prediction.wheel_impulses import Impulses, impulses_of
 
 _FOUND = 3
 """First columns that impulses are explained by: scatter behind its sample, before it, and which share of what is smooth

@@ -18,16 +18,14 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline, make_smoothing_spline
 
-from testbed.arrays import Array, Flags, Series, Units, UnitSeries
-from testbed.estimation.gaps import FEWEST_BURSTS, between_gaps, bursts, lost_samples
+from testbed.arrays import Array, Flags, Units, UnitSeries
 from testbed.estimation.recursions import accumulated, pivots
-from testbed.estimation.telemetry import Telemetry, WheelMotors, WheelTelemetry
+from testbed.estimation.telemetry import Telemetry, WheelTelemetry
 from testbed.prediction.compared import SETTLING, incomplete
-from testbed.prediction.jumps import beside, jumps
 from testbed.prediction.smooth import decay
 from testbed.prediction.smoothed import body_motion
+from testbed.prediction.wheel_commands import Motors, torques_between
 
 _REMEMBERED = 64
 """Runs whose impulses are kept, as many as in `motor_torques`; a miss costs time only."""
@@ -36,12 +34,6 @@ _AT_LIMIT = 0.98
 _STICKING = 0.5
 """rad/s. A bearing that turns more slowly, or turns round, may stick, and then takes any torque within its dry
 friction: ten times a good tachometer's noise, and a thousandth of what wheels turn at."""
-_FEWEST_SMOOTHED = 5
-"""Samples that a smoothing spline needs (scipy's `make_smoothing_spline`)."""
-ROUNDING = 1e-6
-"""Of an interval, by which clocks round."""
-_LEAST_LOOP = 1e-6
-"""Of a speed loop's bandwidth times the control period, below which its torque does not change within that: 0/0."""
 
 
 class Impulses(NamedTuple):
@@ -244,7 +236,7 @@ def _impulses(run: Telemetry, commanded: bool) -> Impulses:
     before, after, inertia = speed[:-1], speed[1:], wheels.wheels.spin_inertia
     carried = inertia * np.diff(body_rate @ wheels.wheels.axis_B.T, axis=0)
     turned, directed = 0.5 * (before + after) * interval[:, None], _direction(before, after) * interval[:, None]
-    torque, last, unseen = _torques(run, wheels, _Motors(wheels.wheels.torque_limit, motors, commanded))
+    torque, last, unseen = torques_between(run, wheels, Motors(wheels.wheels.torque_limit, motors, commanded))
     behind = np.concatenate([[False], _unknown(unseen)[:-1]])  # where a lag carries on what was commanded in between
     unseen = _carried_on(unseen, incomplete(run))
     known = np.isfinite(unseen) & ~behind[:, None] & _is_compared(run, wheels, speed)
@@ -284,131 +276,6 @@ def _unknown(unseen: Array) -> Flags:
 def _first_of(kept: Sequence[NDArray[np.intp]]) -> tuple[NDArray[np.bool_], ...]:
     """Return which of each wheel's intervals do not follow on the one before."""
     return tuple(np.diff(of_wheel, prepend=-2) > 1 for of_wheel in kept)
-
-
-class _Motors(NamedTuple):
-    """How motors give their torque between samples.
-
-    Attributes:
-        limit: of the torque, shape (W,), N·m.
-        motors: what is known of them.
-        commanded: whether torques are commands, or else measured.
-    """
-
-    limit: Units
-    motors: WheelMotors
-    commanded: bool
-
-    def mean(self, sampled: UnitSeries, time: Series, jump: Flags | None = None) -> UnitSeries:
-        """Return the mean torque of every interval between samples of shape (K, W), shape (K - 1, W), N·m.
-
-        A command is what a motor gives from its sample on, less the phase for which it had held, a measured torque what
-        it gave before, but for the phase for which it goes on: each for a control period, through which a loop on the
-        wheel's speed lets it decline. Those that are not sampled in between lie on a spline.
-        """
-        motors, torque = self.motors, sampled
-        if self.commanded:  # what a current shows was given, whatever the limit is believed to be
-            torque = np.clip(sampled, -self.limit, self.limit)
-        decline = np.maximum(motors.loop_bandwidth * motors.period, _LEAST_LOOP)
-        period = np.minimum(motors.period / np.diff(time), 1.0)[:, None]
-        phase = motors.command_phase if self.commanded else 1.0 - motors.torque_phase
-        share = 0.5 - (1.0 - 2.0 * phase) * 0.5 * period
-        held = -np.expm1(-decline) / decline if self.commanded else np.expm1(decline) / decline
-        mean = torque[:-1] + share * np.diff(torque, axis=0)
-        if np.any(period < 1.0):
-            # A parabola that is held n = 1 / period times lies beside the line by 1 - 1 / n² of what its mean does.
-            mean += (1.0 - period**2) * _beside_line(time, torque, jump)
-        return np.asarray(held * mean)
-
-    def jumps(self, sampled: UnitSeries, time: Series) -> Flags:
-        """Return between which samples a torque jumps that changes in between, shape (K - 1,)."""
-        changing = self.motors.period < (1.0 - ROUNDING) * float(np.median(np.diff(time)))
-        return jumps(time, sampled) if changing else np.zeros(len(time) - 1, dtype=np.bool_)
-
-    def change(self, sampled: UnitSeries, other: UnitSeries, time: Series) -> UnitSeries:
-        """Return what impulses change by with other samples, shape (K - 1, W), N·m·s."""
-        return (self.mean(other, time) - self.mean(sampled, time)) * np.diff(time)[:, None]
-
-
-def _beside_line(time: Series, values: UnitSeries, jump: Flags | None) -> UnitSeries:
-    """Return by how much the mean of splines through samples, shape (K, W), is beside that of lines, (K - 1, W).
-
-    Args:
-        time: of the samples, shape (K,), s.
-        values: of the torques.
-        jump: between which samples a spline ends and another one begins, shape (K - 1,); None for nowhere.
-    """
-    whole = np.zeros((len(time) - 1, values.shape[1]))
-    for rows in between_gaps(np.zeros(len(time) - 1, dtype=np.bool_) if jump is None else jump):
-        own, of = time[rows], values[rows]
-        if len(own) > 1:
-            integral = CubicSpline(own, of).antiderivative()(own)
-            lines = 0.5 * (of[:-1] + of[1:])
-            whole[rows.start : rows.stop - 1] = np.diff(integral, axis=0) / np.diff(own)[:, None] - lines
-    return whole
-
-
-def _torques(run: Telemetry, wheels: WheelTelemetry, motors: _Motors) -> tuple[UnitSeries, UnitSeries, Array]:
-    """Return `torque`, `last` and `unseen` of impulses, each of shape (L, W).
-
-    Over lost samples what changes smoothly in the others stands for them, which errs as much as where samples came
-    through. Where a torque that changes between its samples jumps, nobody knows when.
-    """
-    sampled, time = wheels.torque_command if motors.commanded else wheels.torque, run.actuator_time
-    assert sampled is not None
-    scatter = wheels.scatter if motors.commanded else None
-    smooth = sampled if scatter is None else sampled - scatter.samples
-    jump = motors.jumps(sampled, time)
-    doubted = beside(jump)
-    gap, held = incomplete(run), motors.mean(smooth, time, jump)
-    torque = held.copy()
-    if scatter is not None:  # it is over when the interval ends
-        torque += scatter.behind * scatter.samples[:-1] + scatter.before * scatter.samples[1:]
-    unseen = np.where(doubted[:, None], np.inf, np.zeros_like(torque))
-    if not gap.any():
-        return torque, held, unseen
-    lost = np.where(gap, lost_samples(time), 0)
-    of_interval = np.repeat(np.arange(len(lost)), lost + 1)
-    first = np.cumsum(lost + 1) - lost - 1
-    number = np.arange(len(of_interval)) - first[of_interval]
-    whole = np.append(time[of_interval] + number * (np.diff(time) / (lost + 1))[of_interval], time[-1])
-    filled = _smoothed(time, smooth)(whole)
-    filled[np.append(first, -1)] = smooth
-    mean = motors.mean(filled, whole, jump[of_interval])
-    last = np.where(gap[:, None], mean[first + lost], held)
-    impulse = mean * np.diff(whole)[:, None]
-    torque[gap] = (np.add.reduceat(impulse, first, axis=0) / np.diff(time)[:, None])[gap]
-    for each in np.unique(lost[gap]).tolist():
-        unseen[gap & ~doubted & (lost == each)] = _variance_over_gap(run, sampled, motors, each)
-    return torque, last, unseen
-
-
-def _variance_over_gap(run: Telemetry, sampled: UnitSeries, motors: _Motors, lost: int) -> Units:
-    """Return the variance of impulses over so many lost samples, (N·m·s)², shape (W,); infinite where unknown."""
-    errors = [np.zeros((0, sampled.shape[1]))]
-    for rows in between_gaps(incomplete(run)):
-        time, torque = run.actuator_time[rows], sampled[rows]
-        gone = bursts(len(time), lost)
-        if gone.any():
-            filled = np.where(gone[:, None], _smoothed(time[~gone], torque[~gone])(time), torque)
-            change = motors.change(torque, filled, time)
-            errors.append(np.add.reduceat(change, np.flatnonzero(np.diff(gone.astype(int)) > 0), axis=0))
-    found = np.concatenate(errors)
-    return np.mean(found**2, axis=0) if len(found) >= FEWEST_BURSTS else np.full(sampled.shape[1], np.inf)
-
-
-def _smoothed(time: Series, torque: UnitSeries) -> CubicSpline:
-    """Return what changes smoothly in torques, shape (K, W): feedback makes the rest of noise, anew in each period.
-
-    A smoothing spline of each wheel, as stiff as generalized cross-validation has it: torques without noise it goes
-    through. A spline through the samples would carry their noise across a gap, amplified.
-    """
-    if len(time) < _FEWEST_SMOOTHED:
-        return CubicSpline(time, torque)
-    span = np.ptp(torque, axis=0)
-    scale = np.where(span > 0.0, span, 1.0)  # its penalty is searched to an accuracy that knows no units
-    smooth = [make_smoothing_spline(time, values)(time) for values in (torque / scale).T]
-    return CubicSpline(time, scale * np.stack(smooth, axis=1))
 
 
 def _direction(before: UnitSeries, after: UnitSeries) -> UnitSeries:
