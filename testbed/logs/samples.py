@@ -108,7 +108,7 @@ def samples_of(name: str, channel: Channel, stream: Stream, time: Series) -> Sam
     values, converted = _converted(name, channel, values)
     time, values, dropped = _in_order(time + channel.offset_s if channel.offset_s else time, values)
     if infinite.any():
-        dropped = (*dropped, f"{infinite.sum():,} infinite values taken as not sampled")
+        dropped = (f"{infinite.sum():,} infinite values taken as not sampled", *dropped)
     if channel.offset_s:
         converted = (*converted, f"times shifted by {channel.offset_s:+g} s")
     return Samples(time=time, values=values, converted=converted, dropped=tuple(f"{name}: {each}" for each in dropped))

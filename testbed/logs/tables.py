@@ -36,6 +36,10 @@ _BATCH = 65_536
 """Rows of a Parquet file that are taken at once."""
 _BLOCK = 2**22
 """Bytes of a CSV file that are taken at once."""
+_TIME_OF_DAY = r"^\d{1,2}:\d{2}:\d{2}(\.\d{1,9})?$"
+_ANY_DAY = "1970-01-01"
+_DAY = 86_400 * 10**9
+"""ns"""
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+([eE][+-]?\d+)?\s*")
 
 
@@ -67,12 +71,14 @@ class _Column:
     Attributes:
         parts: its numbers, by batch.
         unit: that its type states; None where it states none.
+        of_day: whether its times begin anew at midnight.
         words: cells that are no numbers.
         first_word: the first of these.
     """
 
     parts: list[Numbers] = field(default_factory=list)
     unit: str | None = None
+    of_day: bool = False
     words: int = 0
     first_word: str = ""
 
@@ -283,7 +289,10 @@ def _content(columns: Mapping[str, _Column], unused: Sequence[str], damage: Sequ
         for name, column in columns.items()
         if column.words
     ]
-    fields = {name: np.concatenate(column.parts) for name, column in columns.items()}
+    fields = {
+        name: _over_midnight(values) if columns[name].of_day else values
+        for name, values in ((name, np.concatenate(column.parts)) for name, column in columns.items())
+    }
     held = {name: values for name, values in fields.items() if not np.isnan(doubles(values)).all()}
     units = {name: column.unit for name, column in columns.items() if column.unit is not None}
     return Content(streams={TABLE: Stream(fields=held, units=units)}, unused=tuple(unused), damage=(*damage, *words))
@@ -321,7 +330,20 @@ def _from_text(texts: pa.Array, column: _Column, *, decimal_comma: bool) -> Numb
             continue
         column.unit = "ns"
         return stamps
+    if pc.all(pc.match_substring_regex(trimmed, _TIME_OF_DAY)).as_py():
+        column.unit, column.of_day = "ns", True
+        padded = pc.replace_substring_regex(trimmed, r"^(\d):", r"0\1:")
+        stamps = pc.binary_join_element_wise(_ANY_DAY, padded, "T").cast(pa.timestamp("ns"))
+        return _from_arrow(stamps.cast(pa.int64()))
     return _cell_by_cell(trimmed, column)
+
+
+def _over_midnight(values: Numbers) -> Numbers:
+    """Return times of day, ns, that go on where a day ends: one that falls by more than half a day is of the next."""
+    known = np.isfinite(values)
+    turned = values.copy()
+    turned[known] = np.unwrap(values[known], period=_DAY)
+    return turned
 
 
 def _cell_by_cell(texts: pa.Array, column: _Column) -> Numbers:

@@ -299,6 +299,24 @@ def test_text_times_with_an_offset_are_read(tmp_path):
     np.testing.assert_allclose(run.time - run.time[0], 0.1 * np.arange(40), atol=1e-6)
 
 
+def test_times_of_day_go_on_past_midnight(tmp_path):
+    path = tmp_path / "log.csv"
+    clock = [
+        f"{(23 + (59 * 60 + 58 + tick // 10) // 3600) % 24}:{(59 + (58 + tick // 10) // 60) % 60:02d}"
+        for tick in range(40)
+    ]
+    rows = [
+        f"{time}:{(58 + tick // 10) % 60:02d},{tick % 10};{0.01 * tick};0,1;0,2;0;0;0"
+        for tick, time in enumerate(clock)
+    ]
+    header = "Zeit;gyro_x_rad_s;gyro_y_rad_s;gyro_z_rad_s;torque_x_Nm;torque_y_Nm;torque_z_Nm"
+    path.write_text("\n".join([header, *(row.replace(".", ",") for row in rows)]) + "\n", encoding="utf-8")
+    (run,) = tb.import_log(path, guessed(path)).runs
+    assert rows[0].startswith("23:59:58,0")
+    assert rows[20].startswith("0:00:00,0")
+    np.testing.assert_allclose(run.time - run.time[0], 0.1 * np.arange(40), atol=1e-6)
+
+
 def test_what_nobody_has_confirmed_of_a_proposed_map_is_said(tmp_path):
     path, proposed = tmp_path / "log.csv", tmp_path / "map.toml"
     rows = [f"{0.1 * tick:.1f},{0.01 * tick},0.1,0.2,0,0,0" for tick in range(40)]
