@@ -55,20 +55,21 @@ def records(
     rng = np.random.default_rng(seed)
     time = np.arange(0.0, seconds + 1e-9, 1.0 / 16.0)
     angles = [_swing(time, rng) for _ in range(count)]
+    initial_rate = rng.normal(0.0, 0.05, (count, 1, 3))
     _, platform = nominal()
     blank = [
         Telemetry(
             gyro_time=time,
-            body_rate=np.zeros((len(time), 3)),
+            body_rate=np.tile(released, (len(time), 1)),
             gyro_noise=noise,
             actuator_time=time,
             gimbals=GimbalTelemetry(cluster=platform.cluster, angle=angle),
         )
-        for angle in angles
+        for angle, released in zip(angles, initial_rate, strict=True)
     ]
     motion = Values(
         theta=theta_of(platform.inertia)[None],
-        initial_rate=rng.normal(0.0, 0.05, (count, 1, 3)),
+        initial_rate=initial_rate,
         effects=tuple(value[None] for value in values),
     )
     rates = predicted(grid_of(blank), hooks, motion)
