@@ -59,7 +59,7 @@ def mistaken_arrangement(runs: Sequence[Telemetry], theta: Theta) -> str | None:
     best, factor = tried[0][0], SETTINGS.better_balanced
     if best > min(given / factor, SETTINGS.unit_rate_share):
         return None
-    instead = ", or ".join(f"{share:.1%} if {said}" for share, said in tried[:_MOST_NAMED] if share < best * factor)
+    instead = ", or ".join(f"{share:.1%} if {said}" for share, said in tried[:_MOST_NAMED] if share <= best * factor)
     return f"the balance of angular momentum misses {given:.1%} of the motion as the records are, {instead}"
 
 
