@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from scipy.interpolate import CubicSpline, make_smoothing_spline
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Array, Flags, Series, Units, UnitSeries
-from testbed.estimation.gaps import FEWEST_BURSTS, between_gaps, bursts, lost_samples
+from testbed.estimation.gaps import FEWEST_BURSTS, KEPT_BETWEEN, between_gaps, bursts, lost_samples
 from testbed.estimation.telemetry import Telemetry, WheelMotors, WheelTelemetry
 from testbed.prediction.compared import incomplete
 from testbed.prediction.jumps import beside, jumps
 
-_FEWEST_SMOOTHED = 5
-"""Samples that a smoothing spline needs (scipy's `make_smoothing_spline`)."""
+_DEGREE = 2
+"""Of the polynomial through neighbours of lost samples: as many bends as a smooth command has in some seconds."""
 ROUNDING = 1e-6
 """Of an interval, by which clocks round."""
 _LEAST_LOOP = 1e-6
@@ -86,7 +88,7 @@ def _beside_line(time: Series, values: UnitSeries, jump: Flags | None) -> UnitSe
 def torques_between(run: Telemetry, wheels: WheelTelemetry, motors: Motors) -> tuple[UnitSeries, UnitSeries, Array]:
     """Return `torque`, `last` and `unseen` of `Impulses`, each of shape (L, W).
 
-    Over lost samples what changes smoothly in the others stands for them, which errs as much as where samples came
+    Over lost samples a curve through or among the others stands for them, which errs as much as where samples came
     through. Where a torque that changes between its samples jumps, nobody knows when.
 
     Args:
@@ -112,40 +114,60 @@ def torques_between(run: Telemetry, wheels: WheelTelemetry, motors: Motors) -> t
     first = np.cumsum(lost + 1) - lost - 1
     number = np.arange(len(of_interval)) - first[of_interval]
     whole = np.append(time[of_interval] + number * (np.diff(time) / (lost + 1))[of_interval], time[-1])
-    filled = _smoothed(time, smooth)(whole)
-    filled[np.append(first, -1)] = smooth
+    fills = [_with_lost(fill(time, smooth, whole), smooth, np.append(first, -1)) for fill in _FILLS]
+    filled = fills[0].copy()
+    for each in np.unique(lost[gap]).tolist():
+        variances = np.array([_variance_over_gap(run, sampled, motors, each, fill) for fill in _FILLS])
+        rows, best = lost == each, np.argmin(variances, axis=0)
+        unseen[gap & ~doubted & rows] = variances.min(axis=0)
+        inside = np.append(rows[of_interval], False)
+        filled[inside] = np.choose(best, [of_all[inside] for of_all in fills])
     mean = motors.mean(filled, whole, jump[of_interval])
     last = np.where(gap[:, None], mean[first + lost], held)
     impulse = mean * np.diff(whole)[:, None]
     torque[gap] = (np.add.reduceat(impulse, first, axis=0) / np.diff(time)[:, None])[gap]
-    for each in np.unique(lost[gap]).tolist():
-        unseen[gap & ~doubted & (lost == each)] = _variance_over_gap(run, sampled, motors, each)
     return torque, last, unseen
 
 
-def _variance_over_gap(run: Telemetry, sampled: UnitSeries, motors: Motors, lost: int) -> Units:
+def _variance_over_gap(run: Telemetry, sampled: UnitSeries, motors: Motors, lost: int, fill: _Fill) -> Units:
     """Return the variance of impulses over so many lost samples, (N·m·s)², shape (W,); infinite where unknown."""
     errors = [np.zeros((0, sampled.shape[1]))]
     for rows in between_gaps(incomplete(run)):
         time, torque = run.actuator_time[rows], sampled[rows]
         gone = bursts(len(time), lost)
         if gone.any():
-            filled = np.where(gone[:, None], _smoothed(time[~gone], torque[~gone])(time), torque)
+            filled = _with_lost(fill(time[~gone], torque[~gone], time), torque[~gone], np.flatnonzero(~gone))
             change = motors.change(torque, filled, time)
             errors.append(np.add.reduceat(change, np.flatnonzero(np.diff(gone.astype(int)) > 0), axis=0))
     found = np.concatenate(errors)
     return np.mean(found**2, axis=0) if len(found) >= FEWEST_BURSTS else np.full(sampled.shape[1], np.inf)
 
 
-def _smoothed(time: Series, torque: UnitSeries) -> CubicSpline:
-    """Return what changes smoothly in torques, shape (K, W): feedback makes the rest of noise, anew in each period.
+def _with_lost(filled: UnitSeries, sampled: UnitSeries, places: NDArray[np.intp]) -> UnitSeries:
+    """Return what stands for all samples, those that came through as they are."""
+    filled[places] = sampled
+    return filled
 
-    A smoothing spline of each wheel, as stiff as generalized cross-validation has it: torques without noise it goes
-    through. A spline through the samples would carry their noise across a gap, amplified.
+
+def _through_neighbours(time: Series, torque: UnitSeries, at: Series) -> UnitSeries:
+    """Return a spline through the samples."""
+    return np.asarray(CubicSpline(time, torque)(at))
+
+
+def _among_neighbours(time: Series, torque: UnitSeries, at: Series) -> UnitSeries:
+    """Return polynomials among as many samples on either side as bursts leave, by least squares.
+
+    Feedback makes noise of the tachometers' anew in each period: a spline would carry it across a gap, amplified.
     """
-    if len(time) < _FEWEST_SMOOTHED:
-        return CubicSpline(time, torque)
-    span = np.ptp(torque, axis=0)
-    scale = np.where(span > 0.0, span, 1.0)  # its penalty is searched to an accuracy that knows no units
-    smooth = [make_smoothing_spline(time, values)(time) for values in (torque / scale).T]
-    return CubicSpline(time, scale * np.stack(smooth, axis=1))
+    count = min(2 * KEPT_BETWEEN, len(time))
+    first = np.clip(np.searchsorted(time, at) - KEPT_BETWEEN, 0, len(time) - count)
+    near = first[:, None] + np.arange(count)
+    apart = (time[near] - at[:, None]) / np.median(np.diff(time))
+    weights = np.linalg.pinv(np.vander(apart.ravel(), _DEGREE + 1, increasing=True).reshape(*near.shape, -1))[:, 0]
+    return np.asarray(np.einsum("ln,lnw->lw", weights, torque[near]))
+
+
+_Fill: TypeAlias = Callable[[Series, UnitSeries, Series], UnitSeries]
+"""Takes times and values of samples, and times, to values at these."""
+_FILLS: tuple[_Fill, ...] = (_through_neighbours, _among_neighbours)
+"""Of lost samples; whichever errs less where samples came through."""
