@@ -74,7 +74,8 @@ def late_momentum(asked_B: Array, grid: Grid, time_constant: Array, delay: Array
 def skewed(values: Array, grid: Grid, late: Array) -> Array:
     """Return what was so along the grid of what is recorded late, shape (R, P, T, W).
 
-    What lies beyond the record goes on in a straight line at either end.
+    What lies beyond the record goes on as its first and last pieces do, for as long as between two samples, and then in
+    a straight line. A line from the first sample on missed 7 sigma of early telemetry, which a late gyro explained.
 
     Args:
         values: as recorded, at every half step, shape (R, P, T, W).
@@ -85,7 +86,10 @@ def skewed(values: Array, grid: Grid, late: Array) -> Array:
     last = float(values.shape[2] - 1)
     at = np.arange(last + 1.0)
     place = at + ahead[:, None]
-    before, behind = np.where(place.real < 0.0, place, 0.0), np.where(place.real > last, place - last, 0.0)
+    interval = [float(np.median(np.diff(run.actuator_time))) for run in grid.runs]
+    reach = np.repeat(np.array(interval) / (grid.step / 2.0), len(every) // len(interval))[:, None]
+    before = np.where(place.real < -reach, place + reach, 0.0)
+    behind = np.where(place.real > last + reach, place - last - reach, 0.0)
     inside = Smooth(at, every).between(place - before - behind)
     begin, end = every[:, 1:2] - every[:, :1], every[:, -1:] - every[:, -2:-1]
     whole = inside + before[..., None] * begin + behind[..., None] * end

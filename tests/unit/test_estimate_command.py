@@ -56,7 +56,7 @@ def test_a_gyro_that_reads_zero_determines_nothing(flown, tmp_path, capsys):
     [
         (-1.0, 1.0, "turn the signs of the gyro"),
         (np.degrees(1.0), 1.0, "as if it were in deg/s: multiply it by 0.01745329252"),
-        (1.0, np.degrees(1.0), "check the scenario's inertia and rotor momentum"),
+        (1.0, np.degrees(1.0), "the gimbals' angles were in deg (multiply them by 0.01745329252)"),
     ],
 )
 def test_records_in_other_units_are_refused_before_any_number(
