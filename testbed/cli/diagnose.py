@@ -114,9 +114,7 @@ def _diagnose(
             with _bars() as bars, keeping(parts):
                 prepared = prepared_records(scenario, records, healthy, _shown_in(bars))
         except KeyboardInterrupt:
-            what = _again(folder) if parts.parts else "nothing was written."
-            say_interrupted(f" before anything was found; {what}")
-            return INTERRUPTED
+            return _found_nothing(folder, parts)
     _print_data(prepared.data, (*prepared.notices, *resumed))
     stages = _Stages()
     with suppress(KeyboardInterrupt), _bars() as bars, keeping(parts):
@@ -125,9 +123,7 @@ def _diagnose(
             stages.show(state)
             bars.start()
     if stages.last is None:
-        what = _again(folder) if parts.parts else "nothing was written."
-        say_interrupted(f" before anything was found; {what}")
-        return INTERRUPTED
+        return _found_nothing(folder, parts)
     with _bars() as bars:
         result = concluded(prepared, stages.last, stages.places, _shown_in(bars))
     _print_end(result)
@@ -141,6 +137,12 @@ def _diagnose(
     if result.state.complete:
         return COMPLETED
     say_interrupted(f"; {_again(folder)}")
+    return INTERRUPTED
+
+
+def _found_nothing(folder: OutputFolder, parts: KeptParts) -> int:
+    what = _again(folder) if parts.parts else "nothing was written."
+    say_interrupted(f" before anything was found; {what}")
     return INTERRUPTED
 
 

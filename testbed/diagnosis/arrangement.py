@@ -20,8 +20,8 @@ from testbed.arrays import Array, Matrix3, Theta
 from testbed.diagnosis.settings import SETTINGS
 from testbed.estimation.momentum_equation import momentum_equation
 from testbed.estimation.telemetry import Telemetry
+from testbed.signals import AXES
 
-_AXES = "xyz"
 _MOST_NAMED = 3
 """Arrangements that are named, the best first, of those that balance about alike."""
 _MOST_RUNS = 8
@@ -112,7 +112,7 @@ def _gyro_mountings(run: Telemetry) -> Iterator[_Arrangement]:
         matrix[range(3), order] = signs
         if abs(matrix.trace()) < len(matrix) and _keeps_still_axes(matrix, run):
             named = ", ".join(
-                f"{'-' if sign < 0.0 else ''}{_AXES[axis]}" for axis, sign in zip(order, signs, strict=True)
+                f"{'-' if sign < 0.0 else ''}{AXES[axis]}" for axis, sign in zip(order, signs, strict=True)
             )
             said = f"the body's x, y, z were the gyro's {named} (reorder its columns or turn their signs)"
             yield _Arrangement(said, partial(_with_gyro, matrix=matrix))

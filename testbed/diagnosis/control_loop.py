@@ -60,10 +60,8 @@ def acts_steadily(effect: Effect, grid: Grid) -> bool:
 
 def _changes_torque(hooks: Hooks, typical: Array, grid: Grid) -> bool:
     """Return whether an effect adds a constant to the torque of constant commands, or to none."""
-    samples, asked_B = (
-        grid.time.shape[1],
-        _held(grid.applied_torque_B, grid.applied_torque_B.mean(axis=2, keepdims=True)),
-    )
+    samples = grid.time.shape[1]
+    asked_B = _held(grid.applied_torque_B, grid.applied_torque_B.mean(axis=2, keepdims=True))
     thrust = None if grid.thrust is None else _held(grid.thrust, grid.thrust.mean(axis=2, keepdims=True))
     steady = replace(grid, applied_torque_B=asked_B, thrust=thrust)
     given_B = hooks.actuator_response(hooks.asked_torque(asked_B, typical, steady), typical, steady)

@@ -86,8 +86,7 @@ def skewed(values: Array, grid: Grid, late: Array) -> Array:
     last = float(values.shape[2] - 1)
     at = np.arange(last + 1.0)
     place = at + ahead[:, None]
-    interval = [float(np.median(np.diff(run.actuator_time))) for run in grid.runs]
-    reach = np.repeat(np.array(interval) / (grid.step / 2.0), len(every) // len(interval))[:, None]
+    reach = np.repeat(grid.actuator_interval / (grid.step / 2.0), len(every) // len(grid.runs))[:, None]
     before = np.where(place.real < -reach, place + reach, 0.0)
     behind = np.where(place.real > last + reach, place - last - reach, 0.0)
     inside = Smooth(at, every).between(place - before - behind)

@@ -37,7 +37,9 @@ _BATCH = 65_536
 _BLOCK = 2**22
 """Bytes of a CSV file that are taken at once."""
 _TIME_OF_DAY = r"^\d{1,2}:\d{2}:\d{2}(\.\d{1,9})?$"
+"""What a clock shows that states no date, to the nanoseconds that are read."""
 _ANY_DAY = "1970-01-01"
+"""To which such a time is put: the first of the count, so that it is one since midnight."""
 _DAY = 86_400 * 10**9
 """ns"""
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+([eE][+-]?\d+)?\s*")
@@ -81,6 +83,12 @@ class _Column:
     of_day: bool = False
     words: int = 0
     first_word: str = ""
+
+    @property
+    def numbers(self) -> Numbers:
+        """All of them; times of day go on where a day ends."""
+        whole = np.concatenate(self.parts)
+        return _over_midnight(whole) if self.of_day else whole
 
 
 @dataclass(frozen=True)
@@ -289,10 +297,7 @@ def _content(columns: Mapping[str, _Column], unused: Sequence[str], damage: Sequ
         for name, column in columns.items()
         if column.words
     ]
-    fields = {
-        name: _over_midnight(values) if columns[name].of_day else values
-        for name, values in ((name, np.concatenate(column.parts)) for name, column in columns.items())
-    }
+    fields = {name: column.numbers for name, column in columns.items()}
     held = {name: values for name, values in fields.items() if not np.isnan(doubles(values)).all()}
     units = {name: column.unit for name, column in columns.items() if column.unit is not None}
     return Content(streams={TABLE: Stream(fields=held, units=units)}, unused=tuple(unused), damage=(*damage, *words))

@@ -126,6 +126,11 @@ class Grid:
             left = left[~alike]
         return tuple(parts)
 
+    @cached_property
+    def actuator_interval(self) -> Series:
+        """The usual one between the actuators' samples, of each run, shape (R,), s."""
+        return np.array([np.median(np.diff(run.actuator_time)) for run in self.runs])
+
     def _part(self, which: NDArray[np.intp]) -> Grid:
         return replace(
             grid_of([self.runs[index] for index in which], self.longest_step),

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Array, Vectors3
@@ -33,13 +32,16 @@ def readings(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates
     delay = sum((hook.gyro_delay(value) for hook, value in pairs), np.zeros(1))
     drift = sum((hook.gyro_clock_drift(value) for hook, value in pairs), np.zeros(1))
     averaging = [hook.gyro_averaging(value) for hook, value in pairs if overrides(hook, "gyro_averaging")]
-    shown = partial(_read, grid, rates, lag, delay, drift, averaging)
+    either_way = _read(grid, rates, lag, delay, drift, averaging)
     # What the actuators did before the gyro's first sample is known of runs that begin in the middle of a motion.
     known = np.array([run.actuator_time[0] < run.gyro_time[0] for run in grid.runs])
-    held = _behind_effects(grid, pairs, shown(known))
-    if known.all() or not any(np.any(each) for each in (lag, delay, *averaging)):
+    read = either_way[0]
+    if known.any():
+        read = np.where(known[:, None, None, None], either_way[-1], read)
+    held = _behind_effects(grid, pairs, read)
+    if len(either_way) == 1 or known.all() or not any(np.any(each) for each in (lag, delay, *averaging)):
         return held
-    moving = _behind_effects(grid, pairs, shown(np.ones_like(known)))
+    moving = _behind_effects(grid, pairs, either_way[-1])
     return [_nearer(*each) for each in zip(held, moving, grid.runs, strict=True)]
 
 
@@ -73,18 +75,11 @@ def _nearer(held: Array, moving: Array, run: Telemetry) -> Array:
     return np.where((squares[1] < squares[0])[:, None, None], moving, held)
 
 
-def _read(
-    grid: Grid,
-    rates: Array,
-    lag: Array,
-    delay: Array,
-    drift: Array,
-    averaging: Sequence[Array],
-    moving: NDArray[np.bool_],
-) -> Array:
-    """Return what a gyro reads behind a lag and a delay, shape (R, P, N, 3), rad/s, N of the run with most samples.
+def _read(grid: Grid, rates: Array, lag: Array, delay: Array, drift: Array, averaging: Sequence[Array]) -> Array:
+    """Return what a gyro reads behind a lag and a delay, shape (2, R, P, N, 3), rad/s, N of the run with most samples.
 
-    All runs side by side, in units of their steps; those with fewer samples have their last one again.
+    Of runs that were released at their first node, and of runs that had been turning as they go on; once where nothing
+    of that shows. All runs side by side, in units of their steps; those with fewer samples have their last one again.
 
     Args:
         grid: the runs.
@@ -93,7 +88,6 @@ def _read(
         delay: alike.
         drift: share of the time by which samples are later still, shape (P,) or (1,).
         averaging: shares of the sampling interval over which is averaged, shapes (P,) or (1,); their sum counts.
-        moving: whether each run goes on before its first sample as behind it, shape (R,).
     """
     runs, sets, nodes, _ = rates.shape
     most = max(len(run.gyro_time) for run in grid.runs)
@@ -102,26 +96,25 @@ def _read(
     if np.any(drift):
         at = at - (times[:, None] * np.broadcast_to(drift, sets)[:, None] / grid.step[:, None, None]).reshape(at.shape)
     late, behind = ((np.broadcast_to(each, sets) / grid.step[:, None]).ravel() for each in (lag, delay))
-    went_on = np.repeat(moving, sets)
     rows = rates.reshape(-1, nodes, 3)
     motion = Smooth(np.arange(float(nodes)), rows, node_slopes(rows, 1.0))
-    shown = partial(motion.at, at, late, moving=went_on)
+    shown = partial(motion.either_way, at, late)
     if averaging:
         interval = np.array([np.median(np.diff(run.gyro_time)) for run in grid.runs]) / grid.step
         window = (sum(averaging, np.zeros(sets)) * interval[:, None]).ravel()
         read = _averaged(lambda earlier: shown(behind + earlier), window)
     else:
         read = shown(behind)
-    return np.asarray(read.reshape(runs, sets, most, 3))
+    return np.asarray(read.reshape(-1, runs, sets, most, 3))
 
 
 def _averaged(shown: Callable[[Array], Array], window: Array) -> Array:
-    """Return the means of what is shown over windows that end now, shape (P, N, 3).
+    """Return the means of what is shown over windows that end now, of its shape.
 
     By Gauss's rule of three points, which is exact for a motion that is a quintic over the window.
 
     Args:
-        shown: from how much earlier each set's motion is looked at, shape (P,), to it, shape (P, N, 3).
+        shown: from how much earlier each set's motion is looked at, shape (P,), to it, shape (2 or 1, P, N, 3).
         window: shape (P,), alike.
     """
     parts = zip(_PLACES, _WEIGHTS, strict=True)

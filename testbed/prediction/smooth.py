@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from testbed.arrays import Array, Flags, Series
+from testbed.arrays import Array, Series
 from testbed.prediction.kernels import cubic_between, followed, slopes_a_unit_apart
 
 _FORGOTTEN = 40.0
@@ -26,28 +26,35 @@ class Smooth:
         self._step = time[1] - time[0]
         self._slopes = node_slopes(values, self._step) if slopes is None else slopes
 
-    def at(self, time: Array, time_constant: Array, delay: Array, moving: Flags | None = None) -> Array:
+    def at(self, time: Array, time_constant: Array, delay: Array) -> Array:
         """Return what a low-pass T ẋ = u - x with a delay behind it shows of the motion, shape (P, N, 3).
 
-        Before its first value a motion stood still, as before a release, unless it was moving.
+        Before its first value the motion stood still, as before a release.
 
         Args:
             time: shape (N,) or (P, N), s.
             time_constant: T, shape (P,), s; zero for none.
             delay: shape (P,), s.
-            moving: whether each motion goes on before its first value as behind it, shape (P,); None of none.
+        """
+        return np.asarray(self.either_way(time, time_constant, delay)[0])
+
+    def either_way(self, time: Array, time_constant: Array, delay: Array) -> Array:
+        """Return the same, shape (2, P, N, 3), of a motion that stood still before, and of one that went on as behind.
+
+        Of shape (1, P, N, 3) where nothing of the time before shows.
         """
         late = time - delay[:, None]
-        went_on = np.zeros((len(delay), 1, 1), dtype=bool) if moving is None else moving[:, None, None]
         inside = late.real >= self._time[0]
-        begun = inside[..., None] | went_on
         if not np.any(time_constant):
-            return np.where(begun, self.between(late), self._values[:, :1])
+            went_on = self.between(late)
+            if inside.all():
+                return went_on[None]
+            return np.stack([np.where(inside[..., None], went_on, self._values[:, :1]), went_on])
         settled = self._settled(time_constant)
-        start = np.where(went_on, 0.0, self._values[:, :1] - settled._values[:, :1])
+        went_on, start = settled.between(late), self._values[:, :1] - settled._values[:, :1]
         elapsed = np.where(inside, late - self._time[0], 0.0)
-        shown = settled.between(late) + start * decay(elapsed, time_constant[:, None])[..., None]
-        return np.where(begun, shown, self._values[:, :1])
+        released = went_on + start * decay(elapsed, time_constant[:, None])[..., None]
+        return np.stack([np.where(inside[..., None], released, self._values[:, :1]), went_on])
 
     def between(self, time: Array) -> Array:
         """Return the cubic at times of shape (P, N), s, shape (P, N, 3); times before the first count as the first."""

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Array, Flags, Series, Units, UnitSeries
@@ -114,14 +113,13 @@ def torques_between(run: Telemetry, wheels: WheelTelemetry, motors: Motors) -> t
     first = np.cumsum(lost + 1) - lost - 1
     number = np.arange(len(of_interval)) - first[of_interval]
     whole = np.append(time[of_interval] + number * (np.diff(time) / (lost + 1))[of_interval], time[-1])
-    fills = [_with_lost(fill(time, smooth, whole), smooth, np.append(first, -1)) for fill in _FILLS]
-    filled = fills[0].copy()
+    filled = np.append(smooth[of_interval], smooth[-1:], axis=0)
     for each in np.unique(lost[gap]).tolist():
-        variances = np.array([_variance_over_gap(run, sampled, motors, each, fill) for fill in _FILLS])
-        rows, best = lost == each, np.argmin(variances, axis=0)
-        unseen[gap & ~doubted & rows] = variances.min(axis=0)
-        inside = np.append(rows[of_interval], False)
-        filled[inside] = np.choose(best, [of_all[inside] for of_all in fills])
+        variances = [_variance_over_gap(run, sampled, motors, each, fill) for fill in _FILLS]
+        rows = lost == each
+        unseen[gap & ~doubted & rows] = np.min(variances, axis=0)
+        gone = np.append(rows[of_interval] & (number > 0), False)
+        filled[gone] = np.choose(np.argmin(variances, axis=0), [fill(time, smooth, whole[gone]) for fill in _FILLS])
     mean = motors.mean(filled, whole, jump[of_interval])
     last = np.where(gap[:, None], mean[first + lost], held)
     impulse = mean * np.diff(whole)[:, None]
@@ -136,17 +134,12 @@ def _variance_over_gap(run: Telemetry, sampled: UnitSeries, motors: Motors, lost
         time, torque = run.actuator_time[rows], sampled[rows]
         gone = bursts(len(time), lost)
         if gone.any():
-            filled = _with_lost(fill(time[~gone], torque[~gone], time), torque[~gone], np.flatnonzero(~gone))
+            filled = torque.copy()
+            filled[gone] = fill(time[~gone], torque[~gone], time[gone])
             change = motors.change(torque, filled, time)
             errors.append(np.add.reduceat(change, np.flatnonzero(np.diff(gone.astype(int)) > 0), axis=0))
     found = np.concatenate(errors)
     return np.mean(found**2, axis=0) if len(found) >= FEWEST_BURSTS else np.full(sampled.shape[1], np.inf)
-
-
-def _with_lost(filled: UnitSeries, sampled: UnitSeries, places: NDArray[np.intp]) -> UnitSeries:
-    """Return what stands for all samples, those that came through as they are."""
-    filled[places] = sampled
-    return filled
 
 
 def _through_neighbours(time: Series, torque: UnitSeries, at: Series) -> UnitSeries:
