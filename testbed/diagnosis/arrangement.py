@@ -51,21 +51,41 @@ def mistaken_arrangement(runs: Sequence[Telemetry], theta: Theta) -> str | None:
         None where the channels are where they should be, or no other arrangement would make them so.
     """
     looked_at = sorted(runs, key=lambda run: -len(run.gyro_time))[:_MOST_RUNS]
-    given = _missed(looked_at, theta)
+    powers = np.array([_powers(run, theta) for run in looked_at])
+    given = _share(powers)
     if given < SETTINGS.unbalanced_share:
         return None
-    others = _others(looked_at[0])
-    tried = sorted((_missed([other.read(run) for run in looked_at], theta), other.said) for other in others)
-    best, factor = tried[0][0], SETTINGS.better_balanced
-    if best > min(given / factor, SETTINGS.unit_rate_share):
+    decisive = int(np.argmax(powers[:, 1]))
+    first = [looked_at[decisive]]
+    worth_trying = [
+        other
+        for other in _others(first[0])
+        if _far_better(_missed(first, other, theta), _share(powers[decisive : decisive + 1]))
+    ]
+    tried = sorted((_missed(looked_at, other, theta), other.said) for other in worth_trying)
+    if not tried or not _far_better(best := tried[0][0], given):
         return None
-    instead = ", or ".join(f"{share:.1%} if {said}" for share, said in tried[:_MOST_NAMED] if share <= best * factor)
+    instead = ", or ".join(
+        f"{share:.1%} if {said}" for share, said in tried[:_MOST_NAMED] if share <= best * SETTINGS.better_balanced
+    )
     return f"the balance of angular momentum misses {given:.1%} of the motion as the records are, {instead}"
 
 
-def _missed(runs: Sequence[Telemetry], theta: Theta) -> float:
-    """Return the share of the power of J ω, of all runs, that the balance of momentum misses."""
-    missed, whole = np.sum([_powers(run, theta) for run in runs], axis=0)
+def _far_better(share: float, given: float) -> bool:
+    return share <= min(given / SETTINGS.better_balanced, SETTINGS.unit_rate_share)
+
+
+def _missed(runs: Sequence[Telemetry], other: _Arrangement, theta: Theta) -> float:
+    return _share(np.array([_powers(other.read(run), theta) for run in runs]))
+
+
+def _share(powers: Array) -> float:
+    """Return the share of the power of J ω, of all runs, that the balance of momentum misses.
+
+    Args:
+        powers: of each run, as `_powers` returns them, shape (R, 2).
+    """
+    missed, whole = powers.sum(axis=0)
     return float(missed / whole) if whole > 0.0 else 0.0
 
 

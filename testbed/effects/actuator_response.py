@@ -82,7 +82,10 @@ def skewed(values: Array, grid: Grid, late: Array) -> Array:
         grid: the runs.
         late: by which they are recorded late, shape (P,), s; negative where early.
     """
-    every, (ahead,) = _side_by_side(values, grid, late)
+    sets = max(values.shape[1], len(late))
+    which, place_of = _distinct(values, [np.broadcast_to(late, sets)])
+    values = values if values.shape[1] == 1 else values[:, which]
+    every, (ahead,) = _side_by_side(values, grid, np.broadcast_to(late, sets)[which])
     last = float(values.shape[2] - 1)
     at = np.arange(last + 1.0)
     place = at + ahead[:, None]
@@ -92,7 +95,7 @@ def skewed(values: Array, grid: Grid, late: Array) -> Array:
     inside = Smooth(at, every).between(place - before - behind)
     begin, end = every[:, 1:2] - every[:, :1], every[:, -1:] - every[:, -2:-1]
     whole = inside + before[..., None] * begin + behind[..., None] * end
-    return np.asarray(whole.reshape(len(values), -1, *values.shape[2:]))
+    return np.asarray(whole.reshape(len(values), -1, *values.shape[2:])[:, place_of])
 
 
 def _side_by_side(values: Array, grid: Grid, *times: Array) -> tuple[Array, list[Array]]:
