@@ -38,7 +38,7 @@ def flight(amplitude: float = 0.4, duration: float = 2.5) -> Experiment:
 
 @cache
 def diverged_flight(spin: float = 1.0) -> Experiment:
-    """A flight released at a spin that the step of 1.25 ms cannot integrate: it lasts for 3 rows, at spin 2 for one."""
+    """A flight released at a spin that its step cannot follow: it lasts for one row, at spin 0.36 for four."""
     start = Initial(body_rate_rad_s=(2000.0 * spin, 1300.0 * spin, 600.0 * spin))
     return conduct(flight().scenario.model_copy(update={"initial": start}), 4)
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from testbed.assembly.engine import require_covered
+from testbed.campaign.plan import command_alone
 from testbed.cli.campaign_progress import campaign_progress
 from testbed.cli.console import command_line, design_progress, print_as_json, say, say_interrupted, show, warn
 from testbed.cli.failures import COMPLETED, INTERRUPTED
@@ -76,7 +77,7 @@ def _print_result(source: str, folder: Path, campaign: Campaign) -> None:
         )
     for failure in failures[:_MOST_LISTED]:
         warn(f"run {failure['run']} failed", str(failure["message"]))
-        say(f"           to see it: testbed run {source} --dispersed --seed {failure['seed']}")
+        say(f"           to see it: {command_alone(campaign.plan, source, failure['seed'])}")
     if len(failures) > _MOST_LISTED:
         say(f"           and {len(failures) - _MOST_LISTED} more, all in the report")
     print_verdict(campaign_verdict(statistics))

@@ -10,7 +10,7 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from testbed.campaign.plan import CampaignPlan
+from testbed.campaign.plan import CampaignPlan, command_alone
 from testbed.campaign.statistics import CampaignStatistics
 from testbed.files import readable
 from testbed.report.frame.blocks import Cell, Column, Notice, Page, Section, Table
@@ -69,7 +69,7 @@ def campaign_page(
         sections=(
             *_estimates(table, statistics),
             flights_section(table),
-            *_failures(table, scenario_path),
+            *_failures(table, plan, scenario_path),
             provenance_section(provenance, "montecarlo.json", result),
         ),
     )
@@ -101,18 +101,15 @@ def _notices(statistics: CampaignStatistics) -> Iterator[Notice]:
             )
 
 
-def _failures(table: pa.Table, scenario_path: Path) -> Iterator[Section]:
+def _failures(table: pa.Table, plan: CampaignPlan, scenario_path: Path) -> Iterator[Section]:
     failed = table.filter(pc.not_equal(table["outcome"], "completed")).select(["run", "seed", "message"]).to_pylist()
     if not failed:
         return
     columns = (Column(title="Run"), Column(title="because"), Column(title="to see it"))
+    source = shlex.quote(readable(str(scenario_path)))
     rows = tuple(
-        (Cell(text=str(row["run"])), Cell(text=row["message"]), Cell(text=_command(scenario_path, row["seed"])))
+        (Cell(text=str(row["run"])), Cell(text=row["message"]), Cell(text=command_alone(plan, source, row["seed"])))
         for row in failed[:_MOST_LISTED]
     )
     note = "" if len(failed) <= _MOST_LISTED else f"The first {_MOST_LISTED} of {len(failed)}; all are in runs/."
     yield Section(title="Failed runs", blocks=(Table(columns=columns, rows=rows, note=note, numeric=False),))
-
-
-def _command(scenario_path: Path, seed: int) -> str:
-    return f"testbed run {shlex.quote(readable(str(scenario_path)))} --dispersed --seed {seed}"

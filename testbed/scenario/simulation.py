@@ -24,7 +24,7 @@ class Simulation(Section):
     """Ticks of the rate tracker and the gimbal servo."""
     telemetry_rate_hz: Rate = 16.0
     """Samples of the record."""
-    engine: Literal["mujoco", "compiled", "auto"] = "mujoco"
+    engine: Literal["mujoco", "compiled", "auto"] = "auto"
     """What integrates the motion: MuJoCo; or the equations of motion of a platform with gyros and wheels as machine
     code, ten times as fast and within 1e-9 rad/s of it, which know no contacts, no dry friction and no torques by
-    formulas; "auto": these for campaigns whose platform they cover, MuJoCo for all else."""
+    formulas; "auto": these for campaigns whose platform they cover, MuJoCo for all else, single runs among it."""

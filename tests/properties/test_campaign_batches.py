@@ -60,13 +60,27 @@ def test_workers_change_no_bit(plan, together):
     assert rows == together
 
 
-def test_a_run_flown_alone_is_the_campaigns(path, together, tmp_path):
-    row = together[17]
-    arguments = ["run", path, "--dispersed", "--seed", row["seed"], "--out", tmp_path / "alone"]
+def alone(path, row, folder, *options):
+    """Return the result of one run of the campaign, flown by the command."""
+    arguments = ["run", path, "--dispersed", "--seed", row["seed"], "--out", folder / "alone", *options]
     assert exit_code_of(lambda: app([str(argument) for argument in arguments])) == 0
-    result = json.loads((tmp_path / "alone" / "result.json").read_text(encoding="utf-8"))
+    return json.loads((folder / "alone" / "result.json").read_text(encoding="utf-8"))
+
+
+def test_a_run_flown_alone_by_the_same_engine_is_the_campaigns(path, together, tmp_path):
+    row = together[17]
+    result = alone(path, row, tmp_path, "--set", "simulation.engine=compiled")
     assert result["truth"]["theta_kg_m2"] == [row[column] for column in parameter_columns("true")]
     for name in ("ls", "output_error"):
         assert result["estimates"][name]["theta_kg_m2"] == [row[column] for column in parameter_columns(name)]
     bound = [row[column] for column in parameter_columns("bound_std")]
     assert np.array_equal(result["bound_std_kg_m2"], bound)
+
+
+def test_a_run_flown_alone_in_mujoco_is_the_campaigns_but_for_what_the_step_errs_by(path, together, tmp_path):
+    row = together[17]
+    result = alone(path, row, tmp_path)
+    assert result["truth"]["theta_kg_m2"] == [row[column] for column in parameter_columns("true")]
+    for name in ("ls", "output_error"):
+        ours, std = (np.array([row[column] for column in parameter_columns(each)]) for each in (name, f"{name}_std"))
+        assert np.abs((np.array(result["estimates"][name]["theta_kg_m2"]) - ours) / std).max() < 1e-3

@@ -20,7 +20,7 @@ RUNS = 3 * BLOCK_RUNS + 2
 WAITING = f"""
 import pathlib, time
 import testbed.campaign.plan, testbed.campaign.worker as worker
-testbed.campaign.plan.BLOCK_RUNS = {BLOCK_RUNS}
+testbed.campaign.plan.COMPILED_BLOCK_RUNS = {BLOCK_RUNS}
 answers = []
 answer = worker.Worker.answer
 def second_never_comes(self):
@@ -52,7 +52,7 @@ def figures(folder: Path) -> dict:
 def small_blocks():
     """Interruptions need blocks, not runs."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("testbed.campaign.plan.BLOCK_RUNS", BLOCK_RUNS)
+        patch.setattr("testbed.campaign.plan.COMPILED_BLOCK_RUNS", BLOCK_RUNS)
         yield
 
 

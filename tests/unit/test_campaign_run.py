@@ -16,11 +16,11 @@ import pytest
 from support.campaigns import Pretended, plan_of, small_scenario
 from testbed.campaign.columns import schema_of
 from testbed.campaign.manifest import read_manifest
-from testbed.campaign.plan import BLOCK_RUNS, blocks_of, run_seed
+from testbed.campaign.plan import COMPILED_BLOCK_RUNS, blocks_of, run_seed
 from testbed.campaign.run import Progress, run_campaign
 from testbed.errors import InputError
 
-RUNS = 4 * BLOCK_RUNS - 10
+RUNS = 4 * COMPILED_BLOCK_RUNS - 10
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +67,7 @@ def test_an_interrupted_campaign_is_marked_and_flies_only_what_is_missing(plan, 
     second = Pretended()
     run_campaign(plan, tmp_path / "twice", second, Progress(kept=counts.append))
     assert second.flown == [2, 3]
-    assert counts == [2 * BLOCK_RUNS, BLOCK_RUNS, BLOCK_RUNS - 10]
+    assert counts == [2 * COMPILED_BLOCK_RUNS, COMPILED_BLOCK_RUNS, COMPILED_BLOCK_RUNS - 10]
     assert parts(tmp_path / "twice") == parts(tmp_path / "straight")
     assert read_manifest(tmp_path / "twice").complete
 
@@ -156,7 +156,7 @@ def test_a_campaign_begun_before_there_were_checksums_is_read_and_gets_them(plan
 
 
 def test_more_runs_extend_a_campaign_as_if_it_had_been_flown_in_one_go(plan, tmp_path):
-    more = replace(plan, runs=RUNS + BLOCK_RUNS)
+    more = replace(plan, runs=RUNS + COMPILED_BLOCK_RUNS)
     straight = run_campaign(more, tmp_path / "straight", Pretended())
     run_campaign(plan, tmp_path / "twice", Pretended())
     second = Pretended()
@@ -242,7 +242,7 @@ def test_one_run_has_no_scatter(plan, tmp_path):
 
 def test_blocks_cover_every_run_once(plan):
     blocks = list(blocks_of(plan))
-    assert [block.first for block in blocks] == [0, 25, 50, 75]
+    assert [block.first for block in blocks] == [0, 50, 100, 150]
     assert sum(len(block.seeds) for block in blocks) == RUNS
 
 
@@ -259,4 +259,4 @@ def test_a_failed_run_leaves_its_numbers_empty(plan, tmp_path):
     kept = RunsFolder(parts=files, schema=schema_of(plan.scenario))
     kept.keep(BlockRows(block=block, rows=rows))
     assert kept.has(block)
-    assert kept.table()["output_error_J11_kg_m2"].null_count == BLOCK_RUNS
+    assert kept.table()["output_error_J11_kg_m2"].null_count == COMPILED_BLOCK_RUNS

@@ -33,15 +33,15 @@ def scenario_with(folder, engine, *changes):
     return small_scenario(folder, (STEP, f'{STEP}\nengine = "{engine}"'), *changes)
 
 
-def test_mujoco_flies_where_nothing_is_said(tmp_path):
+def test_campaigns_fly_by_the_compiled_equations_and_runs_in_mujoco_where_nothing_is_said(tmp_path):
     scenario = read_scenario(small_scenario(tmp_path))
-    assert scenario.simulation.engine == "mujoco"
-    assert [engine_of(scenario, many=many) for many in (False, True)] == ["mujoco", "mujoco"]
-
-
-def test_auto_flies_campaigns_by_the_compiled_equations_and_runs_in_mujoco(tmp_path):
-    scenario = read_scenario(scenario_with(tmp_path, "auto"))
+    assert scenario.simulation.engine == "auto"
     assert [engine_of(scenario, many=many) for many in (False, True)] == ["mujoco", "compiled"]
+
+
+def test_mujoco_flies_campaigns_too_where_it_is_wanted(tmp_path):
+    scenario = read_scenario(scenario_with(tmp_path, "mujoco"))
+    assert [engine_of(scenario, many=many) for many in (False, True)] == ["mujoco", "mujoco"]
 
 
 def test_auto_flies_in_mujoco_what_the_equations_do_not_cover(tmp_path):
@@ -95,7 +95,7 @@ def test_blocks_and_threads_change_no_bit(tmp_path, runs, threads):
 
 
 def test_manifest_and_provenance_say_which_engine_flew(tmp_path):
-    path = scenario_with(tmp_path, "auto")
+    path = small_scenario(tmp_path)
     assert run("montecarlo", path, "--runs", 2, "--out", tmp_path / "out", "--workers", 1, "--check", 1) == 0
     manifest = json.loads((tmp_path / "out" / "campaign.json").read_text(encoding="utf-8"))
     assert manifest["campaign"]["engine"] == "compiled"
@@ -107,13 +107,13 @@ def test_manifest_and_provenance_say_which_engine_flew(tmp_path):
 
 def test_a_campaign_in_mujoco_is_the_campaign_that_it_was(tmp_path):
     """The key changes nothing of what decides an earlier campaign's results."""
-    identity = identity_of(plan_of(small_scenario(tmp_path), 2))
+    identity = identity_of(plan_of(scenario_with(tmp_path, "mujoco"), 2))
     assert "engine" not in identity
     assert "engine" not in identity["scenario"]["simulation"]
 
 
 def test_a_campaign_is_not_continued_by_the_other_engine(tmp_path, capsys):
-    path = small_scenario(tmp_path)
+    path = scenario_with(tmp_path, "mujoco")
     arguments = ["montecarlo", path, "--out", tmp_path / "out", "--workers", 1]
     assert run(*arguments, "--runs", 2) == 0
     capsys.readouterr()
@@ -123,7 +123,7 @@ def test_a_campaign_is_not_continued_by_the_other_engine(tmp_path, capsys):
 
 def test_momentum_of_a_compiled_flight_is_that_of_its_record(tmp_path):
     plan = plan_of(scenario_with(tmp_path, "compiled"), 2)
-    theirs = plan_of(small_scenario(tmp_path), 2)
+    theirs = plan_of(scenario_with(tmp_path, "mujoco"), 2)
     (ours,), (mujoco,) = (fly_seeds(each.scenario, each.maneuver, [3]) for each in (plan, theirs))
     channels = [flight.flown.record.channels["true_total_momentum"] for flight in (ours, mujoco)]
     np.testing.assert_allclose(*channels, rtol=0.0, atol=1e-8)  # MuJoCo drifts by 1e-10 at this step

@@ -134,7 +134,7 @@ def test_without_saturation_nothing_is_shaded(tmp_path):
     assert not [chart for chart in page.charts if chart["layout"].get("shapes")]
 
 
-@pytest.mark.parametrize(("spin", "rows"), [(1.0, 3), (2.0, 1)])
+@pytest.mark.parametrize(("spin", "rows"), [(0.36, 4), (1.0, 1)])
 def test_a_diverged_run_shows_what_there_is_and_says_so_in_red(tmp_path, spin, rows):
     experiment = diverged_flight(spin)
     assert len(experiment.flown.record.time) == rows
