@@ -17,9 +17,9 @@ from testbed.scenario.scenario import Scenario
 BLOCK_RUNS = 25
 """Runs in a block: flown side by side, written together, and the most that an interruption costs per worker."""
 COMPILED_BLOCK_RUNS = 50
-"""The same of platforms stepped by the compiled equations: controller and estimators are NumPy's work for all flights at
-once, and the more of them the less each takes. Blocks of 25 take 1.2 of the time of a campaign of 2,000 runs, of 50 1.04 of
-that of 100, but a campaign of 100 runs 0.7, as both of two cores have one."""
+"""The same of platforms stepped by the compiled equations: controller and estimators are NumPy's work for all flights
+at once, and the more of them the less each takes. With blocks of 50 in the place of 100, a campaign of 2,000 runs takes
+1.04 of the time, and one of 100 runs 0.7, as both of two cores have a block."""
 
 
 class Platforms(NamedTuple):

@@ -68,6 +68,8 @@ def with_formulas(
         The same diagnosis where no formula stands, with the formulas that its effects are not distinguished from.
     """
     bare = with_model(replace(state, steps=(), explained=0.0), state.baseline) if state.steps else state
+    if state.unnamed and state.steps:  # beside another that stands out they have not been compared with anything
+        state = replace(state, explained=_explained(state, bare))
     state, outdone = (state, False) if state.left_over else _with_rivals(state, bare, search)
     begun = state
     for _ in range(SETTINGS.most_effects):
@@ -92,7 +94,7 @@ def with_formulas(
         explained = _explained(state, bare) if state.steps else 0.0
         left = evidence_of_any(state.shapes, beside.tested, beside.prior_odds.unmodelled)
         state = replace(state, explained=explained, unmodelled=explained + left)
-    if not begun.left_over and state.explained < begun.explained + SETTINGS.indistinguishable:
+    if (begun.unnamed or not begun.left_over) and state.explained < begun.explained + SETTINGS.indistinguishable:
         return begun
     # As for effects of the library: what has lower posterior odds than a torque that the grammar lacks is no name.
     lacking = [] if begun.steps else [shape for shape in begun.shapes if shape.kind in _NO_FORMULA]

@@ -143,7 +143,7 @@ class _Task:
             yield replace(_ended_early(state, error), ended_early=True, complete=True)
             return
         try:
-            if not self.alone and (state.retracted or not state.unnamed) and may_follow_formulas(state):
+            if not self.alone and may_follow_formulas(state):
                 state = with_formulas(state, search, noise.explained, _residual_tested)
         except (InputError, np.linalg.LinAlgError) as error:  # the model without a formula has been tested
             state = _ended_early(state, error)
