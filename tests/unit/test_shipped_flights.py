@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -21,11 +22,15 @@ SCENARIO = read_body_scenario(shipped_scenario("crazypad"))
 FOLDERS = sorted(each.name for each in DATA.iterdir() if each.is_dir())
 
 
+@cache
+def runs_of_flights(folder="normal"):
+    return data_set_of(read_data_set(DATA / folder), SCENARIO, nominal_body(SCENARIO)).runs
+
+
 @pytest.mark.parametrize("folder", FOLDERS)
 def test_flights_of_a_quadcopter_that_hardly_moves_are_in_the_units_that_they_state(folder):
     """Windows of half a second without motion were taken for a torque in mN·m, and the whole folder was refused."""
-    data = data_set_of(read_data_set(DATA / folder), SCENARIO, nominal_body(SCENARIO))
-    assert np.isfinite(data.runs.sigma).all()
+    assert np.isfinite(runs_of_flights(folder).sigma).all()
 
 
 @pytest.fixture(scope="module")
@@ -53,10 +58,6 @@ def test_a_cut_propeller_is_a_weak_motor(kept):
     (step,) = result.steps
     assert repr(step).startswith("actuator_weak:3")
     assert 0.1 < step.quantities[0].value < 0.5
-
-
-def runs_of_flights(folder="normal"):
-    return data_set_of(read_data_set(DATA / folder), SCENARIO, nominal_body(SCENARIO)).runs
 
 
 def test_in_a_loop_what_acts_on_changes_alone_is_not_tested_for():
