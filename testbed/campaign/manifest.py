@@ -91,7 +91,8 @@ def _manifest_of(content: Mapping[str, Any]) -> Manifest:
     return Manifest(
         complete=content["complete"] is True,
         seconds=float(content["seconds"]),
-        campaign=dict(content["campaign"]) | {"runs": int(content["campaign"]["runs"])},
+        # Campaigns begun before there were two engines do not say that MuJoCo flew them.
+        campaign={"engine": "mujoco", **content["campaign"], "runs": int(content["campaign"]["runs"])},
         parts=None if parts is None else {str(name): str(checksum) for name, checksum in dict(parts).items()},
     )
 
@@ -136,7 +137,8 @@ def identity_of(plan: CampaignPlan) -> dict[str, Any]:
         "nominal_model_sha256": model_sha256(nominal_platform(plan.scenario).model),
         "true_model_sha256": model_sha256(true_platform(plan.scenario).model),
         "versions": deciding_versions(engine),
-    } | ({} if engine == "mujoco" else {"engine": engine})
+        "engine": engine,
+    }
 
 
 def maneuver_sha256(maneuver: Maneuver) -> str:
@@ -162,7 +164,9 @@ def require_same(folder: Path, what: str, kept: Mapping[str, Any], now: Mapping[
     changes = differences(kept, now)
     if changes:
         message = f"{folder}: holds another {what}, and nothing in it was touched. It was started with"
-        raise InputError("\n".join([message, *changes]))
+        engine = kept.get("engine")
+        remedy = [] if engine == now.get("engine") else [f"  To go on with it: --set simulation.engine={engine}"]
+        raise InputError("\n".join([message, *changes, *remedy]))
 
 
 def differences(kept: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:

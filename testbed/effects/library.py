@@ -99,7 +99,7 @@ def keep(kept: KeptFormula, taken: Sequence[str]) -> Path:
         taken: ids that diagnoses know already.
 
     Raises:
-        InputError: the name is none, or is taken.
+        InputError: the name is none, or is taken, or the same law is kept by another name: no data distinguish the two.
         OutputError: the file cannot be written.
     """
     if not _NAME.fullmatch(kept.name):
@@ -109,6 +109,12 @@ def keep(kept: KeptFormula, taken: Sequence[str]) -> Path:
     path = library_folder() / f"{kept.name}.toml"
     if kept.name in taken or path.exists():
         raise InputError(f"{kept.name}: an effect of this name is there already; choose another name")
+    for other in sorted(library_folder().glob("*.toml")):
+        if _read(other).formula == kept.formula:
+            raise InputError(
+                f"{kept.name}: the same law, {kept.formula}, is kept in {other}: diagnoses could "
+                "not distinguish the two"
+            )
     kept.effect.hooks("platform")  # it can be used as it is written
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -47,7 +47,7 @@ def save_effect(diagnosis: str | Path, name: str, number: int | None = None) -> 
         kept = _kept(step, name, moment, str(path))
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(f"{path}: is not as testbed wrote it ({error}); diagnose again") from error
-    return keep(kept, [*EFFECTS, *NOISE_EFFECTS])
+    return keep(kept, [*EFFECTS, *NOISE_EFFECTS, ID])
 
 
 def _chosen(path: Path, found: list[Mapping[str, Any]], number: int | None) -> Mapping[str, Any]:

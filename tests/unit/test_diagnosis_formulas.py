@@ -221,6 +221,18 @@ def test_what_cannot_be_kept_is_refused(components, name, number, said, tmp_path
         save_effect(diagnosis_with(tmp_path, *components), name, number)
 
 
+def test_a_law_is_kept_once_and_not_by_the_name_of_formulas_that_are_found(tmp_path, monkeypatch):
+    """Two twins were ambiguous ever after; what was named `formula` was taken for a new one."""
+    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "own"))
+    diagnosis = diagnosis_with(tmp_path, PRODUCT)
+    with pytest.raises(InputError, match="formula: an effect of this name is there already"):
+        save_effect(diagnosis, "formula")
+    path = save_effect(diagnosis, "arm_product")
+    with pytest.raises(InputError, match=r"the same law, w_x\*w_y about z, is kept in .*arm_product\.toml"):
+        save_effect(diagnosis, "twin")
+    assert list(path.parent.iterdir()) == [path]
+
+
 def test_a_damaged_effect_of_the_library_is_named(tmp_path, monkeypatch):
     monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path))
     (tmp_path / "arm.toml").write_text(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from testbed.assembly.engine import engine_of
 from testbed.campaign.columns import parameter_columns
 from testbed.campaign.engine_check import check_engines
 from testbed.campaign.flights import fly_seeds
-from testbed.campaign.manifest import identity_of
+from testbed.campaign.manifest import claimed, write_manifest
 from testbed.campaign.plan import Block
 from testbed.campaign.rows import block_rows
 from testbed.cli.app import app
@@ -105,11 +106,13 @@ def test_manifest_and_provenance_say_which_engine_flew(tmp_path):
     assert result["engine_check"]["largest_difference_rad_s"] < 1e-7
 
 
-def test_a_campaign_in_mujoco_is_the_campaign_that_it_was(tmp_path):
-    """The key changes nothing of what decides an earlier campaign's results."""
-    identity = identity_of(plan_of(scenario_with(tmp_path, "mujoco"), 2))
-    assert "engine" not in identity
-    assert "engine" not in identity["scenario"]["simulation"]
+def test_a_campaign_begun_before_there_were_two_engines_goes_on_in_mujoco(tmp_path):
+    plan = plan_of(scenario_with(tmp_path, "mujoco"), 2)
+    manifest = claimed(tmp_path / "out", plan)
+    older = {key: value for key, value in manifest.campaign.items() if key != "engine"}
+    assert "engine" not in older["scenario"]["simulation"]
+    write_manifest(tmp_path / "out", replace(manifest, campaign=older))
+    assert claimed(tmp_path / "out", plan).campaign["engine"] == "mujoco"
 
 
 def test_a_campaign_is_not_continued_by_the_other_engine(tmp_path, capsys):
@@ -118,7 +121,9 @@ def test_a_campaign_is_not_continued_by_the_other_engine(tmp_path, capsys):
     assert run(*arguments, "--runs", 2) == 0
     capsys.readouterr()
     assert run(*arguments, "--runs", 3, "--resume", "--set", "simulation.engine=auto") == 2
-    assert 'engine absent, now "compiled"' in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert 'engine "mujoco", now "compiled"' in said
+    assert "To go on with it: --set simulation.engine=mujoco" in said
 
 
 def test_momentum_of_a_compiled_flight_is_that_of_its_record(tmp_path):
