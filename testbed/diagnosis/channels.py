@@ -201,14 +201,12 @@ def wheel_channel(grid: Grid) -> ImpulseNoise | None:
 
 
 def unfollowed(grid: Grid) -> dict[str, Array]:
-    """Return, by channel, how many times what it asks for wheels gain that do not follow it, shape (W,)."""
-    found = dict[str, Array]()
-    for fit in _impulse_fits(grid):
-        wheels = _unfollowed(fit)
-        if not wheels.any():  # it is compared, and no further channel is asked for
-            break
-        found[_CHANNELS[fit.noise.commanded]] = fit.factor[wheels]
-    return found
+    """Return, by channel, how many times what it says wheels gain that do not follow it, shape (W,).
+
+    The measured torque too where the command is compared: nobody looks at it then, and a wrong unit stays.
+    """
+    fits = ((fit, _unfollowed(fit)) for fit in _impulse_fits(grid))
+    return {_CHANNELS[fit.noise.commanded]: fit.factor[wheels] for fit, wheels in fits if wheels.any()}
 
 
 _CHANNELS = {True: "wheel_torque_command", False: "wheel_torque"}

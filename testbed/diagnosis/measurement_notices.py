@@ -74,7 +74,7 @@ def _unfollowed_notice(runs: Runs) -> Iterator[str]:
     for channel, factors in unfollowed(runs.grid).items():
         times = ", ".join(f"{factor:.2g}" for factor in factors)
         yield (
-            f"{channel} is not compared: the wheels' speeds gain {times} times what it asks for; check its sign, "
+            f"{channel} is not compared: the wheels' speeds gain {times} times what it says; check its sign, "
             "its unit and the order of its columns"
         )
 

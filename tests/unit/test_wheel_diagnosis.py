@@ -224,6 +224,17 @@ def test_a_command_in_another_unit_or_of_the_other_sign_is_compared_with_nothing
     assert said in notice
 
 
+def test_a_measured_torque_in_another_unit_is_said_beside_commands_that_are_followed():
+    scaled = [
+        replace(each, channels={**each.channels, "wheel_torque": 1e3 * each.channels["wheel_torque"]})
+        for each in records(None)
+    ]
+    data = data_of(scaled)
+    assert data.runs.grid.wheel_noise.commanded
+    (notice,) = [each for each in data.notices if each.startswith("wheel_torque is not compared")]
+    assert "gain 0.001, 0.001" in notice
+
+
 def test_a_command_that_is_followed_is_said_nothing_of():
     assert not any("not compared" in each for each in data_of(records(None)).notices)
 
