@@ -171,7 +171,9 @@ JSON_MAP = {
 }
 
 
-def write_json_mcap(path: Path, rows: int = 400, compression: str = "ZSTD", chunk: int = 20_000) -> Path:
+def write_json_mcap(
+    path: Path, rows: int = 400, compression: str = "ZSTD", chunk: int = 20_000, clock: str = "us"
+) -> Path:
     """Write MCAP with JSON messages: gyro at 200 Hz with stamps in two parts, torques at 50 Hz with a clock in us."""
     from mcap.writer import CompressionType, Writer
 
@@ -187,7 +189,7 @@ def write_json_mcap(path: Path, rows: int = 400, compression: str = "ZSTD", chun
             stamp = {"sec": time // 10**9, "nsec": time % 10**9}
             _send(writer, imu, time, {"stamp": stamp, "rate": dict(zip("xyz", rate, strict=True)), "mode": "auto"})
             if row % 4 == 0:
-                _send(writer, thrusters, time, {"us": time // 1000, "t": torques[row // 4]})
+                _send(writer, thrusters, time, {clock: time // 1000, "t": torques[row // 4]})
         writer.finish()
     return path
 

@@ -138,7 +138,7 @@ def guessed_map(log: Log) -> str:
         )
     blocks = [_head(log), _clock(survey) if TABLE in survey else ""]
     # A ULog's own time is of the clock that its samples' stamps are of.
-    stamped = log.format != "ULog" and any(_time_field(survey[best[name][0].topic]) for name in SIGNALS if name in best)
+    stamped = log.format != "ULog" and any(_own_clock(survey[best[name][0].topic]) for name in SIGNALS if name in best)
     blocks += [_channel(name, best[name], survey, stamped=stamped) for name in SIGNALS if name in best]
     blocks += [_missing(best, survey), _runs(survey), _left_out(best, survey)]
     return "\n".join(block for block in blocks if block)
@@ -332,8 +332,8 @@ def _channel(name: str, candidates: Sequence[_Candidate], survey: Mapping[str, T
     if SIGNALS[name].unit:
         unit = chosen.unit or SIGNALS[name].unit.replace("·", "*").replace("²", "^2")
         lines.append(f"unit = {_text(unit)}" + ("" if chosen.unit else "  # CHECK: the log does not state it"))
-    if clock := _time_field(survey[chosen.topic]):
-        lines.append(f"time_field = {_text(clock)}")
+    if chosen.topic != TABLE and (clock := _own_clock(survey[chosen.topic])):
+        lines += clock
     elif stamped and chosen.topic != TABLE:
         lines.append(f"{_UNCHECKED}: no time_field: its messages bear the log's time, others that of their sampling")
     if normalized:
@@ -346,10 +346,20 @@ def _channel(name: str, candidates: Sequence[_Candidate], survey: Mapping[str, T
     return "\n".join(lines) + "\n"
 
 
-def _time_field(topic: Topic) -> str:
-    """Return the field with the time at which a message was sampled; empty where only the log's own is there."""
+def _own_clock(topic: Topic) -> list[str]:
+    """Return the lines on the time at which a message was sampled; none where only the log's own is there."""
+    if not topic.received:
+        return []
     stated = [field for field, unit in topic.units.items() if unit in ("ns", "us") and field != "timestamp"]
-    return next((field for field in stated if re.search(r"stamp_sample$|stamp$", field)), "") if topic.received else ""
+    if field := next((field for field in stated if re.search(r"stamp_sample$|stamp$", field)), ""):
+        return [f"time_field = {_text(field)}"]
+    named = (field for field in topic.fields if field not in topic.units and _is_time(re.split(r"[./]", field)[-1]))
+    if field := next(named, ""):
+        unit, why = _without_unit(field)[1], "from its name"
+        if not is_unit_of(unit or "rad", "s"):
+            unit, why = _unit_of_clock(topic.fields[field])
+        return [f"time_field = {_text(field)}  # CHECK: by its name", f"time_unit = {_text(unit)}  # {why}"]
+    return []
 
 
 def _missing(best: Mapping[str, Sequence[_Candidate]], survey: Mapping[str, Topic]) -> str:

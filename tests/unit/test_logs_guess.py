@@ -50,6 +50,18 @@ def test_what_is_proposed_imports_as_the_map_that_a_person_wrote(tmp_path, name)
         )
 
 
+@pytest.mark.parametrize(("clock", "why"), [("stamp_us", "from its name"), ("stamp", "a time since 1970 in us")])
+def test_a_clock_in_messages_is_proposed_by_its_name_and_marked(tmp_path, clock, why):
+    """It was passed over, and the log's own time taken: that at which messages came in."""
+    path = logs.write_json_mcap(tmp_path / "json.mcap", clock=clock)
+    text = tb.guess_map(path)
+    torque = tomllib.loads(text)["channels"]["applied_torque"]
+    assert (torque["time_field"], torque["time_unit"]) == (clock, "us")
+    assert f'time_field = "{clock}"  # CHECK: by its name' in text
+    assert why in text
+    assert "# CHECK: no time_field" not in text
+
+
 @pytest.mark.parametrize(
     ("columns", "fields", "unit", "clock"),
     [
