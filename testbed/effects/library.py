@@ -128,9 +128,15 @@ def keep(kept: KeptFormula, taken: Sequence[str]) -> Path:
 
 
 def _read(path: Path) -> KeptFormula:
+    tree = parsed_toml(read_text(path, "an effect", _LARGEST))
     try:
-        kept = KeptFormula.model_validate(parsed_toml(read_text(path, "an effect", _LARGEST)))
+        kept = KeptFormula.model_validate(tree)
         kept.effect.hooks("platform")
     except (ValidationError, InputError) as error:
-        raise InputError(f"{path}: is no effect of `testbed effects save`: {error}; mend it or take it away") from error
+        said = _listed(error) if isinstance(error, ValidationError) else str(error)
+        raise InputError(f"{path}: is no effect of `testbed effects save`: {said}; mend it or take it away") from error
     return kept
+
+
+def _listed(error: ValidationError) -> str:
+    return "; ".join(f"{'.'.join(map(str, each['loc']))}: {each['msg']}" for each in error.errors())

@@ -242,6 +242,16 @@ def test_a_damaged_effect_of_the_library_is_named(tmp_path, monkeypatch):
         kept_effects()
 
 
+def test_a_wrong_value_of_an_effect_of_the_library_is_named_by_its_key(tmp_path, monkeypatch):
+    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path))
+    (tmp_path / "arm.toml").write_text(
+        'name = "arm"\nformula = "w_x about z"\nsizes = ["big"]\nmean_inertia_kg_m2 = 1.0\n'
+    )
+    with pytest.raises(InputError, match=r"effects save`: sizes\.0: .*; mend it or take it away$") as refused:
+        kept_effects()
+    assert "pydantic" not in str(refused.value)
+
+
 def kept_in(folder, file, name):
     path = folder / file
     path.write_text(f'name = "{name}"\nformula = "w_x*w_y about z"\nsizes = [1.0]\nmean_inertia_kg_m2 = 1.0\n')
