@@ -11,7 +11,13 @@ from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis, Gap
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.effects.contract import NamedEffect, Quantity
-from testbed.report.diagnosis.misfit import gimbals_words, misfit_change_words, misfit_words, shows_in_gyro
+from testbed.report.diagnosis.misfit import (
+    gimbals_words,
+    in_other_noise,
+    misfit_change_words,
+    misfit_words,
+    shows_in_gyro,
+)
 from testbed.report.frame.blocks import Notice
 from testbed.report.wording import BAND, INERTIA_UNIT, chance_words, decimals_for, figures_to, listed, milli
 
@@ -39,7 +45,9 @@ def _of_effects(diagnosis: Diagnosis) -> Notice:
         return Notice(tone="warn", text=f"Interrupted: incomplete, without a verdict. {_so_far(names)}")
     if diagnosis.verdict == "none":
         text = "Nothing is missing that these data show: the nominal model, its inertia re-estimated, has a misfit of "
-        text += f"{misfit_words(diagnosis.gap)}, and a gap of {gap_words(diagnosis.gap)}; noise alone gives 1."
+        # The misfit above the verdict is in the noise before: two numbers of one model need a reason.
+        noise = ", in the noise that its residual shows" if in_other_noise(diagnosis.gap_before, diagnosis.gap) else ""
+        text += f"{misfit_words(diagnosis.gap)}, and a gap of {gap_words(diagnosis.gap)}{noise}; noise alone gives 1."
         return Notice(tone="good", text=f"{text}{_far_words(diagnosis.gap)}")
     if diagnosis.verdict == "named":
         doubts = list(doubt_words(diagnosis))
