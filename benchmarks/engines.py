@@ -19,6 +19,7 @@ from benchmarks.campaign import campaign_seconds, peak_bytes
 from benchmarks.flight import SCENARIOS
 from benchmarks.paired import PairedTimes, paired, seconds
 from benchmarks.ratios import Ratio
+from testbed.assembly.engine import with_engine
 from testbed.assembly.platform import nominal_platform, true_plant
 from testbed.campaign.engine_check import check_engines
 from testbed.campaign.flights import fly_seeds
@@ -146,10 +147,9 @@ def _processor_seconds() -> float:
 
 
 def _plan(engine: Engine) -> CampaignPlan:
-    scenario = read_scenario(SCENARIOS / "gimbal_d_optimal.toml")
+    scenario = with_engine(read_scenario(SCENARIOS / "gimbal_d_optimal.toml"), engine)
     scenario = scenario.model_copy(
         update={
-            "simulation": scenario.simulation.model_copy(update={"engine": engine}),
             "estimation": scenario.estimation.model_copy(update={"estimators": ESTIMATORS}),
             "maneuver": scenario.maneuver.model_copy(update={"starts": 1}),  # one is as good to fly
         }

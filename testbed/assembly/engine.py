@@ -41,6 +41,11 @@ def engine_of(scenario: Scenario, model: Model | None = None, *, many: bool) -> 
     return "mujoco" if reasons else "compiled"
 
 
+def with_engine(scenario: Scenario, engine: Engine) -> Scenario:
+    """Return a scenario that one engine flies, single runs and campaigns alike."""
+    return scenario.model_copy(update={"simulation": scenario.simulation.model_copy(update={"engine": engine})})
+
+
 def require_covered(scenario: Scenario) -> None:
     """Refuse to compare engines on a platform that the compiled equations do not cover.
 

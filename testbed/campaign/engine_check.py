@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from testbed.arrays import Vectors3
+from testbed.assembly.engine import with_engine
 from testbed.campaign.flights import fly_seeds
 from testbed.campaign.plan import CampaignPlan, run_seed
 from testbed.errors import InputError
@@ -53,9 +54,7 @@ def check_engines(plan: CampaignPlan, runs: int) -> EngineCheck:
 
 def _body_rates(plan: CampaignPlan, seeds: list[int], engine: Engine) -> list[Vectors3 | None]:
     """Return the true body rates of runs, shape (N, 3), rad/s; None of one that failed."""
-    simulation = plan.scenario.simulation.model_copy(update={"engine": engine})
-    scenario = plan.scenario.model_copy(update={"simulation": simulation})
-    flights = fly_seeds(scenario, plan.maneuver, seeds)
+    flights = fly_seeds(with_engine(plan.scenario, engine), plan.maneuver, seeds)
     return [
         None if flight.message or flight.flown is None else flight.flown.record.channels["true_body_rate"]
         for flight in flights

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
@@ -68,7 +68,9 @@ def claimed(folder: Path, plan: CampaignPlan) -> Manifest:
     manifest = read_manifest(folder)
     extended = plan.runs > manifest.campaign["runs"]
     wanted = campaign | {"runs": manifest.campaign["runs"]} if extended else campaign
-    require_same(folder, "campaign", manifest.campaign, wanted)
+    engine = manifest.campaign["engine"]
+    further = [] if engine == wanted["engine"] else [f"  To go on with it: --set simulation.engine={engine}"]
+    require_same(folder, "campaign", manifest.campaign, wanted, further)
     return replace(manifest, campaign=campaign)
 
 
@@ -149,7 +151,9 @@ def maneuver_sha256(maneuver: Maneuver) -> str:
     return digest.hexdigest()
 
 
-def require_same(folder: Path, what: str, kept: Mapping[str, Any], now: Mapping[str, Any]) -> None:
+def require_same(
+    folder: Path, what: str, kept: Mapping[str, Any], now: Mapping[str, Any], further: Sequence[str] = ()
+) -> None:
     """Refuse to resume in the folder of a different campaign, diagnosis or reproduction.
 
     Args:
@@ -157,6 +161,7 @@ def require_same(folder: Path, what: str, kept: Mapping[str, Any], now: Mapping[
         what: it holds, for the message: "campaign".
         kept: what decides the results that are there.
         now: what decides those that are wanted.
+        further: lines of the message below the differences.
 
     Raises:
         InputError: they differ; the message lists every difference.
@@ -164,9 +169,7 @@ def require_same(folder: Path, what: str, kept: Mapping[str, Any], now: Mapping[
     changes = differences(kept, now)
     if changes:
         message = f"{folder}: holds another {what}, and nothing in it was touched. It was started with"
-        engine = kept.get("engine")
-        remedy = [] if engine == now.get("engine") else [f"  To go on with it: --set simulation.engine={engine}"]
-        raise InputError("\n".join([message, *changes, *remedy]))
+        raise InputError("\n".join([message, *changes, *further]))
 
 
 def differences(kept: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:

@@ -55,13 +55,9 @@ def mistaken_arrangement(runs: Sequence[Telemetry], theta: Theta) -> str | None:
     given = _share(powers)
     if given < SETTINGS.unbalanced_share:
         return None
-    decisive = int(np.argmax(powers[:, 1]))
-    first = [looked_at[decisive]]
-    worth_trying = [
-        other
-        for other in _others(first[0])
-        if _far_better(_missed(first, other, theta), _share(powers[decisive : decisive + 1]))
-    ]
+    most = int(np.argmax(powers[:, 1]))  # the run that moves the most weighs the most
+    first, there = looked_at[most : most + 1], _share(powers[most : most + 1])
+    worth_trying = [other for other in _others(first[0]) if _far_better(_missed(first, other, theta), there)]
     tried = sorted((_missed(looked_at, other, theta), other.said) for other in worth_trying)
     if not tried or not _far_better(best := tried[0][0], given):
         return None

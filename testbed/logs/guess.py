@@ -332,7 +332,7 @@ def _channel(name: str, candidates: Sequence[_Candidate], survey: Mapping[str, T
     if SIGNALS[name].unit:
         unit = chosen.unit or SIGNALS[name].unit.replace("·", "*").replace("²", "^2")
         lines.append(f"unit = {_text(unit)}" + ("" if chosen.unit else "  # CHECK: the log does not state it"))
-    if chosen.topic != TABLE and (clock := _own_clock(survey[chosen.topic])):
+    if clock := _own_clock(survey[chosen.topic]):
         lines += clock
     elif stamped and chosen.topic != TABLE:
         lines.append(f"{_UNCHECKED}: no time_field: its messages bear the log's time, others that of their sampling")
@@ -356,7 +356,7 @@ def _own_clock(topic: Topic) -> list[str]:
     named = (field for field in topic.fields if field not in topic.units and _is_time(re.split(r"[./]", field)[-1]))
     if field := next(named, ""):
         unit, why = _without_unit(field)[1], "from its name"
-        if not is_unit_of(unit or "rad", "s"):
+        if not (unit and is_unit_of(unit, "s")):
             unit, why = _unit_of_clock(topic.fields[field])
         return [f"time_field = {_text(field)}  # CHECK: by its name", f"time_unit = {_text(unit)}  # {why}"]
     return []

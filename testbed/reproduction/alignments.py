@@ -18,9 +18,8 @@ from testbed.estimation.alignment_observability import parameter_names, paramete
 from testbed.reproduction.alignment_flights import Flight, fly_block
 from testbed.reproduction.parts import NOWHERE, Parts, kept_maneuver
 from testbed.reproduction.progress import Progress, silent
+from testbed.reproduction.scenarios import paper_scenario
 from testbed.reproduction.workers import Job, done_by_workers
-from testbed.scenario.reader import read_scenario
-from testbed.scenario.shipped import shipped_scenario
 
 SCENARIO = "alignments"
 BAND = 1.96
@@ -107,7 +106,7 @@ def alignments(
         workers: processes.
         parts: that are finished.
     """
-    scenario = read_scenario(shipped_scenario(SCENARIO))
+    scenario = paper_scenario(SCENARIO)
     maneuver = kept_maneuver(scenario, parts)
     seeds = np.random.SeedSequence(seed).generate_state(runs)
     blocks = [block.tolist() for block in np.array_split(seeds, ceil(runs / _BLOCK))]

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from testbed.experiment.conduct import conduct
 from testbed.experiment.experiment import Experiment
-from testbed.scenario.reader import read_scenario
-from testbed.scenario.shipped import shipped_scenario
+from testbed.reproduction.scenarios import paper_scenario
 
 SCENARIO = "orbit"
 
@@ -16,4 +15,4 @@ def orbit(seed: int) -> Experiment:
     Args:
         seed: of all sensor noise.
     """
-    return conduct(read_scenario(shipped_scenario(SCENARIO)), seed)
+    return conduct(paper_scenario(SCENARIO), seed)

@@ -21,6 +21,7 @@ from testbed.reproduction.orbit import SCENARIO as ORBIT_SCENARIO
 from testbed.reproduction.orbit import orbit
 from testbed.reproduction.parts import NOWHERE, Parts
 from testbed.reproduction.progress import Progress, silent
+from testbed.reproduction.scenarios import paper_scenario
 from testbed.reproduction.table1 import Table1, table1
 from testbed.reproduction.table2 import SCENARIOS as TABLE2_SCENARIOS
 from testbed.reproduction.table2 import ManeuverStatistics, table2
@@ -29,9 +30,7 @@ from testbed.reproduction.workers import Job, done_by_workers
 from testbed.reproduction.zero_g import SCENARIO as ZERO_G_SCENARIO
 from testbed.reproduction.zero_g import Table3, table3
 from testbed.reproduction.zero_g_claims import FULL_CAMPAIGNS
-from testbed.scenario.reader import read_scenario
 from testbed.scenario.scenario import Scenario
-from testbed.scenario.shipped import shipped_scenario
 
 SCENARIOS = (*TABLE2_SCENARIOS, ZERO_G_SCENARIO, ALIGNMENTS_SCENARIO, ORBIT_SCENARIO)
 """Everything that is flown comes from these."""
@@ -188,7 +187,7 @@ def flown_of(extent: Extent, progress: Progress = silent, parts: Parts = NOWHERE
 
 
 def _paper() -> Scenario:
-    return read_scenario(shipped_scenario("paper_d_optimal"))
+    return paper_scenario("paper_d_optimal")
 
 
 def _seconds(parts: Parts) -> float:
@@ -207,7 +206,7 @@ def _acceleration_limit(scenario: Scenario) -> Vector3:
 
 def _longest_flight(campaign: Table3) -> tuple[Record, Model]:
     """Fly the flight of figure 5 again: what a campaign keeps of its flights is telemetry alone."""
-    scenario = read_scenario(shipped_scenario(ZERO_G_SCENARIO))
+    scenario = paper_scenario(ZERO_G_SCENARIO)
     longest = max(campaign.flights, key=lambda flight: flight.usable)
     (flight,) = fly_seeds(scenario, campaign.maneuver, [longest.seed])
     assert flight.flown is not None

@@ -20,9 +20,8 @@ from testbed.maneuver.maneuver import Maneuver
 from testbed.maneuver.penalty import Penalty
 from testbed.maneuver.profiles import basic_profile
 from testbed.reproduction.progress import Progress, silent
+from testbed.reproduction.scenarios import paper_scenario
 from testbed.scenario.maneuver import BodyRateDesign, GimbalDesign
-from testbed.scenario.reader import read_scenario
-from testbed.scenario.shipped import shipped_scenario
 
 Way: TypeAlias = Literal["given", "paper", "hard", "gimbal"]
 """How a maneuver came about: not designed; penalty and one start from the basic profile; hard limits and many starts;
@@ -155,7 +154,7 @@ def table1(progress: Progress = silent, *, quick: bool = False) -> Table1:
 
 
 def _body_rate_tasks(starts: int) -> list[_Task]:
-    scenario = read_scenario(shipped_scenario("paper_d_optimal"))
+    scenario = paper_scenario("paper_d_optimal")
     section = scenario.maneuver
     assert isinstance(section, BodyRateDesign)
     problem, limits = design_problem(scenario, section, nominal_platform(scenario)), body_rate_limits(scenario, section)
@@ -174,7 +173,7 @@ def _body_rate_tasks(starts: int) -> list[_Task]:
 
 
 def _gimbal_tasks(quick: bool) -> list[_Task]:
-    scenario = read_scenario(shipped_scenario("gimbal_d_optimal"))
+    scenario = paper_scenario("gimbal_d_optimal")
     section = scenario.maneuver
     assert isinstance(section, GimbalDesign)
     limits = gimbal_limits(scenario, section)

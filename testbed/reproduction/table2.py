@@ -20,9 +20,8 @@ from testbed.maneuver.maneuver import Maneuver
 from testbed.reproduction.noise_free import predicted_iv_bias
 from testbed.reproduction.parts import NOWHERE, Parts, kept_maneuver
 from testbed.reproduction.progress import Progress, silent
-from testbed.scenario.reader import read_scenario
+from testbed.reproduction.scenarios import paper_scenario
 from testbed.scenario.scenario import Scenario
-from testbed.scenario.shipped import shipped_scenario
 
 PAPER_STD: Mapping[str, Theta] = {
     "basic": 1e-3 * np.array([1.12, 1.67, 1.30, 1.27, 1.01, 1.20]),
@@ -132,7 +131,7 @@ def table2(
 def _maneuver(
     name: str, runs: int, seed: int, executor: Executor, progress: Progress, parts: Parts
 ) -> ManeuverStatistics:
-    scenario = _in_mujoco(read_scenario(shipped_scenario(name)))
+    scenario = paper_scenario(name)
     maneuver = kept_maneuver(scenario, parts)
     again = min(runs, max(FEWEST_DRIFTING, runs // 5))
 
@@ -155,11 +154,6 @@ def _maneuver(
         paper_mean=PAPER_MEAN.get(name),
         paper_std=PAPER_STD.get(name),
     )
-
-
-def _in_mujoco(scenario: Scenario) -> Scenario:
-    """Return the scenario with MuJoCo as its engine: what the paper is compared with is flown in it throughout."""
-    return scenario.model_copy(update={"simulation": scenario.simulation.model_copy(update={"engine": "mujoco"})})
 
 
 def _with_drift(scenario: Scenario) -> Scenario:

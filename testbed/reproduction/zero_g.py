@@ -21,6 +21,7 @@ from testbed.estimation.estimate import Estimate
 from testbed.maneuver.maneuver import Maneuver
 from testbed.reproduction.parts import NOWHERE, Parts, kept_maneuver
 from testbed.reproduction.progress import Progress, silent
+from testbed.reproduction.scenarios import paper_scenario
 from testbed.reproduction.workers import Job, done_by_workers
 from testbed.reproduction.zero_g_coverage import Coverage, coverage_by_name
 from testbed.reproduction.zero_g_cuts import CutScore, cut_score
@@ -28,9 +29,7 @@ from testbed.reproduction.zero_g_estimates import estimates_of
 from testbed.reproduction.zero_g_figures import Figure5, Figure6, figure5, figure6
 from testbed.reproduction.zero_g_flights import CutFlight, fly_campaigns
 from testbed.reproduction.zero_g_outcome import CampaignOutcome
-from testbed.scenario.reader import read_scenario
 from testbed.scenario.scenario import Scenario
-from testbed.scenario.shipped import shipped_scenario
 
 SCENARIO = "zero_g_campaign"
 PAPER_THETA: Theta = 1e-3 * np.array([20.04, 21.26, 25.75, 0.09, 0.04, 1.08])
@@ -91,7 +90,7 @@ def table3(
     Raises:
         InputError: a process died.
     """
-    scenario = read_scenario(shipped_scenario(SCENARIO))
+    scenario = paper_scenario(SCENARIO)
     nominal, true_theta = nominal_platform(scenario), theta_of(true_platform(scenario).inertia)
     maneuver = kept_maneuver(scenario, parts)
     seeds = [run_seed(seed, campaign) for campaign in range(campaigns)]

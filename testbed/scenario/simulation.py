@@ -27,4 +27,4 @@ class Simulation(Section):
     engine: Literal["mujoco", "compiled", "auto"] = "auto"
     """What integrates the motion: MuJoCo; or the equations of motion of a platform with gyros and wheels as machine
     code, ten times as fast and within 1e-9 rad/s of it, which know no contacts, no dry friction and no torques by
-    formulas; "auto": these for campaigns whose platform they cover, MuJoCo for all else, single runs among it."""
+    formulas; "auto": these for campaigns whose platform they cover, MuJoCo for single runs and all else."""
