@@ -172,9 +172,18 @@ JSON_MAP = {
 
 
 def write_json_mcap(
-    path: Path, rows: int = 400, compression: str = "ZSTD", chunk: int = 20_000, clock: str = "us"
+    path: Path,
+    rows: int = 400,
+    compression: str = "ZSTD",
+    chunk: int = 20_000,
+    clock: str = "us",
+    torque_topic: str = "/torque",
+    silent: str = "",
 ) -> Path:
-    """Write MCAP with JSON messages: gyro at 200 Hz with stamps in two parts, torques at 50 Hz with a clock in us."""
+    """Write MCAP with JSON messages: gyro at 200 Hz with stamps in two parts, torques at 50 Hz with a clock in us.
+
+    The topic `silent` is there without a message.
+    """
     from mcap.writer import CompressionType, Writer
 
     with path.open("wb") as file:
@@ -182,7 +191,9 @@ def write_json_mcap(
         writer.start()
         schema = writer.register_schema("imu", "jsonschema", b"{}")
         imu = writer.register_channel("/imu", "json", schema)
-        thrusters = writer.register_channel("/torque", "json", schema)
+        thrusters = writer.register_channel(torque_topic, "json", schema)
+        if silent:
+            writer.register_channel(silent, "json", schema)
         rates, torques = gyro(rows).tolist(), torque(-(-rows // 4)).tolist()
         for row, rate in enumerate(rates):
             time = EPOCH * 10**9 + 5_000_000 * row

@@ -1,5 +1,7 @@
 import os
+from pathlib import Path
 
 from testbed.effects.library import FOLDER_VARIABLE
 
-os.environ[FOLDER_VARIABLE] = os.devnull  # tests do not know the effects of whoever runs them
+# Tests do not know the effects of whoever runs them.
+os.environ[FOLDER_VARIABLE] = str(Path(__file__).with_name("no_effects"))

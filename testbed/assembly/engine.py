@@ -46,12 +46,21 @@ def with_engine(scenario: Scenario, engine: Engine) -> Scenario:
     return scenario.model_copy(update={"simulation": scenario.simulation.model_copy(update={"engine": engine})})
 
 
-def require_covered(scenario: Scenario) -> None:
-    """Refuse to compare engines on a platform that the compiled equations do not cover.
+def require_comparable(scenario: Scenario, compared: int, runs: int) -> None:
+    """Refuse a comparison of engines that cannot be made.
+
+    Args:
+        scenario: to fly.
+        compared: how many runs both engines are to fly.
+        runs: how many the campaign has.
 
     Raises:
-        InputError: names what of it.
+        InputError: it has fewer, or a platform that the compiled equations do not cover; names what of it.
     """
+    if compared > runs:
+        raise InputError(
+            f"check (--check): {compared:,} runs in both engines, but the campaign has {runs:,}; give no more"
+        )
     if reasons := list(_uncovered(scenario, true_platform(scenario).model)):
         raise InputError(
             f"{scenario.name}: a check (--check) flies runs in MuJoCo and by the compiled equations, but the platform "

@@ -46,7 +46,7 @@ def _print(identification: Identification, nominal_theta: Theta) -> None:
         show(estimate_table(f"{name}: inertia in 1e-3 kg m², ± one standard deviation", known, estimation))
         say()
     if len(identification.estimations) > 1:
-        title = f"{len(identification.estimations)} records combined (eq. 33): inertia in 1e-3 kg m²"
+        title = f"{identification.what_is_combined} combined (eq. 33): inertia in 1e-3 kg m²"
         show(estimate_table(title, known, identification.combined))
         say()
     print_verdict(identification_verdict(identification, nominal_theta))

@@ -56,10 +56,12 @@ def _print(records: ImportedRecords) -> None:
         entry("Channel", f"{name}: {_words(channel)}")
     say()
     show(_run_table(records))
-    if records.dropped or records.unused or records.unchecked:
+    if records.dropped or records.unused or records.unchecked or records.pauses:
         say()
     for each in records.dropped:
         warn("dropped", each)
+    for each in records.pauses:
+        warn("pause", each)
     for each in records.unchecked:
         warn("unchecked", f"{records.file.path.name}, {each}; confirm it and take the mark away")
     if records.unused:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from testbed.assembly.engine import require_covered
+from testbed.assembly.engine import require_comparable
 from testbed.campaign.plan import command_alone
 from testbed.cli.campaign_progress import campaign_progress
 from testbed.cli.console import command_line, design_progress, print_as_json, say, say_interrupted, show, warn
@@ -43,7 +43,7 @@ def run_montecarlo(
     seed = scenario.seed if seed is None else seed
     executor = executor_of(scheduler, workers)
     if check:
-        require_covered(scenario)
+        require_comparable(scenario, check, runs)
     origin = origin_of(scenario, seed, runs, command_line())
     with reserved_folder(out, f"{scenario.name}-montecarlo", resume=resume) as reserved:
         folder = reserved.path

@@ -77,18 +77,31 @@ def kept_effects() -> Mapping[Path, Formula]:
     """Return the effects of the user's library by their files, in the order of these.
 
     Raises:
-        InputError: a file cannot be used, or two hold effects of one name; the message names them.
+        InputError: as `kept_formulas`.
     """
-    kept: dict[Path, Formula] = {}
-    for path in sorted(library_folder().glob("*.toml")):
-        effect = _read(path).effect
-        for other, known in kept.items():
-            if known.id == effect.id:
+    return {path: kept.effect for path, kept in kept_formulas().items()}
+
+
+def kept_formulas() -> Mapping[Path, KeptFormula]:
+    """Return the files of the user's library and what they hold, in their order.
+
+    Raises:
+        InputError: there is a file in the place of the folder, one of its files cannot be used, or two hold effects of
+            one name; the message names them.
+    """
+    folder = library_folder()
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: is no folder, and your own effects are kept in one; name it in {FOLDER_VARIABLE}")
+    held: dict[Path, KeptFormula] = {}
+    for path in sorted(folder.glob("*.toml")):
+        kept = _read(path)
+        for other, known in held.items():
+            if known.name == kept.name:
                 raise InputError(
-                    f"{other} and {path}: both are called {effect.id}; change name in one, or take it away"
+                    f"{other} and {path}: both are called {kept.name}; change name in one, or take it away"
                 )
-        kept[path] = effect
-    return kept
+        held[path] = kept
+    return held
 
 
 def keep(kept: KeptFormula, taken: Sequence[str]) -> Path:
@@ -109,8 +122,8 @@ def keep(kept: KeptFormula, taken: Sequence[str]) -> Path:
     path = library_folder() / f"{kept.name}.toml"
     if kept.name in taken or path.exists():
         raise InputError(f"{kept.name}: an effect of this name is there already; choose another name")
-    for other in sorted(library_folder().glob("*.toml")):
-        if _read(other).formula == kept.formula:
+    for other, known in kept_formulas().items():
+        if known.formula == kept.formula:
             raise InputError(
                 f"{kept.name}: the same law, {kept.formula}, is kept in {other}: diagnoses could "
                 "not distinguish the two"

@@ -48,6 +48,7 @@ class Identification:
         refused: why records were left out.
         torque_drawn: whether an applied torque is drawn from sample to sample, as of one that is not said to be held.
         nominal_theta: inertia that the estimates have to be near, kg·m²; None where the scenario accepts any other.
+        records_used: records that gave an estimate, whole or in parts.
     """
 
     records: tuple[Record, ...]
@@ -57,6 +58,14 @@ class Identification:
     refused: tuple[str, ...]
     torque_drawn: bool
     nominal_theta: Theta | None
+    records_used: int
+
+    @property
+    def what_is_combined(self) -> str:
+        """What the combined estimate is of, for people: "3 records", or "4 parts of one record"."""
+        used = "one record" if self.records_used == 1 else f"{self.records_used} records"
+        parts = len(self.estimations)
+        return used if parts == self.records_used else f"{parts} parts of {used}"
 
 
 def identify(scenario: BodyScenario, nominal: Body, records: Sequence[Record]) -> Identification:
@@ -88,10 +97,12 @@ def identify(scenario: BodyScenario, nominal: Body, records: Sequence[Record]) -
     refused = list(passed.refused)
     usable = {record.details.name for record, _ in passed.usable}
     parts: list[Record] = []
+    records_used = 0
     for record in (each for each in cut if each.details.name in usable):
-        for part, estimation in _estimated(scenario, nominal, record, notices, refused):
-            parts.append(part)
-            estimations[part.details.name] = estimation
+        made = list(_estimated(scenario, nominal, record, notices, refused))
+        parts += [part for part, _ in made]
+        estimations |= {part.details.name: estimation for part, estimation in made}
+        records_used += bool(made)
     if not estimations:
         raise InputError("\n".join(refused))
     notices += [(name, text) for name, each in estimations.items() for text in _estimation_notices(each)]
@@ -103,6 +114,7 @@ def identify(scenario: BodyScenario, nominal: Body, records: Sequence[Record]) -
         refused=tuple(refused),
         torque_drawn=_drawn(passed.together.grid.runs[0]),
         nominal_theta=None if "inertia" in scenario.diagnosis.accept else theta_of(nominal.inertia),
+        records_used=records_used,
     )
 
 

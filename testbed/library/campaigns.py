@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
 
-from testbed.assembly.engine import engine_of, require_covered
+from testbed.assembly.engine import engine_of, require_comparable
 from testbed.assembly.platform import nominal_platform
 from testbed.campaign.engine_check import EngineCheck, check_engines
 from testbed.campaign.executor import Executor
@@ -146,7 +146,7 @@ def monte_carlo(
             require_flyable_by(flown, nominal_platform(flown), maneuver.plan.maneuver)
     origin = origin_of(flown, campaign_seed, runs, "testbed.monte_carlo")
     if check:
-        require_covered(flown)
+        require_comparable(flown, check, runs)
     if folder is None:
         planned = design(flown) if maneuver is None else maneuver
         plan = CampaignPlan(scenario=flown, maneuver=planned.plan.maneuver, seed=campaign_seed, runs=runs)

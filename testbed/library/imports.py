@@ -58,14 +58,19 @@ class ImportedRecords(Records):
         return self.made.unused
 
     @property
+    def pauses(self) -> tuple[str, ...]:
+        """Where the gyro pauses within a run, which may be two flights, in sentences."""
+        return self.made.pauses
+
+    @property
     def unchecked(self) -> tuple[str, ...]:
         """Lines of the map that `--guess` proposed without a statement of the log, and that nobody has confirmed."""
         return unchecked_lines(self.file.text)
 
     @override
     def __str__(self) -> str:
-        unchecked = (f"unchecked: {each}" for each in self.unchecked)
-        return "\n".join([super().__str__(), *(f"dropped: {each}" for each in self.dropped), *unchecked])
+        said = {"dropped": self.dropped, "pause": self.pauses, "unchecked": self.unchecked}
+        return "\n".join([super().__str__(), *(f"{what}: {each}" for what, texts in said.items() for each in texts)])
 
     @override
     @checked

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -22,6 +22,7 @@ from testbed.records.checks import MINIMUM_SAMPLES
 from testbed.records.details import stated_details
 from testbed.records.reading import record_of
 from testbed.records.record import Record
+from testbed.records.selection import sampled
 from testbed.signals import SIGNALS
 
 MOST_CELLS = 30_000_000
@@ -62,6 +63,7 @@ class Imported:
         channels: by name.
         dropped: what was left out, in sentences.
         unused: topics, or columns, that the map does not name.
+        pauses: of the gyro within runs, which may be two flights, in sentences.
     """
 
     records: tuple[Record, ...]
@@ -70,6 +72,7 @@ class Imported:
     channels: Mapping[str, ImportedChannel]
     dropped: tuple[str, ...]
     unused: tuple[str, ...]
+    pauses: tuple[str, ...]
 
     @property
     def content(self) -> dict[str, Any]:
@@ -98,6 +101,7 @@ class Imported:
             },
             "dropped": list(self.dropped),
             "unused": list(self.unused),
+            "pauses": list(self.pauses),
         }
 
 
@@ -125,6 +129,7 @@ def imported(log: Log, log_map: LogMap, inputs: tuple[FileStamp, ...]) -> Import
         channels=channels,
         dropped=tuple(dropped),
         unused=content.unused,
+        pauses=tuple(_pauses(records)),
     )
 
 
@@ -149,7 +154,7 @@ def _require_held(log: Log, log_map: LogMap, content: Content) -> None:
             _topic_problems(topic, survey) if topic not in survey else _field_problems(topic, fields, survey)
         )
     ]
-    lines = "\n  ".join([*problems, *content.damage])
+    lines = "\n  ".join([*content.damage, *problems])  # the reason first
     raise InputError(f"{log.path}: does not hold what the map names\n  {lines}")
 
 
@@ -163,6 +168,8 @@ def _topic_problems(topic: str, survey: Mapping[str, Topic]) -> list[str]:
 
 
 def _field_problems(topic: str, fields: list[str], survey: Mapping[str, Topic]) -> list[str]:
+    if topic and not survey[topic].fields:
+        return [f"topic {topic}: holds no message with a number"]
     where = f"topic {topic}, field" if topic else "column"
     return [f"{where} {field}: {_field_problem(field, survey[topic])}" for field in fields]
 
@@ -314,6 +321,27 @@ def _records(
             f"{longest}: take another log, or cut this one otherwise in [runs]"
         )
     return tuple(records)
+
+
+_PAUSE = 1.0
+"""s without a sample of the gyro within a run from which on it is pointed at: a loss of telemetry for a moment lasts
+less, and a proposed map cuts there."""
+_PAUSE_STEPS = 20
+"""Steps of the gyro that a pause has at least, for gyros with less than 20 samples a second."""
+
+
+def _pauses(records: Sequence[Record]) -> Iterator[str]:
+    """Yield where the gyro pauses within a run."""
+    for record in records:
+        time = sampled(record, "body_rate")[0]
+        steps = np.diff(time)
+        longest = int(np.argmax(steps))
+        if steps[longest] > max(_PAUSE, _PAUSE_STEPS * float(np.median(steps))):
+            pause = f"pauses for {steps[longest]:.4g} s from {time[longest]:.4g} s on"
+            yield (
+                f"{record.details.name}: the body rate {pause}; if these are two flights, cut there: "
+                '[runs] kind = "gaps", longer_than_s = 1.0'
+            )
 
 
 def _part(samples: Samples, span: Span) -> tuple[Series, Array]:

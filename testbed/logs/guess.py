@@ -13,6 +13,9 @@ from testbed.logs.streams import TABLE, Log, Topic
 from testbed.logs.units import is_unit_of
 from testbed.signals import AXES, QUATERNION, SIGNALS, TURNED_BY, unit_numbers
 
+_WHEEL = r"((?<!fly)wheel|(?<![a-z])rws?(?![a-z]))"
+_TORQUE = r"(torque|(?<![a-z])tr?q(?![a-z]))"
+_NO_SPEED = r"(?!.*(current|volt|temp|power|(?<![a-z])amps?(?![a-z])))"
 _NAMES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "body_rate": (
         (r"vehicle_angular_velocity(?! *\[)", 12),
@@ -29,15 +32,20 @@ _NAMES: Mapping[str, tuple[tuple[str, int], ...]] = {
         (r"(?<![a-z])(rotor|flywheel)s?$", 3),
     ),
     "wheel_speed": (
-        (r"(?<!fly)wheel.*(speed|rate|rpm|omega)|(speed|rpm).*(?<!fly)wheel", 10),
-        (r"(?<![a-z])rws?(?![a-z])(?!.*torque)", 8),
-        (r"(?<![a-z])wheels?$", 3),
+        (rf"{_WHEEL}.*(speed|rate|rpm|omega)|(speed|rpm).*{_WHEEL}", 10),
+        (rf"(?<![a-z])rws?(?![a-z]){_NO_SPEED}(?!.*{_TORQUE})", 8),
+        (r"(?<![a-z])wheels?$", 4),
     ),
-    "wheel_torque_command": ((r"wheel.*torque.*(cmd|command|set|ref)|(cmd|command|set|ref).*wheel.*torque", 12),),
-    "wheel_torque": ((r"wheel.*torque|torque.*wheel", 11), (r"(?<![a-z])rws?(?![a-z])(?!.*(speed|rate|rpm|omega))", 8)),
+    "wheel_torque_command": (
+        (rf"{_WHEEL}.*{_TORQUE}.*(cmd|command|set|ref)|(cmd|command|set|ref).*{_WHEEL}.*{_TORQUE}", 12),
+    ),
+    "wheel_torque": (
+        (rf"{_WHEEL}.*{_TORQUE}|{_TORQUE}.*{_WHEEL}", 11),
+        (rf"(?<![a-z])rws?(?![a-z]){_NO_SPEED}(?!.*(speed|rate|rpm|omega))", 8),
+    ),
     "cluster_momentum": ((r"(cluster|cmg|wheel).*momentum|momentum", 8), (r"(?<![a-z])h(?![a-z])", 4)),
     "applied_torque": (
-        (r"torque|wrench", 8),
+        (rf"{_TORQUE}|wrench", 8),
         (r"(?<![a-z])(tau|moments?)(?![a-z])", 7),
         (r"(?<![a-z])m(?![a-z])", 4),
     ),
@@ -79,6 +87,8 @@ _SI = {"ULog": "PX4 logs SI", "ROS bag": "ROS messages are SI (REP 103)"}
 _UNCHECKED = "# CHECK"
 """What stands behind a proposed value that the log does not state, until a person has taken it away."""
 _LEAST_SCORE = 5
+_MOST_LISTED = 20
+"""Topics that no channel takes, and fields of one, that are listed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,10 +175,10 @@ def _matches(
 ) -> Iterator[_Candidate]:
     """Yield the channels that a group of fields may be, by its names and their number."""
     said = {channel: _said_within(patterns, name, stem) for channel, patterns in _NAMES.items()}
-    if unit and not any(said.values()) and not _OTHERS.search(f"{name} {stem}".lower()):
-        yield from _by_unit(name, unit, fields)
     whole = re.split(r"[./]", stem.lower())[-1]
     unit = unit or (_SUFFIXES[whole] if whole in _NAMED_BY_UNIT else "")
+    if unit and not any(said.values()) and not _OTHERS.search(f"{name} {stem}".lower()):
+        yield from _by_unit(name, unit, fields)
     for channel, patterns in _NAMES.items():
         ordered = _ordered(SIGNALS[channel].sized(len(fields)).components, fields)
         if ordered is None or (unit and not is_unit_of(unit, SIGNALS[channel].unit)):
@@ -368,11 +378,26 @@ def _missing(best: Mapping[str, Sequence[_Candidate]], survey: Mapping[str, Topi
     if any(best[name][0].topic.partition("[")[0] not in _NORMALIZED for name in turning):
         return ""
     topic = "" if TABLE in survey else '# topic = "that holds them"\n'
+    others = "" if TABLE in survey else _other_topics(best, survey)
     return (
         f"# CHECK: no channel here says what turned the platform: add one of {', '.join(TURNED_BY)}, such as\n"
         f"# [channels.wheel_speed]\n{topic}"
-        '# fields = ["first wheel", "second wheel", "third wheel"]\n# unit = "rpm"\n'
+        f'# fields = ["first wheel", "second wheel", "third wheel"]\n# unit = "rpm"\n{others}'
     )
+
+
+def _other_topics(best: Mapping[str, Sequence[_Candidate]], survey: Mapping[str, Topic]) -> str:
+    """Return the topics with numbers that no channel takes, as comments; the first of many."""
+    taken = {each[0].topic for each in best.values()}
+    others = {name: list(topic.fields) for name, topic in survey.items() if topic.fields and name not in taken}
+    lines = [f"#   {_few(name, fields)}\n" for name, fields in list(others.items())[:_MOST_LISTED]]
+    more = f"#   and {len(others) - _MOST_LISTED} more\n" if len(others) > _MOST_LISTED else ""
+    return "".join(["# Topics without a channel:\n", *lines, more]) if others else ""
+
+
+def _few(name: str, fields: Sequence[str]) -> str:
+    more = f" and {len(fields) - _MOST_LISTED} more" if len(fields) > _MOST_LISTED else ""
+    return f"{_text(name)}: {', '.join(map(_text, fields[:_MOST_LISTED]))}{more}"
 
 
 def _left_out(best: Mapping[str, Sequence[_Candidate]], survey: Mapping[str, Topic]) -> str:
@@ -402,7 +427,7 @@ def _runs(survey: Mapping[str, Topic]) -> str:
 
 def _inventory(survey: Mapping[str, Topic]) -> str:
     held = [
-        f"{name + ': ' if name else ''}{', '.join(list(topic.fields)[:20])}"
+        f"{name + ': ' if name else ''}{', '.join(list(topic.fields)[:_MOST_LISTED])}"
         for name, topic in survey.items()
         if topic.fields
     ]

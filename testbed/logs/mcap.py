@@ -50,13 +50,13 @@ class Mcap(Log):
 
     @override
     def survey(self) -> Mapping[str, Topic]:
-        """Return the topics of the log, each by its first message."""
+        """Return the topics of the log, each by its first message; those without one have no fields."""
         topics: dict[str, Topic] = {}
         scan = _Scan(self.path, most=_SURVEYED)
         for channel, message in scan.messages():
             if channel.topic not in topics and (decode := scan.decoder_of(channel)) is not None:
                 topics[channel.topic] = topic_of(_decoded(decode, message.data), scan.kind_of(channel))
-        return topics
+        return scan.silent | topics
 
     @override
     def read(self, wanted: Wanted) -> Content:
@@ -95,6 +95,11 @@ class _Scan:
     def topics(self) -> set[str]:
         """Topics that the file names."""
         return {channel.topic for channel in self._channels.values()}
+
+    @property
+    def silent(self) -> dict[str, Topic]:
+        """Topics that the file names, as they are without a message."""
+        return {channel.topic: topic_of(None, self.kind_of(channel)) for channel in self._channels.values()}
 
     def messages(self) -> Iterator[tuple[Any, _Message]]:
         """Yield every message that is whole, with its channel."""

@@ -31,7 +31,7 @@ _BATCH = 65_536
 
 
 def topic_of(message: object, kind: str, *, received: bool = True) -> Topic:
-    """Return what a topic offers, by its first message."""
+    """Return what a topic offers, by its first message; None where it has none."""
     found = list(_leaves(message))
     return Topic(
         kind=kind,

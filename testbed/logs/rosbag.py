@@ -38,7 +38,7 @@ class Rosbag(Log):
 
     @override
     def survey(self) -> Mapping[str, Topic]:
-        """Return the topics of the bag, each by its first message."""
+        """Return the topics of the bag, each by its first message; those without one have no fields."""
         with self._opened() as reader:
             topics: dict[str, Topic] = {}
             for connection in reader.connections:
@@ -46,7 +46,8 @@ class Rosbag(Log):
                     message = _decoded(reader, data, connection.msgtype)
                     topics.setdefault(connection.topic, topic_of(message, connection.msgtype))
                     break
-            return topics
+            silent = {connection.topic: topic_of(None, connection.msgtype) for connection in reader.connections}
+            return silent | topics
 
     @override
     def read(self, wanted: Wanted) -> Content:

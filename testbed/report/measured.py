@@ -101,7 +101,7 @@ def identification_verdict(identification: Identification, nominal: Theta) -> No
         nominal: θ of the nominal model, kg·m².
     """
     overall = _overall(identification, nominal)
-    return measured_verdict(overall, len(identification.records), tuple(identification_doubts(identification)))
+    return measured_verdict(overall, identification.what_is_combined, tuple(identification_doubts(identification)))
 
 
 def identification_doubts(identification: Identification) -> Iterator[str]:
@@ -156,7 +156,7 @@ def _offset_notices(identification: Identification) -> Iterator[Notice]:
         best = combined.by_name[leading_estimator(combined.by_name)]
         (text,) = offset_words(best, combined.pivot)
         interval = offset_interval_words(best, combined.pivot)
-        yield Notice(tone="plain", text=f"{combined.runs} records combined: {text} {interval}")
+        yield Notice(tone="plain", text=f"{identification.what_is_combined} combined: {text} {interval}")
     for name, estimation in identification.estimations.items():
         if estimation.checks is not None:
             for text in offset_words(estimation.by_name[estimation.checks.best], estimation.pivot):

@@ -57,17 +57,16 @@ def diverged_verdict() -> Notice:
     return Notice(tone="bad", text=text)
 
 
-def measured_verdict(inertias: Inertias, records: int, doubts: Sequence[str] = ()) -> Notice:
+def measured_verdict(inertias: Inertias, source: str, doubts: Sequence[str] = ()) -> Notice:
     """Return the verdict on measured records: how certain the most efficient estimator is.
 
     Args:
         inertias: of the only record, or of all of them combined.
-        records: how many there are.
+        source: how many records these are, for people.
         doubts: what speaks against the estimates.
     """
     best = leading_estimator(inertias.by_name)
     estimate = inertias.by_name[best]
-    source = "one record" if records == 1 else f"{records} records"
     text = (
         f"The inertia was estimated from {source}; {estimator_name(best)} states an uncertainty of "
         f"{_span(estimate.std)} kg·m² (one standard deviation), {_span(estimate.noise_std)} of it by the gyro's noise."

@@ -12,6 +12,8 @@ import pytest
 from support.diagnosed_records import nominal, records
 from support.flown_effects import flown, scenario
 from support.processes import ROOT
+from testbed.cli.app import app
+from testbed.cli.failures import exit_code_of
 from testbed.diagnosis.findings import model_notices
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.formulas import screened_formulas
@@ -250,6 +252,25 @@ def test_a_wrong_value_of_an_effect_of_the_library_is_named_by_its_key(tmp_path,
     with pytest.raises(InputError, match=r"effects save`: sizes\.0: .*; mend it or take it away$") as refused:
         kept_effects()
     assert "pydantic" not in str(refused.value)
+
+
+def test_the_kept_effects_are_listed_with_law_size_origin_and_file(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "own"))
+    path = save_effect(diagnosis_with(tmp_path, PRODUCT), "arm_product")
+    assert exit_code_of(lambda: app(["effects", "list"])) == 0
+    said = capsys.readouterr().out
+    assert "arm_product: An unmodelled torque" in said
+    assert f"Law        {PRODUCT}" in said
+    assert "Size       0.0013 N·m·s²/rad²" in said
+    assert f"From       {tmp_path / 'diagnosis.json'}" in said
+    assert f"File       {path}" in said
+
+
+def test_a_file_in_the_place_of_the_library_is_refused(tmp_path, monkeypatch):
+    (tmp_path / "effects").write_text("", encoding="utf-8")
+    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path / "effects"))
+    with pytest.raises(InputError, match=f"effects: is no folder, .* name it in {FOLDER_VARIABLE}"):
+        kept_effects()
 
 
 def kept_in(folder, file, name):

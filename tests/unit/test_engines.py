@@ -106,6 +106,13 @@ def test_manifest_and_provenance_say_which_engine_flew(tmp_path):
     assert result["engine_check"]["largest_difference_rad_s"] < 1e-7
 
 
+def test_more_runs_than_a_campaign_has_are_not_compared(tmp_path, capsys):
+    path = small_scenario(tmp_path)
+    assert run("montecarlo", path, "--runs", 2, "--out", tmp_path / "out", "--check", 3) == 2
+    assert "check (--check): 3 runs in both engines, but the campaign has 2; give no more" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_campaign_begun_before_there_were_two_engines_goes_on_in_mujoco(tmp_path):
     plan = plan_of(scenario_with(tmp_path, "mujoco"), 2)
     manifest = claimed(tmp_path / "out", plan)

@@ -129,7 +129,9 @@ def test_a_long_record_is_estimated_from_in_parts_and_combined(flown, tmp_path, 
     assert run("estimate", SCENARIO, "--data", tmp_path / "data", "--out", tmp_path / "out") == 0
     estimates = json.loads((tmp_path / "out" / "estimates.json").read_text(encoding="utf-8"))
     assert set(estimates["records"]) == {"long part 1", "long part 2"}
-    assert "2 records combined" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "2 parts of one record combined" in said
+    assert "was estimated from 2 parts of one record" in said
 
 
 def test_on_an_air_bearing_records_give_one_centre_of_mass_with_an_interval(tmp_path, capsys):

@@ -340,3 +340,35 @@ def test_what_nobody_has_confirmed_of_a_proposed_map_is_said(tmp_path):
     assert f"unchecked: {open_line}" in str(records)
     proposed.write_text(tb.guess_map(path).replace("# CHECK", "# seen"), encoding="utf-8")
     assert tb.import_log(path, proposed).unchecked == ()
+
+
+@pytest.mark.parametrize(
+    ("columns", "channel", "doubt"),
+    [
+        ([f"rpm[{unit}]" for unit in range(4)], "wheel_speed", "# CHECK: no name says so"),
+        (["rpm1", "rpm2", "rpm3"], "wheel_speed", "# CHECK: no name says so"),
+        (["wheel1", "wheel2", "wheel3"], "wheel_speed", "# CHECK: the log does not state it"),
+        (["rw1_torque", "rw2_torque", "rw3_torque"], "wheel_torque", "# CHECK: the log does not state it"),
+        (["rw_1_tq", "rw_2_tq", "rw_3_tq"], "wheel_torque", "# CHECK: the log does not state it"),
+        (["rw_tq_cmd_1", "rw_tq_cmd_2", "rw_tq_cmd_3"], "wheel_torque_command", "# CHECK: the log does not"),
+        (["rw_current_1", "rw_current_2", "rw_current_3"], None, "# Columns without a channel: "),
+    ],
+)
+def test_columns_of_wheels_are_one_channel_each(tmp_path, columns, channel, doubt):
+    """Torques of wheels were offered as speeds or torques on the body too; bare speeds in rpm as nothing."""
+    path = tmp_path / "a.csv"
+    header = ["t", "gx", "gy", "gz", *columns]
+    path.write_text("\n".join([",".join(header), *(",".join([str(n)] * len(header)) for n in range(20))]))
+    text = tb.guess_map(path)
+    channels = tomllib.loads(text)["channels"]
+    assert set(channels) == {"body_rate"} | ({channel} if channel else set())
+    if channel:
+        assert channels[channel]["fields"] == columns
+    assert doubt in text
+
+
+def test_topics_without_a_channel_are_listed_where_one_is_missing(tmp_path):
+    path = logs.write_json_mcap(tmp_path / "json.mcap", torque_topic="/command_93")
+    text = tb.guess_map(path)
+    assert "no channel here says what turned the platform" in text
+    assert '# Topics without a channel:\n#   "/command_93": ' in text

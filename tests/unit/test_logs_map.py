@@ -318,6 +318,21 @@ def test_runs_end_where_the_gyro_pauses(tmp_path):
     assert [(record.details.name, len(record.time)) for record in records] == [("run_1", 15), ("run_2", 25)]
 
 
+def test_a_pause_within_a_run_is_said(tmp_path):
+    columns = COLUMNS | {"t": np.r_[COLUMNS["t"][:15], COLUMNS["t"][15:] + 5.0]}
+    records = imported(tmp_path, {"name": "run"}, columns)
+    (pause,) = records.pauses
+    assert pause.startswith("run: the body rate pauses for 5.0")
+    assert '[runs] kind = "gaps"' in pause
+    assert f"pause: {pause}" in str(records)
+    assert imported(tmp_path, {"runs": {"kind": "gaps", "longer_than_s": 1.0}}, columns).pauses == ()
+
+
+def test_a_gyro_that_is_slow_does_not_pause(tmp_path):
+    columns = COLUMNS | {"t": COLUMNS["t"] * 200.0}
+    assert imported(tmp_path, {}, columns).pauses == ()
+
+
 def test_runs_at_given_times(tmp_path):
     records = imported(tmp_path, {"runs": {"kind": "times", "spans_s": [[0.0, 0.1], [0.195, 0.355]]}})
     assert [tuple(record.time[[0, -1]]) for record in records] == [(0.0, 0.1), (0.2, COLUMNS["t"][35])]

@@ -100,12 +100,20 @@ def test_of_a_cut_log_what_is_whole_is_read_and_said(tmp_path, name, share):
 def test_a_log_that_is_cut_before_its_first_message_says_so(tmp_path):
     path = logs.write_json_mcap(tmp_path / "a.mcap", 4000, chunk=10**8)
     path.write_bytes(path.read_bytes()[:2000])
-    with pytest.raises(tb.InputError, match=r"there are none\n  the file has no end: the log"):
+    with pytest.raises(tb.InputError, match=r"what the map names\n  the file has no end: the log"):
         tb.import_log(path, logs.JSON_MAP)
     channels = logs.JSON_MAP["channels"]
     without = {name: {key: each for key, each in own.items() if key != "topic"} for name, own in channels.items()}
     with pytest.raises(tb.InputError, match="it holds no messages"):
         tb.import_log(path, logs.JSON_MAP | {"channels": without})
+
+
+def test_a_topic_without_a_message_is_not_said_to_be_missing(tmp_path):
+    path = logs.write_json_mcap(tmp_path / "a.mcap", silent="/thrusters")
+    keys = json.loads(json.dumps(logs.JSON_MAP))
+    keys["channels"]["applied_torque"]["topic"] = "/thrusters"
+    with pytest.raises(tb.InputError, match="topic /thrusters: holds no message with a number"):
+        tb.import_log(path, keys)
 
 
 @pytest.mark.parametrize("compression", ["NONE", "LZ4", "ZSTD"])

@@ -40,6 +40,7 @@ def page_of(folder, *records, failures=None):
             notices=(),
             refused=(),
             nominal_theta=None,
+            records_used=len(records),
         ),
         provenance=PROVENANCE,
         result={"schema": 1},
