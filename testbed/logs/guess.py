@@ -6,9 +6,9 @@ import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from string import ascii_lowercase
 
 from testbed.errors import InputError
+from testbed.logs.field_names import NAMED_BY_UNIT, SUFFIXES, in_order, is_time, parts_of, without_unit
 from testbed.logs.streams import TABLE, Log, Topic
 from testbed.logs.units import is_unit_of
 from testbed.signals import AXES, QUATERNION, SIGNALS, TURNED_BY, unit_numbers
@@ -58,25 +58,6 @@ _OTHERS = re.compile(
     r"|(?<![a-z])(force|position|pos|linear_velocity)(?![a-z])|command|error|temp|(?<![a-z])raw(?![a-z])|delta|integral|vibration|status|deriv|groundtruth|true_"
 )
 """Names of what belongs to a channel and is not its measurement."""
-_SUFFIXES = {
-    "rad_s": "rad/s", "rads": "rad/s", "radps": "rad/s", "mrad_s": "mrad/s", "deg_s": "deg/s", "degs": "deg/s",
-    "dps": "deg/s", "mdps": "mdeg/s", "degps": "deg/s", "rpm": "rpm", "u_min": "rpm", "r_min": "rpm", "rad": "rad",
-    "mrad": "mrad", "deg": "deg", "n_m": "N*m",
-    "nm": "N*m", "mn_m": "mN*m", "mnm": "mN*m", "un_m": "uN*m", "unm": "uN*m",
-    "n_m_s": "N*m*s", "nms": "N*m*s", "mnms": "mN*m*s", "m_s2": "m/s^2",
-    "mps2": "m/s^2", "g": "g_0", "mg": "mg_0", "s": "s", "sec": "s", "ms": "ms", "us": "us", "ns": "ns",
-}  # fmt: skip
-"""Unit that the end of a name states."""
-_NAMED_BY_UNIT = ("rpm", "dps", "mdps")
-"""Units that are a field's whole name: no quantity has such a name."""
-_BRACKETS = re.compile(r"\s*[\[(]\s*([^\])0-9][^\])]*)[\])]\s*$")
-_INDEXED = re.compile(r"^(.*?)[_.\s]?\[(\d+)\]$")
-_TIME = re.compile(
-    r"^(t|time|timestamp|time_?stamp|stamp|epoch|clock|date[_ /]?time|utc|tow|elapsed|zeit|unix_?time"
-    r"|(time|ms|us|seconds)?[ _]*since[ _]*(boot|start|power[ _]?up))$"
-)
-_SCALE = re.compile(r"\s*[\[(](utc|gmt|tai|gps|iso ?8601)[\])]$", re.IGNORECASE)
-"""What names of clocks end with, in the place of a unit."""
 _FLAG = re.compile(r"armed|(?<![a-z])(flag|active|enabled?|in_?flight|free_?fall|released?)(?![a-z])")
 """Names of a flag that may say when a run lasts."""
 _SINCE_1970 = {"s": 1e9, "ms": 1e12, "us": 1e15, "ns": 1e18}
@@ -89,23 +70,6 @@ _UNCHECKED = "# CHECK"
 _LEAST_SCORE = 5
 _MOST_LISTED = 20
 """Topics that no channel takes, and fields of one, that are listed."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Part:
-    """A field as one component of something.
-
-    Attributes:
-        stem: the name of all of it.
-        component: x, 1, w and so on.
-        unit: that the name states; empty where it states none.
-        field: its own name.
-    """
-
-    stem: str
-    component: str
-    unit: str
-    field: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -164,7 +128,7 @@ def _candidates(log: Log, survey: Mapping[str, Topic]) -> Iterator[_Candidate]:
     for name, topic in survey.items():
         groups: dict[tuple[str, str], dict[str, str]] = {}
         for field in topic.fields:
-            for part in _parts(field, topic.units.get(field, "")):
+            for part in parts_of(field, topic.units.get(field, "")):
                 groups.setdefault((part.stem, part.unit), {}).setdefault(part.component, part.field)
         for (stem, unit), fields in groups.items():
             yield from _matches(log, name, topic, stem, unit, fields)
@@ -176,11 +140,11 @@ def _matches(
     """Yield the channels that a group of fields may be, by its names and their number."""
     said = {channel: _said_within(patterns, name, stem) for channel, patterns in _NAMES.items()}
     whole = re.split(r"[./]", stem.lower())[-1]
-    unit = unit or (_SUFFIXES[whole] if whole in _NAMED_BY_UNIT else "")
+    unit = unit or (SUFFIXES[whole] if whole in NAMED_BY_UNIT else "")
     if unit and not any(said.values()) and not _OTHERS.search(f"{name} {stem}".lower()):
         yield from _by_unit(name, unit, fields)
     for channel, patterns in _NAMES.items():
-        ordered = _ordered(SIGNALS[channel].sized(len(fields)).components, fields)
+        ordered = in_order(SIGNALS[channel].sized(len(fields)).components, fields)
         if ordered is None or (unit and not is_unit_of(unit, SIGNALS[channel].unit)):
             continue
         own, above = said[channel], _said(patterns, name)
@@ -207,7 +171,7 @@ def _by_unit(topic: str, unit: str, fields: Mapping[str, str]) -> Iterator[_Cand
     """Yield what fields may be whose names say nothing, but their unit: what turns is numbered, or has three axes."""
     numbered = all(component.isdigit() for component in fields)
     channel, components = ("wheel_speed", unit_numbers(len(fields))) if numbered else ("body_rate", AXES)
-    ordered = _ordered(components, fields)
+    ordered = in_order(components, fields)
     if ordered is not None and len(fields) == len(components) and is_unit_of(unit, SIGNALS[channel].unit):
         why = f"the unit {unit} of {len(fields)} fields"
         yield _Candidate(channel=channel, topic=topic, fields=ordered, unit=unit, why=why, score=0, by_unit=True)
@@ -224,73 +188,6 @@ def _said_within(patterns: Sequence[tuple[str, int]], topic: str, name: str) -> 
     return max(_said(patterns, name), together if together > _said(patterns, topic) else 0)
 
 
-def _ordered(components: Sequence[str], fields: Mapping[str, str]) -> tuple[str, ...] | None:
-    """Return fields in the order of components; None where one is missing."""
-    count = len(components)
-    names: list[Sequence[str]] = [components]
-    if tuple(components) in (AXES, unit_numbers(count)):
-        first = 0 if "0" in fields else 1
-        names += [[str(index) for index in range(first, first + count)]] if len(fields) == count else []
-    if tuple(components) == unit_numbers(count) and len(fields) == count:
-        names += [AXES[:count], ascii_lowercase[:count]]
-    if tuple(components) == QUATERNION:
-        names += [[str(index) for index in range(4)], [f"q{axis}" for axis in QUATERNION]]
-    if tuple(components) == AXES:
-        names += [("p", "q", "r"), ("roll", "pitch", "yaw")]
-    for each in names:
-        if all(name in fields for name in each):
-            return tuple(fields[name] for name in each)
-    return None
-
-
-def _parts(field: str, stated: str) -> Iterator[_Part]:
-    """Yield how a field's name may be read as one component of something."""
-    bare, unit = _without_unit(field)
-    unit = unit or stated
-    if indexed := _INDEXED.match(bare):
-        stem, more = _without_unit(indexed[1])
-        yield _Part(stem=stem, component=indexed[2], unit=unit or more, field=field)
-        return
-    head, _, tail = bare.replace(" ", "_").rpartition(".")
-    prefix = f"{head}." if head else ""
-    lower = tail.lower()
-    if lower in (*AXES, *QUATERNION, "p", "q", "r", "roll", "pitch", "yaw"):
-        yield _Part(stem=head or ("pqr" if lower in "pqr" else ""), component=lower, unit=unit, field=field)
-    for pattern in (r"^(.+?)_?([xyzw])$", r"^(.+?)_?(\d)$", r"^(.+?)_(roll|pitch|yaw|[a-hpqr])$"):
-        if found := re.match(pattern, tail, re.IGNORECASE):
-            stem, more = _without_unit(found[1])
-            yield _Part(stem=prefix + stem, component=found[2].lower(), unit=unit or more, field=field)
-    for pattern in (
-        r"^([xyzw])_(.+)$",
-        r"^(roll|pitch|yaw)_?(.+)$",
-        r"^(.+?)_([xyz]|\d)_(.+)$",
-        r"^([a-z]+)(\d)_(.+)$",
-    ):
-        if found := re.match(pattern, tail, re.IGNORECASE):
-            axis, rest = (found[1], found[2]) if found.re.groups == 2 else (found[2], f"{found[1]}_{found[3]}")
-            yield _Part(stem=prefix + rest, component=axis.lower(), unit=unit, field=field)
-
-
-def _without_unit(name: str) -> tuple[str, str]:
-    """Return a name without the unit at its end, and the unit as a map has it; empty where there is none."""
-    if (bracket := _BRACKETS.search(name)) and (unit := _unit(bracket[1])):
-        return name[: bracket.start()].strip(" _"), unit
-    bare, space, last = name.rpartition(" ")
-    if space and (len(last) > 1 or last == "s") and (unit := _unit(last)):  # "gyro x rpm", but not "position m"
-        return bare.strip(" _"), unit
-    for suffix in sorted(_SUFFIXES, key=len, reverse=True):
-        if name.lower().endswith(f"_{suffix}") and len(name) > len(suffix) + 1:
-            return name[: -len(suffix) - 1], _SUFFIXES[suffix]
-    return name, ""
-
-
-def _unit(text: str) -> str:
-    """Return a unit as a map has it; empty where it is none."""
-    known = _SUFFIXES.get(text.strip().lower().replace("/", "_"), text.strip())
-    targets = ("rad", "rad/s", "N·m", "N·m·s", "m/s²", "s", "m")
-    return known if any(is_unit_of(known, target) for target in targets) else ""
-
-
 def _head(log: Log) -> str:
     return (
         f"# Map of {log.path.name} ({log.format}), proposed from names and units.\n"
@@ -303,9 +200,9 @@ def _head(log: Log) -> str:
 def _clock(survey: Mapping[str, Topic]) -> str:
     topic = survey[TABLE]
     for field, value in topic.fields.items():
-        _, unit = _without_unit(field)
+        _, unit = without_unit(field)
         unit = topic.units.get(field, unit)
-        if _is_time(field) and (not unit or is_unit_of(unit, "s")):
+        if is_time(field) and (not unit or is_unit_of(unit, "s")):
             why = "unit: stated"
             if not unit:
                 unit, why = _unit_of_clock(value)
@@ -363,9 +260,9 @@ def _own_clock(topic: Topic) -> list[str]:
     stated = [field for field, unit in topic.units.items() if unit in ("ns", "us") and field != "timestamp"]
     if field := next((field for field in stated if re.search(r"stamp_sample$|stamp$", field)), ""):
         return [f"time_field = {_text(field)}"]
-    named = (field for field in topic.fields if field not in topic.units and _is_time(re.split(r"[./]", field)[-1]))
+    named = (field for field in topic.fields if field not in topic.units and is_time(re.split(r"[./]", field)[-1]))
     if field := next(named, ""):
-        unit, why = _without_unit(field)[1], "from its name"
+        unit, why = without_unit(field)[1], "from its name"
         if not (unit and is_unit_of(unit, "s")):
             unit, why = _unit_of_clock(topic.fields[field])
         return [f"time_field = {_text(field)}  # CHECK: by its name", f"time_unit = {_text(unit)}  # {why}"]
@@ -405,12 +302,8 @@ def _left_out(best: Mapping[str, Sequence[_Candidate]], survey: Mapping[str, Top
     if TABLE not in survey:
         return ""
     taken = {field for each in best.values() for field in each[0].fields}
-    others = [field for field in survey[TABLE].fields if field not in taken and not _is_time(field)]
+    others = [field for field in survey[TABLE].fields if field not in taken and not is_time(field)]
     return f"# Columns without a channel: {', '.join(map(_text, others))}\n" if others else ""
-
-
-def _is_time(field: str) -> bool:
-    return bool(_TIME.match(_without_unit(_SCALE.sub("", field))[0].lower()))
 
 
 def _runs(survey: Mapping[str, Topic]) -> str:

@@ -347,6 +347,7 @@ def test_what_nobody_has_confirmed_of_a_proposed_map_is_said(tmp_path):
     [
         ([f"rpm[{unit}]" for unit in range(4)], "wheel_speed", "# CHECK: no name says so"),
         (["rpm1", "rpm2", "rpm3"], "wheel_speed", "# CHECK: no name says so"),
+        ([f"rpm{unit}" for unit in range(1, 13)], "wheel_speed", "# CHECK: no name says so"),
         (["wheel1", "wheel2", "wheel3"], "wheel_speed", "# CHECK: the log does not state it"),
         (["rw1_torque", "rw2_torque", "rw3_torque"], "wheel_torque", "# CHECK: the log does not state it"),
         (["rw_1_tq", "rw_2_tq", "rw_3_tq"], "wheel_torque", "# CHECK: the log does not state it"),
