@@ -34,7 +34,8 @@ from testbed.diagnosis.location import ResidualSegment, located
 from testbed.diagnosis.reading import DataSet
 from testbed.diagnosis.result import unconfounded_needs
 from testbed.diagnosis.state import Diagnosis, Step
-from testbed.library.diagnoses import DiagnosisResult, concluded, origin_of, prepared_records
+from testbed.library.diagnoses import DiagnosisResult, concluded
+from testbed.library.prepared_records import origin_of, prepared_records
 from testbed.library.records import Records, read_records
 from testbed.next_experiment.proposal import Proposal
 from testbed.outputs.diagnosis_folder import NEXT, WRITTEN

@@ -18,7 +18,7 @@ from support.diagnosed_records import nominal, records
 from testbed.diagnosis.settings import SETTINGS, DiagnosisSettings
 from testbed.effects import registered
 from testbed.effects.contract import Parameter
-from testbed.library.diagnoses import origin_of
+from testbed.library.prepared_records import origin_of
 from testbed.library.records import Records
 
 PACKAGE = Path(__file__).resolve().parents[2] / "testbed"

@@ -18,7 +18,8 @@ from support.unlisted_torques import Pulsing
 from testbed.diagnosis.location import located
 from testbed.effects.registry import EFFECTS
 from testbed.formats.published import FORMATS, SCHEMAS, file_schema, published
-from testbed.library.diagnoses import concluded, prepared_records
+from testbed.library.diagnoses import concluded
+from testbed.library.prepared_records import prepared_records
 from testbed.scenario.tables import unit_of
 from tests.unit.test_diagnose_command import quadcopter, slow_roll
 
