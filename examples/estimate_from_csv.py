@@ -34,6 +34,6 @@ for name, truth, panel in zip(table.index, run.truth * 1e3, axes, strict=True):
         value, std = table[estimator][name], table[f"{estimator}_std"][name]
         panel.errorbar(place, value, 1.96 * std, fmt="o", capsize=4, color=colour, label=estimator)
     panel.set(title=name, xticks=[], xlim=(-0.7, 1.7))
-axes[0].set_ylabel("inertia, 1e-3 kg m², ± 95 %")
+axes[0].set_ylabel("inertia, 1e-3 kg·m², ± 95 %")
 figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
 figure.savefig(FOLDER / "estimate_from_csv.png", dpi=120)

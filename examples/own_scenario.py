@@ -32,7 +32,7 @@ for scenario, colour, shift in ((shipped, "#0072B2", -0.2), (own, "#D55E00", 0.2
     places = [place + shift for place in range(6)]
     shares.bar(places, table["output_error_std"] * 1e3, 0.4, color=colour, label=scenario.name)
 motion.set(title="Motion as flown", xlabel="time, s", ylabel="body rate about x, rad/s")
-shares.set(title="Output error, from one flight", ylabel="standard deviation, 1e-3 kg m²")
+shares.set(title="Output error, from one flight", ylabel="standard deviation, 1e-3 kg·m²")
 shares.set_xticks(range(6), table.index)
 shares.legend(title="scenario")
 figure.savefig(FOLDER / "own_scenario.png", dpi=120)

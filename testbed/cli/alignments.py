@@ -12,6 +12,7 @@ from rich.text import Text
 
 from testbed.cli.console import say, show, warn
 from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.dynamics.inertia_unit import inertia_unit
 from testbed.estimation.alignment import AlignmentEstimate
 from testbed.estimation.alignment_model import KINDS
 from testbed.estimation.alignment_observability import unit_count
@@ -26,8 +27,9 @@ def print_alignments(aligning: Aligning) -> None:
     if estimate is None:
         warn("the alignments were not estimated", aligning.failure)
         return
-    inertia = _rows(aligning, estimate, "", slice(6), "{:z.4f}")
-    show(_table("Inertia with alignments, 1e-3 kg m²", PARAMETER_NAMES, [inertia]))
+    unit = inertia_unit(aligning.true_parameters[:6])
+    inertia = _rows(aligning, estimate, "", slice(6), "{:z.4f}", unit.per_SI)
+    show(_table(f"Inertia with alignments, {unit.text}", PARAMETER_NAMES, [inertia]))
     say()
     units = unit_count(len(estimate.parameters))
     kinds = [
@@ -54,9 +56,11 @@ def _table(title: str, columns: Sequence[str], groups: Iterable[Iterator[list[st
     return table
 
 
-def _rows(aligning: Aligning, estimate: AlignmentEstimate, label: str, part: slice, form: str) -> Iterator[list[str]]:
+def _rows(
+    aligning: Aligning, estimate: AlignmentEstimate, label: str, part: slice, form: str, scale: float = _MILLI
+) -> Iterator[list[str]]:
     """True and estimated values and their standard deviations; a parameter that the record leaves open has none."""
-    yield [label, "true", *(form.format(_MILLI * value) for value in aligning.true_parameters[part])]
-    yield ["", "estimated", *(form.format(_MILLI * value) for value in estimate.parameters[part])]
+    yield [label, "true", *(form.format(scale * value) for value in aligning.true_parameters[part])]
+    yield ["", "estimated", *(form.format(scale * value) for value in estimate.parameters[part])]
     stds = estimate.std[part]
-    yield ["", "", *(f"±{form.format(_MILLI * std)}" if np.isfinite(std) else "open" for std in stds)]
+    yield ["", "", *(f"±{form.format(scale * std)}" if np.isfinite(std) else "open" for std in stds)]

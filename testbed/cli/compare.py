@@ -16,8 +16,6 @@ from testbed.outputs.folder import reserved_folder
 from testbed.report.comparison import ComparedFigures
 from testbed.report.wording import capitalized, estimator_name
 
-_MILLI = 1e3
-
 
 def compare_results(folders: Sequence[Path], out: Path | None) -> None:
     """Print the figures of several runs or campaigns beside each other, and write them as a page.
@@ -41,8 +39,8 @@ def _table(figures: ComparedFigures) -> Table:
     table = parameter_table(f"  {figures.figure}" + (f", {figures.unit}" if figures.unit else ""))
     for name, values in figures.rows.items():
         if name in figures.stds:
-            table.add_row(name, *(f"{_MILLI * value:.4f}" for value in values))
-            table.add_row("", *(f"±{_MILLI * std:.4f}" for std in figures.stds[name]), style="dim")
+            table.add_row(name, *(f"{figures.per_SI * value:.4f}" for value in values))
+            table.add_row("", *(f"±{figures.per_SI * std:.4f}" for std in figures.stds[name]), style="dim")
         else:
             table.add_row(name, *figures.cells(name))
     return table

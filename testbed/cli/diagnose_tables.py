@@ -16,10 +16,11 @@ from testbed.diagnosis.location import ResidualSegment
 from testbed.diagnosis.noise import NoiseHypothesis
 from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.dynamics.inertia_unit import inertia_unit
 from testbed.report.diagnosis.inertia import estimate_words, inertia_estimates
 from testbed.report.diagnosis.ranking import RANKING, ranking_rows
 from testbed.report.diagnosis.sizes import size_lines
-from testbed.report.wording import chance_words, decimals_for, milli
+from testbed.report.wording import chance_words, decimals_for
 
 
 def places_table(places: Sequence[ResidualSegment]) -> Table:
@@ -67,18 +68,19 @@ def inertia_table(diagnosis: Diagnosis) -> Table:
     differs = inertia_change(diagnosis)
     said = "differs from nominal" if differs.significant else "agrees with nominal"
     healthy = changed_inertia(diagnosis)
-    table = _table(f"Inertia in 1e-3 kg m², ± one standard deviation,\n{said}, {chance_words(differs.p_value)}", ("",))
+    unit = inertia_unit(diagnosis.nominal_theta)
+    table = _table(f"Inertia in {unit.text}, ± one standard deviation,\n{said}, {chance_words(differs.p_value)}", ("",))
     known = {"nominal": diagnosis.nominal_theta}
     if healthy is not None:
         known["healthy"] = healthy.theta
     fits = inertia_estimates(diagnosis)
-    decimals = decimals_for(np.concatenate([stds_of(fit)[:6] for _, fit in fits]))
+    decimals = decimals_for(np.concatenate([stds_of(fit)[:6] for _, fit in fits]), unit)
     for title in (*known, *(label for label, _ in fits)):
         table.add_column(title, justify="right", no_wrap=True)
-    estimated = [estimate_words(fit, decimals) for _, fit in fits]
+    estimated = [estimate_words(fit, decimals, unit) for _, fit in fits]
     for name, *others in zip(PARAMETER_NAMES, *known.values(), *estimated, strict=True):
         values, cells = others[: len(known)], others[len(known) :]
-        table.add_row(name, *(milli(value, decimals) for value in values), *cells)
+        table.add_row(name, *(unit.shown(value, decimals) for value in values), *cells)
     return table
 
 

@@ -43,10 +43,10 @@ def estimate_records(source: str, changes: Sequence[str], data: Path, out: Path 
 def _print(identification: Identification, nominal_theta: Theta) -> None:
     known = {"nominal": nominal_theta}
     for name, estimation in identification.estimations.items():
-        show(estimate_table(f"{name}: inertia in 1e-3 kg m², ± one standard deviation", known, estimation))
+        show(estimate_table(f"{name}: inertia", known, estimation))
         say()
     if len(identification.estimations) > 1:
-        title = f"{identification.what_is_combined} combined (eq. 33): inertia in 1e-3 kg m²"
+        title = f"{identification.what_is_combined} combined (eq. 33): inertia"
         show(estimate_table(title, known, identification.combined))
         say()
     print_verdict(identification_verdict(identification, nominal_theta))

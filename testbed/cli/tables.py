@@ -12,17 +12,17 @@ from rich.text import Text
 from testbed.arrays import Theta
 from testbed.campaign.statistics import CampaignStatistics
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
+from testbed.dynamics.inertia_unit import InertiaUnit, inertia_unit
 from testbed.estimation.body import is_body
 from testbed.experiment.experiment import CombinedEstimation, Estimation, Experiment
 from testbed.experiment.flying import FlownRun
 from testbed.maneuver.design import Design
 from testbed.report.wording import decimals_for, estimator_name
 
-_MILLI = 1e3
 _CELL = 8
 """Characters of a number with which six columns without padding, beside the longest label, are within 80."""
 _DECIMALS = 4
-"""Of 1e-3 kg·m², where these show the smallest standard deviation."""
+"""Of the unit, where these show the smallest standard deviation."""
 _LOST = 100.0
 """Times the largest number of the known inertia beyond which an answer is that of an estimator that lost its way: it is
 written with an exponent, and takes no decimals from the others."""
@@ -32,50 +32,54 @@ def estimate_table(title: str, rows: Mapping[str, Theta], estimation: Estimation
     """Return a table of inertia parameters.
 
     Args:
-        title: above the table.
-        rows: θ to show first, such as the truth, by label, kg·m².
+        title: that the table is of an inertia, and of what; the unit follows it.
+        rows: θ to show first, such as the truth, by label, kg·m²; the first one decides the unit.
         estimation: the estimates, and the bound below them.
     """
-    table, bound = parameter_table(title), estimation.bound_std if isinstance(estimation, Estimation) else None
+    unit = inertia_unit(next(iter(rows.values())))
+    table = parameter_table(f"{title} in {unit.text}, ± one standard deviation")
+    bound = estimation.bound_std if isinstance(estimation, Estimation) else None
     estimates = estimation.by_name.values()
     stds = [*(std for each in estimates for std in (each.std, each.noise_std)), *([] if bound is None else [bound])]
-    decimals = _decimals([*rows.values(), *(each.theta for each in estimates)], stds)
+    decimals = _decimals([*rows.values(), *(each.theta for each in estimates)], stds, unit)
     _make_room(table, decimals)
     for label, theta in rows.items():
-        table.add_row(label, *_cells(theta, decimals))
+        table.add_row(label, *_cells(theta, decimals, unit))
     table.add_section()
     for name, estimate in estimation.by_name.items():
-        table.add_row(estimator_name(name), *_cells(estimate.theta, decimals))
-        table.add_row("", *_cells(estimate.std, decimals, "±"), style="dim")
+        table.add_row(estimator_name(name), *_cells(estimate.theta, decimals, unit))
+        table.add_row("", *_cells(estimate.std, decimals, unit, "±"), style="dim")
         if not np.array_equal(estimate.std, estimate.noise_std):
-            table.add_row("  by noise alone", *_cells(estimate.noise_std, decimals, "±"), style="dim")
+            table.add_row("  by noise alone", *_cells(estimate.noise_std, decimals, unit, "±"), style="dim")
         if not is_body(estimate.theta):
-            table.add_row("  nearest body's", *_cells(estimate.body_theta, decimals), style="dim")
+            table.add_row("  nearest body's", *_cells(estimate.body_theta, decimals, unit), style="dim")
     if bound is not None:
         table.add_section()
-        table.add_row("Cramér-Rao bound", *_cells(bound, decimals, "±"))
+        table.add_row("Cramér-Rao bound", *_cells(bound, decimals, unit, "±"))
     return table
 
 
 def statistics_table(statistics: CampaignStatistics) -> Table:
     """Return the table of a campaign: truth, each estimator's mean, scatter, bias and coverage, the bound."""
-    table = parameter_table("Inertia in 1e-3 kg m², mean over the runs ± their scatter")
+    unit = inertia_unit(statistics.true_theta)
+    table = parameter_table(f"Inertia in {unit.text}, mean over the runs ± their scatter")
     estimators = statistics.estimators.values()
     decimals = _decimals(
         [statistics.true_theta, *(each.mean for each in estimators)],
         [statistics.bound_std, *(each.std for each in estimators)],
+        unit,
     )
     _make_room(table, decimals)
-    table.add_row("true", *_cells(statistics.true_theta, decimals))
+    table.add_row("true", *_cells(statistics.true_theta, decimals, unit))
     for name, figures in statistics.estimators.items():
         table.add_section()
-        table.add_row(estimator_name(name), *_cells(figures.mean, decimals))
-        table.add_row("", *_cells(figures.std, decimals, "±"))
+        table.add_row(estimator_name(name), *_cells(figures.mean, decimals, unit))
+        table.add_row("", *_cells(figures.std, decimals, unit, "±"))
         table.add_row("  bias / standard error", *_plain(figures.bias_in_standard_errors, "+.1f"), style="dim")
         table.add_row("  scatter / bound", *_plain(figures.scatter_over_bound, ".2f"), style="dim")
         table.add_row("  in its 95 % interval", *_plain(figures.coverage, ".1%"), style="dim")
     table.add_section()
-    table.add_row("Cramér-Rao bound", *_cells(statistics.bound_std, decimals, "±"))
+    table.add_row("Cramér-Rao bound", *_cells(statistics.bound_std, decimals, unit, "±"))
     return table
 
 
@@ -118,23 +122,24 @@ def _plain(values: Theta, form: str) -> Iterator[str]:
     return (format(value, form) for value in values)
 
 
-def _decimals(values: Sequence[Theta], stds: Sequence[Theta]) -> list[int]:
+def _decimals(values: Sequence[Theta], stds: Sequence[Theta], unit: InertiaUnit) -> list[int]:
     """Return how many decimals of each parameter show the smallest standard deviation, as many as the width allows.
 
     Args:
         values: of the table, the known inertia first.
         stds: of its standard deviations.
+        unit: of the numbers.
     """
     lost = _LOST * np.abs(values[0]).max()
     columns = [
         [
-            *(f"{value * _MILLI:z.0f}" for value in of_values if abs(value) < lost),
-            *(f"±{std * _MILLI:.0f}" for std in of_stds if std < lost),
+            *(f"{unit.shown(value, 0)}" for value in of_values if abs(value) < lost),
+            *(f"±{unit.shown(std, 0)}" for std in of_stds if std < lost),
         ]
         for of_values, of_stds in zip(zip(*values, strict=True), zip(*stds, strict=True), strict=True)
     ]
     room = [max(_CELL - max(map(len, cells)) - len("."), 0) for cells in columns]
-    wanted = max(decimals_for(np.concatenate([*stds, []])), _DECIMALS)
+    wanted = max(decimals_for(np.concatenate([*stds, []]), unit), _DECIMALS)
     return [min(wanted, max(min(room), _DECIMALS), each) for each in room]
 
 
@@ -144,15 +149,14 @@ def _make_room(table: Table, decimals: Sequence[int]) -> None:
         table.padding = (0, 0)
 
 
-def _cells(values: Theta, decimals: Sequence[int], sign: str = "") -> Iterator[str]:
-    for value, shown in zip(values, decimals, strict=True):
-        milli = value * _MILLI
-        text = f"{sign}{milli:z.{shown}f}"
-        vanishes = sign and 0.0 < abs(milli) < 0.5 * 10.0**-shown
+def _cells(values: Theta, decimals: Sequence[int], unit: InertiaUnit, sign: str = "") -> Iterator[str]:
+    for value, shown in zip(unit.per_SI * values, decimals, strict=True):
+        text = f"{sign}{value:z.{shown}f}"
+        vanishes = sign and 0.0 < abs(value) < 0.5 * 10.0**-shown
         if vanishes:
-            yield f"{sign}{milli:.0e}"  # shorter than the decimals, so that it widens no column
+            yield f"{sign}{value:.0e}"  # shorter than the decimals, so that it widens no column
         else:
-            yield text if len(text) <= _CELL + len(sign) else f"{sign}{milli:.1e}"
+            yield text if len(text) <= _CELL + len(sign) else f"{sign}{value:.1e}"
 
 
 def design_lines(design: Design | None) -> Iterator[str]:
@@ -190,4 +194,4 @@ def result_table(experiment: Experiment) -> Table:
     """Return a run's result table: true and nominal inertia, the estimates, the bound."""
     assert experiment.estimation is not None
     known = {"true": theta_of(experiment.truth.inertia), "nominal": theta_of(experiment.nominal.inertia)}
-    return estimate_table("Inertia in 1e-3 kg m², ± one standard deviation", known, experiment.estimation)
+    return estimate_table("Inertia", known, experiment.estimation)

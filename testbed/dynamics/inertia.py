@@ -140,9 +140,3 @@ def _turning() -> Array:
 
 
 _TURNING = _turning()
-
-
-def inertia_words(theta: Theta, std: Theta) -> str:
-    """Return inertia parameters with their standard deviations in a line, such as `J11 = 21.98 ± 0.02, ...`."""
-    pairs = zip(PARAMETER_NAMES, 1e3 * theta, 1e3 * std, strict=True)
-    return ", ".join(f"{name} = {value:z.4g} ± {error:.2g}" for name, value, error in pairs) + " in 1e-3 kg·m²"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.dynamics.inertia import inertia_words
+from testbed.dynamics.inertia_unit import inertia_words
 from testbed.estimation.answer import Answer
 from testbed.estimation.estimate import Estimate
 

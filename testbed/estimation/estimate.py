@@ -10,7 +10,8 @@ import numpy as np
 
 from testbed.arrays import Array, Indices, Matrix3, Series, Theta, Vector3, Vectors3
 from testbed.dynamics.environment import Pivoted, parallel_axes
-from testbed.dynamics.inertia import inertia_words, theta_of
+from testbed.dynamics.inertia import theta_of
+from testbed.dynamics.inertia_unit import inertia_words
 from testbed.estimation.answer import Answer
 from testbed.estimation.telemetry import Telemetry
 from testbed.estimation.uncertainty import EXACT, Uncertainty

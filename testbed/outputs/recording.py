@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 from math import inf
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from testbed.arrays import Series
 from testbed.cmg.singularity import sphere_directions
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
+from testbed.dynamics.inertia_unit import InertiaUnit, inertia_unit
 from testbed.experiment.experiment import Estimation, Experiment
 from testbed.experiment.flying import flight_limits
 from testbed.recording.content import (
@@ -83,7 +85,7 @@ def _result_text(experiment: Experiment) -> str:
         f"# {experiment.scenario.name}",
         experiment.scenario.description,
         f"Outcome: **{experiment.outcome}**. {experiment.flown.divergence}",
-        "## Inertia, 1e-3 kg m²",
+        f"## Inertia, {_unit(experiment).text}",
         _estimate_table(experiment),
         "## Flight",
         f"- tracking error, rms: {_listed(summary.tracking_rms)} rad/s",
@@ -95,16 +97,17 @@ def _result_text(experiment: Experiment) -> str:
 
 
 def _estimate_table(experiment: Experiment) -> str:
+    shown = partial(_shown, _unit(experiment))
     rows = [
-        ("true", *_milli(theta_of(experiment.truth.inertia))),
-        ("nominal", *_milli(theta_of(experiment.nominal.inertia))),
+        ("true", *shown(theta_of(experiment.truth.inertia))),
+        ("nominal", *shown(theta_of(experiment.nominal.inertia))),
     ]
     if experiment.estimation is not None:
         for name, estimate in experiment.estimation.by_name.items():
-            values = zip(_milli(estimate.theta), _milli(estimate.std), strict=True)
+            values = zip(shown(estimate.theta), shown(estimate.std), strict=True)
             rows.append((name, *(f"{value} ± {std}" for value, std in values)))
         if experiment.estimation.bound_std is not None:
-            rows.append(("bound", *(f"± {value}" for value in _milli(experiment.estimation.bound_std))))
+            rows.append(("bound", *(f"± {value}" for value in shown(experiment.estimation.bound_std))))
     return _table(("", *PARAMETER_NAMES), rows)
 
 
@@ -113,8 +116,12 @@ def _table(header: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
-def _milli(values: Series) -> list[str]:
-    return [f"{1e3 * value:.4f}".replace("-0.0000", "0.0000") for value in values]
+def _unit(experiment: Experiment) -> InertiaUnit:
+    return inertia_unit(theta_of(experiment.truth.inertia))
+
+
+def _shown(unit: InertiaUnit, values: Series) -> list[str]:
+    return [unit.shown(value, 4) for value in values]
 
 
 def _listed(values: Series) -> str:

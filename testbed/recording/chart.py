@@ -10,6 +10,7 @@ from matplotlib.ticker import MaxNLocator
 
 from testbed.arrays import Array, Series, Theta
 from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.dynamics.inertia_unit import InertiaUnit, inertia_unit
 from testbed.palette import Color
 from testbed.recording.content import RecordingContent, ShownEstimate
 from testbed.recording.palette import BOUND_COLOR, ESTIMATOR_COLORS, GRID_COLOR, NOMINAL_COLOR, TRUTH_COLOR
@@ -37,7 +38,9 @@ def log_estimates(stream: rr.RecordingStream, content: RecordingContent) -> None
     """
     zero = content.nominal_theta if content.true_theta is None else content.true_theta
     scale = HALF_HEIGHT / _largest_offset(content, zero)
-    _log_axes(stream, scale, "truth" if content.true_theta is not None else "nominal")
+    _log_axes(
+        stream, scale, inertia_unit(content.nominal_theta), "truth" if content.true_theta is not None else "nominal"
+    )
     if content.bound_std is not None:
         _log_bound(stream, BAND * content.bound_std * scale)
     if content.true_theta is not None:
@@ -53,11 +56,11 @@ def _largest_offset(content: RecordingContent, zero: Theta) -> float:
     return 1.05 * float(np.max(reaches))
 
 
-def _log_axes(stream: rr.RecordingStream, scale: float, zero_name: str) -> None:
-    reach = 1e3 * HALF_HEIGHT / scale
+def _log_axes(stream: rr.RecordingStream, scale: float, unit: InertiaUnit, zero_name: str) -> None:
+    reach = unit.per_SI * HALF_HEIGHT / scale
     ticks = np.asarray(MaxNLocator(nbins=8).tick_values(-reach, reach))
     ticks = ticks[np.abs(ticks) <= reach]
-    heights = -ticks / 1e3 * scale
+    heights = -ticks / unit.per_SI * scale
     _log_lines(stream, "grid", [[(0.0, y), (_WIDTH, y)] for y in heights], GRID_COLOR, 0.5, order=0.0)
     zero_color = TRUTH_COLOR if zero_name == "truth" else NOMINAL_COLOR
     _log_lines(stream, zero_name, [[(0.0, 0.0), (_WIDTH, 0.0)]], zero_color, 1.0, order=10.0)
@@ -69,7 +72,7 @@ def _log_axes(stream: rr.RecordingStream, scale: float, zero_name: str) -> None:
         [f"{tick:+.2g}" for tick in ticks],
         GRID_COLOR,
     )
-    title = f"estimate - {zero_name} in 1e-3 kg·m², bars ±{BAND} σ"
+    title = f"estimate - {zero_name} in {unit.text}, bars ±{BAND} σ"
     _log_labels(stream, "title", np.array([_WIDTH / 2]), np.array([-HALF_HEIGHT - 50.0]), [title], TRUTH_COLOR)
     _log_labels(stream, "parameter", _CENTERS, np.full(6, HALF_HEIGHT + 30.0), PARAMETER_NAMES, TRUTH_COLOR)
 

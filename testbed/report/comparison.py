@@ -10,11 +10,9 @@ import numpy as np
 
 from testbed.arrays import Theta
 from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.dynamics.inertia_unit import InertiaUnit, inertia_unit
 from testbed.report.frame.blocks import Cell, Column, Notice, Page, Section, Table
 from testbed.report.wording import capitalized, estimator_name
-
-_MILLI = 1e3
-INERTIA_UNIT = "1e-3 kg m²"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -39,14 +37,24 @@ class ComparedFigures:
             if not np.isfinite(value):
                 yield "-"
             elif name in self.stds:
-                yield f"{_MILLI * value:.4f} ± {_MILLI * self.stds[name][index]:.4f}"
+                yield f"{self.per_SI * value:.4f} ± {self.per_SI * self.stds[name][index]:.4f}"
             else:
                 yield f"{value:.2f}"
 
     @property
     def unit(self) -> str:
         """Unit of what is shown; empty of a ratio."""
-        return INERTIA_UNIT if self.stds else ""
+        return self._inertia_unit.text if self.stds else ""
+
+    @property
+    def per_SI(self) -> float:
+        """Numbers in the unit for one kg·m²."""
+        return self._inertia_unit.per_SI
+
+    @property
+    def _inertia_unit(self) -> InertiaUnit:
+        """That of the smallest: one that lost its way is larger than any body."""
+        return inertia_unit(min(self.rows.values(), key=lambda theta: float(np.abs(theta).max())))
 
 
 def comparison_page(

@@ -10,6 +10,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.dynamics.inertia_unit import InertiaUnit, inertia_unit
 from testbed.formats.plan import PlanFlight, PlanResult
 from testbed.report.frame.blocks import Cell, Column, Figure, Notice, Page, Paragraph, Section, Table, Tone
 from testbed.report.frame.page import write_page
@@ -17,7 +18,6 @@ from testbed.report.frame.style import color, layout
 from testbed.report.sections.provenance import provenance_section
 from testbed.report.wording import figures, listed
 
-_MILLI = 1e3
 _LARGEST_WRITTEN = 1e6
 """E-values beyond which a power of ten says as much."""
 
@@ -95,8 +95,8 @@ def plan_page(state: PlanResult, provenance: Mapping[str, str]) -> Page:
     """
     blocks = (flights_table(state), _growth(state)) if len(state.flights) > 1 else (flights_table(state),)
     sections = [Section(title="Flights", blocks=blocks)]
-    if state.flights and state.flights[-1].theta_kg_m2 is not None:
-        sections.append(Section(title="Inertia", blocks=(_inertia_table(state),)))
+    if state.flights and (theta := state.flights[-1].theta_kg_m2) is not None:
+        sections.append(Section(title="Inertia", blocks=(_inertia_table(state, inertia_unit(theta)),)))
     if state.next is not None:
         sections.append(Section(title="Next flight", blocks=(Paragraph(text=next_words(state)),)))
     return Page(
@@ -179,15 +179,16 @@ def _growth(state: PlanResult) -> Figure:
     )
 
 
-def _inertia_table(state: PlanResult) -> Table:
+def _inertia_table(state: PlanResult, unit: InertiaUnit) -> Table:
     rows = []
     for flight in state.flights:
         theta, std = np.array(flight.theta_kg_m2), np.array(flight.std_kg_m2)
         cells = (
-            Cell(text=f"{_MILLI * value:.4f} ± {_MILLI * error:.4f}") for value, error in zip(theta, std, strict=True)
+            Cell(text=f"{unit.shown(value, 4)} ± {unit.shown(error, 4)}")
+            for value, error in zip(theta, std, strict=True)
         )
         rows.append((Cell(text=str(flight.number)), *cells))
-    columns = (Column(title="After flight"), *(Column(title=name, unit="1e-3 kg m²") for name in PARAMETER_NAMES))
+    columns = (Column(title="After flight"), *(Column(title=name, unit=unit.text) for name in PARAMETER_NAMES))
     return Table(columns=columns, rows=tuple(rows))
 
 

@@ -8,8 +8,7 @@ from math import floor, isfinite, log10
 import numpy as np
 
 from testbed.arrays import Array
-
-INERTIA_UNIT = "1e-3 kg·m²"
+from testbed.dynamics.inertia_unit import InertiaUnit
 
 BAND = 1.96
 """Standard deviations on either side that hold 95 % of a normal distribution."""
@@ -37,21 +36,17 @@ def capitalized(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def decimals_for(stds: Array) -> int:
-    """Return how many decimals of 1e-3 kg·m² show two digits of the smallest standard deviation.
+def decimals_for(stds: Array, unit: InertiaUnit) -> int:
+    """Return how many decimals show two digits of the smallest standard deviation.
 
     Args:
         stds: kg·m², any shape; entries that are no positive number do not count.
+        unit: in which they are shown.
     """
     known = stds[np.isfinite(stds) & (stds > 0.0)]
     if not known.size:
         return 3
-    return min(max(1 - floor(log10(1e3 * float(known.min()))), 0), _MOST_DECIMALS)
-
-
-def milli(value: float, decimals: int) -> str:
-    """Return a number in thousandths; zero has no sign."""
-    return f"{1e3 * value:z.{decimals}f}"
+    return min(max(1 - floor(log10(unit.per_SI * float(known.min()))), 0), _MOST_DECIMALS)
 
 
 def figures(value: float, digits: int = 3) -> str:

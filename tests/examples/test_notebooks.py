@@ -12,7 +12,7 @@ from support.processes import ROOT
 LARGEST = 300_000
 """Bytes of a notebook with its outputs."""
 TOLERANCE = 1e-3
-"""A tenth of the standard deviations that are printed, in 1e-3 kg m²; machines differ in the last digits."""
+"""A tenth of the standard deviations that are printed, in 1e-3 kg·m²; machines differ in the last digits."""
 VERDICTS = {
     "first_flight": "The flight was completed; all 18 of the estimators",
     "diagnose_and_extend": "gyro_latency (gyro) from gyro_averaging (gyro), gyro_bandwidth (gyro) and telemetry_skew",

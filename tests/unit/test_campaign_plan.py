@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import testbed as tb
-import testbed.library.diagnoses
 import testbed.library.plan_flights
+import testbed.library.prepared_records
 from support.diagnosed_records import nominal
 from support.processes import ROOT
 from testbed.cli.app import app
@@ -40,7 +40,7 @@ def few(monkeypatch):
     """A library of three effects, of which a diagnosis takes two seconds."""
     known = {name: EFFECTS[name] for name in FEW}
     monkeypatch.setattr(testbed.library.plan_flights, "EFFECTS", known)
-    monkeypatch.setattr(testbed.library.diagnoses, "EFFECTS", known)
+    monkeypatch.setattr(testbed.library.prepared_records, "EFFECTS", known)
 
 
 def flown(overrides=OFF):

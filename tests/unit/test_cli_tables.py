@@ -38,9 +38,10 @@ def printed(std, theta):
     [
         (3.1e-5, 0.022, "±0.0310"),  # 1e-3 kg·m², four decimals as ever
         (2.3e-8, 0.022, "±0.00002"),  # a fifth has room
-        (2.3e-8, 0.0166e-3, "±0.00002"),
-        (2.3e-9, 0.0166e-3, "±2e-06"),  # no decimals that have room show it
+        (2.3e-8, 0.0166e-3, "±0.0230"),  # 1e-6 kg·m²
+        (2.3e-12, 0.0166e-3, "±2e-06"),  # no decimals that have room show it
         (2.3e-9, 0.167, "±2e-06"),
+        (0.41, 78.0, "±0.4100"),  # kg·m²
         (0.0, 0.022, "±0.0000"),
     ],
 )

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import testbed.library.diagnoses
+import testbed.library.prepared_records
 from support.diagnosed_records import SCENARIO, records
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
@@ -57,8 +57,10 @@ def late(tmp_path_factory):
 @pytest.fixture
 def few_effects(monkeypatch):
     """A library that is tried in a second; the whole one is tried elsewhere."""
-    kept = {name: testbed.library.diagnoses.EFFECTS[name] for name in ("gyro_latency", "viscous_drag", "gyro_bias")}
-    monkeypatch.setattr(testbed.library.diagnoses, "EFFECTS", kept)
+    kept = {
+        name: testbed.library.prepared_records.EFFECTS[name] for name in ("gyro_latency", "viscous_drag", "gyro_bias")
+    }
+    monkeypatch.setattr(testbed.library.prepared_records, "EFFECTS", kept)
 
 
 @pytest.mark.usefixtures("few_effects")
@@ -109,8 +111,8 @@ def test_a_late_gyro_is_named_and_everything_is_written(late, tmp_path, capsys):
 
 
 def test_look_alikes_end_with_a_flight_that_tells_them_apart(late, tmp_path, capsys, monkeypatch):
-    kept = {name: testbed.library.diagnoses.EFFECTS[name] for name in ("gyro_latency", "gyro_bandwidth")}
-    monkeypatch.setattr(testbed.library.diagnoses, "EFFECTS", kept)
+    kept = {name: testbed.library.prepared_records.EFFECTS[name] for name in ("gyro_latency", "gyro_bandwidth")}
+    monkeypatch.setattr(testbed.library.prepared_records, "EFFECTS", kept)
     out = tmp_path / "out"
     assert run("diagnose", SCENARIO, "--data", late, "--out", out) == 0
     answer = json.loads((out / "diagnosis.json").read_text(encoding="utf-8"))
@@ -172,7 +174,7 @@ def test_an_interrupted_diagnosis_keeps_what_was_found(late, tmp_path, capsys, m
         yield next(iter(diagnosed(*arguments, **options)))
         signal.raise_signal(sent)
 
-    monkeypatch.setattr(testbed.library.diagnoses, "diagnosed", interrupted)
+    monkeypatch.setattr(testbed.library.prepared_records, "diagnosed", interrupted)
     ended = run("diagnose", SCENARIO, "--data", late, "--out", tmp_path / "out")
     as_json = run("diagnose", SCENARIO, "--data", late, "--out", tmp_path / "json", "--json")
     signal.signal(signal.SIGINT, before)
@@ -197,7 +199,7 @@ def test_an_interruption_before_anything_was_found_writes_nothing(late, tmp_path
         raise KeyboardInterrupt
         yield
 
-    monkeypatch.setattr(testbed.library.diagnoses, "diagnosed", interrupted)
+    monkeypatch.setattr(testbed.library.prepared_records, "diagnosed", interrupted)
     assert run("diagnose", SCENARIO, "--data", late, "--out", tmp_path / "out") == 130
     assert not (tmp_path / "out").exists()
 
@@ -212,8 +214,8 @@ def test_data_that_cannot_be_used_end_with_a_message_and_no_answer(tmp_path, cap
 def test_look_alikes_of_a_platform_without_gimbals_end_with_the_reason_why_no_flight_follows(
     tmp_path, capsys, monkeypatch
 ):
-    kept = {name: testbed.library.diagnoses.EFFECTS[name] for name in ("actuator_lag", "actuator_delay")}
-    monkeypatch.setattr(testbed.library.diagnoses, "EFFECTS", kept)
+    kept = {name: testbed.library.prepared_records.EFFECTS[name] for name in ("actuator_lag", "actuator_delay")}
+    monkeypatch.setattr(testbed.library.prepared_records, "EFFECTS", kept)
     scenario, data, out = quadcopter(tmp_path), tmp_path / "data", tmp_path / "out"
     for number in (1, 2, 3):
         write_record(slow_roll(number, delay=0.02), data / f"roll_{number}.csv")

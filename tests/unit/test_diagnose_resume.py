@@ -10,7 +10,7 @@ import pytest
 
 import testbed.diagnosis.fitting
 import testbed.diagnosis.screening
-import testbed.library.diagnoses
+import testbed.library.prepared_records
 import testbed.outputs.diagnosis_parts
 from support.diagnosed_records import SCENARIO, records
 from testbed.cli.app import app
@@ -34,9 +34,9 @@ def run(*arguments: object) -> int:
 def few_effects():
     """A library that is tried in seconds."""
     with pytest.MonkeyPatch.context() as patch:
-        effects = testbed.library.diagnoses.EFFECTS
+        effects = testbed.library.prepared_records.EFFECTS
         kept = {name: effects[name] for name in ("gyro_latency", "viscous_drag", "gyro_bias", "body_torque")}
-        patch.setattr(testbed.library.diagnoses, "EFFECTS", kept)
+        patch.setattr(testbed.library.prepared_records, "EFFECTS", kept)
         yield
 
 
@@ -143,7 +143,7 @@ def test_another_version_is_refused(data, interrupted, monkeypatch, capsys):
 def test_other_settings_are_refused_by_name(data, interrupted, whole, monkeypatch, capsys):
     assert answer(whole[0])["provenance"]["setting_null_prior_odds"] == "5.0"
     assert answer(whole[0])["provenance"]["setting_size_decades"] == "1.0"
-    monkeypatch.setattr(testbed.library.diagnoses, "SETTINGS", DiagnosisSettings(size_decades=0.7))
+    monkeypatch.setattr(testbed.library.prepared_records, "SETTINGS", DiagnosisSettings(size_decades=0.7))
     assert diagnose(data, interrupted, "--resume") == 2
     assert 'setting_size_decades "1.0", now "0.7"' in " ".join(capsys.readouterr().err.split())
 

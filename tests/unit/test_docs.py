@@ -46,7 +46,7 @@ def test_the_readme_is_short():
 
 
 def test_the_readmes_python_prints_what_stands_below_it():
-    """Numbers to a tenth of the standard deviations, in 1e-3 kg m²."""
+    """Numbers to a tenth of the standard deviations, in 1e-3 kg·m²."""
     require_printed(README, tolerance=3e-3)
 
 

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from testbed.dynamics.inertia_unit import MILLI
 from testbed.report.frame.chart import Level, line_chart, raised
 from testbed.report.frame.series import MOST_SAMPLES, Line, component_lines, signal_lines, thinned
 from testbed.report.sections.residuals import autocorrelation
-from testbed.report.wording import decimals_for, figures, listed, milli
+from testbed.report.wording import decimals_for, figures, listed
 
 
 def test_short_lines_are_kept_but_for_their_gaps():
@@ -82,14 +83,14 @@ def test_autocorrelation_of_nothing_is_nothing():
 
 
 def test_standard_deviations_show_two_digits():
-    assert decimals_for(np.array([4.2e-6, 1.3e-4])) == 4  # 0.0042e-3
-    assert decimals_for(np.array([0.13e-3])) == 2
-    assert decimals_for(np.array([25e-3])) == 0
-    assert decimals_for(np.array([np.nan, 0.0])) == 3
+    assert decimals_for(np.array([4.2e-6, 1.3e-4]), MILLI) == 4  # 0.0042e-3
+    assert decimals_for(np.array([0.13e-3]), MILLI) == 2
+    assert decimals_for(np.array([25e-3]), MILLI) == 0
+    assert decimals_for(np.array([np.nan, 0.0]), MILLI) == 3
 
 
 def test_numbers_and_lists_read_well():
-    assert milli(-1e-12, 3) == "0.000"
-    assert milli(0.0212345, 4) == "21.2345"
+    assert MILLI.shown(-1e-12, 3) == "0.000"
+    assert MILLI.shown(0.0212345, 4) == "21.2345"
     assert figures(3.14159e-9, 2) == "3.1e-09"
     assert [listed(items) for items in (["a"], ["a", "b"], ["a", "b", "c"])] == ["a", "a and b", "a, b and c"]

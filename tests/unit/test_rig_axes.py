@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import testbed as tb
-import testbed.library.diagnoses
+import testbed.library.prepared_records
 from concealing.rig import Rig
 from support.diagnosed_records import nominal
 from support.rigs import rig_records, rig_scenario
@@ -130,7 +130,7 @@ def test_about_two_axes_the_held_one_turns_the_momentum():
 
 def test_a_rig_is_diagnosed_and_what_it_leaves_open_is_left_out(monkeypatch, tmp_path):
     few = {name: EFFECTS[name] for name in ("viscous_drag", "gyro_scale")}
-    monkeypatch.setattr(testbed.library.diagnoses, "EFFECTS", few)
+    monkeypatch.setattr(testbed.library.prepared_records, "EFFECTS", few)
     records = tb.Records(tuple(rig_records([Rig(inertia=HEAVY, viscous=3e-3)] * 3)))
     tb.diagnose(rig_scenario(), records).save(tmp_path / "out")
     result = json.loads((tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8"))

@@ -69,7 +69,8 @@ def test_open_parameters_have_no_band(capsys):
         residual_sigma=0.001658,
         iterations=3,
     )
-    print_alignments(Aligning(estimate=estimate, failure="", true_parameters=np.zeros(30)))
+    true = np.r_[np.full(3, 0.022), np.zeros(27)]
+    print_alignments(Aligning(estimate=estimate, failure="", true_parameters=true))
     printed = capsys.readouterr().out
     assert printed.count("open") == 1
     assert printed.count("±1.0") == 23 + 6  # alignments, and the inertia with three more digits

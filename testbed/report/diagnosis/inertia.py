@@ -7,19 +7,20 @@ from collections.abc import Iterator
 import numpy as np
 import plotly.graph_objects as go
 
-from testbed.arrays import Theta
+from testbed.arrays import Flags, Theta
 from testbed.diagnosis.findings import changed_inertia, inertia_change, stds_of
 from testbed.diagnosis.latent import LatentTorque
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis
 from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.dynamics.inertia_unit import InertiaUnit, inertia_unit
 from testbed.report.diagnosis.verdict import shape_words, share_words
 from testbed.report.frame.blocks import Cell, Column, Figure, Paragraph, Section, Table
 from testbed.report.frame.chart import line_chart
 from testbed.report.frame.series import component_lines
 from testbed.report.frame.style import color, layout
-from testbed.report.wording import BAND, INERTIA_UNIT, chance_words, decimals_for, figures, milli
+from testbed.report.wording import BAND, chance_words, decimals_for, figures
 from testbed.signals import AXES
 
 _PLACES = np.arange(len(PARAMETER_NAMES))
@@ -37,9 +38,11 @@ def inertia_section(diagnosis: Diagnosis) -> Section:
         f"{chance_words(change.p_value)} (Wald test of {_tested_words(diagnosis)}). It is re-estimated at every step."
     )
     fits = inertia_estimates(diagnosis)
-    chart = go.Figure(layout=layout("", f"estimate - nominal, {INERTIA_UNIT}"))
+    unit = inertia_unit(diagnosis.nominal_theta)
+    chart = go.Figure(layout=layout("", f"estimate - nominal, {unit.text}"))
     for index, ((name, fit), stroke) in enumerate(zip(fits, ("nominal", "extended"), strict=False)):
-        _add(chart, name, fit, diagnosis.nominal_theta, stroke, 0.12 * (2 * index + 1 - len(fits)))
+        difference = unit.per_SI * (fit.theta - diagnosis.nominal_theta), unit.per_SI * stds_of(fit)[:6]
+        _add(chart, name, fit.shown[:6], difference, stroke, 0.12 * (2 * index + 1 - len(fits)))
     chart.update_xaxes(tickvals=_PLACES, ticktext=PARAMETER_NAMES, showgrid=False, zeroline=False)
     chart.update_layout(hovermode="closest")
     figure = Figure(title="Inertia against nominal, 95 % intervals", chart=chart, wide=True)
@@ -59,18 +62,18 @@ def inertia_estimates(diagnosis: Diagnosis) -> tuple[tuple[str, Fit], ...]:
     return (("re-estimated", diagnosis.baseline), ("with the effects", diagnosis.model))[: 1 + bool(diagnosis.steps)]
 
 
-def estimate_words(fit: Fit, decimals: int) -> Iterator[str]:
-    """Yield the six inertia parameters of a fit with their standard deviations, 1e-3 kg·m²."""
+def estimate_words(fit: Fit, decimals: int, unit: InertiaUnit) -> Iterator[str]:
+    """Yield the six inertia parameters of a fit with their standard deviations."""
     for value, std, shown in zip(fit.theta, stds_of(fit)[:6], fit.shown[:6], strict=True):
-        known = f"{milli(value, decimals)} ± {milli(std, decimals) if np.isfinite(std) else '?'}"
+        known = f"{unit.shown(value, decimals)} ± {unit.shown(std, decimals) if np.isfinite(std) else '?'}"
         yield known if shown else "not determined"
 
 
-def _add(chart: go.Figure, name: str, fit: Fit, nominal: Theta, stroke: str, shift: float) -> None:
-    reach = 1e3 * BAND * stds_of(fit)[:6]
+def _add(chart: go.Figure, name: str, shown: Flags, difference: tuple[Theta, Theta], stroke: str, shift: float) -> None:
+    value, reach = difference[0], BAND * difference[1]
     chart.add_scatter(
         x=_PLACES + shift,
-        y=np.where(fit.shown[:6], 1e3 * (fit.theta - nominal), np.nan),
+        y=np.where(shown, value, np.nan),
         error_y={"array": np.where(np.isfinite(reach), reach, 0.0), "color": color(stroke), "thickness": 1.5},
         mode="markers",
         marker={"color": color(stroke), "size": 7},
@@ -81,14 +84,15 @@ def _add(chart: go.Figure, name: str, fit: Fit, nominal: Theta, stroke: str, shi
 
 def _table(diagnosis: Diagnosis) -> Table:
     fits = inertia_estimates(diagnosis)
-    decimals = decimals_for(np.concatenate([stds_of(fit)[:6] for _, fit in fits]))
-    rows = [("Nominal", *(milli(value, decimals) for value in diagnosis.nominal_theta))]
+    unit = inertia_unit(diagnosis.nominal_theta)
+    decimals = decimals_for(np.concatenate([stds_of(fit)[:6] for _, fit in fits]), unit)
+    rows = [("Nominal", *(unit.shown(value, decimals) for value in diagnosis.nominal_theta))]
     healthy = changed_inertia(diagnosis)
     if healthy is not None:
-        rows.append(("Of the healthy records", *(milli(value, decimals) for value in healthy.theta)))
-    rows += [(name.capitalize(), *estimate_words(fit, decimals)) for name, fit in fits]
+        rows.append(("Of the healthy records", *(unit.shown(value, decimals) for value in healthy.theta)))
+    rows += [(name.capitalize(), *estimate_words(fit, decimals, unit)) for name, fit in fits]
     return Table(
-        columns=(Column(title="Inertia"), *(Column(title=name, unit=INERTIA_UNIT) for name in PARAMETER_NAMES)),
+        columns=(Column(title="Inertia"), *(Column(title=name, unit=unit.text) for name in PARAMETER_NAMES)),
         rows=tuple(tuple(Cell(text=text) for text in row) for row in rows),
         note="± is one standard deviation.",
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from functools import partial
 from math import isfinite
 
 from testbed.diagnosis.findings import Addition, changed_inertia, doubt_words
@@ -10,6 +11,7 @@ from testbed.diagnosis.run_agreement import Agreement
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis, Gap
 from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.dynamics.inertia_unit import inertia_unit
 from testbed.effects.contract import NamedEffect, Quantity
 from testbed.report.diagnosis.misfit import (
     gimbals_words,
@@ -19,7 +21,7 @@ from testbed.report.diagnosis.misfit import (
     shows_in_gyro,
 )
 from testbed.report.frame.blocks import Notice
-from testbed.report.wording import BAND, INERTIA_UNIT, chance_words, decimals_for, figures_to, listed, milli
+from testbed.report.wording import BAND, chance_words, decimals_for, figures_to, listed
 
 _FAR = 1.5
 """Times the fitted runs' gap: beyond it, those held out are missed by more than noise differs between runs."""
@@ -30,11 +32,11 @@ def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
     verdict, changed = _of_effects(diagnosis), changed_inertia(diagnosis)
     if diagnosis.verdict is None or changed is None or not changed.sure:
         return verdict
-    shown, decimals = zip(PARAMETER_NAMES, changed.difference, changed.std, strict=True), decimals_for(changed.std)
-    differences = listed(
-        f"{name} {milli(value, decimals)} ± {milli(std, decimals)}" for name, value, std in shown if isfinite(value)
-    )
-    text = f"The inertia is not that of the healthy records: in {INERTIA_UNIT} it differs by {differences}."
+    unit = inertia_unit(diagnosis.nominal_theta)
+    show = partial(unit.shown, decimals=decimals_for(changed.std, unit))
+    found = zip(PARAMETER_NAMES, changed.difference, changed.std, strict=True)
+    differences = listed(f"{name} {show(value)} ± {show(std)}" for name, value, std in found if isfinite(value))
+    text = f"The inertia is not that of the healthy records: in {unit.text} it differs by {differences}."
     return Notice(tone="bad" if verdict.tone == "bad" else "warn", text=f"{text} {verdict.text}")
 
 

@@ -9,9 +9,9 @@ import plotly.graph_objects as go
 
 from testbed.arrays import Theta
 from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.dynamics.inertia_unit import MILLI
 from testbed.report.frame.blocks import Figure
 from testbed.report.frame.style import color, layout
-from testbed.report.wording import INERTIA_UNIT
 from testbed.reproduction.table2 import ManeuverStatistics
 
 ESTIMATOR = "iv"
@@ -23,7 +23,7 @@ _QUARTILE = 0.6745
 
 def box_plot_figure(maneuvers: Sequence[ManeuverStatistics]) -> Figure:
     """Return the box plot of the paper's estimator, and what its Table 2 says of the paper's own."""
-    chart = go.Figure(layout=layout("", f"estimate - truth, {INERTIA_UNIT}"))
+    chart = go.Figure(layout=layout("", f"estimate - truth, {MILLI.text}"))
     for maneuver in maneuvers:
         _add_boxes(chart, maneuver)
     chart.update_layout(boxmode="group", boxgap=0.25, boxgroupgap=0.15, hovermode="closest")

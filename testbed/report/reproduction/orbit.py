@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.dynamics.inertia import theta_of
+from testbed.dynamics.inertia_unit import MILLI
 from testbed.experiment.experiment import Experiment
 from testbed.report.frame.blocks import Block, Figure, Paragraph, Section, Table
 from testbed.report.frame.chart import line_chart
@@ -33,7 +34,7 @@ def _introduction(experiment: Experiment) -> Paragraph:
 def _table(experiment: Experiment) -> Table:
     estimation, truth = experiment.estimation, theta_of(experiment.truth.inertia)
     assert estimation is not None
-    decimals = decimals_for(np.array([estimate.std for estimate in estimation.by_name.values()]))
+    decimals = decimals_for(np.array([estimate.std for estimate in estimation.by_name.values()]), MILLI)
     rows: list[Row] = [
         inertia_row("True", truth, decimals=decimals),
         inertia_row("CAD model", theta_of(experiment.nominal.inertia), decimals=decimals),

@@ -8,13 +8,13 @@ import numpy as np
 
 from testbed.arrays import Theta
 from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.dynamics.inertia_unit import MILLI
 from testbed.report.frame.blocks import Cell, Column, Tone
-from testbed.report.wording import INERTIA_UNIT, milli
 
 Row = tuple[Cell, ...]
 
 
-def parameter_columns(first: str, *, unit: str = INERTIA_UNIT) -> tuple[Column, ...]:
+def parameter_columns(first: str, *, unit: str = MILLI.text) -> tuple[Column, ...]:
     """Return the headers: what the rows are, and the six parameters."""
     return (Column(title=first), *(Column(title=name, unit=unit) for name in PARAMETER_NAMES))
 
@@ -43,4 +43,4 @@ def text_rows(rows: Iterable[Iterable[str]]) -> tuple[Row, ...]:
 
 
 def _finite(value: float, decimals: int) -> str:
-    return milli(value, decimals) if np.isfinite(value) else "–"
+    return MILLI.shown(value, decimals) if np.isfinite(value) else "–"

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from testbed.arrays import Theta
+from testbed.dynamics.inertia_unit import MILLI
 from testbed.report.frame.blocks import Block, Column, Paragraph, Section, Table
 from testbed.report.reproduction.figures import figure_blocks
 from testbed.report.reproduction.rows import Row, inertia_row, parameter_columns, ratio_row, text_rows, uncertain_row
-from testbed.report.wording import milli
 from testbed.reproduction.figures import data_figure, validation_figure
 from testbed.reproduction.zero_g import PAPER_CAD_THETA, PAPER_THETA, Table3
 from testbed.reproduction.zero_g_claims import COVERAGE
@@ -84,7 +84,7 @@ def _flights_table(campaign: Table3) -> Table:
 
 def _pairs(theta: Theta, std: Theta) -> Iterator[str]:
     for value, one in zip(theta, std, strict=True):
-        yield f"{milli(value, 3)} ± {milli(one, 3)}"
+        yield f"{MILLI.shown(value, 3)} ± {MILLI.shown(one, 3)}"
 
 
 def _startup_table(campaign: Table3) -> Table:

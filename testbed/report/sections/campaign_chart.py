@@ -10,9 +10,10 @@ import pyarrow.compute as pc
 from testbed.arrays import Array, Theta
 from testbed.campaign.statistics import CampaignStatistics, errors_of
 from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.dynamics.inertia_unit import inertia_unit
 from testbed.report.frame.blocks import Figure
 from testbed.report.frame.style import color, layout
-from testbed.report.wording import BAND, ESTIMATOR_NAMES, INERTIA_UNIT, estimator_name
+from testbed.report.wording import BAND, ESTIMATOR_NAMES, estimator_name
 
 _GROUP_WIDTH = 0.84
 """Of the space of one parameter."""
@@ -27,14 +28,15 @@ def errors_figure(table: pa.Table, statistics: CampaignStatistics) -> Figure:
         table: the runs.
         statistics: of them.
     """
-    chart = go.Figure(layout=layout("", f"estimate minus truth, {INERTIA_UNIT}"))
+    unit = inertia_unit(statistics.true_theta)
+    chart = go.Figure(layout=layout("", f"estimate minus truth, {unit.text}"))
     if np.isfinite(statistics.bound_std).all():
-        _add_bound(chart, statistics.bound_std)
+        _add_bound(chart, unit.per_SI * statistics.bound_std)
     flown = table.filter(pc.equal(table["outcome"], "completed"))
     count = len(statistics.estimators)
     for place, name in enumerate(statistics.estimators):
         offset = 0.9 * _GROUP_WIDTH * ((place + 0.5) / count - 0.5)
-        _add_boxes(chart, name, errors_of(flown, name), _PLACES + offset, 0.6 * _GROUP_WIDTH / count)
+        _add_boxes(chart, name, unit.per_SI * errors_of(flown, name), _PLACES + offset, 0.6 * _GROUP_WIDTH / count)
     chart.update_xaxes(tickvals=_PLACES, ticktext=PARAMETER_NAMES, showgrid=False, zeroline=False)
     chart.update_layout(hovermode="closest", boxmode="overlay", barmode="overlay")
     return Figure(
@@ -47,7 +49,7 @@ def errors_figure(table: pa.Table, statistics: CampaignStatistics) -> Figure:
 
 
 def _add_bound(chart: go.Figure, std: Theta) -> None:
-    reach = 1e3 * BAND * std
+    reach = BAND * std
     band = {"color": color("bound"), "line": {"width": 0}}
     place = {"x": _PLACES, "y": 2 * reach, "base": -reach, "width": _GROUP_WIDTH}
     chart.add_bar(**place, name="bound", marker=band, customdata=reach, hovertemplate="±%{customdata:.3~g}")
@@ -55,7 +57,7 @@ def _add_bound(chart: go.Figure, std: Theta) -> None:
 
 def _add_boxes(chart: go.Figure, name: str, errors: Array, places: Theta, width: float) -> None:
     stroke = color(f"estimator-{list(ESTIMATOR_NAMES).index(name) + 1}")
-    lower, first, median, third, upper = 1e3 * np.quantile(errors, _QUANTILES, axis=0)
+    lower, first, median, third, upper = np.quantile(errors, _QUANTILES, axis=0)
     box = {"q1": first, "median": median, "q3": third, "lowerfence": lower, "upperfence": upper}
     chart.add_box(
         x=places,
@@ -68,7 +70,7 @@ def _add_boxes(chart: go.Figure, name: str, errors: Array, places: Theta, width:
     )
     chart.add_scatter(
         x=places,
-        y=1e3 * errors.mean(axis=0),
+        y=errors.mean(axis=0),
         mode="markers",
         marker={"color": stroke, "size": 5},
         name=f"mean, {estimator_name(name)}",

@@ -8,8 +8,9 @@ import numpy as np
 
 from testbed.campaign.statistics import CampaignStatistics, EstimatorStatistics
 from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.dynamics.inertia_unit import inertia_unit
 from testbed.report.frame.blocks import Cell, Column, Table
-from testbed.report.wording import INERTIA_UNIT, capitalized, decimals_for, estimator_name, milli
+from testbed.report.wording import capitalized, decimals_for, estimator_name
 
 _NOTABLE_BIAS = 3.0
 """Standard errors."""
@@ -20,20 +21,21 @@ _CHANCE = 3.0
 def estimators_table(statistics: CampaignStatistics) -> Table:
     """Return truth, means and scatter of all estimators, and the bound."""
     every = statistics.estimators.values()
-    decimals = decimals_for(np.concatenate([figures.std / np.sqrt(figures.runs) for figures in every]))  # of the means
-    rows = [(Cell(text="True, mean"), *(Cell(text=milli(value, decimals)) for value in statistics.true_theta))]
+    unit = inertia_unit(statistics.true_theta)
+    decimals = decimals_for(np.concatenate([each.std / np.sqrt(each.runs) for each in every]), unit)  # of the means
+    rows = [(Cell(text="True, mean"), *(Cell(text=unit.shown(value, decimals)) for value in statistics.true_theta))]
     for name, figures in statistics.estimators.items():
         pairs = zip(figures.mean, figures.std, strict=True)
-        values = (Cell(text=f"{milli(mean, decimals)} ± {milli(std, decimals)}") for mean, std in pairs)
+        values = (Cell(text=f"{unit.shown(mean, decimals)} ± {unit.shown(std, decimals)}") for mean, std in pairs)
         rows.append((Cell(text=f"{capitalized(estimator_name(name))}, ± scatter"), *values))
-    bound = (Cell(text=milli(value, decimals)) for value in statistics.bound_std)
+    bound = (Cell(text=unit.shown(value, decimals)) for value in statistics.bound_std)
     rows.append((Cell(text="Cramér-Rao bound, std"), *bound))
     note = (
         "Scatter is the standard deviation of estimate minus truth over the completed runs. Where the truth was "
         "dispersed, each run is held against its own, and means lie about the mean truth. The bound is the root mean "
         "square of the runs' own."
     )
-    return Table(columns=_columns("Inertia", INERTIA_UNIT), rows=tuple(rows), note=note)
+    return Table(columns=_columns("Inertia", unit.text), rows=tuple(rows), note=note)
 
 
 def statistics_tables(statistics: CampaignStatistics) -> tuple[Table, ...]:

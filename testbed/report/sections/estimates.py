@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 
 from testbed.arrays import Theta
 from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.dynamics.inertia_unit import inertia_unit
 from testbed.estimation.body import is_body
 from testbed.report.frame.blocks import Block, Cell, Column, Figure, Table
 from testbed.report.sections.estimates_chart import estimates_chart
 from testbed.report.sections.inertias import Inertias
-from testbed.report.wording import BAND, INERTIA_UNIT, capitalized, decimals_for, estimator_name, milli
+from testbed.report.wording import BAND, capitalized, decimals_for, estimator_name
 
 Row = tuple[Cell, ...]
+Show = Callable[[float], str]
 
 
 def estimates_blocks(inertias: Inertias) -> tuple[Block, ...]:
@@ -23,14 +26,15 @@ def estimates_blocks(inertias: Inertias) -> tuple[Block, ...]:
 
 
 def _table(inertias: Inertias) -> Table:
-    decimals = decimals_for(_all_stds(inertias))
-    rows = [] if inertias.truth is None else [_values("True", inertias.truth, decimals)]
-    rows.append(_values("Nominal", inertias.nominal, decimals))
+    unit = inertia_unit(inertias.nominal)
+    show = partial(unit.shown, decimals=decimals_for(_all_stds(inertias), unit))
+    rows = [] if inertias.truth is None else [_values("True", inertias.truth, show)]
+    rows.append(_values("Nominal", inertias.nominal, show))
     for name in inertias.by_name:
-        rows += _estimate_rows(inertias, name, decimals)
+        rows += _estimate_rows(inertias, name, show)
     if inertias.bound_std is not None:
-        rows.append(_values("Cramér-Rao bound, std", inertias.bound_std, decimals))
-    columns = (Column(title="Inertia"), *(Column(title=name, unit=INERTIA_UNIT) for name in PARAMETER_NAMES))
+        rows.append(_values("Cramér-Rao bound, std", inertias.bound_std, show))
+    columns = (Column(title="Inertia"), *(Column(title=name, unit=unit.text) for name in PARAMETER_NAMES))
     return Table(columns=columns, rows=tuple(rows), note=_table_note(inertias))
 
 
@@ -39,20 +43,20 @@ def _all_stds(inertias: Inertias) -> Theta:
     return np.concatenate([*bound, *(estimate.std for estimate in inertias.by_name.values())])
 
 
-def _values(title: str, theta: Theta, decimals: int) -> Row:
-    return Cell(text=title), *(Cell(text=milli(value, decimals)) for value in theta)
+def _values(title: str, theta: Theta, show: Show) -> Row:
+    return Cell(text=title), *(Cell(text=show(value)) for value in theta)
 
 
-def _estimate_rows(inertias: Inertias, name: str, decimals: int) -> Iterator[Row]:
+def _estimate_rows(inertias: Inertias, name: str, show: Show) -> Iterator[Row]:
     estimate, judged = inertias.by_name[name], inertias.truth is not None
     pairs = zip(estimate.theta, estimate.std, strict=True)
-    values = (Cell(text=f"{milli(value, decimals)} ± {milli(std, decimals)}") for value, std in pairs)
+    values = (Cell(text=f"{show(value)} ± {show(std)}") for value, std in pairs)
     yield Cell(text=f"{capitalized(estimator_name(name))}, ± std"), *values
     if not np.array_equal(estimate.std, estimate.noise_std):
-        alone = (Cell(text=f"± {milli(std, decimals)}", tone="faint") for std in estimate.noise_std)
+        alone = (Cell(text=f"± {show(std)}", tone="faint") for std in estimate.noise_std)
         yield Cell(text="by the gyro's noise alone", tone="faint"), *alone
     if not is_body(estimate.theta):
-        nearest = (Cell(text=milli(value, decimals), tone="faint") for value in estimate.body_theta)
+        nearest = (Cell(text=show(value), tone="faint") for value in estimate.body_theta)
         yield Cell(text="the nearest inertia of a body", tone="faint"), *nearest
     title = "error / std" if judged else "change from nominal / std"
     yield Cell(text=title, tone="faint"), *(_ratio(ratio, judged=judged) for ratio in inertias.ratio(name))
