@@ -41,6 +41,14 @@ def test_samples_between_those_of_slow_actuators_are_left_out(shift):
     np.testing.assert_array_equal(kept.body_rate, slow.body_rate[rows])
 
 
+def test_of_clocks_that_coincide_now_and_then_those_samples_are_left():
+    """The nearest to each lie between samples as well: three of five healthy sets at 4 and 10 Hz got a name for them."""
+    exact = exact_telemetry(FLIGHT, sample_times(10.0), sample_times(4.0), GYRO_NOISE)
+    slow = noisy(exact, seed=4, encoder_noise=1e-4)
+    (kept,) = where_known([slow], TRUE_THETA)
+    np.testing.assert_allclose(kept.gyro_time, np.arange(11) / 2.0)
+
+
 def test_samples_between_those_of_actuators_at_rest_stay():
     moving = run(4.0)
     still = replace(moving, gimbals=replace(moving.gimbals, angle=0.0 * moving.gimbals.angle))
