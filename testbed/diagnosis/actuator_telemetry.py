@@ -66,6 +66,14 @@ def where_known(runs: Sequence[Telemetry], theta: Theta) -> list[Telemetry]:
     ]
 
 
+def unknown_between(left: int, every: int) -> str:
+    """Return what to say of gyro samples that are left out, of every one that was sent."""
+    return (
+        f"{left} of {every} gyro samples lie between samples of the actuators, which come too slowly to show how the "
+        "body turned meanwhile, and are not compared: send the actuators' telemetry as often as the gyro's"
+    )
+
+
 def _known(run: Telemetry, unseen: Flags) -> NDArray[np.intp]:
     """Return the indices of the gyro's samples that are left of a run, in order.
 
@@ -144,7 +152,11 @@ def _interval(time: Series) -> float:
 
 
 def _missed(run: Telemetry, theta: Theta) -> Series:
-    """Return what a spline through the actuators' momentum is expected to add to χ² of each sample of the gyro."""
+    """Return what a spline through the actuators' momentum is expected to add to χ² of each sample of the gyro.
+
+    What rough changes add follows from samples that are left out. Motors whose torque is held from sample to sample
+    make chords of the path, and the samples themselves do not show that: they may lie on a smooth one.
+    """
     live = np.ix_(run.live, run.live)
     momentum = actuation(run, run.actuator_time).cluster_momentum_B[:, run.live]
     rate = np.asarray(np.linalg.solve(inertia_of(theta)[live], momentum.T).T, dtype=np.float64)
@@ -152,8 +164,11 @@ def _missed(run: Telemetry, theta: Theta) -> Series:
     # What is smooth is missed by 1/256 where samples are twice as close, an integrated Wiener process by 1/8.
     of_one = of_two * min(of_two / of_four, 1.0) if of_four > 0.0 else of_two
     place = np.interp(run.gyro_time, run.actuator_time, np.arange(float(len(run.actuator_time))))
-    share = place % 1.0
-    return np.asarray(of_one / run.gyro_noise**2 * _PROFILE * (share * (1.0 - share)) ** 3)
+    share = (place % 1.0) * (1.0 - place % 1.0)
+    inside = np.clip(run.gyro_time, *run.actuator_time[[0, -1]])
+    curvature = np.asarray(CubicSpline(run.actuator_time, rate)(inside, 2))
+    chord = 0.5 * curvature * (share * _interval(run.actuator_time) ** 2)[:, None]
+    return np.asarray((of_one * _PROFILE * share**3 + (chord**2).sum(axis=1)) / run.gyro_noise**2)
 
 
 def _missed_between(time: Series, values: Array, every: int) -> float:

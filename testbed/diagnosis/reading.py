@@ -11,7 +11,7 @@ import numpy as np
 
 from testbed.arrays import Matrix3, Theta
 from testbed.assembly.platform import Body
-from testbed.diagnosis.actuator_telemetry import where_known, with_telemetry_noise
+from testbed.diagnosis.actuator_telemetry import unknown_between, where_known, with_telemetry_noise
 from testbed.diagnosis.belief import Belief
 from testbed.diagnosis.channels import too_exact_torques
 from testbed.diagnosis.control_loop import with_mean_thrust
@@ -375,14 +375,8 @@ def _where_known(usable: Usable, theta: Theta, notices: list[tuple[str, str]]) -
     for (record, sent), (_, compared) in zip(usable, kept, strict=True):
         before, after = (sum(len(part.telemetry.gyro_time) for part in parts) for parts in (sent, compared))
         if after < before:
-            notices.append((record.details.name, _UNKNOWN_BETWEEN.format(left=before - after, every=before)))
+            notices.append((record.details.name, unknown_between(before - after, before)))
     return kept
-
-
-_UNKNOWN_BETWEEN = (
-    "{left} of {every} gyro samples lie between samples of the actuators, which come too slowly to show how the body "
-    "turned meanwhile, and are not compared: send the actuators' telemetry as often as the gyro's"
-)
 
 
 def _states_noise(record: Record) -> bool:

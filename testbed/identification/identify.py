@@ -11,6 +11,7 @@ from testbed.arrays import Series, Theta
 from testbed.assembly.contact import cut_at_contact
 from testbed.assembly.platform import Body
 from testbed.assembly.telemetry import telemetry_of
+from testbed.diagnosis.actuator_telemetry import unknown_between, where_known
 from testbed.diagnosis.bridging import bridged_stretches
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.reading import gated, grouped
@@ -170,7 +171,7 @@ def _estimated(
         return
     is_cut = not any(piece is record for piece in pieces)
     if is_cut and _lasts_through_gaps(scenario, record):
-        whole = list(_of_parts(scenario, nominal, in_parts(record, MOST_AT_ONCE), refused))
+        whole = list(_of_parts(scenario, nominal, in_parts(record, MOST_AT_ONCE), notices, refused))
         if all(estimation.initial_momentum != "estimated" for _, estimation in whole):
             yield from whole
             return
@@ -178,9 +179,8 @@ def _estimated(
         notices.append((record.details.name, _GAPS if len(pieces) > 1 else _ONE_PART))
     if not pieces:
         refused.append(f"{record.details.name}: no {MINIMUM_SAMPLES} gyro samples lie between two gaps")
-    yield from _of_parts(
-        scenario, nominal, (part for piece in pieces for part in in_parts(piece, MOST_AT_ONCE)), refused
-    )
+    parts = (part for piece in pieces for part in in_parts(piece, MOST_AT_ONCE))
+    yield from _of_parts(scenario, nominal, parts, notices, refused)
 
 
 _GAPS = "its telemetry has gaps: the parts between them are estimated by themselves, with a momentum of each"
@@ -194,15 +194,41 @@ def _lasts_through_gaps(scenario: BodyScenario, record: Record) -> bool:
 
 
 def _of_parts(
-    scenario: BodyScenario, nominal: Body, parts: Iterable[Record], refused: list[str]
+    scenario: BodyScenario,
+    nominal: Body,
+    parts: Iterable[Record],
+    notices: list[tuple[str, str]],
+    refused: list[str],
 ) -> Iterator[tuple[Record, Estimation]]:
     for part in parts:
         try:
-            estimation = estimate_record(scenario, nominal, part)
+            estimation = estimate_record(scenario, nominal, _where_known(scenario, nominal, part, notices))
         except InputError as error:
             refused.append(str(error))
             continue
         yield part, estimation
+
+
+def _where_known(scenario: BodyScenario, nominal: Body, record: Record, notices: list[tuple[str, str]]) -> Record:
+    """Return a record without those gyro samples of which actuators that are slow do not show how the body turned.
+
+    Args:
+        scenario: as of `identify`.
+        nominal: its platform.
+        record: measured.
+        notices: of all records, by name; how many samples are left out is added.
+
+    Raises:
+        InputError: the record lacks what the estimators need.
+    """
+    telemetry = telemetry_of(record, scenario, nominal)
+    (known,) = where_known([telemetry], theta_of(nominal.inertia))
+    if known is telemetry:
+        return record
+    every = len(telemetry.gyro_time)
+    notices.append((record.details.name, unknown_between(every - len(known.gyro_time), every)))
+    body_rate = np.where(np.isin(record.time, known.gyro_time)[:, None], record.channels["body_rate"], np.nan)
+    return replace(record, channels={**record.channels, "body_rate": body_rate})
 
 
 _GYRO_BRIDGED = 0.3

@@ -42,7 +42,7 @@ def test_samples_between_those_of_slow_actuators_are_left_out(shift):
 
 
 def test_of_clocks_that_coincide_now_and_then_those_samples_are_left():
-    """The nearest to each lie between samples as well: of five healthy sets at 4 and 10 Hz three got a name for them."""
+    """The nearest to each lie between samples as well: of five healthy sets three got a name for it."""
     exact = exact_telemetry(FLIGHT, sample_times(10.0), sample_times(4.0), GYRO_NOISE)
     slow = noisy(exact, seed=4, encoder_noise=1e-4)
     (kept,) = where_known([slow], TRUE_THETA)
