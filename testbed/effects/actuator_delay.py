@@ -19,7 +19,11 @@ from testbed.scenario.scenario import Scenario
 class _Delayed(Hooks):
     @override
     def actuator_response(self, asked_B: Array, value: Array, grid: Grid) -> Array:
-        return late_torque(asked_B, grid, np.zeros(1), value[:, 0])
+        return asked_B if grid.torque_held else late_torque(asked_B, grid, np.zeros(1), value[:, 0])
+
+    @override
+    def held_torque_delay(self, value: Array) -> Array:
+        return value[:, 0]
 
     @override
     def cluster_momentum(self, momentum_B: Array, value: Array, grid: Grid) -> Array:

@@ -146,6 +146,11 @@ class Grid:
         return self.runs[0].thrusters
 
     @property
+    def torque_held(self) -> bool:
+        """Whether an applied torque is held from sample to sample."""
+        return self.runs[0].torque_held
+
+    @property
     def live(self) -> Flags:
         """About which body axes each run turns, shape (R, 3)."""
         return np.array([run.live for run in self.runs])

@@ -30,6 +30,8 @@ def readings(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates
     pairs = list(zip(hooks, effects, strict=True))
     lag = sum((hook.gyro_time_constant(value) for hook, value in pairs), np.zeros(1))
     delay = sum((hook.gyro_delay(value) for hook, value in pairs), np.zeros(1))
+    if grid.torque_held:
+        delay = delay + sum((hook.held_torque_delay(value) for hook, value in pairs), np.zeros(1))
     drift = sum((hook.gyro_clock_drift(value) for hook, value in pairs), np.zeros(1))
     averaging = [hook.gyro_averaging(value) for hook, value in pairs if overrides(hook, "gyro_averaging")]
     either_way = _read(grid, rates, lag, delay, drift, averaging)

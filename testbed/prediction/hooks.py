@@ -112,6 +112,14 @@ class Hooks:
         """Return the latency of the gyro's samples, shape (P,), s."""
         return np.zeros(1)
 
+    def held_torque_delay(self, value: Array) -> Array:  # noqa: ARG002
+        """Return by how much a torque that is held from sample to sample acts late, shape (P,), s.
+
+        The whole motion is as late: it is read so much earlier, exactly, where the jumps of a torque that is moved along
+        the grid would fall between its nodes.
+        """
+        return np.zeros(1)
+
     def gyro_clock_drift(self, value: Array) -> Array:  # noqa: ARG002
         """Return by which share of the records' time the gyro's clock is ahead of the actuators', shape (P,)."""
         return np.zeros(1)

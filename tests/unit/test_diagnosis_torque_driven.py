@@ -132,14 +132,15 @@ class TestHeldTorque:
     EVERY = 50
     STATED = WHOLE.model_copy(update={"diagnosis": type(SCENARIO.diagnosis)(applied_torque="held")})
 
-    def held(self, seed, *, count=40, scatter=0.0, lost=0.0):
-        """A flight whose torques are off by a share at random, and all of them by a lost one."""
+    def held(self, seed, *, count=40, scatter=0.0, lost=0.0, late=0):
+        """A flight whose torques are off by a share at random, all of them by a lost one, and late by so many ms."""
         rng, step = np.random.default_rng(seed), 1e-3
         asked = 1e-5 * rng.standard_normal((count, 3))
         given = asked * (1.0 - lost + scatter * np.random.default_rng(1000 + seed).standard_normal(asked.shape))
         torque = np.repeat(asked, self.EVERY, axis=0)
         rate, rates = np.zeros(3), np.empty_like(torque)
-        for index, each in enumerate(np.repeat(given, self.EVERY, axis=0)):
+        acting = np.repeat(given, self.EVERY, axis=0)
+        for index, each in enumerate(acting[np.maximum(np.arange(len(acting)) - late, 0)]):
             rates[index] = rate
             rate = rate + step * np.linalg.solve(NOMINAL.inertia, each - np.cross(rate, NOMINAL.inertia @ rate))
         rows = slice(0, None, self.EVERY)
@@ -161,6 +162,14 @@ class TestHeldTorque:
 
     def test_where_it_is_stated_nothing_is_late(self):
         assert not self.additions(self.STATED)
+
+    def test_a_late_torque_and_a_late_gyro_explain_the_same(self):
+        """A spline through a torque that jumps cost its delay χ² 88 in a stranger's flights: the gyro had P = 1.000."""
+        records = [self.held(seed, late=30) for seed in range(5)]
+        state = last_of(data_set_of(records, self.STATED, NOMINAL), ("actuator_delay", "gyro_latency"))
+        (added,) = additions(state)
+        assert {added.effect.id, *(each.effect.id for each in added.look_alikes)} == {"actuator_delay", "gyro_latency"}
+        assert added.quantities[0].value == pytest.approx(0.030, abs=4.0 * added.quantities[0].std)
 
     @pytest.mark.parametrize("first", [100, 200, 300])
     def test_torques_that_are_off_at_random_are_refused_over_whole_runs_with_the_window_that_helps(self, first):
