@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from math import exp, inf, log
+from math import exp, inf, isnan, log
 
 import numpy as np
 
@@ -153,9 +153,12 @@ def _candidate(
         return None
     gain, size_evidence = _evidence_of_refit(runs, fit, model, signature)
     heldout_gain = held_out_evidence(heldout, model) - without if placed.effect.recurs else 0.0
-    if heldout_gain > 0.0 and fit.deviance > model.deviance:
-        heldout_gain *= gain / (fit.deviance - model.deviance)
+    if heldout_gain > 0.0:  # what explains nothing of the fitted runs is verified on none
+        fall = fit.deviance - model.deviance
+        heldout_gain *= gain / fall if fall > 0.0 else 0.0
     here = size_evidence + heldout_gain
+    if isnan(here):  # held-out runs have no density with it: it does not explain these runs
+        return None
     evidence = _anywhere(runs, signature, here, runs.mean_moment(fit.theta))
     alone = log_p_value(gain, max(signature.rank, 1), runs.noise_freedom)
     return Candidate(

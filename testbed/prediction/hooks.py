@@ -115,8 +115,8 @@ class Hooks:
     def held_torque_delay(self, value: Array) -> Array:  # noqa: ARG002
         """Return by how much a torque that is held from sample to sample acts late, shape (P,), s.
 
-        The whole motion is as late: it is read so much earlier, exactly, where the jumps of a torque that is moved along
-        the grid would fall between its nodes.
+        The whole motion is as late, and is read so much earlier: exactly, where the jumps of a torque that is moved
+        along the grid would fall between its nodes.
         """
         return np.zeros(1)
 
