@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 
@@ -39,8 +40,9 @@ def _table(figures: ComparedFigures) -> Table:
     table = parameter_table(f"  {figures.figure}" + (f", {figures.unit}" if figures.unit else ""))
     for name, values in figures.rows.items():
         if name in figures.stds:
-            table.add_row(name, *(f"{figures.per_SI * value:.4f}" for value in values))
-            table.add_row("", *(f"±{figures.per_SI * std:.4f}" for std in figures.stds[name]), style="dim")
+            shown = partial(figures.inertia_unit.shown, decimals=4)
+            table.add_row(name, *map(shown, values))
+            table.add_row("", *(f"±{shown(std)}" for std in figures.stds[name]), style="dim")
         else:
             table.add_row(name, *figures.cells(name))
     return table

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
@@ -43,19 +44,20 @@ def estimate_table(title: str, rows: Mapping[str, Theta], estimation: Estimation
     stds = [*(std for each in estimates for std in (each.std, each.noise_std)), *([] if bound is None else [bound])]
     decimals = _decimals([*rows.values(), *(each.theta for each in estimates)], stds, unit)
     _make_room(table, decimals)
+    cells = partial(_cells, decimals, unit)
     for label, theta in rows.items():
-        table.add_row(label, *_cells(theta, decimals, unit))
+        table.add_row(label, *cells(theta))
     table.add_section()
     for name, estimate in estimation.by_name.items():
-        table.add_row(estimator_name(name), *_cells(estimate.theta, decimals, unit))
-        table.add_row("", *_cells(estimate.std, decimals, unit, "±"), style="dim")
+        table.add_row(estimator_name(name), *cells(estimate.theta))
+        table.add_row("", *cells(estimate.std, "±"), style="dim")
         if not np.array_equal(estimate.std, estimate.noise_std):
-            table.add_row("  by noise alone", *_cells(estimate.noise_std, decimals, unit, "±"), style="dim")
+            table.add_row("  by noise alone", *cells(estimate.noise_std, "±"), style="dim")
         if not is_body(estimate.theta):
-            table.add_row("  nearest body's", *_cells(estimate.body_theta, decimals, unit), style="dim")
+            table.add_row("  nearest body's", *cells(estimate.body_theta), style="dim")
     if bound is not None:
         table.add_section()
-        table.add_row("Cramér-Rao bound", *_cells(bound, decimals, unit, "±"))
+        table.add_row("Cramér-Rao bound", *cells(bound, "±"))
     return table
 
 
@@ -70,16 +72,17 @@ def statistics_table(statistics: CampaignStatistics) -> Table:
         unit,
     )
     _make_room(table, decimals)
-    table.add_row("true", *_cells(statistics.true_theta, decimals, unit))
+    cells = partial(_cells, decimals, unit)
+    table.add_row("true", *cells(statistics.true_theta))
     for name, figures in statistics.estimators.items():
         table.add_section()
-        table.add_row(estimator_name(name), *_cells(figures.mean, decimals, unit))
-        table.add_row("", *_cells(figures.std, decimals, unit, "±"))
+        table.add_row(estimator_name(name), *cells(figures.mean))
+        table.add_row("", *cells(figures.std, "±"))
         table.add_row("  bias / standard error", *_plain(figures.bias_in_standard_errors, "+.1f"), style="dim")
         table.add_row("  scatter / bound", *_plain(figures.scatter_over_bound, ".2f"), style="dim")
         table.add_row("  in its 95 % interval", *_plain(figures.coverage, ".1%"), style="dim")
     table.add_section()
-    table.add_row("Cramér-Rao bound", *_cells(statistics.bound_std, decimals, unit, "±"))
+    table.add_row("Cramér-Rao bound", *cells(statistics.bound_std, "±"))
     return table
 
 
@@ -133,7 +136,7 @@ def _decimals(values: Sequence[Theta], stds: Sequence[Theta], unit: InertiaUnit)
     lost = _LOST * np.abs(values[0]).max()
     columns = [
         [
-            *(f"{unit.shown(value, 0)}" for value in of_values if abs(value) < lost),
+            *(unit.shown(value, 0) for value in of_values if abs(value) < lost),
             *(f"±{unit.shown(std, 0)}" for std in of_stds if std < lost),
         ]
         for of_values, of_stds in zip(zip(*values, strict=True), zip(*stds, strict=True), strict=True)
@@ -149,7 +152,7 @@ def _make_room(table: Table, decimals: Sequence[int]) -> None:
         table.padding = (0, 0)
 
 
-def _cells(values: Theta, decimals: Sequence[int], unit: InertiaUnit, sign: str = "") -> Iterator[str]:
+def _cells(decimals: Sequence[int], unit: InertiaUnit, values: Theta, sign: str = "") -> Iterator[str]:
     for value, shown in zip(unit.per_SI * values, decimals, strict=True):
         text = f"{sign}{value:z.{shown}f}"
         vanishes = sign and 0.0 < abs(value) < 0.5 * 10.0**-shown

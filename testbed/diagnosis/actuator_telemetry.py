@@ -41,7 +41,8 @@ Source: convention: one standard error of whatever they resemble."""
 _LEFT = 0.25
 """Share of the actuators' samples that the gyro's are left beside at least.
 
-Source: chosen: of clocks of 4 and 10 Hz one in two coincides, of 16 and 25 Hz one in sixteen, beside the nearest."""
+Source: chosen, between clocks of 4 and 10 Hz, of which every second of the actuators' samples coincides with one of the
+gyro's, and of 16 and 25 Hz, of which every sixteenth does: too few to go on with."""
 
 
 def where_known(runs: Sequence[Telemetry], theta: Theta) -> list[Telemetry]:
@@ -164,11 +165,11 @@ def _missed(run: Telemetry, theta: Theta) -> Series:
     # What is smooth is missed by 1/256 where samples are twice as close, an integrated Wiener process by 1/8.
     of_one = of_two * min(of_two / of_four, 1.0) if of_four > 0.0 else of_two
     place = np.interp(run.gyro_time, run.actuator_time, np.arange(float(len(run.actuator_time))))
-    share = (place % 1.0) * (1.0 - place % 1.0)
+    from_ends = (place % 1.0) * (1.0 - place % 1.0)  # f (1 - f)
     inside = np.clip(run.gyro_time, *run.actuator_time[[0, -1]])
     curvature = np.asarray(CubicSpline(run.actuator_time, rate)(inside, 2))
-    chord = 0.5 * curvature * (share * _interval(run.actuator_time) ** 2)[:, None]
-    return np.asarray((of_one * _PROFILE * share**3 + (chord**2).sum(axis=1)) / run.gyro_noise**2)
+    chord = 0.5 * curvature * (from_ends * _interval(run.actuator_time) ** 2)[:, None]
+    return np.asarray((of_one * _PROFILE * from_ends**3 + (chord**2).sum(axis=1)) / run.gyro_noise**2)
 
 
 def _missed_between(time: Series, values: Array, every: int) -> float:

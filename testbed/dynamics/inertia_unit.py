@@ -32,7 +32,9 @@ MICRO = InertiaUnit(text="1e-6 kg·m²", per_SI=1e6)
 MILLI = InertiaUnit(text="1e-3 kg·m²", per_SI=1e3)
 WHOLE = InertiaUnit(text="kg·m²", per_SI=1.0)
 _LEAST_MILLI, _LEAST_WHOLE = 1e-4, 1.0
-"""kg·m² of the largest parameter from which a unit is used: numbers between 0.1 and 1000 in it, more beside them."""
+"""kg·m², of the largest parameter, from which thousandths and whole units are used.
+
+Source: chosen: so that of nearly all platforms it has one to three digits before its point."""
 
 
 def inertia_unit(theta: Theta | Sequence[float]) -> InertiaUnit:

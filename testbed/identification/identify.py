@@ -171,8 +171,12 @@ def _estimated(
         return
     is_cut = not any(piece is record for piece in pieces)
     if is_cut and _lasts_through_gaps(scenario, record):
-        whole = list(_of_parts(scenario, nominal, in_parts(record, MOST_AT_ONCE), notices, refused))
+        noticed: list[tuple[str, str]] = []
+        left_out: list[str] = []
+        whole = list(_of_parts(scenario, nominal, in_parts(record, MOST_AT_ONCE), noticed, left_out))
         if all(estimation.initial_momentum != "estimated" for _, estimation in whole):
+            notices += noticed
+            refused += left_out
             yield from whole
             return
     if is_cut and pieces:

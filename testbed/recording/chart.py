@@ -38,9 +38,8 @@ def log_estimates(stream: rr.RecordingStream, content: RecordingContent) -> None
     """
     zero = content.nominal_theta if content.true_theta is None else content.true_theta
     scale = HALF_HEIGHT / _largest_offset(content, zero)
-    _log_axes(
-        stream, scale, inertia_unit(content.nominal_theta), "truth" if content.true_theta is not None else "nominal"
-    )
+    zero_name = "truth" if content.true_theta is not None else "nominal"
+    _log_axes(stream, scale, inertia_unit(content.nominal_theta), zero_name)
     if content.bound_std is not None:
         _log_bound(stream, BAND * content.bound_std * scale)
     if content.true_theta is not None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from testbed.arrays import Theta
 from testbed.dynamics.inertia import PARAMETER_NAMES
-from testbed.dynamics.inertia_unit import InertiaUnit, inertia_unit
+from testbed.dynamics.inertia_unit import MILLI, InertiaUnit, inertia_unit
 from testbed.report.frame.blocks import Cell, Column, Notice, Page, Section, Table
 from testbed.report.wording import capitalized, estimator_name
 
@@ -37,24 +37,20 @@ class ComparedFigures:
             if not np.isfinite(value):
                 yield "-"
             elif name in self.stds:
-                yield f"{self.per_SI * value:.4f} ± {self.per_SI * self.stds[name][index]:.4f}"
+                yield f"{self.inertia_unit.shown(value, 4)} ± {self.inertia_unit.shown(self.stds[name][index], 4)}"
             else:
                 yield f"{value:.2f}"
 
     @property
     def unit(self) -> str:
         """Unit of what is shown; empty of a ratio."""
-        return self._inertia_unit.text if self.stds else ""
+        return self.inertia_unit.text if self.stds else ""
 
     @property
-    def per_SI(self) -> float:
-        """Numbers in the unit for one kg·m²."""
-        return self._inertia_unit.per_SI
-
-    @property
-    def _inertia_unit(self) -> InertiaUnit:
-        """That of the smallest: one that lost its way is larger than any body."""
-        return inertia_unit(min(self.rows.values(), key=lambda theta: float(np.abs(theta).max())))
+    def inertia_unit(self) -> InertiaUnit:
+        """That of the smallest: one that lost its way is larger than any body, or no number."""
+        known = [theta for theta in self.rows.values() if np.isfinite(theta).all()]
+        return inertia_unit(min(known, key=lambda theta: float(np.abs(theta).max()))) if known else MILLI
 
 
 def comparison_page(

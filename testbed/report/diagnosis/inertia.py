@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import plotly.graph_objects as go
 
-from testbed.arrays import Flags, Theta
+from testbed.arrays import Theta
 from testbed.diagnosis.findings import changed_inertia, inertia_change, stds_of
 from testbed.diagnosis.latent import LatentTorque
 from testbed.diagnosis.model import Fit
@@ -41,8 +41,9 @@ def inertia_section(diagnosis: Diagnosis) -> Section:
     unit = inertia_unit(diagnosis.nominal_theta)
     chart = go.Figure(layout=layout("", f"estimate - nominal, {unit.text}"))
     for index, ((name, fit), stroke) in enumerate(zip(fits, ("nominal", "extended"), strict=False)):
-        difference = unit.per_SI * (fit.theta - diagnosis.nominal_theta), unit.per_SI * stds_of(fit)[:6]
-        _add(chart, name, fit.shown[:6], difference, stroke, 0.12 * (2 * index + 1 - len(fits)))
+        difference = np.where(fit.shown[:6], unit.per_SI * (fit.theta - diagnosis.nominal_theta), np.nan)
+        shift = 0.12 * (2 * index + 1 - len(fits))
+        _add(chart, name, difference, unit.per_SI * stds_of(fit)[:6], stroke, shift)
     chart.update_xaxes(tickvals=_PLACES, ticktext=PARAMETER_NAMES, showgrid=False, zeroline=False)
     chart.update_layout(hovermode="closest")
     figure = Figure(title="Inertia against nominal, 95 % intervals", chart=chart, wide=True)
@@ -69,11 +70,11 @@ def estimate_words(fit: Fit, decimals: int, unit: InertiaUnit) -> Iterator[str]:
         yield known if shown else "not determined"
 
 
-def _add(chart: go.Figure, name: str, shown: Flags, difference: tuple[Theta, Theta], stroke: str, shift: float) -> None:
-    value, reach = difference[0], BAND * difference[1]
+def _add(chart: go.Figure, name: str, difference: Theta, std: Theta, stroke: str, shift: float) -> None:
+    reach = BAND * std
     chart.add_scatter(
         x=_PLACES + shift,
-        y=np.where(shown, value, np.nan),
+        y=difference,
         error_y={"array": np.where(np.isfinite(reach), reach, 0.0), "color": color(stroke), "thickness": 1.5},
         mode="markers",
         marker={"color": color(stroke), "size": 7},
