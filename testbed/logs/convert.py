@@ -18,7 +18,7 @@ from testbed.logs.cutting import Span, flagged_spans, spans_of
 from testbed.logs.map import Channel, FlagRuns, LogMap
 from testbed.logs.samples import Samples, Ticks, origin_of, samples_of, ticks_of
 from testbed.logs.streams import TABLE, Content, Log, Topic, doubles
-from testbed.records.checks import MINIMUM_SAMPLES
+from testbed.records.checks import MINIMUM_SAMPLES, sampled_rows
 from testbed.records.details import stated_details
 from testbed.records.reading import record_of
 from testbed.records.record import Record
@@ -211,7 +211,7 @@ def _samples(
     for name, channel in log_map.given.items():
         with _naming(path, name):
             stream = content.streams[channel.topic]
-            samples[name] = samples_of(name, channel, stream, ticks[name].since(origin))
+            samples[name] = samples_of(name, channel, stream, ticks[name].since(origin), log_map.axes)
             _require_possible_rate(samples[name], ticks[name].clock)
         channels[name] = _imported_channel(channel, ticks[name], samples[name])
     _require_common_time(path, samples)
@@ -306,7 +306,7 @@ def _records(
     for number, span in enumerate(spans, start=1):
         name = stem if len(spans) == 1 else f"{stem}_{number:0{digits}}"
         parts = {channel: _part(each, span) for channel, each in samples.items()}
-        count = int(np.isfinite(parts["body_rate"][1]).all(axis=1).sum())
+        count = int(sampled_rows(parts["body_rate"][1]).sum())
         longest = max(longest, count)
         if count < MINIMUM_SAMPLES:
             dropped.append(f"{name}: {count} samples of the body rate, at least {MINIMUM_SAMPLES} are needed: left out")

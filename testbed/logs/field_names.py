@@ -21,6 +21,8 @@ SUFFIXES = {
 """Unit that the end of a name states."""
 NAMED_BY_UNIT = ("rpm", "dps", "mdps")
 """Units that are a field's whole name: no quantity has such a name."""
+_OF_AXES = (("p", "q", "r"), ("roll", "pitch", "yaw"))
+"""What components along x, y and z are called as well."""
 _BRACKETS = re.compile(r"\s*[\[(]\s*([^\])0-9][^\])]*)[\])]\s*$")
 _INDEXED = re.compile(r"^(.*?)[_.\s]?\[(\d+)\]$")
 _TIME = re.compile(
@@ -37,7 +39,7 @@ class Part:
 
     Attributes:
         stem: the name of all of it.
-        component: x, 1, w and so on.
+        component: x, 1, w and so on; empty where the name is that of a single number.
         unit: that the name states; empty where it states none.
         field: its own name.
     """
@@ -55,6 +57,14 @@ def parts_of(field: str, stated: str) -> Iterator[Part]:
         field: its name.
         stated: unit that the format states; empty for none.
     """
+    parts = list(_components_of(field, stated))
+    if not parts:
+        bare, unit = without_unit(field)
+        parts = [Part(stem=bare, component="", unit=unit or stated, field=field)]
+    yield from parts
+
+
+def _components_of(field: str, stated: str) -> Iterator[Part]:
     bare, unit = without_unit(field)
     unit = unit or stated
     if indexed := _INDEXED.match(bare):
@@ -110,14 +120,31 @@ def in_order(components: Sequence[str], fields: Mapping[str, str]) -> tuple[str,
         names += [[str(index) for index in range(first, first + count)]] if len(fields) == count else []
     if tuple(components) == unit_numbers(count) and len(fields) == count:
         names += [AXES[:count], ascii_lowercase[:count]]
+        names += [[""]] if count == 1 else []
     if tuple(components) == QUATERNION:
         names += [[str(index) for index in range(4)], [f"q{axis}" for axis in QUATERNION]]
     if tuple(components) == AXES:
-        names += [("p", "q", "r"), ("roll", "pitch", "yaw")]
+        names += _OF_AXES
     for each in names:
         if all(name in fields for name in each):
             return tuple(fields[name] for name in each)
     return None
+
+
+def about(axes: Sequence[str], fields: Mapping[str, str]) -> tuple[str, ...] | None:
+    """Return the fields of a rig that turns about some body axes only, in their order; None where they are not these.
+
+    Args:
+        axes: of x, y, z.
+        fields: by component; a single number may be about any axis.
+    """
+    if len(fields) != len(axes):
+        return None
+    for names in (AXES, *_OF_AXES):
+        wanted = [names[AXES.index(axis)] for axis in axes]
+        if all(name in fields for name in wanted):
+            return tuple(fields[name] for name in wanted)
+    return tuple(fields.values()) if "" in fields else None
 
 
 def is_time(field: str) -> bool:

@@ -8,7 +8,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from testbed.errors import InputError
-from testbed.logs.field_names import NAMED_BY_UNIT, SUFFIXES, in_order, is_time, parts_of, without_unit
+from testbed.logs.field_names import NAMED_BY_UNIT, SUFFIXES, about, in_order, is_time, parts_of, without_unit
+from testbed.logs.map import ABOUT_AXES
 from testbed.logs.streams import TABLE, Log, Topic
 from testbed.logs.units import is_unit_of
 from testbed.signals import AXES, QUATERNION, SIGNALS, TURNED_BY, unit_numbers
@@ -68,6 +69,10 @@ _SI = {"ULog": "PX4 logs SI", "ROS bag": "ROS messages are SI (REP 103)"}
 _UNCHECKED = "# CHECK"
 """What stands behind a proposed value that the log does not state, until a person has taken it away."""
 _LEAST_SCORE = 5
+_LONE = 3
+"""What a single number says less than one of several: a name is often that of another thing."""
+_FEWER_AXES = (("x", "y"), ("x", "z"), ("y", "z"), ("z",), ("x",), ("y",))
+"""Body axes of rigs, the usual first: a single number whose name says no axis is about z."""
 _MOST_LISTED = 20
 """Topics that no channel takes, and fields of one, that are listed."""
 
@@ -102,15 +107,15 @@ def guessed_map(log: Log) -> str:
         InputError: the log cannot be read, or nothing in it has the name of a body rate; the message lists what it has.
     """
     survey = log.survey()
-    best: dict[str, list[_Candidate]] = {}
-    for candidate in sorted(_candidates(log, survey), key=lambda each: -each.score):
-        best.setdefault(candidate.channel, []).append(candidate)
-    if "body_rate" not in best:
+    axes, best = next(
+        ((axes, best) for axes in (AXES, *_FEWER_AXES) if "body_rate" in (best := _best(log, survey, axes))), (AXES, {})
+    )
+    if not best:
         raise InputError(
             f"{log.path}: nothing in it is called a gyro or a body rate; write a map that names three fields under "
             f"[channels.body_rate]; the log holds\n  {_inventory(survey)}"
         )
-    blocks = [_head(log), _clock(survey) if TABLE in survey else ""]
+    blocks = [_head(log) + _turning(axes, best["body_rate"][0]), _clock(survey) if TABLE in survey else ""]
     # A ULog's own time is of the clock that its samples' stamps are of.
     stamped = log.format != "ULog" and any(_own_clock(survey[best[name][0].topic]) for name in SIGNALS if name in best)
     blocks += [_channel(name, best[name], survey, stamped=stamped) for name in SIGNALS if name in best]
@@ -124,18 +129,26 @@ def unchecked_lines(text: str) -> tuple[str, ...]:
     return tuple(f"line {number}: {line.strip()}" for number, line in lines if _UNCHECKED in line)
 
 
-def _candidates(log: Log, survey: Mapping[str, Topic]) -> Iterator[_Candidate]:
+def _best(log: Log, survey: Mapping[str, Topic], axes: Sequence[str]) -> dict[str, list[_Candidate]]:
+    """Return what may be each channel, the best first, of a platform that turns about some body axes."""
+    best: dict[str, list[_Candidate]] = {}
+    for candidate in sorted(_candidates(log, survey, axes), key=lambda each: -each.score):
+        best.setdefault(candidate.channel, []).append(candidate)
+    return best
+
+
+def _candidates(log: Log, survey: Mapping[str, Topic], axes: Sequence[str]) -> Iterator[_Candidate]:
     for name, topic in survey.items():
         groups: dict[tuple[str, str], dict[str, str]] = {}
         for field in topic.fields:
             for part in parts_of(field, topic.units.get(field, "")):
                 groups.setdefault((part.stem, part.unit), {}).setdefault(part.component, part.field)
         for (stem, unit), fields in groups.items():
-            yield from _matches(log, name, topic, stem, unit, fields)
+            yield from _matches(log, name, topic, stem, unit, fields, axes)
 
 
 def _matches(
-    log: Log, name: str, topic: Topic, stem: str, unit: str, fields: Mapping[str, str]
+    log: Log, name: str, topic: Topic, stem: str, unit: str, fields: Mapping[str, str], axes: Sequence[str]
 ) -> Iterator[_Candidate]:
     """Yield the channels that a group of fields may be, by its names and their number."""
     said = {channel: _said_within(patterns, name, stem) for channel, patterns in _NAMES.items()}
@@ -145,6 +158,8 @@ def _matches(
         yield from _by_unit(name, unit, fields)
     for channel, patterns in _NAMES.items():
         ordered = in_order(SIGNALS[channel].sized(len(fields)).components, fields)
+        if ordered is None and channel in ABOUT_AXES and len(axes) < len(AXES):
+            ordered = about(axes, fields)
         if ordered is None or (unit and not is_unit_of(unit, SIGNALS[channel].unit)):
             continue
         own, above = said[channel], _said(patterns, name)
@@ -152,7 +167,7 @@ def _matches(
             continue  # the fields' own name is that of another channel
         measured = channel.endswith("_command") or name.partition("[")[0] in _NORMALIZED
         others = not measured and _OTHERS.search(f"{name} {stem}".lower())
-        score = max(own + 1 if own else 0, above) - (6 if others else 0)
+        score = max(own + 1 if own else 0, above) - (6 if others else 0) - (_LONE if "" in fields else 0)
         if score < _LEAST_SCORE and not (own and unit):
             continue
         convention = _SI.get(log.format, "") or ("ROS messages are SI (REP 103)" if "/msg/" in topic.kind else "")
@@ -195,6 +210,15 @@ def _head(log: Log) -> str:
         "# testbed import LOG --map MAP.toml --out FOLDER\n"
         "schema = 1\n"
     )
+
+
+def _turning(axes: Sequence[str], chosen: _Candidate) -> str:
+    """Return the line on the body axes about which a rig turns; empty where the gyro has all three."""
+    if len(axes) == len(AXES):
+        return ""
+    named = any(part.component and part.field == chosen.fields[0] for part in parts_of(chosen.fields[0], ""))
+    why = "of the gyro there is no more" if named else "CHECK: one field, and no name says about which axis"
+    return f"axes = {json.dumps(list(axes))}  # {why}\n"
 
 
 def _clock(survey: Mapping[str, Topic]) -> str:

@@ -53,7 +53,8 @@ class Channel(Section):
     topic: Name = TABLE
     """Topic of its samples; left out for CSV and Parquet, which have none."""
     fields: Annotated[tuple[Name, ...], Strict(False), Field(min_length=1, max_length=MOST_UNITS)]
-    """Fields, or columns, in the order of the channel's components; where `axes` is given, of the sensor's x, y, z."""
+    """Fields, or columns, in the order of the channel's components; where `axes` is given, of the sensor's x, y,
+    z. Where the map itself has `axes`, those about these alone may be named."""
     unit: Unit | None = None
     """Unit of the fields, such as `deg/s`; required where the channel has a unit."""
     axes: Three[Axis] | None = None
@@ -154,6 +155,8 @@ class _Channels(Section):
 Channels = create_model("Channels", __base__=_Channels, __doc__=_Channels.__doc__, **_CHANNELS)
 
 
+ABOUT_AXES = ("body_rate", "applied_torque", "cluster_momentum")
+"""Channels of which a rig that turns about some body axes may log what is about these alone."""
 _DETAILS = {"source", "gyro_noise_rad_s", "usable_from_s", "usable_to_s", "role", "axes"}
 
 
@@ -175,13 +178,26 @@ class LogMap(Section):
     role: Literal["fit", "heldout"] | None = None
     """Whether a diagnosis may fit the runs or holds them out; omitted: it deals them itself."""
     axes: Annotated[tuple[Literal["x", "y", "z"], ...], Strict(False), Field(min_length=1)] | None = None
-    """Body axes about which the platform can turn in the runs; omitted: those that the scenario has."""
+    """Body axes about which the platform can turn in the runs; omitted: those that the scenario has. A channel in body
+    axes may then name the fields about these alone, in this order."""
     clock: Clock = Clock()
     """The time of samples."""
     channels: Channels
     """The channels."""
     runs: Runs = WholeRun(kind="whole")
     """How the log is cut into runs."""
+
+    @model_validator(mode="after")
+    def _about_its_axes(self) -> LogMap:
+        refuse(self._conflicts())
+        return self
+
+    def _conflicts(self) -> Iterator[Conflict]:
+        for name, channel in self.given.items():
+            count = len(channel.fields)
+            if name not in ABOUT_AXES or count == len(AXES) or count == len(self.axes or ()):
+                continue
+            yield Conflict(key=f"channels.{name}.fields", text=_few_fields(name, count, self.axes))
 
     @property
     def details(self) -> dict[str, Any]:
@@ -240,7 +256,7 @@ def map_of(file: TextFile) -> LogMap:
 def _conflicts(name: str, channel: Channel) -> Iterator[Conflict]:
     count = len(channel.fields)
     signal = SIGNALS[name].sized(min(count, MOST_UNITS))
-    if count != signal.width:
+    if count != signal.width and (name not in ABOUT_AXES or count > signal.width):
         components = f" ({', '.join(signal.components)})" if signal.components else ""
         yield Conflict(
             key="fields", text=f"names {count}, but {name} has {signal.width}{components}; name one for each"
@@ -253,6 +269,12 @@ def _conflicts(name: str, channel: Channel) -> Iterator[Conflict]:
         yield Conflict(key="scale", text=f"has {len(channel.scale)} numbers for {count} fields; give one for each")
     yield from _unit_conflicts(name, channel)
     yield from _axis_conflicts(name, channel)
+
+
+def _few_fields(name: str, count: int, axes: tuple[str, ...] | None) -> str:
+    """Return what to say of a channel in body axes that names fewer than three fields, nor one for each axis."""
+    about = f"the map's axes are {', '.join(axes)}" if axes else 'of a rig that turns about z only, say axes = ["z"]'
+    return f"names {count}, but {name} has 3 (x, y, z); name one for each; {about}"
 
 
 def _unit_conflicts(name: str, channel: Channel) -> Iterator[Conflict]:
@@ -272,6 +294,10 @@ def _axis_conflicts(name: str, channel: Channel) -> Iterator[Conflict]:
         return
     if SIGNALS[name].components not in (AXES, QUATERNION):
         yield Conflict(key="axes", text=f"is of no use: {name} has no axes; order its fields, and give signs as scale")
+        return
+    if len(channel.fields) < len(channel.axes):
+        text = "needs three fields; order those about the map's own axes by these, and give signs as scale"
+        yield Conflict(key="axes", text=text)
         return
     if len({axis[-1] for axis in channel.axes}) < 3:
         yield Conflict(key="axes", text=f"{list(channel.axes)} names an axis twice; each of x, y and z stands once")

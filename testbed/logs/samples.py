@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
 
@@ -11,11 +11,11 @@ import scipy
 
 from testbed.arrays import Array, Flags, Series
 from testbed.errors import InputError
-from testbed.logs.map import Channel, Clock, FlagRuns, axes_matrix
+from testbed.logs.map import ABOUT_AXES, Channel, Clock, FlagRuns, axes_matrix
 from testbed.logs.streams import Numbers, Stream, doubles
 from testbed.logs.units import factor_to
 from testbed.rotation.quaternion import quaternion_product
-from testbed.signals import QUATERNION, SIGNALS
+from testbed.signals import AXES, QUATERNION, SIGNALS
 
 MOST_DISORDER = 0.01
 """Share of a topic's samples that may stand behind a later one. Single messages overtake each other in a network; where
@@ -90,7 +90,9 @@ def ticks_of(stream: Stream, source: Channel | FlagRuns, clock: Clock) -> Ticks:
     return Ticks(values=_nanoseconds(stream.fields[name], stated), clock=f"{name} in {stated}")
 
 
-def samples_of(name: str, channel: Channel, stream: Stream, time: Series) -> Samples:
+def samples_of(
+    name: str, channel: Channel, stream: Stream, time: Series, about: Sequence[str] | None = None
+) -> Samples:
     """Return a channel in SI and body axes, its samples in the order of time.
 
     Args:
@@ -98,6 +100,7 @@ def samples_of(name: str, channel: Channel, stream: Stream, time: Series) -> Sam
         channel: what the map says of it.
         stream: its topic.
         time: of the topic's samples, shape (N,), s.
+        about: body axes about which a rig turns, of which alone the channel may have fields; None for all.
 
     Raises:
         InputError: the times do not increase.
@@ -106,6 +109,8 @@ def samples_of(name: str, channel: Channel, stream: Stream, time: Series) -> Sam
     infinite = np.isinf(values)
     values[infinite] = np.nan
     values, converted = _converted(name, channel, values)
+    if about is not None and name in ABOUT_AXES and values.shape[1] < len(AXES):
+        values, converted = _on_body_axes(name, values, about), (*converted, _said_about(name, about))
     time, values, dropped = _in_order(time + channel.offset_s if channel.offset_s else time, values)
     if infinite.any():
         dropped = (f"{infinite.sum():,} infinite values taken as not sampled", *dropped)
@@ -147,6 +152,21 @@ def _converted(name: str, channel: Channel, values: Array) -> tuple[Array, tuple
         values = _turned_attitude(values, matrix) if attitude else _turned(values, matrix)
         done.append(f"body x, y, z from the sensor's {', '.join(channel.axes)}")
     return values, tuple(done)
+
+
+def _on_body_axes(name: str, values: Array, about: Sequence[str]) -> Array:
+    """Return what was logged about some body axes, shape (N, n), as vectors, shape (N, 3).
+
+    What about the others the gyro read is not known, and what acted there turned nothing.
+    """
+    vectors = np.full((len(values), len(AXES)), np.nan if name == "body_rate" else 0.0)
+    vectors[:, [AXES.index(axis) for axis in about]] = values
+    return vectors
+
+
+def _said_about(name: str, about: Sequence[str]) -> str:
+    others = ", ".join(axis for axis in AXES if axis not in about)
+    return f"about {', '.join(about)} only: {others} {'left empty' if name == 'body_rate' else 'at 0'}"
 
 
 def _turned(values: Array, matrix: Array) -> Array:

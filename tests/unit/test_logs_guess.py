@@ -146,6 +146,27 @@ def test_what_is_not_stated_is_marked_to_be_checked(tmp_path):
     assert 'unit = "rad/s"  # CHECK: the log does not state it' in text
 
 
+@pytest.mark.parametrize(
+    ("columns", "axes", "doubt", "channels"),
+    [
+        ("Yaw rate [deg/s],mz", ["z"], False, {"body_rate": ["Yaw rate [deg/s]"], "applied_torque": ["mz"]}),
+        ("heading_rate_dps,wheel_rpm", ["z"], True, {"body_rate": ["heading_rate_dps"], "wheel_speed": ["wheel_rpm"]}),
+        ("wx,wz,wheel1_rpm,wheel2_rpm", ["x", "z"], False, {"body_rate": ["wx", "wz"]}),
+        ("pitch_rate,torque,tau_x,tau_y,tau_z", ["y"], False, {"applied_torque": ["tau_x", "tau_y", "tau_z"]}),
+    ],
+)
+def test_the_few_axes_of_a_rig_are_proposed_with_their_fields(tmp_path, columns, axes, doubt, channels):
+    path = tmp_path / "rig.csv"
+    rows = [",".join(str(row + column) for column in range(columns.count(",") + 2)) for row in range(20)]
+    path.write_text("\n".join([f"t,{columns}", *rows]) + "\n", encoding="utf-8")
+    text = tb.guess_map(path)
+    tree = tomllib.loads(text)
+    assert tree["axes"] == axes
+    assert ("# CHECK: one field, and no name says about which axis" in text) == doubt
+    assert {name: tree["channels"][name]["fields"] for name in channels} == channels
+    assert tb.import_log(path, tree).runs[0].details.axes == tuple(axes)
+
+
 def test_a_normalized_torque_is_proposed_as_a_comment(tmp_path):
     fields = {
         "vehicle_torque_setpoint": "uint64_t timestamp;float[3] xyz",

@@ -164,6 +164,47 @@ def test_axes_are_permuted_and_signed(tmp_path, axes, sensor):
     np.testing.assert_array_equal(records.runs[0].channels["body_rate"], wanted)
 
 
+def one_axis_rig(tmp_path, **changes):
+    """A rig that turns about z: one rate, one torque, in fields of their own."""
+    lines = [f"{20 * row},{row % 7},{row % 5}" for row in range(50)]
+    path = tmp_path / "rig.csv"
+    path.write_text("\n".join(["t_ms,yaw_rate,torque", *lines]) + "\n", encoding="utf-8")
+    keys = {
+        "schema": 1,
+        "axes": ["z"],
+        "clock": {"field": "t_ms", "unit": "ms"},
+        "channels": {
+            "body_rate": {"fields": ["yaw_rate"], "unit": "deg/s", "scale": [-1.0]},
+            "applied_torque": {"fields": ["torque"], "unit": "mN*m"},
+        },
+    }
+    return tb.import_log(path, {name: value for name, value in (keys | changes).items() if value is not None})
+
+
+def test_a_rig_names_the_fields_about_its_own_axes_alone(tmp_path):
+    records = one_axis_rig(tmp_path, axes=["y"])
+    (record,) = records
+    assert record.details.axes == ("y",)
+    rates, torques = record.channels["body_rate"], record.channels["applied_torque"]
+    assert np.isnan(rates[:, [0, 2]]).all()
+    np.testing.assert_allclose(rates[:, 1], -np.radians(np.arange(50) % 7), atol=1e-15)
+    assert not torques[:, [0, 2]].any()
+    np.testing.assert_allclose(torques[:, 1], 1e-3 * (np.arange(50) % 5), atol=1e-15)
+    assert records.channels["body_rate"].converted[-1] == "about y only: x, z left empty"
+
+
+@pytest.mark.parametrize(
+    ("axes", "says"),
+    [
+        (None, r'body_rate has 3 \(x, y, z\); name one for each; of a rig that turns about z only, say axes = \["z"\]'),
+        (["x", "z"], "names 1, but body_rate has 3 .* the map's axes are x, z"),
+    ],
+)
+def test_fewer_fields_than_axes_are_refused(tmp_path, axes, says):
+    with pytest.raises(tb.InputError, match=says):
+        one_axis_rig(tmp_path, axes=axes)
+
+
 def test_a_left_handed_sensor_is_taken_where_it_is_known_to_be_one(tmp_path):
     records = imported(tmp_path, channels(axes=["x", "-y", "z"], left_handed=True))
     np.testing.assert_array_equal(records.runs[0].channels["body_rate"][:, 1], -1e-3 * COLUMNS["b"])
