@@ -280,8 +280,8 @@ def diagnose(
 @app.command(name="import")
 def import_log(
     log: Annotated[
-        Path,
-        typer.Argument(metavar="LOG", help="ULog, MCAP, ROS bag, CSV or Parquet.", show_default=False),
+        list[Path],
+        typer.Argument(metavar="LOG...", help="ULog, MCAP, ROS bag, CSV or Parquet; several become one data set."),
     ],
     log_map: Annotated[
         Path | None,
@@ -294,7 +294,7 @@ def import_log(
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Import a log of another program as records."""
+    """Import logs of another program as records."""
     from testbed.cli.imports import import_records  # noqa: PLC0415
 
     _choose_output(json=json, quiet=quiet)

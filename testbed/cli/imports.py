@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from rich.table import Table
@@ -17,11 +18,11 @@ _MOST_NAMED = 12
 """Topics that are not used and are printed by name; provenance.json names all."""
 
 
-def import_records(log: Path, log_map: Path | None, out: Path | None, *, guess: bool, json: bool) -> None:
-    """Import a log, print where each channel came from and what was left out; or print a proposed map.
+def import_records(logs: Sequence[Path], log_map: Path | None, out: Path | None, *, guess: bool, json: bool) -> None:
+    """Import logs, print where each channel came from and what was left out; or print a proposed map.
 
     Args:
-        log: path of the log.
+        logs: their paths.
         log_map: path of MAP.toml.
         out: new or empty folder; None for a fresh one.
         guess: whether to propose a map instead.
@@ -35,12 +36,14 @@ def import_records(log: Path, log_map: Path | None, out: Path | None, *, guess: 
             raise InputError("--guess: proposes a map; leave --map out, or --guess")
         if json:
             raise InputError("--guess: prints a map, which is TOML; leave --json out, or --guess")
-        print(guess_map(log), end="")
+        if len(logs) > 1:
+            raise InputError("--guess: proposes a map for one log; give one, the others are read by the same map")
+        print(guess_map(logs[0]), end="")
         return
     if log_map is None:
         raise InputError("--map: is missing; give MAP.toml, or --guess to have one proposed")
-    records = import_log(log, log_map)
-    with reserved_folder(out, f"{log.stem}-import") as folder:
+    records = import_log(logs, log_map)
+    with reserved_folder(out, f"{logs[0].stem}-import") as folder:
         folder.deliver(lambda place: records.write(place, command_line()))
     _print(records)
     say()

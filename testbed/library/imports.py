@@ -9,14 +9,16 @@ from typing import Annotated, Any
 
 from typing_extensions import override
 
+from testbed.errors import InputError
 from testbed.files import TextFile
-from testbed.library.arguments import AnyPath, Format, checked, give
+from testbed.library.arguments import AnyPath, AnyPaths, Format, checked, give
 from testbed.library.records import Records, require_runs
 from testbed.logs.convert import Imported as Import
-from testbed.logs.convert import ImportedChannel, imported
+from testbed.logs.convert import ImportedChannel
 from testbed.logs.guess import guessed_map, unchecked_lines
 from testbed.logs.map import map_file, map_of
 from testbed.logs.opening import opened
+from testbed.logs.several import imported_together
 from testbed.outputs.folder import reserved_folder
 from testbed.outputs.import_folder import write_import
 from testbed.outputs.provenance import provenance_of_files
@@ -24,22 +26,23 @@ from testbed.outputs.provenance import provenance_of_files
 GivenMap = Annotated[
     AnyPath | Mapping[str, Any], give("the path of MAP.toml, or its keys, such as {'schema': 1, ...}; see tb.guess_map")
 ]
+GivenLogs = Annotated[AnyPath | AnyPaths, give("the path of a log, or of several, as a list")]
 _PACKAGES = ("testbed", "numpy", "pyarrow", "pint", "pyulog", "mcap", "mcap-protobuf-support", "rosbags")
 """Whose versions decide what is read of a log."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ImportedRecords(Records):
-    """Runs from a log, and how they came about.
+    """Runs from logs, and how they came about.
 
     Attributes:
         made: records with what was converted and left out.
-        log: path of the log.
+        logs: their paths.
         file: the map.
     """
 
     made: Import
-    log: Path
+    logs: tuple[Path, ...]
     file: TextFile
 
     @property
@@ -96,30 +99,31 @@ class ImportedRecords(Records):
 
         Args:
             folder: to write into.
-            command: that imported the log, for its provenance.
+            command: that imported the logs, for their provenance.
         """
-        origin = provenance_of_files(self.log.name, self.made.inputs, command, _PACKAGES)
+        name = self.logs[0].name if len(self.logs) == 1 else f"{len(self.logs)} logs"
+        origin = provenance_of_files(name, self.made.inputs, command, _PACKAGES)
         write_import(folder, self.file, origin, self.made)
 
 
 @checked
 def import_log(
-    log: AnyPath,
+    log: GivenLogs,
     map: GivenMap,  # noqa: A002 - what it is called everywhere else
     out: AnyPath | None = None,
 ) -> ImportedRecords:
-    r"""Return a log of another program as records: ULog, MCAP, ROS bag, CSV or Parquet.
+    r"""Return logs of another program as records: ULog, MCAP, ROS bag, CSV or Parquet.
 
     Each topic keeps its own times: a record has a row for every time of any topic, with NaN where a channel was not
     sampled. Nothing is interpolated. The libraries that it needs are the extra `testbed[logs]`.
 
     Args:
-        log: path of the file; of a ROS 2 bag, its folder.
+        log: path of the file; of a ROS 2 bag, its folder. Or of several that one map reads, each at least one run.
         map: path of MAP.toml, or its keys: topics, fields, units, axes, clock, and how the log is cut into runs.
         out: new or empty folder for the data set, which `read_records` and the commands read; None for none.
 
     Raises:
-        InputError: log or map cannot be read, or the map names what the log does not hold; the message gives the
+        InputError: a log or the map cannot be read, or the map names what the log does not hold; the message gives the
             nearest names.
 
     Example:
@@ -144,9 +148,11 @@ def import_log(
     """
     file = map_file(map)
     log_map = map_of(file)
-    source = opened(Path(log))
-    made = imported(source, log_map, (*source.stamps(), file.stamp))
-    records = ImportedRecords(made.records, made, Path(log), file)
+    paths = (Path(log),) if isinstance(log, str | Path) else tuple(Path(each) for each in log)
+    if not paths:
+        raise InputError("log = []: there is no log in it; give the path of a log, or of several, as a list")
+    made = imported_together([opened(path) for path in paths], log_map, file.stamp)
+    records = ImportedRecords(made.records, made, paths, file)
     if out is not None:
         records.save(out)
     return records

@@ -13,7 +13,7 @@ import numpy as np
 
 from testbed.arrays import Array, Series
 from testbed.errors import InputError
-from testbed.files import FileStamp, readable
+from testbed.files import FileStamp
 from testbed.logs.cutting import Span, flagged_spans, spans_of
 from testbed.logs.map import Channel, FlagRuns, LogMap
 from testbed.logs.samples import Samples, Ticks, origin_of, samples_of, ticks_of
@@ -105,13 +105,14 @@ class Imported:
         }
 
 
-def imported(log: Log, log_map: LogMap, inputs: tuple[FileStamp, ...]) -> Imported:
+def imported(log: Log, log_map: LogMap, inputs: tuple[FileStamp, ...], name: str) -> Imported:
     """Return a log as records.
 
     Args:
         log: to read.
         log_map: which of its fields are which channels.
         inputs: stamps of the log and of the map, for the records.
+        name: of the run; of several in a log, numbered.
 
     Raises:
         InputError: the log cannot be read, does not hold what the map names, or gives no run.
@@ -121,7 +122,7 @@ def imported(log: Log, log_map: LogMap, inputs: tuple[FileStamp, ...]) -> Import
     samples, channels, origin = _samples(log.path, log_map, content)
     spans = _spans(log.path, log_map, content, samples, origin)
     dropped = [*content.damage, *(each for channel in samples.values() for each in channel.dropped)]
-    records = _records(log, log_map, samples, spans, dropped, inputs)
+    records = _records(log, log_map, samples, spans, dropped, inputs, name)
     return Imported(
         records=records,
         format=log.format,
@@ -298,9 +299,9 @@ def _records(
     spans: list[Span],
     dropped: list[str],
     inputs: tuple[FileStamp, ...],
+    stem: str,
 ) -> tuple[Record, ...]:
     """Return a record for each span that holds enough; `dropped` takes up what is not in them."""
-    stem = log_map.name or readable(log.path.stem).lstrip(".") or "run"
     digits = len(str(len(spans)))
     records, longest = [], 0
     for number, span in enumerate(spans, start=1):

@@ -166,7 +166,7 @@ class LogMap(Section):
     schema_version: Annotated[Literal[1], Field(alias="schema")]
     """Version of this file format."""
     name: Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[A-Za-z0-9_-]+$")] | None = None
-    """Name of the runs; omitted: the log's."""
+    """Name of the runs; omitted: the log's. Of several logs that are imported together it stands before theirs."""
     source: Literal["measured", "simulated"] = "measured"
     """What sent the log."""
     gyro_noise_rad_s: RateNoise | None = None

@@ -194,3 +194,46 @@ def _merged(files, path):
                     writer.add_message(channels[channel.topic], message.log_time, message.data, message.publish_time)
         writer.finish()
     return path
+
+
+def test_several_logs_become_one_data_set(log, tmp_path, capsys):
+    other, again = tmp_path / "later.ulg", tmp_path / "second" / "bench.ulg"
+    again.parent.mkdir()
+    logs.write_ulog(other, 600)
+    logs.write_ulog(again, 700)
+    assert run("import", log, other, again, "--map", tmp_path / "map.toml", "--out", tmp_path / "data") == 0
+    assert "1,700 samples at 200 Hz" in capsys.readouterr().out
+    records = {record.details.name: record for record in read_data_set(tmp_path / "data")}
+    alone = tb.import_log(other, tmp_path / "map.toml").runs[0]
+    assert set(records) == {"bench", "later", "bench_2"}
+    np.testing.assert_array_equal(records["later"].channels["body_rate"], alone.channels["body_rate"])
+    made = json.loads((tmp_path / "data" / "provenance.json").read_text(encoding="utf-8"))
+    assert [stamp["path"] for stamp in made["inputs"]] == [str(p) for p in (log, other, again, tmp_path / "map.toml")]
+    assert set(made["runs"]) == set(records)
+
+
+def test_the_maps_name_stands_before_those_of_several_logs(log, tmp_path):
+    other = logs.write_ulog(tmp_path / "later.ulg", 600)
+    records = tb.import_log([log, other], logs.ULOG_MAP | {"name": "day1"})
+    assert [record.details.name for record in records] == ["day1_bench", "day1_later"]
+    assert [stamp.path for stamp in records.runs[1].files] == [str(other), "map.toml"]
+
+
+def test_every_log_that_cannot_be_imported_is_named_and_nothing_is_left(log, tmp_path, capsys):
+    (tmp_path / "a.csv").write_text("t,x\n0,1\n")
+    arguments = ("--map", tmp_path / "map.toml", "--out", tmp_path / "data")
+    assert run("import", log, tmp_path / "a.csv", tmp_path / "b.ulg", *arguments) == 2
+    assert "b.ulg: cannot be read" in capsys.readouterr().err
+    (tmp_path / "b.csv").write_text("t,y\n0,1\n")
+    assert run("import", tmp_path / "a.csv", log, tmp_path / "b.csv", *arguments) == 2
+    said = capsys.readouterr().err
+    assert "a.csv: does not hold" in said
+    assert "b.csv: does not hold" in said
+    (tmp_path / "copy.ulg").write_bytes(log.read_bytes())
+    assert run("import", log, tmp_path / "copy.ulg", *arguments) == 2
+    assert "is the same log as" in capsys.readouterr().err
+    assert run("import", log, log, "--guess") == 2
+    assert "proposes a map for one log" in capsys.readouterr().err
+    assert not (tmp_path / "data").exists()
+    with pytest.raises(tb.InputError, match="there is no log in it"):
+        tb.import_log([], tmp_path / "map.toml")
