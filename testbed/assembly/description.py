@@ -15,7 +15,6 @@ from testbed.files import whole_file
 from testbed.plant.description import body_mjcf, body_urdf, platform_mjcf, platform_urdf
 from testbed.plant.properties import PlatformProperties
 from testbed.scenario.body import BodyScenario
-from testbed.scenario.scenario import Scenario
 
 
 def write_mjcf(scenario: BodyScenario, inertia: Matrix3, path: Path) -> Path:
@@ -44,7 +43,7 @@ def _described(
     of_platform: Callable[[PlatformProperties, Path | None], str],
     of_body: Callable[[str, float, Matrix3], str],
 ) -> str:
-    if not isinstance(scenario, Scenario):
+    if not scenario.stores_momentum:
         return of_body(scenario.name, _mass(scenario, inertia), inertia)
     properties = replace(nominal_properties(scenario), inertia=inertia, cabin_size=None)
     return of_platform(properties, scenario.platform.model)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -25,6 +26,8 @@ from testbed.scenario.gyros import ControlMomentGyros
 from testbed.scenario.platform import Truth
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.values import per_unit
+
+_Form = TypeVar("_Form", bound=BodyScenario)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,19 +87,19 @@ def nominal_body(scenario: BodyScenario) -> Body:
     Raises:
         InputError: as `nominal_platform`; or no inertia is stated where there is no model to take it from.
     """
-    if isinstance(scenario, Scenario):
-        return nominal_platform(scenario)
-    if scenario.platform.inertia_kg_m2 is None:
+    if not isinstance(scenario, Scenario) and scenario.platform.inertia_kg_m2 is None:
         raise InputError(
-            f"{scenario.name}: platform.inertia_kg_m2 is missing; add it: without a [cluster] there is no model of the "
-            "platform to take it from"
+            f"{scenario.name}: platform.inertia_kg_m2 is missing; add it: of a platform that is only measured there is "
+            "no model to take it from"
         )
+    if scenario.stores_momentum:
+        return nominal_platform(scenario)
     environment = nominal_environment(scenario, scenario.platform.mass_kg or 0.0)  # on a bearing it is there
     return Body(cluster=None, inertia=np.array(scenario.platform.inertia_kg_m2), environment=environment)
 
 
-def nominal_platform(scenario: Scenario) -> PlatformModel:
-    """Return the nominal platform, the model of controller, designer and estimators.
+def nominal_platform(scenario: BodyScenario) -> PlatformModel:
+    """Return the nominal platform, one with gyros or wheels: the model of controller, designer and estimators.
 
     Raises:
         InputError: the MJCF cannot be used, or the numbers belong to no body.
@@ -120,9 +123,10 @@ def true_platform(scenario: Scenario) -> PlatformModel:
         raise UnphysicalPlatformError(f"{section}.{error.key}", error.text) from None
 
 
-def shown_model(scenario: Scenario) -> Model:
-    """Return the flown platform compiled with its visual geometry."""
-    return build(true_properties(scenario), scenario.platform.model)
+def shown_model(scenario: BodyScenario) -> Model:
+    """Return the flown platform compiled with its visual geometry; of one that is only measured the nominal one."""
+    properties = true_properties(scenario) if isinstance(scenario, Scenario) else nominal_properties(scenario)
+    return build(properties, scenario.platform.model)
 
 
 def true_plant(flown: Sequence[tuple[Scenario, PlatformModel]], threads: int = 1, engine: Engine = "mujoco") -> Plant:
@@ -149,9 +153,11 @@ def true_plant(flown: Sequence[tuple[Scenario, PlatformModel]], threads: int = 1
     )
 
 
-def nominal_properties(scenario: Scenario) -> PlatformProperties:
+def nominal_properties(scenario: BodyScenario) -> PlatformProperties:
     """Return the scenario's nominal numbers; those it leaves out stay None and keep the MJCF's."""
     platform, cluster, gyros = scenario.platform, scenario.cluster, scenario.gyros
+    flown = scenario if isinstance(scenario, Scenario) else None
+    cabin = None if flown is None else flown.cabin
     return PlatformProperties(
         inertia=None if platform.inertia_kg_m2 is None else np.array(platform.inertia_kg_m2),
         mass=platform.mass_kg,
@@ -170,8 +176,8 @@ def nominal_properties(scenario: Scenario) -> PlatformProperties:
         gimbal_mass=cluster.gimbal_mass_kg,
         gimbal_torque_limit=cluster.gimbal_torque_limit_N_m,
         gimbal_servo_bandwidth=gyros.servo_bandwidth,
-        step=scenario.simulation.step_s,
-        cabin_size=None if scenario.cabin is None else np.array(scenario.cabin.size_m),
+        step=_ANY_STEP if flown is None else flown.simulation.step_s,
+        cabin_size=None if cabin is None else np.array(cabin.size_m),
         wheels=tuple(wheel for array in scenario.wheels for wheel in _wheels(array)),
         air_bearing=_bearing(nominal_environment(scenario, _ANY_MASS)),
     )
@@ -229,7 +235,11 @@ _ANY_MASS = 1.0
 """kg, for what of an environment does not depend on it."""
 
 
-def each_wheel(scenario: Scenario, key: str) -> Units:
+_ANY_STEP = 0.001
+"""s, of a model that nothing steps."""
+
+
+def each_wheel(scenario: BodyScenario, key: str) -> Units:
     """Return what the entries of [[actuators]] state at a key for each wheel, shape (W,); 0 where it is omitted."""
     stated = [getattr(array, key) or 0.0 for array in scenario.wheels for _ in range(array.wheels)]
     return np.array(stated, dtype=np.float64)
@@ -366,16 +376,16 @@ def _starting_momentum(scenario: Scenario) -> Units:
     return momentum
 
 
-def _spinning(momentum: Units, scenario: Scenario) -> Units:
+def _spinning(momentum: Units, scenario: BodyScenario) -> Units:
     """Stop the rotors of failed units: without momentum the steering law asks nothing of them."""
     momentum[[unit - 1 for unit in scenario.gyros.failed]] = 0.0
     return momentum
 
 
 def _compiled(
-    scenario: Scenario,
+    scenario: _Form,
     properties: PlatformProperties,
-    environment_of: Callable[[Scenario, float], Environment | None],
+    environment_of: Callable[[_Form, float], Environment | None],
 ) -> PlatformModel:
     model = build(properties, scenario.platform.model, visuals=False)
     return PlatformModel(

@@ -233,11 +233,11 @@ def _wheels(record: Record, scenario: BodyScenario, nominal: Body, time: Series)
         momentum=speed * nominal.wheels.spin_inertia,
         torque=_channel(record, "wheel_torque", time),
         torque_command=_channel(record, "wheel_torque_command", time),
-        motors=_motors(scenario, time) if isinstance(scenario, Scenario) else None,
+        motors=_motors(scenario, time),
     )
 
 
-def _motors(scenario: Scenario, time: Series) -> WheelMotors:
+def _motors(scenario: BodyScenario, time: Series) -> WheelMotors:
     return WheelMotors(
         viscous_friction=each_wheel(scenario, "viscous_friction_N_m_s_rad"),
         coulomb_friction=each_wheel(scenario, "coulomb_friction_N_m"),
@@ -256,13 +256,13 @@ def _gimbals(
         angle=angle,
         rotor_momentum=None if rotor_speed is None else rotor_speed * cluster.rotor_spin_inertia,
         torque=_channel(record, "gimbal_torque", time),
-        servo=_servo(scenario, time) if isinstance(scenario, Scenario) else None,
+        servo=_servo(scenario, time),
     )
     command = _channel(record, "gimbal_rate_command", time)
     return gimbals if command is None else gimbals.commanded(command)
 
 
-def _servo(scenario: Scenario, time: Series) -> Servo:
+def _servo(scenario: BodyScenario, time: Series) -> Servo:
     """Return what is known of the gimbals' servo."""
     gyros = scenario.gyros
     bandwidth = gyros.servo_bandwidth
@@ -274,12 +274,15 @@ def _servo(scenario: Scenario, time: Series) -> Servo:
     )
 
 
-def _control_period(scenario: Scenario, time: Series) -> float:
+def _control_period(scenario: BodyScenario, time: Series) -> float:
     """Return the period of the control loop, s.
 
-    Samples are taken on the control clock, so that one which is too slow for them is taken as fast as it has to be.
+    Samples are taken on the control clock, so that one which is too slow for them is taken as fast as it has to be; so
+    is that of a platform which is only measured, as nothing says how fast it is.
     """
     interval = float(np.median(np.diff(time)))
+    if not isinstance(scenario, Scenario):
+        return interval
     return interval / max(ceil(interval * scenario.simulation.control_rate_hz - _CLOCK_JITTER), 1)
 
 

@@ -28,8 +28,8 @@ def read_scenario(source: AnyPath, overrides: Overrides | None = None) -> BodySc
         overrides: values by dotted key, such as `{"gyro.noise_rad_s": 0.01}`; they are checked like the file's own.
 
     Returns:
-        A `Scenario`, which can be flown; of a platform without control moment gyros a `BodyScenario`, whose records can
-        be estimated from and diagnosed.
+        A `Scenario`, which can be flown; without the sections of a flight a `BodyScenario`, whose records can be
+        estimated from and diagnosed.
 
     Raises:
         InputError: there is no such file, it is not a scenario, or an override fits none of its keys.

@@ -103,7 +103,7 @@ def _write_model(part: Path, scenario: BodyScenario, diagnosis: Diagnosis) -> tu
     """Write the extended model; return where it is, and what of the diagnosis is not in it, or why there is none."""
     try:
         if not isinstance(scenario, Scenario):
-            raise InputError("a platform whose scenario has no [cluster] is not flown")
+            raise InputError("a platform that is only measured is not flown")
         extensions = list(extensions_of(scenario, diagnosis))
         write_extended(scenario, extensions, inertia_of(diagnosis.model.theta), part / EXTENDED)
     except InputError as error:

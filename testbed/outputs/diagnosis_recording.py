@@ -22,7 +22,6 @@ from testbed.report.diagnosis.prediction import MEAN_OVER, NOISE_REACH, running_
 from testbed.report.diagnosis.verdict import addition_words, diagnosis_verdict, effect_name
 from testbed.rotation.kinematics import integrate_attitude
 from testbed.scenario.body import BodyScenario
-from testbed.scenario.scenario import Scenario
 from testbed.scene import SceneBody
 from testbed.signals import AXES
 
@@ -46,7 +45,7 @@ def diagnosis_content(
 
 def platform_scene(scenario: BodyScenario) -> tuple[SceneBody, ...]:
     """Return the platform without the cabin that it may fly in; one that nobody drew as the box of its inertia."""
-    if not isinstance(scenario, Scenario):
+    if not scenario.stores_momentum:
         return box_scene(nominal_body(scenario).inertia)
     scene = [body for body in scene_of(shown_model(scenario)) if body.name == "bus" or body.parent]
     return lean_scene(scene)

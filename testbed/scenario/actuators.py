@@ -125,8 +125,8 @@ def wheel_count(actuators: Sequence[Actuator]) -> int:
     return sum(each.wheels for each in reaction_wheels(actuators))
 
 
-def actuator_conflicts(actuators: Sequence[Actuator], cluster: Cluster | None) -> Iterator[Conflict]:
-    """Find a platform without actuators, with too many of them, or with a direction about which it has no torque.
+def count_conflicts_of(actuators: Sequence[Actuator], cluster: Cluster | None) -> Iterator[Conflict]:
+    """Find too many actuators.
 
     Args:
         actuators: beside the cluster.
@@ -134,10 +134,22 @@ def actuator_conflicts(actuators: Sequence[Actuator], cluster: Cluster | None) -
     """
     if cluster is None:
         return
-    wheels, entries = wheel_count(actuators), control_moment_gyros(actuators)
+    wheels = wheel_count(actuators)
     if wheels > MOST_UNITS:
         yield Conflict(key="actuators", text=f"have {wheels} wheels in all; at most {MOST_UNITS} are flown")
-    yield from gyro_conflicts(entries, cluster)
+    yield from gyro_conflicts(control_moment_gyros(actuators), cluster)
+
+
+def torque_conflicts(actuators: Sequence[Actuator], cluster: Cluster | None) -> Iterator[Conflict]:
+    """Find a platform to be flown without actuators, or with a direction about which it has no torque.
+
+    Args:
+        actuators: beside the cluster.
+        cluster: its units; None where it is wrong itself.
+    """
+    if cluster is None:
+        return
+    entries = control_moment_gyros(actuators)
     if cluster.units == 0 and not actuators:
         text = "is missing; add it: The control moment gyros; or [[actuators]] of another kind"
         yield Conflict(key="cluster", text=text)

@@ -9,9 +9,18 @@ import tomli_w
 from pydantic import Field, PrivateAttr, Strict, ValidationInfo, field_validator
 
 from testbed.files import TextFile
+from testbed.scenario.actuators import (
+    Actuator,
+    ReactionWheels,
+    control_moment_gyros,
+    count_conflicts_of,
+    reaction_wheels,
+)
+from testbed.scenario.cluster import NO_CLUSTER, Cluster, stated_conflicts
 from testbed.scenario.diagnosis import Diagnosis
 from testbed.scenario.environment import FREE, Environment, mass_conflicts
 from testbed.scenario.estimation import Estimation
+from testbed.scenario.gyros import Gyros, gyros_of
 from testbed.scenario.platform import Platform, Thruster
 from testbed.scenario.section import Section, refuse
 from testbed.scenario.sensors import Gyro
@@ -20,7 +29,7 @@ from testbed.signals import MOST_UNITS
 
 
 class BodyScenario(Section):
-    """A nominal platform and its gyro. With a cluster of control moment gyros it can be flown: `Scenario`."""
+    """A nominal platform and its gyro. With what a flight needs besides it can be flown: `Scenario`."""
 
     schema_version: Annotated[Literal[1], Field(alias="schema")]
     """Version of this file format."""
@@ -39,10 +48,42 @@ class BodyScenario(Section):
     diagnosis names the one that is weak, late or tilted by its number."""
     gyro: Gyro
     """The rate gyro."""
-    estimation: Estimation
+    estimation: Estimation = Estimation()
     """How the inertia is estimated."""
     diagnosis: Diagnosis = Diagnosis()
     """How measured records are compared with the nominal platform."""
+    cluster: Cluster = NO_CLUSTER
+    """The control moment gyros; omitted: none, but [[actuators]]."""
+    actuators: Annotated[tuple[Actuator, ...], Strict(False), Field(max_length=MOST_UNITS, validate_default=True)] = ()
+    """Reaction wheels beside the cluster, or all actuators without it: each entry is one, or an array of them."""
+
+    @property
+    def gyros(self) -> Gyros:
+        """All control moment gyros, of whichever form."""
+        return gyros_of(self.cluster, control_moment_gyros(self.actuators))
+
+    @property
+    def wheels(self) -> tuple[ReactionWheels, ...]:
+        """Entries of reaction wheels."""
+        return reaction_wheels(self.actuators)
+
+    @property
+    def stores_momentum(self) -> bool:
+        """Whether it has gyros or wheels; motors and jets turn one that has none."""
+        return bool(self.gyros.units or self.wheels)
+
+    @field_validator("cluster")
+    @classmethod
+    def _stated(cls, cluster: Cluster, info: ValidationInfo) -> Cluster:
+        platform = info.data.get("platform")
+        refuse(stated_conflicts(cluster, platform and platform.model), from_root=True)
+        return cluster
+
+    @field_validator("actuators")
+    @classmethod
+    def _not_too_many(cls, actuators: tuple[Actuator, ...], info: ValidationInfo) -> tuple[Actuator, ...]:
+        refuse(count_conflicts_of(actuators, info.data.get("cluster")), from_root=True)
+        return actuators
 
     @field_validator("environment")
     @classmethod

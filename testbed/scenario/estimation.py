@@ -17,13 +17,14 @@ class Estimation(Section):
 
     estimators: Annotated[
         tuple[Literal["ls", "iv", "iv_momentum", "output_error"], ...], Strict(False), Field(min_length=1), Distinct
-    ]
-    """Least squares, instrumental variable, instrumental variable in momentum form, output error: any of them."""
-    prefilter_time_constant_s: PrefilterTime
+    ] = ("iv_momentum", "output_error")
+    """Least squares, instrumental variable, instrumental variable in momentum form, output error: any of them; omitted:
+    the two that reach the bound."""
+    prefilter_time_constant_s: PrefilterTime = 0.8
     """Time constant γ of the prefilter of ls and iv, eq. (32)."""
-    instrument: Literal["reference", "nominal", "iterated"]
+    instrument: Literal["reference", "nominal", "iterated"] = "iterated"
     """Instrument: the reference maneuver, a simulation of the nominal platform, or of the estimated one, iterated."""
-    initial_momentum: Literal["estimated", "zero"]
+    initial_momentum: Literal["estimated", "zero"] = "estimated"
     """Whether the total momentum is estimated jointly, or known to be zero; on measured records a zero is tested."""
     constant_torque: Literal["none", "body", "inertial", "both"] = "none"
     """Which constant torques on the platform are estimated jointly: fixed in the body, in inertial axes, or both."""

@@ -104,6 +104,8 @@ def _text(detail: ErrorDetails, place: Place, parsed: Parsed) -> str:
 
 def _suggestion(place: Place, parsed: Parsed) -> str:
     near = _nearest(place, parsed)
+    if near == place[-1]:  # known where the scenario describes a flight
+        return "it is part of a flight, which nothing else here describes: take it out, or add what a flight needs"
     if near is None:
         return f"the keys here are {', '.join(keys_at(place[:-1], parsed))}"
     return f"did you mean {near}? It gives: {meaning((*place[:-1], near), parsed)}"

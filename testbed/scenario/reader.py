@@ -15,7 +15,7 @@ from testbed.scenario.keys import Parsed
 from testbed.scenario.maneuver import Maneuver
 from testbed.scenario.places import Place, key_lines, line_of
 from testbed.scenario.problems import Problem, problems_of
-from testbed.scenario.scenario import FLIGHT, Scenario
+from testbed.scenario.scenario import NEEDED_TO_FLY, Scenario
 from testbed.scenario.section import Section
 
 LARGEST_SCENARIO = 4_000_000
@@ -25,10 +25,11 @@ _Form = TypeVar("_Form", bound=BodyScenario)
 
 
 NOT_FLOWN = (
-    "has no [cluster]: a platform without control moment gyros is estimated and compared with its records by "
-    "`testbed estimate` and `testbed diagnose`; it is not flown, and nothing is designed for it"
+    f"has none of {', '.join(f'[{key}]' for key in sorted(NEEDED_TO_FLY))}: a platform that is only measured is "
+    "estimated and compared with its records by `testbed estimate` and `testbed diagnose`; it is not flown, and "
+    "nothing is designed for it"
 )
-"""What to say of a scenario without actuators where one is needed that can be flown."""
+"""What to say of a scenario without the sections of a flight where one is needed that can be flown."""
 
 
 def scenario_file(path: Path) -> TextFile:
@@ -57,8 +58,8 @@ def scenario_of(file: TextFile) -> Scenario:
         file: TOML; the paths in it are relative to its folder.
 
     Raises:
-        InputError: not TOML, or not a scenario; all problems with their places; or it describes a platform without
-            control moment gyros.
+        InputError: not TOML, or not a scenario; all problems with their places; or it describes a platform that is
+            only measured.
     """
     tree = parsed_toml(file)
     if _is_body(tree):
@@ -94,8 +95,8 @@ def read_maneuver(path: Path) -> Maneuver:
 
 
 def _is_body(tree: Mapping[str, Any]) -> bool:
-    """Tell whether a file has all that a platform without control moment gyros needs, and nothing of a flight."""
-    return {"platform", "gyro", "estimation"} <= tree.keys() and not FLIGHT & tree.keys()
+    """Tell whether a file has all that a platform needs which is only measured, and nothing of a flight."""
+    return {"platform", "gyro"} <= tree.keys() and not NEEDED_TO_FLY & tree.keys()
 
 
 def _validated(file: TextFile, tree: dict[str, Any], form: type[_Form]) -> _Form:

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import chain
-from typing import Annotated
 
-from pydantic import Field, Strict, ValidationInfo, field_validator
+from pydantic import ValidationInfo, field_validator
 
 from testbed.scenario.actuators import (
     Actuator,
     ReactionWheels,
-    actuator_conflicts,
     control_moment_gyros,
     reaction_wheels,
+    torque_conflicts,
 )
 from testbed.scenario.body import BodyScenario
-from testbed.scenario.cluster import NO_CLUSTER, Cluster, Limits, stated_conflicts
+from testbed.scenario.cluster import Limits
 from testbed.scenario.control import Controller
 from testbed.scenario.dispersion import Dispersion
 from testbed.scenario.environment import conservation_conflicts, start_conflicts, truth_conflicts
@@ -51,17 +50,12 @@ from testbed.scenario.timing import (
     stiffness_conflicts,
 )
 from testbed.scenario.unit_counts import count_conflicts
-from testbed.signals import MOST_UNITS
 
 
 class Scenario(BodyScenario):
     """Everything that decides a run, in the units of its keys."""
 
     # In this order each check finds the sections that it compares with already read.
-    cluster: Cluster = NO_CLUSTER
-    """The control moment gyros; omitted: none, but [[actuators]]."""
-    actuators: Annotated[tuple[Actuator, ...], Strict(False), Field(max_length=MOST_UNITS, validate_default=True)] = ()
-    """Reaction wheels beside the cluster, or all actuators without it: each entry is one, or an array of them."""
     limits: Limits
     """What the cluster may be asked for."""
     truth: Truth = Truth()
@@ -89,27 +83,10 @@ class Scenario(BodyScenario):
     controller: Controller
     """The rate tracker."""
 
-    @property
-    def gyros(self) -> Gyros:
-        """All control moment gyros, of whichever form."""
-        return gyros_of(self.cluster, control_moment_gyros(self.actuators))
-
-    @property
-    def wheels(self) -> tuple[ReactionWheels, ...]:
-        """Entries of reaction wheels."""
-        return reaction_wheels(self.actuators)
-
-    @field_validator("cluster")
-    @classmethod
-    def _stated(cls, cluster: Cluster, info: ValidationInfo) -> Cluster:
-        platform = info.data.get("platform")
-        refuse(stated_conflicts(cluster, platform and platform.model), from_root=True)
-        return cluster
-
     @field_validator("actuators")
     @classmethod
     def _can_turn(cls, actuators: tuple[Actuator, ...], info: ValidationInfo) -> tuple[Actuator, ...]:
-        refuse(actuator_conflicts(actuators, info.data.get("cluster")), from_root=True)
+        refuse(torque_conflicts(actuators, info.data.get("cluster")), from_root=True)
         return actuators
 
     @field_validator("truth", "initial", "encoder", "tachometer", "wheel_tachometer", "maneuver", "controller")
@@ -197,11 +174,9 @@ def _wheels(info: ValidationInfo) -> tuple[ReactionWheels, ...] | None:
 NEEDED_TO_FLY = {
     key for key, field in Scenario.model_fields.items() if field.is_required()
 } - BodyScenario.model_fields.keys()
-"""Sections that a platform needs to be flown, beside its actuators."""
+"""Sections of a flight, which a platform that is only measured has none of, and one that is flown all."""
 ACTUATORS = ("cluster", "actuators")
-"""Sections of its actuators; one of them is needed."""
-FLIGHT = NEEDED_TO_FLY | set(ACTUATORS)
-"""Sections of a flight; a platform that is only measured has none of them."""
+"""Sections of its actuators; one of them is needed to fly."""
 
 
 def _preference_conflicts(controller: Controller, maneuver: Maneuver | None) -> Iterator[Conflict]:

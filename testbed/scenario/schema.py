@@ -10,7 +10,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
 from testbed.scenario.cluster import NO_CLUSTER
-from testbed.scenario.scenario import ACTUATORS, FLIGHT, NEEDED_TO_FLY, Scenario
+from testbed.scenario.scenario import ACTUATORS, NEEDED_TO_FLY, Scenario
 
 
 class _TomlSchema(GenerateJsonSchema):
@@ -34,8 +34,8 @@ class _TomlSchema(GenerateJsonSchema):
 def scenario_schema() -> dict[str, Any]:
     """Return the JSON Schema of a scenario: of one that can be flown, or of one without any section of a flight."""
     schema = schema_of(Scenario)
-    required = [key for key in schema["required"] if key not in FLIGHT]
-    dependent = {key: sorted(NEEDED_TO_FLY - {key}) for key in sorted(FLIGHT)}
+    required = [key for key in schema["required"] if key not in NEEDED_TO_FLY]
+    dependent = {key: sorted(NEEDED_TO_FLY - {key}) for key in sorted(NEEDED_TO_FLY)}
     any_actuator = {"anyOf": [{"required": [key]} for key in ACTUATORS]}
     return {
         "$schema": _TomlSchema.schema_dialect,

@@ -166,11 +166,11 @@ def test_check_accepts_it(path, capsys):
 
 
 @pytest.mark.parametrize("command", ["run", "design", "montecarlo"])
-def test_what_needs_a_cluster_refuses_a_platform_without(command, tmp_path, capsys, monkeypatch):
+def test_what_needs_a_flight_refuses_a_platform_that_is_measured(command, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     further = {"montecarlo": ("--runs", 2)}
     assert run(command, MEASURED, *further.get(command, ())) == 2
     said = capsys.readouterr().err
-    assert "has no [cluster]" in said
+    assert "has none of [controller], [limits], [maneuver], [simulation]" in said
     assert "testbed diagnose" in said
     assert list(tmp_path.iterdir()) == []

@@ -370,7 +370,7 @@ class TestPlatformsWithoutCluster:
     def test_read_without_the_sections_of_a_flight(self):
         scenario = read_body_scenario(SHIPPED / "crazyflie.toml")
         assert scenario.diagnosis.horizon_s == 0.2
-        assert not hasattr(scenario, "cluster")
+        assert not scenario.stores_momentum
 
     def test_one_that_can_be_flown_is_read_whole(self):
         assert read_body_scenario(SHIPPED / "diagnose.toml") == read_scenario(SHIPPED / "diagnose.toml")
@@ -385,7 +385,7 @@ class TestPlatformsWithoutCluster:
 
     def test_a_section_that_means_nothing_without_a_cluster_is_unknown(self, tmp_path):
         path, _ = edited(tmp_path, r"\[estimation\]", "[encoder]\n[estimation]", name="crazyflie")
-        with pytest.raises(InputError, match=r"encoder: unknown key"):
+        with pytest.raises(InputError, match=r"encoder: unknown key; it is part of a flight"):
             read_body_scenario(path)
 
     def test_windows_of_too_few_samples(self, tmp_path):
