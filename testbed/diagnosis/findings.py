@@ -256,13 +256,17 @@ def _trim_words(diagnosis: Diagnosis) -> Iterator[str]:
     trims = diagnosis.model.trims
     if not len(trims):
         return
-    pairs = zip(diagnosis.runs.trim_names, trims, strict=True)
-    shown = "; ".join(f"{name} ({', '.join(f'{value:.2g}' for value in each)})" for name, each in pairs)
+    each_trim = zip(diagnosis.runs.trim_names, trims, diagnosis.model.trim_std, strict=True)
+    shown = "; ".join(f"{name} ({', '.join(map(_with_error, each, std))})" for name, each, std in each_trim)
     of_each = "all records together" if diagnosis.runs.trim_group else "each record"
     yield (
         f"a constant torque of the actuators in body axes, their trim, is estimated for {of_each} beside the initial "
         f"rates: {shown} N·m; by itself, a constant torque on the body cannot be distinguished from it"
     )
+
+
+def _with_error(value: float, std: float) -> str:
+    return f"{value:.3g} ± {std:.1g}" if np.isfinite(std) else "not determined"
 
 
 def _given_words(diagnosis: Diagnosis) -> Iterator[str]:

@@ -241,6 +241,17 @@ class Fit:
         With the error that what is believed has in common with other records.
         """
         own = 6 + len(self.effect_values)
+        return self._covariance[:own, :own]
+
+    @property
+    def trim_std(self) -> Array:
+        """Standard deviation of every trim, shape (trims, 3), N·m; infinite about axes that no sample shows."""
+        trims = self.trims
+        return np.asarray(np.sqrt(np.diag(self._covariance)[len(self.normal) - trims.size :]).reshape(trims.shape))
+
+    @property
+    def _covariance(self) -> Array:
+        """Of all parameters, as `covariance`, shape (C + 3 R, C + 3 R)."""
         shown = np.diag(self.normal) > 0.0
         covariance = np.diag(np.where(shown, 0.0, np.inf))
         covariance[np.ix_(shown, shown)] = inverse = np.linalg.inv(self.normal[np.ix_(shown, shown)])
@@ -249,7 +260,7 @@ class Fit:
             rows = self.jacobian[len(self.residual) - self.believed :][: len(known), shown]
             moved = inverse @ rows.T / known  # by what is believed of each number
             covariance[np.ix_(shown, shown)] += moved @ self.belief.common @ moved.T
-        return np.asarray(covariance[:own, :own])
+        return covariance
 
     def signature_of(self, placed: Hypothesis) -> Array:
         """Return the Jacobian's columns of an effect's parameters, all others projected out, shape (samples, K)."""

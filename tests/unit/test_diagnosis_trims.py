@@ -4,13 +4,14 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
+from scipy.stats import chi2
 
 from concealing.files import record
 from concealing.flown import fly_case
 from support.blind_cases import blind_case
 from support.diagnosed_records import SCENARIO
 from testbed.assembly.platform import nominal_platform
-from testbed.diagnosis.findings import additions
+from testbed.diagnosis.findings import additions, model_notices
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
@@ -62,6 +63,11 @@ def test_trims_that_differ_from_record_to_record_are_no_effect():
     shown = {each.details.name: trim for each, trim in zip(records(trims), trims, strict=True)}
     expected = np.array([shown[name] for name in state.runs.trim_names])
     np.testing.assert_allclose(state.model.trims, expected, atol=3e-5)
+    missed = (state.model.trims - expected) / state.model.trim_std
+    low, high = chi2.ppf([1e-3, 1.0 - 1e-3], missed.size)
+    assert low < np.sum(missed**2) < high
+    note = next(text for text in model_notices(state) if "their trim" in text)
+    assert f"{state.model.trims[0, 0]:.3g} ± {state.model.trim_std[0, 0]:.1g}" in note
 
 
 def test_own_trims_are_worth_less_than_the_chi_square_that_they_gain_and_cost_where_there_are_none():
