@@ -24,7 +24,12 @@ from testbed.cli.console import (
     show,
     warn,
 )
-from testbed.cli.diagnose_tables import candidates_table, detectable_table, inertia_table, places_table
+from testbed.cli.diagnose_tables import (
+    candidates_table,
+    detectable_table,
+    inertia_table,
+    places_table,
+)
 from testbed.cli.failures import COMPLETED, INTERRUPTED
 from testbed.cli.options import changed_scenario, print_folder, require_folder
 from testbed.diagnosis.detectable import confounded, first_screening
@@ -51,7 +56,7 @@ from testbed.report.diagnosis.misfit import (
 )
 from testbed.report.diagnosis.next import distance_words, flight_words, pair_words
 from testbed.report.diagnosis.ranking import on_the_noise
-from testbed.report.diagnosis.sizes import confounded_words
+from testbed.report.diagnosis.sizes import confounded_words, lacking
 from testbed.report.diagnosis.verdict import (
     addition_words,
     agreement_words,
@@ -180,6 +185,7 @@ class _Stages:
         if first_screening(diagnosis) is not None and (before is None or first_screening(before) is None):
             say()
             show(detectable_table(diagnosis))
+            _print_untestable(diagnosis)
             if pairs := confounded_words(diagnosis):
                 say()
                 entry("Confounded", f"by these data: {pairs}")
@@ -223,6 +229,13 @@ def _print_gap(diagnosis: Diagnosis, places: Sequence[ResidualSegment]) -> None:
     if places:
         say()
         show(places_table(places))
+
+
+def _print_untestable(diagnosis: Diagnosis) -> None:
+    for number, (needs, effects) in enumerate(lacking(diagnosis).items()):
+        if not number:
+            say()
+        entry("" if number else "Untestable", f"needs {needs}: {', '.join(effects)}")
 
 
 def _print_step(diagnosis: Diagnosis, step: Step) -> None:

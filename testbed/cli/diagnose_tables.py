@@ -45,9 +45,6 @@ def detectable_table(diagnosis: Diagnosis) -> Table:
     for line in size_lines(diagnosis):
         style = "" if line.seen == line.components else "yellow" if line.seen else "dim"
         table.add_row(line.effect, line.smallest, line.multiple, style=style)
-    for each in diagnosis.untestable:
-        name = each.effect if each.component is None else f"{each.effect} ({each.component})"
-        table.add_row(name, f"needs {each.needs}", "untestable", style="dim")
     return table
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from math import isclose
@@ -14,6 +14,11 @@ from testbed.effects.contract import Quantity
 from testbed.report.wording import figures
 
 _CONFOUNDED_SHOWN = 3
+_CALLED = {
+    "applied_torque_or_cluster_momentum": "applied_torque or cluster_momentum",
+    "thrust": "motor_thrust with [[thrusters]]",
+}
+"""What a user knows channels by that an effect needs."""
 _OTHER_AXES = re.compile(r" [xyz]$")
 
 
@@ -38,6 +43,16 @@ class SizeLine:
     multiple: str
     confounded: str
     seen: int
+
+
+def lacking(diagnosis: Diagnosis) -> Mapping[str, list[str]]:
+    """Return the effects that could not be tested for, by what the records lack for it, in words."""
+    by_need: dict[str, list[str]] = {}
+    for each in diagnosis.untestable:
+        needs = " and ".join(_CALLED.get(need, need) for need in each.needs.split(" and "))
+        named = each.effect if each.component is None else f"{each.effect} ({each.component})"
+        by_need.setdefault(needs, []).append(named)
+    return by_need
 
 
 def size_lines(diagnosis: Diagnosis) -> Iterator[SizeLine]:

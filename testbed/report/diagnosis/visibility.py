@@ -19,7 +19,7 @@ from testbed.diagnosis.detectable import (
 from testbed.diagnosis.result import needs_of, unconfounded_needs
 from testbed.diagnosis.signatures import Signature
 from testbed.diagnosis.state import Diagnosis
-from testbed.report.diagnosis.sizes import size_lines, smallest_words
+from testbed.report.diagnosis.sizes import lacking, size_lines, smallest_words
 from testbed.report.frame.blocks import Block, Cell, Column, Figure, Section, Table
 from testbed.report.frame.style import color, layout
 from testbed.report.wording import figures
@@ -148,9 +148,8 @@ def _sizes_table(sizes: Sequence[Detectable]) -> Table:
 
 
 def _untestable(diagnosis: Diagnosis, sizes: Sequence[Detectable]) -> Iterator[tuple[Cell, ...]]:
-    for each in diagnosis.untestable:
-        needs = f"the channel {each.needs}" if each.component is None else each.needs
-        yield Cell(text=each.effect), Cell(text=each.component or ""), Cell(text=needs)
+    for needs, effects in lacking(diagnosis).items():
+        yield Cell(text=", ".join(effects)), Cell(text=""), Cell(text=needs)
     for size in sizes:
         if not size.seen_when_typical:
             yield Cell(text=size.placed.effect.id), Cell(text=size.placed.component), Cell(text=needs_of(size))
