@@ -36,7 +36,11 @@ class _Skewed(Hooks):
 
     @override
     def actuator_response(self, asked_B: Array, value: Array, grid: Grid) -> Array:
-        return skewed(asked_B, grid, value[:, 0])
+        return asked_B if grid.torque_held else skewed(asked_B, grid, value[:, 0])
+
+    @override
+    def held_torque_delay(self, value: Array) -> Array:
+        return -value[:, 0]
 
 
 @final

@@ -12,7 +12,8 @@ from testbed.arrays import Array, Vectors3
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks, overrides
-from testbed.prediction.smooth import Smooth, node_slopes
+from testbed.prediction.lines import Lines, has_lines
+from testbed.prediction.smooth import Motion, Smooth, Sum, node_slopes
 
 _PLACES, _WEIGHTS = 0.5 + 0.5 * np.sqrt(0.6) * np.array([-1.0, 0.0, 1.0]), np.array([5.0, 8.0, 5.0]) / 18.0
 """Of Gauss's rule on the unit interval."""
@@ -98,8 +99,7 @@ def _read(grid: Grid, rates: Array, lag: Array, delay: Array, drift: Array, aver
     if np.any(drift):
         at = at - (times[:, None] * np.broadcast_to(drift, sets)[:, None] / grid.step[:, None, None]).reshape(at.shape)
     late, behind = ((np.broadcast_to(each, sets) / grid.step[:, None]).ravel() for each in (lag, delay))
-    rows = rates.reshape(-1, nodes, 3)
-    motion = Smooth(np.arange(float(nodes)), rows, node_slopes(rows, 1.0))
+    motion = _motion(grid, rates.reshape(-1, nodes, 3), sets)
     shown = partial(motion.either_way, at, late)
     if averaging:
         interval = np.array([np.median(np.diff(run.gyro_time)) for run in grid.runs]) / grid.step
@@ -108,6 +108,19 @@ def _read(grid: Grid, rates: Array, lag: Array, delay: Array, drift: Array, aver
     else:
         read = shown(behind)
     return np.asarray(read.reshape(-1, runs, sets, most, 3))
+
+
+def _motion(grid: Grid, rates: Array, sets: int) -> Motion:
+    """Return the motions of all runs through rates at the nodes, shape (R P, M + 1, 3), times in steps of each run.
+
+    Where a torque is held, what is left of them beside the lines of a body under it is smooth.
+    """
+    nodes = np.arange(float(rates.shape[1]))
+    if not has_lines(grid):
+        return Smooth(nodes, rates, node_slopes(rates, 1.0))
+    lines = Lines(grid, sets)
+    rest = rates - lines.between(np.broadcast_to(nodes, rates.shape[:2]))
+    return Sum(Smooth(nodes, rest, node_slopes(rest, 1.0)), lines)
 
 
 def _averaged(shown: Callable[[Array], Array], window: Array) -> Array:

@@ -113,7 +113,7 @@ class Hooks:
         return np.zeros(1)
 
     def held_torque_delay(self, value: Array) -> Array:  # noqa: ARG002
-        """Return by how much a torque that is held from sample to sample acts late, shape (P,), s.
+        """Return by how much a torque that is held from sample to sample acts late, shape (P,), s; early if negative.
 
         The whole motion is as late, and is read so much earlier: exactly, where the jumps of a torque that is moved
         along the grid would fall between its nodes.

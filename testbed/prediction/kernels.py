@@ -266,12 +266,12 @@ def followed(begin: Array, end: Array, kept_share: Array) -> Array:
     Args:
         begin: where the lines begin, shape (P, M, A).
         end: where they end, alike.
-        kept_share: of the distance to a line after its step, shape (P,).
+        kept_share: of the distance to a line after its step, shape (P, M).
     """
     kind = np.result_type(begin, end, kept_share)
     given = [np.asarray(each, dtype=kind) for each in (begin, end, kept_share)]
     states = np.empty((begin.shape[0], begin.shape[1] + 1, begin.shape[2]), dtype=kind)
-    kept(_follow, *((each, each, (each[0], 1), each) for each in (_REAL, _CARRYING)))(*given, states)
+    kept(_follow, *((each, each, (each[0], 2), each) for each in (_REAL, _CARRYING)))(*given, states)
     return states
 
 
@@ -465,7 +465,7 @@ def _follow(begin, end, kept_share, states):
         for step in range(begin.shape[1]):
             for axis in range(states.shape[2]):
                 left = states[row, step, axis] - begin[row, step, axis]
-                states[row, step + 1, axis] = end[row, step, axis] + kept_share[row] * left
+                states[row, step + 1, axis] = end[row, step, axis] + kept_share[row, step] * left
 
 
 def _servo_angles(command, fed_forward, load, slope, first, step, law, angles):

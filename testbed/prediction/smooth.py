@@ -5,8 +5,11 @@ Before the first node nothing has moved: a flight that is recorded from its rele
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 import numpy as np
 from scipy.interpolate import CubicSpline
+from typing_extensions import override
 
 from testbed.arrays import Array, Series
 from testbed.prediction.kernels import cubic_between, followed, slopes_a_unit_apart
@@ -17,14 +20,24 @@ _FEWEST_NODES = 4
 """Of a cubic whose third derivative is the same on both sides of the node beside either end."""
 
 
-class Smooth:
-    """A motion through its values at equidistant nodes, a cubic in between, its first value before."""
+class Motion(ABC):
+    """A motion of P parameter sets; before its first instant it stood still, or went on as behind."""
 
-    def __init__(self, time: Series, values: Array, slopes: Array | None = None) -> None:
-        """Take values, shape (P, M + 1, 3), at nodes of shape (M + 1,), s, and their slopes where they are known."""
-        self._time, self._values = time, values
-        self._step = time[1] - time[0]
-        self._slopes = node_slopes(values, self._step) if slopes is None else slopes
+    begin: float
+    """Its first instant, s."""
+
+    @property
+    @abstractmethod
+    def first(self) -> Array:
+        """What it was then, shape (P, 1, 3)."""
+
+    @abstractmethod
+    def between(self, time: Array) -> Array:
+        """Return what it is at times of shape (P, N), s, shape (P, N, 3), as it went on before its first instant."""
+
+    @abstractmethod
+    def settled(self, time_constant: Array) -> Motion:
+        """Return the motion behind T ẋ = u - x, T of shape (P,), settled on how it goes on at first."""
 
     def at(self, time: Array, time_constant: Array, delay: Array) -> Array:
         """Return what a low-pass T ẋ = u - x with a delay behind it shows of the motion, shape (P, N, 3).
@@ -44,24 +57,70 @@ class Smooth:
         Of shape (1, P, N, 3) where nothing of the time before shows.
         """
         late = time - delay[:, None]
-        inside = late.real >= self._time[0]
+        inside = late.real >= self.begin
         if not np.any(time_constant):
             went_on = self.between(late)
             if inside.all():
                 return went_on[None]
-            return np.stack([np.where(inside[..., None], went_on, self._values[:, :1]), went_on])
-        settled = self._settled(time_constant)
-        went_on, start = settled.between(late), self._values[:, :1] - settled._values[:, :1]
-        elapsed = np.where(inside, late - self._time[0], 0.0)
+            return np.stack([np.where(inside[..., None], went_on, self.first), went_on])
+        settled = self.settled(time_constant)
+        went_on, start = settled.between(late), self.first - settled.first
+        elapsed = np.where(inside, late - self.begin, 0.0)
         released = went_on + start * decay(elapsed, time_constant[:, None])[..., None]
-        return np.stack([np.where(inside[..., None], released, self._values[:, :1]), went_on])
+        return np.stack([np.where(inside[..., None], released, self.first), went_on])
 
+
+class Sum(Motion):
+    """The sum of motions that begin together."""
+
+    def __init__(self, *parts: Motion) -> None:
+        """Take motions of as many parameter sets each."""
+        self._parts, self.begin = parts, parts[0].begin
+
+    @property
+    @override
+    def first(self) -> Array:
+        return np.asarray(sum(part.first for part in self._parts))
+
+    @override
     def between(self, time: Array) -> Array:
-        """Return the cubic at times of shape (P, N), s, shape (P, N, 3); times before the first count as the first."""
-        return cubic_between(self._values, self._step * self._slopes, (time - self._time[0]) / self._step)
+        return np.asarray(sum(part.between(time) for part in self._parts))
 
-    def _settled(self, time_constant: Array) -> Smooth:
-        """Return the motion behind T ẋ = u - x, u a cubic in each step, settled on the first one's line.
+    @override
+    def settled(self, time_constant: Array) -> Motion:
+        return Sum(*(part.settled(time_constant) for part in self._parts))
+
+
+class Smooth(Motion):
+    """A motion through its values at equidistant nodes, a cubic in between."""
+
+    def __init__(self, time: Series, values: Array, slopes: Array | None = None) -> None:
+        """Take values, shape (P, M + 1, 3), at nodes of shape (M + 1,), s, and their slopes where they are known."""
+        self._time, self._values, self.begin = time, values, float(time[0])
+        self._step = time[1] - time[0]
+        self._slopes = node_slopes(values, self._step) if slopes is None else slopes
+
+    @property
+    @override
+    def first(self) -> Array:
+        return self._values[:, :1]
+
+    @override
+    def between(self, time: Array) -> Array:
+        """Return the cubics at times of shape (P, N), s, shape (P, N, 3).
+
+        Before the first node the first of them goes on, behind the last node the last one for a step, and then a line.
+        """
+        place, last = (time - self._time[0]) / self._step, self._values.shape[1] - 1.0
+        behind = np.where(place.real > last + 1.0, place - last - 1.0, 0.0)
+        within = cubic_between(self._values, self._step * self._slopes, place - behind)
+        if not np.any(behind):
+            return within
+        return np.asarray(within + behind[..., None] * (self._values[:, -1:] - self._values[:, -2:-1]))
+
+    @override
+    def settled(self, time_constant: Array) -> Smooth:
+        """Return the motion behind T ẋ = u - x, u a cubic in each step, settled on the first one.
 
         With u(s) = Σ c_j sʲ on a step, the particular solution is Σ d_j sʲ, d_3 = c_3, d_j = c_j - (j + 1) T d_(j+1).
         """
@@ -74,7 +133,7 @@ class Smooth:
         linear = rise - 2 * lag * square
         constant = self._values[:, :-1] - lag * linear
         end = constant + self._step * (linear + self._step * (square + self._step * cubic))
-        kept = decay(np.array([self._step]), time_constant)
+        kept = np.broadcast_to(decay(np.array([self._step]), time_constant)[:, None], constant.shape[:2])
         return Smooth(self._time, followed(constant, end, kept))
 
 

@@ -140,7 +140,7 @@ class TestHeldTorque:
         torque = np.repeat(asked, self.EVERY, axis=0)
         rate, rates = np.zeros(3), np.empty_like(torque)
         acting = np.repeat(given, self.EVERY, axis=0)
-        for index, each in enumerate(acting[np.maximum(np.arange(len(acting)) - late, 0)]):
+        for index, each in enumerate(acting[np.clip(np.arange(len(acting)) - late, 0, len(acting) - 1)]):
             rates[index] = rate
             rate = rate + step * np.linalg.solve(NOMINAL.inertia, each - np.cross(rate, NOMINAL.inertia @ rate))
         rows = slice(0, None, self.EVERY)
@@ -170,6 +170,16 @@ class TestHeldTorque:
         (added,) = additions(state)
         assert {added.effect.id, *(each.effect.id for each in added.look_alikes)} == {"actuator_delay", "gyro_latency"}
         assert added.quantities[0].value == pytest.approx(0.030, abs=4.0 * added.quantities[0].std)
+
+    @pytest.mark.parametrize("late", [-30, 30])
+    def test_telemetry_on_another_clock_is_read_exactly(self, late):
+        """Along a spline, telemetry 30 ms late was a clock drift and 2 ms; a stranger's, 60 ms late, was 4 σ off."""
+        records = [self.held(seed, late=late, count=200) for seed in range(40, 44)]
+        tested = ("telemetry_skew", "actuator_delay", "gyro_latency", "gyro_clock_drift")
+        (added,) = additions(last_of(data_set_of(records, self.STATED, NOMINAL), tested))
+        alike = {added.effect.id, *(each.effect.id for each in added.look_alikes)}
+        assert alike == {"telemetry_skew"} | ({"actuator_delay", "gyro_latency"} if late > 0 else set())
+        assert abs(added.quantities[0].value) == pytest.approx(0.030, abs=4.0 * added.quantities[0].std)
 
     @pytest.mark.parametrize("first", [100, 200, 300])
     def test_torques_that_are_off_at_random_are_refused_over_whole_runs_with_the_window_that_helps(self, first):
