@@ -63,6 +63,7 @@ from testbed.report.diagnosis.verdict import (
     diagnosis_verdict,
     effect_name,
     gap_words,
+    quantity_words,
     shape_words,
     share_words,
 )
@@ -286,12 +287,28 @@ def _print_end(result: DiagnosisResult) -> None:
         entry("Run by run", f"{effect_name(each.placed.effect, each.placed.component)}: {agreement_words(each)}")
     if agreed:
         say()
+    _print_together(diagnosis)
     show(inertia_table(diagnosis))
     say()
     verdict = diagnosis_verdict(diagnosis)
     colour = {"good": "green", "warn": "yellow", "bad": "red"}.get(verdict.tone, "default")
     console.print(Text.assemble(("Verdict", colour), f"    {diagnosis.verdict or 'not reached'}"))
     entry("", verdict.text)
+
+
+def _print_together(diagnosis: Diagnosis) -> None:
+    """Print the sizes of effects in the model that has all of them; each was printed as it was when it was added."""
+    if len(diagnosis.steps) < 2:
+        return
+    added = [addition_of(diagnosis, step) for step in diagnosis.steps]
+    lines = [
+        f"{effect_name(each.effect, each.component)}: {quantity_words(quantity)}"
+        for each in added
+        for quantity in each.quantities
+    ]
+    for number, line in enumerate(lines):
+        entry("" if number else "With all", line)
+    say()
 
 
 def _print_next(folder: Path, proposal: Proposal | None) -> None:

@@ -58,11 +58,31 @@ def squares_within(information: Array, slope: Array) -> tuple[Array, NDArray[np.
         information: CᵀC, shape (..., K, K), whatever the columns' scales.
         slope: Cᵀv, shape (..., K).
     """
+    strength, along, own, _ = _directions(information, slope)
+    return (along**2 / np.where(own, strength, np.inf)).sum(axis=-1), own.sum(axis=-1)
+
+
+def independent(information: Array, slope: Array) -> tuple[Array, Array]:
+    """Return what columns can explain by the directions alone that they span; arguments as `squares_within`.
+
+    Of the others rounding leaves an information below zero, by which the evidence of a slope has no bound.
+    """
+    strength, along, own, axes = _directions(information, slope)
+    kept = np.where(own, strength, 0.0)[..., None, :]
+    slopes = (axes @ np.where(own, along, 0.0)[..., None])[..., 0]
+    return np.asarray((axes * kept) @ np.swapaxes(axes, -1, -2)), np.asarray(slopes)
+
+
+def _directions(information: Array, slope: Array) -> tuple[Array, Array, Flags, Array]:
+    """Return the strength of columns along directions and the slope there, which they span, and the directions.
+
+    These are of columns of length one: their axes, shape (..., K, K), are in units of the columns' own.
+    """
     scale = np.sqrt(np.maximum(np.diagonal(information, axis1=-2, axis2=-1), np.finfo(float).tiny))
     strength, axes = np.linalg.eigh(information / (scale[..., :, None] * scale[..., None, :]))
     along = (np.swapaxes(axes, -1, -2) @ (slope / scale)[..., None])[..., 0]
     own = strength > _DEPENDENT * strength[..., -1:]
-    return (along**2 / np.where(own, strength, np.inf)).sum(axis=-1), own.sum(axis=-1)
+    return strength, along, own, axes * scale[..., :, None]
 
 
 def projected_out(values: Array, basis: Array) -> Array:
@@ -270,8 +290,12 @@ class Fit:
 
     @property
     def shown(self) -> Flags:
-        """Which of (θ, effects) any sample shows, shape (C,): not what belongs to axes that a bearing holds."""
-        return np.asarray(np.diag(self.normal)[: 6 + len(self.effect_values)] > 0.0)
+        """Which of (θ, effects) any sample shows, shape (C,): not what belongs to axes that a bearing holds.
+
+        What is believed of a parameter is no sample.
+        """
+        count = len(self.residual) - self.believed
+        return np.asarray(np.any(self.jacobian[:count, : 6 + len(self.effect_values)], axis=0))
 
 
 def recurring(fit: Fit) -> Fit:

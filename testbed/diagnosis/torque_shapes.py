@@ -22,7 +22,7 @@ from testbed.diagnosis.candidates import evidences, log_p_value
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.keeping import part
 from testbed.diagnosis.latent import fastest_oscillation, gyro_rate_of, knot_count, on_enough_runs
-from testbed.diagnosis.model import Fit, squares_within
+from testbed.diagnosis.model import Fit, independent, squares_within
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.torque_space import TorqueSpace, normal, normal_by_run, torque_space
 from testbed.effects.body_torque import BodyTorque
@@ -214,13 +214,13 @@ def _hats(knots: Array, instants: Array) -> Array:
 
 
 def _rates(runs: Runs, fit: Fit, time: Array) -> Array:
-    """Return the predicted body rate at the knots, shape (R, T, 3), rad/s."""
+    """Return the predicted body rate at the knots, shape (R, T, 3), rad/s; about an axis that is held, zero."""
     nodes = node_rates(runs.grid, [each.hooks for each in fit.placed], fit.values)[:, 0]
     from_start = runs.grid.node_time - runs.grid.node_time[:, :1]
     return np.stack(
         [
             np.stack([np.interp(at, own, axis) for axis in rate.T], axis=-1)
-            for at, own, rate in zip(time, from_start, nodes, strict=True)
+            for at, own, rate in zip(time, from_start, nodes * runs.live[:, None], strict=True)
         ]
     )
 
@@ -263,8 +263,9 @@ def _tested(
         noise_freedom: degrees of freedom with which the noise is known.
         typical: size of a constant torque, N·m.
     """
-    sizes = np.maximum([each.sizes for each in tried], np.sqrt(np.finfo(float).tiny))
-    evidence = evidences(typical / sizes, information, slope)
+    # What is zero throughout, such as a product with the rate about an axis that a bearing holds, has no amplitude.
+    sizes = np.array([np.where(each.sizes > 0.0, each.sizes, np.inf) for each in tried])
+    evidence = evidences(typical / sizes, *independent(information, slope))
     for each, square, freedom, own in zip(tried, *squares_within(information, slope), evidence, strict=True):
         shapes = len(alike) * alike[each.kind]
         by_chance = exp(min(0.0, log(shapes) + log_p_value(square, freedom, noise_freedom))) if freedom else 1.0

@@ -11,7 +11,6 @@ from testbed.arrays import Array
 from testbed.effects.contract import WHEELS, Effect, Extension, Parameter, only_wheel, wheel_index
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks, column
-from testbed.prediction.wheel_impulses import Impulses
 from testbed.scenario.actuators import wheel_count
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.values import per_unit
@@ -27,8 +26,8 @@ class _Scaled(Hooks):
         return np.asarray(momentum_B + column(value, 0)[:, None] * held)
 
     @override
-    def wheel_impulse(self, impulse: Array, value: Array, of: Impulses) -> Array:
-        return np.asarray(impulse - only_wheel(self._component, value, impulse.shape[-1])[:, None] * of.gained)
+    def wheel_inertia_error(self, value: Array, wheels: int) -> Array:
+        return only_wheel(self._component, value, wheels)
 
 
 @final

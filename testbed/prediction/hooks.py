@@ -152,6 +152,10 @@ class Hooks:
         """Return how much later than its command each of W wheels' motors gives its torque, shape (P, W), s."""
         return np.zeros((1, wheels))
 
+    def wheel_inertia_error(self, value: Array, wheels: int) -> Array:  # noqa: ARG002
+        """Return by which share the wheels' spin inertias are larger than believed, shape (P, W)."""
+        return np.zeros((1, wheels))
+
     def wheel_impulse(self, impulse: Array, value: Array, of: Impulses) -> Array:  # noqa: ARG002
         """Return what the wheels' motors give to their motion, shape (P, L, W), N·m·s, instead of `impulse`."""
         return impulse

@@ -147,7 +147,7 @@ def _responses(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array]) -> 
     return responses + ([] if grid.wheel_noise is None else predicted_impulses(grid, hooks, effects))
 
 
-_INSIDE = ("motor_torque", "servo_lag", "gimbals", "wheel_impulse", "wheel_lag", "wheel_delay")
+_INSIDE = ("motor_torque", "servo_lag", "gimbals", "wheel_impulse", "wheel_inertia_error", "wheel_lag", "wheel_delay")
 """Parts of the contract that change the channels of gimbals and wheels."""
 
 

@@ -51,6 +51,8 @@ def predicted_impulses(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Arr
 def impulses_with(impulses: Impulses, hooks: Sequence[Hooks], effects: Sequence[Array]) -> Array:
     """Return the impulses that motors give to wheels with effects, less what these take, shape (P, L, W), N·m·s.
 
+    As they show in wheels of the believed inertia.
+
     Args:
         impulses: that they were asked for.
         hooks: the effects.
@@ -63,7 +65,11 @@ def impulses_with(impulses: Impulses, hooks: Sequence[Hooks], effects: Sequence[
     given = delayed(impulses, lagged(impulses, np.asarray(lag)), np.asarray(delay))
     for hook, value in placed:
         given = hook.wheel_impulse(given, value, impulses)
-    return given
+    larger = sum((hook.wheel_inertia_error(value, wheels) for hook, value in placed), none)
+    if not np.any(larger):
+        return given
+    # By the believed inertia, as the other side is: were both sides in another one, the noise would shrink with it.
+    return np.asarray(impulses.friction + (given - impulses.friction) / (1.0 + np.asarray(larger))[:, None])
 
 
 def compared_wheels(grid: Grid) -> tuple[int, ...]:

@@ -52,12 +52,12 @@ def purpose_words(proposal: Proposal) -> str:
 
 
 def no_design_words(diagnosis: Diagnosis) -> Iterator[str]:
-    """Yield why there is no next flight where applied torques are what turns, and which experiment would help."""
+    """Yield why there is no next flight of a platform that is not flown, and which experiment would help."""
     experiments = dict.fromkeys(each.effect.confirm for each in diagnosis.added if each.look_alikes)
     if experiments:
         yield (
-            "no next flight: what is designed is a motion of gimbals and wheels, and this platform is turned by "
-            f"applied torques. To distinguish the effects: {' '.join(experiments)}"
+            "no next flight: one is designed for a platform with gimbals or wheels, and a scenario that says how it "
+            f"flies. To distinguish the effects: {' '.join(experiments)}"
         )
 
 
