@@ -48,6 +48,8 @@ gyro's, and of 16 and 25 Hz, of which every sixteenth does: too few to go on wit
 def where_known(runs: Sequence[Telemetry], theta: Theta) -> list[Telemetry]:
     """Return runs less the gyro's samples between those of slow actuators; as they are where splines hardly miss.
 
+    Slow are actuators that come more slowly than what is tested for, and those whose path the gyro sees to be chords.
+
     Else as many are left as splines miss by little, the nearest to the actuators' samples first. Where these are hardly
     any, as of clocks that lie apart by the same part of an interval always, the nearest to each is left.
 
@@ -55,7 +57,7 @@ def where_known(runs: Sequence[Telemetry], theta: Theta) -> list[Telemetry]:
         runs: of one platform.
         theta: inertia parameters, shape (6,), kg·m².
     """
-    slow = [has_momentum(run) and _slower_than_tested(run) for run in runs]
+    slow = [has_momentum(run) and (_slower_than_tested(run) or _shows_chords(run, theta)) for run in runs]
     missed = [_missed(run, theta) if each else np.zeros(0) for run, each in zip(runs, slow, strict=True)]
     every = np.sort(np.concatenate([np.zeros(0), *missed]))
     if every.sum() < _SHOWN:
@@ -142,6 +144,39 @@ def _slower_than_tested(run: Telemetry) -> bool:
     return bool(2.0 * tested * _interval(run.actuator_time) > 1.0 + _ROUNDING)
 
 
+_BETWEEN = 1.5
+"""Samples of the gyro for each of the actuators from which it shows what these did between.
+
+Source: chosen: of clocks of one rate nothing lies between, of a gyro twice as fast every second sample does."""
+_CHORDS = 0.5
+"""Share of what a spline bends between samples, by the gyro, below which the path is nearer to chords.
+
+Source: convention: half way between a smooth path, of 1, and chords, of 0."""
+
+
+def _shows_chords(run: Telemetry, theta: Theta) -> bool:
+    """Return whether the gyro's second differences follow chords of the actuators' momentum rather than a spline.
+
+    So they do where motors hold their torque from one sample of the telemetry to the next.
+    """
+    if _BETWEEN * _interval(run.gyro_time) > _interval(run.actuator_time):
+        return False
+    rate = _held_rate(run, theta)
+    inside = (run.gyro_time >= run.actuator_time[0]) & (run.gyro_time <= run.actuator_time[-1])
+    time = run.gyro_time[inside]
+    chords = np.stack([np.interp(time, run.actuator_time, axis) for axis in rate.T], axis=1)
+    bent = np.diff(CubicSpline(run.actuator_time, rate)(time) - chords, 2, axis=0)
+    seen = np.diff(chords + run.body_rate[inside][:, run.live], 2, axis=0)
+    return bool(-(bent * seen).sum() < _CHORDS * (bent**2).sum())
+
+
+def _held_rate(run: Telemetry, theta: Theta) -> Array:
+    """Return J⁻¹ of the actuators' momentum at their samples, about the axes that turn, shape (K, axes), rad/s."""
+    live = np.ix_(run.live, run.live)
+    momentum = actuation(run, run.actuator_time).cluster_momentum_B[:, run.live]
+    return np.asarray(np.linalg.solve(inertia_of(theta)[live], momentum.T).T, dtype=np.float64)
+
+
 _ROUNDING = 1e-3
 """Share by which intervals between samples differ that are the same.
 
@@ -158,9 +193,7 @@ def _missed(run: Telemetry, theta: Theta) -> Series:
     What rough changes add follows from samples that are left out. Motors whose torque is held from sample to sample
     make chords of the path, and the samples themselves do not show that: they may lie on a smooth one.
     """
-    live = np.ix_(run.live, run.live)
-    momentum = actuation(run, run.actuator_time).cluster_momentum_B[:, run.live]
-    rate = np.asarray(np.linalg.solve(inertia_of(theta)[live], momentum.T).T, dtype=np.float64)
+    rate = _held_rate(run, theta)
     of_two, of_four = (_missed_between(run.actuator_time, rate, every) for every in (2, 4))
     # What is smooth is missed by 1/256 where samples are twice as close, an integrated Wiener process by 1/8.
     of_one = of_two * min(of_two / of_four, 1.0) if of_four > 0.0 else of_two

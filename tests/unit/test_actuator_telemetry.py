@@ -6,10 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import make_interp_spline
 
 from support.synthetic_telemetry import TRUE_THETA, Flight, exact_telemetry, noisy, nominal_flight, sample_times
 from testbed.diagnosis.actuator_telemetry import where_known, with_telemetry_noise
 from testbed.diagnosis.data import runs_of
+from testbed.dynamics.inertia import inertia_of
 from testbed.estimation.telemetry import Telemetry
 from testbed.estimation.telemetry_noise import predicted_rate_variance
 
@@ -47,6 +49,28 @@ def test_of_clocks_that_coincide_now_and_then_those_samples_are_left():
     slow = noisy(exact, seed=4, encoder_noise=1e-4)
     (kept,) = where_known([slow], TRUE_THETA)
     np.testing.assert_allclose(kept.gyro_time, np.arange(11) / 2.0)
+
+
+@pytest.mark.parametrize(("held", "left"), [(True, 60), (False, 251)])
+def test_the_gyro_shows_whether_fast_actuators_move_along_chords(held, left):
+    """At 10 Hz under a gyro at 50 Hz, torque held for 0.1 s, two of two healthy rigs had a flexible mode or slosh."""
+    sent, read = np.arange(51) / 10.0, np.arange(251) / 50.0
+    path = np.stack([0.4 * np.sin((2.0 + axis) * sent + axis) for axis in range(3)], axis=1)
+    between = make_interp_spline(sent, path, k=1 if held else 3)(read)
+    noise = 1e-4 * np.random.default_rng(5).standard_normal(between.shape)
+    flight = Telemetry(
+        gyro_time=read,
+        body_rate=noise - between,
+        gyro_noise=1e-4,
+        actuator_time=sent,
+        gimbals=None,
+        cluster_momentum=path @ inertia_of(TRUE_THETA),
+        initial_momentum="estimated",
+    )
+    (kept,) = where_known([flight], TRUE_THETA)
+    assert len(kept.gyro_time) <= left
+    assert (len(kept.gyro_time) < len(read)) == held
+    assert set(np.round(sent, 6)) <= set(np.round(kept.gyro_time, 6))
 
 
 def test_samples_between_those_of_actuators_at_rest_stay():
