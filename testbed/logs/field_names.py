@@ -25,6 +25,8 @@ _OF_AXES = (("p", "q", "r"), ("roll", "pitch", "yaw"))
 """What components along x, y and z are called as well."""
 _BRACKETS = re.compile(r"\s*[\[(]\s*([^\])0-9][^\])]*)[\])]\s*$")
 _INDEXED = re.compile(r"^(.*?)[_.\s]?\[(\d+)\]$")
+_SINGLE = re.compile(r"(^|_)rw$", re.IGNORECASE)
+"""Names that end in a letter of an axis and are whole words: a reaction wheel."""
 _TIME = re.compile(
     r"^(t|time|timestamp|time_?stamp|stamp|epoch|clock|date[_ /]?time|utc|tow|elapsed|zeit|unix_?time"
     r"|(time|ms|us|seconds)?[ _]*since[ _]*(boot|start|power[ _]?up))$"
@@ -76,6 +78,8 @@ def _components_of(field: str, stated: str) -> Iterator[Part]:
     lower = tail.lower()
     if lower in (*AXES, *QUATERNION, "p", "q", "r", "roll", "pitch", "yaw"):
         yield Part(stem=head or ("pqr" if lower in "pqr" else ""), component=lower, unit=unit, field=field)
+    if _SINGLE.search(tail):
+        return
     for pattern in (r"^(.+?)_?([xyzw])$", r"^(.+?)_?(\d+)$", r"^(.+?)_(roll|pitch|yaw|[a-hpqr])$"):
         if found := re.match(pattern, tail, re.IGNORECASE):
             stem, more = without_unit(found[1])

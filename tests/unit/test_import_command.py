@@ -222,8 +222,11 @@ def test_the_maps_name_stands_before_those_of_several_logs(log, tmp_path):
 def test_every_log_that_cannot_be_imported_is_named_and_nothing_is_left(log, tmp_path, capsys):
     (tmp_path / "a.csv").write_text("t,x\n0,1\n")
     arguments = ("--map", tmp_path / "map.toml", "--out", tmp_path / "data")
-    assert run("import", log, tmp_path / "a.csv", tmp_path / "b.ulg", *arguments) == 2
-    assert "b.ulg: cannot be read" in capsys.readouterr().err
+    (tmp_path / "empty.csv").write_text("")
+    assert run("import", log, tmp_path / "a.csv", tmp_path / "b.ulg", tmp_path / "empty.csv", *arguments) == 2
+    said = capsys.readouterr().err
+    assert "b.ulg: cannot be read" in said
+    assert "empty.csv: is empty" in said
     (tmp_path / "b.csv").write_text("t,y\n0,1\n")
     assert run("import", tmp_path / "a.csv", log, tmp_path / "b.csv", *arguments) == 2
     said = capsys.readouterr().err

@@ -150,6 +150,7 @@ def test_what_is_not_stated_is_marked_to_be_checked(tmp_path):
     ("columns", "axes", "doubt", "channels"),
     [
         ("Yaw rate [deg/s],mz", ["z"], False, {"body_rate": ["Yaw rate [deg/s]"], "applied_torque": ["mz"]}),
+        ("gyro_z_dps,rw_rpm", ["z"], False, {"body_rate": ["gyro_z_dps"], "wheel_speed": ["rw_rpm"]}),
         ("heading_rate_dps,wheel_rpm", ["z"], True, {"body_rate": ["heading_rate_dps"], "wheel_speed": ["wheel_rpm"]}),
         ("wx,wz,wheel1_rpm,wheel2_rpm", ["x", "z"], False, {"body_rate": ["wx", "wz"]}),
         ("pitch_rate,torque,tau_x,tau_y,tau_z", ["y"], False, {"applied_torque": ["tau_x", "tau_y", "tau_z"]}),
