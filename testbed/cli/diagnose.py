@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from itertools import filterfalse
 from pathlib import Path
 
 from rich.progress import SpinnerColumn, TimeElapsedColumn
@@ -264,7 +265,7 @@ def _print_rest(diagnosis: Diagnosis) -> None:
     if diagnosis.remaining is not None and not diagnosis.steps:
         say()
         show(candidates_table(diagnosis.remaining, on_the_noise(diagnosis), diagnosis.untested(diagnosis.remaining)))
-    for scatter in diagnosis.scatter:
+    for scatter in filterfalse(diagnosis.as_in_reference, diagnosis.scatter):
         say()
         _print_addition(addition_of(diagnosis, scatter))
     hidden = confounded(diagnosis)

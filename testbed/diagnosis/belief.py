@@ -48,6 +48,7 @@ class Belief:
         others: what healthy records show of effects that are not in the model.
         records: number of the healthy records that show it; 0 where there are none.
         scatter: standard deviation of U from one healthy record to the next, beyond what noise makes of it.
+        noise: effects on the gyro's noise that healthy records have: key, size and its standard error.
         torque_noise: the least that there is, as `Runs` has it: what turned the healthy platform turns it still; None
             where that is not known.
         common: covariance of the means of U and of `effects`, shape (6 + K, 6 + K), where other records show them: all
@@ -65,6 +66,7 @@ class Belief:
     others: tuple[Shown, ...] = ()
     records: int = 0
     scatter: float = 0.0
+    noise: tuple[tuple[str, float, float], ...] = ()
     torque_noise: Array | None = None
     common: Covariance | None = None
 

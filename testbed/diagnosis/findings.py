@@ -237,6 +237,7 @@ def model_notices(diagnosis: Diagnosis) -> tuple[str, ...]:
     return (
         *_trim_words(diagnosis),
         *_given_words(diagnosis),
+        *_known_noise_words(diagnosis),
         *_instant_words(diagnosis),
         *_inertia_words(diagnosis),
         *_set_aside_words(diagnosis),
@@ -277,6 +278,12 @@ def _given_words(diagnosis: Diagnosis) -> Iterator[str]:
                 for each in quantities_of(diagnosis.runs, diagnosis.model, placed)
             )
             yield f"in the nominal model, and fitted with it: {placed.key}, {', '.join(sizes)}"
+
+
+def _known_noise_words(diagnosis: Diagnosis) -> Iterator[str]:
+    for each in diagnosis.scatter:
+        if diagnosis.as_in_reference(each):
+            yield f"in the healthy records as well, and nothing new: {each.key}, of the gyro's noise"
 
 
 def _instant_words(diagnosis: Diagnosis) -> Iterator[str]:

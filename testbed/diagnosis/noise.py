@@ -183,6 +183,11 @@ class NoiseHypothesis:
         return _key(self.effect, self.component)
 
     @property
+    def size(self) -> tuple[float, float]:
+        """Its first parameter, by which it is large or small, and the standard error."""
+        return float(self.finding.values[0]), float(self.finding.std[0])
+
+    @property
     def chi_square_reduction(self) -> float:
         """Twice the logarithm of the likelihood ratio with and without it."""
         return self.finding.chi_square_reduction

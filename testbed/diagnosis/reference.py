@@ -83,6 +83,7 @@ def reference_of(diagnosis: Diagnosis) -> Reference:
         trim=trims.mean(axis=0) if count else prior.trim,
         trim_std=trims.std(axis=0, ddof=1) * np.sqrt(1.0 + 1.0 / count) if count else prior.trim_std,
         effects=tuple(effects),
+        noise=tuple((each.key, *each.size) for each in diagnosis.scatter),
         common=_common_covariance(model, prior),
     )
     shown = tuple(_shown_of_others(diagnosis, belief))

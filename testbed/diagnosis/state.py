@@ -21,6 +21,14 @@ from testbed.diagnosis.testable import Untestable
 from testbed.diagnosis.torque_shapes import TorqueShape, most_probable
 
 Verdict = Literal["none", "named", "ambiguous", "unexplained"]
+_SAME_SIZE = 0.1
+"""Share by which an effect on the noise may differ from that of healthy records and be the same.
+
+Source: chosen: as well as a noise is taken to be known, `gyro.noise_uncertainty`."""
+_SURELY = 3.0
+"""Standard errors of their difference that it may differ by besides.
+
+Source: convention: chance alone makes three in one of 370 data sets."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -200,7 +208,21 @@ class Diagnosis:
 
         The latter are re-estimated with every model, from its residual.
         """
-        return *self.steps, *self.scatter
+        return *self.steps, *(each for each in self.scatter if not self.as_in_reference(each))
+
+    def as_in_reference(self, noise: NoiseHypothesis) -> bool:
+        """Return whether healthy records have an effect on the noise of the same size, so that it is nothing new."""
+        known = () if self.runs.belief is None else self.runs.belief.noise
+        size, error = noise.size
+        return any(
+            key == noise.key and abs(size - own) <= _SAME_SIZE * abs(own) + _SURELY * float(np.hypot(error, std))
+            for key, own, std in known
+        )
+
+    @property
+    def new_noise(self) -> tuple[NoiseHypothesis, ...]:
+        """Hypotheses on the gyro's noise, less those that are nothing new."""
+        return tuple(each for each in self.noise_candidates if not self.as_in_reference(each))
 
     @property
     def unmodelled_beside_steps(self) -> float:
@@ -228,7 +250,8 @@ class Diagnosis:
     def probabilities(self) -> Mapping[str, float]:
         """Of none, of every class that is in question, and of something unknown."""
         screening = self.steps[0].screening if self.steps else self.remaining
-        others = {} if self.steps else {each.key: each.log_bayes_factor for each in self.noise_candidates}
+        on_noise = () if self.steps else self.new_noise
+        others = {each.key: each.log_bayes_factor for each in on_noise}
         others |= self.untested(screening)
         probabilities = probabilities_of(screening, self.unmodelled_beside_steps, others)
         if not probabilities or not self.added:

@@ -204,7 +204,7 @@ def torque_responses(runs: Runs, fit: Fit, knots: int, which: range | None = Non
     """
     hooks = [each.hooks for each in fit.placed]
     responses = prediction.torque_responses(runs.grid, hooks, fit.values, knots, which)
-    # A bearing gives back what acts about an axis that it holds; what rounding leaves of it would pass for a signature.
+    # A bearing gives back what acts about an axis that it holds; rounding errors of it would pass for a signature.
     acting = [np.tile(live, each.shape[-1] // 3) for each, live in zip(responses, runs.live, strict=True)]
     return runs.whitened_columns([each * own for each, own in zip(responses, acting, strict=True)])
 

@@ -113,7 +113,7 @@ def _read(grid: Grid, rates: Array, lag: Array, delay: Array, drift: Array, aver
 def _motion(grid: Grid, rates: Array, sets: int) -> Motion:
     """Return the motions of all runs through rates at the nodes, shape (R P, M + 1, 3), times in steps of each run.
 
-    Where a torque is held, what is left of them beside the lines of a body under it is smooth.
+    Where a torque is held, their difference from the lines of a body under it is smooth.
     """
     nodes = np.arange(float(rates.shape[1]))
     if not has_lines(grid):

@@ -50,7 +50,7 @@ RANKING = ("component", "probability", "χ² reduction", "2 ln B", "p-value")
 
 def on_the_noise(diagnosis: Diagnosis) -> tuple[NoiseHypothesis, ...]:
     """Return the effects on the gyro's noise to rank with the others, where nothing was found."""
-    return () if diagnosis.added else diagnosis.noise_candidates
+    return () if diagnosis.added else diagnosis.new_noise
 
 
 def ranking_rows(
