@@ -8,6 +8,7 @@ of its colour, and of oscillating torques.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,7 +58,12 @@ def where_known(runs: Sequence[Telemetry], theta: Theta) -> list[Telemetry]:
         runs: of one platform.
         theta: inertia parameters, shape (6,), kg·m².
     """
-    slow = [has_momentum(run) and (_slower_than_tested(run) or _shows_chords(run, theta)) for run in runs]
+    watched = [has_momentum(run) and _is_faster(run) for run in runs]
+    chords = _show_chords(list(compress(runs, watched)), theta)
+    slow = [
+        has_momentum(run) and (_slower_than_tested(run) or (chords and seen))
+        for run, seen in zip(runs, watched, strict=True)
+    ]
     missed = [_missed(run, theta) if each else np.zeros(0) for run, each in zip(runs, slow, strict=True)]
     every = np.sort(np.concatenate([np.zeros(0), *missed]))
     if every.sum() < _SHOWN:
@@ -148,26 +154,52 @@ _BETWEEN = 1.5
 """Samples of the gyro for each of the actuators from which it shows what these did between.
 
 Source: chosen: of clocks of one rate nothing lies between, of a gyro twice as fast every second sample does."""
-_CHORDS = 0.5
-"""Share of what a spline bends between samples, by the gyro, below which the path is nearer to chords.
+_HALF = 0.5
+"""Share of what a spline bends between samples, by the gyro, below which the path is nearer to chords; and share of
+what chords bend at samples that it surely shows, `_SURELY` standard errors above this: of their noise it shows none.
 
-Source: convention: half way between a smooth path, of 1, and chords, of 0."""
+Source: convention: half way between one and none."""
 
 
-def _shows_chords(run: Telemetry, theta: Theta) -> bool:
+def _show_chords(runs: Sequence[Telemetry], theta: Theta) -> bool:
     """Return whether the gyro's second differences follow chords of the actuators' momentum rather than a spline.
 
-    So they do where motors hold their torque from one sample of the telemetry to the next.
+    So they do where motors hold their torque from one sample of the telemetry to the next. Bends that its noise makes
+    are in neither: the gyro shows none of them.
     """
-    if _BETWEEN * _interval(run.gyro_time) > _interval(run.actuator_time):
+    bends = [_bends(run, theta) for run in runs]
+    if not bends:
         return False
+    seen, smooth, bent = (np.concatenate(each) for each in zip(*bends, strict=True))
+    certain = float(np.sqrt((bent**2).sum()))
+    if certain <= 0.0 or _share(seen, bent) < _HALF + _SURELY / certain:
+        return False
+    return _share(seen - bent, smooth - bent) < _HALF
+
+
+def _bends(run: Telemetry, theta: Theta) -> tuple[Series, Series, Series]:
+    """Return second differences of the gyro's samples, of a spline and of chords, in the noise's standard deviation."""
     rate = _held_rate(run, theta)
     inside = (run.gyro_time >= run.actuator_time[0]) & (run.gyro_time <= run.actuator_time[-1])
     time = run.gyro_time[inside]
     chords = np.stack([np.interp(time, run.actuator_time, axis) for axis in rate.T], axis=1)
-    bent = np.diff(CubicSpline(run.actuator_time, rate)(time) - chords, 2, axis=0)
-    seen = np.diff(chords + run.body_rate[inside][:, run.live], 2, axis=0)
-    return bool(-(bent * seen).sum() < _CHORDS * (bent**2).sum())
+    spline = CubicSpline(run.actuator_time, rate)(time)
+    noise = np.sqrt(6.0) * run.gyro_noise  # 1² + 2² + 1²
+    seen, smooth, bent = (
+        -np.diff(each, 2, axis=0).ravel() / noise for each in (-run.body_rate[inside][:, run.live], spline, chords)
+    )
+    return seen, smooth, bent
+
+
+def _is_faster(run: Telemetry) -> bool:
+    """Return whether the gyro shows what the actuators did between their samples."""
+    return _BETWEEN * _interval(run.gyro_time) <= _interval(run.actuator_time)
+
+
+def _share(seen: Array, of: Array) -> float:
+    """Return the share of a pattern that is seen, by least squares; of none, none."""
+    square = float((of**2).sum())
+    return float((seen * of).sum()) / square if square > 0.0 else 0.0
 
 
 def _held_rate(run: Telemetry, theta: Theta) -> Array:

@@ -73,6 +73,23 @@ def test_the_gyro_shows_whether_fast_actuators_move_along_chords(held, left):
     assert set(np.round(sent, 6)) <= set(np.round(kept.gyro_time, 6))
 
 
+def test_noise_of_the_telemetry_makes_no_chords():
+    """It bends the chords as the spline, and the gyro shows neither: the samples between are as good as any."""
+    sent, read = np.arange(201) / 10.0, np.arange(1001) / 50.0
+    rng = np.random.default_rng(6)
+    smooth = [0.3 * np.stack([np.sin((0.2 + 0.1 * axis) * time) for axis in range(3)], axis=1) for time in (sent, read)]
+    flight = Telemetry(
+        gyro_time=read,
+        body_rate=1e-3 * rng.standard_normal((1001, 3)) - smooth[1],
+        gyro_noise=1e-3,
+        actuator_time=sent,
+        gimbals=None,
+        cluster_momentum=(smooth[0] + 5e-4 * rng.standard_normal((201, 3))) @ inertia_of(TRUE_THETA),
+        initial_momentum="estimated",
+    )
+    assert where_known([flight], TRUE_THETA) == [flight]
+
+
 def test_samples_between_those_of_actuators_at_rest_stay():
     moving = run(4.0)
     still = replace(moving, gimbals=replace(moving.gimbals, angle=0.0 * moving.gimbals.angle))
