@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+from typing import TypeVar
+
+_Given = TypeVar("_Given")
+_Made = TypeVar("_Made")
+
 
 class InputError(Exception):
     """Input that cannot be used: a file, a scenario, a record, a limit. The command exits with code 2."""
@@ -41,3 +47,24 @@ class OwnEffectError(Exception):
 
     No `InputError`: a diagnosis takes that for a motion that runs away, and goes on. Users read it as one.
     """
+
+
+def made_of_each(work: Callable[[_Given], _Made], items: Iterable[_Given]) -> list[_Made]:
+    """Return what is made of every item.
+
+    Args:
+        work: makes it, or refuses the item.
+        items: to make it of.
+
+    Raises:
+        InputError: some are refused; all of these are named, a line each.
+    """
+    made, refused = list[_Made](), list[str]()
+    for item in items:
+        try:
+            made.append(work(item))
+        except InputError as error:
+            refused.append(str(error))
+    if refused:
+        raise InputError("\n".join(refused))
+    return made

@@ -7,7 +7,7 @@ import shlex
 import shutil
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import timedelta
@@ -127,6 +127,12 @@ def entry(label: str, text: str) -> None:
             break_on_hyphens=False,
         )
     )
+
+
+def entries(label: str, texts: Sequence[str]) -> None:
+    """Print texts below each other, the first one beside their label."""
+    for number, text in enumerate(texts):
+        entry("" if number else label, text)
 
 
 def line(text: str) -> None:

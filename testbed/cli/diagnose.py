@@ -17,6 +17,7 @@ from testbed.cli.console import (
     command_line,
     console,
     description_column,
+    entries,
     entry,
     further_command,
     print_as_json,
@@ -25,12 +26,7 @@ from testbed.cli.console import (
     show,
     warn,
 )
-from testbed.cli.diagnose_tables import (
-    candidates_table,
-    detectable_table,
-    inertia_table,
-    places_table,
-)
+from testbed.cli.diagnose_tables import candidates_table, detectable_table, inertia_table, places_table
 from testbed.cli.failures import COMPLETED, INTERRUPTED
 from testbed.cli.options import changed_scenario, print_folder, require_folder
 from testbed.diagnosis.detectable import confounded, first_screening
@@ -234,10 +230,9 @@ def _print_gap(diagnosis: Diagnosis, places: Sequence[ResidualSegment]) -> None:
 
 
 def _print_untestable(diagnosis: Diagnosis) -> None:
-    for number, (needs, effects) in enumerate(lacking(diagnosis).items()):
-        if not number:
-            say()
-        entry("" if number else "Untestable", f"needs {needs}: {', '.join(effects)}")
+    if by_need := lacking(diagnosis):
+        say()
+        entries("Untestable", [f"needs {needs}: {', '.join(effects)}" for needs, effects in by_need.items()])
 
 
 def _print_step(diagnosis: Diagnosis, step: Step) -> None:
@@ -256,9 +251,7 @@ def _print_step(diagnosis: Diagnosis, step: Step) -> None:
 
 
 def _print_addition(addition: Addition) -> None:
-    entry("Added", effect_name(addition.effect, addition.component))
-    for line in addition_words(addition):
-        entry("", line)
+    entries("Added", [effect_name(addition.effect, addition.component), *addition_words(addition)])
 
 
 def _print_rest(diagnosis: Diagnosis) -> None:
@@ -307,8 +300,7 @@ def _print_together(diagnosis: Diagnosis) -> None:
         for each in added
         for quantity in each.quantities
     ]
-    for number, line in enumerate(lines):
-        entry("" if number else "With all", line)
+    entries("With all", lines)
     say()
 
 

@@ -186,7 +186,7 @@ def _bends(run: Telemetry, theta: Theta) -> tuple[Series, Series, Series]:
     spline = CubicSpline(run.actuator_time, rate)(time)
     noise = np.sqrt(6.0) * run.gyro_noise  # 1² + 2² + 1²
     seen, smooth, bent = (
-        -np.diff(each, 2, axis=0).ravel() / noise for each in (-run.body_rate[inside][:, run.live], spline, chords)
+        np.diff(each, 2, axis=0).ravel() / noise for each in (-run.body_rate[inside][:, run.live], spline, chords)
     )
     return seen, smooth, bent
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 from typing_extensions import override
 
-from testbed.errors import InputError
+from testbed.errors import InputError, made_of_each
 from testbed.files import TextFile
 from testbed.library.arguments import AnyPath, AnyPaths, Format, checked, give
 from testbed.library.records import Records, require_runs
@@ -17,7 +17,7 @@ from testbed.logs.convert import Imported as Import
 from testbed.logs.convert import ImportedChannel
 from testbed.logs.guess import guessed_map, unchecked_lines
 from testbed.logs.map import map_file, map_of
-from testbed.logs.opening import all_opened, opened
+from testbed.logs.opening import opened
 from testbed.logs.several import imported_together
 from testbed.outputs.folder import reserved_folder
 from testbed.outputs.import_folder import write_import
@@ -151,7 +151,7 @@ def import_log(
     paths = (Path(log),) if isinstance(log, str | Path) else tuple(Path(each) for each in log)
     if not paths:
         raise InputError("log = []: there is no log in it; give the path of a log, or of several, as a list")
-    made = imported_together(all_opened(paths), log_map, file.stamp)
+    made = imported_together(made_of_each(opened, paths), log_map, file.stamp)
     records = ImportedRecords(made.records, made, paths, file)
     if out is not None:
         records.save(out)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from testbed.errors import InputError
@@ -46,23 +45,6 @@ def opened(path: Path) -> Log:
     if not _CONTROLS.isdisjoint(magic):
         raise InputError(f"{path}: {_no_log(path)}")
     return tables.CsvTable(path)
-
-
-def all_opened(paths: Sequence[Path]) -> list[Log]:
-    """Return the logs at paths.
-
-    Raises:
-        InputError: some cannot be read; all of these are named.
-    """
-    logs, refused = [], []
-    for path in paths:
-        try:
-            logs.append(opened(path))
-        except InputError as error:
-            refused.append(str(error))
-    if refused:
-        raise InputError("\n".join(refused))
-    return logs
 
 
 def _no_log(path: Path) -> str:

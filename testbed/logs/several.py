@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from testbed.errors import InputError
+from testbed.errors import InputError, made_of_each
 from testbed.files import FileStamp, readable
 from testbed.logs.convert import Imported, ImportedChannel, imported
 from testbed.logs.map import LogMap
@@ -28,14 +28,8 @@ def imported_together(logs: Sequence[Log], log_map: LogMap, map_stamp: FileStamp
     """
     stamps = [log.stamps() for log in logs]
     _refuse_repeated(logs, stamps)
-    made, refused = [], []
-    for log, own, name in zip(logs, stamps, _names(logs, log_map.name), strict=True):
-        try:
-            made.append(imported(log, log_map, (*own, map_stamp), name))
-        except InputError as error:
-            refused.append(str(error))
-    if refused:
-        raise InputError("\n".join(refused))
+    each = zip(logs, stamps, _names(logs, log_map.name), strict=True)
+    made = made_of_each(lambda one: imported(one[0], log_map, (*one[1], map_stamp), one[2]), each)
     return made[0] if len(made) == 1 else _together(logs, made, map_stamp)
 
 

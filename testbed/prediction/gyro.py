@@ -12,7 +12,7 @@ from testbed.arrays import Array, Vectors3
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks, overrides
-from testbed.prediction.lines import Lines, has_lines
+from testbed.prediction.lines import lines_of
 from testbed.prediction.smooth import Motion, Smooth, Sum, node_slopes
 
 _PLACES, _WEIGHTS = 0.5 + 0.5 * np.sqrt(0.6) * np.array([-1.0, 0.0, 1.0]), np.array([5.0, 8.0, 5.0]) / 18.0
@@ -116,9 +116,9 @@ def _motion(grid: Grid, rates: Array, sets: int) -> Motion:
     Where a torque is held, their difference from the lines of a body under it is smooth.
     """
     nodes = np.arange(float(rates.shape[1]))
-    if not has_lines(grid):
+    lines = lines_of(grid, sets)
+    if lines is None:
         return Smooth(nodes, rates, node_slopes(rates, 1.0))
-    lines = Lines(grid, sets)
     rest = rates - lines.between(np.broadcast_to(nodes, rates.shape[:2]))
     return Sum(Smooth(nodes, rest, node_slopes(rest, 1.0)), lines)
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.arrays import Array, Series
-from testbed.errors import InputError
+from testbed.errors import InputError, made_of_each
 from testbed.files import readable
 from testbed.records.checks import column_problems, refuse, value_problems
 from testbed.records.details import details_file, details_of
@@ -71,11 +71,7 @@ def read_data_set(folder: Path) -> tuple[Record, ...]:
         InputError: there is no run, two have the same name, or some cannot be used; all of these are named.
     """
     paths = _run_paths(folder)
-    outcomes = [_attempt(path) for path in paths]
-    failures = [str(outcome) for outcome in outcomes if isinstance(outcome, InputError)]
-    if failures:
-        raise InputError("\n".join(failures))
-    records = tuple(outcome for outcome in outcomes if isinstance(outcome, Record))
+    records = tuple(made_of_each(read_record, paths))
     _refuse_repeated(folder, (record.details.name for record in records), "name them differently in their .toml files")
     return records
 
@@ -102,13 +98,6 @@ def _run_paths(folder: Path) -> list[Path]:
 def _refuse_repeated(folder: Path, names: Iterable[str], remedy: str) -> None:
     repeated = [name for name, count in Counter(names).items() if count > 1]
     refuse(folder, [f"more than one run is called {name}: {remedy}" for name in sorted(repeated)])
-
-
-def _attempt(path: Path) -> Record | InputError:
-    try:
-        return read_record(path)
-    except InputError as error:
-        return error
 
 
 def _channels(columns: dict[str, Series]) -> dict[str, Array]:

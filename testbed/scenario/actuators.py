@@ -125,7 +125,7 @@ def wheel_count(actuators: Sequence[Actuator]) -> int:
     return sum(each.wheels for each in reaction_wheels(actuators))
 
 
-def count_conflicts_of(actuators: Sequence[Actuator], cluster: Cluster | None) -> Iterator[Conflict]:
+def surplus_conflicts(actuators: Sequence[Actuator], cluster: Cluster | None) -> Iterator[Conflict]:
     """Find too many actuators.
 
     Args:

@@ -13,8 +13,8 @@ from testbed.scenario.actuators import (
     Actuator,
     ReactionWheels,
     control_moment_gyros,
-    count_conflicts_of,
     reaction_wheels,
+    surplus_conflicts,
 )
 from testbed.scenario.cluster import NO_CLUSTER, Cluster, stated_conflicts
 from testbed.scenario.diagnosis import Diagnosis
@@ -82,7 +82,7 @@ class BodyScenario(Section):
     @field_validator("actuators")
     @classmethod
     def _not_too_many(cls, actuators: tuple[Actuator, ...], info: ValidationInfo) -> tuple[Actuator, ...]:
-        refuse(count_conflicts_of(actuators, info.data.get("cluster")), from_root=True)
+        refuse(surplus_conflicts(actuators, info.data.get("cluster")), from_root=True)
         return actuators
 
     @field_validator("environment")

@@ -10,7 +10,7 @@ from typing_extensions import override
 from testbed.prediction.grid import grid_of
 from testbed.prediction.gyro import readings
 from testbed.prediction.hooks import Hooks
-from testbed.prediction.lines import Lines
+from testbed.prediction.lines import lines_of
 from tests.unit import test_diagnosis_torque_driven as torque_driven
 
 _COUNTS = (40, 60)
@@ -39,7 +39,7 @@ def in_steps(grid, time):
 
 def test_lines_are_those_of_a_body_at_rest_under_the_held_torque(grid):
     time = np.stack([np.linspace(run.gyro_time[0] - 0.02, run.gyro_time[-1] + 0.02, 301) for run in grid.runs])
-    lines = Lines(grid, 2).between(in_steps(grid, time))
+    lines = lines_of(grid, 2).between(in_steps(grid, time))
     for number, (run, at) in enumerate(zip(grid.runs, time, strict=True)):
         for row in (2 * number, 2 * number + 1):
             np.testing.assert_allclose(lines[row], run.corners(at), atol=1e-14)
@@ -49,7 +49,7 @@ def test_behind_a_low_pass_they_follow_its_differential_equation(grid):
     lags = np.array([0.03, 0.2])
     time = np.stack([np.linspace(run.gyro_time[0], run.gyro_time[-1], 97) for run in grid.runs])
     lag = (lags / grid.step[:, None]).ravel()
-    shown = Lines(grid, 2).settled(lag).between(in_steps(grid, time)).reshape(len(grid.runs), 2, -1, 3)
+    shown = lines_of(grid, 2).settled(lag).between(in_steps(grid, time)).reshape(len(grid.runs), 2, -1, 3)
     for number, (run, at) in enumerate(zip(grid.runs, time, strict=True)):
         slope = (run.corners(at[0] + 1e-6) - run.corners(at[0])) / 1e-6
         for index, constant in enumerate(lags):
