@@ -57,6 +57,21 @@ class Pendulum:
 
 
 @dataclass(frozen=True, kw_only=True)
+class HeldImpulse:
+    """What a held torque has given since its first sample: the momentum bends with it, and is smooth without it.
+
+    Attributes:
+        at_nodes: at the ends of the integration's steps, shape (2P+1, 3), N·m·s, body axes.
+        torque_at_nodes: the mean about them, as the grid has it, shape (2P+1, 3), N·m.
+        at_samples: at the output times, shape (N, 3), N·m·s.
+    """
+
+    at_nodes: Vectors3
+    torque_at_nodes: Vectors3
+    at_samples: Vectors3
+
+
+@dataclass(frozen=True, kw_only=True)
 class Drive:
     """What the actuators impose on a motion, sampled once for all evaluations.
 
@@ -68,6 +83,7 @@ class Drive:
         torque_basis: of the constant torques that are estimated jointly, at the times of the integration, shape
             (4P+1, 3, K): a torque per unit of each unknown, body axes.
         pendulum: gravity whose torque follows from the motion; the grid's torque is without it.
+        held: that part of the grid's torque which is held from sample to sample; None without one.
     """
 
     time: Series
@@ -76,6 +92,7 @@ class Drive:
     grid: Actuation
     torque_basis: Array
     pendulum: Pendulum | None = None
+    held: HeldImpulse | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,15 +121,20 @@ def drive_of(telemetry: Telemetry) -> Drive:
     """Return the actuators' part of the motion at the gyro's times and on the integration's grid."""
     start, stop = telemetry.gyro_time[0], telemetry.gyro_time[-1]
     grid_time = np.linspace(start, stop, 4 * _step_pairs(telemetry, stop - start) + 1)
-    known, held = actuation(telemetry, grid_time), telemetry.held_torque
-    if held is not None:
-        known = replace(known, applied_torque_B=known.applied_torque_B + along_steps(held, grid_time))
+    known, impulse, held = actuation(telemetry, grid_time), telemetry.held_torque, None
+    if impulse is not None:
+        torque_B = along_steps(impulse, grid_time)
+        known = replace(known, applied_torque_B=known.applied_torque_B + torque_B)
+        held = HeldImpulse(
+            at_nodes=impulse(grid_time[::2]), torque_at_nodes=torque_B[::2], at_samples=impulse(telemetry.gyro_time)
+        )
     drive = Drive(
         time=telemetry.gyro_time,
         samples=actuation(telemetry, telemetry.gyro_time),
         grid_time=grid_time,
         grid=known,
         torque_basis=torque_basis(telemetry, grid_time),
+        held=held,
     )
     return _as_pendulum(drive, telemetry)
 
@@ -232,16 +254,25 @@ def simulate(drive: Drive, theta: Theta, initial_momentum_B: Vector3) -> Motion:
     slope = grid.applied_torque_B[..., ::2, :] + cross(momentum_B, node_rate)
     if drive.pendulum is not None and up_B is not None:
         slope = slope + gravity_torque(drive.pendulum.weight, up_B, drive.pendulum.offset_B)
-    at_samples = CubicHermiteSpline(drive.grid_time[::2], momentum_B, slope, axis=-2)(drive.time)
+    at_samples = _at_samples(drive, momentum_B, slope)
     sample_inverse = _inverse(theta, samples)
     return Motion(
-        body_rate=np.matvec(sample_inverse, np.ascontiguousarray(at_samples) - samples.cluster_momentum_B),
+        body_rate=np.matvec(sample_inverse, at_samples - samples.cluster_momentum_B),
         momentum_B=momentum_B,
         inertia_inverse=sample_inverse,
         node_inverse=node_inverse,
         node_rate=node_rate,
         up_B=up_B,
     )
+
+
+def _at_samples(drive: Drive, momentum_B: Vectors3, slope: Vectors3) -> Vectors3:
+    """Return L at the output times, shape (..., N, 3), joined between the steps' ends where it does not bend."""
+    nodes, held = drive.grid_time[::2], drive.held
+    if held is None:
+        return np.ascontiguousarray(CubicHermiteSpline(nodes, momentum_B, slope, axis=-2)(drive.time))
+    smooth = CubicHermiteSpline(nodes, momentum_B - held.at_nodes, slope - held.torque_at_nodes, axis=-2)
+    return np.ascontiguousarray(smooth(drive.time)) + held.at_samples
 
 
 def _inverse(theta: Theta, known: Actuation) -> Matrices3:

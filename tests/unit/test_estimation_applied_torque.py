@@ -14,6 +14,7 @@ from testbed.dynamics.inertia import inertia_of
 from testbed.estimation.considered import considered_shifts
 from testbed.estimation.estimate import EstimationSettings
 from testbed.estimation.held import held_periods, impulse_of_held
+from testbed.estimation.motion import drive_of, simulate
 from testbed.estimation.registry import ESTIMATORS
 from testbed.estimation.telemetry import Telemetry, Thrusters, covered_part
 from testbed.estimation.uncertainty import EXACT, Uncertainty
@@ -25,6 +26,9 @@ TRUE_INERTIA = inertia_of(TRUE_THETA)
 NOMINAL_THETA = np.array([20.0, 26.0, 29.0, 0.0, 0.0, 0.0])
 PERIOD, COUNT = 0.1, 300
 """s for which a torque is held, and how many of them a flight has."""
+FINER = 5
+FINE = PERIOD / FINER
+"""s between samples of a gyro that is read five times as often."""
 JETS = Thrusters(
     position_B=0.5 * np.tile(np.roll(np.eye(3), 1, axis=1), (2, 1)),
     direction_B=np.concatenate([np.roll(np.eye(3), 2, axis=1), -np.roll(np.eye(3), 2, axis=1)]),
@@ -111,6 +115,15 @@ def test_a_held_torque_is_taken_as_it_was_given(name, within):
     run = replace(telemetry(thrust, turned(thrust, TRUE_INERTIA)), held_inertia=TRUE_INERTIA)
     estimate = ESTIMATORS[name](run, SETTINGS)
     np.testing.assert_allclose(estimate.theta, TRUE_THETA, atol=within * TRUE_THETA.max())
+
+
+def test_samples_between_two_jumps_are_predicted_as_exactly_as_those_at_them():
+    """A gyro that is read faster than torques change, and not at the ends of an integration's steps."""
+    thrust, times = fired(0), FINE * np.arange(FINER * COUNT)
+    fine = turned_by_held(times, FIRST, TRUE_INERTIA, np.repeat(thrust @ PER_THRUST_B, FINER, axis=0))
+    run = replace(telemetry(thrust, fine), gyro_time=times, held_inertia=TRUE_INERTIA)
+    predicted = simulate(drive_of(run), TRUE_THETA, TRUE_INERTIA @ FIRST)
+    np.testing.assert_allclose(predicted.body_rate, fine, atol=1e-7)  # rad/s, of 0.1 rad/s
 
 
 @pytest.mark.parametrize("name", ["ls", "iv"])
