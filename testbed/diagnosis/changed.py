@@ -10,7 +10,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 
 from testbed.arrays import Theta
 from testbed.diagnosis.data import Runs
@@ -57,7 +57,7 @@ def _most_changed(reference: Reference, runs: Runs, effects: Mapping[str, Effect
         return None
     gained = {each: _freed(fit, reference, each) for each in reference.given}
     worst = max(gained, key=lambda each: gained[each])
-    if chi2.sf(gained[worst], worst.size) > SETTINGS.changed_p_value:
+    if scipy.stats.chi2.sf(gained[worst], worst.size) > SETTINGS.changed_p_value:
         return None
     testable, _ = hypotheses(runs, effects, runs.mean_moment(theta))
     others = signatures(runs, fit, without(testable, reference.given))

@@ -17,7 +17,6 @@ import scipy
 from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import CubicSpline, make_interp_spline
 from scipy.linalg import eigh
-from scipy.signal import detrend
 from typing_extensions import override
 
 from testbed.arrays import Array, Covariance, Series, Theta
@@ -251,7 +250,8 @@ def _balance(run: Telemetry, inertia: Array) -> tuple[Array, Array]:
     impulse = cumulative_trapezoid(run.applied_torque, run.actuator_time, axis=0, initial=0.0)
     given = make_interp_spline(run.actuator_time, impulse, k=1)(run.gyro_time)
     needed_rate, given_rate = (
-        np.where(run.live, detrend(each, axis=0) @ np.linalg.inv(inertia), 0.0) for each in (momentum + turned, given)
+        np.where(run.live, scipy.signal.detrend(each, axis=0) @ np.linalg.inv(inertia), 0.0)
+        for each in (momentum + turned, given)
     )
     return needed_rate, given_rate
 
