@@ -195,7 +195,8 @@ class Diagnosis:
             return "unexplained"
         if not self.added:
             return "none"
-        return "ambiguous" if self.added[0].look_alikes or self.unmodelled_is_more_probable else "named"
+        confounded = any(each.look_alikes for each in self.steps or self.added)
+        return "ambiguous" if confounded or self.unmodelled_is_more_probable else "named"
 
     @property
     def unmodelled_is_more_probable(self) -> bool:

@@ -364,11 +364,16 @@ def _named(setup: PlanSetup, known: Sequence[Record], evidence: Evidence) -> Nam
         propose=False,
     ).state
     classes = [[step.key, *(each.key for each in step.look_alikes)] for step in state.steps]
-    separable = True
-    if state.verdict == "ambiguous" and classes and len(classes[0]) > 1:
-        goal = class_goal(evidence, classes[0])
-        separable = goal is None or most_gained(goal, evidence.runs, setup.space, setup.candidates) > _VISIBLE
-    return Named(verdict=str(state.verdict), classes=classes, separable=separable)
+    undecided = [state.unmodelled_is_more_probable or _distinguishable(setup, members, evidence) for members in classes]
+    return Named(verdict=str(state.verdict), classes=classes, undecided=undecided)
+
+
+def _distinguishable(setup: PlanSetup, members: Sequence[str], evidence: Evidence) -> bool:
+    """Return whether any flight of this platform distinguishes the members of a class."""
+    if len(members) == 1:
+        return False
+    goal = class_goal(evidence, members)
+    return goal is None or most_gained(goal, evidence.runs, setup.space, setup.candidates) > _VISIBLE
 
 
 def _chosen(setup: PlanSetup, state: PlanResult, known: list[Record], evidence: Evidence | None) -> PlannedFlight:

@@ -168,12 +168,13 @@ class Named:
         verdict: of the diagnosis.
         classes: of each effect in its model, the keys of the effects that these data cannot distinguish from it, the
             named one first.
-        separable: whether any flight of this platform distinguishes the members of the first class.
+        undecided: of each class, whether a flight of this platform would distinguish its members; all of them where
+            something unknown is more probable.
     """
 
     verdict: str
     classes: Sequence[Sequence[str]]
-    separable: bool = True
+    undecided: Sequence[bool]
 
 
 def verified(wanted: EffectWanted, named: Named, log_e: Mapping[str, float], among: int, alpha: float) -> list[str]:
@@ -193,10 +194,11 @@ def verified(wanted: EffectWanted, named: Named, log_e: Mapping[str, float], amo
     Returns:
         Keys, the named one first; none where nothing may be named, or a flight is left that would distinguish them.
     """
-    certain = named.verdict == "named" or (named.verdict == "ambiguous" and not named.separable)
-    if not certain:
+    if named.verdict not in {"named", "ambiguous"}:
         return []
-    for members in named.classes:
+    for members, undecided in zip(named.classes, named.undecided, strict=True):
+        if undecided:
+            continue
         values = [log_e[key] for key in members if key in log_e and wanted.allows(key)]
         if values and wanted.allows(members[0]) and _log_sum(values) - log(among) >= -log(alpha):
             return list(members)

@@ -103,17 +103,19 @@ def test_a_wish_that_cannot_be_met_is_refused(wish, said):
 def test_a_name_takes_the_verdict_and_the_e_value():
     alpha, among = 0.05, 10
     enough = {"a:x": log(among / alpha) + 0.01, "b:x": 0.0}
-    named = Named(verdict="named", classes=[["a:x"]])
+    named = Named(verdict="named", classes=[["a:x"]], undecided=[False])
     assert verified(EffectWanted(), named, enough, among, alpha) == ["a:x"]
     assert not verified(EffectWanted(), named, enough | {"a:x": log(among / alpha) - 0.01}, among, alpha)
     assert not verified(EffectWanted(effect="b"), named, enough, among, alpha)
-    assert not verified(EffectWanted(), Named(verdict="unexplained", classes=[["a:x"]]), enough, among, alpha)
+    assert not verified(
+        EffectWanted(), Named(verdict="unexplained", classes=[["a:x"]], undecided=[False]), enough, among, alpha
+    )
 
 
 def test_a_class_is_named_only_where_no_flight_distinguishes_its_members():
     values, both = {"a:x": log(200.0), "b:x": log(190.0)}, [["a:x", "b:x"]]
-    apart = Named(verdict="ambiguous", classes=both, separable=True)
-    together = Named(verdict="ambiguous", classes=both, separable=False)
+    apart = Named(verdict="ambiguous", classes=both, undecided=[True])
+    together = Named(verdict="ambiguous", classes=both, undecided=[False])
     assert not verified(EffectWanted(), apart, values, 10, 0.05)
     assert verified(EffectWanted(), together, values, 10, 0.05) == ["a:x", "b:x"]
     assert not verified(EffectWanted(effect="a"), together, {"a:x": log(199.0), "b:x": log(900.0)}, 10, 0.05)

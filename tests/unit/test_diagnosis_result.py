@@ -147,6 +147,18 @@ def test_noise_stands_behind_what_is_missing_and_is_known_only_as_well_as_the_sa
     assert found.runs.noise_freedom <= found.scatter[0].finding.noise_freedom < found.runs.samples
 
 
+def test_a_further_effect_that_is_indistinguishable_from_another_is_ambiguous():
+    late = last(records(4, hooks=[EFFECTS["gyro_latency"].hooks("gyro")], values=[np.array([2e-2])]))
+    (sure,) = late.steps
+    best, other = sure.screening.candidates
+    both = (best, replace(other, log_bayes_factor=best.log_bayes_factor))
+    further = replace(sure, screening=replace(sure.screening, candidates=both))
+    ambiguous = replace(late, steps=(sure, further))
+    assert (late.verdict, ambiguous.verdict) == ("named", "ambiguous")
+    text = "cannot distinguish gyro_latency (gyro) from viscous_drag (platform). Also missing: gyro_latency (gyro)."
+    assert text in diagnosis_verdict(ambiguous).text
+
+
 def test_an_effect_on_the_noise_that_is_indistinguishable_from_another_is_ambiguous():
     noisy = replace(last(records(3)), scatter=())
     one, other, *_ = noisy.noise_candidates

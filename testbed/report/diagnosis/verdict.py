@@ -7,9 +7,10 @@ from functools import partial
 from math import isfinite
 
 from testbed.diagnosis.findings import Addition, changed_inertia, doubt_words
+from testbed.diagnosis.noise import NoiseHypothesis
 from testbed.diagnosis.run_agreement import Agreement
 from testbed.diagnosis.settings import SETTINGS
-from testbed.diagnosis.state import Diagnosis, Gap
+from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.dynamics.inertia_unit import inertia_unit
 from testbed.effects.contract import NamedEffect, Quantity
@@ -42,6 +43,7 @@ def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
 
 def _of_effects(diagnosis: Diagnosis) -> Notice:
     names = [effect_name(each.effect, each.component) for each in diagnosis.added]
+    classes = list(map(_alike, diagnosis.added))
     gap = _fall(_without_effects(diagnosis), diagnosis.gap)
     if diagnosis.verdict is None:
         return Notice(tone="warn", text=f"Interrupted: incomplete, without a verdict. {_so_far(names)}")
@@ -58,15 +60,16 @@ def _of_effects(diagnosis: Diagnosis) -> Notice:
             tone="warn" if doubts else "good", text=f"Missing in the nominal model: {listed(names)}. {gap}{doubtful}"
         )
     if diagnosis.verdict == "ambiguous":
-        others = [effect_name(other.effect, other.component) for other in diagnosis.added[0].look_alikes]
         if diagnosis.unmodelled_is_more_probable:
-            others.append("a torque that no effect of the library gives")
-        alike = f"These data cannot distinguish {names[0]} from {listed(others)}."
-        further = f" Also missing: {listed(names[1:])}." if names[1:] else ""
+            classes[0].append("a torque that no effect of the library gives")
+        apart = [f"{first} from {listed(others)}" for first, *others in classes if others]
+        sure = [first for first, *others in classes if not others]
+        alike = f"These data cannot distinguish {', nor '.join(apart)}."
+        further = f" Also missing: {listed(sure)}." if sure else ""
         return Notice(tone="warn", text=f"Something is missing in the nominal model. {alike}{further} {gap}")
     if diagnosis.alone and diagnosis.unnamed:
         return Notice(tone="warn", text=_alone_words(diagnosis))
-    found = f"Named in part: {listed(names)}. " if names else ""
+    found = f"Named in part: {listed(map(' or '.join, classes))}. " if names else ""
     noise = "the noise as the samples show it" if diagnosis.scatter else "noise alone"
     misfit, gap = misfit_words(diagnosis.gap), gap_words(diagnosis.gap)
     left = f"No effect of the library explains the residual: a misfit of {misfit}, a gap of {gap}; {noise} is 1."
@@ -82,6 +85,11 @@ def _without_effects(diagnosis: Diagnosis) -> Gap:
     if diagnosis.steps and not diagnosis.scatter and not diagnosis.retracted:
         return diagnosis.steps[0].before
     return diagnosis.gap_before
+
+
+def _alike(added: Step | NoiseHypothesis) -> list[str]:
+    """Return the name of an effect that was added, and of those that the data do not distinguish from it."""
+    return [effect_name(each.effect, each.component) for each in (added, *added.look_alikes)]
 
 
 def _alone_words(diagnosis: Diagnosis) -> str:
