@@ -309,6 +309,11 @@ def wheel_index(component: str) -> int:
     return WHEELS.index(component)
 
 
+def wheels_named(component: str) -> int | slice:
+    """Return the index, from 0, of the reaction wheel that a component names, or a slice of all of them."""
+    return slice(None) if component == ALL_WHEELS else wheel_index(component)
+
+
 def components_in(effect: NamedEffect, units: int, wheels: int = 0, thrusters: int = 0) -> tuple[str, ...]:
     """Return where an effect can sit on a platform with so many CMG units, wheels, and thrusters with commands."""
     all_is_one = wheels == 1 and WHEELS[0] in effect.components

@@ -8,7 +8,7 @@ import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.effects.contract import ALL_WHEELS, WHEELS, Effect, Extension, Parameter, only_wheel, wheel_index
+from testbed.effects.contract import ALL_WHEELS, WHEELS, Effect, Extension, Parameter, only_wheel, wheels_named
 from testbed.prediction.hooks import Hooks
 from testbed.scenario.actuators import wheel_count
 from testbed.scenario.scenario import Scenario
@@ -47,5 +47,5 @@ class WheelLag(Effect):
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
         wheels = wheel_count(scenario.actuators)
         lags = np.array(per_unit(scenario.truth.wheel_motor_lag_s, wheels, 0.0))
-        lags[slice(None) if component == ALL_WHEELS else wheel_index(component)] += values[0]
+        lags[wheels_named(component)] += values[0]
         return Extension(scenario={"truth": {"wheel_motor_lag_s": lags.tolist()}})

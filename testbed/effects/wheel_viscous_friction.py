@@ -1,4 +1,4 @@
-"""The bearing of one wheel brakes it in proportion to its speed, more or less than is believed."""
+"""The bearing of one wheel, or of each alike, brakes it in proportion to its speed, more or less than is believed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
-from testbed.effects.contract import WHEELS, Effect, Extension, Parameter, only_wheel, wheel_index
+from testbed.effects.contract import ALL_WHEELS, WHEELS, Effect, Extension, Parameter, only_wheel, wheels_named
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.wheel_impulses import Impulses
 from testbed.scenario.actuators import reaction_wheels
@@ -26,18 +26,18 @@ class _Braked(Hooks):
 
 @final
 class WheelViscousFriction(Effect):
-    """τ = ... + c Ω of the motor, beside the friction that the scenario states."""
+    """τ = ... + c Ω of the motor, beside the friction that the scenario states: in the cold, of all wheels alike."""
 
     id = "wheel_viscous_friction"
-    components = WHEELS
+    components = (*WHEELS, ALL_WHEELS)
     # Oil that has gone stiff in the cold brakes several times as much as at room temperature.
     parameters = (Parameter(name="coefficient_N_m_s_rad", unit="N·m·s/rad", typical=1e-8),)
     needs = ("wheel_speed", "wheel_torque")
     measured_by = ("wheel_speed",)
-    sentence = "The bearing of {component} brakes it in proportion to its speed, more or less than its drawing says."
+    sentence = "The bearing of {component} brakes in proportion to its speed, more or less than its drawing says."
     look_alikes = ("wheel_coulomb_friction",)
     confirm = (
-        "Let that wheel run down from half and from its whole speed: only a viscous friction is in proportion to it."
+        "Let one wheel run down from half and from its whole speed: only a viscous friction is in proportion to it."
     )
 
     @override
@@ -49,5 +49,6 @@ class WheelViscousFriction(Effect):
         arrays = reaction_wheels(scenario.actuators)
         believed = tuple(each.viscous_friction_N_m_s_rad for each in arrays for _ in range(each.wheels))
         friction = np.array(scenario.truth.wheel_viscous_friction_N_m_s_rad or believed)
-        friction[wheel_index(component)] = max(friction[wheel_index(component)] + values[0], 0.0)
+        named = wheels_named(component)
+        friction[named] = np.maximum(friction[named] + values[0], 0.0)
         return Extension(scenario={"truth": {"wheel_viscous_friction_N_m_s_rad": friction.tolist()}})

@@ -144,6 +144,17 @@ def test_motors_that_are_late_alike_are_one_lag():
     assert abs(size.value - HIDDEN["wheel_lag"]) < 4.0 * size.std
 
 
+@pytest.mark.parametrize("effect", ["wheel_viscous_friction", "wheel_coulomb_friction"])
+def test_bearings_that_brake_alike_are_one_friction(effect):
+    """As in the cold: taken one by one they are four names, of which three are given and the rest is unexplained."""
+    data, theta = data_of(records(effect, ALL_WHEELS)), theta_of(nominal_platform(scenario()).inertia)
+    *_, final = diagnosed(data.runs, data.heldout, OF_WHEELS, theta, noise_effects=NOISE_EFFECTS)
+    (named,) = additions(final)
+    assert (named.effect.id, named.component, final.verdict) == (effect, ALL_WHEELS, "named")
+    (size,) = named.quantities
+    assert abs(size.value - HIDDEN[effect]) < 4.0 * size.std
+
+
 def test_what_the_motors_do_beside_all_that_is_named_is_unexplained():
     """However well the body's motion is explained."""
     data = data_of([early(each) for each in records(None)])
