@@ -13,7 +13,7 @@ from testbed.scenario.reader import read_scenario
 COMPARED = {
     name: EFFECTS[name] for name in ("contact", "gyro_misalignment", "gyro_scale", "body_torque", "viscous_drag")
 }
-"""What was named wrongly, what stood out, and two near ones: the whole library goes the same way, three times as long."""
+"""What was named wrongly, what stood out, and two near ones: the library goes the same way, three times as long."""
 
 
 def test_a_formula_takes_the_place_of_effects_beside_which_another_fits_worse():
