@@ -8,7 +8,7 @@ import numpy as np
 
 from testbed.diagnosis.channels import unfollowed
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.tachometers import rotor_tachometer_noise, tachometer_noise
+from testbed.diagnosis.tachometers import encoder_noise, rotor_tachometer_noise, tachometer_noise
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.prediction.command_phase import command_phase, torque_phase
 from testbed.prediction.command_scatter import found_changing
@@ -67,6 +67,11 @@ def _smoothed_notice(runs: Runs) -> Iterator[str]:
         yield (
             f"the rotors' tachometers have noise of about {of_rotors:.2g} rad/s: speeds are smoothed as suits the "
             "gyro's fast changes best"
+        )
+    if of_encoders := encoder_noise(runs):
+        yield (
+            f"the gimbals' encoders have noise of about {of_encoders:.2g} rad: angles are smoothed as suits the gyro's "
+            "fast changes best"
         )
 
 

@@ -13,6 +13,7 @@ from testbed.diagnosis.belief import Shown
 from testbed.diagnosis.candidates import Candidate, Screening, SizePrior, log_p_value, mean_over_scan
 from testbed.diagnosis.control_loop import shows_the_loop
 from testbed.diagnosis.data import Runs
+from testbed.diagnosis.errors_in_variables import taken_out
 from testbed.diagnosis.fitting import all_corrected, fitted, in_torque_noise, refit
 from testbed.diagnosis.misfit import log_evidence
 from testbed.diagnosis.model import Fit, Hypothesis
@@ -191,13 +192,15 @@ def p_value_of_all(alone: float, tests: int, heldout_gain: float) -> float:
 def _evidence_of_refit(runs: Runs, fit: Fit, model: Fit, signature: Signature) -> tuple[float, float]:
     """Return by how much a hypothesis reduces the deviance beyond what healthy records show, and the evidence of that.
 
+    Less what of the telemetry's noise it takes out of the prediction.
+
     Args:
         runs: that are fitted.
         fit: without the hypothesis.
         model: with it.
         signature: of the hypothesis, at the start of its search.
     """
-    placed, gain = signature.placed, max(fit.deviance - model.deviance, 0.0)
+    placed, gain = signature.placed, max(fit.deviance - model.deviance - taken_out(runs, fit, model), 0.0)
     columns, own = model.signature_of(placed), model.effect_values[model.own(placed)]
     values = own - [each.absent for each in placed.effect.parameters]
     information, slope = columns.T @ columns, columns.T @ model.residual

@@ -1,4 +1,4 @@
-"""Speeds of wheels without commands and of rotors, less their tachometers' noise: smoothed as suits the gyro best.
+"""Speeds of wheels without commands, of rotors, and gimbals' angles, less their noise: smoothed as suits the gyro best.
 
 Left in, the noise stands in the predicted body rate, and a model in which the body does not follow its wheels' fast
 motion would suit the samples better than the true one: platforms of which nothing was hidden had a flexible appendage
@@ -21,7 +21,7 @@ from testbed.estimation.telemetry import Telemetry
 from testbed.estimation.telemetry_noise import predicted_rate_variance
 from testbed.prediction.grid import grid_of
 from testbed.prediction.prediction import predicted
-from testbed.prediction.tachometer import smoothed_rotors, smoothed_wheels
+from testbed.prediction.tachometer import smoothed_gimbals, smoothed_rotors, smoothed_wheels
 
 _SURELY = 9.0
 """By which twice the log-likelihood of the gyro's fast changes has to rise: three standard errors of one number.
@@ -30,14 +30,14 @@ Source: chosen, as for the noise itself (prediction/tachometer.py)."""
 
 
 def least_scattered(baseline: Fit, telemetry: Sequence[Telemetry]) -> list[Telemetry] | None:
-    """Return telemetry with momenta of wheels and rotors smoothed; None where the gyro does not speak for it.
+    """Return telemetry with momenta and angles smoothed; None where the gyro does not speak for it.
 
     Args:
         baseline: the platform without effects, fitted to the telemetry.
         telemetry: of all runs, as it was sent.
     """
     best, least = None, _scatter(telemetry, baseline)
-    for smoothed in (smoothed_wheels, smoothed_rotors):
+    for smoothed in (smoothed_wheels, smoothed_rotors, smoothed_gimbals):
         tried = [(_scatter(each, baseline), each) for each in smoothed(best or telemetry)]
         scatter, smoothest = min(tried, key=lambda pair: pair[0], default=(least, best))
         if scatter < least - _SURELY:
@@ -57,6 +57,12 @@ def rotor_tachometer_noise(runs: Runs) -> float:
     """Return the noise of the tachometers of the gyros' rotors where they were smoothed so, rad/s; 0 where not."""
     gimbals = runs.grid.runs[0].gimbals
     return 0.0 if gimbals is None else gimbals.rotor_speed_noise
+
+
+def encoder_noise(runs: Runs) -> float:
+    """Return the noise of the gimbals' encoders where their angles were smoothed so, rad; 0 where not."""
+    gimbals = runs.grid.runs[0].gimbals
+    return 0.0 if gimbals is None else gimbals.angle_noise
 
 
 def distinct_from_tachometers(

@@ -9,8 +9,10 @@ import scipy
 from typing_extensions import override
 
 from testbed.arrays import Array
+from testbed.dynamics.inertia import theta_of
 from testbed.effects.contract import Extension, Parameter
 from testbed.effects.noise_effect import Finding, NoiseEffect, Readings
+from testbed.estimation.telemetry_noise import common_to_neighbours, predicted_rate_variance
 from testbed.scenario.scenario import Scenario
 
 
@@ -36,11 +38,12 @@ class GyroNoiseColor(NoiseEffect):
         spectrum = readings.spectrum
         if spectrum is None:
             return None
-        square = (spectrum.correlation / spectrum.correlation_std) ** 2
+        own = spectrum.correlation - np.clip(spectrum.correlation, 0.0, _made_by_telemetry(readings))
+        square = (own / spectrum.correlation_std) ** 2
         return Finding(
-            values=np.array([spectrum.correlation]),
+            values=np.array([own]),
             std=np.array([spectrum.correlation_std]),
-            chi_square_reduction=square,
+            chi_square_reduction=float(square),
             freedom=1,
             p_value=float(scipy.stats.chi2.sf(square, 1)),
             variance=np.zeros(3),
@@ -50,3 +53,16 @@ class GyroNoiseColor(NoiseEffect):
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:
         return Extension(scenario={"gyro": {"noise_correlation": float(values[0])}})
+
+
+def _made_by_telemetry(readings: Readings) -> float:
+    """Return the correlation of neighbouring samples that is the actuators' telemetry's, and none of the gyro's noise.
+
+    The error of an encoder stands in the prediction of all gyro samples near it.
+    """
+    theta = theta_of(readings.inertia)
+    shares = [
+        common_to_neighbours(run) * predicted_rate_variance(run, theta)[live] / sigma[live] ** 2
+        for run, sigma, live in zip(readings.runs, readings.sigma, readings.live, strict=False)
+    ]
+    return float(np.concatenate(shares).mean())

@@ -54,6 +54,8 @@ class GimbalTelemetry:
         angles_late: by how much angles and rotor momenta are later than the torques of the same rows, s.
         rotor_speed_noise: standard deviation of the tachometers that `rotor_momentum` was freed of, rad/s; 0 where it
             is as it was sent.
+        angle_noise: standard deviation of the encoders that `angle` was freed of, rad; 0 where it is as it was sent.
+        angle_variance: of the errors that then stay in it, shape (M,), rad²; None where it is as it was sent.
     """
 
     cluster: Cluster
@@ -63,6 +65,8 @@ class GimbalTelemetry:
     servo: Servo | None = None
     angles_late: float = 0.0
     rotor_speed_noise: float = 0.0
+    angle_noise: float = 0.0
+    angle_variance: Units | None = None
 
     def commanded(self, rate_command: UnitSeries) -> GimbalTelemetry:
         """Return the units with what their servo was commanded, shape (K, M), rad/s; as they are without a servo."""

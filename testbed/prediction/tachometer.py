@@ -30,7 +30,7 @@ from scipy.optimize import minimize, minimize_scalar
 
 from testbed.arrays import Array, Flags, Series, Units, UnitSeries
 from testbed.estimation.gaps import between_gaps
-from testbed.estimation.telemetry import SmoothedMomentum, Telemetry
+from testbed.estimation.telemetry import CommandedGimbals, SmoothedMomentum, Telemetry
 from testbed.estimation.telemetry_noise import fast_variance
 from testbed.prediction.wheel_impulses import Impulses, impulses_of
 
@@ -155,15 +155,35 @@ def smoothed_rotors(runs: Sequence[Telemetry]) -> Iterator[list[Telemetry]]:
         ]
 
 
+def smoothed_gimbals(runs: Sequence[Telemetry]) -> Iterator[list[Telemetry]]:
+    """Yield runs with their gimbals' angles smoothed, ever more; none where no noise is found.
+
+    Nor where motor torques or rate commands were sent: those are compared with the angles as the encoders gave them.
+
+    Args:
+        runs: of one platform, whose encoders are equally good in all.
+    """
+    sent = [run.gimbals for run in runs if run.gimbals is not None]
+    if len(sent) < len(runs) or any(each.torque is not None or isinstance(each, CommandedGimbals) for each in sent):
+        return
+    angles = [np.unwrap(each.angle, axis=0) for each in sent]
+    for by_gimbal, noise in _ever_stiffer([run.actuator_time for run in runs], angles, np.ones(angles[0].shape[1])):
+        variance = np.array([each for _, each in by_gimbal])
+        yield [
+            replace(run, gimbals=replace(gimbals, angle=angle - error, angle_noise=noise, angle_variance=variance))
+            for run, gimbals, angle, error in zip(runs, sent, angles, _by_run(by_gimbal), strict=True)
+        ]
+
+
 def _ever_stiffer(
     times: Sequence[Series], samples: Sequence[UnitSeries], spin: Units
 ) -> Iterator[tuple[list[tuple[list[Series], float]], float]]:
-    """Yield what smoothing takes from each wheel, ever more, as `_Noise.removed` has it, and the noise found, rad/s.
+    """Yield what smoothing takes from each channel, ever more, as `_Noise.removed` has it, and the sensors' noise.
 
     Args:
         times: of every run's samples, shape (K,), s.
-        samples: momenta, shape (K, W), N·m·s.
-        spin: inertia of each wheel about its axis, shape (W,), kg·m².
+        samples: momenta, shape (K, W), N·m·s, or angles, rad.
+        spin: of each channel what it has per unit of its sensor, shape (W,): inertia about the axis, kg·m², or one.
     """
     if sum(map(len, samples)) < _FEWEST:
         return
