@@ -10,16 +10,15 @@ Source: Fuller, "Measurement error models" (1987), section 1.1.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
-from testbed.arrays import Array, Theta
+from testbed.arrays import Theta
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit, orthonormal, projected_out
 from testbed.estimation.telemetry import Telemetry
-from testbed.estimation.telemetry_noise import fast_variance, predicted_rate_variance
+from testbed.estimation.telemetry_noise import predicted_rate_variance, with_more_noise
 from testbed.prediction.grid import Grid, grid_of
 from testbed.prediction.integration import GRIDS
 from testbed.prediction.prediction import predicted
@@ -77,18 +76,4 @@ def _left(runs: Runs, fit: Fit) -> float:
 @lru_cache(maxsize=GRIDS)
 def _noisier(grid: Grid) -> Grid:
     rng = np.random.default_rng(_SEED)
-    return grid_of([_with_noise(run, rng) for run in grid.runs])
-
-
-def _with_noise(run: Telemetry, rng: np.random.Generator) -> Telemetry:
-    """Return a run's telemetry with as much noise added as it has; as it is where it was freed of it."""
-    if not _is_as_sent(run):
-        return run
-    if run.gimbals is not None:
-        return replace(run, gimbals=replace(run.gimbals, angle=_noisy(run.gimbals.angle, rng)))
-    assert run.cluster_momentum is not None
-    return replace(run, cluster_momentum=_noisy(run.cluster_momentum, rng))
-
-
-def _noisy(channel: Array, rng: np.random.Generator) -> Array:
-    return np.asarray(channel + np.sqrt(fast_variance(channel)) * rng.standard_normal(channel.shape))
+    return grid_of([with_more_noise(run, rng) if _is_as_sent(run) else run for run in grid.runs])

@@ -8,7 +8,7 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from testbed.arrays import Array, Indices, Matrix3, Series, Theta, Vector3, Vectors3
+from testbed.arrays import Array, Covariance, Indices, Matrix3, Series, Theta, Vector3, Vectors3
 from testbed.dynamics.environment import Pivoted, parallel_axes
 from testbed.dynamics.inertia import theta_of
 from testbed.dynamics.inertia_unit import inertia_words
@@ -29,6 +29,8 @@ class EstimationSettings:
             simulations with the estimate so far.
         reference_rate: ω_ref(t), times of shape (N,) to rates of shape (N, 3), rad/s; needed by the first kind only.
         uncertainty: what is uncertain of actuators and gyro.
+        telemetry_noise: whether noise of the actuators' telemetry counts where a motion is integrated: of one record
+            that is measured, not of a campaign's flights.
     """
 
     nominal_theta: Theta
@@ -36,6 +38,7 @@ class EstimationSettings:
     instrument: Literal["reference", "nominal", "iterated"] = "iterated"
     reference_rate: Callable[[Series], Vectors3] | None = None
     uncertainty: Uncertainty = EXACT
+    telemetry_noise: bool = False
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -55,6 +58,8 @@ class Estimate(Answer):
         iterations: rounds until the answer.
         influence: ∂θ̂/∂e of an error e of each gyro sample, shape (6, 3N), kg·m² per rad/s, in the order of the
             residual, and three rows more for the offset on a pivot; None once what follows from it is known.
+        by_telemetry: the part of the covariance, of all these, that noise of the actuators' telemetry makes; None where
+            it is left out.
     """
 
     initial_momentum_B: Vector3
@@ -68,6 +73,7 @@ class Estimate(Answer):
     residual_sigma: float
     iterations: int
     influence: Array | None = None
+    by_telemetry: Covariance | None = None
 
     def __repr__(self) -> str:
         return f"Estimate: {inertia_words(self.theta, self.std)}"

@@ -154,7 +154,7 @@ def _as_pendulum(drive: Drive, telemetry: Telemetry) -> Drive:
     2e-5 N·m of a table of 20 kg whose centre of mass is 0.1 mm off, and as much again as the gyro's noise in the rate.
     """
     around, pivot = telemetry.surroundings, telemetry.pivot
-    if around is None or pivot is None or around.measured:
+    if around is None or pivot is None or around.exact:
         return drive
     torque_B = drive.grid.applied_torque_B - around.gravity(drive.grid_time)
     return replace(

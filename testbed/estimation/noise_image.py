@@ -94,7 +94,7 @@ def pendulum_of(telemetry: Telemetry, solution: Solution, time: Series) -> Pendu
         time: shape (N,), s.
     """
     around, pivot = telemetry.surroundings, telemetry.pivot
-    if around is None or pivot is None or around.measured:
+    if around is None or pivot is None or around.exact:
         return None
     matrix_NB = around.attitude(time)
     up, offset = cross_matrix(matrix_NB[:, 2]), cross_matrix(pivot.offset_B + solution.parameters[-3:])

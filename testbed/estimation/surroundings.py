@@ -9,8 +9,9 @@ from scipy.interpolate import CubicSpline
 
 from testbed.arrays import Array, Matrices3, Matrix3, Quaternion, Quaternions, Series, Vectors3
 from testbed.dynamics.environment import Environment, Pivoted, gravity_basis, gravity_torque, outside_torque
+from testbed.estimation.differences import median_variance
 from testbed.rotation.kinematics import integrate_attitude
-from testbed.rotation.quaternion import matrix_of, quaternion_inverse, quaternion_product
+from testbed.rotation.quaternion import exponential, matrix_of, quaternion_inverse, quaternion_product
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -39,13 +40,21 @@ class Surroundings:
         environment: what is believed to act.
         inertia: J about the centre of mass as it is known, kg·m²; a gravity gradient's small torque is taken of it.
         attitude: by a sensor of its own, or the gyro's integral from a known start.
-        measured: whether it is a sensor's.
+        measured: whether a sensor tells it at all times.
+        noisy: whether it is the gyro's integral through a sensor's samples, whose noise shows: gravity's torque then
+            follows from the motion, and only its start from the sensor.
     """
 
     environment: Environment
     inertia: Matrix3
     attitude: Attitude
     measured: bool
+    noisy: bool = False
+
+    @property
+    def exact(self) -> bool:
+        """Whether gravity's torque may be taken along the attitude as it is."""
+        return self.measured and not self.noisy
 
     def torque(self, time: Series, body_rate: Vectors3) -> Vectors3:
         """Return all that is believed to act, shape (N, 3), N·m, body axes; the measured rate is that of the drag."""
@@ -95,4 +104,51 @@ def measured(time: Series, quat_NB: Quaternions) -> Attitude:
     return Attitude(
         start=np.array([1.0, 0.0, 0.0, 0.0]),
         turns=CubicSpline(time, quat_NB * np.concatenate([[1.0], flips])[:, None]),
+    )
+
+
+def sensor_noise(attitude: Attitude, time: Series, quat_NB: Quaternions) -> float:
+    """Return the standard deviation of a sensor's samples about an attitude, by their fastest changes, rad.
+
+    Args:
+        attitude: that changes smoothly, such as the gyro's integral from any start.
+        time: of the samples, shape (K,), s.
+        quat_NB: shape (K, 4).
+    """
+    return float(np.sqrt(median_variance(_apart(attitude, time, quat_NB), _ORDER).mean()))
+
+
+_ORDER = 2
+"""Of the differences: what the gyro's integral is off by changes along a line between three samples."""
+
+
+def fused(time: Series, body_rate: Vectors3, sent: Series, quat_NB: Quaternions) -> Attitude:
+    """Return the gyro's integral from the start, and less the constant error, that suit a sensor's samples best.
+
+    Its fast changes are the gyro's, and its place the mean of the sensor: a noise of 5e-4 rad at 10 Hz leaves 7e-5 rad
+    of the start after 20 s, whatever the noise of single samples.
+
+    Args:
+        time: of the gyro, shape (N,), s.
+        body_rate: shape (N, 3), rad/s.
+        sent: times of the sensor's samples, shape (K,), s, between the gyro's.
+        quat_NB: shape (K, 4).
+    """
+    first = integrated(time, body_rate, quat_NB[0], float(sent[0]))
+    turned = CubicSpline(time, first(time), axis=0).antiderivative()(sent)
+    regressor = np.concatenate([np.broadcast_to(np.eye(3), turned.shape), turned - turned[:1]], axis=2)
+    apart_N = _apart(first, sent, quat_NB)
+    answer = np.linalg.lstsq(regressor.reshape(-1, 6), apart_N.ravel(), rcond=None)[0]
+    start = quaternion_product(exponential(answer[:3]), quat_NB[0])
+    return integrated(time, body_rate + answer[3:], start, float(sent[0]))
+
+
+def _apart(attitude: Attitude, time: Series, quat_NB: Quaternions) -> Vectors3:
+    """Return the small rotations from an attitude to samples, shape (K, 3), rad, in N."""
+    apart = matrix_of(quat_NB) @ np.swapaxes(attitude(time), 1, 2)
+    return (
+        np.stack(
+            [apart[:, 2, 1] - apart[:, 1, 2], apart[:, 0, 2] - apart[:, 2, 0], apart[:, 1, 0] - apart[:, 0, 1]], axis=1
+        )
+        / 2.0
     )

@@ -6,7 +6,7 @@ stands as J⁻¹ δh in the prediction of that sample.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -137,6 +137,23 @@ def _covariance_of_rotors(sent: GimbalTelemetry) -> Array:
     axes_B = spin_axes(sent.cluster, sent.angle)
     variance = fast_variance(sent.rotor_momentum)
     return np.asarray(np.einsum("kui,kuj,u->ij", axes_B, axes_B, variance) / len(axes_B))
+
+
+def with_more_noise(run: Telemetry, rng: np.random.Generator) -> Telemetry:
+    """Return a run's telemetry of momentum with as much noise added as its sensors have."""
+    gimbals, wheels, reported = run.gimbals, run.wheels, run.cluster_momentum
+    if gimbals is not None:
+        gimbals = replace(gimbals, angle=_noisy(gimbals.angle, fast_variance(gimbals.angle), rng))
+    if wheels is not None:
+        variance = fast_variance(wheels.momentum) if wheels.sent_variance is None else wheels.sent_variance
+        wheels = replace(wheels, momentum=_noisy(wheels.momentum, variance, rng))
+    if gimbals is None and wheels is None and reported is not None:
+        reported = _noisy(reported, fast_variance(reported), rng)
+    return replace(run, gimbals=gimbals, wheels=wheels, cluster_momentum=reported)
+
+
+def _noisy(channel: Array, variance: Array, rng: np.random.Generator) -> Array:
+    return np.asarray(channel + np.sqrt(variance) * rng.standard_normal(channel.shape))
 
 
 def fast_variance(channel: Array) -> Array:

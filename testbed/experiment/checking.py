@@ -167,6 +167,8 @@ def _residual(part: Telemetry, settings: EstimationSettings, drive: Drive, motio
 def _compared(efficient: tuple[str, Estimate], robust: tuple[str, Estimate], part: Telemetry) -> Compared:
     influence = np.vstack([_influence(estimate, part) for _, estimate in (efficient, robust)])
     covariance = efficient[1].residual_sigma ** 2 * influence @ influence.T
+    if (added := efficient[1].by_telemetry) is not None:
+        covariance[: len(added), : len(added)] += added
     return Compared(
         efficient=efficient[0],
         robust=robust[0],

@@ -17,9 +17,11 @@ from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.errors import InputError
 from testbed.estimation.bound import cramer_rao_bound
 from testbed.estimation.estimate import Estimate, EstimationSettings
+from testbed.estimation.preparation import identifiable_part
 from testbed.estimation.registry import ESTIMATORS, SIDE_BY_SIDE
 from testbed.estimation.side_by_side import answers_side_by_side
 from testbed.estimation.telemetry import GimbalTelemetry, Telemetry, WheelTelemetry
+from testbed.estimation.telemetry_covariance import with_telemetry_noise
 from testbed.experiment.checking import checks_of, considered, with_spread
 from testbed.experiment.experiment import Estimation
 from testbed.maneuver.maneuver import Maneuver
@@ -111,7 +113,7 @@ def estimate_telemetry(scenario: BodyScenario, nominal: Body, telemetry: Telemet
     Raises:
         InputError: no estimator gave an estimate.
     """
-    settings = estimation_settings(scenario, nominal, maneuver=None)
+    settings = replace(estimation_settings(scenario, nominal, maneuver=None), telemetry_noise=True)
     estimation = run_estimators(scenario, telemetry, settings, checked=True)
     if not estimation.by_name:
         reasons = "; ".join(dict.fromkeys(estimation.failures.values()))  # often all for the same reason
@@ -158,12 +160,19 @@ def run_side_by_side(
     ]
 
 
+_INTEGRATING = "output_error"
+"""It integrates the momentum: in the equations of the others, noise of telemetry stands at its own sample alone."""
+
+
 def _estimation(
     answers: Mapping[str, Estimate | str], telemetry: Telemetry, settings: EstimationSettings, *, checked: bool
 ) -> Estimation:
     """Consider and check what the estimators answer on one run."""
     failures = {name: answer for name, answer in answers.items() if isinstance(answer, str)}
     estimates = {name: answer for name, answer in answers.items() if isinstance(answer, Estimate)}
+    if settings.telemetry_noise and _INTEGRATING in estimates:
+        part = identifiable_part(telemetry, settings)
+        estimates[_INTEGRATING] = with_telemetry_noise(estimates[_INTEGRATING], part)
     by_name = considered(estimates, telemetry, settings)
     checks = checks_of(by_name, telemetry, settings) if checked else None
     by_name = with_spread(by_name, None if checks is None else checks.compared)
