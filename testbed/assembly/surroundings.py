@@ -70,10 +70,12 @@ def _less_noise(around: Surroundings, record: Record) -> Surroundings:
     sent, quat_NB = sent[inside], quat_NB[inside]
     by_gyro = integrated(rate_time, body_rate, quat_NB[0], float(sent[0]))
     step, between = float(np.median(np.diff(rate_time))), float(np.median(np.diff(sent)))
-    jitter = float(np.sqrt(median_variance(body_rate, _FAST).mean()))
-    if sensor_noise(by_gyro, sent, quat_NB) < _NOTICED * jitter * np.sqrt(step * between):
+    walk = float(np.sqrt(step * median_variance(body_rate, _FAST).mean()))
+    noise = sensor_noise(by_gyro, sent, quat_NB)
+    if noise < _NOTICED * walk * np.sqrt(between):
         return around
-    return replace(around, attitude=fused(rate_time, body_rate, sent, quat_NB), noisy=True)
+    attitude, start_std = fused(rate_time, body_rate, sent, quat_NB, noise=noise, walk=walk)
+    return replace(around, attitude=attitude, noisy=True, start_std=start_std)
 
 
 _FAST = 4

@@ -17,8 +17,7 @@ import numpy as np
 from testbed.arrays import Theta
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.model import Fit, orthonormal, projected_out
-from testbed.estimation.telemetry import Telemetry
-from testbed.estimation.telemetry_noise import predicted_rate_variance, with_more_noise
+from testbed.estimation.telemetry_noise import is_as_sent, predicted_rate_variance, with_more_noise
 from testbed.prediction.grid import Grid, grid_of
 from testbed.prediction.integration import GRIDS
 from testbed.prediction.prediction import predicted
@@ -53,14 +52,8 @@ def _added(runs: Runs, theta: Theta) -> float:
     return sum(
         len(run.gyro_time) * float((predicted_rate_variance(run, theta) / sigma**2).sum())
         for run, sigma in pairs
-        if _is_as_sent(run)
+        if is_as_sent(run)
     )
-
-
-def _is_as_sent(run: Telemetry) -> bool:
-    if run.gimbals is not None:
-        return run.gimbals.angle_variance is None
-    return run.cluster_momentum is not None and run.wheels is None
 
 
 @lru_cache(maxsize=4)
@@ -76,4 +69,4 @@ def _left(runs: Runs, fit: Fit) -> float:
 @lru_cache(maxsize=GRIDS)
 def _noisier(grid: Grid) -> Grid:
     rng = np.random.default_rng(_SEED)
-    return grid_of([with_more_noise(run, rng) if _is_as_sent(run) else run for run in grid.runs])
+    return grid_of([with_more_noise(run, rng) if is_as_sent(run) else run for run in grid.runs])

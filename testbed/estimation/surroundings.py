@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from testbed.arrays import Array, Matrices3, Matrix3, Quaternion, Quaternions, Series, Vectors3
+from testbed.arrays import Array, Matrices3, Matrix3, Quaternion, Quaternions, Series, Vector3, Vectors3
 from testbed.dynamics.environment import Environment, Pivoted, gravity_basis, gravity_torque, outside_torque
 from testbed.estimation.differences import median_variance
 from testbed.rotation.kinematics import integrate_attitude
@@ -43,6 +43,7 @@ class Surroundings:
         measured: whether a sensor tells it at all times.
         noisy: whether it is the gyro's integral through a sensor's samples, whose noise shows: gravity's torque then
             follows from the motion, and only its start from the sensor.
+        start_std: standard deviation of that start about each axis, rad; 0 of one that is known.
     """
 
     environment: Environment
@@ -50,6 +51,12 @@ class Surroundings:
     attitude: Attitude
     measured: bool
     noisy: bool = False
+    start_std: float = 0.0
+
+    def turned(self, rotation_N: Vector3) -> Surroundings:
+        """Return the same with all attitudes turned by a small rotation, rad, in N."""
+        start = quaternion_product(exponential(rotation_N), self.attitude.start)
+        return replace(self, attitude=replace(self.attitude, start=start))
 
     @property
     def exact(self) -> bool:
@@ -122,25 +129,43 @@ _ORDER = 2
 """Of the differences: what the gyro's integral is off by changes along a line between three samples."""
 
 
-def fused(time: Series, body_rate: Vectors3, sent: Series, quat_NB: Quaternions) -> Attitude:
+def fused(
+    time: Series, body_rate: Vectors3, sent: Series, quat_NB: Quaternions, *, noise: float, walk: float
+) -> tuple[Attitude, float]:
     """Return the gyro's integral from the start, and less the constant error, that suit a sensor's samples best.
 
-    Its fast changes are the gyro's, and its place the mean of the sensor: a noise of 5e-4 rad at 10 Hz leaves 7e-5 rad
-    of the start after 20 s, whatever the noise of single samples.
+    What it is off by is a constant, what a constant error of the rate adds up to, a walk by the gyro's noise, and the
+    sensor's noise: least squares in their covariance. Early samples tell the start, late ones the rate's error.
 
     Args:
         time: of the gyro, shape (N,), s.
         body_rate: shape (N, 3), rad/s.
         sent: times of the sensor's samples, shape (K,), s, between the gyro's.
         quat_NB: shape (K, 4).
+        noise: standard deviation of the sensor's samples, rad.
+        walk: of the integral of the gyro's noise after a second, rad.
+
+    Returns:
+        The attitude, and the standard deviation of its start, rad.
     """
     first = integrated(time, body_rate, quat_NB[0], float(sent[0]))
     turned = CubicSpline(time, first(time), axis=0).antiderivative()(sent)
-    regressor = np.concatenate([np.broadcast_to(np.eye(3), turned.shape), turned - turned[:1]], axis=2)
-    apart_N = _apart(first, sent, quat_NB)
-    answer = np.linalg.lstsq(regressor.reshape(-1, 6), apart_N.ravel(), rcond=None)[0]
+    regressor = np.concatenate([np.broadcast_to(np.eye(3), turned.shape), turned - turned[:1]], axis=2)[:_MOST]
+    after = (sent - sent[0])[:_MOST]
+    covariance = walk**2 * np.minimum(after[:, None], after) + noise**2 * np.eye(len(after))
+    root = np.linalg.cholesky(covariance)
+    white, apart = (
+        np.linalg.solve(root, each.reshape(len(after), -1)).reshape(3 * len(after), -1)
+        for each in (regressor, _apart(first, sent, quat_NB)[:_MOST])
+    )
+    answer, *_ = np.linalg.lstsq(white, apart[:, 0], rcond=None)
+    std = float(np.sqrt(np.diag(np.linalg.inv(white.T @ white))[:3].mean()))
     start = quaternion_product(exponential(answer[:3]), quat_NB[0])
-    return integrated(time, body_rate + answer[3:], start, float(sent[0]))
+    return integrated(time, body_rate + answer[3:], start, float(sent[0])), std
+
+
+_MOST = 600
+"""Samples of the sensor that tell the start, the first: a minute at 10 Hz, after which the gyro's walk hides it."""
 
 
 def _apart(attitude: Attitude, time: Series, quat_NB: Quaternions) -> Vectors3:

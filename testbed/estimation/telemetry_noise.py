@@ -139,8 +139,18 @@ def _covariance_of_rotors(sent: GimbalTelemetry) -> Array:
     return np.asarray(np.einsum("kui,kuj,u->ij", axes_B, axes_B, variance) / len(axes_B))
 
 
+def is_as_sent(run: Telemetry) -> bool:
+    """Return whether gimbals' angles, or the momentum that a platform reports, have all the noise that they were sent with.
+
+    Not that of wheels, which is told from their motion by their torques, or smoothed as suits the gyro.
+    """
+    if run.gimbals is not None:
+        return run.gimbals.angle_variance is None
+    return run.cluster_momentum is not None and run.wheels is None
+
+
 def with_more_noise(run: Telemetry, rng: np.random.Generator) -> Telemetry:
-    """Return a run's telemetry of momentum with as much noise added as its sensors have."""
+    """Return a run with as much noise added as the sensors of its actuators, and of where it stood, have."""
     gimbals, wheels, reported = run.gimbals, run.wheels, run.cluster_momentum
     if gimbals is not None:
         gimbals = replace(gimbals, angle=_noisy(gimbals.angle, fast_variance(gimbals.angle), rng))
@@ -149,7 +159,10 @@ def with_more_noise(run: Telemetry, rng: np.random.Generator) -> Telemetry:
         wheels = replace(wheels, momentum=_noisy(wheels.momentum, variance, rng))
     if gimbals is None and wheels is None and reported is not None:
         reported = _noisy(reported, fast_variance(reported), rng)
-    return replace(run, gimbals=gimbals, wheels=wheels, cluster_momentum=reported)
+    around = run.surroundings
+    if around is not None and around.start_std > 0.0:
+        around = around.turned(around.start_std * rng.standard_normal(3))
+    return replace(run, gimbals=gimbals, wheels=wheels, cluster_momentum=reported, surroundings=around)
 
 
 def _noisy(channel: Array, variance: Array, rng: np.random.Generator) -> Array:

@@ -18,10 +18,9 @@ from testbed.estimation.estimate import Estimate
 from testbed.estimation.momentum_test import zero_momentum_p_value
 from testbed.estimation.outliers import gross_outliers, outliers
 from testbed.estimation.telemetry import Telemetry, covered_part
-from testbed.estimation.telemetry_noise import fast_variance
 from testbed.experiment.experiment import Estimation
 from testbed.experiment.running_estimators import estimate_telemetry
-from testbed.prediction.tachometer import without_tachometer_noise
+from testbed.prediction.tachometer import known_best
 from testbed.records.record import Record
 from testbed.scenario.body import BodyScenario
 
@@ -50,27 +49,13 @@ def estimate_record(scenario: BodyScenario, nominal: Body, record: Record) -> Es
     Raises:
         InputError: the record lacks what estimators need, or none of them gave an estimate.
     """
-    measured = _known_best(telemetry_of(record, scenario, nominal))
+    measured = known_best(telemetry_of(record, scenario, nominal))
     estimation = _estimated(scenario, nominal, measured, record.details.name)
     if not measured.torque_held or estimation.checks is None:
         return estimation
     # The nominal inertia put the rate's corners in their place as well as it is known itself; the estimate does better.
     near = replace(nominal, inertia=inertia_of(_most_efficient(estimation).body_theta))
-    return _estimated(scenario, nominal, _known_best(telemetry_of(record, scenario, near)), record.details.name)
-
-
-def _known_best(telemetry: Telemetry) -> Telemetry:
-    """Return a run whose wheels hold what speeds and torques together show.
-
-    Noise of tachometers stands in the predicted rate, and would be coloured noise of the gyro.
-    """
-    (known,) = without_tachometer_noise([telemetry])
-    if known.wheels is None or known.wheels.smoothed is None:
-        return telemetry
-    wheels = replace(
-        known.wheels, momentum=known.wheels.best_momentum, sent_variance=fast_variance(known.wheels.momentum)
-    )
-    return replace(known, wheels=wheels)
+    return _estimated(scenario, nominal, known_best(telemetry_of(record, scenario, near)), record.details.name)
 
 
 def _estimated(scenario: BodyScenario, nominal: Body, measured: Telemetry, name: str) -> Estimation:

@@ -85,7 +85,7 @@ class Estimate(Part):
     std_kg_m2: Six
     """Standard deviation of each parameter, everything considered, kg·m²."""
     noise_std_kg_m2: Six
-    """Standard deviation by the gyro's noise alone, kg·m²."""
+    """Standard deviation by noise alone, of the gyro and, in measured records, of the actuators' telemetry, kg·m²."""
     body_theta_kg_m2: Six
     """The most likely inertia that a rigid body can have; θ̂ itself where that is a body's, kg·m²."""
     constant_torque_N_m: dict[str, float] | None = Field(default=None)

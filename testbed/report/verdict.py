@@ -69,7 +69,7 @@ def measured_verdict(inertias: Inertias, source: str, doubts: Sequence[str] = ()
     estimate = inertias.by_name[best]
     text = (
         f"The inertia was estimated from {source}; {estimator_name(best)} states an uncertainty of "
-        f"{_span(estimate.std)} kg·m² (one standard deviation), {_span(estimate.noise_std)} of it by the gyro's noise."
+        f"{_span(estimate.std)} kg·m² (one standard deviation), {_span(estimate.noise_std)} of it by noise."
     )
     text += considered_words(inertias)
     if doubts or _is_assumed(inertias):

@@ -54,7 +54,7 @@ def _estimate_rows(inertias: Inertias, name: str, show: Show) -> Iterator[Row]:
     yield Cell(text=f"{capitalized(estimator_name(name))}, ± std"), *values
     if not np.array_equal(estimate.std, estimate.noise_std):
         alone = (Cell(text=f"± {show(std)}", tone="faint") for std in estimate.noise_std)
-        yield Cell(text="by the gyro's noise alone", tone="faint"), *alone
+        yield Cell(text="by noise alone", tone="faint"), *alone
     if not is_body(estimate.theta):
         nearest = (Cell(text=show(value), tone="faint") for value in estimate.body_theta)
         yield Cell(text="the nearest inertia of a body", tone="faint"), *nearest
