@@ -41,7 +41,12 @@ def checked_rows(samples: int) -> Indices:
 
 
 def residual_check(
-    residual: Vectors3, sigma: Vector3, considered: Array, parameters: int, noise_freedom: float
+    residual: Vectors3,
+    sigma: Vector3,
+    considered: Array,
+    parameters: int,
+    noise_freedom: float,
+    common: Vector3 | None = None,
 ) -> ResidualCheck:
     """Test a residual against noise and what is uncertain of actuators and gyro.
 
@@ -54,6 +59,8 @@ def residual_check(
         considered: E, what of the considered quantities the estimate does not take up, shape (3N, K), rad/s.
         parameters: that were estimated.
         noise_freedom: degrees of freedom with which σ is known; infinite where it is stated.
+        common: correlation of neighbouring samples that noise of the actuators' telemetry makes, shape (3,); none of
+            the gyro's, it is taken off before.
 
     Source: G. M. Ljung, G. E. P. Box, On a measure of lack of fit in time series models, Biometrika 65, 1978.
     """
@@ -67,8 +74,12 @@ def residual_check(
     return ResidualCheck(
         size=float(np.sqrt(square / freedom)),
         size_p_value=_exceeded(square, freedom, noise_freedom),
-        whiteness_p_value=_whiteness(rest.reshape(-1, 3)),
+        whiteness_p_value=_whiteness(_without_common(rest.reshape(-1, 3), common)),
     )
+
+
+def _without_common(rest: Vectors3, common: Vector3 | None) -> Vectors3:
+    return rest if common is None or not common.any() else rest[1:] - common * rest[:-1]
 
 
 def _exceeded(square: float, freedom: int, noise_freedom: float) -> float:

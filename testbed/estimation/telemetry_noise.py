@@ -140,7 +140,7 @@ def _covariance_of_rotors(sent: GimbalTelemetry) -> Array:
 
 
 def is_as_sent(run: Telemetry) -> bool:
-    """Return whether gimbals' angles, or the momentum that a platform reports, have all the noise that they were sent with.
+    """Return whether gimbals' angles, or the momentum that a platform reports, have all noise that they were sent with.
 
     Not that of wheels, which is told from their motion by their torques, or smoothed as suits the gyro.
     """

@@ -20,7 +20,7 @@ from testbed.estimation.preparation import identifiable_part, likely_theta
 from testbed.estimation.residual_check import ResidualCheck, checked_rows, residual_check
 from testbed.estimation.sensitivity import torque_sensitivity
 from testbed.estimation.telemetry import ConstantTorque, Telemetry
-from testbed.estimation.telemetry_noise import Attenuation, attenuation, predicted_rate_variance
+from testbed.estimation.telemetry_noise import Attenuation, attenuation, common_to_neighbours, predicted_rate_variance
 
 AnyEstimate = TypeVar("AnyEstimate", Estimate, CombinedEstimate)
 
@@ -160,8 +160,12 @@ def _residual(part: Telemetry, settings: EstimationSettings, drive: Drive, motio
     ]
     residual = (part.body_rate - motion.body_rate)[rows].reshape(-1, 1)
     rest, beside = (values - explained @ (explained.T @ values) for values in (residual, np.hstack(errors)))
-    sigma = np.sqrt(part.gyro_noise**2 + predicted_rate_variance(part, theta))
-    return residual_check(rest.reshape(-1, 3), sigma, beside, explained.shape[1], part.noise_freedom)
+    added = predicted_rate_variance(part, theta)
+    variance = part.gyro_noise**2 + added
+    common = common_to_neighbours(part) * added / variance
+    return residual_check(
+        rest.reshape(-1, 3), np.sqrt(variance), beside, explained.shape[1], part.noise_freedom, common
+    )
 
 
 def _compared(efficient: tuple[str, Estimate], robust: tuple[str, Estimate], part: Telemetry) -> Compared:

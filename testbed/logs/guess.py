@@ -14,7 +14,8 @@ from testbed.logs.streams import TABLE, Log, Topic
 from testbed.logs.units import is_unit_of
 from testbed.signals import AXES, QUATERNION, SIGNALS, TURNED_BY, unit_numbers
 
-_WHEEL = r"((?<!fly)wheel|(?<![a-z])rws?(?![a-z]))"
+_WHEEL = r"((?<!fly)wheel|(?<![a-z])(rw|whl)s?(?![a-z]))"
+_COMMAND = r"(cmd|command|set|ref)"
 _TORQUE = r"(torque|(?<![a-z])tr?q(?![a-z]))"
 _NO_SPEED = r"(?!.*(current|volt|temp|power|(?<![a-z])amps?(?![a-z])))"
 _NAMES: Mapping[str, tuple[tuple[str, int], ...]] = {
@@ -25,8 +26,11 @@ _NAMES: Mapping[str, tuple[tuple[str, int], ...]] = {
         (r"omega|(?<![a-z])(w|rates?|pqr|imu)(?![a-z])", 7),
         (r"(?<![a-z])g(?![a-z])", 4),
     ),
-    "gimbal_angle": ((r"gimbal.*(angle|pos|enc)|(angle|pos|enc).*gimbal", 10), (r"(?<![a-z])gimbals?$", 3)),
-    "gimbal_rate_command": ((r"gimbal.*rate.*(cmd|command|set|ref)|(cmd|command|set|ref).*gimbal.*rate", 11),),
+    "gimbal_angle": ((r"gimbal.*(angle|pos|enc)|(angle|pos|enc).*gimbal", 10), (r"(?<![a-z])gim(bal)?s?$", 5)),
+    "gimbal_rate_command": (
+        (rf"gimbal.*rate.*{_COMMAND}|{_COMMAND}.*gimbal.*rate", 11),
+        (rf"(?<![a-z])gim(bal)?s?_?{_COMMAND}", 9),
+    ),
     "gimbal_torque": ((r"gimbal.*torque|torque.*gimbal", 11),),
     "rotor_speed": (
         (r"(rotor|flywheel).*(speed|rate|rpm|omega)|(speed|rpm).*(rotor|flywheel)", 10),
@@ -34,15 +38,16 @@ _NAMES: Mapping[str, tuple[tuple[str, int], ...]] = {
     ),
     "wheel_speed": (
         (rf"{_WHEEL}.*(speed|rate|rpm|omega)|(speed|rpm).*{_WHEEL}", 10),
-        (rf"(?<![a-z])rws?(?![a-z]){_NO_SPEED}(?!.*{_TORQUE})", 8),
+        (rf"(?<![a-z])(rw|whl)s?(?![a-z]){_NO_SPEED}(?!.*{_TORQUE})", 8),
         (r"(?<![a-z])wheels?$", 4),
     ),
     "wheel_torque_command": (
-        (rf"{_WHEEL}.*{_TORQUE}.*(cmd|command|set|ref)|(cmd|command|set|ref).*{_WHEEL}.*{_TORQUE}", 12),
+        (rf"{_WHEEL}.*{_TORQUE}.*{_COMMAND}|{_COMMAND}.*{_WHEEL}.*{_TORQUE}", 12),
+        (rf"(?<![a-z])(wheel|rw|whl)s?_?{_COMMAND}{_NO_SPEED}(?!.*(speed|rate|rpm|omega))", 10),
     ),
     "wheel_torque": (
         (rf"{_WHEEL}.*{_TORQUE}|{_TORQUE}.*{_WHEEL}", 11),
-        (rf"(?<![a-z])rws?(?![a-z]){_NO_SPEED}(?!.*(speed|rate|rpm|omega))", 8),
+        (rf"(?<![a-z])rws?(?![a-z]){_NO_SPEED}(?!.*(speed|rate|rpm|omega|{_COMMAND}))", 8),
     ),
     "cluster_momentum": ((r"(cluster|cmg|wheel).*momentum|momentum", 8), (r"(?<![a-z])h(?![a-z])", 4)),
     "applied_torque": (
