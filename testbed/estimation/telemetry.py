@@ -208,8 +208,6 @@ class WheelTelemetry:
         motors: None where they are not known.
         smoothed: the momentum without the tachometers' noise; None where it was not separated.
         scatter: of the commands; None where it is not known, or they hold from sample to sample.
-        sent_variance: of the tachometers' noise in the momentum as it was sent, shape (W,), (N·m·s)²; None where the
-            momentum is that.
     """
 
     wheels: Wheels
@@ -219,7 +217,6 @@ class WheelTelemetry:
     motors: WheelMotors | None = None
     smoothed: SmoothedMomentum | None = None
     scatter: CommandScatter | None = None
-    sent_variance: Units | None = None
 
     @property
     def best_momentum(self) -> UnitSeries:

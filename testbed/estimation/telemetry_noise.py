@@ -142,7 +142,7 @@ def _covariance_of_rotors(sent: GimbalTelemetry) -> Array:
 def is_as_sent(run: Telemetry) -> bool:
     """Return whether gimbals' angles, or the momentum that a platform reports, have all noise that they were sent with.
 
-    Not that of wheels, which is told from their motion by their torques, or smoothed as suits the gyro.
+    Not that of wheels, which their torques distinguish from their motion, or which is smoothed as suits the gyro.
     """
     if run.gimbals is not None:
         return run.gimbals.angle_variance is None
@@ -155,8 +155,7 @@ def with_more_noise(run: Telemetry, rng: np.random.Generator) -> Telemetry:
     if gimbals is not None:
         gimbals = replace(gimbals, angle=_noisy(gimbals.angle, fast_variance(gimbals.angle), rng))
     if wheels is not None:
-        variance = fast_variance(wheels.momentum) if wheels.sent_variance is None else wheels.sent_variance
-        wheels = replace(wheels, momentum=_noisy(wheels.momentum, variance, rng))
+        wheels = replace(wheels, momentum=_noisy(wheels.momentum, fast_variance(wheels.momentum), rng))
     if gimbals is None and wheels is None and reported is not None:
         reported = _noisy(reported, fast_variance(reported), rng)
     around = run.surroundings

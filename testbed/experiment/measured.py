@@ -20,7 +20,6 @@ from testbed.estimation.outliers import gross_outliers, outliers
 from testbed.estimation.telemetry import Telemetry, covered_part
 from testbed.experiment.experiment import Estimation
 from testbed.experiment.running_estimators import estimate_telemetry
-from testbed.prediction.tachometer import known_best
 from testbed.records.record import Record
 from testbed.scenario.body import BodyScenario
 
@@ -49,13 +48,13 @@ def estimate_record(scenario: BodyScenario, nominal: Body, record: Record) -> Es
     Raises:
         InputError: the record lacks what estimators need, or none of them gave an estimate.
     """
-    measured = known_best(telemetry_of(record, scenario, nominal))
+    measured = telemetry_of(record, scenario, nominal)
     estimation = _estimated(scenario, nominal, measured, record.details.name)
     if not measured.torque_held or estimation.checks is None:
         return estimation
     # The nominal inertia put the rate's corners in their place as well as it is known itself; the estimate does better.
     near = replace(nominal, inertia=inertia_of(_most_efficient(estimation).body_theta))
-    return _estimated(scenario, nominal, known_best(telemetry_of(record, scenario, near)), record.details.name)
+    return _estimated(scenario, nominal, telemetry_of(record, scenario, near), record.details.name)
 
 
 def _estimated(scenario: BodyScenario, nominal: Body, measured: Telemetry, name: str) -> Estimation:

@@ -113,19 +113,6 @@ def without_tachometer_noise(runs: Sequence[Telemetry]) -> list[Telemetry]:
     )
 
 
-def known_best(run: Telemetry) -> Telemetry:
-    """Return a run whose wheels hold what their speeds and torques together show, in the place of what was sent.
-
-    Noise of tachometers stands in the predicted rate, and would be coloured noise of the gyro.
-    """
-    (known,) = without_tachometer_noise([run])
-    wheels = known.wheels
-    if wheels is None or wheels.smoothed is None:
-        return run
-    best = replace(wheels, momentum=wheels.best_momentum, sent_variance=fast_variance(wheels.momentum))
-    return replace(known, wheels=best)
-
-
 def smoothed_wheels(runs: Sequence[Telemetry]) -> Iterator[list[Telemetry]]:
     """Yield runs with their wheels' momenta smoothed otherwise, for the gyro to choose; none where they are smoothed.
 

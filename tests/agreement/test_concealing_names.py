@@ -27,6 +27,8 @@ ONLY_HIDDEN = {
     "rotor_imbalance": {"dynamic_kg_m2", "phase_rad"},
     "gyro_drift": {"random_walk_rad_s1.5"},
 }
+OF_ALL_WHEELS = {"wheel_lag", "wheel_viscous_friction", "wheel_coulomb_friction"}
+"""Diagnosed of all wheels alike as well, and hidden in one wheel at a time."""
 ONLY_MODELLED = {"dry_friction": {"width_rad_s"}, "contact": {"time_s"}, "slosh": {"mass_kg"}}
 
 
@@ -42,7 +44,7 @@ def test_parameters_have_the_same_names(effect):
 
 @pytest.mark.parametrize("effect", sorted(KNOWN))
 def test_components_have_the_same_names(effect):
-    alike = {ALL_WHEELS} if effect == "wheel_lag" else set()  # is hidden in one wheel at a time
+    alike = {ALL_WHEELS} if effect in OF_ALL_WHEELS else set()
     assert set(components_in(KNOWN[effect], 6, 4)) == set(HIDEABLE[effect].components) | alike
 
 
