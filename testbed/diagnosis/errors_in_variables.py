@@ -28,8 +28,10 @@ _NOTICED = 20.0
 """χ² that the telemetry's noise adds to the gyro's samples, from which on models are asked what they take.
 
 Source: as for modes beside tachometers (`testbed.diagnosis.tachometers`): a fifth of it is less than names need."""
-_MOSTLY = 20.0
-"""Times that χ² beyond which a reduction is no noise's: it can take no more than there is."""
+_MOSTLY = 2.0
+"""Times that χ² beyond which a reduction is not the noise's, of which no model takes more than there is.
+
+Source: formula; beyond it at least half is the effect's own, ten units of χ² or more."""
 
 
 def taken_out(runs: Runs, without: Fit, model: Fit) -> float:
