@@ -172,10 +172,8 @@ to see the offset, 600 to 150,000. Linear in the noise an estimator is no more w
 
 
 def _weak(estimates: Mapping[str, Estimate]) -> dict[str, str]:
-    """Return the estimators that a run hardly determines, beside output error that it does, each with that reason."""
-    best = estimates.get(_INTEGRATING)
-    if best is None:
-        return {}
+    """Return the estimators that a measured run hardly determines, beside output error, each with the reason."""
+    best = estimates[_INTEGRATING]
     times = {name: float((each.std / best.std).max()) for name, each in estimates.items()}
     return {
         name: f"its uncertainty is {ratio:.2g} times that of output error: this run hardly determines it"
@@ -190,11 +188,11 @@ def _estimation(
     """Consider and check what the estimators answer on one run."""
     failures = {name: answer for name, answer in answers.items() if isinstance(answer, str)}
     estimates = {name: answer for name, answer in answers.items() if isinstance(answer, Estimate)}
-    weak = _weak(estimates)
-    failures |= weak
-    estimates = {name: estimate for name, estimate in estimates.items() if name not in weak}
     if settings.telemetry_noise and _INTEGRATING in estimates:
         part = identifiable_part(telemetry, settings)
+        weak = _weak(estimates)
+        failures |= weak
+        estimates = {name: estimate for name, estimate in estimates.items() if name not in weak}
         estimates[_INTEGRATING] = with_telemetry_noise(estimates[_INTEGRATING], part)
     by_name = considered(estimates, telemetry, settings)
     checks = checks_of(by_name, telemetry, settings) if checked else None
