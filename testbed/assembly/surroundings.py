@@ -11,6 +11,7 @@ from testbed.assembly.platform import Body
 from testbed.dynamics.environment import Pivoted
 from testbed.errors import InputError
 from testbed.estimation.differences import median_variance
+from testbed.estimation.gaps import GYRO_BRIDGED, gaps
 from testbed.estimation.surroundings import Attitude, Surroundings, fused, integrated, measured, sensor_noise
 from testbed.records.record import Record
 from testbed.records.selection import sampled
@@ -50,10 +51,6 @@ _NOTICED = 3.0
 own noise shows.
 
 Source: convention: three standard errors."""
-_SILENT = 0.3
-"""s without a gyro sample, beyond which its integral is lost.
-
-Source: that of the estimators (`testbed.identification.identify`)."""
 
 
 def _less_noise(around: Surroundings, record: Record) -> Surroundings:
@@ -65,7 +62,7 @@ def _less_noise(around: Surroundings, record: Record) -> Surroundings:
     rate_time, body_rate = sampled(record, "body_rate")
     sent, quat_NB = _known_attitude(*sampled(record, "attitude"))
     inside = (sent >= rate_time[0]) & (sent <= rate_time[-1])
-    if np.count_nonzero(inside) < _FEWEST or np.diff(rate_time).max() > _SILENT:
+    if np.count_nonzero(inside) < _FEWEST or gaps(rate_time, shortest=GYRO_BRIDGED).any():
         return around
     sent, quat_NB = sent[inside], quat_NB[inside]
     by_gyro = integrated(rate_time, body_rate, quat_NB[0], float(sent[0]))
@@ -75,7 +72,7 @@ def _less_noise(around: Surroundings, record: Record) -> Surroundings:
     if noise < _NOTICED * walk * np.sqrt(between):
         return around
     attitude, start_std = fused(rate_time, body_rate, sent, quat_NB, noise=noise, walk=walk)
-    return replace(around, attitude=attitude, noisy=True, start_std=start_std)
+    return replace(around, attitude=attitude, start_std=start_std)
 
 
 _FAST = 4

@@ -15,6 +15,11 @@ HELD_PERIODS = 1.5
 """The same of commands that are held: one that was lost had a value of its own, and nothing tells it."""
 FEWEST_SAMPLES = 4
 """A cubic spline needs four samples, and so does every estimator."""
+GYRO_BRIDGED = 0.3
+"""s without a gyro sample, beyond which the attitude that the estimators integrate from it is lost.
+
+Source: that of the actuators' telemetry (`testbed.diagnosis.bridging`). Of 40 s at 20 Hz a second without the
+gyro put the momentum form off by seven of its standard deviations."""
 
 
 def gaps(time: Series, periods: float = BRIDGED_PERIODS, shortest: float = 0.0) -> Flags:

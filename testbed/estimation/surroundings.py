@@ -41,16 +41,14 @@ class Surroundings:
         inertia: J about the centre of mass as it is known, kg·m²; a gravity gradient's small torque is taken of it.
         attitude: by a sensor of its own, or the gyro's integral from a known start.
         measured: whether a sensor tells it at all times.
-        noisy: whether it is the gyro's integral through a sensor's samples, whose noise shows: gravity's torque then
-            follows from the motion, and only its start from the sensor.
-        start_std: standard deviation of that start about each axis, rad; 0 of one that is known.
+        start_std: of an attitude that is the gyro's integral through a noisy sensor's samples, how well these tell its
+            start about each axis, rad; 0 of any other.
     """
 
     environment: Environment
     inertia: Matrix3
     attitude: Attitude
     measured: bool
-    noisy: bool = False
     start_std: float = 0.0
 
     def turned(self, rotation_N: Vector3) -> Surroundings:
@@ -60,8 +58,8 @@ class Surroundings:
 
     @property
     def exact(self) -> bool:
-        """Whether gravity's torque may be taken along the attitude as it is."""
-        return self.measured and not self.noisy
+        """Whether gravity's torque may be taken along the attitude as it is, and need not follow from the motion."""
+        return self.measured and self.start_std == 0.0
 
     def torque(self, time: Series, body_rate: Vectors3) -> Vectors3:
         """Return all that is believed to act, shape (N, 3), N·m, body axes; the measured rate is that of the drag."""

@@ -18,7 +18,7 @@ from testbed.diagnosis.reading import gated, grouped
 from testbed.diagnosis.windows import PARTS_USED, STAND_ALONE, outliers_notice
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.errors import InputError
-from testbed.estimation.gaps import between_gaps, gaps
+from testbed.estimation.gaps import GYRO_BRIDGED, between_gaps, gaps
 from testbed.estimation.telemetry import Telemetry
 from testbed.experiment.combining import combine_estimations
 from testbed.experiment.experiment import CombinedEstimation, Estimation
@@ -235,13 +235,6 @@ def _where_known(scenario: BodyScenario, nominal: Body, record: Record, notices:
     return replace(record, channels={**record.channels, "body_rate": body_rate})
 
 
-_GYRO_BRIDGED = 0.3
-"""s without a gyro sample, beyond which the attitude that the estimators integrate from it is lost.
-
-Source: that of the actuators' telemetry (`testbed.diagnosis.bridging`). Of 40 s at 20 Hz a second without the
-gyro put the momentum form off by seven of its standard deviations."""
-
-
 def uninterrupted_parts(record: Record, scenario: BodyScenario, nominal: Body) -> list[Record]:
     """Return a record in parts between gaps in which the platform turned by what nobody knows.
 
@@ -258,7 +251,7 @@ def uninterrupted_parts(record: Record, scenario: BodyScenario, nominal: Body) -
     """
     telemetry = telemetry_of(record, scenario, nominal)
     driven = bridged_stretches(telemetry, nominal.turned_inertia)
-    seen = between_gaps(gaps(telemetry.gyro_time, shortest=_GYRO_BRIDGED))
+    seen = between_gaps(gaps(telemetry.gyro_time, shortest=GYRO_BRIDGED))
     spans = [
         (max(first, start), min(last, end))
         for first, last in _spans(telemetry.actuator_time, driven)

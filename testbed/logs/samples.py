@@ -185,7 +185,9 @@ def _turned_attitude(values: Array, matrix: Array) -> Array:
 
 
 _EVEN = 0.1
-"""Share of the usual interval by which none may differ: rows between belong to channels that come more often."""
+"""Share of the usual interval by which none may differ: rows between belong to channels that come more often.
+
+Source: that of held torques (`testbed.estimation.held`): clocks are read late by a tenth of a period."""
 
 
 def _is_even(time: Series) -> bool:
