@@ -37,8 +37,9 @@ def notices_of(runs: Runs) -> Iterator[str]:
 def _phase_notice(runs: Runs) -> Iterator[str]:
     if found_changing(runs.grid.runs):
         yield (
-            "wheel_torque_command changes several times between its samples, as the wheels' speeds show, and not with "
-            "them, as simulation.control_rate_hz says: compared so; state the controller's rate"
+            "wheel_torque_command changes several times between its samples, as the wheels' speeds show, and does not "
+            "hold from one to the next: compared so; a scenario that flies states the controller's rate, "
+            "simulation.control_rate_hz"
         )
     elif phase := command_phase(runs.grid.runs):
         yield (

@@ -158,6 +158,7 @@ def parts_of(record: Record, scenario: BodyScenario, nominal: Body, notices: lis
     telemetry = _with_noise(record, telemetry_of(measured, scenario, nominal), notices)
     if "stuck" not in scenario.diagnosis.accept:
         _require_moving_gyro(name, telemetry)
+    notices.extend((name, notice) for notice in attitude_notices(telemetry))
     telemetry = _without_gross_outliers(name, telemetry, notices)
     if scenario.diagnosis.sample_rate_hz is not None:
         telemetry = averaged(telemetry, scenario.diagnosis.sample_rate_hz)
@@ -232,6 +233,17 @@ def _without_gross_outliers(name: str, telemetry: Telemetry, notices: list[tuple
 def outliers_notice(count: int) -> str:
     """Return what to say of gyro samples that were left out."""
     return f"{count} gyro {'sample stands' if count == 1 else 'samples stand'} {STAND_ALONE}"
+
+
+def attitude_notices(telemetry: Telemetry) -> Iterator[str]:
+    """Yield what to say of a sensor of the attitude that is late, or wrong at times."""
+    known = telemetry.surroundings
+    if known is not None and known.left_out:
+        wrong = "sample of the attitude is" if known.left_out == 1 else "samples of the attitude are"
+        yield f"{known.left_out} {wrong} far from those beside it, and not used"
+    if known is not None and known.lag:
+        side = "later" if known.lag > 0.0 else "earlier"
+        yield f"the attitude is sampled {1e3 * abs(known.lag):.2g} ms {side} than the gyro: compared so"
 
 
 def _require_moving_gyro(name: str, telemetry: Telemetry) -> None:

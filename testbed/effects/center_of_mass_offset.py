@@ -47,7 +47,7 @@ class CenterOfMassOffset(Effect):
         Parameter(name=f"offset_{axis}_m", unit="m", typical=2e-5, lower=-1.0, upper=1.0, plausible=(-0.02, 0.02))
         for axis in "xyz"
     )
-    sentence = "The centre of mass of the platform on its bearing is not where it is believed: gravity turns it."
+    sentence = "The centre of mass of the platform on its bearing is off from where it is believed: gravity turns it."
     look_alikes = ("body_torque", "inertial_torque", "tether")
     confirm = "Release it at rest, level and then tilted either way: it swings about the place where it hangs."
     environment = "air_bearing"

@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.ndimage import median_filter, uniform_filter1d
 
-from testbed.arrays import Array, Matrices3, Matrix3, Quaternion, Quaternions, Series, Vector3, Vectors3
+from testbed.arrays import Array, Flags, Matrices3, Matrix3, Quaternion, Quaternions, Series, Vector3, Vectors3
 from testbed.dynamics.environment import Environment, Pivoted, gravity_basis, gravity_torque, outside_torque
 from testbed.estimation.differences import median_variance
 from testbed.rotation.kinematics import integrate_attitude
@@ -43,6 +44,8 @@ class Surroundings:
         measured: whether a sensor tells it at all times.
         start_std: of an attitude that is the gyro's integral through a noisy sensor's samples, how well these tell its
             start about each axis, rad; 0 of any other.
+        lag: by which a sensor's samples are later than the gyro's, s, where it was found.
+        left_out: samples of a sensor that are off by far more than its noise.
     """
 
     environment: Environment
@@ -50,6 +53,8 @@ class Surroundings:
     attitude: Attitude
     measured: bool
     start_std: float = 0.0
+    lag: float = 0.0
+    left_out: int = 0
 
     def turned(self, rotation_N: Vector3) -> Surroundings:
         """Return the same with all attitudes turned by a small rotation, rad, in N."""
@@ -112,6 +117,23 @@ def measured(time: Series, quat_NB: Quaternions) -> Attitude:
     )
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Fused:
+    """An attitude by gyro and sensor together.
+
+    Attributes:
+        attitude: the gyro's integral.
+        start_std: standard deviation of its start, rad.
+        lag: of the sensor's samples behind the gyro's, s.
+        lag_std: its standard deviation, s.
+    """
+
+    attitude: Attitude
+    start_std: float
+    lag: float
+    lag_std: float
+
+
 def sensor_noise(attitude: Attitude, time: Series, quat_NB: Quaternions) -> float:
     """Return the standard deviation of a sensor's samples about an attitude, by their fastest changes, rad.
 
@@ -127,13 +149,12 @@ _ORDER = 2
 """Of the differences: what the gyro's integral is off by changes along a line between three samples."""
 
 
-def fused(
-    time: Series, body_rate: Vectors3, sent: Series, quat_NB: Quaternions, *, noise: float, walk: float
-) -> tuple[Attitude, float]:
+def fused(time: Series, body_rate: Vectors3, sent: Series, quat_NB: Quaternions, *, noise: float, walk: float) -> Fused:
     """Return the gyro's integral from the start, and less the constant error, that suit a sensor's samples best.
 
-    What it is off by is a constant, what a constant error of the rate adds up to, a walk by the gyro's noise, and the
-    sensor's noise: least squares in their covariance. Early samples tell the start, late ones the rate's error.
+    What it is off by is a constant, what a constant error of the rate adds up to, what the body turns in the time by
+    which the samples are late, a walk by the gyro's noise, and the sensor's noise: least squares in their covariance.
+    Early samples tell the start, late ones the rate's error.
 
     Args:
         time: of the gyro, shape (N,), s.
@@ -142,28 +163,75 @@ def fused(
         quat_NB: shape (K, 4).
         noise: standard deviation of the sensor's samples, rad.
         walk: of the integral of the gyro's noise after a second, rad.
-
-    Returns:
-        The attitude, and the standard deviation of its start, rad.
     """
     first = integrated(time, body_rate, quat_NB[0], float(sent[0]))
     turned = CubicSpline(time, first(time), axis=0).antiderivative()(sent)
-    regressor = np.concatenate([np.broadcast_to(np.eye(3), turned.shape), turned - turned[:1]], axis=2)[:_MOST]
-    after = (sent - sent[0])[:_MOST]
-    covariance = walk**2 * np.minimum(after[:, None], after) + noise**2 * np.eye(len(after))
+    slow = uniform_filter1d(body_rate, max(round(_SLOW / float(np.median(np.diff(time)))), 1), axis=0)
+    rate_N = first(sent) @ CubicSpline(time, slow)(sent)[:, :, None]
+    start = np.broadcast_to(np.eye(3), turned.shape)
+    regressor = np.concatenate([start, turned - turned[:1], -rate_N], axis=2)
+    early = sent < sent[0] + _TELLING
+    group = max(int(np.count_nonzero(early)) // _MOST, 1)
+    after = _means((sent - sent[0])[early], group)
+    columns = [_means(each[early], group) for each in (regressor, _apart(first, sent, quat_NB))]
+    covariance = walk**2 * np.minimum(after[:, None], after) + noise**2 / group * np.eye(len(after))
     root = np.linalg.cholesky(covariance)
-    white, apart = (
-        np.linalg.solve(root, each.reshape(len(after), -1)).reshape(3 * len(after), -1)
-        for each in (regressor, _apart(first, sent, quat_NB)[:_MOST])
+    white, apart = (np.linalg.solve(root, each.reshape(len(after), -1)).reshape(3 * len(after), -1) for each in columns)
+    believed = np.diag([0.0] * 6 + [_USUAL_LAG**-2])
+    covariance = np.linalg.inv(white.T @ white + believed)
+    answer = covariance @ (white.T @ apart[:, 0])
+    turn = quaternion_product(exponential(answer[:3]), quat_NB[0])
+    variance = np.diag(covariance)
+    return Fused(
+        attitude=integrated(time, body_rate + answer[3:6], turn, float(sent[0])),
+        start_std=float(np.sqrt(variance[:3].mean())),
+        lag=float(answer[6]),
+        lag_std=float(np.sqrt(variance[6])),
     )
-    answer, *_ = np.linalg.lstsq(white, apart[:, 0], rcond=None)
-    std = float(np.sqrt(np.diag(np.linalg.inv(white.T @ white))[:3].mean()))
-    start = quaternion_product(exponential(answer[:3]), quat_NB[0])
-    return integrated(time, body_rate + answer[3:], start, float(sent[0])), std
 
 
+_SLOW = 0.25
+"""Over which the rate is averaged that a lag is told by, s: the gyro's noise in it would make the lag seem shorter, 36
+for 40 ms at 50 Hz."""
+_USUAL_LAG = 0.1
+"""Standard deviation of a sensor's lag as it is believed, s: a body that turns evenly does not show it. Source: chosen,
+a few frames of a camera or the delay of a filter."""
+
+
+def known_right(time: Series, body_rate: Vectors3, sent: Series, quat_NB: Quaternions, walk: float) -> Flags:
+    """Return which samples of an attitude sensor are not single wrong ones, shape (K,).
+
+    Args:
+        time: of the gyro, shape (N,), s.
+        body_rate: shape (N, 3), rad/s.
+        sent: times of the sensor's samples, shape (K,), s, between the gyro's.
+        quat_NB: shape (K, 4).
+        walk: what the gyro's integral walks between two samples of the sensor, rad.
+    """
+    by_gyro = integrated(time, body_rate, quat_NB[0], float(sent[0]))
+    apart = _apart(by_gyro, sent, quat_NB)
+    off = np.abs(apart - median_filter(apart, (_BESIDE, 1), mode="nearest"))
+    scale = np.hypot(sensor_noise(by_gyro, sent, quat_NB), walk)
+    return np.asarray((off < _WRONG * scale).all(axis=1))
+
+
+_BESIDE = 5
+"""Samples of a median, which two wrong ones beside each other do not move."""
+_WRONG = 8.0
+"""Times the noise by which a wrong sample is off from the median of those beside it. Source: as for the gyro's spikes,
+4.5, of a difference of two; a noise of normal numbers comes so far in one of 1e8."""
+
+
+_TELLING = 60.0
+"""The first seconds of the sensor's samples, which tell the start: after them the gyro's walk hides it."""
 _MOST = 600
-"""Samples of the sensor that tell the start, the first: a minute at 10 Hz, after which the gyro's walk hides it."""
+"""Numbers that they are compared by, of each axis: as many samples, or means of as many groups of a fast sensor's."""
+
+
+def _means(values: Array, group: int) -> Array:
+    """Return the means of so many values each, along the first axis; the last few may be in none."""
+    whole = len(values) // group * group
+    return np.asarray(values[:whole].reshape(-1, group, *values.shape[1:]).mean(axis=1))
 
 
 def _apart(attitude: Attitude, time: Series, quat_NB: Quaternions) -> Vectors3:

@@ -21,7 +21,7 @@ from testbed.estimation.telemetry_noise import Attenuation
 from testbed.experiment.checking import Compared, NeglectedTorque
 from testbed.experiment.experiment import CombinedEstimation, Estimation
 from testbed.report.verdict import leading_estimator
-from testbed.report.wording import BAND, capitalized, chance_words, estimator_name, figures, listed
+from testbed.report.wording import BAND, capitalized, chance_words, estimator_name, figures, figures_to, listed
 
 DIAGNOSE = "try `testbed diagnose` on these records"
 _WHERE = {"body": "in the body", "inertial": "in inertial axes"}
@@ -121,15 +121,17 @@ def offset_words(estimate: Answer, pivot: Pivoted | None) -> Iterator[str]:
     if pivot is None:
         return
     pairs = zip(pivot.offset_B + estimate.offset_error, estimate.offset_std, strict=True)
-    listing = ", ".join(f"{figures(_MICRO * value, 4)} ± {figures(_MICRO * std, 2)}" for value, std in pairs)
+    listing = ", ".join(
+        f"{figures_to(_MICRO * value, _MICRO * std)} ± {figures(_MICRO * std, 2)}" for value, std in pairs
+    )
     yield f"Centre of mass, from the pivot, estimated jointly: {listing} µm along x, y, z."
 
 
 def offset_interval_words(estimate: Answer, pivot: Pivoted) -> str:
     """Return the intervals that hold the centre of mass on a pivot with 95 %."""
-    offset, reach = pivot.offset_B + estimate.offset_error, BAND * estimate.offset_std
-    pairs = zip(_MICRO * (offset - reach), _MICRO * (offset + reach), strict=True)
-    listing = listed(f"{figures(low, 4)} to {figures(high, 4)}" for low, high in pairs)
+    offset, stds = _MICRO * (pivot.offset_B + estimate.offset_error), _MICRO * estimate.offset_std
+    triples = zip(offset - BAND * stds, offset + BAND * stds, stds, strict=True)
+    listing = listed(f"{figures_to(low, std)} to {figures_to(high, std)}" for low, high, std in triples)
     return f"With 95 % it lies within {listing} µm."
 
 

@@ -67,7 +67,7 @@ def test_where_the_misfit_is_no_more_than_noise_no_share_of_it_is_reported(null)
     quiet = next(gap for gap in null if not shows_in_gyro(gap))
     assert explained(quiet.misfit, quiet.misfit) is None
     assert "explained" not in misfit_change_words(quiet, quiet)
-    assert "no more than noise" in misfit_words(quiet)
+    assert "as much as noise alone makes" in misfit_words(quiet)
 
 
 def test_a_noise_that_is_only_estimated_makes_a_larger_misfit_by_chance():

@@ -7,10 +7,12 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from testbed.assembly.estimators import estimation_settings
 from testbed.assembly.platform import nominal_platform, true_platform
 from testbed.assembly.telemetry import telemetry_of
+from testbed.diagnosis.windows import attitude_notices
 from testbed.dynamics.inertia import theta_of
 from testbed.errors import InputError
 from testbed.estimation.bound import cramer_rao_bound, rate_columns
@@ -22,7 +24,7 @@ from testbed.estimation.uncertainty import USUAL
 from testbed.experiment.conduct import conduct
 from testbed.experiment.experiment import Experiment
 from testbed.experiment.running_estimators import run_estimators
-from testbed.rotation.quaternion import quaternion_inverse, turned
+from testbed.rotation.quaternion import exponential, matrix_of, quaternion_inverse, quaternion_product, turned
 from testbed.scenario.body import BodyScenario
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.scenario import Scenario
@@ -133,6 +135,35 @@ def test_a_recorded_attitude_is_used_in_place_of_the_gyros_integral():
     estimate = ESTIMATORS["output_error"](part, estimation_settings(scenario(), nominal, maneuver=None))
     true = true_platform(scenario()).environment.offset_B
     np.testing.assert_allclose(part.pivot.offset_B + estimate.offset_error, true, atol=1e-8)
+
+
+@pytest.mark.parametrize("noise", [0.0, 5e-4])
+def test_a_sensor_that_is_late_and_wrong_at_times_moves_no_estimate(noise):
+    """By 40 ms, the tilt that it shows is of where the table was; one wrong sample in the exact one is a torque."""
+    record, generator = flight().flown.record, np.random.default_rng(7)
+    times, true = record.time, record.channels["true_attitude"]
+    seen = CubicSpline(times, true)(times - 0.04)
+    for index in range(len(seen)):
+        seen[index] = quaternion_product(exponential(noise * generator.standard_normal(3)), seen[index])
+    seen[[400, 420, 1200]] = true[0]
+    seen[times < 0.04] = np.nan  # before it is switched on
+    rates = record.channels["body_rate"]
+    noisy = rates + generator.normal(0.0, 4e-4, rates.shape)
+    late = replace(record, channels=record.channels | {"attitude": seen, "body_rate": noisy})
+    around = telemetry_of(late, scenario(), nominal_platform(scenario())).surroundings
+    assert around.left_out == 3
+    assert around.lag == pytest.approx(0.04, abs=1e-3)
+    assert np.abs(around.up_B(times) - matrix_of(true)[:, 2]).max() < 1e-3
+    said = list(attitude_notices(telemetry_of(late, scenario(), nominal_platform(scenario()))))
+    assert said[0] == "3 samples of the attitude are far from those beside it, and not used"
+    assert said[1].endswith("ms later than the gyro: compared so")
+
+
+def test_a_sensor_on_time_is_taken_as_it_is():
+    record = flight().flown.record
+    exact = replace(record, channels=record.channels | {"attitude": record.channels["true_attitude"]})
+    around = telemetry_of(exact, scenario(), nominal_platform(scenario())).surroundings
+    assert (around.lag, around.left_out, around.start_std) == (0.0, 0, 0.0)
 
 
 def test_a_measured_platform_without_any_attitude_is_refused():

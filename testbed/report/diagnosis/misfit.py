@@ -62,7 +62,7 @@ def _by_role(fitted: str, heldout: str) -> str:
 def _left(misfit: Misfit | None) -> str:
     if misfit is None:
         return ""
-    return f"{_figures(misfit.sigma)} σ" + ("" if misfit.beyond_noise else " (no more than noise)")
+    return f"{_figures(misfit.sigma)} σ" + ("" if misfit.beyond_noise else " (as much as noise alone makes)")
 
 
 def _change(before: Misfit | None, after: Misfit | None) -> str:

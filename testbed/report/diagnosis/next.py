@@ -56,8 +56,8 @@ def no_design_words(diagnosis: Diagnosis) -> Iterator[str]:
     experiments = dict.fromkeys(each.effect.confirm for each in diagnosis.added if each.look_alikes)
     if experiments:
         yield (
-            "no next flight: one is designed for a platform with gimbals or wheels, and a scenario that says how it "
-            f"flies. To distinguish the effects: {' '.join(experiments)}"
+            "no next flight is designed: that takes a scenario with gimbals or wheels, a controller and a maneuver. "
+            f"An experiment that distinguishes the effects: {' '.join(experiments)}"
         )
 
 
