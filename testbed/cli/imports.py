@@ -34,6 +34,8 @@ def import_records(logs: Sequence[Path], log_map: Path | None, out: Path | None,
     if guess:
         if log_map is not None:
             raise InputError("--guess: proposes a map; leave --map out, or --guess")
+        if out is not None:
+            raise InputError("--guess: prints a map and writes nothing; leave --out out, or --guess")
         if json:
             raise InputError("--guess: prints a map, which is TOML; leave --json out, or --guess")
         if len(logs) > 1:

@@ -78,19 +78,14 @@ class Belief:
         """Return what healthy records show of an effect that is not in the model; None where that is not known."""
         return next((each for each in self.others if each.key == key), None)
 
-    def left(self, shown: Shown, information: Array, records: int) -> Array:
-        """Return the information on what is new of an effect's parameters, shape (K, K).
-
-        Their covariance N⁻¹ grows by that of the healthy records' scatter, and of what these show.
+    def spread_of(self, shown: Shown, records: int) -> Covariance:
+        """Return the covariance by which healthy records leave an effect's parameters open, shape (K, K).
 
         Args:
             shown: by the healthy records.
-            information: N of the parameters, all else in the model projected out, shape (K, K).
             records: number of those that show it now.
         """
-        spread = shown.scatter * (1.0 / records + 1.0 / self.records) + shown.covariance
-        left = information @ np.linalg.inv(np.eye(len(spread)) + spread @ information)
-        return np.asarray(0.5 * (left + left.T))
+        return shown.scatter * (1.0 / records + 1.0 / self.records) + shown.covariance
 
     @property
     def nominal(self) -> Matrix3:

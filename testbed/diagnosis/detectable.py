@@ -10,6 +10,7 @@ import numpy as np
 from testbed.arrays import Array
 from testbed.diagnosis.candidates import Screening
 from testbed.diagnosis.model import Hypothesis
+from testbed.diagnosis.screening import blur_of
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import Signature, distinguishability, smallest_detectable
 from testbed.diagnosis.state import Diagnosis
@@ -66,16 +67,23 @@ def detectable_sizes(diagnosis: Diagnosis) -> tuple[Detectable, ...]:
     if screening is None:
         return ()
     free = diagnosis.runs.grid.turns_freely
-    return tuple(_detectable(each, screening.tested, free=free) for each in shown_signatures(screening))
+    grid = diagnosis.runs.grid
+    return tuple(
+        _detectable(each, screening.tested, blur_of(each.placed, grid), free=free)
+        for each in shown_signatures(screening)
+    )
 
 
-def _detectable(signature: Signature, tested: int, *, free: bool) -> Detectable:
+def _detectable(signature: Signature, tested: int, blur: Array, *, free: bool) -> Detectable:
     if signature.reaches:
         return _over_frequencies(signature, tested)
     effect = signature.placed.effect
     absent = np.array([parameter.absent for parameter in effect.parameters])
     typical = np.array([parameter.typical for parameter in effect.parameters])
     multiple = smallest_detectable(signature, tested)
+    if blur.any():  # the covariance of a size grows by it
+        length = np.linalg.norm(signature.columns @ (typical - absent))
+        multiple *= float(np.hypot(1.0, length * np.linalg.norm(blur / (typical - absent))))
     none = np.zeros(len(absent))
     with np.errstate(over="ignore", invalid="ignore"):  # a gain is the exponential of its parameter
         smallest = effect.quantities(absent + multiple * (typical - absent), none) if np.isfinite(multiple) else ()

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import exp, inf, isnan, log
 
 import numpy as np
 
-from testbed.arrays import Array
+from testbed.arrays import Array, Covariance
 from testbed.diagnosis.belief import Shown
 from testbed.diagnosis.candidates import Candidate, Screening, SizePrior, log_p_value, mean_over_scan
 from testbed.diagnosis.control_loop import shows_the_loop
@@ -21,6 +21,7 @@ from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import Signature, Start, reach_of, signatures
 from testbed.dynamics.inertia import inertia_of
 from testbed.errors import InputError
+from testbed.prediction.grid import Grid
 
 _SHARES = (1.0, 0.1, 0.0)
 """Of the linearised solution, from which a refit starts one after the other until one comes near what it promised: all
@@ -204,10 +205,10 @@ def _evidence_of_refit(runs: Runs, fit: Fit, model: Fit, signature: Signature) -
     columns, own = model.signature_of(placed), model.effect_values[model.own(placed)]
     values = own - [each.absent for each in placed.effect.parameters]
     information, slope = columns.T @ columns, columns.T @ model.residual
-    prior, shown = SizePrior.of(placed.effect, signature.start, runs.mean_moment(fit.theta)), _shown_of(runs, placed)
-    if runs.belief is None or shown is None:
+    prior, known = SizePrior.of(placed.effect, signature.start, runs.mean_moment(fit.theta)), _known_of(runs, placed)
+    if known is None:
         return gain, prior.evidence_of_fit(gain, values, information, slope)
-    left, new = runs.belief.left(shown, information, len(runs.record_names)), values - shown.mean
+    left, new = _left(known.spread, information), values - known.mean
     gain *= _share(information, values, left, new)
     return gain, prior.evidence_of_fit(gain, new, left, np.zeros(len(new)))
 
@@ -218,10 +219,10 @@ def _evidence_at(runs: Runs, signature: Signature, start: Start, moment: float) 
     What they show in the mean was fitted, and is not compared with a linearisation where the effect is absent.
     """
     prior = SizePrior.of(signature.placed.effect, start.values, moment)
-    shown = _shown_of(runs, signature.placed)
-    if runs.belief is None or shown is None:
+    known = _known_of(runs, signature.placed)
+    if known is None:
         return prior.evidence(start.information, start.slope)
-    left = runs.belief.left(shown, start.information, len(runs.record_names))
+    left = _left(known.spread, start.information)
     gain = start.score * _share(start.information, start.step, left, start.step)
     return prior.evidence_of_fit(gain, start.step, left, np.zeros(len(left)))
 
@@ -230,6 +231,34 @@ def _share(information: Array, values: Array, left: Array, new: Array) -> float:
     """Return the Wald statistic of what is new over that of all, between 0 and 1."""
     whole = float(values @ information @ values)
     return min(float(new @ left @ new) / whole, 1.0) if whole > 0.0 else 1.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Known:
+    """What an effect's parameters are without it: mean, shape (K,), and covariance, shape (K, K), from its absence."""
+
+    mean: Array
+    spread: Covariance
+
+
+def _known_of(runs: Runs, placed: Hypothesis) -> _Known | None:
+    """Return what healthy records show of an effect, and what of it these do not resolve; None where it is absent."""
+    shown, blur = _shown_of(runs, placed), blur_of(placed, runs.grid)
+    if shown is None or runs.belief is None:
+        return _Known(mean=np.zeros(len(blur)), spread=np.diag(blur**2)) if blur.any() else None
+    return _Known(mean=shown.mean, spread=runs.belief.spread_of(shown, len(runs.record_names)) + np.diag(blur**2))
+
+
+def blur_of(placed: Hypothesis, grid: Grid) -> Array:
+    """Return the standard deviations by which parameters seem to be there though the effect is absent, shape (K,)."""
+    effect = placed.effect
+    return np.where([each.name == effect.instant for each in effect.parameters], 0.0, effect.unresolved(grid))
+
+
+def _left(spread: Covariance, information: Array) -> Array:
+    """Return the information on what is new of an effect's parameters, shape (K, K): N⁻¹ grows by the spread."""
+    left = information @ np.linalg.inv(np.eye(len(spread)) + spread @ information)
+    return np.asarray(0.5 * (left + left.T))
 
 
 def _shown_of(runs: Runs, placed: Hypothesis) -> Shown | None:

@@ -43,7 +43,7 @@ def averaged(telemetry: Telemetry, rate: float) -> Telemetry:
 
     Args:
         telemetry: of one run.
-        rate: Hz; samples that come more slowly are left as they are.
+        rate: Hz; samples that come more slowly, or hardly faster, are left as they are.
     """
     gyro, actuators = (_bins(time, rate) for time in (telemetry.gyro_time, telemetry.actuator_time))
     return replace(
@@ -112,8 +112,14 @@ class _Bins(NamedTuple):
         return np.asarray((sums.T * self.shares).T)
 
 
+_HARDLY_FASTER = 1.0 / 1.5
+"""Periods of the means from one sample to the next, up to which samples are averaged: of those as slow as the means,
+stamps that come a little early leave some means without any, which would be gaps."""
+
+
 def _bins(time: Series, rate: float) -> _Bins:
-    number = np.floor((time - time[0]) * rate).astype(np.intp)
+    is_faster = float(np.median(np.diff(time))) * rate < _HARDLY_FASTER
+    number = np.floor((time - time[0]) * rate).astype(np.intp) if is_faster else np.arange(len(time))
     first = np.flatnonzero(np.diff(number, prepend=-1))
     counts = np.diff(np.append(first, len(time)))
     usual = float(np.median(counts))

@@ -19,10 +19,22 @@ class _Tilted(SingleActuator):
     @override
     def asked_torque(self, asked_B: Array, value: Array, grid: Grid) -> Array:
         thrusters = thrusters_of(grid)
-        changes_B = across(thrusters.direction_B[self.index])
-        per_tilt = np.stack([thrusters.torque_along(np.tile(way, (len(thrusters.reaction), 1))) for way in changes_B])
-        change_B = value @ per_tilt[:, self.index]
+        drawn_B = thrusters.direction_B[self.index]
+        ways_B = np.stack([drawn_B, *across(drawn_B)])
+        torques_B = [thrusters.torque_along(np.tile(way, (len(thrusters.reaction), 1)))[self.index] for way in ways_B]
+        change_B = _turned(value) @ np.stack(torques_B)
         return np.asarray(asked_B + self.own_thrust(grid) * change_B[:, None])
+
+
+def _turned(tilt: Array) -> Array:
+    """Return what a direction changes by along itself and two directions across, shape (..., 3).
+
+    Args:
+        tilt: angles by which it is turned towards the one, then towards the other, shape (..., 2), rad.
+    """
+    first, second = tilt[..., 0], tilt[..., 1]
+    along = np.cos(second) * np.cos(first) - 1.0
+    return np.stack([along, np.cos(second) * np.sin(first), np.sin(second)], axis=-1)
 
 
 def across(direction_B: Array) -> Array:
@@ -38,7 +50,7 @@ def across(direction_B: Array) -> Array:
 
 @final
 class ActuatorMisaligned(Effect):
-    """F is turned by small angles towards two directions across its own."""
+    """F is turned towards two directions across its own, by the one angle and then by the other; its size stays."""
 
     id = "actuator_misaligned"
     components = THRUSTERS

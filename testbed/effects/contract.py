@@ -285,6 +285,8 @@ class Effect(NamedEffect):
     def unresolved(self, grid: Grid) -> Array:  # noqa: ARG002 - for those that happen between samples
         """Return what runs cannot resolve of each parameter though the fit seems to, a standard deviation, shape (K,).
 
+        What is no larger is no evidence of the effect, but for an instant, which is never absent.
+
         Args:
             grid: the runs.
         """

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from typing import final
 
+import numpy as np
 from typing_extensions import override
 
 from testbed.arrays import Array
 from testbed.effects.contract import ALL_WHEELS, Effect, Extension, Parameter, only_wheel
 from testbed.plant.unit_additions import WheelDelay as DelayedMotors
+from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
+from testbed.prediction.stamps import stamp_jitter
 from testbed.scenario.scenario import Scenario
 
 
@@ -35,6 +38,11 @@ class WheelDelay(Effect):
     @override
     def hooks(self, component: str) -> Hooks:
         return _Delayed()
+
+    @override
+    def unresolved(self, grid: Grid) -> Array:
+        """A command that jumps counts from the row that shows it, which was written a little before or after."""
+        return np.array([stamp_jitter([run.actuator_time for run in grid.runs])])
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:

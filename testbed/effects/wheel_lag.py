@@ -9,7 +9,9 @@ from typing_extensions import override
 
 from testbed.arrays import Array
 from testbed.effects.contract import ALL_WHEELS, WHEELS, Effect, Extension, Parameter, only_wheel, wheels_named
+from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks
+from testbed.prediction.stamps import stamp_jitter
 from testbed.scenario.actuators import wheel_count
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.values import per_unit
@@ -42,6 +44,11 @@ class WheelLag(Effect):
     @override
     def hooks(self, component: str) -> Hooks:
         return _Behind(component)
+
+    @override
+    def unresolved(self, grid: Grid) -> Array:
+        """A command that jumps counts from the row that shows it, which was written a little before or after."""
+        return np.array([stamp_jitter([run.actuator_time for run in grid.runs])])
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:

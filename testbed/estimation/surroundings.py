@@ -191,7 +191,7 @@ def fused(time: Series, body_rate: Vectors3, sent: Series, quat_NB: Quaternions,
 
 
 _SLOW = 0.25
-"""Over which the rate is averaged that a lag is told by, s: the gyro's noise in it would make the lag seem shorter, 36
+"""Over which the rate is averaged that shows a lag, s: the gyro's noise in it would make the lag seem shorter, 36
 for 40 ms at 50 Hz."""
 _USUAL_LAG = 0.1
 """Standard deviation of a sensor's lag as it is believed, s: a body that turns evenly does not show it. Source: chosen,

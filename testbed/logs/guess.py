@@ -43,12 +43,14 @@ _NAMES: Mapping[str, tuple[tuple[str, int], ...]] = {
     ),
     "wheel_torque_command": (
         (rf"{_WHEEL}.*{_TORQUE}.*{_COMMAND}|{_COMMAND}.*{_WHEEL}.*{_TORQUE}", 12),
+        (rf"motor.*{_TORQUE}.*{_COMMAND}|{_COMMAND}.*motor.*{_TORQUE}", 9),
         (rf"(?<![a-z])(wheel|rw|whl)s?_?{_COMMAND}{_NO_SPEED}(?!.*(speed|rate|rpm|omega))", 10),
     ),
     "wheel_torque": (
         (rf"{_WHEEL}.*{_TORQUE}|{_TORQUE}.*{_WHEEL}", 11),
         (rf"(?<![a-z])rws?(?![a-z]){_NO_SPEED}(?!.*(speed|rate|rpm|omega|{_COMMAND}))", 8),
     ),
+    "motor_thrust": ((r"thrust", 8),),
     "cluster_momentum": ((r"(cluster|cmg|wheel).*momentum|momentum", 8), (r"(?<![a-z])h(?![a-z])", 4)),
     "applied_torque": (
         (rf"{_TORQUE}|wrench", 8),

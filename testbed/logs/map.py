@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
-from pydantic import Field, Strict, ValidationError, create_model, model_validator
+from pydantic import AfterValidator, Field, Strict, ValidationError, create_model, model_validator
 
 from testbed.errors import InputError
 from testbed.files import TextFile, parsed_toml, read_text
@@ -30,6 +30,18 @@ MOST_RUNS = 1000
 
 Name: TypeAlias = Annotated[str, Field(min_length=1, max_length=500)]
 Unit: TypeAlias = Annotated[str, Field(min_length=1, max_length=60)]
+
+
+def _of_time(unit: str) -> str:
+    """Refuse a unit that is none of time, as `factor_to` does."""
+    try:
+        factor_to(unit, "s")
+    except InputError as error:
+        raise ValueError(str(error)) from None
+    return unit
+
+
+TimeUnit: TypeAlias = Annotated[Unit, AfterValidator(_of_time)]
 Axis: TypeAlias = Literal["x", "y", "z", "+x", "+y", "+z", "-x", "-y", "-z"]
 Factor: TypeAlias = Annotated[float, Field(ge=-1e12, le=1e12)]
 Seconds: TypeAlias = Annotated[float, Field(ge=-1e10, le=1e10)]
@@ -41,7 +53,7 @@ class Clock(Section):
 
     field: Name | None = None
     """Field, or column, that holds the time; omitted: the time at which the log received the message."""
-    unit: Unit | None = None
+    unit: TimeUnit | None = None
     """Unit of that field, such as `us`; required where the format does not state it."""
     origin: Literal["first", "clock"] = "first"
     """Time 0 of the records: the first sample of all channels, or the zero of the clock."""
@@ -65,7 +77,7 @@ class Channel(Section):
     """What each field is multiplied by as well, such as a sign, or the torque at a set point of 1; omitted: 1."""
     time_field: Name | None = None
     """Field with the time of these samples; omitted: as in [clock]."""
-    time_unit: Unit | None = None
+    time_unit: TimeUnit | None = None
     """Unit of that field."""
     offset_s: Annotated[float, Field(ge=-1e6, le=1e6)] = 0.0
     """Added to the times of these samples, such as minus a known latency."""
@@ -89,7 +101,7 @@ class FlagRuns(Section):
     """Value above which a run lasts."""
     time_field: Name | None = None
     """Field with the time of the flag; omitted: as in [clock]."""
-    time_unit: Unit | None = None
+    time_unit: TimeUnit | None = None
     """Unit of that field."""
 
 

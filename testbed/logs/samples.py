@@ -111,7 +111,7 @@ def samples_of(
     values, converted = _converted(name, channel, values)
     if about is not None and name in ABOUT_AXES and values.shape[1] < len(AXES):
         values, converted = _on_body_axes(name, values, about), (*converted, _said_about(name, about))
-    time, values, dropped = _in_order(time + channel.offset_s if channel.offset_s else time, values)
+    time, values, dropped = _in_order(time + channel.offset_s, values, _filled(stream, channel))
     if infinite.any():
         dropped = (f"{infinite.sum():,} infinite values taken as not sampled", *dropped)
     if channel.offset_s:
@@ -196,16 +196,37 @@ def _is_even(time: Series) -> bool:
     return bool(len(between) and np.all(np.abs(between - np.median(between)) <= _EVEN * np.median(between)))
 
 
-def _in_order(time: Series, values: Array) -> tuple[Series, Array, tuple[str, ...]]:
+def _filled(stream: Stream, channel: Channel) -> Flags:
+    """Return which rows of a topic hold a value of another channel, shape (N,): of a field that is empty at times."""
+    others = [np.isfinite(doubles(field)) for name, field in stream.fields.items() if name not in channel.fields]
+    partly = [each for each in others if not each.all()]
+    rows = len(stream.fields[channel.fields[0]])
+    return np.any(partly, axis=0) if partly else np.zeros(rows, dtype=bool)
+
+
+_APART = 0.5
+"""Share of the rows that hold another channel's values below which those with this one's as well are coincidences: rows
+are those of one channel or another."""
+
+
+def _in_order(time: Series, values: Array, others: Flags) -> tuple[Series, Array, tuple[str, ...]]:
     """Return the samples whose time is later than all before them, and what was left out.
+
+    Args:
+        time: shape (N,), s.
+        values: shape (N, C).
+        others: rows that hold values of another channel, shape (N,).
 
     Raises:
         InputError: too many are not.
     """
     dropped = []
     known = np.isfinite(time) & ~np.isnan(values).all(axis=1)
-    if not known.all() and not (np.isfinite(time).all() and _is_even(time[known])):
-        dropped.append(f"{(~known).sum():,} samples without time or value left out")
+    lost = ~known
+    if np.count_nonzero(known & others) < _APART * np.count_nonzero(others):
+        lost &= ~(others & np.isfinite(time))
+    if lost.any() and not (np.isfinite(time).all() and _is_even(time[known])):
+        dropped.append(f"{lost.sum():,} samples without time or value left out")
     time, values = time[known], values[known]
     empty = np.isnan(values)
     partial = empty[:, ~empty.all(axis=0)].any(axis=1)

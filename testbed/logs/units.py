@@ -86,6 +86,8 @@ def _registry() -> Any:  # noqa: ANN401 - the library is optional
 
 def _parsed(unit: str) -> Any:  # noqa: ANN401
     registry, pint = _registry(), library("pint", "converting units")
+    if unit == "1":  # a pure number, as records.md writes it
+        return registry.Unit("dimensionless")
     if len(unit) <= _LONGEST and _UNIT.fullmatch(unit):
         try:
             return registry.Unit(unit)

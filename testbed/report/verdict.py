@@ -179,10 +179,11 @@ def _coverage(inertias: Inertias, judged: Sequence[str]) -> str:
     misses = dict(_misses(inertias, judged))
     total = len(PARAMETER_NAMES) * len(judged)
     missed = sum(len(names) for names in misses.values())
+    aside = "" if len(judged) == len(inertias.by_name) else f" ({estimator_name(_BIASED)} aside)"
     if not missed:
-        return f"all {total} of the estimators' 95 % bands cover the truth"
+        return f"all {total} of the estimators' 95 % bands{aside} cover the truth"
     where = "; ".join(f"{estimator_name(name)} misses {listed(names)}" for name, names in misses.items())
-    return f"{total - missed} of the estimators' {total} 95 % bands cover the truth ({where})"
+    return f"{total - missed} of the estimators' {total} 95 % bands{aside} cover the truth ({where})"
 
 
 def _as_expected(off: Sequence[str]) -> str:

@@ -50,7 +50,14 @@ def problems_of(error: ValidationError, parsed: Parsed) -> list[Problem]:
     details = [(detail, _place(detail["loc"], parsed.tree)) for detail in error.errors()]
     unknown = [place for detail, place in details if detail["type"] == "extra_forbidden"]
     mistyped = {(*place[:-1], _nearest(place, parsed)) for place in unknown}
-    kept = [(detail, place) for detail, place in details if detail["type"] != "missing" or place not in mistyped]
+    within = {place[:length] for _, place in details for length in range(len(place))}
+    kept = [
+        (detail, place)
+        for detail, place in details
+        # A list whose entries are wrong counts as without these.
+        if (detail["type"] != "missing" or place not in mistyped)
+        and (detail["type"] != "too_short" or place not in within)
+    ]
     return [problem for detail, place in kept for problem in _problems(detail, place, parsed)]
 
 

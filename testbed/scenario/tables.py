@@ -53,7 +53,9 @@ def unit_of(key: str) -> str:
 
 def _section(name: str, section: Node, definitions: Node) -> Iterator[str]:
     nested = {key: _forms(node, definitions) for key, node in section["properties"].items()}
-    needed = dict.fromkeys(section.get("dependentSchemas", ()), "required with [cluster] or [[actuators]]")
+    needed = dict.fromkeys(
+        section.get("dependentSchemas", ()), "required where a platform with [cluster] or [[actuators]] flies"
+    )
     needed |= dict.fromkeys(section.get("required", ()), "required")
     yield from (_heading(name, section), "", section["description"], "")
     if section["properties"].keys() - set(DISCRIMINATORS):

@@ -72,6 +72,14 @@ def test_slower_samples_are_left_as_they_are():
     np.testing.assert_array_equal(averaged(run, 100.0).body_rate, run.body_rate)
 
 
+def test_samples_as_slow_as_the_means_stay_whatever_their_stamps_round_to():
+    run = driven(rate=100.0)
+    late = np.arange(len(run.actuator_time)) * 0.01 + 0.005  # 0.015 s are 1.4999999999999998 periods
+    shifted = replace(run, actuator_time=late)
+    assert len(np.unique(np.floor((late - late[0]) * 100.0))) < len(late)
+    np.testing.assert_array_equal(averaged(shifted, 100.0).actuator_time, late)
+
+
 def test_means_are_of_no_half_a_sample():
     run = driven()
     kept = np.r_[0:500, 504:1000]

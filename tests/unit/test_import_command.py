@@ -76,6 +76,22 @@ def test_a_clock_in_another_unit_is_refused(tmp_path, capsys):
     assert not (tmp_path / "ns").exists()
 
 
+def test_rows_of_other_channels_are_no_lost_samples_of_a_gyro_with_a_gap(tmp_path, capsys):
+    """A table with a row for each message: the torques' rows are none of the gyro's, whose gap nobody left out."""
+    rows = [(0.005 * k, f"{0.1 * np.sin(k)},0.0,-0.1,,,") for k in range(600) if not 300 < k < 316]
+    rows += [(0.01 * k + 0.002, f",,,{0.1 * np.cos(k)},0.0,0.1") for k in range(300)]
+    lines = [f"{time:.4f},{values}" for time, values in sorted(rows)]
+    (tmp_path / "log.csv").write_text("\n".join(["t,x,y,z,u,v,w", *lines]) + "\n")
+    channels = {
+        "body_rate": {"fields": ["x", "y", "z"], "unit": "rad/s"},
+        "applied_torque": {"fields": ["u", "v", "w"], "unit": "N*m"},
+    }
+    keys = {"schema": 1, "clock": {"field": "t", "unit": "s"}, "channels": channels}
+    (tmp_path / "map.toml").write_text(tomli_w.dumps(keys))
+    assert run("import", tmp_path / "log.csv", "--map", tmp_path / "map.toml", "--out", tmp_path / "data") == 0
+    assert "dropped" not in capsys.readouterr().out
+
+
 def test_what_is_wrong_leaves_nothing_behind(log, tmp_path, capsys):
     keys = json.loads(json.dumps(logs.ULOG_MAP))
     keys["channels"]["body_rate"]["topic"] = "gyro"
@@ -87,6 +103,8 @@ def test_what_is_wrong_leaves_nothing_behind(log, tmp_path, capsys):
     assert "--map: is missing; give MAP.toml, or --guess" in capsys.readouterr().err
     assert run("import", log, "--map", tmp_path / "map.toml", "--guess") == 2
     assert "--guess: proposes a map; leave --map out" in capsys.readouterr().err
+    assert run("import", log, "--guess", "--out", tmp_path / "data") == 2
+    assert "--guess: prints a map and writes nothing; leave --out out" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["a.ulg", "json.mcap", "ros2.mcap", "protobuf.mcap", "ros1.bag"])

@@ -253,6 +253,16 @@ STAMPS = ["2026-11-25T10:00:00.0Z", "2026-11-25T10:00:00.1Z"]
     ("columns", "clock", "channels"),
     [
         (
+            ["t_ms", "gyro_x_rad_s", "gyro_y_rad_s", "gyro_z_rad_s", "thrust_1_N", "thrust_2_N"],
+            ["0", "5"],
+            {"body_rate": "rad/s", "motor_thrust": "N"},
+        ),
+        (
+            ["t_ms", "gx_deg_s", "gy_deg_s", "gz_deg_s", "wheel_1_rpm", "motor_torque_cmd_1_Nm"],
+            ["0", "5"],
+            {"body_rate": "deg/s", "wheel_speed": "rpm", "wheel_torque_command": "N*m"},
+        ),
+        (
             [
                 "Time [UTC]",
                 "AngularRate_X [deg/s]",

@@ -54,6 +54,8 @@ def changed(keys: dict, path: str, value: object) -> dict:
         ("channels.body_rate.unit", "__import__('os')", "is not known"),
         ("channels.applied_torque.unit", "J*s", "is of another quantity than N·m"),
         ("channels.acceleration", {"fields": ["a", "b", "c"], "unit": "g"}, "write g_0 for standard gravity"),
+        ("clock", {"unit": "parsec"}, "clock.unit: unit 'parsec' is of another quantity than s"),
+        ("channels.body_rate.time_unit", "sek", "body_rate.time_unit: unit 'sek' is not known; did you mean"),
         ("channels.body_rate.axes", ["x", "y"], "body_rate.axes: has 2 entries instead of 3"),
         ("channels.body_rate.axes", ["x", "y", "w"], "body_rate.axes[3]: should be 'x', 'y', 'z'"),
         ("channels.body_rate.axes", ["x", "-x", "z"], "names an axis twice; each of x, y and z stands once"),
