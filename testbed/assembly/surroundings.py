@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import sqrt
 from typing import Self
@@ -13,9 +14,10 @@ from testbed.assembly.platform import Body
 from testbed.dynamics.environment import Pivoted
 from testbed.errors import InputError
 from testbed.estimation.differences import median_variance
-from testbed.estimation.gaps import GYRO_BRIDGED, gaps
+from testbed.estimation.gaps import GYRO_BRIDGED, between_gaps, gaps
 from testbed.estimation.surroundings import (
     Attitude,
+    Fused,
     Surroundings,
     fused,
     integrated,
@@ -77,9 +79,10 @@ class _Gyro:
         return cls(time=time, body_rate=body_rate)
 
     @property
-    def unbroken(self) -> bool:
-        """Whether its integral can be compared with a sensor of the attitude."""
-        return not gaps(self.time, shortest=GYRO_BRIDGED).any()
+    def unbroken(self) -> list[_Gyro]:
+        """Its stretches between gaps, over which its integral can be compared with a sensor of the attitude."""
+        rows = between_gaps(gaps(self.time, shortest=GYRO_BRIDGED))
+        return [_Gyro(time=self.time[each], body_rate=self.body_rate[each]) for each in rows]
 
     @property
     def walk(self) -> float:
@@ -136,17 +139,40 @@ def _by_gyro(around: Surroundings, gyro: _Gyro, sent: _Sent) -> Surroundings:
     Gravity on the offset turns a table by it: 5e-4 rad at 10 Hz of a table of 15 kg, off by 0.6 mm, put the inertia off
     by two standard deviations, and healthy tables in doubt.
     """
-    inside = sent.chosen(sent.within(gyro))
-    if len(inside.time) < _FEWEST or not gyro.unbroken:
+    stretches = [(part, sent.chosen(sent.within(part))) for part in gyro.unbroken]
+    if any(len(inside.time) < _FEWEST for _, inside in stretches):
         return around
-    integral = integrated(gyro.time, gyro.body_rate, inside.quat_NB[0], float(inside.time[0]))
-    noise = max(sensor_noise(integral, inside.time, inside.quat_NB), _ROUNDING)
-    found = fused(gyro.time, gyro.body_rate, inside.time, inside.quat_NB, noise=noise, walk=gyro.walk)
-    is_late = abs(found.lag) > max(_LATE * found.lag_std, _SHORTEST_LAG)
-    is_noisy = noise > _NOTICED * gyro.walk_between(inside)
+    noise = max(*(_noise_of(part, inside) for part, inside in stretches), _ROUNDING)
+    found = [
+        fused(part.time, part.body_rate, inside.time, inside.quat_NB, noise=noise, walk=gyro.walk)
+        for part, inside in stretches
+    ]
+    weights = np.array([each.lag_std**-2 for each in found])
+    lag = float(weights @ [each.lag for each in found] / weights.sum())
+    is_late = abs(lag) > max(_LATE / sqrt(weights.sum()), _SHORTEST_LAG)
+    is_noisy = noise > _NOTICED * gyro.walk_between(sent)
     if around.measured and not is_noisy and not is_late:
         return around
-    return replace(around, attitude=found.attitude, start_std=found.start_std, lag=found.lag if is_late else 0.0)
+    return replace(
+        around,
+        attitude=_joined(stretches, found),
+        start_std=max(each.start_std for each in found),
+        lag=lag if is_late else 0.0,
+    )
+
+
+def _noise_of(gyro: _Gyro, sent: _Sent) -> float:
+    integral = integrated(gyro.time, gyro.body_rate, sent.quat_NB[0], float(sent.time[0]))
+    return sensor_noise(integral, sent.time, sent.quat_NB)
+
+
+def _joined(stretches: Sequence[tuple[_Gyro, _Sent]], found: Sequence[Fused]) -> Attitude:
+    """Return the attitude of all stretches, through their values where the gyro has gaps."""
+    if len(found) == 1:
+        return found[0].attitude
+    times = [part.time for part, _ in stretches]
+    quats = [each.attitude.quat(time) for each, time in zip(found, times, strict=True)]
+    return measured(np.concatenate(times), np.concatenate(quats))
 
 
 def _attitude(record: Record, scenario: BodyScenario, gyro: _Gyro, sent: _Sent | None) -> tuple[Attitude, bool]:
@@ -164,13 +190,15 @@ def _known(gyro: _Gyro, time: Series, quat_NB: Array) -> _Sent:
     """Return the samples that are attitudes, filters send zeros before they converge, without single wrong ones."""
     lengths = np.linalg.norm(quat_NB, axis=1) > _SHORTEST
     sent = _Sent(time=time[lengths], quat_NB=quat_NB[lengths])
-    within = sent.within(gyro)
-    if np.count_nonzero(within) < _FEWEST or not gyro.unbroken:
-        return sent
-    inside = sent.chosen(within)
-    right = within.copy()
-    right[within] = known_right(gyro.time, gyro.body_rate, inside.time, inside.quat_NB, gyro.walk_between(inside))
-    return replace(sent.chosen(right | ~within), left_out=int(np.count_nonzero(within & ~right)))
+    right = np.ones(len(sent.time), dtype=bool)
+    for part in gyro.unbroken:
+        within = sent.within(part)
+        if np.count_nonzero(within) >= _FEWEST:
+            inside = sent.chosen(within)
+            right[within] = known_right(
+                part.time, part.body_rate, inside.time, inside.quat_NB, gyro.walk_between(inside)
+            )
+    return replace(sent.chosen(right), left_out=int(np.count_nonzero(~right)))
 
 
 def _start(record: Record, scenario: BodyScenario) -> Quaternion:

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.arrays import Array, Flags, Theta
+from testbed.arrays import Array, Flags, Series, Theta
 from testbed.diagnosis.belief import Belief
 from testbed.diagnosis.channels import ChannelNoise, impulse_channels, response_channel, torque_channel, wheel_channel
 from testbed.diagnosis.settings import SETTINGS, PriorOdds
@@ -100,6 +100,17 @@ class Runs:
     def trimmed(self) -> bool:
         """Whether a constant torque of the actuators is free in records: nothing else fixes its mean."""
         return self.grid.runs[0].applied_torque is not None and not self.driven_by_momentum
+
+    @cached_property
+    def first_turn_std(self) -> Series | None:
+        """How well the attitude at each run's first sample is known, shape (R,), rad; None where it is exact."""
+        known = [run.surroundings.start_std if run.surroundings is not None else 0.0 for run in self.grid.runs]
+        return np.array(known) if all(known) else None
+
+    @property
+    def own_size(self) -> int:
+        """Number of parameters that each run has of its own: the initial rate, and where it is free the first turn."""
+        return 3 if self.first_turn_std is None else 6
 
     @property
     def known_in_part(self) -> bool:

@@ -125,7 +125,8 @@ def _from_first_samples(runs: Runs, theta: Array, effects: Sequence[Array]) -> V
     first = np.stack([rates[0] for rates in runs.measured])[:, None]
     # What keeps a platform from turning ever faster is that the mean torque is nearly zero, whatever telemetry says.
     trim = -runs.mean_torque if runs.trimmed else None
-    return Values(theta=theta, initial_rate=first, effects=tuple(effects), trim=trim)
+    turn = None if runs.first_turn_std is None else np.zeros_like(first)
+    return Values(theta=theta, initial_rate=first, effects=tuple(effects), trim=trim, first_turn=turn)
 
 
 def _search(runs: Runs, placed: tuple[Hypothesis, ...], values: Values, *, only_initial: bool = False) -> Fit:
@@ -139,14 +140,15 @@ def _search(runs: Runs, placed: tuple[Hypothesis, ...], values: Values, *, only_
 
 
 def _to_content(values: Values) -> Content:
-    trim = {} if values.trim is None else {"trim": array_to_content(values.trim)}
-    return trim | {"values": [array_to_content(each) for each in (values.theta, values.initial_rate, *values.effects)]}
+    named = {"trim": values.trim, "first_turn": values.first_turn}
+    own = {name: array_to_content(each) for name, each in named.items() if each is not None}
+    return own | {"values": [array_to_content(each) for each in (values.theta, values.initial_rate, *values.effects)]}
 
 
 def _from_content(content: Content) -> Values:
     theta, initial_rate, *effects = map(array_from_content, content["values"])
-    trim = array_from_content(content["trim"]) if "trim" in content else None
-    return Values(theta=theta, initial_rate=initial_rate, effects=tuple(effects), trim=trim)
+    trim, turn = (array_from_content(content[name]) if name in content else None for name in ("trim", "first_turn"))
+    return Values(theta=theta, initial_rate=initial_rate, effects=tuple(effects), trim=trim, first_turn=turn)
 
 
 def _searched(runs: Runs, placed: tuple[Hypothesis, ...], values: Values, *, only_initial: bool) -> Fit:

@@ -59,13 +59,16 @@ def on_all_runs(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, Fit]:
         heldout: that were not: of them, initial rates are fitted; None where there are none.
         fit: to the former.
     """
-    rates, trim = fit.values.initial_rate, fit.values.trim
+    rates, trim, turn = fit.values.initial_rate, fit.values.trim, fit.values.first_turn
     if heldout is not None:
         own = fitted_initial_rates(heldout, fit).values
         rates = np.concatenate([rates, own.initial_rate])
         trim = None if trim is None or own.trim is None else np.concatenate([trim, own.trim])
+        turn = None if turn is None or own.first_turn is None else np.concatenate([turn, own.first_turn])
     everything = joined(runs, heldout)
-    return everything, evaluated(everything, fit.placed, replace(fit.values, initial_rate=rates, trim=trim))
+    return everything, evaluated(
+        everything, fit.placed, replace(fit.values, initial_rate=rates, trim=trim, first_turn=turn)
+    )
 
 
 def on_enough_runs(runs: Runs, fit: Fit) -> tuple[Runs, Fit]:
@@ -79,12 +82,7 @@ def on_enough_runs(runs: Runs, fit: Fit) -> tuple[Runs, Fit]:
         return runs, fit
     which = np.linspace(0, len(runs.names) - 1, SETTINGS.most_residual_runs).round().astype(int).tolist()
     some = chosen(runs, which)
-    own = replace(
-        fit.values,
-        initial_rate=fit.values.initial_rate[which],
-        trim=None if fit.values.trim is None else fit.values.trim[which],
-    )
-    return some, evaluated(some, fit.placed, own)
+    return some, evaluated(some, fit.placed, fit.values.of_runs(np.array(which)))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -185,13 +183,14 @@ class _Free:
 
 def _by_run(runs: Runs, fit: Fit, knots: int) -> list[_Free]:
     common = 6 + len(fit.effect_values)
-    trims = common + 3 * len(runs.names)  # columns from here on, which windows of one record share
+    size = runs.own_size
+    trims = common + size * len(runs.names)  # columns from here on, which windows of one record share
     edges, free = np.cumsum([0, *runs.sizes]).tolist(), []
     for run, (rows, response) in enumerate(
         zip((slice(*ends) for ends in pairwise(edges)), torque_responses(runs, fit, knots), strict=True)
     ):
         # A torque on the body shows in the gyro's samples, which come first.
-        own = orthonormal(fit.jacobian[rows, common + 3 * run : common + 3 * run + 3])
+        own = orthonormal(fit.jacobian[rows, common + size * run : common + size * (run + 1)])
         shared = np.hstack([fit.jacobian[rows, :common], fit.jacobian[rows, trims:]])
         parts = (projected_out(each, own) for each in (response, shared, fit.residual[rows]))
         free.append(_Free(**dict(zip(("response", "shared", "residual"), parts, strict=True))))

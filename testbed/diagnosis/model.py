@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import compress, pairwise, starmap
 from math import sqrt
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -177,8 +177,9 @@ class Fit:
         placed: the effects in the model.
         values: of all parameters, P = 1.
         residual: whitened, shape (samples,), and behind it how far parameters lie from what is believed of them.
-        jacobian: whitened ∂prediction/∂(θ, effects, ω₀ of every run, trim of every record), shape (samples, C + 3 R)
-            without trims, with a row for each number that is believed.
+        jacobian: whitened ∂prediction/∂(θ, effects, ω₀ of every run and, where it is free, the turn of its first
+            attitude, trim of every record), shape (samples, C + 3 R) without turns and trims; a row for each number
+            that is believed.
         at_bound: which effect parameters lie at a bound, shape (C - 6,).
         believed: number of rows that are beliefs.
         trim_of: of every run, which trim it has, shape (R,).
@@ -345,8 +346,8 @@ def evaluated(runs: Runs, placed: tuple[Hypothesis, ...], values: Values, *, as_
 
 
 def parameters_of_runs(runs: Runs) -> int:
-    """Return the number of parameters that runs or records have of their own: initial rates, and trims if free."""
-    return 3 * (len(runs.names) + (len(runs.trim_names) if runs.trimmed else 0))
+    """Return the number of parameters that runs or records have of their own, those of records last."""
+    return runs.own_size * len(runs.names) + (3 * len(runs.trim_names) if runs.trimmed else 0)
 
 
 def stacked(runs: Runs, derivatives: Sequence[Array], common: int, beliefs: Array) -> Array:
@@ -354,46 +355,69 @@ def stacked(runs: Runs, derivatives: Sequence[Array], common: int, beliefs: Arra
 
     Args:
         runs: with their sigma.
-        derivatives: of each block, shape (N, 3 or 6, common + 3), or common + 6 where trims are free.
+        derivatives: of each block, shape (N, 3 or 6, common + what is a run's own, and a trim where it is free).
         common: columns that all runs share.
         beliefs: rows that stand below, shape (B, columns).
     """
-    number, blocks, trims = len(runs.names), runs.whitened_columns(derivatives), runs.trimmed
+    number, blocks, trims, size = len(runs.names), runs.whitened_columns(derivatives), runs.trimmed, runs.own_size
     edges = np.cumsum([0, *map(len, blocks)]).tolist()
     matrix = np.zeros((edges[-1] + len(beliefs), beliefs.shape[1]))
     matrix[edges[-1] :] = beliefs
     for index, (block, rows) in enumerate(zip(blocks, starmap(slice, pairwise(edges)), strict=True)):
-        own = common + 3 * (index % number)
+        own = common + size * (index % number)
         matrix[rows, :common] = block[:, :common]
-        matrix[rows, own : own + 3] = block[:, common : common + 3]
+        matrix[rows, own : own + size] = block[:, common : common + size]
         if trims:
-            trim = common + 3 * (number + int(runs.trim_of[index % number]))
-            matrix[rows, trim : trim + 3] = block[:, common + 3 :]
+            trim = common + size * number + 3 * int(runs.trim_of[index % number])
+            matrix[rows, trim : trim + 3] = block[:, common + size :]
     return matrix
 
 
 def _believed(runs: Runs, placed: Sequence[Hypothesis], values: Values, width: int) -> tuple[Array, Array]:
     """Return by how many standard deviations parameters fall short of beliefs, (B,), and slopes, (B, width)."""
-    belief, rows = runs.belief, list[tuple[Array, Array]]()
-    if belief is None:
+    rows = [*_believed_of_all(runs, placed, values, width), *_believed_turns(runs, placed, values, width)]
+    rows += _believed_trims(runs, values, width)
+    if not rows:
         return np.zeros(0), np.zeros((0, width))
+    return np.concatenate([away for away, _ in rows]), np.concatenate([slopes for _, slopes in rows])
+
+
+_Rows: TypeAlias = Iterator[tuple[Array, Array]]
+
+
+def _believed_of_all(runs: Runs, placed: Sequence[Hypothesis], values: Values, width: int) -> _Rows:
+    """Yield the same of inertia and effects, which all runs share."""
+    belief = runs.belief
+    if belief is None:
+        return
     if 0.0 < belief.log_ratio_std < np.inf:
         logarithm = belief.log_ratio_of(values.theta[0])
         slopes = np.linalg.inv(slopes_of_log_ratio(logarithm, belief.nominal, np.eye(3)))
         std = belief.known_std[:6]
-        rows.append(((belief.log_ratio - logarithm) / std, _placed_columns(slopes / std[:, None], 0, width)))
+        yield (belief.log_ratio - logarithm) / std, _placed_columns(slopes / std[:, None], 0, width)
     for key, mean, std in belief.effects:
         for first, each, value in zip(_firsts(placed), placed, values.effects, strict=True):
             if each.key == key:
-                rows.append(((mean - value[0]) / std, _placed_columns(np.diag(1.0 / std), first, width)))
-    if values.trim is not None and np.isfinite(belief.trim_std).all():
+                yield (mean - value[0]) / std, _placed_columns(np.diag(1.0 / std), first, width)
+
+
+def _believed_turns(runs: Runs, placed: Sequence[Hypothesis], values: Values, width: int) -> _Rows:
+    """Yield the same of the turns of first attitudes, which are believed to be none."""
+    if values.first_turn is None or runs.first_turn_std is None:
+        return
+    common = 6 + sum(each.size for each in placed)
+    for run, (turn, std) in enumerate(zip(values.first_turn[:, 0], runs.first_turn_std, strict=True)):
+        yield -turn / std, _placed_columns(np.eye(3) / std, common + runs.own_size * run + 3, width)
+
+
+def _believed_trims(runs: Runs, values: Values, width: int) -> _Rows:
+    """Yield the same of the trims; theirs are the last of all rows and columns."""
+    belief = runs.belief
+    if belief is not None and values.trim is not None and np.isfinite(belief.trim_std).all():
         trims = values.trim[np.unique(runs.trim_of, return_index=True)[1], 0]
         std = np.tile(belief.trim_std, len(trims))
         away = (belief.trim - trims).ravel() / std
-        rows.append((away, _placed_columns(np.diag(1.0 / std), width - len(away), width)))
-    if not rows:
-        return np.zeros(0), np.zeros((0, width))
-    return np.concatenate([away for away, _ in rows]), np.concatenate([slopes for _, slopes in rows])
+        yield away, _placed_columns(np.diag(1.0 / std), width - len(away), width)
 
 
 def _firsts(placed: Sequence[Hypothesis]) -> list[int]:
@@ -412,18 +436,20 @@ def moved(fit: Fit, step: Array) -> Values:
 
     Args:
         fit: to start from.
-        step: of (θ, effects, ω₀ of every run, trim of every record), shape (C + 3 R,) without trims.
+        step: of all that the Jacobian's columns are of.
     """
     lower, upper = bounds_of(fit.placed)
-    common, rates, trim = 6 + len(lower), fit.values.initial_rate, fit.values.trim
+    common, rates, trim, turn = 6 + len(lower), fit.values.initial_rate, fit.values.trim, fit.values.first_turn
     effects = np.clip(fit.effect_values + step[6:common], lower, upper)
     sizes = np.cumsum([value.shape[1] for value in fit.values.effects])[:-1]
-    own = step[common:].reshape(-1, 1, 3)
+    of_runs, of_records = np.split(step[common:], [len(rates) * (3 if turn is None else 6)])
+    own = of_runs.reshape(len(rates), 1, -1)
     return Values(
         theta=fit.values.theta + step[:6] if fit.belief is None else fit.belief.moved(fit.theta, step[:6])[None],
-        initial_rate=rates + own[: len(rates)],
+        initial_rate=rates + own[..., :3],
         effects=tuple(part[None] for part in np.split(effects, sizes)) if len(fit.placed) else (),
-        trim=None if trim is None else trim + own[len(rates) :][fit.trim_of],
+        trim=None if trim is None else trim + of_records.reshape(-1, 1, 3)[fit.trim_of],
+        first_turn=None if turn is None else turn + own[..., 3:],
     )
 
 

@@ -95,7 +95,7 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
             notices += own
     if not usable:
         raise InputError("\n".join(refused))
-    usable = _in_phase(usable)
+    usable = _with_open_starts(_in_phase(usable))
     together = runs_together(usable, range(len(usable)))
     if too_exact_torques(together.grid):
         usable = _without_torques(usable)
@@ -340,6 +340,22 @@ def _with_inertia(run: Telemetry, inertia: Matrix3) -> Telemetry:
 def _in_phase(usable: Usable) -> Usable:
     """Return the parts with what the wheels' impulses show of when their commands change."""
     return _with_telemetry(usable, with_command_phase(_telemetry(usable)))
+
+
+_LEAST_TURN = 1e-7
+"""How well a first attitude is known that an exact sensor shows, rad, beside runs of which it is open.
+
+Source: numbers of single precision."""
+
+
+def _with_open_starts(usable: Usable) -> Usable:
+    """Return the parts with the first attitude of all runs open, if that of any is: they have the same parameters."""
+    runs = _telemetry(usable)
+    around = [run.surroundings for run in runs]
+    if not any(each is not None and each.start_std for each in around):
+        return usable
+    opened = [each and replace(each, start_std=max(each.start_std, _LEAST_TURN)) for each in around]
+    return _with_telemetry(usable, [replace(run, surroundings=each) for run, each in zip(runs, opened, strict=True)])
 
 
 _TOO_EXACT = (

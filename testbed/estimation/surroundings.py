@@ -29,8 +29,12 @@ class Attitude:
 
     def __call__(self, time: Series) -> Matrices3:
         """Return R_NB at times of shape (N,), s, shape (N, 3, 3)."""
+        return matrix_of(self.quat(time))
+
+    def quat(self, time: Series) -> Quaternions:
+        """Return quat_NB at times of shape (N,), s, shape (N, 4)."""
         values = self.turns(time)
-        return matrix_of(self.start) @ matrix_of(values / np.linalg.norm(values, axis=1, keepdims=True))
+        return quaternion_product(self.start, values / np.linalg.norm(values, axis=1, keepdims=True))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

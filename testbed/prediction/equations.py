@@ -185,17 +185,18 @@ class Equations:
         attitude = [slice(3, 7)] if self._attitude else []
         return [slice(0, 3), *attitude, *(own for own in self._own if own.start < own.stop)]
 
-    def initial(self, initial_rate: Array, sets: int) -> Array:
+    def initial(self, initial_rate: Array, sets: int, turn: Array | None = None) -> Array:
         """Return the states at the first node of every run, shape (R, 1, P, S).
 
         Args:
             initial_rate: ω there, shape (R, P, 3), rad/s.
             sets: P; an array with a single set stands for all.
+            turn: of each run's first attitude from what is known of it, shape (R, P, 3), rad; None for none.
         """
         runs = len(initial_rate)
         parts = [np.zeros((runs, 1, 3))]
         if self._attitude:
-            parts.append(np.broadcast_to([1.0, 0.0, 0.0, 0.0], (runs, 1, 4)))
+            parts.append(_small_turn(np.zeros((runs, 1, 3)) if turn is None else turn))
         for hook, value in self._pairs:
             parts.append(np.broadcast_to(hook.initial_state(value, initial_rate), (runs, sets, hook.states)))
         state = np.concatenate([np.broadcast_to(part, (runs, sets, part.shape[-1])) for part in parts], axis=-1)
@@ -405,6 +406,12 @@ class Equations:
             return state[..., :3]
         held_B = applied(known.bearing.coupling, body_rate) + known.momentum_B + self._hidden(state)
         return np.where(known.bearing.live, state[..., :3], held_B)
+
+
+def _small_turn(turn: Array) -> Array:
+    """Return the quaternion of a small turn, shape (..., 4); the vector of it, shape (..., 3), is twice its sine."""
+    half = 0.5 * turn
+    return np.concatenate([np.sqrt(1.0 - (half**2).sum(axis=-1, keepdims=True)), half], axis=-1)
 
 
 def _instant(known: Known, time: Array, body_rate: Array, attitude: Array, own_state: Array) -> Instant:

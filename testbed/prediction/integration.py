@@ -58,6 +58,8 @@ class Values:
         effects: parameters of each effect, in the order of the hooks, shapes (P, K).
         trim: constant torque of the actuators that their telemetry does not hold, body axes, shape (R, P, 3), N·m;
             None where there is none.
+        first_turn: small turn by which each run's first attitude is off from what is known of it, body axes, shape
+            (R, P, 3), rad; None where that is exact.
         specks: number of the last effects that are too small to move the body: their parameter sets may differ in more
             than complex steps, and share one motion all the same.
         as_trial: whether a motion that Newton's method does not find is an error, and not stepped along.
@@ -67,24 +69,29 @@ class Values:
     initial_rate: Array
     effects: tuple[Array, ...]
     trim: Array | None = None
+    first_turn: Array | None = None
     specks: int = 0
     as_trial: bool = False
 
     @property
     def sets(self) -> int:
         """P; an array with a single set stands for all."""
-        trims = 1 if self.trim is None else len(self.trim[0])
-        return max(len(self.theta), len(self.initial_rate[0]), trims, *map(len, self.effects), 1)
+        return max(len(self.theta), *(len(each[0]) for each in self.by_run), *map(len, self.effects), 1)
+
+    @property
+    def by_run(self) -> tuple[Array, ...]:
+        """What each run has of its own, shapes (R, P, 3): in the order of the columns of derivatives."""
+        return tuple(each for each in (self.initial_rate, self.first_turn, self.trim) if each is not None)
 
     def of_runs(self, which: NDArray[np.intp]) -> Values:
         """Return the same of some runs."""
-        trim = None if self.trim is None else self.trim[which]
-        return replace(self, initial_rate=self.initial_rate[which], trim=trim)
+        trim, turn = (None if each is None else each[which] for each in (self.trim, self.first_turn))
+        return replace(self, initial_rate=self.initial_rate[which], trim=trim, first_turn=turn)
 
     @property
     def own_size(self) -> int:
-        """Number of parameters that each run has of its own: the initial rate, and the trim where it is free."""
-        return 3 if self.trim is None else 6
+        """Number of parameters that each run has of its own."""
+        return 3 * len(self.by_run)
 
 
 def node_rates(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Array:
@@ -106,7 +113,7 @@ def node_rates(grid: Grid, hooks: Sequence[Hooks], values: Values) -> Array:
             rates = _beside(_found(grid, hooks, values, known), hooks, values, known)
         else:
             equations = Equations(hooks, values.effects, known)
-            states = _stepped_along(equations, equations.initial(values.initial_rate, values.sets), grid)
+            states = _stepped_along(equations, _start(equations, values), grid)
             rates = equations.body_rates(states, slice(0, states.shape[1]))
     require_bounded(rates)
     return np.ascontiguousarray(np.swapaxes(rates, 1, 2))
@@ -141,18 +148,21 @@ def _beside(motion: Motion, hooks: Sequence[Hooks], values: Values, known: Known
     """Return ω at all nodes, shape (R, M + 1, P, 3), of parameter sets that lie complex steps beside a motion."""
     number = len(hooks) - values.specks
     pairs = zip(hooks[number:], values.effects[number:], strict=True)
-    start = Equations(hooks[:number], values.effects[:number], known, attitude=motion.equations.has_attitude).initial(
-        values.initial_rate, values.sets
-    )
+    equations = Equations(hooks[:number], values.effects[:number], known, attitude=motion.equations.has_attitude)
+    start = _start(equations, values)
     specks = [Speck(hook=hook, value=value) for hook, value in pairs]
     return disturbed_rates(motion, values.effects[:number], specks, known, start)
 
 
+def _start(equations: Equations, values: Values) -> Array:
+    """Return the states at the first node, shape (R, 1, P, S)."""
+    return equations.initial(values.initial_rate, values.sets, values.first_turn)
+
+
 def _is_one_motion(values: Values) -> bool:
     """Return whether the parameter sets differ by complex steps only, but for those of specks."""
-    by_run = [values.initial_rate] if values.trim is None else [values.initial_rate, values.trim]
     moving = values.effects[: len(values.effects) - values.specks]
-    sets = (values.theta, *(np.swapaxes(each, 0, 1) for each in by_run), *moving)
+    sets = (values.theta, *(np.swapaxes(each, 0, 1) for each in values.by_run), *moving)
     return all(bool((each.real == each[:1].real).all()) for each in sets)
 
 
@@ -186,7 +196,8 @@ def _found(grid: Grid, hooks: Sequence[Hooks], values: Values, known: Known) -> 
     attitude = any(hook.needs_attitude for hook in hooks)
     real = known.without_steps()
     equations = Equations(hooks[:number], effects, real, attitude=attitude)
-    first = equations.initial(values.initial_rate[:, :1].real, 1)
+    turn = None if values.first_turn is None else values.first_turn[:, :1].real
+    first = equations.initial(values.initial_rate[:, :1].real, 1, turn)
     acting = [place for place, hook in enumerate(hooks[:number]) if acts_on_motion(hook)]
     alike = tuple((place, hooks[place] if vars(hooks[place]) else type(hooks[place])) for place in acting)
     numbers = tuple(each.tobytes() for each in (first, *(effects[place] for place in acting), *real.arrays))

@@ -206,8 +206,9 @@ def predicted_with_derivatives(
         predict: the gyro's samples alone, or all channels.
 
     Returns:
-        Of every block the samples, shape (N, 3), rad/s, and ∂ω̄/∂(θ, effects, the run's own ω₀ and, where it is free,
-        trim), shape (N, 3, C + 3) or (N, 3, C + 6), with C from `common_size`, or the columns asked for.
+        Of every block the samples, shape (N, 3), rad/s, and ∂ω̄/∂(θ, effects, what is the run's own: ω₀, and where they
+        are free the turn of its first attitude and the trim), shape (N, 3, C + own_size), with C from `common_size`, or
+        the columns asked for.
     """
     wanted = range(common_size(values.effects) + values.own_size) if columns is None else columns
     parts = [_columns(grid, hooks, values, wanted[batch], predict) for batch in _batches(grid, len(wanted))]
@@ -292,6 +293,7 @@ def _columns(grid: Grid, hooks: Sequence[Hooks], values: Values, block: range, p
     step: Any = np.zeros((len(block), common_size(values.effects) + values.own_size), dtype=np.complex128)
     step[np.arange(len(block)), block] = 1j * COMPLEX_STEP
     theta, *effects, own = np.split(step, np.cumsum([6, *(value.shape[-1] for value in values.effects)]), axis=1)
+    trim, turn = values.trim, values.first_turn
     return predict(
         grid,
         hooks,
@@ -299,7 +301,8 @@ def _columns(grid: Grid, hooks: Sequence[Hooks], values: Values, block: range, p
             theta=values.theta + theta,
             initial_rate=values.initial_rate + own[:, :3],
             effects=tuple(value + change for value, change in zip(values.effects, effects, strict=True)),
-            trim=None if values.trim is None else values.trim + own[:, 3:],
+            trim=None if trim is None else trim + own[:, -3:],
+            first_turn=None if turn is None else turn + own[:, 3:6],
             as_trial=values.as_trial,
         ),
     )

@@ -19,7 +19,7 @@ import numpy as np
 from testbed.arrays import Array, Flags
 from testbed.assembly.platform import PlatformModel
 from testbed.diagnosis.data import Runs
-from testbed.diagnosis.model import Fit
+from testbed.diagnosis.model import Fit, parameters_of_runs
 from testbed.maneuver.maneuver import Maneuver
 from testbed.next_experiment.actuator_space import ActuatorSpace
 from testbed.next_experiment.flight import NextFlight, Release
@@ -267,7 +267,7 @@ def _gains(goal: Goal, runs: Runs, space: RobustSpace, flights: Sequence[NextFli
         ]
     blank = blank_runs(flights, case.runs(runs), case.platform(space.platform))
     columns = forecast_columns(case.model(goal.model), flights, blank)
-    common = goal.model.jacobian.shape[1] - 3 * len(runs.names)
+    common = goal.model.jacobian.shape[1] - parameters_of_runs(runs)
     return goal.gains(information_of(columns, common))
 
 
