@@ -168,7 +168,10 @@ def require_same(
     """
     changes = differences(kept, now)
     if changes:
-        message = f"{folder}: holds another {what}, and nothing in it was touched. It was started with"
+        message = (
+            f"{folder}: holds another {what}, and nothing in it was touched: repeat its command, or choose another "
+            "folder. It was started with"
+        )
         raise InputError("\n".join([message, *changes, *further]))
 
 

@@ -145,7 +145,7 @@ def _print_end(state: PlanResult, folder: Path) -> None:
     say()
     verdict = plan_verdict(state)
     colour = {"good": "green", "warn": "yellow", "bad": "red"}.get(verdict.tone, "default")
-    console.print(Text.assemble(("Verdict", colour), f"    {state.outcome or 'not yet'}"))
+    console.print(Text.assemble(("Verdict", colour), f"    {(state.outcome or 'not yet').replace('_', ' ')}"))
     entry("", verdict.text)
     if state.next is not None:
         entry("Next", next_words(state))

@@ -52,5 +52,10 @@ def _starts_table(design: Design) -> Table:
         table.add_column(column, justify="left" if column == "status" else "right")
     for start in design.starts:
         mark = " <- best" if start.index == design.best else ""
-        table.add_row(str(start.number), f"{start.cost:.5g}", f"{start.seconds:.2f}", start.status + mark)
+        table.add_row(
+            str(start.number),
+            f"{start.cost:.5g}",
+            f"{start.seconds:.2f}",
+            start.status.replace("_", " ").lower() + mark,
+        )
     return table

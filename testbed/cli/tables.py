@@ -168,7 +168,8 @@ def design_lines(design: Design | None) -> Iterator[str]:
         return
     of, space = design.information, design.parametrization.replace("_", "-")
     kept = sum(np.isfinite(start.cost) for start in design.starts)
-    yield f"Design     {design.criterion}-optimal in {space} space, best of {kept} starts, {design.seconds:.1f} s each"
+    best = "one start" if kept == 1 else f"best of {kept} starts"
+    yield f"Design     {design.criterion}-optimal in {space} space, {best}, {design.seconds:.1f} s each"
     yield f"           of Ψ_fᵀΨ_f: smallest eigenvalue {of.min_eigenvalue:.2f}, determinant {of.determinant:.3g},"
     yield f"           trace of the inverse {of.trace_inverse:.3f}, condition number {of.condition_number:.2f}"
 

@@ -8,7 +8,7 @@ from math import exp, inf, isinf, log, log1p, sqrt
 from types import MappingProxyType
 
 import numpy as np
-from scipy.special import chdtr, chdtrc, fdtr, fdtrc, log_ndtr, logsumexp
+from scipy.special import chdtr, chdtrc, chdtri, fdtr, fdtrc, fdtri, log_ndtr, logsumexp
 
 from testbed.arrays import Array, Flags, Series
 from testbed.diagnosis.model import AtComponent, Fit, Hypothesis
@@ -38,6 +38,13 @@ def log_p_value(squares: float, freedom: float, noise_freedom: float) -> float:
 def p_value(squares: float, freedom: float, noise_freedom: float) -> float:
     """Return the probability itself; arguments as in `log_p_value`."""
     return exp(log_p_value(squares, freedom, noise_freedom))
+
+
+def exceeded(chance: float, freedom: float, noise_freedom: float) -> float:
+    """Return the squares that noise exceeds with a chance: `p_value` the other way round."""
+    if isinf(noise_freedom):
+        return float(chdtri(freedom, chance))
+    return float(freedom * fdtri(freedom, noise_freedom, 1.0 - chance))
 
 
 def largest_log_odds(p_value: float) -> float:

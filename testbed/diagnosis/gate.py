@@ -197,7 +197,7 @@ def require_motion(runs: Runs, gate: Gate) -> None:
         gate.refuse(
             "rest",
             f"the body rate of no run stands out of the gyro's noise (its power is {max(powers):.2g} times that of the "
-            "noise): a platform at rest identifies nothing; fly a maneuver",
+            f"noise, and has to be {SETTINGS.least_motion:g}): a platform at rest identifies nothing; turn it more",
         )
 
 

@@ -21,10 +21,9 @@ from functools import cached_property
 from math import ceil, sqrt
 
 import numpy as np
-import scipy
 
 from testbed.arrays import Array, Series
-from testbed.diagnosis.candidates import p_value
+from testbed.diagnosis.candidates import exceeded, p_value
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import damped, fitted_initial_rates, pushing_out
 from testbed.diagnosis.keeping import part
@@ -83,11 +82,11 @@ class Misfit:
 
     @property
     def noise_limit(self) -> float:
-        """The misfit, in standard deviations, that noise of known size exceeds with the chance `misfit_p_value`."""
+        """The misfit, in standard deviations, that noise exceeds with the chance `misfit_p_value`."""
         if not self.variance:
             return 0.0
         scale, freedom = self._scaled
-        return sqrt(max(scale * float(scipy.stats.chi2.isf(SETTINGS.misfit_p_value, freedom)) - self.expected, 0.0))
+        return sqrt(max(scale * exceeded(SETTINGS.misfit_p_value, freedom, self.noise_freedom) - self.expected, 0.0))
 
     @property
     def std_of_excess(self) -> float:

@@ -99,7 +99,7 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
     together = runs_together(usable, range(len(usable)))
     if too_exact_torques(together.grid):
         usable = _without_torques(usable)
-        notices += [(record.details.name, _TOO_EXACT) for record, _ in usable]
+        notices += [(record.details.name, TOO_EXACT) for record, _ in usable]
         together = runs_together(usable, range(len(usable)))
     theta, gate = theta_of(nominal.inertia), Gate(accepted=scenario.diagnosis.accept)
     together = replace(together, belief=belief_of(together, scenario, theta))
@@ -358,7 +358,7 @@ def _with_open_starts(usable: Usable) -> Usable:
     return _with_telemetry(usable, [replace(run, surroundings=each) for run, each in zip(runs, opened, strict=True)])
 
 
-_TOO_EXACT = (
+TOO_EXACT = (
     "gimbal_torque has less noise than its prediction resolves, and is not compared; where it is simulated, give it "
     "the noise of hardware to test what is inside the gimbals"
 )

@@ -141,21 +141,26 @@ class Search:
             if changed is state:
                 break
             state = changed
-        return state
+        return self._with_own_classes(state)
 
     def _once_reconsidered(self, state: Diagnosis) -> Diagnosis:
         """Return the diagnosis without the first effect that does not stand, or with what does better in its place."""
         for index, step in enumerate(state.steps[:-1]):
-            kept = [other.placed for other in (*state.steps[:index], *state.steps[index + 1 :])]
-            less = with_model(state, _less(state, kept))
-            screening = with_candidate(less, self.compared(less), step.placed, state.model)
+            less, screening = self._compared_without(state, index)
             screening = self._tested_in_own_noise(less, screening)
             chosen = accepted(screening)
+            kept = [other.placed for other in (*state.steps[:index], *state.steps[index + 1 :])]
             if chosen is None:
                 return self._rebuilt(state, kept)
             if chosen.placed.key != step.placed.key:
                 return with_effect(self._rebuilt(state, kept), chosen, screening)
         return state
+
+    def _compared_without(self, state: Diagnosis, index: int) -> tuple[Diagnosis, Screening]:
+        """Return the diagnosis without an effect, and the hypotheses against all others that are in the model."""
+        kept = [other.placed for other in (*state.steps[:index], *state.steps[index + 1 :])]
+        less = with_model(state, _less(state, kept))
+        return less, with_candidate(less, self.compared(less), state.steps[index].placed, state.model)
 
     def standing(self, state: Diagnosis) -> Diagnosis:
         """Return the diagnosis without an effect that does not stand out of its noise; the same one where all do.
@@ -224,6 +229,21 @@ class Search:
             rebuilt = with_effect(rebuilt, candidate, screening)
             screening = self.compared(rebuilt) if each is not placed[-1] else screening
         return rebuilt
+
+    def _with_own_classes(self, state: Diagnosis) -> Diagnosis:
+        """Return a diagnosis in which no effect has the class of another, which was the best one when it was added.
+
+        Its own class is that of the hypotheses which explain as much beside all others in the model.
+        """
+        for index, step in enumerate(state.steps):
+            if any(other.key == step.candidate.key for other in step.screening.close):
+                continue
+            _, screening = self._compared_without(state, index)
+            found = next((each for each in screening.candidates if each.key == step.candidate.key), None)
+            if found is not None:
+                own = replace(step, candidate=found, screening=screening)
+                state = replace(state, steps=(*state.steps[:index], own, *state.steps[index + 1 :]))
+        return state
 
 
 def _less(state: Diagnosis, kept: Sequence[Hypothesis]) -> Fit:

@@ -77,7 +77,10 @@ class Slosh(Effect):
             for axis, typical in zip("xyz", (0.04, 0.03, -0.05), strict=True)
         ),
     )
-    sentence = "A loose mass moves inside the platform, as propellant in a tank does."
+    sentence = (
+        "A loose mass moves inside the platform, as propellant in a tank does; the mass is that which, at "
+        f"{ARM} m from the centre of mass of the rest, would do the same."
+    )
     look_alikes = ("flexible_appendage",)
     confirm = (
         "The same maneuver at two rates: a loose mass moves outward with the square of the rate, a hinge does not."

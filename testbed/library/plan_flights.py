@@ -235,7 +235,10 @@ def _require_same(setup: PlanSetup, state: PlanResult) -> None:
                 "as it was, or begin in a new folder"
             )
     if state.provenance.scenario_sha256 != setup.scenario.file.stamp.sha256:
-        raise InputError(f"{setup.folder.path}: was begun with another scenario; its own is {SCENARIO} in that folder")
+        raise InputError(
+            f"{setup.folder.path}: was begun with another scenario, or other --set; its own is {SCENARIO} in that "
+            "folder: give that, or begin in a new folder"
+        )
 
 
 def _said(value: object) -> str:

@@ -66,7 +66,8 @@ def _run(command: list[str]) -> int | None:
     them from here alone, and nothing of the group is left behind.
     """
     started = [sys.executable, "-I", keeper.__file__, *command]
-    with subprocess.Popen(started, stdin=subprocess.PIPE, start_new_session=True) as kept:
+    environment = {"RUST_LOG": "warn", **os.environ}  # what the viewer logs of itself is no message of this command
+    with subprocess.Popen(started, stdin=subprocess.PIPE, start_new_session=True, env=environment) as kept:
         try:
             while kept.poll() is None:
                 with suppress(subprocess.TimeoutExpired):

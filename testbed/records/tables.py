@@ -75,10 +75,18 @@ def read_table(path: Path) -> Table:
             return _read_csv(path, file) if kind == ".csv" else _read_parquet(path, file)
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file") from None
+    except IsADirectoryError:
+        raise InputError(f"{path}: is a folder; give a file in it, or a folder of records") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read as {kind[1:]}: {error.strerror or error}") from error
-    except (pa.ArrowException, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{path}: cannot be read as {kind[1:]}: {error}") from error
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"{path}: cannot be read as csv: it is not UTF-8 (byte 0x{error.object[error.start]:02x}); save it as UTF-8"
+        ) from None
+    except (pa.ArrowException, csv.Error) as error:
+        raise InputError(
+            f"{path}: cannot be read as {kind[1:]}: {error}; write it anew, or give the copy that it was made from"
+        ) from error
 
 
 def _read_parquet(path: Path, file: io.BufferedReader) -> Table:

@@ -58,6 +58,17 @@ def test_what_stands_stays(start, search):
     assert search.reconsidered(state) is state
 
 
+def test_an_effect_has_the_class_of_what_explains_as_much_beside_the_others(start, search):
+    """One that was compared while another was missing has that one's class: it was the best of all then."""
+    state = added(search, added(search, start, "body_torque:platform"), TRUE)
+    first, second = state.steps
+    assert [each.key for each in first.screening.close] == [TRUE]
+    own, other = search._with_own_classes(state).steps
+    assert other is second
+    assert "body_torque:platform" in {each.key for each in own.screening.close}
+    assert TRUE not in {each.key for each in own.look_alikes}
+
+
 def with_freedom(state, freedom):
     """Return a diagnosis without held-out runs whose noise is known with so many degrees of freedom."""
     return replace(state, heldout=None, runs=replace(state.runs, noise_freedom=freedom))

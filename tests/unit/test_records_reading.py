@@ -265,7 +265,7 @@ def test_a_repeated_column_is_refused(tmp_path):
         ("run.parquet", b"PAR1 this is not a table", "cannot be read as parquet"),
         ("run.parquet", b"", "cannot be read as parquet"),
         ("run.csv", b"", "cannot be read as csv: its first line is empty"),
-        ("run.csv", HEADER + b",remark\n0,0,0,0,0,0,0,23 \xb0C\n", "'utf-8' codec can't decode byte 0xb0"),
+        ("run.csv", HEADER + b",remark\n0,0,0,0,0,0,0,23 \xb0C\n", "it is not UTF-8 (byte 0xb0); save it as UTF-8"),
         ("run.csv", HEADER.replace(b",", b";") + b"\n0;1\n", "is separated by semicolons, not by commas: save it"),
         ("run.csv", HEADER.replace(b",", b"\t") + b"\n0\t1\n", "is separated by tabs, not by commas: save it"),
         ("run.xlsx", b"PK", "a record is a file that ends in .csv or .parquet"),

@@ -14,6 +14,7 @@ from testbed.diagnosis.state import Diagnosis, Gap, Step
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.dynamics.inertia_unit import inertia_unit
 from testbed.effects.contract import NamedEffect, Quantity
+from testbed.effects.formula import Formula
 from testbed.report.diagnosis.misfit import (
     gimbals_words,
     in_other_noise,
@@ -44,7 +45,7 @@ def diagnosis_verdict(diagnosis: Diagnosis) -> Notice:
 def _of_effects(diagnosis: Diagnosis) -> Notice:
     names = [effect_name(each.effect, each.component) for each in diagnosis.added]
     classes = list(map(_alike, diagnosis.added))
-    gap = _fall(_without_effects(diagnosis), diagnosis.gap)
+    gap = _over_windows(diagnosis) + _fall(_without_effects(diagnosis), diagnosis.gap)
     if diagnosis.verdict is None:
         return Notice(tone="warn", text=f"Interrupted: incomplete, without a verdict. {_so_far(names)}")
     if diagnosis.verdict == "none":
@@ -72,9 +73,17 @@ def _of_effects(diagnosis: Diagnosis) -> Notice:
     found = f"Named in part: {listed(map(' or '.join, classes))}. " if names else ""
     noise = "the noise as the samples show it" if diagnosis.scatter else "noise alone"
     misfit, gap = misfit_words(diagnosis.gap), gap_words(diagnosis.gap)
-    left = f"No effect of the library explains the residual: a misfit of {misfit}, a gap of {gap}; {noise} is 1."
+    left = f"{_unexplained_words(diagnosis)}: a misfit of {misfit}, a gap of {gap}; {noise} is 1."
     further = f"{_slow_words(diagnosis)}{_missed_words(diagnosis)}{shape_words(diagnosis)}"
     return Notice(tone="bad", text=f"{found}{left}{further}")
+
+
+def _unexplained_words(diagnosis: Diagnosis) -> str:
+    """Say that nothing explains the residual, or that an effect does that is one too many."""
+    if not diagnosis.unnamed or len(diagnosis.steps) < SETTINGS.most_effects:
+        return "No effect of the library explains the residual"
+    further = listed(effect_name(each.placed.effect, each.placed.component) for each in diagnosis.unnamed)
+    return f"Beside these, the most that are named together, {further} would explain the most of the residual"
 
 
 def _without_effects(diagnosis: Diagnosis) -> Gap:
@@ -107,10 +116,16 @@ def shape_words(diagnosis: Diagnosis) -> str:
     shape, text = diagnosis.shape_left, ""
     if shape is not None:
         text = f" The residual fits a torque that {shape.words} ({chance_words(shape.p_value)})."
-    if diagnosis.retracted:
-        names = listed([effect_name(each.effect, each.component) for each in diagnosis.retracted])
-        text += f" Retracted, as an unmodelled torque has higher posterior odds: {names}."
+    kept = {step.key for step in diagnosis.steps}
+    gone = [effect_name(each.effect, each.component) for each in diagnosis.retracted if each.key not in kept]
+    if gone:
+        better = "the formula in their place" if _has_formula(diagnosis) else "an unmodelled torque"
+        text += f" Retracted, as {better} has higher posterior odds: {listed(gone)}."
     return text
+
+
+def _has_formula(diagnosis: Diagnosis) -> bool:
+    return any(isinstance(step.placed.effect, Formula) for step in diagnosis.steps)
 
 
 def share_words(diagnosis: Diagnosis) -> str:
@@ -120,6 +135,16 @@ def share_words(diagnosis: Diagnosis) -> str:
         ""
         if share is None
         else f"The effects explain {100.0 * share:.0f} % of what a torque of any shape would explain."
+    )
+
+
+def _over_windows(diagnosis: Diagnosis) -> str:
+    """Say why a misfit may be none where an effect was named: the torque's noise is estimated with every model."""
+    if not diagnosis.runs.known_in_part or diagnosis.explained <= 0.0:
+        return ""
+    return (
+        "Over windows, what a model does not explain counts as noise of the torque, and its misfit is hardly any; with "
+        f"the effects the evidence, 2 ln B, is larger by {diagnosis.explained:.1f}. "
     )
 
 
