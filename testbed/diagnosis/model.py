@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import compress, pairwise, starmap
 from math import sqrt
-from typing import Protocol, TypeAlias
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,8 @@ from scipy.sparse import csr_array
 
 from testbed.arrays import Array, Flags, Theta
 from testbed.diagnosis.belief import Belief
+from testbed.diagnosis.believed import believed
 from testbed.diagnosis.data import Runs
-from testbed.dynamics.inertia import slopes_of_log_ratio
 from testbed.effects.contract import TYPICAL_INERTIA, Effect
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import Values
@@ -330,7 +330,7 @@ def evaluated(runs: Runs, placed: tuple[Hypothesis, ...], values: Values, *, as_
     hooks, tried = [each.hooks for each in placed], replace(values, as_trial=as_trial)
     samples, derivatives = predicted_with_derivatives(runs.grid, hooks, tried, predict=predicted_channels)
     residual, common = runs.whitened(samples), common_size(values.effects)
-    away, slopes = _believed(runs, placed, values, common + parameters_of_runs(runs))
+    away, slopes = believed(runs, [each.key for each in placed], values, common + parameters_of_runs(runs))
     return Fit(
         placed=placed,
         values=values,
@@ -370,64 +370,6 @@ def stacked(runs: Runs, derivatives: Sequence[Array], common: int, beliefs: Arra
         if trims:
             trim = common + size * number + 3 * int(runs.trim_of[index % number])
             matrix[rows, trim : trim + 3] = block[:, common + size :]
-    return matrix
-
-
-def _believed(runs: Runs, placed: Sequence[Hypothesis], values: Values, width: int) -> tuple[Array, Array]:
-    """Return by how many standard deviations parameters fall short of beliefs, (B,), and slopes, (B, width)."""
-    rows = [*_believed_of_all(runs, placed, values, width), *_believed_turns(runs, placed, values, width)]
-    rows += _believed_trims(runs, values, width)
-    if not rows:
-        return np.zeros(0), np.zeros((0, width))
-    return np.concatenate([away for away, _ in rows]), np.concatenate([slopes for _, slopes in rows])
-
-
-_Rows: TypeAlias = Iterator[tuple[Array, Array]]
-
-
-def _believed_of_all(runs: Runs, placed: Sequence[Hypothesis], values: Values, width: int) -> _Rows:
-    """Yield the same of inertia and effects, which all runs share."""
-    belief = runs.belief
-    if belief is None:
-        return
-    if 0.0 < belief.log_ratio_std < np.inf:
-        logarithm = belief.log_ratio_of(values.theta[0])
-        slopes = np.linalg.inv(slopes_of_log_ratio(logarithm, belief.nominal, np.eye(3)))
-        std = belief.known_std[:6]
-        yield (belief.log_ratio - logarithm) / std, _placed_columns(slopes / std[:, None], 0, width)
-    for key, mean, std in belief.effects:
-        for first, each, value in zip(_firsts(placed), placed, values.effects, strict=True):
-            if each.key == key:
-                yield (mean - value[0]) / std, _placed_columns(np.diag(1.0 / std), first, width)
-
-
-def _believed_turns(runs: Runs, placed: Sequence[Hypothesis], values: Values, width: int) -> _Rows:
-    """Yield the same of the turns of first attitudes, which are believed to be none."""
-    if values.first_turn is None or runs.first_turn_std is None:
-        return
-    common = 6 + sum(each.size for each in placed)
-    for run, (turn, std) in enumerate(zip(values.first_turn[:, 0], runs.first_turn_std, strict=True)):
-        yield -turn / std, _placed_columns(np.eye(3) / std, common + runs.own_size * run + 3, width)
-
-
-def _believed_trims(runs: Runs, values: Values, width: int) -> _Rows:
-    """Yield the same of the trims; theirs are the last of all rows and columns."""
-    belief = runs.belief
-    if belief is not None and values.trim is not None and np.isfinite(belief.trim_std).all():
-        trims = values.trim[np.unique(runs.trim_of, return_index=True)[1], 0]
-        std = np.tile(belief.trim_std, len(trims))
-        away = (belief.trim - trims).ravel() / std
-        yield away, _placed_columns(np.diag(1.0 / std), width - len(away), width)
-
-
-def _firsts(placed: Sequence[Hypothesis]) -> list[int]:
-    """Return the first column of every effect."""
-    return [int(first) for first in np.cumsum([6, *(each.size for each in placed)])[:-1]]
-
-
-def _placed_columns(block: Array, first: int, width: int) -> Array:
-    matrix = np.zeros((len(block), width))
-    matrix[:, first : first + block.shape[1]] = block
     return matrix
 
 
