@@ -28,6 +28,9 @@ _WHERE = {"body": "in the body", "inertial": "in inertial axes"}
 _MOST_ATTENUATED = 0.5
 """Standard deviations by which noise of the actuators' telemetry may bias an inertia: a 95 % interval then covers
 92 %."""
+_UNDERSTATED = 1.1
+"""The same ratio above which it is more than a stated noise may be off by, `gyro.noise_uncertainty`. What is missing in
+a model and makes less is not white, which is tested by itself."""
 _OVERSTATED = 0.7
 """Root mean square of a residual over the stated noise below which that is too large: three times the 10 % by which the
 noise of a gyro may be off (gyro.noise_uncertainty)."""
@@ -136,7 +139,7 @@ def offset_interval_words(estimate: Answer, pivot: Pivoted) -> str:
 
 
 def _residual_doubts(check: ResidualCheck, best: str) -> Iterator[str]:
-    if check.size_p_value < REFUSED:
+    if check.size_p_value < REFUSED and check.size > _UNDERSTATED:
         yield (
             f"The residual of {best} is {figures(check.size, 3)} times the gyro's noise "
             f"({chance_words(check.size_p_value)}): something is missing in the model, or the noise is larger than "
