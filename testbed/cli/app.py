@@ -61,12 +61,15 @@ class Commands(TyperGroup):
             raise Interrupted(*interrupt.args) from interrupt
 
 
+_HELP = {"help_option_names": ["-h", "--help"], "max_content_width": 120}
+"""Help as wide as the terminal, up to 120 columns: in the usual 80 what a command is for is cut off."""
+
 app = typer.Typer(
     name="testbed",
     cls=Commands,
     help="Identify a spacecraft's inertia, simulator in the loop.",
     no_args_is_help=True,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings=_HELP,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
@@ -457,7 +460,7 @@ effects_app = typer.Typer(
     cls=Commands,
     help="Effects of your own library, which later diagnoses know by their names.",
     no_args_is_help=True,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings=_HELP,
     rich_markup_mode=None,
 )
 app.add_typer(effects_app)
