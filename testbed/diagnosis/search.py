@@ -238,7 +238,10 @@ class Search:
         for index, step in enumerate(state.steps):
             if any(other.key == step.candidate.key for other in step.screening.close):
                 continue
-            _, screening = self._compared_without(state, index)
+            try:
+                _, screening = self._compared_without(state, index)
+            except InputError:  # without it the motion runs away: its class stays as it is known
+                continue
             found = next((each for each in screening.candidates if each.key == step.candidate.key), None)
             if found is not None:
                 own = replace(step, candidate=found, screening=screening)

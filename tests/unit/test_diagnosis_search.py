@@ -69,6 +69,15 @@ def test_an_effect_has_the_class_of_what_explains_as_much_beside_the_others(star
     assert TRUE not in {each.key for each in own.look_alikes}
 
 
+def test_without_an_effect_that_holds_the_motion_its_class_stays(start, search, monkeypatch):
+    def runs_away(*_):
+        raise InputError("the motion runs away")
+
+    state = added(search, added(search, start, "body_torque:platform"), TRUE)
+    monkeypatch.setattr(Search, "compared", runs_away)
+    assert search.reconsidered(state) is state
+
+
 def with_freedom(state, freedom):
     """Return a diagnosis without held-out runs whose noise is known with so many degrees of freedom."""
     return replace(state, heldout=None, runs=replace(state.runs, noise_freedom=freedom))
