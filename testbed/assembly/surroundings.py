@@ -16,6 +16,7 @@ from testbed.errors import InputError
 from testbed.estimation.differences import median_variance
 from testbed.estimation.gaps import GYRO_BRIDGED, between_gaps, gaps
 from testbed.estimation.surroundings import (
+    EXACT,
     Attitude,
     Fused,
     Surroundings,
@@ -92,11 +93,9 @@ class _Gyro:
 
     def walk_between(self, sent: _Sent) -> float:
         """Return what its noise makes of its integral from one sample of a sensor to the next, rad."""
-        return max(self.walk * sqrt(sent.interval), _ROUNDING)
+        return max(self.walk * sqrt(sent.interval), EXACT)
 
 
-_ROUNDING = 1e-7
-"""Noise of an exact sensor, rad. Source: numbers of single precision."""
 _FAST = 4
 """Of the differences that show the gyro's noise: a body turns more smoothly."""
 
@@ -142,9 +141,9 @@ def _by_gyro(around: Surroundings, gyro: _Gyro, sent: _Sent) -> Surroundings:
     stretches = [(part, sent.chosen(sent.within(part))) for part in gyro.unbroken]
     if any(len(inside.time) < _FEWEST for _, inside in stretches):
         return around
-    noise = max(*(_noise_of(part, inside) for part, inside in stretches), _ROUNDING)
+    walk, noise = gyro.walk, max(*(_noise_of(part, inside) for part, inside in stretches), EXACT)
     found = [
-        fused(part.time, part.body_rate, inside.time, inside.quat_NB, noise=noise, walk=gyro.walk)
+        fused(part.time, part.body_rate, inside.time, inside.quat_NB, noise=noise, walk=walk)
         for part, inside in stretches
     ]
     weights = np.array([each.lag_std**-2 for each in found])
@@ -177,13 +176,11 @@ def _joined(stretches: Sequence[tuple[_Gyro, _Sent]], found: Sequence[Fused]) ->
 
 def _attitude(record: Record, scenario: BodyScenario, gyro: _Gyro, sent: _Sent | None) -> tuple[Attitude, bool]:
     """Return the attitude as it is known, and whether a sensor tells it at all times."""
-    if sent is None:
+    if sent is None or not len(sent.time):
         return integrated(gyro.time, gyro.body_rate, _start(record, scenario)), False
     if len(sent.time) >= _FEWEST and sent.time[0] <= gyro.time[0] and sent.time[-1] >= gyro.time[-1]:
         return measured(sent.time, sent.quat_NB), True
-    if len(sent.time):
-        return integrated(gyro.time, gyro.body_rate, sent.quat_NB[0], float(sent.time[0])), False
-    return integrated(gyro.time, gyro.body_rate, _start(record, scenario)), False
+    return integrated(gyro.time, gyro.body_rate, sent.quat_NB[0], float(sent.time[0])), False
 
 
 def _known(gyro: _Gyro, time: Series, quat_NB: Array) -> _Sent:

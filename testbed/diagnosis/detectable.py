@@ -66,10 +66,9 @@ def detectable_sizes(diagnosis: Diagnosis) -> tuple[Detectable, ...]:
     screening = first_screening(diagnosis)
     if screening is None:
         return ()
-    free = diagnosis.runs.grid.turns_freely
     grid = diagnosis.runs.grid
     return tuple(
-        _detectable(each, screening.tested, blur_of(each.placed, grid), free=free)
+        _detectable(each, screening.tested, blur_of(each.placed, grid), free=grid.turns_freely)
         for each in shown_signatures(screening)
     )
 

@@ -31,6 +31,7 @@ from testbed.dynamics.inertia import inertia_of, theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.errors import InputError
 from testbed.estimation.body import is_body
+from testbed.estimation.surroundings import EXACT
 from testbed.estimation.telemetry import Telemetry
 from testbed.prediction.command_phase import with_command_phase
 from testbed.records.record import Record
@@ -342,19 +343,13 @@ def _in_phase(usable: Usable) -> Usable:
     return _with_telemetry(usable, with_command_phase(_telemetry(usable)))
 
 
-_LEAST_TURN = 1e-7
-"""How well a first attitude is known that an exact sensor shows, rad, beside runs of which it is open.
-
-Source: numbers of single precision."""
-
-
 def _with_open_starts(usable: Usable) -> Usable:
     """Return the parts with the first attitude of all runs open, if that of any is: they have the same parameters."""
     runs = _telemetry(usable)
     around = [run.surroundings for run in runs]
     if not any(each is not None and each.start_std for each in around):
         return usable
-    opened = [each and replace(each, start_std=max(each.start_std, _LEAST_TURN)) for each in around]
+    opened = [each and replace(each, start_std=max(each.start_std, EXACT)) for each in around]
     return _with_telemetry(usable, [replace(run, surroundings=each) for run, each in zip(runs, opened, strict=True)])
 
 

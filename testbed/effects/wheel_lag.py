@@ -48,7 +48,7 @@ class WheelLag(Effect):
     @override
     def unresolved(self, grid: Grid) -> Array:
         """A command that jumps counts from the row that shows it, which was written a little before or after."""
-        return np.array([stamp_jitter([run.actuator_time for run in grid.runs])])
+        return np.array([stamp_jitter(grid.runs)])
 
     @override
     def extension(self, component: str, values: Array, scenario: Scenario) -> Extension:

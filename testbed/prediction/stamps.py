@@ -7,21 +7,11 @@ from math import sqrt
 
 import numpy as np
 
-from testbed.arrays import Series
-
-_USUAL = 0.5
-"""Share of the usual interval by which one may differ and still be the usual one: no samples are lost in it."""
+from testbed.estimation.telemetry import Telemetry
+from testbed.prediction.compared import incomplete
 
 
-def stamp_jitter(times: Sequence[Series]) -> float:
-    """Return the standard deviation of stamps about a clock that is even, s.
-
-    Args:
-        times: stamps of every run, each of shape (N,), s.
-    """
-    intervals = [np.diff(time) for time in times]
-    apart = [each - np.median(each) for each in intervals if len(each)]
-    near = np.concatenate(
-        [each[np.abs(each) < _USUAL * np.median(steps)] for each, steps in zip(apart, intervals, strict=True)]
-    )
-    return float(near.std()) / sqrt(2.0) if len(near) else 0.0
+def stamp_jitter(runs: Sequence[Telemetry]) -> float:
+    """Return the standard deviation of the actuators' stamps about a clock that is even, s."""
+    intervals = [np.diff(run.actuator_time)[~incomplete(run)] for run in runs]
+    return float(np.concatenate([each - np.median(each) for each in intervals]).std()) / sqrt(2.0)

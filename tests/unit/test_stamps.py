@@ -12,9 +12,9 @@ from testbed.effects.wheel_lag import WheelLag
 from testbed.prediction.stamps import stamp_jitter
 
 
-def jittered(std: float, lost: int = 0) -> np.ndarray:
+def jittered(std: float, lost: int = 0) -> SimpleNamespace:
     time = np.arange(2000) * 0.1 + np.random.default_rng(4).normal(0.0, std, 2000)
-    return np.delete(time, np.arange(100, 100 + 7 * lost, 7))
+    return SimpleNamespace(actuator_time=np.delete(time, np.arange(100, 100 + 7 * lost, 7)))
 
 
 @pytest.mark.parametrize("lost", [0, 20])
@@ -28,5 +28,5 @@ def test_an_even_clock_leaves_nothing_open():
 
 @pytest.mark.parametrize("effect", [WheelDelay(), WheelLag()])
 def test_a_delay_of_the_size_of_the_jitter_is_not_resolved(effect):
-    grid = SimpleNamespace(runs=[SimpleNamespace(actuator_time=jittered(3e-4))])
+    grid = SimpleNamespace(runs=[jittered(3e-4)])
     assert effect.unresolved(grid) == pytest.approx([3e-4], rel=0.05)
