@@ -7,6 +7,8 @@ The sets have the seeds from 13 on, every other one has an effect of two detecta
 `python -m benchmarks.evidence calibration` diagnoses small blind sets, --null N without an effect and --single N with
 one of typical size times a factor that the prior has, --seed S; one pool for every share of null sets, whose sets count
 by the share, and whose probabilities are of the prior odds that the share stands for. What is there already is kept.
+Every kind of effect is hidden as often; with --as-prior sets are drawn as the prior of the diagnosis has it: an effect
+that each of six units may have six times as often as one of the platform, and of sizes that are normal about none.
 """
 
 from __future__ import annotations
@@ -194,13 +196,14 @@ def log_density(prior: SizePrior, values: Array) -> Array:
     return np.asarray(logsumexp(density + weight, axis=1) - logsumexp(weight) + constant)
 
 
-def case_of(seed: int, index: int, *, null: bool) -> Case:
+def case_of(seed: int, index: int, *, null: bool, as_prior: bool) -> Case:
     """Return a small set without an effect, or with one of typical parameters times a factor that the prior has.
 
     Args:
         seed: of the pool.
         index: of the set.
         null: whether nothing is hidden.
+        as_prior: whether hypotheses are alike, an effect at a component each; else the kinds of effects are.
     """
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index, int(null))))
     own = int(rng.integers(2**31))
@@ -211,9 +214,13 @@ def case_of(seed: int, index: int, *, null: bool) -> Case:
         for name, kind in LISTED.items()
         if name not in NEVER_HIDDEN | _INSIDE and name in EFFECTS and "cmg" in kind.actuation
     )
+    if as_prior:
+        names = [name for name in names for _ in LISTED[name].components]
     effect = str(rng.choice(names))
     kind = LISTED[effect]
     factor = float(10.0 ** (SETTINGS.size_decades * rng.standard_normal()))
+    if as_prior:  # whose sizes are normal about none, of a scale that has this factor
+        factor *= float(np.sqrt(rng.chisquare(len(kind.growing)) / len(kind.growing))) if kind.growing else 1.0
     hidden = HiddenEffect(
         effect=effect,
         component=str(rng.choice(kind.components)),
@@ -222,7 +229,7 @@ def case_of(seed: int, index: int, *, null: bool) -> Case:
     return replace(blind_case(own), effects=(hidden,), stratum="single", notes={"times_typical": factor})
 
 
-def done(out: Path, seed: int, index: int, *, null: bool) -> None:
+def done(out: Path, seed: int, index: int, *, null: bool, as_prior: bool) -> None:
     """Make and diagnose a set of the pool where that is not done yet; sizes at which nothing flies are drawn anew."""
     name = f"case_{index + 1 + (0 if null else _SINGLES):05d}"
     data, answers = out / "data" / name, out / "answers" / name
@@ -230,7 +237,7 @@ def done(out: Path, seed: int, index: int, *, null: bool) -> None:
         if (data / SEAL).exists():
             break
         try:
-            conceal(case_of(seed, index + _SINGLES * attempt, null=null), data, answers)
+            conceal(case_of(seed, index + _SINGLES * attempt, null=null, as_prior=as_prior), data, answers)
         except (UnreachableError, DivergedError):
             continue
     if (data / SEAL).exists():
@@ -326,12 +333,12 @@ def integral(out: Path) -> None:
     )
 
 
-def calibration(out: Path, seed: int, nulls: int, singles: int) -> None:
+def calibration(out: Path, seed: int, nulls: int, singles: int, *, as_prior: bool) -> None:
     """Make, diagnose and print the pool's calibration at every share."""
     begun = time.perf_counter()
     for wanted, null in ((nulls, True), (singles, False)):
         for index in range(wanted):
-            done(out, seed, index, null=null)
+            done(out, seed, index, null=null, as_prior=as_prior)
             print(f"\r{'null' if null else 'single'} {index + 1} of {wanted}", end="", flush=True)
     print()
     cases = [case for case in read_cases(out / "diagnoses", out / "answers") if case.diagnosis is not None]
@@ -355,6 +362,7 @@ def main() -> None:
     parser.add_argument("--null", type=int, default=NULL, help=f"sets without an effect, default {NULL}")
     parser.add_argument("--single", type=int, default=SINGLE, help=f"sets with one, default {SINGLE}")
     parser.add_argument("--seed", type=int, default=SEED, help=f"default {SEED}")
+    parser.add_argument("--as-prior", action="store_true", help="every hypothesis as often, in the place of every kind")
     parser.add_argument("--out", type=Path, help="default runs/evidence-SEED")
     chosen = parser.parse_args()
     out = chosen.out or Path("runs") / f"evidence-{chosen.seed}"
@@ -362,7 +370,7 @@ def main() -> None:
     if chosen.what == "integral":
         integral(out / "integral")
     else:
-        calibration(out / "calibration", chosen.seed, chosen.null, chosen.single)
+        calibration(out / "calibration", chosen.seed, chosen.null, chosen.single, as_prior=chosen.as_prior)
 
 
 if __name__ == "__main__":

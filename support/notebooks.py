@@ -34,7 +34,9 @@ def executed(path: Path, folder: Path) -> NotebookNode:
     place = {"metadata": {"path": str(folder)}}
     with tempfile.TemporaryDirectory() as sockets:
         private = Config({"KernelManager": {"transport": "ipc", "ip": f"{sockets}/kernel"}})  # listens on no port
-        client = NotebookClient(notebook, timeout=LONGEST, resources=place, store_widget_state=False, config=private)
+        client = NotebookClient(
+            notebook, timeout=LONGEST, resources=place, store_widget_state=False, coalesce_streams=True, config=private
+        )
         return client.execute()
 
 

@@ -247,9 +247,8 @@ def in_torque_noise(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, R
         return runs, heldout, fit
     deviance = np.inf
     for _ in range(_NOISE_ROUNDS):
-        noise = torque_noise([run.gyro_time for run in runs.grid.runs], runs.gyro_residual(fit.residual))
-        if runs.belief is not None and runs.belief.torque_noise is not None:
-            noise = np.maximum(noise, runs.belief.torque_noise)
+        least = None if runs.belief is None else runs.belief.torque_noise
+        noise = torque_noise([run.gyro_time for run in runs.grid.runs], runs.gyro_residual(fit.residual), least)
         runs = replace(runs, torque_noise=noise)
         fit = refit(runs, fit)
         if abs(deviance - fit.deviance) < _NOISE_FOUND:

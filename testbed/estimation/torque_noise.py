@@ -3,15 +3,16 @@
 Draughts, propellers and motors that do not do quite what they are asked turn a body by more than a gyro's noise. Of a
 window whose initial rate is free, the rate's residual at the time t after its first sample has the covariance
 
-    C(t, t') = s² δ(t, t') + q² min(t, t') + a² t t'
+    C(t, t') = s² δ(t, t') + q² min(t, t') + b² K(t, t'; T) + a² t t'
 
-per axis: white noise of the samples, an angular acceleration that is white, and one that is constant in the window.
-Source: Maybeck, "Stochastic Models, Estimation, and Control", vol. 1 (1979), section 4.5, for the second term.
+per axis: white noise of the samples, an angular acceleration that is white, one that is forgotten with a time constant
+T (a Gauss-Markov process of first order, K the covariance of its integral), and one that is constant in the window.
+Source: Maybeck, "Stochastic Models, Estimation, and Control", vol. 1 (1979), sections 4.5 and 4.11.
+
+A controller answers what turns a body, so that its commands go along with such a torque. Where the noise is taken for
+whiter than it is, the answer passes for the cause: of a simulated quadcopter in gusts of 0.25 s half of its gain was
+lost, and its motors seemed twice as slow (Ljung, "System Identification" (1999), section 13.4).
 """
-
-# What is compiled has no annotations: the signatures state the types.
-# mypy: disallow-untyped-defs=False, disallow-untyped-calls=False
-# ruff: noqa: ANN001, ANN202
 
 from __future__ import annotations
 
@@ -19,24 +20,35 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from testbed.arrays import Array, Series
-from testbed.compiled import kept
+from testbed.arrays import Array, Flags, Series
 
-_LEAST = 0.05
+SIZES = 4
+"""Numbers of an axis that are sizes, s, q, b and a; T follows them."""
+_CORRELATED = 2
+"""Which of them forgets."""
+_LEAST = 0.01
 """Share of the largest part of the scatter of single samples that their white noise has at least: it keeps covariances
 away from singular ones, and is far below what the fastest changes of any gyro show."""
-_STARTS = ((0.9, 0.3, 0.3), (0.3, 0.9, 0.3))
-"""Shares of the scatter that the three parts begin with; both lead to the same end where the windows show it."""
-_EVALUATIONS = 400
-"""Of the likelihood at most: three unknowns are found to per cents in about 150."""
+_STARTS = ((0.9, 0.3, 0.3, 0.3), (0.3, 0.9, 0.3, 0.3), (0.3, 0.3, 0.9, 0.3))
+"""Shares of the scatter that the four parts begin with; all lead to the same end where the windows show it."""
+_ROUNDS = 60
+"""Steps of a search at most; 10 to 30 find it."""
+_FOUND = 1e-3
+"""What twice the logarithm of the likelihood may still gain when a search ends."""
+_LONGEST = 1.0
+"""Largest step of the logarithm of T: where what forgets is hardly there, its slope points anywhere."""
+_DAMPING, _DAMPED = (1e-6, 1e6), 1e-3
+"""Least and greatest Levenberg-Marquardt damping, in shares of the information's diagonal, and the least after a step
+that gains nothing."""
 
 
-def torque_noise(times: Sequence[Series], residuals: Sequence[Array]) -> Array:
-    """Return s, rad/s, q, rad/s per √s, and a, rad/s², of each axis by maximum likelihood, shape (3, 3).
+def torque_noise(times: Sequence[Series], residuals: Sequence[Array], least: Array | None = None) -> Array:
+    """Return s, rad/s, q, rad/s per √s, b and a, rad/s², and T, s, of each axis by maximum likelihood, shape (3, 5).
 
     Args:
         times: of the samples of every window, shapes (N,), s; windows of the most frequent length are used.
         residuals: of the body rate in each, shapes (N, 3), rad/s.
+        least: sizes that there are at least, and T, shape (3, 5); none where None.
     """
     lengths = [len(time) for time in times]
     usual = max(set(lengths), key=lengths.count)
@@ -44,8 +56,10 @@ def torque_noise(times: Sequence[Series], residuals: Sequence[Array]) -> Array:
     time = np.median([time - time[0] for time in times if len(time) == usual], axis=0)
     # Contrasts, which no initial rate changes.
     contrasts = np.linalg.svd(np.ones((1, usual)))[2][1:]
-    parts = [contrasts @ part @ contrasts.T for part in _parts(time)]
-    return np.stack([_of_axis(parts, contrasts @ windows[:, :, axis].T, time) for axis in range(3)])
+    axes = [_Axis(time, contrasts, windows[:, :, axis]) for axis in range(3)]
+    if least is None:
+        return np.stack([axis.likeliest(None) for axis in axes])
+    return np.stack([axis.likeliest(float(own[-1])) for axis, own in zip(axes, least, strict=True)]).clip(min=least)
 
 
 def covariance(time: Series, noise: Array) -> Array:
@@ -53,105 +67,90 @@ def covariance(time: Series, noise: Array) -> Array:
 
     Args:
         time: of its samples, shape (N,), s.
-        noise: as `torque_noise`, shape (3, 3).
+        noise: as `torque_noise`, shape (3, 5).
     """
-    return np.asarray(np.einsum("ak,kmn->amn", noise**2, np.stack(_parts(time - time[0]))))
+    return np.stack([_covariance(time - time[0], own[:SIZES], own[SIZES]) for own in noise])
 
 
-def _parts(time: Series) -> list[Array]:
-    return [np.eye(len(time)), np.minimum.outer(time, time), np.outer(time, time)]
+def _covariance(time: Series, sizes: Array, forgotten: float) -> Array:
+    return np.asarray(np.einsum("k,kmn->mn", sizes**2, _parts(time, forgotten)[0]))
 
 
-def _of_axis(parts: Sequence[Array], samples: Array, time: Series) -> Array:
-    """Return s, q and a from contrasts of shape (N - 1, W)."""
-    triangle: Array = np.asarray(np.linalg.qr(samples.T / np.sqrt(samples.shape[1]), mode="r"))
-    root = triangle.T
-    whole = float(np.sqrt((root**2).sum() / len(root))) + np.finfo(float).tiny
-    scale = whole / np.array([1.0, np.sqrt(time[-1]), time[-1]])
-    every, least = np.stack(parts), np.array([(_LEAST * whole) ** 2])
-    found = np.empty((len(_STARTS), len(scale) + 1))
-    for start, row in zip(_STARTS, found, strict=True):
-        kept(_search, _SEARCHED)(np.log(start), scale, every, root, least, row)
-    sizes = scale * np.exp(min(found, key=lambda row: float(row[-1]))[:-1])
-    sizes[0] = np.hypot(sizes[0], _LEAST * whole)
-    return np.asarray(sizes)
+def _parts(time: Series, forgotten: float) -> tuple[Array, Array]:
+    """Return the parts of C of size one, shape (4, N, N), and the slope of the third by the logarithm of T."""
+    late, early = np.maximum.outer(time, time), np.minimum.outer(time, time)
+    since, kept = late - early, np.exp(-time / forgotten)
+    between, sum_kept = np.exp(-since / forgotten), np.add.outer(kept, kept)
+    turned = forgotten * (1.0 - sum_kept + between)
+    slope = 2.0 * (early - turned) + np.add.outer(time * kept, time * kept) - since * between
+    parts = [np.eye(len(time)), early, forgotten * (2.0 * early - turned), np.outer(time, time)]
+    return np.stack(parts), forgotten * slope
 
 
-_SEARCHED = (("f8", 1), ("f8", 1), ("f8", 3), ("f8", 2), ("f8", 1), ("f8", 1))
-"""Kinds of numbers and numbers of axes."""
-_BEGIN = 1.05
-"""Factor of one coordinate after the other by which the first simplex begins, as in SciPy."""
-_SMALL = 1e-4
-"""Size of the simplex in every logarithm, and difference of the function over it, below which the search ends."""
+class _Axis:
+    """Contrasts of the windows about one axis: how likely a noise makes them, and which one does it most."""
 
+    def __init__(self, time: Series, contrasts: Array, windows: Array) -> None:
+        """Take windows of shape (W, N) at the times of shape (N,), s, and contrasts, shape (N - 1, N)."""
+        self._time, self._contrasts, self._count = time, contrasts, len(windows)
+        samples = windows @ contrasts.T
+        self._scatter = samples.T @ samples / self._count
+        self._whole = float(np.sqrt(np.trace(self._scatter) / len(contrasts))) + np.finfo(float).tiny
+        self._scale = self._whole / np.array([1.0, np.sqrt(time[-1]), time[-1], time[-1]])
+        self._reach = np.log([time[1], time[-1]])
 
-def _search(start, scale, parts, root, least, found):
-    """Fill in the logarithms of the sizes of the parts, in scale, that surprise the least, and by how much they do.
+    def likeliest(self, forgotten: float | None) -> Array:
+        """Return s, q, b, a and T, shape (5,); T is searched for between a sample and a window unless it is given."""
+        middle = float(np.mean(self._reach)) if forgotten is None else np.log(forgotten)
+        free = np.append(np.ones(SIZES, dtype=bool), forgotten is None)
+        found = [self._search(np.append(np.square(start), middle), free) for start in _STARTS]
+        best = min(found, key=lambda each: each[1])[0]
+        sizes = self._scale * np.sqrt(best[:SIZES])
+        sizes[0] = np.hypot(sizes[0], _LEAST * self._whole)
+        return np.append(sizes, np.exp(best[SIZES]))
 
-    The simplex method: Nelder and Mead, "A simplex method for function minimization", Computer Journal (1965).
-    """
-    size = len(start)
-    model, white = np.empty((len(root), len(root))), np.empty(len(root))
-    points, values = np.empty((size + 1, size)), np.empty(size + 1)
-    for corner in range(size + 1):
-        points[corner] = start
-        if corner:
-            points[corner, corner - 1] *= _BEGIN
-        values[corner] = _surprise(points[corner], scale, parts, root, least[0], model, white)
-    calls = size + 1
-    while True:
-        order = np.argsort(values)
-        points, values = points[order], values[order]
-        if calls >= _EVALUATIONS or _is_small(points, values):
-            break
-        middle, worst = (points[:-1].sum(axis=0)) / size, points[-1].copy()
-        there = 2.0 * middle - worst
-        value = _surprise(there, scale, parts, root, least[0], model, white)
-        calls += 1
-        if values[0] <= value < values[-2]:
-            points[-1], values[-1] = there, value
-        else:
-            better, bound = value < values[0], min(value, values[-1])
-            share = 2.0 if better else 0.5 if value < values[-1] else -0.5
-            other = (1.0 + share) * middle - share * worst
-            tried = _surprise(other, scale, parts, root, least[0], model, white)
-            calls += 1
-            if tried < bound:
-                points[-1], values[-1] = other, tried
-            elif better:
-                points[-1], values[-1] = there, value
+    def _search(self, point: Array, free: Flags) -> tuple[Array, float]:
+        """Return squares of the sizes in their scale and the logarithm of T, and the surprise there.
+
+        Scoring by Fisher's method, damped; a size at zero comes back where more of it would surprise less.
+        """
+        lower, upper = np.append(np.zeros(SIZES), self._reach[0]), np.append(np.full(SIZES, np.inf), self._reach[1])
+        damping, (surprise, slope, information) = _DAMPING[0], self._surprise(point)
+        for _ in range(_ROUNDS):
+            moving = free & ~((point <= lower) & (slope > 0.0)) & ~((point >= upper) & (slope < 0.0))
+            step = _step(slope, information, moving, damping)
+            if -slope @ step * self._count < _FOUND or damping > _DAMPING[1]:
+                break
+            there = np.where(free, np.clip(point + step, lower, upper), point)
+            trial = self._surprise(there)
+            if trial[0] < surprise:
+                point, (surprise, slope, information), damping = there, trial, max(0.1 * damping, _DAMPING[0])
             else:
-                for corner in range(1, size + 1):
-                    points[corner] = 0.5 * (points[0] + points[corner])
-                    values[corner] = _surprise(points[corner], scale, parts, root, least[0], model, white)
-                calls += size
-    found[:-1], found[-1] = points[0], values[0]
+                damping = max(10.0 * damping, _DAMPED)
+        return point, surprise
+
+    def _surprise(self, point: Array) -> tuple[float, Array, Array]:
+        """Return log det C + tr C⁻¹ S of the scatter S, its slope, shape (5,), and Fisher's information, (5, 5)."""
+        parts, by_forgetting = _parts(self._time, float(np.exp(point[SIZES])))
+        scaled = [
+            *(self._scale[:, None, None] ** 2 * parts),
+            point[_CORRELATED] * self._scale[_CORRELATED] ** 2 * by_forgetting,
+        ]
+        slopes = self._contrasts @ np.stack(scaled) @ self._contrasts.T
+        whole = np.einsum("k,kmn->mn", point[:SIZES], slopes[:SIZES])
+        whole[np.diag_indices_from(whole)] += (_LEAST * self._whole) ** 2
+        inverse = np.linalg.inv(whole)
+        ahead, residual = inverse @ slopes, inverse @ self._scatter
+        slope = np.trace(ahead, axis1=1, axis2=2) - np.einsum("kmn,nm->k", ahead, residual)
+        information = np.einsum("kmn,lnm->kl", ahead, ahead)
+        return float(np.linalg.slogdet(whole)[1] + np.trace(residual)), slope, information
 
 
-def _is_small(points, values):
-    return np.abs(points[1:] - points[0]).max() <= _SMALL and np.abs(values[1:] - values[0]).max() <= _SMALL
-
-
-def _surprise(logarithms, scale, parts, root, least, model, white):
-    """Return log det C + tr C⁻¹ Y Yᵀ of C by the sizes of its parts, Y the root of the scatter."""
-    squares = (scale * np.exp(logarithms)) ** 2
-    surprise = 0.0
-    for column in range(len(model)):
-        for row in range(column, len(model)):
-            entry = least if row == column else 0.0
-            for part in range(len(squares)):
-                entry += squares[part] * parts[part, row, column]
-            for before in range(column):
-                entry -= model[row, before] * model[column, before]
-            if row == column and not entry > 0.0:
-                return np.inf
-            model[row, column] = np.sqrt(entry) if row == column else entry / model[column, column]
-        surprise += 2.0 * np.log(model[column, column])
-    for sample in range(root.shape[1]):
-        for row in range(len(model)):
-            left = root[row, sample]
-            for before in range(row):
-                left -= model[row, before] * white[before]
-            white[row] = left / model[row, row]
-            surprise += white[row] ** 2
-    return surprise
+def _step(slope: Array, information: Array, moving: Flags, damping: float) -> Array:
+    """Return the step to the least surprise, of T no longer than `_LONGEST`; none along what changes nothing."""
+    shown = moving & (np.diag(information) > 0.0)
+    scale = np.sqrt(np.diag(information)[shown])
+    scaled = information[np.ix_(shown, shown)] / np.outer(scale, scale) + damping * np.eye(len(scale))
+    step = np.zeros(len(slope))
+    step[shown] = -np.linalg.lstsq(scaled, slope[shown] / scale, rcond=None)[0] / scale
+    return step * min(1.0, _LONGEST / max(abs(step[SIZES]), np.finfo(float).tiny))

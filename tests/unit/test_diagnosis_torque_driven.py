@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import testbed as tb
+from testbed.arrays import Array
 from testbed.assembly.platform import nominal_body
 from testbed.assembly.telemetry import telemetry_of
 from testbed.diagnosis import screening
@@ -118,12 +119,51 @@ class TestInertiaAsABodys:
         np.testing.assert_allclose(fitted(data.runs, [], THETA, []).theta, THETA, rtol=1e-3, atol=1e-3 * THETA[0])
 
 
-def test_noise_of_torque_and_samples_is_found_from_windows():
-    time, noise = np.arange(40) * 0.01, np.array([[0.01, 0.2, 1.0], [0.02, 0.1, 0.5], [0.005, 0.05, 0.2]])
-    factors = np.linalg.cholesky(covariance(time, noise) + 1e-12 * np.eye(40))
-    draws = np.random.default_rng(1).normal(size=(300, 3, 40))
-    windows = [np.einsum("amn,an->ma", factors, draw) for draw in draws]
-    np.testing.assert_allclose(torque_noise([time] * 300, windows), noise, rtol=0.15)
+class TestTorqueNoise:
+    """300 windows of a noise that is known: white samples and torque, one that is forgotten, one that stays."""
+
+    TIME = np.arange(40) * 0.01
+    NOISE = np.array([[0.01, 0.2, 3.0, 1.0, 0.05], [0.02, 0.1, 4.0, 0.5, 0.1], [0.005, 0.05, 1.0, 0.2, 0.03]])
+
+    def windows(self, noise: Array) -> list[Array]:
+        factors = np.linalg.cholesky(covariance(self.TIME, noise) + 1e-12 * np.eye(40))
+        draws = np.random.default_rng(1).normal(size=(300, 3, 40))
+        return [np.einsum("amn,an->ma", factors, draw) for draw in draws]
+
+    def found(self, noise: Array, least: Array | None = None) -> Array:
+        return torque_noise([self.TIME] * 300, self.windows(noise), least)
+
+    def test_samples_and_what_is_forgotten_are_found(self):
+        found = self.found(self.NOISE)
+        np.testing.assert_allclose(found[:, [0, 2]], self.NOISE[:, [0, 2]], rtol=0.15)
+        np.testing.assert_allclose(found[:, 4], self.NOISE[:, 4], rtol=0.25)
+
+    def test_no_noise_makes_windows_likelier(self):
+        def surprise(noise: Array) -> float:
+            contrasts = np.linalg.svd(np.ones((1, 40)))[2][1:]
+            whole = [contrasts @ each @ contrasts.T for each in covariance(self.TIME, noise)]
+            parts = zip(whole, np.moveaxis(self.windows(self.NOISE), 2, 0) @ contrasts.T, strict=True)
+            return float(
+                sum(
+                    300 * np.linalg.slogdet(each)[1] + np.einsum("wm,mw->", of_axis, np.linalg.solve(each, of_axis.T))
+                    for each, of_axis in parts
+                )
+            )
+
+        found = self.found(self.NOISE)
+        assert surprise(found) < surprise(self.NOISE)
+        beside = [found * (1.0 + 0.1 * sign * np.eye(5)[number]) for number in range(5) for sign in (-1, 1)]
+        assert all(surprise(found) < surprise(each) for each in beside)
+
+    def test_white_noise_alone_and_a_constant_one_are_found_too(self):
+        noise = self.NOISE * [1.0, 1.0, 0.0, 1.0, 1.0]
+        np.testing.assert_allclose(self.found(noise)[:, [0, 1]], noise[:, [0, 1]], rtol=0.15)
+
+    def test_what_healthy_records_show_is_the_least_and_forgotten_alike(self):
+        least = self.NOISE * [2.0, 1.0, 0.5, 1.0, 2.0]
+        found = self.found(self.NOISE, least)
+        assert (found >= least).all()
+        np.testing.assert_allclose(found[:, 4], least[:, 4], rtol=1e-12)
 
 
 class TestHeldTorque:

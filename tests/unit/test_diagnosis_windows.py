@@ -215,7 +215,8 @@ def test_late_motors_come_first_and_shrink_the_gap_of_a_flight_that_was_held_out
 def test_noise_costs_what_its_covariance_has_in_all_contrasts():
     runs, _ = in_windows(4e-6)
     costs, contrasts = [], []
-    for noise in (np.array([[0.01, 0.2, 1.0]] * 3), np.array([[0.02, 0.1, 0.3], [0.01, 0.3, 0.1], [0.03, 0.2, 0.2]])):
+    apart = [[0.02, 0.1, 0.0, 0.3, 0.1], [0.01, 0.3, 1.0, 0.1, 0.2], [0.03, 0.2, 3.0, 0.2, 0.04]]
+    for noise in (np.array([[0.01, 0.2, 2.0, 1.0, 0.05]] * 3), np.array(apart)):
         costs.append(replace(runs, torque_noise=noise).noise_deviance)
         contrasts.append([_of_contrasts(run.gyro_time, noise) for run in runs.grid.runs])
     np.testing.assert_allclose(np.subtract(*costs), np.subtract(*contrasts), rtol=1e-9)
