@@ -230,6 +230,7 @@ class Candidate(AtComponent):
         p_value: of the reduction of χ², times the number of hypotheses and of each one's start values (Bonferroni),
             divided by the held-out likelihood ratio: its mean is 1 without the effect, so that the quotient is a
             p-value too. Not below the family-wise error if the fitted runs alone do not show the effect.
+        nothing_new: what it explains that healthy records differ by as well; part of neither reduction nor gain.
     """
 
     placed: Hypothesis
@@ -242,6 +243,7 @@ class Candidate(AtComponent):
     log_bayes_factor: float
     by_run: Series
     p_value: float
+    nothing_new: float = 0.0
 
     @property
     def fits(self) -> float:
@@ -330,8 +332,9 @@ def _is_there(screening: Screening, candidate: Candidate) -> bool:
 def _is_close(candidate: Candidate, best: Candidate) -> bool:
     """Return whether a candidate may be meant instead: by its evidence, or by its fit with but one parameter more.
 
-    Where even the best model's residual exceeds the noise, differences count in units of its residual variance, and
-    with many runs in units of their scatter from run to run.
+    How much of a fit is nothing new is known less well than which of two is better: beside healthy records one that
+    fits as well may be meant as well, if hardware has such parameters. Where even the best model's residual exceeds the noise, differences count in
+    units of its residual variance, and with many runs in units of their scatter from run to run.
     """
     spread = max(1.0, best.fit.chi_square / best.fit.freedom)
     worse_fit = (
@@ -340,10 +343,11 @@ def _is_close(candidate: Candidate, best: Candidate) -> bool:
         - candidate.chi_square_reduction
         - candidate.heldout_log_likelihood_gain
     )
-    one_more = candidate.placed.size == best.placed.size + 1
-    if best.log_bayes_factor - candidate.log_bayes_factor < SETTINGS.indistinguishable * spread or (
-        one_more and worse_fit < SETTINGS.indistinguishable * spread
-    ):
+    more, tied = candidate.placed.size - best.placed.size, SETTINGS.indistinguishable * spread
+    if best.log_bayes_factor - candidate.log_bayes_factor < tied or (more == 1 and worse_fit < tied):
+        return True
+    worse_before = worse_fit + best.nothing_new - candidate.nothing_new
+    if best.nothing_new > 0.0 and more <= 1 and worse_before < tied and candidate.plausible:
         return True
     return spread > SETTINGS.misfitting and _differ_by_chance(candidate.by_run - best.by_run)
 

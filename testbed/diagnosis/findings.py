@@ -277,7 +277,27 @@ def _given_words(diagnosis: Diagnosis) -> Iterator[str]:
                 f"{each.name} {each.value:.3g} ± {each.std:.2g}"
                 for each in quantities_of(diagnosis.runs, diagnosis.model, placed)
             )
-            yield f"in the nominal model, and fitted with it: {placed.key}, {', '.join(sizes)}"
+            not_as_healthy = _not_as_healthy_words(diagnosis, placed)
+            yield f"in the nominal model, and fitted with it: {placed.key}, {', '.join(sizes)}{not_as_healthy}"
+
+
+def _not_as_healthy_words(diagnosis: Diagnosis, placed: Hypothesis) -> str:
+    """Say that an effect is another than in the healthy records, by more than these differ; empty where it is not."""
+    belief = diagnosis.model.belief
+    if belief is None or not belief.records:
+        return ""
+    square, directions = diagnosis.model.surprise(placed)
+    if not directions:
+        return ""
+    chance = float(scipy.stats.f.sf(square / directions, directions, belief.records - 1))  # as many tell the scatter
+    if chance > SETTINGS.inertia_p_value:
+        return ""
+    mean, std = belief.effect(placed.key)
+    healthy = ", ".join(f"{each.value:.3g} ± {each.std:.2g}" for each in placed.effect.quantities(mean, std))
+    return (
+        f"; it is not as in the healthy records, whose {healthy} hold it back (p = {chance:.1g}): something has "
+        "changed, or what disturbs the platform has"
+    )
 
 
 def _known_noise_words(diagnosis: Diagnosis) -> Iterator[str]:

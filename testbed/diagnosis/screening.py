@@ -154,10 +154,11 @@ def _candidate(
     if not _is_of_a_body(model):
         return None
     gain, size_evidence = _evidence_of_refit(runs, fit, model, signature)
-    heldout_gain = held_out_evidence(heldout, model) - without if placed.effect.recurs else 0.0
+    fall = fit.deviance - model.deviance
+    heldout_gain = verified = held_out_evidence(heldout, model) - without if placed.effect.recurs else 0.0
     if heldout_gain > 0.0:  # what explains nothing of the fitted runs is verified on none
-        fall = fit.deviance - model.deviance
         heldout_gain *= gain / fall if fall > 0.0 else 0.0
+    nothing_new = 0.0 if _shown_of(runs, placed) is None else fall + verified - gain - heldout_gain
     here = size_evidence + heldout_gain
     if isnan(here):  # held-out runs have no density with it: it does not explain these runs
         return None
@@ -174,6 +175,7 @@ def _candidate(
         log_bayes_factor=evidence,
         by_run=own_runs.noise_deviance + [float((part**2).sum()) for part in runs.by_run(model.residual)],
         p_value=p_value_of_all(alone, tested * scan_count_of(runs, placed), heldout_gain),
+        nothing_new=nothing_new,
     )
 
 

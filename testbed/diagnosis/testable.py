@@ -100,10 +100,12 @@ def _may_be_there(effect: Effect, present: Collection[Channel]) -> bool:
     """Return whether an effect that cannot be tested for may act all the same.
 
     Not where a channel shows what it does, nor in units of a kind that the platform lacks: telemetry has those of
-    another alone.
+    another alone, or a torque on the body and no momentum.
     """
     of_units = set(SHOWING_UNITS).intersection(present)
-    lacks_units = bool(of_units) and not set(SHOWING_UNITS).intersection(effect.needs) <= of_units
+    holds_momentum = "applied_torque" not in present or "cluster_momentum" in present
+    needed = set(SHOWING_UNITS).intersection(effect.needs)
+    lacks_units = not needed <= of_units if of_units or not holds_momentum else False
     return not lacks_units and set(effect.measured_by).isdisjoint(present)
 
 
