@@ -333,8 +333,9 @@ def _is_close(candidate: Candidate, best: Candidate) -> bool:
     """Return whether a candidate may be meant instead: by its evidence, or by its fit with but one parameter more.
 
     How much of a fit is nothing new is known less well than which of two is better: beside healthy records one that
-    fits as well may be meant as well, if hardware has such parameters. Where even the best model's residual exceeds the noise, differences count in
-    units of its residual variance, and with many runs in units of their scatter from run to run.
+    fits as well may be meant as well, if hardware has such parameters. Where even the best model's residual exceeds the
+    noise, differences count in units of its residual variance, and with many runs in units of their scatter from run to
+    run.
     """
     spread = max(1.0, best.fit.chi_square / best.fit.freedom)
     worse_fit = (

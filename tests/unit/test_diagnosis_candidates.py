@@ -38,6 +38,28 @@ def candidate(evidence, by_run, effect=EFFECTS["gyro_latency"], value=0.01):
     )
 
 
+class TestBesideHealthyRecords:
+    """What healthy records differ by is part of no evidence, and known worse than which of two fits is better."""
+
+    BEST = replace(candidate(850.0, np.zeros(RUNS)), nothing_new=160.0)
+
+    def beside(self, nothing_new, value=0.01):
+        other = candidate(620.0, np.zeros(RUNS), value=value)
+        return close(self.BEST, replace(other, nothing_new=nothing_new))
+
+    def test_one_that_explains_as_much_is_of_the_class(self):
+        assert self.beside(850.0 + 160.0 - 620.0 - 5.0)
+
+    def test_one_that_explains_less_is_not(self):
+        assert not self.beside(850.0 + 160.0 - 620.0 - 7.0)
+
+    def test_nor_is_one_that_no_hardware_has(self):
+        assert not self.beside(850.0 + 160.0 - 620.0, value=50.0)
+
+    def test_without_healthy_records_evidence_decides(self):
+        assert not close(candidate(850.0, np.zeros(RUNS)), candidate(620.0, np.zeros(RUNS)))
+
+
 def close(best, other):
     return len(Screening(signatures=(), tested=2, candidates=(best, other)).close) == 2
 

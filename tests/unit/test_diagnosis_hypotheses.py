@@ -80,3 +80,13 @@ def test_what_a_platform_has_no_units_for_takes_no_share_from_what_looks_like_it
     assert {"gimbal_misalignment", "wheel_misalignment"} <= in_doubt(
         runs_of([str(each) for each in range(len(of_itself))], of_itself)
     )
+
+
+def test_a_torque_on_a_body_without_momentum_leaves_no_unit_in_doubt():
+    """A gyro turned by 5 degrees had a third of the probability, and gimbals and wheels that nobody has the others."""
+    scenario, platform = nominal()
+    runs = data_set_of(records(3), scenario, platform).runs.grid.runs
+    pushed = [replace(run, gimbals=None, applied_torque=np.ones((len(run.actuator_time), 3))) for run in runs]
+    doubted = in_doubt(runs_of([str(each) for each in range(len(pushed))], pushed))
+    assert {"gimbal_misalignment", "wheel_misalignment", "rotor_speed"}.isdisjoint(doubted)
+    assert "actuator_weak" in doubted

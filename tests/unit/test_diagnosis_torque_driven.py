@@ -11,7 +11,7 @@ from testbed.assembly.platform import nominal_body
 from testbed.assembly.telemetry import telemetry_of
 from testbed.diagnosis import screening
 from testbed.diagnosis.findings import additions, inertia_change
-from testbed.diagnosis.fitting import fitted
+from testbed.diagnosis.fitting import fitted, starts_of
 from testbed.diagnosis.formulas import screened_formulas
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
@@ -311,6 +311,14 @@ class TestHealthyAgainstSuspect:
         records = [flown(seed, lag=0.03) for seed in (30, 31, 32)]
         state = last_of(data_set_of(records, WHOLE, NOMINAL).against(reference))
         assert state.steps == ()
+
+    @pytest.mark.parametrize(("lag", "least", "most"), [(0.03, 0.0, 9.0), (0.05, 25.0, np.inf)])
+    def test_what_is_not_as_in_the_healthy_ones_surprises(self, reference, lag, least, most):
+        data = data_set_of([flown(seed, lag=lag) for seed in (30, 31, 32)], WHOLE, NOMINAL).against(reference)
+        fit = fitted(data.runs, list(data.given), THETA, starts_of(data.runs, data.given))
+        square, directions = fit.surprise(data.given[0])
+        assert directions == 1
+        assert least < square < most
 
     def test_inertia_is_known_to_what_is_common_to_all_records(self):
         """Torque about y is a fifth less than asked for: torque over inertia is what all records show."""
