@@ -332,10 +332,10 @@ def _is_there(screening: Screening, candidate: Candidate) -> bool:
 def _is_close(candidate: Candidate, best: Candidate) -> bool:
     """Return whether a candidate may be meant instead: by its evidence, or by its fit with but one parameter more.
 
-    How much of a fit is nothing new is known less well than which of two is better: beside healthy records one that
-    fits as well may be meant as well, if hardware has such parameters. Where even the best model's residual exceeds the
-    noise, differences count in units of its residual variance, and with many runs in units of their scatter from run to
-    run.
+    How much of it is nothing new is known less well than which of two explains more: beside healthy records one that
+    has as much evidence before that may be meant as well, if hardware has such parameters. Where even the best model's
+    residual exceeds the noise, differences count in units of its residual variance, and with many runs in units of
+    their scatter from run to run.
     """
     spread = max(1.0, best.fit.chi_square / best.fit.freedom)
     worse_fit = (
@@ -347,8 +347,8 @@ def _is_close(candidate: Candidate, best: Candidate) -> bool:
     more, tied = candidate.placed.size - best.placed.size, SETTINGS.indistinguishable * spread
     if best.log_bayes_factor - candidate.log_bayes_factor < tied or (more == 1 and worse_fit < tied):
         return True
-    worse_before = worse_fit + best.nothing_new - candidate.nothing_new
-    if best.nothing_new > 0.0 and more <= 1 and worse_before < tied and candidate.plausible:
+    as_if_new = best.log_bayes_factor + best.nothing_new - candidate.log_bayes_factor - candidate.nothing_new
+    if best.nothing_new > 0.0 and as_if_new < tied and candidate.plausible:
         return True
     return spread > SETTINGS.misfitting and _differ_by_chance(candidate.by_run - best.by_run)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -273,31 +273,28 @@ def _with_error(value: float, std: float) -> str:
 def _given_words(diagnosis: Diagnosis) -> Iterator[str]:
     for placed in diagnosis.model.placed:
         if placed.given:
-            sizes = (
-                f"{each.name} {each.value:.3g} ± {each.std:.2g}"
-                for each in quantities_of(diagnosis.runs, diagnosis.model, placed)
-            )
-            not_as_healthy = _not_as_healthy_words(diagnosis, placed)
-            yield f"in the nominal model, and fitted with it: {placed.key}, {', '.join(sizes)}{not_as_healthy}"
+            sizes = _sizes(quantities_of(diagnosis.runs, diagnosis.model, placed))
+            yield f"in the nominal model, and fitted with it: {placed.key}, {sizes}{_healthy_words(diagnosis, placed)}"
 
 
-def _not_as_healthy_words(diagnosis: Diagnosis, placed: Hypothesis) -> str:
-    """Say that an effect is another than in the healthy records, by more than these differ; empty where it is not."""
+def _healthy_words(diagnosis: Diagnosis, placed: Hypothesis) -> str:
+    """Say what healthy records show of an effect, and whether it is another one here; empty where there are none."""
     belief = diagnosis.model.belief
     if belief is None or not belief.records:
         return ""
+    healthy = f"; in the healthy records {_sizes(placed.effect.quantities(*belief.effect(placed.key)))}"
     square, directions = diagnosis.model.surprise(placed)
     if not directions:
-        return ""
-    chance = float(scipy.stats.f.sf(square / directions, directions, belief.records - 1))  # as many tell the scatter
+        return healthy
+    # How much these differ is known from as many as there are.
+    chance = float(scipy.stats.f.sf(square / directions, directions, belief.records - 1))
     if chance > SETTINGS.inertia_p_value:
-        return ""
-    mean, std = belief.effect(placed.key)
-    healthy = ", ".join(f"{each.value:.3g} ± {each.std:.2g}" for each in placed.effect.quantities(mean, std))
-    return (
-        f"; it is not as in the healthy records, whose {healthy} hold it back (p = {chance:.1g}): something has "
-        "changed, or what disturbs the platform has"
-    )
+        return healthy
+    return f"{healthy}, which hold it back: it has changed, or what disturbs the platform has (p = {chance:.1g})"
+
+
+def _sizes(quantities: Iterable[Quantity]) -> str:
+    return ", ".join(f"{each.name} {each.value:.3g} ± {each.std:.2g}" for each in quantities)
 
 
 def _known_noise_words(diagnosis: Diagnosis) -> Iterator[str]:
