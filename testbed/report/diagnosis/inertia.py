@@ -59,8 +59,12 @@ def _tested_words(diagnosis: Diagnosis) -> str:
 
 
 def inertia_estimates(diagnosis: Diagnosis) -> tuple[tuple[str, Fit], ...]:
-    """Return the fits in which the inertia was estimated: without effects, and with them where there are any."""
-    return (("re-estimated", diagnosis.baseline), ("with the effects", diagnosis.model))[: 1 + bool(diagnosis.steps)]
+    """Return the fits in which the inertia was estimated: without effects, and with them where there are any.
+
+    Effects on the gyro's noise are among them: in coloured noise the inertia is known less well.
+    """
+    fits = (("re-estimated", diagnosis.baseline), ("with the effects", diagnosis.model))
+    return fits[: 1 + bool(diagnosis.steps or diagnosis.scatter)]
 
 
 def estimate_words(fit: Fit, decimals: int, unit: InertiaUnit) -> Iterator[str]:
