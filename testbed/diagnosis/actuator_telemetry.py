@@ -157,7 +157,7 @@ Source: chosen: of clocks of one rate nothing lies between, of a gyro twice as f
 _HALF = 0.5
 """Share of what a spline bends between samples, by the gyro, below which the path is nearer to chords; and share of
 what chords bend at samples that it shows at least, and `_SURELY` standard errors more than none: of their noise it
-shows none. It was to be surely more than half: of 12 healthy records of one rig, whose tachometer makes a fifth of the
+shows none. It was to be surely more than half: of eight healthy sets of one rig, whose tachometer makes a fifth of the
 bends, the splines of two were believed, and missed by what looked like an appendage.
 
 Source: convention: half way between one and none."""

@@ -22,7 +22,7 @@ import numpy as np
 
 from testbed.arrays import Array, Flags, Series
 
-SIZES = 4
+_SIZES = 4
 """Numbers of an axis that are sizes, s, q, b and a; T follows them."""
 _CORRELATED = 2
 """Which of them forgets."""
@@ -39,7 +39,7 @@ _LONGEST = 1.0
 """Largest step of the logarithm of T: where what forgets is hardly there, its slope points anywhere."""
 _DAMPING, _DAMPED = (1e-6, 1e6), 1e-3
 """Least and greatest Levenberg-Marquardt damping, in shares of the information's diagonal, and the least after a step
-that gains nothing."""
+that gains nothing. Source: chosen; from everywhere the same end is reached, at other speed."""
 
 
 def torque_noise(times: Sequence[Series], residuals: Sequence[Array], least: Array | None = None) -> Array:
@@ -69,22 +69,29 @@ def covariance(time: Series, noise: Array) -> Array:
         time: of its samples, shape (N,), s.
         noise: as `torque_noise`, shape (3, 5).
     """
-    return np.stack([_covariance(time - time[0], own[:SIZES], own[SIZES]) for own in noise])
+    parts = (_parts(time - time[0], own[_SIZES]) for own in noise)
+    return np.stack([np.einsum("k,kmn->mn", own[:_SIZES] ** 2, each) for own, each in zip(noise, parts, strict=True)])
 
 
-def _covariance(time: Series, sizes: Array, forgotten: float) -> Array:
-    return np.asarray(np.einsum("k,kmn->mn", sizes**2, _parts(time, forgotten)[0]))
+def _parts(time: Series, forgotten: float) -> Array:
+    """Return the parts of C of size one, shape (4, N, N)."""
+    early = np.minimum.outer(time, time)
+    integrated = forgotten * (2.0 * early - _turned(time, forgotten))
+    return np.stack([np.eye(len(time)), early, integrated, np.outer(time, time)])
 
 
-def _parts(time: Series, forgotten: float) -> tuple[Array, Array]:
-    """Return the parts of C of size one, shape (4, N, N), and the slope of the third by the logarithm of T."""
-    late, early = np.maximum.outer(time, time), np.minimum.outer(time, time)
-    since, kept = late - early, np.exp(-time / forgotten)
-    between, sum_kept = np.exp(-since / forgotten), np.add.outer(kept, kept)
-    turned = forgotten * (1.0 - sum_kept + between)
-    slope = 2.0 * (early - turned) + np.add.outer(time * kept, time * kept) - since * between
-    parts = [np.eye(len(time)), early, forgotten * (2.0 * early - turned), np.outer(time, time)]
-    return np.stack(parts), forgotten * slope
+def _by_forgetting(time: Series, forgotten: float) -> Array:
+    """Return the slope of the third part by the logarithm of T, shape (N, N)."""
+    early, since = np.minimum.outer(time, time), np.abs(np.subtract.outer(time, time))
+    kept = time * np.exp(-time / forgotten)
+    turned = 2.0 * (early - _turned(time, forgotten))
+    return np.asarray(forgotten * (turned + np.add.outer(kept, kept) - since * np.exp(-since / forgotten)))
+
+
+def _turned(time: Series, forgotten: float) -> Array:
+    """Return T (1 - exp(-t/T) - exp(-t'/T) + exp(-|t - t'|/T)), shape (N, N), s."""
+    kept, since = np.exp(-time / forgotten), np.abs(np.subtract.outer(time, time))
+    return np.asarray(forgotten * (1.0 - np.add.outer(kept, kept) + np.exp(-since / forgotten)))
 
 
 class _Axis:
@@ -102,19 +109,19 @@ class _Axis:
     def likeliest(self, forgotten: float | None) -> Array:
         """Return s, q, b, a and T, shape (5,); T is searched for between a sample and a window unless it is given."""
         middle = float(np.mean(self._reach)) if forgotten is None else np.log(forgotten)
-        free = np.append(np.ones(SIZES, dtype=bool), forgotten is None)
+        free = np.append(np.ones(_SIZES, dtype=bool), forgotten is None)
         found = [self._search(np.append(np.square(start), middle), free) for start in _STARTS]
         best = min(found, key=lambda each: each[1])[0]
-        sizes = self._scale * np.sqrt(best[:SIZES])
+        sizes = self._scale * np.sqrt(best[:_SIZES])
         sizes[0] = np.hypot(sizes[0], _LEAST * self._whole)
-        return np.append(sizes, np.exp(best[SIZES]))
+        return np.append(sizes, np.exp(best[_SIZES]))
 
     def _search(self, point: Array, free: Flags) -> tuple[Array, float]:
         """Return squares of the sizes in their scale and the logarithm of T, and the surprise there.
 
         Scoring by Fisher's method, damped; a size at zero comes back where more of it would surprise less.
         """
-        lower, upper = np.append(np.zeros(SIZES), self._reach[0]), np.append(np.full(SIZES, np.inf), self._reach[1])
+        lower, upper = np.append(np.zeros(_SIZES), self._reach[0]), np.append(np.full(_SIZES, np.inf), self._reach[1])
         damping, (surprise, slope, information) = _DAMPING[0], self._surprise(point)
         for _ in range(_ROUNDS):
             moving = free & ~((point <= lower) & (slope > 0.0)) & ~((point >= upper) & (slope < 0.0))
@@ -131,13 +138,11 @@ class _Axis:
 
     def _surprise(self, point: Array) -> tuple[float, Array, Array]:
         """Return log det C + tr C⁻¹ S of the scatter S, its slope, shape (5,), and Fisher's information, (5, 5)."""
-        parts, by_forgetting = _parts(self._time, float(np.exp(point[SIZES])))
-        scaled = [
-            *(self._scale[:, None, None] ** 2 * parts),
-            point[_CORRELATED] * self._scale[_CORRELATED] ** 2 * by_forgetting,
-        ]
+        time, forgotten, squares = self._time, float(np.exp(point[_SIZES])), self._scale**2
+        by_time = point[_CORRELATED] * squares[_CORRELATED] * _by_forgetting(time, forgotten)
+        scaled = [*(squares[:, None, None] * _parts(time, forgotten)), by_time]
         slopes = self._contrasts @ np.stack(scaled) @ self._contrasts.T
-        whole = np.einsum("k,kmn->mn", point[:SIZES], slopes[:SIZES])
+        whole = np.einsum("k,kmn->mn", point[:_SIZES], slopes[:_SIZES])
         whole[np.diag_indices_from(whole)] += (_LEAST * self._whole) ** 2
         inverse = np.linalg.inv(whole)
         ahead, residual = inverse @ slopes, inverse @ self._scatter
@@ -153,4 +158,4 @@ def _step(slope: Array, information: Array, moving: Flags, damping: float) -> Ar
     scaled = information[np.ix_(shown, shown)] / np.outer(scale, scale) + damping * np.eye(len(scale))
     step = np.zeros(len(slope))
     step[shown] = -np.linalg.lstsq(scaled, slope[shown] / scale, rcond=None)[0] / scale
-    return np.asarray(step * min(1.0, _LONGEST / max(abs(step[SIZES]), np.finfo(float).tiny)))
+    return np.asarray(step * min(1.0, _LONGEST / max(abs(step[_SIZES]), np.finfo(float).tiny)))

@@ -75,7 +75,7 @@ def test_the_gyro_shows_whether_fast_actuators_move_along_chords(held, left):
 
 @pytest.mark.parametrize("seed", range(6))
 def test_chords_are_seen_though_a_fifth_of_their_bends_is_noise_of_the_telemetry(seed):
-    """Of 12 healthy rigs with such a tachometer two were believed to move along splines, and named an appendage."""
+    """Of eight healthy sets of such a rig two were believed to move along splines, and named an appendage."""
     sent, read = np.arange(401) / 20.0, np.arange(2001) / 100.0
     rng = np.random.default_rng(seed)
     path = np.stack([0.08 * np.sin((2.0 + axis) * sent + axis + seed) for axis in range(3)], axis=1)
