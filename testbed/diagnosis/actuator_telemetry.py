@@ -58,7 +58,7 @@ def where_known(runs: Sequence[Telemetry], theta: Theta) -> list[Telemetry]:
         runs: of one platform.
         theta: inertia parameters, shape (6,), kg·m².
     """
-    watched = [has_momentum(run) and _is_faster(run) for run in runs]
+    watched = [shows_between(run) for run in runs]
     chords = _show_chords(list(compress(runs, watched)), theta)
     slow = [
         has_momentum(run) and (_slower_than_tested(run) or (chords and seen))
@@ -193,9 +193,9 @@ def _bends(run: Telemetry, theta: Theta) -> tuple[Series, Series, Series]:
     return seen, smooth, bent
 
 
-def _is_faster(run: Telemetry) -> bool:
+def shows_between(run: Telemetry) -> bool:
     """Return whether the gyro shows what the actuators did between their samples."""
-    return _BETWEEN * _interval(run.gyro_time) <= _interval(run.actuator_time)
+    return has_momentum(run) and _BETWEEN * _interval(run.gyro_time) <= _interval(run.actuator_time)
 
 
 def _share(seen: Array, of: Array) -> float:

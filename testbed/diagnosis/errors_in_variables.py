@@ -3,7 +3,8 @@
 Noise of encoders and tachometers stands in the predicted body rate. A model in which the body, or the gyro, follows its
 actuators' fast motion less takes some of it away, and suits the samples better, whether there is anything of the kind
 or not: healthy satellites had a slow gyro, a loose mass and a flexible appendage, with P = 1. How much a model takes
-away is found with more noise of the same size: by how much less of it stands in its prediction.
+away is found with more noise of the same size: by how much less of it stands in its prediction. It counts however much
+a model explains: a slow gyro took 50 more than a late one, which was there, of 14,000 that both explain.
 
 Source: Fuller, "Measurement error models" (1987), section 1.1.
 """
@@ -28,10 +29,6 @@ _NOTICED = 20.0
 """χ² that the telemetry's noise adds to the gyro's samples, from which on models are asked what they take.
 
 Source: as for modes beside tachometers (`testbed.diagnosis.tachometers`): a fifth of it is less than names need."""
-_MOSTLY = 2.0
-"""Times that χ² beyond which a reduction is not the noise's, of which no model takes more than there is.
-
-Source: formula; beyond it at least half is the effect's own, ten units of χ² or more."""
 
 
 def taken_out(runs: Runs, without: Fit, model: Fit) -> float:
@@ -42,10 +39,9 @@ def taken_out(runs: Runs, without: Fit, model: Fit) -> float:
         without: the model without the effect.
         model: with it.
     """
-    added = _added(runs, without.theta)
-    if added < _NOTICED or not 0.0 < without.deviance - model.deviance < _MOSTLY * added:
+    if _added(runs, without.theta) < _NOTICED or not without.deviance > model.deviance:
         return 0.0
-    return max(_left(runs, without) - _left(runs, model), 0.0)
+    return max(power_of_noise(runs, without) - power_of_noise(runs, model), 0.0)
 
 
 def _added(runs: Runs, theta: Theta) -> float:
@@ -59,8 +55,8 @@ def _added(runs: Runs, theta: Theta) -> float:
 
 
 @lru_cache(maxsize=4)
-def _left(runs: Runs, fit: Fit) -> float:
-    """Return the sum of squares of what more noise of the telemetry leaves in the gyro's residual, in σ."""
+def power_of_noise(runs: Runs, fit: Fit) -> float:
+    """Return the sum of squares of what more noise of the telemetry, as much as it has, adds to the residual, in σ."""
     found = predicted(_noisier(runs.grid), [each.hooks for each in fit.placed], fit.values)
     measured = [(rates - one[0])[..., None] for rates, one in zip(runs.measured, found, strict=True)]
     noisier = np.concatenate(runs.whitened_columns(measured))[:, 0]

@@ -207,7 +207,7 @@ def _inner(runs: Runs, fit: Fit) -> Iterator[_Residual]:
 def _of_wheels(runs: Runs, blocks: Sequence[Array]) -> Iterator[_Residual]:
     """Yield the residual of the impulses of each wheel's motor, at the ends of their intervals."""
     count = len(runs.names)
-    splines = [run.through(run.wheels.momentum) for run in runs.grid.runs if run.wheels is not None]
+    splines = [run.momentum_through(run.wheels.momentum) for run in runs.grid.runs if run.wheels is not None]
     for place, wheel in enumerate(compared_wheels(runs.grid)):
         times, values = impulse_times(runs.grid, wheel), blocks[place * count : (place + 1) * count]
         yield _Residual(

@@ -18,6 +18,7 @@ from testbed.diagnosis.control_loop import with_mean_thrust
 from testbed.diagnosis.data import Runs, runs_of
 from testbed.diagnosis.fitting import fitted, nominal_fit
 from testbed.diagnosis.gate import Gate, require_motion, require_si, require_this_platform
+from testbed.diagnosis.held_motors import along_chords
 from testbed.diagnosis.measurement_notices import notices_of
 from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.noise import pooled_noise, with_pooled_noise, without_spikes
@@ -290,6 +291,7 @@ def data_set_of(records: Sequence[Record], scenario: BodyScenario, nominal: Body
     passed = gated(records, scenario, nominal)
     theta, notices = theta_of(nominal.inertia), list(passed.notices)
     usable = _in_orbit_as(passed.baseline.theta, _without_spikes(passed, notices))
+    usable = _with_telemetry(usable, along_chords(_telemetry(usable), passed.baseline.theta))
     usable = _where_known(usable, passed.baseline.theta, notices)
     level = None
     if not all(_states_noise(record) for record, _ in usable):

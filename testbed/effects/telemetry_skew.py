@@ -32,7 +32,10 @@ class _Skewed(Hooks):
 
     @override
     def cluster_momentum(self, momentum_B: Array, value: Array, grid: Grid) -> Array:
-        return momentum_B if grid.gimbals is not None else skewed(momentum_B, grid, value[:, 0])
+        """Leave chords as they are, and read the gyro at other times: shifted, their corners lay between nodes."""
+        if grid.gimbals is not None or grid.momentum_held:
+            return momentum_B
+        return skewed(momentum_B, grid, value[:, 0])
 
     @override
     def actuator_response(self, asked_B: Array, value: Array, grid: Grid) -> Array:

@@ -116,9 +116,9 @@ def _splines(telemetry: Telemetry) -> _Splines:
     known = gimbals is not None or wheels is not None
     return _Splines(
         gimbals=gimbals,
-        wheels=None if wheels is None else telemetry.through(wheels.momentum, axis=-2),
+        wheels=None if wheels is None else telemetry.momentum_through(wheels.momentum, axis=-2),
         wheel_axes_B=np.zeros((0, 3)) if wheels is None else wheels.wheels.axis_B,
-        momentum=None if known or reported is None else telemetry.through(reported, axis=-2),
+        momentum=None if known or reported is None else telemetry.momentum_through(reported, axis=-2),
         torque=None if torque is None or telemetry.torque_held else telemetry.through(torque, axis=-2),
         outside=_outside(telemetry),
     )

@@ -121,7 +121,7 @@ def _stds(uncertainty: Uncertainty, kinds: tuple[str, ...]) -> Array:
 
 def _held_by_wheel(telemetry: Telemetry, sent: WheelTelemetry, drive: Drive, wheel: int) -> HeldMomentum:
     """Return ∂h/∂(k, α, β): of the scale k of a wheel's momentum, and of two turns of its axis."""
-    along = telemetry.through(sent.momentum[:, wheel])
+    along = telemetry.momentum_through(sent.momentum[:, wheel])
     axis_B = sent.wheels.axis_B[wheel]
     directions = np.stack([axis_B, *wheel_turning_directions(axis_B[None])[:, 0]], axis=-1)
     nodes, samples = along(drive.grid_time[::2]), along(drive.time)

@@ -12,7 +12,7 @@ from typing import Any, Generic, Literal, Self, TypeAlias, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline, CubicSpline
+from scipy.interpolate import BSpline, CubicSpline, make_interp_spline
 from typing_extensions import TypeVar
 
 from testbed.arrays import Array, Flags, Matrix3, Series, Units, UnitSeries, Vectors3
@@ -254,6 +254,8 @@ class Telemetry(Generic[Gimbals_co]):
         applied_torque: torque of actuators that store no momentum, shape (K, 3), N·m, body axes; beside either.
         torque_held: whether a sample of `applied_torque` and `thrust` is held about its time, half way to its
             neighbours, as thrusters are switched; otherwise it changes smoothly from sample to sample.
+        momentum_held: whether the torque of wheels' motors is held from one sample of the telemetry to the next, so
+            that momenta go along chords; otherwise they change smoothly.
         held_inertia: near the true one, shape (3, 3), kg·m²; by it a held torque bends the rate between samples. Where
             None, rates are joined smoothly.
         thrust: of single actuators as commanded, shape (K, M), N; what they make together is in `applied_torque`.
@@ -280,6 +282,7 @@ class Telemetry(Generic[Gimbals_co]):
     cluster_momentum: Vectors3 | None = None
     applied_torque: Vectors3 | None = None
     torque_held: bool = False
+    momentum_held: bool = False
     held_inertia: Matrix3 | None = None
     thrust: Array | None = None
     thrusters: Thrusters | None = None
@@ -327,6 +330,12 @@ class Telemetry(Generic[Gimbals_co]):
         """Return the cubic spline through samples of an actuator channel, shape (K, ...), or on another axis."""
         return CubicSpline(self.actuator_time, samples, axis=axis)
 
+    def momentum_through(self, samples: Array, axis: int = 0) -> CubicSpline | BSpline:
+        """Return what joins samples of wheels' momenta, or of one that is reported; arguments as `through`."""
+        if self.momentum_held:
+            return make_interp_spline(self.actuator_time, samples, k=1, axis=axis)
+        return self.through(samples, axis)
+
     def held_impulse(self, samples: Array) -> BSpline:
         """Return the impulse since the first of samples, shape (..., K, C), each held about its time; on axis -2."""
         return impulse_of_held(self.actuator_time, samples, axis=-2)
@@ -348,10 +357,23 @@ class Telemetry(Generic[Gimbals_co]):
         return self.held_impulse(self.applied_torque) if self.torque_held and self.applied_torque is not None else None
 
     @property
+    def held_momentum(self) -> BSpline | None:
+        """The impulse that motors with held torque give the body, N·m·s, body axes; None where none is known."""
+        if not self.momentum_held or self.gimbals is not None:
+            return None
+        wheels, reported = self.wheels, self.cluster_momentum
+        momentum = reported if wheels is None else wheels.best_momentum @ wheels.wheels.axis_B
+        return None if momentum is None else make_interp_spline(self.actuator_time, -momentum, k=1, axis=-2)
+
+    @property
     def corners(self) -> BSpline | None:
         """The body rate that bends where a held torque jumps, rad/s; None where rates are joined smoothly."""
-        impulse = self.held_torque
+        impulse = self.held_momentum if self.held_torque is None else self.held_torque
         return None if impulse is None or self.held_inertia is None else corners_of(impulse, self.held_inertia)
+
+    def with_held_momentum(self, inertia: Matrix3) -> Telemetry:
+        """Return the run with momenta along chords, which bend the rate of a body of about this inertia, kg·m²."""
+        return replace(self, momentum_held=True, held_inertia=inertia)
 
     def with_actuator_samples(self: Telemetry, time: Series, change: Callable[[Array], Array]) -> Telemetry:
         """Return the run with every actuator channel changed alike.

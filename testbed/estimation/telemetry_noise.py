@@ -140,13 +140,9 @@ def _covariance_of_rotors(sent: GimbalTelemetry) -> Array:
 
 
 def is_as_sent(run: Telemetry) -> bool:
-    """Return whether gimbals' angles, or the momentum that a platform reports, have all noise that they were sent with.
-
-    Not that of wheels, which their torques distinguish from their motion, or which is smoothed as suits the gyro.
-    """
-    if run.gimbals is not None:
-        return run.gimbals.angle_variance is None
-    return run.cluster_momentum is not None and run.wheels is None
+    """Return whether the actuators' telemetry has all noise that it was sent with: no channel of it is smoothed."""
+    angles = run.gimbals is None or run.gimbals.angle_variance is None
+    return angles and (run.wheels is None or run.wheels.smoothed is None)
 
 
 def with_more_noise(run: Telemetry, rng: np.random.Generator) -> Telemetry:

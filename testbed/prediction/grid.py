@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.arrays import Array, Flags, Series, Vectors3
+from testbed.arrays import Array, Flags, Series
 from testbed.cmg.cluster import Cluster
 from testbed.cmg.wheels import Wheels, no_wheels
 from testbed.errors import InputError
@@ -151,6 +151,11 @@ class Grid:
         return self.runs[0].torque_held
 
     @property
+    def momentum_held(self) -> bool:
+        """Whether momenta go along chords, because the wheels' motors hold their torque between samples."""
+        return self.runs[0].momentum_held
+
+    @property
     def live(self) -> Flags:
         """About which body axes each run turns, shape (R, 3)."""
         return np.array([run.live for run in self.runs])
@@ -194,7 +199,8 @@ def grid_of(telemetry: Sequence[Telemetry], longest_step: float | None = None) -
     steps = max(2, math.ceil(spans.max() / _step_within_samples(runs, longest_step) - _ROUNDING))
     time = np.stack([np.linspace(run.gyro_time[0], run.gyro_time[-1], 2 * steps + 1) for run in runs])
     wheel_momentum, wheels = _wheels(runs, time)
-    reported_B = _sampled(runs, [_reported_momentum(run) for run in runs], time)
+    reported_B = _of_all([_reported_momentum(run, at) for run, at in zip(runs, time, strict=True)], time)
+    with_lead = _with_lead(runs, time)
     return Grid(
         runs=runs,
         time=time,
@@ -203,8 +209,10 @@ def grid_of(telemetry: Sequence[Telemetry], longest_step: float | None = None) -
         wheel_momentum=wheel_momentum,
         wheels=wheels,
         cluster_momentum_B=reported_B + wheel_momentum @ wheels.axis_B if wheels.axis_B.size else reported_B,
-        applied_torque_B=_sampled(runs, [run.applied_torque for run in runs], _with_lead(runs, time)),
-        thrust=_thrust(runs, _with_lead(runs, time)),
+        applied_torque_B=_of_all(
+            [_applied_torque(run, at) for run, at in zip(runs, with_lead, strict=True)], with_lead
+        ),
+        thrust=_thrust(runs, with_lead),
         number=np.arange(len(runs)),
         earlier=np.cumsum(spans) - spans,
         longest_step=longest_step,
@@ -313,8 +321,14 @@ def _rotor_momentum(run: GimbalRun, time: Series) -> Array:
     return np.tile(run.gimbals.cluster.rotor_momentum, (len(time), 1)) if spin is None else run.through(spin)(time)
 
 
-def _reported_momentum(run: Telemetry) -> Vectors3 | None:
-    return run.cluster_momentum if run.gimbals is None and run.wheels is None else None
+def _reported_momentum(run: Telemetry, time: Series) -> Array | None:
+    if run.cluster_momentum is None or run.gimbals is not None or run.wheels is not None:
+        return None
+    return np.asarray(run.momentum_through(run.cluster_momentum)(time))
+
+
+def _applied_torque(run: Telemetry, time: Series) -> Array | None:
+    return None if run.applied_torque is None else run.driven(run.applied_torque, time)
 
 
 def _wheels(runs: Sequence[Telemetry], time: Array) -> tuple[Array, Wheels]:
@@ -322,7 +336,7 @@ def _wheels(runs: Sequence[Telemetry], time: Array) -> tuple[Array, Wheels]:
     sent = [(run, run.wheels) for run in runs if run.wheels is not None]
     if not sent:
         return np.zeros((len(runs), 1, 1, 0)), no_wheels()
-    along = [run.through(wheels.best_momentum)(at) for (run, wheels), at in zip(sent, time, strict=True)]
+    along = [run.momentum_through(wheels.best_momentum)(at) for (run, wheels), at in zip(sent, time, strict=True)]
     return np.stack(along)[:, None], sent[0][1].wheels
 
 
@@ -332,10 +346,7 @@ def _thrust(runs: Sequence[Telemetry], time: Array) -> Array | None:
     return np.stack(along)[:, None] if len(along) == len(runs) else None
 
 
-def _sampled(runs: Sequence[Telemetry], channel: Sequence[Vectors3 | None], time: Array) -> Array:
-    """Return a channel along the grid, shape (R, 1, T, 3); zero where the runs do not have it or it is not in use."""
-    along = [
-        np.zeros((len(at), 3)) if samples is None else run.driven(samples, at)
-        for run, samples, at in zip(runs, channel, time, strict=True)
-    ]
-    return np.stack(along)[:, None]
+def _of_all(along: Sequence[Array | None], time: Array) -> Array:
+    """Return a channel along the grid, shape (R, 1, T, 3); zero of runs that do not have it or do not use it."""
+    parts = [np.zeros((len(at), 3)) if each is None else each for each, at in zip(along, time, strict=True)]
+    return np.stack(parts)[:, None]

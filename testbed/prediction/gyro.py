@@ -33,6 +33,8 @@ def readings(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates
     delay = sum((hook.gyro_delay(value) for hook, value in pairs), np.zeros(1))
     if grid.torque_held:
         delay = delay + sum((hook.held_torque_delay(value) for hook, value in pairs), np.zeros(1))
+    if grid.momentum_held:
+        delay = delay - sum((hook.telemetry_lateness(value) for hook, value in pairs), np.zeros(1))
     drift = sum((hook.gyro_clock_drift(value) for hook, value in pairs), np.zeros(1))
     averaging = [hook.gyro_averaging(value) for hook, value in pairs if overrides(hook, "gyro_averaging")]
     either_way = _read(grid, rates, lag, delay, drift, averaging)
@@ -139,7 +141,8 @@ def _averaged(shown: Callable[[Array], Array], window: Array) -> Array:
 def gyro_errors(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], rates: Array) -> list[Vectors3]:
     """Return by how much each run's gyro is off from ω, each of shape (N, 3), rad/s.
 
-    By the effects in it, and where the actuators' telemetry is late: their sample of t goes with ω(t - s).
+    By the effects in it, and where the actuators' telemetry is late: their sample of t goes with ω(t - s). Where
+    momenta are held, nodes are on the clock of the telemetry.
 
     Args:
         grid: the runs.
@@ -147,7 +150,7 @@ def gyro_errors(grid: Grid, hooks: Sequence[Hooks], effects: Sequence[Array], ra
         effects: their parameters, one set of them.
         rates: ω at the grid's nodes, shape (R, 1, M + 1, 3).
     """
-    late = lateness(hooks, effects)
+    late = 0.0 if grid.momentum_held else lateness(hooks, effects)
     each = zip(readings(grid, hooks, effects, rates), grid.runs, grid.node_time, rates[:, 0], strict=True)
     return [
         read[0] - CubicSpline(time, moved)(np.clip(run.gyro_time - late, time[0], time[-1]))
