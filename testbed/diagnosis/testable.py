@@ -125,12 +125,10 @@ def _wheels_not_compared(runs: Runs) -> list[str]:
 
 def components_on(runs: Runs, effect: NamedEffect) -> list[str]:
     """Return where an effect can sit: on the units that there are, and on axes about which some run turns."""
-    dead = [axis for axis, live in zip(AXES, np.any(runs.live, axis=0).tolist(), strict=True) if not live]
-    return [
-        component
-        for component in components_in(effect, unit_count(runs.grid), wheel_count(runs.grid), thruster_count(runs.grid))
-        if component not in dead
-    ]
+    turning = [axis for axis, live in zip(AXES, np.any(runs.live, axis=0).tolist(), strict=True) if live]
+    every = components_in(effect, unit_count(runs.grid), wheel_count(runs.grid), thruster_count(runs.grid))
+    whole = {"gyro"} if len(turning) == 1 and turning[0] in every else set()  # all of it is that one axis
+    return [each for each in every if each not in whole and (each in turning or each not in AXES)]
 
 
 def channels_of(runs: Runs) -> set[Channel]:

@@ -63,6 +63,15 @@ def size_and_direction(vector: Array) -> tuple[Array, Array]:
     return np.where(none, 0.0, size), np.asarray(vector / size)
 
 
+def size_std(direction: Array, std: Array) -> float:
+    """Return the standard error of |v| by those of its components, shape (3,); infinite of those that no sample shows.
+
+    Across its direction it is as large with any of them.
+    """
+    along = np.where(direction == 0.0, 0.0, std)
+    return float(np.linalg.norm(direction * along))
+
+
 def scanned(grid: Grid, lowest: float, highest: float, damping_ratio: float, typical: float) -> Array:
     """Return starts (frequency, damping ratio, v) from frequency to frequency, a speck along each axis, shape (S, 5).
 

@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from testbed.arrays import Array
 from testbed.effects.contract import Effect, Extension, Parameter, Quantity
-from testbed.effects.direction import beyond_speck, mode_parameters, scanned, size_and_direction
+from testbed.effects.direction import beyond_speck, mode_parameters, scanned, size_and_direction, size_std
 from testbed.plant.added_parts import HingedMode
 from testbed.prediction.algebra import dot
 from testbed.prediction.grid import Grid
@@ -88,9 +88,7 @@ class FlexibleAppendage(Effect):
     def quantities(self, values: Array, std: Array) -> tuple[Quantity, ...]:
         """Size and direction instead of v."""
         size, axis_B = size_and_direction(values[2:])
-        inertia = Quantity(
-            name="inertia_kg_m2", unit="kg·m²", value=float(size[0]), std=float(np.linalg.norm(axis_B * std[2:]))
-        )
+        inertia = Quantity(name="inertia_kg_m2", unit="kg·m²", value=float(size[0]), std=size_std(axis_B, std[2:]))
         return (*super().quantities(values, std)[:2], inertia, *_axis(axis_B, std[2:], float(size[0])))
 
     @override
@@ -109,9 +107,10 @@ class FlexibleAppendage(Effect):
 
 
 def _axis(axis_B: Array, std: Array, size: float) -> tuple[Quantity, ...]:
-    """What an error of v across the axis turns it by; along it, none."""
+    """What an error of v across the axis turns it by; along it, none. Components that no sample shows are left out."""
     across = std * np.sqrt(1.0 - axis_B**2) / (size or np.inf)
     return tuple(
         Quantity(name=f"axis_{name}", unit="1", value=float(value), std=float(error))
         for name, value, error in zip("xyz", axis_B, across, strict=True)
+        if np.isfinite(error)
     )

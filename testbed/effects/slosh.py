@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from testbed.arrays import Array
 from testbed.effects.contract import Effect, Extension, Parameter, Quantity
-from testbed.effects.direction import beyond_speck, mode_parameters, scanned, size_and_direction
+from testbed.effects.direction import beyond_speck, mode_parameters, scanned, size_and_direction, size_std
 from testbed.plant.added_parts import SprungMass
 from testbed.prediction.grid import Grid
 from testbed.prediction.hooks import Hooks, Instant, column
@@ -102,8 +102,7 @@ class Slosh(Effect):
     def quantities(self, values: Array, std: Array) -> tuple[Quantity, ...]:
         """The mass instead of its vector."""
         size, place = size_and_direction(values[2:])
-        error = float(np.linalg.norm(place * std[2:]))
-        mass = Quantity(name="mass_kg", unit="kg", value=float(size[0]), std=error)
+        mass = Quantity(name="mass_kg", unit="kg", value=float(size[0]), std=size_std(place, std[2:]))
         return (*super().quantities(values, std)[:2], mass)
 
     @override

@@ -12,12 +12,13 @@ import testbed as tb
 import testbed.library.prepared_records
 from concealing.rig import Rig
 from support.diagnosed_records import nominal
+from support.diagnosed_records import records as free_records
 from support.rigs import rig_records, rig_scenario
 from testbed.assembly.platform import nominal_body
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
-from testbed.diagnosis.testable import hypotheses
+from testbed.diagnosis.testable import components_on, hypotheses
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.errors import InputError
@@ -107,6 +108,21 @@ def test_effects_on_axes_that_no_run_turns_about_are_no_hypotheses():
     keys = {each.key for each in testable}
     assert "gyro_scale:z" in keys
     assert not keys & {"gyro_scale:x", "gyro_scale:y"}
+
+
+def test_noise_of_the_whole_gyro_is_no_second_hypothesis_where_one_axis_is_all_of_it():
+    noise = NOISE_EFFECTS["gyro_noise"]
+    assert components_on(data_of(rig_records([Rig(inertia=HEAVY)] * 3)).runs, noise) == ["z"]
+    assert components_on(data_set_of(free_records(1), *nominal()).runs, noise) == ["gyro", "x", "y", "z"]
+
+
+@pytest.mark.parametrize(("effect", "size"), [("flexible_appendage", "inertia_kg_m2"), ("slosh", "mass_kg")])
+def test_the_size_of_what_moves_inside_a_rig_is_known_by_the_axis_that_turns(effect, size):
+    """It was 0.004 ± nan, and its direction between -inf and inf."""
+    values, std = np.array([1.0, 0.02, 0.0, 0.0, 0.004]), np.array([0.1, 0.01, np.inf, np.inf, 1e-4])
+    found = {each.name: each for each in EFFECTS[effect].quantities(values, std)}
+    assert (found[size].value, found[size].std) == (0.004, 1e-4)
+    assert all(np.isfinite([each.value, each.std]).all() for each in found.values())
 
 
 def test_about_two_axes_the_held_one_turns_the_momentum():
