@@ -16,6 +16,7 @@ from testbed.cmg.servo_law import stiffness_of
 from testbed.errors import InputError
 from testbed.estimation.gyro_noise import gyro_noise_of, noise_freedom
 from testbed.estimation.held import corners_of, held_periods, impulse_of_held
+from testbed.estimation.slow_bias import SlowBias
 from testbed.estimation.telemetry import (
     GimbalTelemetry,
     Servo,
@@ -79,9 +80,22 @@ def telemetry_of(record: Record, scenario: BodyScenario, nominal: Body) -> Telem
         thrusters=thrusters,
         initial_momentum=scenario.estimation.initial_momentum,
         constant_torque=scenario.estimation.constant_torque,
+        slow_bias=_slow_bias(scenario),
         noise_freedom=np.inf if noise is None or noise == part.details.gyro_noise else noise_freedom(gyro_time),
         live=(bool(live[0]), bool(live[1]), bool(live[2])),
         surroundings=surroundings_of(record, scenario, nominal),
+    )
+
+
+def _slow_bias(scenario: BodyScenario) -> SlowBias | None:
+    """Return how the gyro's bias wanders by the scenario; None where it says nothing of that."""
+    gyro = scenario.gyro
+    if not (gyro.bias_instability_rad_s or gyro.rate_random_walk_rad_s_per_sqrt_s):
+        return None
+    return SlowBias(
+        instability=gyro.bias_instability_rad_s,
+        correlation_time=gyro.bias_correlation_time_s or np.inf,
+        random_walk=gyro.rate_random_walk_rad_s_per_sqrt_s,
     )
 
 

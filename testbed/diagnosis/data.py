@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.arrays import Array, Flags, Series, Theta
+from testbed.arrays import Array, Flags, Series, Theta, Vector3
 from testbed.diagnosis.belief import Belief
 from testbed.diagnosis.channels import ChannelNoise, impulse_channels, response_channel, torque_channel, wheel_channel
 from testbed.diagnosis.settings import SETTINGS, PriorOdds
@@ -18,6 +18,7 @@ from testbed.dynamics.inertia import (
     ROWS,
 )
 from testbed.estimation.noise_color import NoiseColor
+from testbed.estimation.slow_bias import SlowBias
 from testbed.estimation.telemetry import ALL_AXES, Telemetry, has_momentum
 from testbed.estimation.torque_noise import covariance
 from testbed.prediction.grid import Grid, grid_of
@@ -196,11 +197,11 @@ class Runs:
         if self.torque_noise is not None:
             parts = zip(self._factors, self.by_run(residual), strict=True)
             return [np.einsum("anm,ma->na", factor, part) for factor, part in parts]
-        pairs = zip(self.by_run(residual), self.sigma, strict=True)
-        if self.color is None:
-            return [part * sigma for part, sigma in pairs]
-        times = [run.gyro_time for run in self.grid.runs]
-        return [self.color.correlated(part, time) * sigma for (part, sigma), time in zip(pairs, times, strict=True)]
+        colored = [
+            part if self.color is None else self.color.correlated(part, run.gyro_time)
+            for part, run in zip(self.by_run(residual), self.grid.runs, strict=True)
+        ]
+        return [self._wandering(run, part) * self.sigma[run] for run, part in enumerate(colored)]
 
     def as_stated(self) -> Runs:
         """Return the same runs with the noise that is stated."""
@@ -236,11 +237,31 @@ class Runs:
     def _whitened(self, blocks: Sequence[Array]) -> list[Array]:
         """Return what is in the blocks' units in units of their noise, without its colour, and where it is compared."""
         white = [self._in_noise(index, block) for index, block in enumerate(blocks)]
+        white = [self._still(index, block) for index, block in enumerate(white)]
         if self.color is not None:
             gyro = zip(white, self.grid.runs, strict=False)  # the inner blocks come behind
             own = [self.color.decorrelated(block, run.gyro_time) for block, run in gyro]
             white = [*own, *white[len(own) :]]
         return [block[:, self._compared(index)] for index, block in enumerate(white)]
+
+    def _still(self, block: int, values: Array) -> Array:
+        """Return a block's values in units of σ without what its gyro's bias is stated to wander."""
+        bias = self._slow_bias(block)
+        return values if bias is None else bias.whitened(values, *self._timed(block))
+
+    def _wandering(self, run: int, white: Array) -> Array:
+        """Return a run's noise in units of σ with such a bias: the inverse of it."""
+        bias = self._slow_bias(run)
+        return white if bias is None else bias.wandering(white, *self._timed(run))
+
+    def _slow_bias(self, block: int) -> SlowBias | None:
+        """Return how a block's bias wanders; None where that is not stated, or over windows, which are short."""
+        return self.grid.runs[block].slow_bias if block < len(self.names) and not self.windowed else None
+
+    def _timed(self, run: int) -> tuple[Series, Vector3]:
+        """Return a run's times and σ as it is stated: what a bias foretells is the same for all models."""
+        sigma = self.sigma if self.stated_sigma is None else self.stated_sigma
+        return self.grid.runs[run].gyro_time, sigma[run]
 
     def _in_noise(self, block: int, values: Array) -> Array:
         """Return a block's values, shape (N, width) or (N, width, C), in units of σ, or without the torque's noise."""

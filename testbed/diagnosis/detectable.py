@@ -104,14 +104,18 @@ def _over_frequencies(signature: Signature, tested: int) -> Detectable:
         pairs = [(each.multiple(tested), each) for each in axes]
         shown = [pair for pair in pairs if np.isfinite(pair[0])]  # not axes that a bearing holds
         multiple, reach = max(shown or pairs, key=lambda pair: pair[0])
+        # Of what no size shows, such as a mode far above the gyro's rate, there is no smallest one.
         smallest, twice = (
-            placed.effect.quantities(reach.absent + times * multiple * reach.typical, none) for times in (1.0, 2.0)
+            placed.effect.quantities(reach.absent + times * multiple * reach.typical, none)
+            if np.isfinite(multiple)
+            else ()
+            for times in (1.0, 2.0)
         )
         sizes.append(
             Detectable(
                 placed=placed,
                 multiple=multiple,
-                smallest=smallest if np.isfinite(multiple) else (),
+                smallest=smallest,
                 typical=typical,
                 sized_by=frozenset(
                     one.name for one, other in zip(smallest, twice, strict=True) if one.value != other.value

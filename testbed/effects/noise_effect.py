@@ -44,14 +44,17 @@ class Readings:
     live: Flags = field(default_factory=lambda: np.ones((1, 3), dtype=bool))
 
     def whitened(self, values: Array, run: int) -> Array:
-        """Return what stands in one run's samples over the standard deviation, as if the noise had no colour.
+        """Return what stands in one run's samples over σ, as if the noise had no colour and the bias stood still.
 
         Args:
             values: shape (N, 3) or (N, 3, C), rad/s.
             run: its index.
         """
         scaled: Array = values / self.sigma[run].reshape(3, *[1] * (values.ndim - 2))
-        return scaled if self.spectrum is None else self.spectrum.color.decorrelated(scaled, self.runs[run].gyro_time)
+        telemetry = self.runs[run]
+        if telemetry.slow_bias is not None:
+            scaled = telemetry.slow_bias.whitened(scaled, telemetry.gyro_time, self.sigma[run])
+        return scaled if self.spectrum is None else self.spectrum.color.decorrelated(scaled, telemetry.gyro_time)
 
     @property
     def whitened_residual(self) -> list[Array]:

@@ -23,6 +23,7 @@ from testbed.dynamics.environment import Pivoted
 from testbed.errors import InputError
 from testbed.estimation.gaps import FEWEST_SAMPLES, covered_by, stretches
 from testbed.estimation.held import along_steps, corners_of, impulse_of_held
+from testbed.estimation.slow_bias import SlowBias
 from testbed.estimation.surroundings import Surroundings
 
 ALL_AXES = (True, True, True)
@@ -263,6 +264,7 @@ class Telemetry(Generic[Gimbals_co]):
         initial_momentum: whether the whole platform's momentum at the first sample is known to be zero.
         constant_torque: which constant torques on the platform are estimated jointly: fixed in the body, fixed in
             inertial axes, or both.
+        slow_bias: how the gyro's bias is stated to wander; None where it is not.
         noise_freedom: degrees of freedom with which `gyro_noise` is known; infinite where it is stated.
         gyro_error: what of `body_rate` is known to be the gyro's own, or what the body moves between its clock and the
             actuators', shape (N, 3), rad/s; nothing where None.
@@ -288,6 +290,7 @@ class Telemetry(Generic[Gimbals_co]):
     thrusters: Thrusters | None = None
     initial_momentum: Literal["estimated", "zero"] = "estimated"
     constant_torque: ConstantTorque = "none"
+    slow_bias: SlowBias | None = None
     noise_freedom: float = np.inf
     gyro_error: Vectors3 | None = None
     reading_error: Vectors3 | None = None

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
 from support.diagnosed_records import nominal, records
-from testbed.diagnosis.detectable import detectable_sizes
+from testbed.diagnosis.detectable import _over_frequencies, detectable_sizes, first_screening
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.result import result_of
@@ -42,6 +43,16 @@ def test_the_headline_holds_at_every_frequency():
         inertia = next(quantity for quantity in each.smallest if quantity.name == "inertia_kg_m2")
         typical = np.linalg.norm([4e-4, 2e-4, 3e-4])
         assert inertia.value == pytest.approx(each.multiple * typical, rel=1e-6)
+
+
+def test_where_no_size_shows_at_a_frequency_none_is_said():
+    """A gyro at 2 Hz shows nothing of a mode at 6 Hz: a warning of invalid values stood in the terminal."""
+    known = next(each for each in first_screening(state()).signatures if each.reaches)
+    unseen = replace(known.reaches[-1], absent=known.reaches[-1].absent + 1.0, length=0.0)
+    size = _over_frequencies(replace(known, reaches=(*known.reaches, unseen)), tested=2)
+    assert size.multiple == np.inf
+    assert size.smallest == ()
+    assert all(each.smallest for each in size.by_frequency[:-1])
 
 
 def test_the_table_has_the_range_and_the_page_the_curve():
