@@ -53,11 +53,13 @@ def purpose_words(proposal: Proposal) -> str:
 
 def no_design_words(diagnosis: Diagnosis) -> Iterator[str]:
     """Yield why there is no next flight of a platform that is not flown, and which experiment would help."""
-    experiments = dict.fromkeys(each.effect.confirm for each in diagnosis.added if each.look_alikes)
+    alike = [member.effect for each in diagnosis.added if each.look_alikes for member in (each, *each.look_alikes)]
+    experiments = {effect.id: effect.confirm for effect in alike}
     if experiments:
+        shown = " ".join(f"{name}: {confirm}" for name, confirm in experiments.items())
         yield (
-            "no next flight is designed: that takes a scenario with gimbals or wheels, a controller and a maneuver. "
-            f"An experiment that distinguishes the effects: {' '.join(experiments)}"
+            "no next flight is designed, as this scenario is not flown: that takes gimbals or wheels, a controller and "
+            f"a maneuver. Experiments that show one of the effects by itself: {shown}"
         )
 
 
