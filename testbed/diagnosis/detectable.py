@@ -133,6 +133,15 @@ def _without_columns(signature: Signature) -> set[str]:
     return {parameter.name for parameter, length in pairs if length == 0.0 and not parameter.scanned}
 
 
+def hidden_by_inertia(diagnosis: Diagnosis) -> list[Hypothesis]:
+    """Return the effects that would pass for another inertia: of their typical size they would not be seen."""
+    return [
+        size.placed
+        for size in detectable_sizes(diagnosis)
+        if INERTIA in size.placed.effect.look_alikes and not size.seen_when_typical
+    ]
+
+
 def confounded(diagnosis: Diagnosis) -> tuple[tuple[Hypothesis, Hypothesis], ...]:
     """Return the hypotheses that were not tested, each with the effect in the final model that confounds it."""
     screening, present = first_screening(diagnosis), diagnosis.model.placed

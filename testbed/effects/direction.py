@@ -75,7 +75,8 @@ def size_std(direction: Array, std: Array) -> float:
 def scanned(grid: Grid, lowest: float, highest: float, damping_ratio: float, typical: float) -> Array:
     """Return starts (frequency, damping ratio, v) from frequency to frequency, a speck along each axis, shape (S, 5).
 
-    A mode that does not turn over once in the longest run passes for drag or for a tether, and is not looked for.
+    A mode that does not turn over once in the longest run passes for drag or for a tether, and is not looked for; nor
+    one faster than the gyro samples, of which nothing but its inertia shows.
 
     Args:
         grid: the runs.
@@ -85,6 +86,7 @@ def scanned(grid: Grid, lowest: float, highest: float, damping_ratio: float, typ
         typical: size of v.
     """
     lowest = max(lowest, 1.0 / float(np.ptp(grid.time, axis=1).max()))
+    highest = min(highest, max(1.0 / float(np.median(np.diff(run.gyro_time))) for run in grid.runs))
     if lowest > highest:
         return np.zeros((0, 5))
     count = 1 + round(np.log(highest / lowest) / np.log(_RATIO))

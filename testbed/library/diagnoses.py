@@ -31,7 +31,7 @@ from testbed.library.saving import Saved
 from testbed.next_experiment.proposal import Proposal, proposal_of
 from testbed.outputs.diagnosis_folder import extensions_of, write_diagnosis, write_recording_of
 from testbed.recording.notebook import notebook_viewer
-from testbed.report.diagnosis.next import no_design_words
+from testbed.report.diagnosis.next import no_design_words, same_inertia_words
 from testbed.report.diagnosis.page import diagnosis_page
 from testbed.report.diagnosis.verdict import diagnosis_verdict, disagreement_words
 from testbed.report.frame.blocks import Page
@@ -294,11 +294,11 @@ def _first_and_last(stages: Iterator[Diagnosis]) -> tuple[Diagnosis, Diagnosis]:
 def _next_flight(
     scenario: BodyScenario, state: Diagnosis, progress: Progress
 ) -> tuple[Proposal | None, tuple[str, ...]]:
-    """Return what to fly next, and a notice where effects remain indistinguishable without it; Ctrl-C leaves it out."""
+    """Return what to fly next, and notices of what remains indistinguishable without it; Ctrl-C leaves it out."""
     if not state.complete:
         return None, ()
     if not isinstance(scenario, Scenario) or not state.runs.driven_by_momentum:
-        return None, tuple(no_design_words(state))
+        return None, (*no_design_words(state), *same_inertia_words(state))
     try:
         return proposal_of(state, scenario, progress), ()
     except KeyboardInterrupt:

@@ -14,7 +14,7 @@ from math import sqrt
 import numpy as np
 
 from testbed.diagnosis.candidates import Candidate
-from testbed.diagnosis.detectable import INERTIA, detectable_sizes, first_screening
+from testbed.diagnosis.detectable import INERTIA, first_screening, hidden_by_inertia
 from testbed.diagnosis.findings import inertia_change
 from testbed.diagnosis.fitting import fitted, fitted_initial_rates
 from testbed.diagnosis.model import Fit, Hypothesis, evaluated
@@ -158,11 +158,7 @@ def _against_inertia(diagnosis: Diagnosis) -> HypothesisPairs | None:
     screening = first_screening(diagnosis)
     if screening is None or not inertia_change(diagnosis).significant:
         return None
-    hidden = [
-        size.placed
-        for size in detectable_sizes(diagnosis)
-        if INERTIA in size.placed.effect.look_alikes and not size.seen_when_typical
-    ]
+    hidden = hidden_by_inertia(diagnosis)
     without = CompetingHypothesis(key=INERTIA, fits=_fits(diagnosis, diagnosis.model))
     shown = tuple(_typical(diagnosis, placed) for placed in hidden)
     pairs = tuple(

@@ -74,6 +74,16 @@ def test_modes_are_found_between_the_frequencies_of_the_scan(effect, sizes):
     assert np.abs(error).max() < 4.0  # of five normal numbers; 3e-4 by chance
 
 
+@pytest.mark.parametrize("effect", ["flexible_appendage", "slosh"])
+@pytest.mark.parametrize(("rate", "fastest"), [(16.0, 0.0), (2.0, 2.0)])
+def test_modes_faster_than_the_gyro_samples_are_not_looked_for(effect, rate, fastest):
+    every = EFFECTS[effect].starts("platform", runs_of(["long", "short"], plain()).grid)[:, 0]
+    slow = [run.with_gyro_rows(slice(None, None, round(16.0 / rate))) for run in plain()]
+    found = EFFECTS[effect].starts("platform", runs_of(["long", "short"], slow).grid)[:, 0]
+    assert found.min() == every.min()
+    assert found.max() == pytest.approx(fastest or every.max())
+
+
 def test_a_contact_is_found_in_the_run_in_which_it_was():
     spans = np.ptp(runs_of(["long", "short"], plain()).grid.time, axis=1)
     at = spans[0] + PAUSE + 1.83  # in the second run

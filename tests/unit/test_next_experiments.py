@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
+from support.diagnosed_records import nominal, records
+from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.model import Hypothesis
+from testbed.diagnosis.reading import data_set_of
+from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS
-from testbed.report.diagnosis.next import no_design_words
+from testbed.report.diagnosis.next import no_design_words, same_inertia_words
 
 
 def added(effect, component, *others):
@@ -23,3 +27,23 @@ def test_the_experiments_are_those_of_the_effects_that_look_alike():
 
 def test_of_what_has_no_look_alike_there_is_no_advice():
     assert not list(no_design_words(SimpleNamespace(added=[added("body_torque", "platform")])))
+
+
+def state_of(nominal_factor):
+    """A diagnosis of two runs at zero momentum against a nominal inertia that is off by a factor."""
+    scenario, platform = nominal()
+    data = data_set_of(records(2), scenario, platform)
+    effects = {name: EFFECTS[name] for name in ("gyro_scale", "viscous_drag")}
+    *_, last = diagnosed(data.runs, data.heldout, effects, nominal_factor * theta_of(platform.inertia))
+    return last
+
+
+def test_where_the_inertia_changed_what_passes_for_that_is_said():
+    """A gyro's scale of 1.5 % moved J by 65 standard deviations, and nothing said that their interval leaves it out."""
+    (words,) = same_inertia_words(state_of(0.95))
+    assert "gyro_scale (x, y, z)" in words
+    assert "viscous_drag" not in words
+
+
+def test_where_the_inertia_is_the_nominal_one_nothing_is_said_of_it():
+    assert not list(same_inertia_words(state_of(1.0)))

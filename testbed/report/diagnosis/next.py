@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from testbed.diagnosis.detectable import INERTIA
+from testbed.diagnosis.detectable import INERTIA, hidden_by_inertia
+from testbed.diagnosis.findings import inertia_change
 from testbed.diagnosis.state import Diagnosis
 from testbed.next_experiment.flight import Path
 from testbed.next_experiment.proposal import Proposal, Separation
@@ -60,6 +61,21 @@ def no_design_words(diagnosis: Diagnosis) -> Iterator[str]:
         yield (
             "no next flight is designed, as this scenario is not flown: that takes gimbals or wheels, a controller and "
             f"a maneuver. Experiments that show one of the effects by itself: {shown}"
+        )
+
+
+def same_inertia_words(diagnosis: Diagnosis) -> Iterator[str]:
+    """Yield what the change of the inertia may be as well, of a platform that is not flown to tell them apart."""
+    if diagnosis.runs.belief is not None or not inertia_change(diagnosis).significant:
+        return
+    components: dict[str, list[str]] = {}
+    for placed in hidden_by_inertia(diagnosis):
+        components.setdefault(placed.effect.id, []).append(placed.component)
+    if components:
+        names = listed(f"{effect} ({', '.join(places)})" for effect, places in components.items())
+        yield (
+            f"The inertia is not the nominal one. An error of {names}, which would not be seen here at its typical "
+            "size, is the same as another inertia: the intervals of J hold without it"
         )
 
 
