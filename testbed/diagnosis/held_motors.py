@@ -25,8 +25,6 @@ _SURELY = 9.0
 """By which twice the log-likelihood of the gyro's samples has to rise: three standard errors of one number.
 
 Source: chosen, as for the noise of tachometers (`testbed.diagnosis.tachometers`)."""
-_LATE = Hypothesis(effect=EFFECTS["telemetry_skew"], component="actuators")
-"""With which paths are compared: one that is looked at from the wrong instants suits nothing."""
 
 
 def along_chords(telemetry: Sequence[Telemetry], theta: Theta) -> list[Telemetry]:
@@ -51,5 +49,7 @@ def _misfit(telemetry: Sequence[Telemetry], theta: Theta) -> float:
     """
     names = [str(number) for number, _ in enumerate(telemetry)]
     runs = chosen(runs_of(names, telemetry), range(len(names)))
-    fit = fitted(runs, [_LATE], theta, [np.zeros(1)])
+    # A path that is looked at from the wrong instants suits nothing.
+    late = Hypothesis(effect=EFFECTS["telemetry_skew"], component="actuators")
+    fit = fitted(runs, [late], theta, [np.zeros(1)])
     return len(fit.residual) * float(np.log(fit.chi_square - power_of_noise(runs, fit)))
