@@ -70,8 +70,8 @@ def hypotheses(
     testable, not_testable = [], []
     in_loop = runs.known_in_part and runs.belief is not None and bool(runs.belief.others)
     for effect in effects.values():
-        if runs.belief is not None and effect.id == "inertia":
-            continue  # as an effect it would be one of no body
+        if effect.id == "inertia" and (runs.belief is not None or runs.grid.runs[0].surroundings is not None):
+            continue  # as an effect it would be one of no body, and in orbit one that gravity does not act on
         if effect.environment not in environments:
             continue
         missing = [need for need in effect.needs if need not in present]

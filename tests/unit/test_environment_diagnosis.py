@@ -115,3 +115,12 @@ def test_a_torque_that_is_fixed_in_space_is_the_same_for_runs_that_begin_in_othe
     np.testing.assert_allclose(
         found[:, 0], [(start @ turned).T @ torque for start, turned in zip(first, since, strict=True)]
     )
+
+
+def test_in_orbit_the_inertia_is_no_effect_beside_itself():
+    """As one on which gravity does not act it was set aside, with a notice, in every healthy set."""
+    data, _ = flown(short("orbit_wheels"))
+    testable, _ = hypotheses(data.runs, EFFECTS)
+    keys = {each.key for each in testable}
+    assert "gravity_gradient:platform" in keys
+    assert "inertia:platform" not in keys
