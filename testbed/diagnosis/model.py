@@ -19,6 +19,7 @@ from testbed.diagnosis.belief import Belief
 from testbed.diagnosis.believed import believed
 from testbed.diagnosis.data import Runs
 from testbed.effects.contract import TYPICAL_INERTIA, Effect
+from testbed.effects.direction import slowest_mode
 from testbed.prediction.hooks import Hooks
 from testbed.prediction.integration import Values
 from testbed.prediction.prediction import (
@@ -104,12 +105,14 @@ class Hypothesis:
         component: where.
         given: whether it is part of the nominal model, and no explanation of what that lacks.
         moment: mean moment of inertia of the platform, kg·m²: masses and inertias are searched as far as it goes.
+        longest: how long the longest run lasts, s: modes are searched as slow as it shows; 0 where nobody has said.
     """
 
     effect: Effect
     component: str
     given: bool = False
     moment: float = TYPICAL_INERTIA
+    longest: float = 0.0
 
     @property
     def hooks(self) -> Hooks:
@@ -132,7 +135,10 @@ class Hypothesis:
 
     def _grown(self, bounds: tuple[Array, Array]) -> tuple[Array, Array]:
         growth = np.array([each.growth_on(self.moment) for each in self.effect.parameters])
-        return bounds[0] * growth, bounds[1] * growth
+        lower, upper = bounds[0] * growth, bounds[1] * growth
+        if self.effect.scans_frequencies:
+            lower[0] = min(lower[0], slowest_mode(self.longest))
+        return lower, upper
 
     @property
     def key(self) -> str:

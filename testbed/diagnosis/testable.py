@@ -68,6 +68,7 @@ def hypotheses(
     """
     present, environments = channels_of(runs), {"", environment_kind(runs.grid)}
     testable, not_testable = [], []
+    longest = float(np.ptp(runs.grid.time, axis=1).max())
     in_loop = runs.known_in_part and runs.belief is not None and bool(runs.belief.others)
     for effect in effects.values():
         if effect.id == "inertia" and (runs.belief is not None or runs.grid.runs[0].surroundings is not None):
@@ -92,7 +93,7 @@ def hypotheses(
                 if component in unseen:
                     not_testable.append(Untestable(effect=effect.id, component=component, needs=_IMPULSES))
                 else:
-                    testable.append(Hypothesis(effect=effect, component=component, moment=moment))
+                    testable.append(Hypothesis(effect=effect, component=component, moment=moment, longest=longest))
     return testable, not_testable
 
 

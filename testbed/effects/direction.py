@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import inf
+
 import numpy as np
 
 from testbed.arrays import Array
@@ -11,12 +13,26 @@ from testbed.prediction.grid import Grid
 
 SPECK = 1e-9
 """Share of the typical size at which a search starts: no motion shows it, but it has a direction."""
+_SLOWEST = 0.02
+"""Hz, that hardware shows. Source: chosen, well below the 0.05 Hz and more of large solar arrays."""
 MOST_DAMPED = 0.5
 """Damping ratio; beyond it a mode does not swing, and passes for drag."""
 _RATIO = 1.2
 """Between frequencies that are looked at: halfway between two, at least 60 % of the χ² of a mode damped by 0.1 remain
 (5 % with the seven frequencies before); with 1.4 a lightly damped appendage of eight detectable sizes was taken for
 slosh."""
+
+
+_SWINGS = 18.0
+"""In the longest run, from which on a mode may be slower than what is scanned in any case: panels of large spacecraft
+swing in 10 s and more, and records of minutes show it. Source: chosen, so that nothing changes up to a minute."""
+_SEARCHED = 12.0
+"""Swings in the longest run down to which a search may come, a step and more slower than what is looked at."""
+
+
+def slowest_mode(longest: float) -> float:
+    """Return the frequency to which searches go in runs of which the longest lasts so many seconds, Hz."""
+    return _SEARCHED / longest if longest > 0.0 else inf
 
 
 def mode_parameters(frequency: float, bounds: tuple[float, float], damping_ratio: float) -> tuple[Parameter, ...]:
@@ -36,7 +52,7 @@ def mode_parameters(frequency: float, bounds: tuple[float, float], damping_ratio
             upper=bounds[1],
             absent=frequency,
             scanned=True,
-            plausible=bounds,
+            plausible=(_SLOWEST, bounds[1]),
         ),
         Parameter(
             name="damping_ratio",
@@ -76,7 +92,7 @@ def scanned(grid: Grid, lowest: float, highest: float, damping_ratio: float, typ
     """Return starts (frequency, damping ratio, v) from frequency to frequency, a speck along each axis, shape (S, 5).
 
     A mode that does not turn over once in the longest run passes for drag or for a tether, and is not looked for; nor
-    one faster than the gyro samples, of which nothing but its inertia shows.
+    one faster than the gyro samples, of which nothing but its inertia shows. In long runs slower ones are looked for.
 
     Args:
         grid: the runs.
@@ -85,7 +101,8 @@ def scanned(grid: Grid, lowest: float, highest: float, damping_ratio: float, typ
         damping_ratio: at which all of them are looked at; it sets how far from its frequency a mode still shows.
         typical: size of v.
     """
-    lowest = max(lowest, 1.0 / float(np.ptp(grid.time, axis=1).max()))
+    longest = float(np.ptp(grid.time, axis=1).max())
+    lowest = max(min(lowest, _SWINGS / longest), 1.0 / longest)
     highest = min(highest, max(1.0 / float(np.median(np.diff(run.gyro_time))) for run in grid.runs))
     if lowest > highest:
         return np.zeros((0, 5))

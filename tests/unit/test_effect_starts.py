@@ -14,8 +14,9 @@ from testbed.diagnosis.data import Runs, runs_of
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.model import Fit, Hypothesis
 from testbed.diagnosis.signatures import Signature, signatures
+from testbed.diagnosis.testable import hypotheses
 from testbed.effects.registry import EFFECTS
-from testbed.estimation.telemetry import Telemetry
+from testbed.estimation.telemetry import GimbalTelemetry, Telemetry
 from testbed.prediction.grid import PAUSE
 from testbed.prediction.integration import Values
 from testbed.prediction.prediction import predicted
@@ -82,6 +83,47 @@ def test_modes_faster_than_the_gyro_samples_are_not_looked_for(effect, rate, fas
     found = EFFECTS[effect].starts("platform", runs_of(["long", "short"], slow).grid)[:, 0]
     assert found.min() == every.min()
     assert found.max() == pytest.approx(fastest or every.max())
+
+
+def slow(seconds: float) -> tuple[Telemetry]:
+    """One run whose gimbals swing slowly, a gyro at 4 Hz that has read nothing yet."""
+    gyro = nominal_flight(np.array([0.003, -0.004, 0.006])).cluster
+    time = np.arange(0.0, seconds, 0.25)
+    waves = [np.sin(2.0 * np.pi * (0.03 + 0.02 * unit) * time + unit) for unit in range(6)]
+    return (
+        Telemetry(
+            gyro_time=time,
+            body_rate=np.zeros((len(time), 3)),
+            gyro_noise=SIGMA,
+            actuator_time=time,
+            gimbals=GimbalTelemetry(cluster=gyro, angle=0.3 * np.stack(waves, axis=1)),
+        ),
+    )
+
+
+@pytest.mark.parametrize(("seconds", "slowest"), [(50.0, 0.3), (200.0, 0.09)])
+def test_slower_modes_are_looked_for_in_runs_of_minutes(seconds, slowest):
+    runs = runs_of(["long"], slow(seconds))
+    for effect in ("flexible_appendage", "slosh"):
+        assert EFFECTS[effect].starts("platform", runs.grid)[:, 0].min() == pytest.approx(slowest, rel=0.01)
+    testable, _ = hypotheses(runs, {"slosh": EFFECTS["slosh"]})
+    assert testable[0].bounds[0][0] == pytest.approx(min(0.2, 12.0 / seconds), rel=0.01)
+
+
+def test_a_mode_of_ten_seconds_is_found_in_a_run_of_minutes():
+    sizes = np.array([0.1, 0.05, 2.4e-3, -1.6e-3, 8e-4])
+    quiet = runs_of(["long"], slow(200.0))
+    (placed,), _ = hypotheses(quiet, {"flexible_appendage": EFFECTS["flexible_appendage"]})
+    values = Values(theta=TRUE_THETA[None], initial_rate=np.zeros((1, 1, 3)), effects=(sizes[None],))
+    (shown,) = predicted(quiet.grid, [placed.hooks], values)
+    rates = shown[0] + np.random.default_rng(5).normal(0.0, SIGMA, shown[0].shape)
+    runs = runs_of(["long"], [replace(slow(200.0)[0], body_rate=rates)])
+    base = fitted(runs, [], TRUE_THETA, [])
+    best = max(signatures(runs, base, [placed]), key=lambda each: each.score)
+    fit = fitted(runs, [placed], base.theta, [best.start + best.step])
+    assert fit.effect_values[0] == pytest.approx(0.1, abs=4.0 * np.sqrt(fit.covariance[6, 6]))
+    assert np.sqrt(fit.covariance[6, 6]) < 0.005
+    assert abs(fit.chi_square - fit.freedom) < 4.0 * np.sqrt(2.0 * fit.freedom)
 
 
 def test_a_contact_is_found_in_the_run_in_which_it_was():
