@@ -147,6 +147,8 @@ def _doubts(diagnosis: Diagnosis, placed: Hypothesis) -> Iterator[str]:
             yield f"{parameter.name} lies at {value:.3g}, where its search ends: the name is what came nearest"
             continue
         limit = passed_limit(value, *_plausible(parameter, diagnosis.runs.mean_moment(model.theta)))
+        if limit is not None and effect.id in _LATE and abs(value) <= _slowest_interval(diagnosis.runs):
+            continue  # a sample that is held until the next one is as late, whatever the rate
         if limit is not None:
             yield (
                 f"{_in_words(effect, values, index, value)} is implausible, as hardware ends at "
@@ -176,6 +178,12 @@ def _held_torque(diagnosis: Diagnosis, effect: NamedEffect, late: float) -> Iter
 def passed_limit(value: float, least: float, greatest: float) -> float | None:
     """Return which limit a value has passed; None where it lies between them."""
     return least if value < least else greatest if value > greatest else None
+
+
+def _slowest_interval(runs: Runs) -> float:
+    """Return the longest usual interval between samples of any run, of the gyro or the actuators, s."""
+    every = (time for run in runs.grid.runs for time in (run.gyro_time, run.actuator_time))
+    return max(float(np.median(np.diff(time))) for time in every)
 
 
 def _plausible(parameter: Parameter, moment: float) -> tuple[float, float]:

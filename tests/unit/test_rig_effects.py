@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -10,7 +11,8 @@ import pytest
 from concealing.rig import Rig
 from support.rigs import rig_records, rig_scenario
 from testbed.assembly.platform import nominal_body
-from testbed.diagnosis.findings import additions
+from testbed.diagnosis.data import runs_of
+from testbed.diagnosis.findings import _doubts, additions
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.testable import hypotheses
@@ -81,6 +83,16 @@ def test_a_gyro_of_half_a_hertz_carries_a_warning():
     (added,) = additions(diagnosis(("gyro_bandwidth",), lag=0.3))
     assert "bandwidth_hz = 0.5" in added.doubts[0]
     assert "implausible, as hardware ends at bandwidth_hz = 1.99 Hz" in added.doubts[0]
+
+
+def test_a_delay_of_less_than_a_sample_is_plausible_whatever_the_rate():
+    """A gyro at 2 Hz that was 0.4 s late was doubted, as hardware ends at 0.1 s."""
+    state = diagnosis(("telemetry_skew",), late=0.31)
+    placed = next(each for each in state.model.placed if each.effect.id == "telemetry_skew")
+    (doubt,) = _doubts(state, placed)
+    assert "late_s = 0.31 s is implausible, as hardware ends at late_s = 0.2 s" in doubt
+    slow = [run.with_gyro_rows(slice(None, None, 10)) for run in state.runs.grid.runs]
+    assert not list(_doubts(replace(state, runs=runs_of(state.runs.names, slow)), placed))
 
 
 def test_a_parameter_at_its_bound_carries_a_warning():
