@@ -9,9 +9,15 @@ import numpy as np
 from testbed.effects.fast_changes import noise_ratio, variance_ratio
 from testbed.effects.gyro_noise import GyroNoise
 from testbed.effects.noise_effect import Readings
+from testbed.estimation.telemetry import Telemetry
 
 ALL = np.ones(3, dtype=bool)
 SAMPLES, PARAMETERS = 400, 9
+
+
+def run_of(residual):
+    time = np.arange(float(len(residual)))
+    return Telemetry(gyro_time=time, body_rate=residual, gyro_noise=2.0, actuator_time=time, gimbals=None)
 
 
 def readings(residual, white=True):
@@ -19,7 +25,7 @@ def readings(residual, white=True):
         measured=[residual],
         residual=[residual],
         sigma=np.full((1, 3), 2.0),
-        runs=[],
+        runs=[run_of(residual)],
         inertia=np.eye(3),
         parameters=PARAMETERS,
         white=white,
