@@ -97,21 +97,24 @@ def _take_off(filtered, stays, passed):
     foretold = np.zeros((2, *passed.shape[1:]))
     for sample in range(passed.shape[0]):
         for axis in range(passed.shape[1]):
-            first, second, scale = filtered[sample, axis]
+            scale = filtered[sample, axis, 2]
             for column in range(passed.shape[2]):
                 rest = passed[sample, axis, column] - foretold[0, axis, column] - foretold[1, axis, column]
                 passed[sample, axis, column] = rest / scale
-                foretold[0, axis, column] = stays[sample] * (foretold[0, axis, column] + first * rest)
-                foretold[1, axis, column] += second * rest
+                _foretell(foretold[:, axis, column], filtered[sample, axis], stays[sample], rest)
 
 
 def _put_back(filtered, stays, passed):
     foretold = np.zeros((2, *passed.shape[1:]))
     for sample in range(passed.shape[0]):
         for axis in range(passed.shape[1]):
-            first, second, scale = filtered[sample, axis]
             for column in range(passed.shape[2]):
-                rest = passed[sample, axis, column] * scale
+                rest = passed[sample, axis, column] * filtered[sample, axis, 2]
                 passed[sample, axis, column] = rest + foretold[0, axis, column] + foretold[1, axis, column]
-                foretold[0, axis, column] = stays[sample] * (foretold[0, axis, column] + first * rest)
-                foretold[1, axis, column] += second * rest
+                _foretell(foretold[:, axis, column], filtered[sample, axis], stays[sample], rest)
+
+
+def _foretell(parts, gains, stays, rest):
+    """Bring what is foretold of both parts of a bias to the next sample."""
+    parts[0] = stays * (parts[0] + gains[0] * rest)
+    parts[1] += gains[1] * rest
