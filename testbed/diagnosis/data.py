@@ -236,8 +236,7 @@ class Runs:
 
     def _whitened(self, blocks: Sequence[Array]) -> list[Array]:
         """Return what is in the blocks' units in units of their noise, without its colour, and where it is compared."""
-        white = [self._in_noise(index, block) for index, block in enumerate(blocks)]
-        white = [self._still(index, block) for index, block in enumerate(white)]
+        white = [self._still(index, self._in_noise(index, block)) for index, block in enumerate(blocks)]
         if self.color is not None:
             gyro = zip(white, self.grid.runs, strict=False)  # the inner blocks come behind
             own = [self.color.decorrelated(block, run.gyro_time) for block, run in gyro]

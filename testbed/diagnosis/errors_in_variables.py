@@ -4,7 +4,7 @@ Noise of encoders and tachometers stands in the predicted body rate. A model in 
 actuators' fast motion less takes some of it away, and suits the samples better, whether there is anything of the kind
 or not: healthy satellites had a slow gyro, a loose mass and a flexible appendage, with P = 1. How much a model takes
 away is found with more noise of the same size: by how much less of it stands in its prediction. It counts however much
-a model explains: a slow gyro took 50 more than a late one, which was there, of 14,000 that both explain.
+a model explains: a slow gyro took 7 more than a late one, which was there, of 14,000 that both explain.
 
 Source: Fuller, "Measurement error models" (1987), section 1.1.
 """

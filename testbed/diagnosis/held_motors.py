@@ -35,7 +35,7 @@ def along_chords(telemetry: Sequence[Telemetry], theta: Theta) -> list[Telemetry
         theta: nominal inertia parameters, shape (6,), kg·m².
     """
     inertia = inertia_of(theta)
-    held = [run.with_held_momentum(inertia) if shows_between(run) else run for run in telemetry]
+    held = [run.with_held_momentum(inertia) if run.gimbals is None and shows_between(run) else run for run in telemetry]
     if not any(run.momentum_held for run in held):
         return list(telemetry)
     smooth, bent = (_misfit(each, theta) for each in (telemetry, held))

@@ -21,7 +21,7 @@ def test_a_fast_gyro_is_no_slow_one_beside_late_telemetry(tmp_path):
     content = diagnosis_of(SCENARIO, data)
     inertia, step = content["steps"]
     assert inertia["effect"] == "inertia"
-    # By no more than what a low-pass takes of the encoders' noise is the effect itself likelier than a delay as long.
+    # What a low-pass takes of the encoders' noise is all that makes it more probable than a delay as long.
     (shown, *_), (size, *_) = content["probabilities"], step["parameters"].values()
     assert "gyro_bandwidth:gyro" in shown.split("|")
     late = 1.0 / (2.0 * np.pi * size["value"]) if step["effect"] == "gyro_bandwidth" else abs(size["value"])

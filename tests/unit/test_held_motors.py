@@ -60,7 +60,7 @@ def test_chords_are_seen_however_late_the_gyro_is(seed, late):
 @pytest.mark.parametrize("late", [0.0, 0.02])
 @pytest.mark.parametrize("seed", range(3))
 def test_a_smooth_path_is_none_of_chords(seed, late):
-    """Noise of tachometers suits chords better, by a third of what it adds: it must not count for them."""
+    """Noise of tachometers suits chords better, by up to three tenths of what it adds: it must not count for them."""
     sent = [flight(3 * seed + number, degree=3, late=late, tachometer=2e-4) for number in range(2)]
     assert along_chords(sent, NOMINAL) == sent
 
@@ -84,13 +84,14 @@ def late_fit(telemetry, effect, component, value):
 
 @pytest.mark.parametrize("seed", range(2))
 def test_along_chords_a_late_gyro_is_late_and_not_slow(seed):
-    """Along splines it was slow, by 35 units of χ² in each of four outside data sets, and J was 3 σ off."""
+    """Along splines it was slow, by 17 to 45 units of χ² in four outside sets, and J11 was up to 1.2e-3 too large."""
     sent = [flight(20 + 3 * seed + number, late=0.04, tachometer=0.0) for number in range(3)]
-    smooth, bent = ([late_fit(each, "gyro_latency", "gyro", 0.03)] for each in (sent, along_chords(sent, NOMINAL)))
-    slow = late_fit(along_chords(sent, NOMINAL), "gyro_bandwidth", "gyro", 0.03)
-    assert bent[0].chi_square < min(smooth[0].chi_square, slow.chi_square) - 9.0
-    assert abs(bent[0].effect_values[0] - 0.04) < 2e-4
-    np.testing.assert_allclose(bent[0].theta[:3], TRUE_THETA[:3], rtol=2e-3)
+    held = along_chords(sent, NOMINAL)
+    smooth, bent = (late_fit(each, "gyro_latency", "gyro", 0.03) for each in (sent, held))
+    slow = late_fit(held, "gyro_bandwidth", "gyro", 0.03)
+    assert bent.chi_square < min(smooth.chi_square, slow.chi_square) - 9.0
+    assert abs(bent.effect_values[0] - 0.04) < 2e-4
+    np.testing.assert_allclose(bent.theta[:3], TRUE_THETA[:3], rtol=2e-3)
 
 
 def test_along_chords_late_telemetry_and_a_late_gyro_are_one():
