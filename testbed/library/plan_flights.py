@@ -36,16 +36,12 @@ from testbed.report.verdict import leading_estimator
 from testbed.scenario.platform import Truth
 from testbed.scenario.reader import read_scenario
 from testbed.scenario.scenario import Scenario
+from testbed.sequential.choosing import chosen_flight, flights_to_choose_among, most_gained
 from testbed.sequential.evidence import Evidence, candidates_of, evidence_of
 from testbed.sequential.expected_gain import EffectGoal, class_goal, goal_of
+from testbed.sequential.forecasts import Forecasts
 from testbed.sequential.refining import refinement_of
-from testbed.sequential.robust import (
-    RobustSpace,
-    chosen_flight,
-    flights_to_choose_among,
-    most_gained,
-    robust_space,
-)
+from testbed.sequential.robust import robust_space
 from testbed.sequential.wanted import (
     ANY,
     EffectWanted,
@@ -121,15 +117,15 @@ class PlanSetup:
             return plan_maneuver(self.believed, self.nominal).maneuver
 
     @cached_property
-    def space(self) -> RobustSpace:
-        """Flights within the limits, whatever the inertia and whichever unit fails."""
-        return robust_space(self.believed)
+    def forecasts(self) -> Forecasts:
+        """What flights within the limits would show, whatever the inertia and whichever unit fails."""
+        return Forecasts(space=robust_space(self.believed))
 
     @cached_property
     def candidates(self) -> list[NextFlight]:
-        """Flights to choose among; a flight shows the same whenever it is flown."""
+        """Flights to choose among."""
         self.progress("flights within the limits")
-        return flights_to_choose_among(self.space, self.own)
+        return flights_to_choose_among(self.forecasts.space, self.own)
 
     def origin(self, command: str) -> Provenance:
         """Return what makes the plan; plan.json has the hash of each record's file beside its flight."""
@@ -376,7 +372,7 @@ def _distinguishable(setup: PlanSetup, members: Sequence[str], evidence: Evidenc
     if len(members) == 1:
         return False
     goal = class_goal(evidence, members)
-    return goal is None or most_gained(goal, evidence.runs, setup.space, setup.candidates) > _VISIBLE
+    return goal is None or most_gained(goal, evidence.runs, setup.forecasts, setup.candidates) > _VISIBLE
 
 
 def _chosen(setup: PlanSetup, state: PlanResult, known: list[Record], evidence: Evidence | None) -> PlannedFlight:
@@ -394,8 +390,10 @@ def _chosen(setup: PlanSetup, state: PlanResult, known: list[Record], evidence: 
         return own
     evidence = _evidence(setup, known) if evidence is None else evidence
     goal = goal_of(evidence, setup.wanted)
-    better = refinement_of(evidence, goal, setup.space, setup.progress) if isinstance(goal, EffectGoal) else None
-    chosen = chosen_flight(goal, evidence.runs, setup.space, setup.candidates, setup.progress, better)
+    better = (
+        refinement_of(evidence, goal, setup.forecasts.space, setup.progress) if isinstance(goal, EffectGoal) else None
+    )
+    chosen = chosen_flight(goal, evidence.runs, setup.forecasts, setup.candidates, setup.progress, better)
     if chosen is None:
         return own
     purpose = f"Flight {number} of a campaign for {wish_words(state)}: the one of which the most is expected."

@@ -21,8 +21,9 @@ from testbed.errors import InputError
 from testbed.maneuver.maneuver import Maneuver
 from testbed.maneuver.splines import clamped_spline
 from testbed.report.plan import next_words
+from testbed.sequential.choosing import flights_to_choose_among
 from testbed.sequential.expected_gain import left_of
-from testbed.sequential.robust import Case, flights_to_choose_among, robust_space
+from testbed.sequential.robust import Case, robust_space
 from testbed.sequential.wanted import EffectWanted, Named, effect_wanted, inertia_wanted, verified
 from tests.unit.test_formats import require_valid
 
