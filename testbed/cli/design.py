@@ -56,6 +56,6 @@ def _starts_table(design: Design) -> Table:
             str(start.number),
             f"{start.cost:.5g}",
             f"{start.seconds:.2f}",
-            start.status.replace("_", " ").lower() + mark,
+            start.ended + mark,
         )
     return table

@@ -66,7 +66,7 @@ def _print(records: ImportedRecords) -> None:
     for each in records.dropped:
         warn("dropped", each)
     for each in records.pauses:
-        warn("pause", each)
+        warn("missing", each)
     for each in records.unchecked:
         warn("unchecked", f"{records.file.path.name}, {each}; confirm it and take the mark away")
     if records.unused:

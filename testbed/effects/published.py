@@ -9,7 +9,9 @@ from collections.abc import Iterator
 from itertools import groupby
 from pathlib import Path
 
-from testbed.effects.contract import NUMBERED, NamedEffect, Parameter
+import numpy as np
+
+from testbed.effects.contract import NUMBERED, Effect, NamedEffect, Parameter
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 
 MARK = "<!-- The rest is written by `python -m testbed.effects.published`. -->"
@@ -39,7 +41,7 @@ def _rows(effects: list[NamedEffect]) -> Iterator[str]:
         cells = (
             f"`{effect.id}`",
             _components(effect.components),
-            "; ".join(_parameters(effect.parameters)),
+            "; ".join([*_parameters(effect.parameters), *_written(effect)]),
             ", ".join(need.replace("_", " ") for need in (*effect.needs, *filter(None, [effect.environment]))),
             effect.described(effect.components[0]),
             ", ".join(f"`{other}`" for other in effect.look_alikes),
@@ -58,6 +60,16 @@ def _parameters(parameters: tuple[Parameter, ...]) -> Iterator[str]:
     for (unit, typical), same in groupby(parameters, key=lambda each: (each.unit, each.typical)):
         names = ", ".join(f"`{parameter.name}`" for parameter in same)
         yield f"{names} {typical:g}{'' if unit == '1' else ' ' + unit}"
+
+
+def _written(effect: NamedEffect) -> Iterator[str]:
+    """What files call the parameters where they have others than those that are searched."""
+    if not isinstance(effect, Effect):
+        return
+    typical = np.array([parameter.typical for parameter in effect.parameters])
+    names = [quantity.name for quantity in effect.quantities(typical, np.zeros(len(typical)))]
+    if names != [parameter.name for parameter in effect.parameters]:
+        yield f"in files {', '.join(f'`{name}`' for name in names)}"
 
 
 def _confirmations(effects: list[NamedEffect]) -> Iterator[str]:

@@ -62,7 +62,7 @@ class ImportedRecords(Records):
 
     @property
     def pauses(self) -> tuple[str, ...]:
-        """Where the gyro pauses within a run, which may be two flights, in sentences."""
+        """Where samples are missing within runs, and pauses of the gyro that may be two flights, in sentences."""
         return self.made.pauses
 
     @property
@@ -72,7 +72,7 @@ class ImportedRecords(Records):
 
     @override
     def __str__(self) -> str:
-        said = {"dropped": self.dropped, "pause": self.pauses, "unchecked": self.unchecked}
+        said = {"dropped": self.dropped, "missing": self.pauses, "unchecked": self.unchecked}
         return "\n".join([super().__str__(), *(f"{what}: {each}" for what, texts in said.items() for each in texts)])
 
     @override

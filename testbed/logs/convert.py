@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,13 +16,13 @@ from testbed.errors import InputError
 from testbed.files import FileStamp
 from testbed.logs.cutting import Span, flagged_spans, spans_of
 from testbed.logs.map import Channel, FlagRuns, LogMap
+from testbed.logs.pauses import pauses
 from testbed.logs.samples import Samples, Ticks, origin_of, samples_of, ticks_of
 from testbed.logs.streams import TABLE, Content, Log, Topic, doubles
 from testbed.records.checks import MINIMUM_SAMPLES, sampled_rows
 from testbed.records.details import stated_details
 from testbed.records.reading import record_of
 from testbed.records.record import Record
-from testbed.records.selection import sampled
 from testbed.signals import SIGNALS
 
 MOST_CELLS = 30_000_000
@@ -63,7 +63,7 @@ class Imported:
         channels: by name.
         dropped: what was left out, in sentences.
         unused: topics, or columns, that the map does not name.
-        pauses: of the gyro within runs, which may be two flights, in sentences.
+        pauses: where samples are missing within runs, and pauses of the gyro that may be two flights, in sentences.
     """
 
     records: tuple[Record, ...]
@@ -130,7 +130,7 @@ def imported(log: Log, log_map: LogMap, inputs: tuple[FileStamp, ...], name: str
         channels=channels,
         dropped=tuple(dropped),
         unused=content.unused,
-        pauses=tuple(_pauses(records)),
+        pauses=tuple(pauses(records)),
     )
 
 
@@ -322,27 +322,6 @@ def _records(
             f"{longest}: take another log, or cut this one otherwise in [runs]"
         )
     return tuple(records)
-
-
-_PAUSE = 1.0
-"""s without a sample of the gyro within a run from which on it is pointed at: a loss of telemetry for a moment lasts
-less, and a proposed map cuts there."""
-_PAUSE_STEPS = 20
-"""Steps of the gyro that a pause has at least, for gyros with less than 20 samples a second."""
-
-
-def _pauses(records: Sequence[Record]) -> Iterator[str]:
-    """Yield where the gyro pauses within a run."""
-    for record in records:
-        time = sampled(record, "body_rate")[0]
-        steps = np.diff(time)
-        longest = int(np.argmax(steps))
-        if steps[longest] > max(_PAUSE, _PAUSE_STEPS * float(np.median(steps))):
-            pause = f"pauses for {steps[longest]:.4g} s from {time[longest]:.4g} s on"
-            yield (
-                f"{record.details.name}: the body rate {pause}; if these are two flights, cut there: "
-                '[runs] kind = "gaps", longer_than_s = 1.0'
-            )
 
 
 def _part(samples: Samples, span: Span) -> tuple[Series, Array]:

@@ -159,6 +159,11 @@ class Start:
         """Number of the start in outputs, from 1."""
         return self.index + 1
 
+    @property
+    def ended(self) -> str:
+        """How the optimiser says that it ended, in words."""
+        return self.status.replace("_", " ").lower()
+
 
 @dataclass(frozen=True, kw_only=True)
 class Search:

@@ -367,7 +367,7 @@ def test_a_pause_within_a_run_is_said(tmp_path):
     (pause,) = records.pauses
     assert pause.startswith("run: the body rate pauses for 5.0")
     assert '[runs] kind = "gaps"' in pause
-    assert f"pause: {pause}" in str(records)
+    assert f"missing: {pause}" in str(records)
     assert imported(tmp_path, {"runs": {"kind": "gaps", "longer_than_s": 1.0}}, columns).pauses == ()
 
 
@@ -420,3 +420,15 @@ def test_the_guides_map_imports_a_log(tmp_path):
 def test_the_published_keys_are_current(path):
     """If this fails: python -m testbed.logs.published."""
     assert path.read_text(encoding="utf-8") == published(DOCS)[path]
+
+
+def test_samples_that_are_missing_within_a_run_are_said(tmp_path):
+    """Forty samples at 10 Hz, of which two are lost together; then one of two clocks that sends when it likes."""
+    kept = np.r_[0:15, 17:40]
+    columns = {name: values[kept] for name, values in COLUMNS.items()}
+    step = COLUMNS["t"][1] - COLUMNS["t"][0]
+    lost = f"lacks some 2 of 40 samples: it has none once for {3 * step:.4g} s from {14 * step:.4g} s on"
+    records = imported(tmp_path, {"name": "run"}, columns)
+    assert records.pauses == tuple(f"run: {channel} {lost}" for channel in records["run"].channels)
+    unsteady = columns | {"t": np.cumsum(np.where(np.arange(38) % 5, 1.0, 4.0) * step)}
+    assert imported(tmp_path, {"name": "run"}, unsteady).pauses == ()

@@ -102,7 +102,7 @@ def test_the_design_lists_every_start(tmp_path):
     page = page_of(experiment, tmp_path)
     assert page.row("1")[:2] == ["-1.25", "1.00"]
     assert page.row("2")[0] == "broke a limit"
-    assert page.row("3, flown") == ["-2.5", "3.00", "Solve_Succeeded"]
+    assert page.row("3, flown") == ["-2.5", "3.00", "solve succeeded"]
     determinant = float(page.row("Determinant of ΨᵀΨ")[0])
     assert determinant == pytest.approx(experiment.plan.design.information.determinant, rel=1e-3)
 

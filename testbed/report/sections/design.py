@@ -65,7 +65,7 @@ def _start_row(start: Start, *, chosen: bool) -> tuple[Cell, ...]:
         Cell(text=title, tone="good" if chosen else "plain"),
         cost,
         Cell(text=f"{start.seconds:.2f}"),
-        Cell(text=start.status),
+        Cell(text=start.ended),
     )
 
 
