@@ -194,25 +194,29 @@ class Search:
     def _in_its_noise(self, state: Diagnosis, candidate: Candidate, tested: int) -> Candidate:
         """Return a candidate with its p-value in the noise that the model with it leaves, if it can be fitted there.
 
-        If it is not significant then, its odds are at most what the p-value allows: evidence takes the noise for known.
+        If it is not significant then, its evidence is at most what its own p-value allows, that of one test: evidence
+        takes the noise for known.
         """
         try:
-            again = replace(candidate, p_value=self._p_value_in_its_noise(state, candidate, tested))
+            alone, starts, heldout_gain = self._test_in_its_noise(state, candidate)
         except (InputError, np.linalg.LinAlgError):  # in that noise the motion runs away
-            again = candidate
+            again, of_one_test = candidate, candidate.p_value / tested
+        else:
+            again = replace(candidate, p_value=p_value_of_all(alone, tested * starts, heldout_gain))
+            of_one_test = p_value_of_all(alone, starts, heldout_gain)
         if again.significant:
             return again
-        most = largest_log_odds(again.p_value) + 2.0 * log(tested)
-        return replace(again, log_bayes_factor=min(again.log_bayes_factor, most))
+        return replace(again, log_bayes_factor=min(again.log_bayes_factor, largest_log_odds(of_one_test)))
 
-    def _p_value_in_its_noise(self, state: Diagnosis, candidate: Candidate, tested: int) -> float:
+    def _test_in_its_noise(self, state: Diagnosis, candidate: Candidate) -> tuple[float, int, float]:
+        """Return the logarithm of a candidate's p-value of one test, its starts, and what held-out runs gain."""
         larger = self.in_own_noise(with_model(state, candidate.fit))
         smaller = with_model(larger, _less(larger, state.model.placed[len(state.baseline.placed) :]))
         gain = max(smaller.model.chi_square - larger.model.chi_square, 0.0)
         alone = log_p_value(gain, max(candidate.rank, 1), larger.runs.noise_freedom)
         without, within = (smaller.heldout, smaller.model), (larger.heldout, larger.model)
         heldout_gain = _held_out_gain(without, within) if candidate.placed.effect.recurs else 0.0
-        return p_value_of_all(alone, tested * scan_count_of(larger.runs, candidate.placed), heldout_gain)
+        return alone, scan_count_of(larger.runs, candidate.placed), heldout_gain
 
     def _rebuilt(self, state: Diagnosis, placed: Sequence[Hypothesis]) -> Diagnosis:
         """Return a diagnosis with just these effects, added to the baseline one after the other."""

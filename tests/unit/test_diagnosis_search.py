@@ -90,23 +90,24 @@ def test_what_little_known_noise_hides_is_tested_in_the_noise_that_it_leaves(sta
     assert accepted(known.screened(poorly)).placed.key == TRUE
 
 
-def test_in_noise_that_stays_little_known_odds_are_no_larger_than_the_p_value_allows(start, search):
+def test_in_noise_that_stays_little_known_evidence_is_no_larger_than_the_p_value_of_one_test_allows(start, search):
     poorly = with_freedom(with_noise(start, 4.0), 3.0)
     screening = replace(search, known={}).screened(poorly)
     (own,) = [each for each in screening.candidates if each.placed.key == TRUE]
     assert not own.significant
-    assert screening.odds(own) == pytest.approx(max(largest_log_odds(own.p_value), 0.0))
+    assert own.log_bayes_factor == pytest.approx(largest_log_odds(own.p_value / screening.tested))
+    assert screening.odds(own) < largest_log_odds(own.p_value)
     assert accepted(screening) is None
 
 
-def test_what_runs_away_in_that_noise_has_no_larger_odds_either(start, search):
+def test_what_runs_away_in_that_noise_has_no_more_evidence_either(start, search):
     def runs_away(_):
         raise InputError("the motion runs away")
 
     poorly = with_freedom(with_noise(start, 4.0), 3.0)
     screening = replace(search, in_own_noise=runs_away, known={}).screened(poorly)
     (own,) = [each for each in screening.candidates if each.placed.key == TRUE]
-    assert screening.odds(own) == pytest.approx(largest_log_odds(own.p_value))
+    assert own.log_bayes_factor == pytest.approx(largest_log_odds(own.p_value / screening.tested))
 
 
 def with_noise(state, times):
