@@ -68,3 +68,8 @@ def made_of_each(work: Callable[[_Given], _Made], items: Iterable[_Given]) -> li
     if refused:
         raise InputError("\n".join(refused))
     return made
+
+
+def words_of(error: Exception) -> str:
+    """Return what is wrong with a file's content, of an error that reading it raised: of a key, that it is missing."""
+    return f"{error.args[0]} is missing" if isinstance(error, KeyError) else str(error)

@@ -136,6 +136,16 @@ def _require_shallow(tree: dict[str, Any]) -> None:
     raise RecursionError
 
 
+def require_folder(folder: Path) -> None:
+    """Refuse a folder that is not there.
+
+    Raises:
+        InputError: nothing is there, or a file.
+    """
+    if not folder.is_dir():
+        raise InputError(f"{folder}: {'is no folder' if folder.exists() else 'there is no such folder'}")
+
+
 def stamped(path: Path, what: str) -> FileStamp:
     """Return the stamp of a file of any size, read in pieces.
 

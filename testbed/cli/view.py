@@ -22,6 +22,8 @@ def view_run(run: Path, *, web: bool, offline: bool) -> None:
     try:
         recording = run / "recording.rrd" if run.is_dir() else run
         found = recording.is_file()
+        if not run.exists():
+            raise InputError(f"{run}: there is no such folder or file")
     except OSError as error:
         raise InputError(f"{run}: cannot be read ({error.strerror})") from error
     if not found:

@@ -223,7 +223,10 @@ class Search:
         bare = state.baseline
         model = fitted(state.runs, bare.placed, bare.theta, [value[0] for value in bare.values.effects])
         rebuilt = with_model(replace(state, steps=()), model)
-        screening = state.steps[0].screening
+        first = state.steps[0]
+        # With a class of its own it was compared beside all others (`_with_own_classes`).
+        beside_none = len(first.candidate.fit.placed) == len(bare.placed) + 1
+        screening = first.screening if beside_none else self.compared(rebuilt)
         for each in placed:
             if all(other.placed.key != each.key for other in screening.signatures):  # it was found later than these
                 screening = self.compared(rebuilt)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 
 class Part(BaseModel):
@@ -15,6 +15,23 @@ class Part(BaseModel):
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
+
+
+def first_fault(form: type[Part], content: object) -> str | None:
+    """Return the first thing in a file's content that no version of testbed writes; None where there is nothing.
+
+    Keys that are missing, or that are not known, may be those of another version.
+
+    Args:
+        form: what the file holds.
+        content: as JSON has it.
+    """
+    try:
+        form.model_validate(content, strict=True)
+    except ValidationError as error:
+        faults = (each for each in error.errors() if each["type"] not in ("missing", "extra_forbidden"))
+        return next((f"{'.'.join(map(str, each['loc']))}: {each['msg'].lower()}" for each in faults), None)
+    return None
 
 
 _SIX = Field(min_length=6, max_length=6)

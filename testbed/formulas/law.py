@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import reduce
+from math import sqrt
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -174,6 +175,17 @@ class Law:
     def states(self) -> int:
         """Number of states that its memory integrates."""
         return STATES[self.memory]
+
+    @property
+    def fastest_rate(self) -> float:
+        """How fast its memory forgets what is no longer, 1/s, of numbers for its constants; 0 without such a memory.
+
+        A lag's pole is 1/τ, those of the delay's Padé approximation are √12/T in size; a hysteresis has none.
+        """
+        rates = {"lag": 1.0, "delay": sqrt(12.0)}
+        if not isinstance(self.memory_constant, float) or self.memory not in rates:
+            return 0.0
+        return rates[self.memory] / self.memory_constant
 
     def with_numbers(self, numbers: Mapping[str, float]) -> Law:
         """Return the law with numbers for its named constants."""

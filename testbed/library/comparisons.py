@@ -12,8 +12,11 @@ import numpy as np
 
 from testbed.arrays import Theta
 from testbed.dynamics.inertia import PARAMETER_NAMES
-from testbed.errors import InputError
-from testbed.files import FileStamp, read_text, readable
+from testbed.errors import InputError, words_of
+from testbed.files import FileStamp, read_text, readable, require_folder
+from testbed.formats.campaign import CampaignResult
+from testbed.formats.parts import Part, first_fault
+from testbed.formats.run import RunResult
 from testbed.library.arguments import AnyPath, AnyPaths, checked
 from testbed.library.notebook import Shown
 from testbed.library.saving import Saved
@@ -28,6 +31,7 @@ if TYPE_CHECKING:
 _LARGEST = 100_000_000
 """Bytes of a result; that of a million runs with a thousand failures takes 1 MB."""
 _RESULTS: Mapping[str, Literal["run", "campaign"]] = {"result.json": "run", "montecarlo.json": "campaign"}
+_FORMS: Mapping[str, type[Part]] = {"run": RunResult, "campaign": CampaignResult}
 _FEWEST = 2
 
 
@@ -103,17 +107,35 @@ def compare(folders: AnyPaths) -> Comparison:
 
 
 def _read(folder: Path) -> tuple[Literal["run", "campaign"], Mapping[str, Any], FileStamp]:
+    require_folder(folder)
     for name, kind in _RESULTS.items():
         path = folder / name
         if path.is_file():
+            file = read_text(path, f"the result of a {kind}", _LARGEST)
             try:
-                file = read_text(path, f"the result of a {kind}", _LARGEST)
                 content = json.loads(file.text)
-                content["estimates"]
-            except (ValueError, KeyError, TypeError, RecursionError) as error:
-                raise InputError(f"{path}: is not as testbed wrote it ({error}); run that command again") from error
+                fault = first_fault(_FORMS[kind], content)
+                if fault is None:
+                    _require_compared(content, kind)
+            except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+                fault = words_of(error)
+            if fault:
+                raise InputError(f"{path}: is not as testbed wrote it ({fault}); run that command again")
             return kind, content, file.stamp
     raise InputError(f"{folder}: holds neither {' nor '.join(_RESULTS)}: name the folder of a run or of a campaign")
+
+
+def _require_compared(content: Mapping[str, Any], kind: Literal["run", "campaign"]) -> None:
+    """Look up all that is compared.
+
+    Raises:
+        KeyError: it is not there.
+    """
+    for each in content["estimates"].values():
+        for key in ("theta_kg_m2", "std_kg_m2") if kind == "run" else ("mean_kg_m2", "std_kg_m2", *_CAMPAIGN_FIGURES):
+            each[key]
+    if kind == "run":
+        content["truth"]["theta_kg_m2"]
 
 
 def _distinct_names(folders: Sequence[AnyPath]) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +11,9 @@ import numpy as np
 
 from testbed.arrays import Theta
 from testbed.assembly.description import write_mjcf, write_urdf
-from testbed.dynamics.inertia import inertia_of
-from testbed.errors import InputError
-from testbed.files import read_text
+from testbed.dynamics.inertia import PARAMETER_NAMES, inertia_of
+from testbed.errors import InputError, words_of
+from testbed.files import read_text, require_folder
 from testbed.library.arguments import AnyPath, Text, checked
 from testbed.library.scenarios import naming
 from testbed.report.verdict import leading_estimator
@@ -63,27 +63,37 @@ def export(
 
 
 def _theta(folder: Path, estimator: str | None) -> Theta:
+    require_folder(folder)
     for name, estimates in _ESTIMATES.items():
         path = folder / name
         if path.is_file():
             try:
                 found = estimates(json.loads(read_text(path, "a result", _LARGEST).text))
+                known = {name: _finite(theta) for name, theta in found.items() if theta is not None}
             except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-                raise InputError(f"{path}: is not as testbed wrote it ({error}); run that command again") from error
-            return _chosen(path, found, estimator)
+                raise InputError(
+                    f"{path}: is not as testbed wrote it ({words_of(error)}); run that command again"
+                ) from error
+            return _chosen(path, known, estimator)
     raise InputError(
         f"{folder}: holds none of {', '.join(_ESTIMATES)}: name the folder of a run, estimate or diagnosis"
     )
 
 
-def _chosen(path: Path, found: Mapping[str, Any], estimator: str | None) -> Theta:
-    known = {name: theta for name, theta in found.items() if theta is not None}
+def _finite(values: Sequence[float]) -> Theta:
+    theta = np.array(values, dtype=np.float64)
+    if theta.shape != (len(PARAMETER_NAMES),) or not np.isfinite(theta).all():
+        raise ValueError(f"{values} are no {len(PARAMETER_NAMES)} numbers")
+    return theta
+
+
+def _chosen(path: Path, known: Mapping[str, Theta], estimator: str | None) -> Theta:
     if not known:
         raise InputError(f"{path}: holds no estimate of the inertia")
     if estimator is not None and estimator not in known:
         raise InputError(f"{path}: has no estimate by {estimator}; there are {', '.join(known)}")
     name = estimator or (next(iter(known)) if len(known) == 1 else leading_estimator(known))
-    return np.array(known[name], dtype=np.float64)
+    return known[name]
 
 
 def _by_estimator(estimates: Mapping[str, Any]) -> dict[str, Any]:

@@ -13,8 +13,8 @@ from testbed.dynamics.inertia import inertia_of
 from testbed.effects.formula import ID
 from testbed.effects.library import KeptFormula, keep
 from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
-from testbed.errors import InputError
-from testbed.files import read_text
+from testbed.errors import InputError, words_of
+from testbed.files import read_text, require_folder
 from testbed.formulas.pattern import pattern_of
 
 _LARGEST = 100_000_000
@@ -35,6 +35,7 @@ def save_effect(diagnosis: str | Path, name: str, number: int | None = None) -> 
         InputError: the folder holds no diagnosis with a formula, the name is none or is taken, or nothing can be
             written.
     """
+    require_folder(Path(diagnosis))
     path = Path(diagnosis) / "diagnosis.json"
     if not path.is_file():
         raise InputError(f"{diagnosis}: holds no diagnosis.json; name the folder of a diagnosis")
@@ -46,7 +47,7 @@ def save_effect(diagnosis: str | Path, name: str, number: int | None = None) -> 
         step = _chosen(path, found, number)
         kept = _kept(step, name, moment, str(path))
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise InputError(f"{path}: is not as testbed wrote it ({error}); diagnose again") from error
+        raise InputError(f"{path}: is not as testbed wrote it ({words_of(error)}); diagnose again") from error
     return keep(kept, [*EFFECTS, *NOISE_EFFECTS, ID])
 
 

@@ -16,7 +16,7 @@ from testbed.arrays import Array, Vectors3
 from testbed.formulas.motion import Moment
 from testbed.formulas.torque import NO_CONSTANTS, Torque
 from testbed.plant.layout import Layout
-from testbed.rotation.quaternion import matrix_of
+from testbed.rotation.quaternion import matrix_or_identity
 
 Slopes: TypeAlias = tuple[Array, ...]
 """Rates of change of the parts of a state, in order."""
@@ -41,7 +41,7 @@ class FormulaTorques:
 
     def moment(self, time: Array, qpos: Array, qvel: Array) -> Moment:
         """Return what the formulas read of the platforms' states, shapes (B,), (B, nq) and (B, nv)."""
-        attitude_NB = matrix_of(qpos[:, self.layout.attitude])
+        attitude_NB = matrix_or_identity(qpos[:, self.layout.attitude])
         return Moment(
             time=time,
             body_rate=qvel[:, self.layout.body_rate],

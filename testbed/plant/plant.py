@@ -18,7 +18,7 @@ from testbed.plant.geometry import total_momentum, unit_count, unit_names, wheel
 from testbed.plant.gyrostat_batch import GyrostatBatch
 from testbed.plant.layout import described_state, layout_of
 from testbed.plant.properties import InitialState
-from testbed.rotation.quaternion import matrix_of
+from testbed.rotation.quaternion import matrix_of, matrix_or_identity
 
 Model: TypeAlias = mujoco.MjModel
 """A compiled platform, named here so that no other room has to import MuJoCo."""
@@ -171,8 +171,9 @@ class Plant:
 
     def _step(self, steps: int) -> None:
         if self._formulas is not None:
-            for _ in range(steps):
-                self._step_by_stages(self._formulas)
+            with np.errstate(over="ignore", invalid="ignore"):  # of what runs away `advance` makes an end
+                for _ in range(steps):
+                    self._step_by_stages(self._formulas)
             return
         if self._orbit_torque is None or isinstance(self._batch, GyrostatBatch):  # which knows of the orbit
             self._batch.step(np.flatnonzero(self.flying), nstep=steps)
@@ -224,11 +225,11 @@ class Plant:
 
     @property
     def _attitude_NB(self) -> Matrices3:
-        return matrix_of(self.qpos[:, self.layout.attitude])
+        return matrix_or_identity(self.qpos[:, self.layout.attitude])
 
     def _mean_orbit_torque(self, torque_of: OrbitTorque) -> Vectors3:
         """Return the torque in the middle of the next step, by its last two values: it changes as the attitude does."""
-        torque_B = torque_of(float(self._time.flat[0]), matrix_of(self.qpos[:, self.layout.attitude]))
+        torque_B = torque_of(float(self._time.flat[0]), self._attitude_NB)
         before = torque_B if self._torque_before is None else self._torque_before
         self._torque_before = torque_B
         return np.asarray(1.5 * torque_B - 0.5 * before)

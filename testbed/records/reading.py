@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from testbed.arrays import Array, Series
 from testbed.errors import InputError, made_of_each
-from testbed.files import readable
+from testbed.files import readable, require_folder
 from testbed.records.checks import column_problems, refuse, value_problems
 from testbed.records.details import details_file, details_of
 from testbed.records.record import Record, RunDetails
@@ -86,8 +86,7 @@ def extra_columns_notice(record: Record) -> str | None:
 def _run_paths(folder: Path) -> list[Path]:
     if folder.is_file():
         raise InputError(f"{folder}: is a file; name the folder that it is in")
-    if not folder.is_dir():
-        raise InputError(f"{folder}: there is no such folder")
+    require_folder(folder)
     files = [path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES and not path.name.startswith(".")]
     if not files:
         raise InputError(f"{folder}: there is no run in this folder: no file ends in {' or '.join(SUFFIXES)}")

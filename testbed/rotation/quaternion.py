@@ -43,6 +43,12 @@ def matrix_of(quat_AB: Quaternions) -> Matrices3:
     return np.asarray(matrices.reshape(*np.shape(quat_AB)[:-1], 3, 3))
 
 
+def matrix_or_identity(quat_AB: Quaternions) -> Matrices3:
+    """Return R_AB, shape (..., 3, 3); the identity where a diverged step left no attitude (zero, not finite)."""
+    length = np.linalg.norm(quat_AB, axis=-1, keepdims=True)
+    return matrix_of(np.where(np.isfinite(length) & (length > 0.0), quat_AB, [1.0, 0.0, 0.0, 0.0]))
+
+
 def turned(quat_AB: Quaternions, vector_B: Vectors3) -> Vectors3:
     """Return the A components of a vector given in B, shape (..., 3)."""
     return np.asarray(_rotation(quat_AB).apply(vector_B))

@@ -45,6 +45,7 @@ from testbed.scenario.start import (
 from testbed.scenario.timing import (
     clock_conflicts,
     imbalance_conflicts,
+    memory_conflicts,
     sample_conflicts,
     size_conflicts,
     stiffness_conflicts,
@@ -136,6 +137,7 @@ class Scenario(BodyScenario):
             clock_conflicts(simulation, gyro),
             stiffness_conflicts(simulation, _gyros(info), _wheels(info)),
             imbalance_conflicts(simulation, info.data.get("truth"), _wheels(info)),
+            memory_conflicts(simulation, info.data.get("truth")),
             sample_conflicts(simulation, gyro, info.data.get("maneuver")),
             size_conflicts(simulation, info.data.get("maneuver")),
         )

@@ -16,7 +16,7 @@ from testbed.scenario.simulation import Simulation
 ROTOR_SERVO_BANDWIDTH = 300.0
 """rad/s. Of the servos that the plant puts on the rotors; a test holds the two numbers equal."""
 _STABILITY_LIMIT = 2.785
-"""Largest servo bandwidth times step that a fourth-order Runge-Kutta step bears."""
+"""Largest rate of a servo, or of a formula's memory, times step that a fourth-order Runge-Kutta step bears."""
 
 STEP_TURN = 1.0
 """rad by which an unbalanced wheel may turn in a step: a fourth-order step then integrates its force to 1 % (1/120)."""
@@ -88,6 +88,19 @@ def stiffness_conflicts(
             f"stay below {longest:.3g} s"
         )
         yield Conflict(key="simulation.step_s", text=text)
+
+
+def memory_conflicts(simulation: Simulation, truth: Truth | None) -> Iterator[Conflict]:
+    """Find memories of formulas that are too short for the step."""
+    for number, each in enumerate(() if truth is None else truth.torque, start=1):
+        law = each.torque.law
+        if simulation.step_s * law.fastest_rate >= _STABILITY_LIMIT:
+            shortest = simulation.step_s * law.fastest_rate / _STABILITY_LIMIT * float(law.memory_constant or 0.0)
+            text = (
+                f"of entry {number} has a {law.memory} of {law.memory_constant:g} s, too short for steps of "
+                f"{simulation.step_s:g} s; above {shortest:.3g} s they follow it, and without one it acts at once"
+            )
+            yield Conflict(key="truth.torque.formula", text=text)
 
 
 def imbalance_conflicts(

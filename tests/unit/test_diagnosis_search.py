@@ -69,6 +69,14 @@ def test_an_effect_has_the_class_of_what_explains_as_much_beside_the_others(star
     assert TRUE not in {each.key for each in own.look_alikes}
 
 
+def test_with_classes_of_their_own_effects_are_added_again_to_the_bare_model(start, search):
+    """The first one's comparison was beside all others then: what was taken out had come back with it, unseen."""
+    state = search._with_own_classes(added(search, added(search, start, "body_torque:platform"), TRUE))
+    rebuilt = search._rebuilt(state, [state.steps[0].placed])
+    assert [step.placed.key for step in rebuilt.steps] == ["body_torque:platform"]
+    assert [placed.key for placed in rebuilt.model.placed] == ["body_torque:platform"]
+
+
 def test_without_an_effect_that_holds_the_motion_its_class_stays(start, search, monkeypatch):
     def runs_away(*_):
         raise InputError("the motion runs away")
