@@ -37,6 +37,10 @@ def offset_columns(prefix: str) -> tuple[str, ...]:
     return tuple(f"{prefix}_center_of_mass_offset_{axis}_m" for axis in "xyz")
 
 
+FAILURE = "_failure"
+"""Behind an estimator's name: why it gave no estimate of a flight."""
+
+
 def schema_of(scenario: Scenario) -> pa.Schema:
     """Return the columns of a scenario's campaigns; a run that has no such value leaves it null."""
     return pa.schema(list(_fields(scenario)))
@@ -52,5 +56,5 @@ def _fields(scenario: Scenario) -> Iterator[pa.Field]:
         yield from (pa.field(column, pa.float64()) for column in parameter_columns(prefix))
         if isinstance(scenario.environment, AirBearing):
             yield from (pa.field(column, pa.float64()) for column in offset_columns(prefix))
-    yield from (pa.field(f"{name}_failure", pa.string()) for name in estimators)
+    yield from (pa.field(f"{name}{FAILURE}", pa.string()) for name in estimators)
     yield from (pa.field(column, pa.float64()) for column in _FLIGHT)

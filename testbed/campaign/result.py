@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from testbed.arrays import Array
+from testbed.campaign.columns import FAILURE
 from testbed.campaign.engine_check import EngineCheck
 from testbed.campaign.statistics import CampaignStatistics, EstimatorStatistics
 
@@ -38,6 +40,7 @@ def montecarlo_of(
         "bound_std_kg_m2": _numbers(statistics.bound_std),
         "true_theta_kg_m2": _numbers(statistics.true_theta),
         "failures": failures_of(table),
+        **({"unestimated": unestimated} if (unestimated := unestimated_of(table)) else {}),
         "seconds": seconds,
         "simulated_s": flight_s * (statistics.runs - statistics.failed),
     }
@@ -53,6 +56,17 @@ def failures_of(table: pa.Table) -> list[dict[str, Any]]:
     failed = table.filter(pc.not_equal(table["outcome"], "completed"))
     rows: list[dict[str, Any]] = failed.select(["run", "seed", "message"]).to_pylist()
     return rows
+
+
+def unestimated_of(table: pa.Table) -> list[dict[str, Any]]:
+    """Return each estimator that gave no estimate of some flights, their number and the most frequent reason."""
+    found = []
+    for column in table.column_names:
+        counted = Counter(table[column].drop_null().to_pylist() if column.endswith(FAILURE) else ())
+        if counted:
+            name = column.removesuffix(FAILURE)
+            found.append({"estimator": name, "runs": counted.total(), "message": counted.most_common(1)[0][0]})
+    return found
 
 
 def _estimator(figures: EstimatorStatistics) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 from testbed.arrays import Theta, Vector3
 from testbed.assembly.control import flight_clock
-from testbed.campaign.columns import offset_columns
+from testbed.campaign.columns import FAILURE, offset_columns
 from testbed.campaign.flights import DispersedFlight, fly_seeds
 from testbed.campaign.plan import Block, CampaignPlan
 from testbed.dynamics.environment import Pivoted
@@ -78,7 +78,7 @@ def _estimates(estimation: Estimation) -> Row:
         row |= _parameters("bound_std", estimation.bound_std)
     if estimation.offset_bound_std is not None:
         row |= _offset("bound_std", estimation.offset_bound_std)
-    return row | {f"{name}_failure": message for name, message in estimation.failures.items()}
+    return row | {f"{name}{FAILURE}": message for name, message in estimation.failures.items()}
 
 
 def _parameters(prefix: str, theta: Theta) -> Row:

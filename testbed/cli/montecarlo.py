@@ -17,6 +17,7 @@ from testbed.experiment.planning import starts_of
 from testbed.library.campaigns import Campaign, executor_of, flown_into, origin_of, planned_in
 from testbed.outputs.folder import reserved_folder
 from testbed.report.verdict import campaign_verdict
+from testbed.report.wording import estimator_name
 
 _MOST_LISTED = 5
 
@@ -63,8 +64,9 @@ def run_montecarlo(
 
 def _print_result(source: str, folder: Path, campaign: Campaign) -> None:
     statistics, failures = campaign.statistics, campaign.failures
-    show(statistics_table(statistics))
-    say()
+    if statistics.failed < statistics.runs:
+        show(statistics_table(statistics))
+        say()
     for text in offset_lines(statistics):
         say(text)
     flown = statistics.runs - statistics.failed
@@ -80,6 +82,9 @@ def _print_result(source: str, folder: Path, campaign: Campaign) -> None:
         say(f"           to see it: {command_alone(campaign.plan, source, failure['seed'])}")
     if len(failures) > _MOST_LISTED:
         say(f"           and {len(failures) - _MOST_LISTED} more, all in the report")
+    for each in campaign.unestimated:
+        name = estimator_name(each["estimator"])
+        warn("note", f"no estimate by {name} of {each['runs']} of {flown} runs: {each['message']}")
     print_verdict(campaign_verdict(statistics))
     say()
     print_folder(folder)

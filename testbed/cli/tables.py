@@ -141,7 +141,7 @@ def _decimals(values: Sequence[Theta], stds: Sequence[Theta], unit: InertiaUnit)
         ]
         for of_values, of_stds in zip(zip(*values, strict=True), zip(*stds, strict=True), strict=True)
     ]
-    room = [max(_CELL - max(map(len, cells)) - len("."), 0) for cells in columns]
+    room = [max(_CELL - max(map(len, cells), default=0) - len("."), 0) for cells in columns]
     wanted = max(decimals_for(np.concatenate([*stds, []]), unit), _DECIMALS)
     return [min(wanted, max(min(room), _DECIMALS), each) for each in room]
 

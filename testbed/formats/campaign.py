@@ -61,6 +61,17 @@ class FailedRun(Part):
     """What happened."""
 
 
+class Unestimated(Part):
+    """An estimator that gave no estimate of some completed runs."""
+
+    estimator: str
+    """Its name: `ls`, `iv`, `iv_momentum`, `output_error`."""
+    runs: int
+    """Number of these runs."""
+    message: str
+    """The most frequent reason."""
+
+
 class EngineCheck(Part):
     """Runs that were flown by MuJoCo and by the compiled equations of motion, both from the same seeds."""
 
@@ -93,6 +104,8 @@ class CampaignResult(Part):
     """Mean of the true θ over the runs, kg·m²."""
     failures: list[FailedRun]
     """Every failed run."""
+    unestimated: list[Unestimated] = Field(default_factory=list)
+    """Estimators that gave no estimate of some completed runs; absent where there are none."""
     seconds: float
     """Time that flying and estimating took, s."""
     simulated_s: float

@@ -17,7 +17,7 @@ from testbed.campaign.executor import Executor
 from testbed.campaign.local import LocalExecutor, usable_cores
 from testbed.campaign.manifest import read_manifest
 from testbed.campaign.plan import CampaignPlan
-from testbed.campaign.result import failures_of
+from testbed.campaign.result import failures_of, unestimated_of
 from testbed.campaign.run import SILENT, Progress, run_campaign
 from testbed.campaign.statistics import CampaignStatistics, EstimatorStatistics, statistics_of
 from testbed.errors import InputError
@@ -63,6 +63,11 @@ class Campaign(Shown):
     def estimators(self) -> Mapping[str, EstimatorStatistics]:
         """Figures of each estimator, by its name."""
         return self.statistics.estimators
+
+    @property
+    def unestimated(self) -> list[dict[str, Any]]:
+        """Estimators that gave no estimate of some completed runs: name, number of runs and most frequent message."""
+        return unestimated_of(self.table)
 
     @property
     def failures(self) -> list[dict[str, Any]]:

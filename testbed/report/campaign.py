@@ -11,6 +11,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from testbed.campaign.plan import CampaignPlan, command_alone
+from testbed.campaign.result import unestimated_of
 from testbed.campaign.statistics import CampaignStatistics
 from testbed.files import readable
 from testbed.report.frame.blocks import Cell, Column, Notice, Page, Section, Table
@@ -70,6 +71,7 @@ def campaign_page(
             *_estimates(table, statistics),
             flights_section(table),
             *_failures(table, plan, scenario_path),
+            *_unestimated(table),
             provenance_section(provenance, "montecarlo.json", result),
         ),
     )
@@ -113,3 +115,15 @@ def _failures(table: pa.Table, plan: CampaignPlan, scenario_path: Path) -> Itera
     )
     note = "" if len(failed) <= _MOST_LISTED else f"The first {_MOST_LISTED} of {len(failed)}; all are in runs/."
     yield Section(title="Failed runs", blocks=(Table(columns=columns, rows=rows, note=note, numeric=False),))
+
+
+def _unestimated(table: pa.Table) -> Iterator[Section]:
+    unestimated = unestimated_of(table)
+    if not unestimated:
+        return
+    columns = (Column(title="Estimator"), Column(title="runs"), Column(title="most often because"))
+    rows = tuple(
+        (Cell(text=estimator_name(each["estimator"])), Cell(text=str(each["runs"])), Cell(text=each["message"]))
+        for each in unestimated
+    )
+    yield Section(title="Runs without an estimate", blocks=(Table(columns=columns, rows=rows, numeric=False),))

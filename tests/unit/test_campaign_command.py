@@ -232,3 +232,24 @@ def test_resuming_what_is_no_campaign(path, tmp_path, capsys):
     assert not (tmp_path / "nowhere").exists()
     assert run("montecarlo", path, "--runs", 2, "--out", tmp_path) == 2
     assert [entry.name for entry in tmp_path.iterdir()] == ["notes.txt"]
+
+
+def test_a_campaign_without_one_completed_flight_has_no_table(tmp_path, capsys):
+    torque = '\n[[truth.torque]]\nformula = "w_z"\naxis = "z"\ncoefficient = 1e5\n'
+    path = small_scenario(tmp_path)
+    path.write_text(path.read_text(encoding="utf-8") + torque, encoding="utf-8")
+    assert run("montecarlo", path, "--runs", 2, "--workers", 1, "--out", tmp_path / "out") == 0
+    printed = capsys.readouterr().out
+    assert "0 of 2 completed" in printed
+    assert "nan" not in printed
+
+
+def test_why_no_estimator_gave_an_estimate_is_said(tmp_path, capsys):
+    path, out = small_scenario(tmp_path), tmp_path / "out"
+    noisy = ("--set", "gyro.noise_rad_s=1000", "--out", out)
+    assert run("montecarlo", path, "--runs", 2, "--workers", 1, *noisy) == 0
+    unestimated = figures(out)["unestimated"]
+    assert unestimated
+    assert all(each["runs"] == 2 and "drowns" in each["message"] for each in unestimated)
+    assert " of 2 of 2 runs: J11" in " ".join("".join(capsys.readouterr()).split())
+    assert "Runs without an estimate" in (out / "report.html").read_text(encoding="utf-8")
