@@ -335,7 +335,8 @@ def _is_close(candidate: Candidate, best: Candidate) -> bool:
     How much of it is nothing new is known less well than which of two explains more: beside healthy records one that
     has as much evidence before that may be meant as well, if hardware has such parameters. Where even the best model's
     residual exceeds the noise, differences count in units of its residual variance, and with many runs in units of
-    their scatter from run to run.
+    their scatter from run to run; so they do over windows, where noise and torques that nobody commanded are one and no
+    model is known to be right.
     """
     spread = max(1.0, best.fit.chi_square / best.fit.freedom)
     worse_fit = (
@@ -350,7 +351,8 @@ def _is_close(candidate: Candidate, best: Candidate) -> bool:
     as_if_new = best.log_bayes_factor + best.nothing_new - candidate.log_bayes_factor - candidate.nothing_new
     if best.nothing_new > 0.0 and as_if_new < tied and candidate.plausible:
         return True
-    return spread > SETTINGS.misfitting and _differ_by_chance(candidate.by_run - best.by_run)
+    wrong = spread > SETTINGS.misfitting or best.fit.torque_noise is not None
+    return wrong and _differ_by_chance(candidate.by_run - best.by_run)
 
 
 def _differ_by_chance(worse: Series) -> bool:

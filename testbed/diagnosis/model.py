@@ -259,6 +259,13 @@ class Fit:
         first = sum(each.size for each in self.placed[: keys.index(placed.key)])
         return slice(first, first + placed.size)
 
+    def contribution(self, placed: Hypothesis) -> Array:
+        """Return what an effect of its size makes of the samples, linearised, whitened, shape (samples,)."""
+        own, parameters = self.own(placed), placed.effect.parameters
+        absent = np.array([each.absent for each in parameters])
+        size = np.where([each.scanned for each in parameters], 0.0, self.effect_values[own] - absent)
+        return np.asarray(self.jacobian[:, 6 + own.start : 6 + own.stop] @ size)
+
     @cached_property
     def normal(self) -> Array:
         """Normal matrix of all parameters, shape (C + 3 R, C + 3 R)."""

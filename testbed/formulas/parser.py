@@ -137,6 +137,12 @@ class _Parser:
         if name in allowed:
             return name
         self._next -= 1
+        if name in FUNCTIONS:
+            self._refuse(f"{name!r} in a function", "a function takes one quantity, such as abs(w_x)")
+        if name[:1].isdigit():
+            self._refuse(f"the number {name}", "put it into the coefficient")
+        if name in ("gimbal_0", "gimbal_rate_0"):
+            self._refuse(f"{name!r} is no quantity", "gimbals are counted from 1")
         near = difflib.get_close_matches(name, [*allowed, *(FUNCTIONS if allowed == QUANTITIES else ())], n=1)
         if otherwise and not near:
             self._refuse(f"{name!r} here", otherwise)

@@ -127,7 +127,10 @@ def adopt(
         platform = nominal_platform(scenario)
     except InputError as error:
         problems = _LINE.sub(r"\1", str(error).removeprefix(f"{file.path}: "))
-        raise InputError(f"{path}: what was found in it makes no scenario that can be flown: {problems}") from error
+        locked = "".join(f"\n  the joint {each.name} is locked: it {each.reason}" for each in found.locked)
+        raise InputError(
+            f"{path}: what was found in it makes no scenario that can be flown: {problems}{locked}"
+        ) from error
     speed = platform.cluster.rotor_momentum / platform.cluster.rotor_spin_inertia
     return Adoption(
         scenario=scenario,

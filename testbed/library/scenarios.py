@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -98,10 +100,13 @@ def _as_toml(key: str, value: object) -> object:
     return plain
 
 
+_BARE_NUMBER = re.compile(r"[+-]?(\d+\.|\.\d+)([eE][+-]?\d+)?")
+
+
 def override_of(assignment: str) -> tuple[str, object]:
     """Return key and value of an override as the command line has it, KEY=VALUE, the value as in TOML.
 
-    What is no TOML value, such as a word without quotes, is taken for a text.
+    What is no TOML value, such as a word without quotes, is taken for a text; numbers may begin or end with the point.
 
     Raises:
         InputError: there is no key, or no `=`.
@@ -113,13 +118,18 @@ def override_of(assignment: str) -> tuple[str, object]:
     try:
         tree = parsed_toml(TextFile(path=Path("--set"), content=text.encode("utf-8"), text=text))
     except InputError:
-        return key.strip(), value.strip()
+        return key.strip(), float(value) if _BARE_NUMBER.fullmatch(value.strip()) else value.strip()
     return key.strip(), tree["value"] if len(tree) == 1 else value.strip()
 
 
 def overrides_of(assignments: Sequence[str]) -> dict[str, object]:
     """Return overrides as the command line has them; as `override_of`."""
-    return dict(map(override_of, assignments))
+    pairs = [override_of(assignment) for assignment in assignments]
+    overrides = dict(pairs)
+    if len(overrides) < len(pairs):
+        twice = next(key for key, count in Counter(key for key, _ in pairs).items() if count > 1)
+        raise InputError(f"--set {twice}: is given more than once; give it one value")
+    return overrides
 
 
 @contextmanager

@@ -122,7 +122,7 @@ def guessed_map(log: Log) -> str:
             f"{log.path}: nothing in it is called a gyro or a body rate; write a map that names three fields under "
             f"[channels.body_rate]; the log holds\n  {_inventory(survey)}"
         )
-    blocks = [_head(log) + _turning(axes, best["body_rate"][0]), _clock(survey) if TABLE in survey else ""]
+    blocks = [_head(log) + _turning(axes, best["body_rate"][0], survey), _clock(survey) if TABLE in survey else ""]
     # A ULog's own time is of the clock that its samples' stamps are of.
     stamped = log.format != "ULog" and any(_own_clock(survey[best[name][0].topic]) for name in SIGNALS if name in best)
     blocks += [_channel(name, best[name], survey, stamped=stamped) for name in SIGNALS if name in best]
@@ -219,12 +219,15 @@ def _head(log: Log) -> str:
     )
 
 
-def _turning(axes: Sequence[str], chosen: _Candidate) -> str:
+def _turning(axes: Sequence[str], chosen: _Candidate, survey: Mapping[str, Topic]) -> str:
     """Return the line on the body axes about which a rig turns; empty where the gyro has all three."""
     if len(axes) == len(AXES):
         return ""
     named = any(part.component and part.field == chosen.fields[0] for part in parts_of(chosen.fields[0], ""))
     why = "of the gyro there is no more" if named else "CHECK: one field, and no name says about which axis"
+    dead = [field for field in survey[chosen.topic].empty if any(part.component for part in parts_of(field, ""))]
+    if named and dead:
+        why = f"CHECK: {', '.join(dead)} {'holds' if len(dead) == 1 else 'hold'} no number"
     return f"axes = {json.dumps(list(axes))}  # {why}\n"
 
 
@@ -334,7 +337,9 @@ def _left_out(best: Mapping[str, Sequence[_Candidate]], survey: Mapping[str, Top
         return ""
     taken = {field for each in best.values() for field in each[0].fields}
     others = [field for field in survey[TABLE].fields if field not in taken and not is_time(field)]
-    return f"# Columns without a channel: {', '.join(map(_text, others))}\n" if others else ""
+    said = f"# Columns without a channel: {', '.join(map(_text, others))}\n" if others else ""
+    empty = survey[TABLE].empty
+    return said + (f"# Columns without a number: {', '.join(map(_text, empty))}\n" if empty else "")
 
 
 def _runs(survey: Mapping[str, Topic]) -> str:

@@ -205,6 +205,8 @@ class LogMap(Section):
         return self
 
     def _conflicts(self) -> Iterator[Conflict]:
+        if self.axes is not None and len(set(self.axes)) < len(self.axes):
+            yield Conflict(key="axes", text=f"is {', '.join(self.axes)}, which names an axis twice; name each once")
         for name, channel in self.given.items():
             count = len(channel.fields)
             if name not in ABOUT_AXES or count == len(AXES) or count == len(self.axes or ()):

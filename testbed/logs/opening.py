@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 from pathlib import Path
 
 from testbed.errors import InputError
@@ -42,6 +43,10 @@ def opened(path: Path) -> Log:
         return tables.ParquetTable(path)
     if not magic:
         raise InputError(f"{path}: is empty; give the path of a log: {FORMATS}")
+    if magic.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        raise InputError(f"{path}: is UTF-16 text, as of a spreadsheet's Unicode export; save it as CSV in UTF-8")
+    if magic.lstrip().startswith((b"{", b"[")):
+        raise InputError(f"{path}: is JSON, which is not read; write a table of it, such as CSV or Parquet: {FORMATS}")
     if not _CONTROLS.isdisjoint(magic):
         raise InputError(f"{path}: {_no_log(path)}")
     return tables.CsvTable(path)

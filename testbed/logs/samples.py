@@ -151,7 +151,28 @@ def _converted(name: str, channel: Channel, values: Array) -> tuple[Array, tuple
         attitude = SIGNALS[name].components == QUATERNION
         values = _turned_attitude(values, matrix) if attitude else _turned(values, matrix)
         done.append(f"body x, y, z from the sensor's {', '.join(channel.axes)}")
+    if SIGNALS[name].components == QUATERNION:
+        values, scaled = _of_unit_length(values)
+        done += scaled
     return values, tuple(done)
+
+
+_UNIT = 1e-3
+"""By which a quaternion's length may differ from 1: rounding of three digits."""
+
+
+def _of_unit_length(values: Array) -> tuple[Array, list[str]]:
+    """Return quaternions of unit length, those of none as not sampled, and what was done to them."""
+    length = np.linalg.norm(values, axis=1, keepdims=True)
+    none, said = length[:, 0] == 0.0, list[str]()
+    if none.any():
+        values = np.where(none[:, None], np.nan, values)
+        said.append(f"{none.sum():,} quaternions of length 0 taken as not sampled")
+    known = length[np.isfinite(length) & (length > 0.0)]
+    if np.abs(known - 1.0).max(initial=0.0) > _UNIT:
+        values = values / np.where(length > 0.0, length, 1.0)
+        said.append(f"quaternions of length {known.min():.4g} to {known.max():.4g} scaled to unit length")
+    return values, said
 
 
 def _on_body_axes(name: str, values: Array, about: Sequence[str]) -> Array:

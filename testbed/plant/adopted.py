@@ -128,6 +128,11 @@ class AdoptedPlatform:
     notes: tuple[str, ...]
     bearing: Bearing | None
 
+    @property
+    def locked(self) -> tuple[Taken, ...]:
+        """Joints that were taken for no actuator."""
+        return tuple(each for each in self.taken if each.role == "locked")
+
 
 def adopted_platform(path: Path, corrections: Corrections) -> AdoptedPlatform:
     """Read a model and find the platform in it.

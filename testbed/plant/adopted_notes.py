@@ -119,5 +119,6 @@ def _surroundings(own: OwnModel, base: int) -> Iterator[str]:
             yield f"the gravcomp of bodies is left out: {names}"
     if model.opt.density or model.opt.viscosity:
         yield f"a medium of {model.opt.density:.3g} kg/m³ and {model.opt.viscosity:.3g} Pa·s is left out"
-    if model.neq or model.ntendon:
-        yield f"{model.neq} equality constraints and {model.ntendon} tendons are left out"
+    for count, kind in ((model.neq, "equality constraint"), (model.ntendon, "tendon")):
+        if count:
+            yield f"{count} {kind}{' is' if count == 1 else 's are'} left out"

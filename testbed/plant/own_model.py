@@ -149,11 +149,12 @@ class OwnModel:
         )
 
     def motors(self, joint: int) -> list[int]:
-        """Return the actuators of a joint."""
+        """Return the actuators of a joint that can turn it: without a gear they give no torque."""
         model = self.model
         kinds = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
         of_joints = np.isin(model.actuator_trntype, [int(kind) for kind in kinds])
-        return [int(each) for each in np.flatnonzero(of_joints & (model.actuator_trnid[:, 0] == joint))]
+        of_this = of_joints & (model.actuator_trnid[:, 0] == joint) & (model.actuator_gear[:, 0] != 0.0)
+        return [int(each) for each in np.flatnonzero(of_this)]
 
     def is_driven(self, joint: int) -> bool:
         """Return whether a joint has a motor; URDF, which knows none, states the effort of one."""

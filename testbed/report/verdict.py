@@ -193,7 +193,7 @@ def _as_expected(off: Sequence[str]) -> str:
 
 
 def _distance_to_bound(inertias: Inertias) -> str:
-    if inertias.bound_std is None:
+    if inertias.bound_std is None or not inertias.bound_std.all():  # without noise there is none
         return ""
     best = leading_estimator(inertias.by_name)
     ratio = inertias.by_name[best].std / inertias.bound_std

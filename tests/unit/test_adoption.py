@@ -477,3 +477,28 @@ def test_a_model_in_millimetres_is_refused(tmp_path):
     path.write_text(path.read_text(encoding="utf-8").replace(".1 .12 .15", "100 120 150"), encoding="utf-8")
     with pytest.raises(tb.InputError, match=r"lengths in metres: .* more than of any spacecraft"):
         tb.adopt(path)
+
+
+def test_motors_without_a_gear_turn_nothing(tmp_path):
+    geared = "".join(f"<motor joint='{name}' gear='0' ctrlrange='-1 1'/>" for name in AXES)
+    with pytest.raises(tb.InputError, match="the joint port is none: it has no motor"):
+        tb.adopt(model(tmp_path, three_wheels(), geared))
+
+
+def test_which_joints_are_locked_is_said_where_the_others_do_not_suffice(tmp_path):
+    with pytest.raises(tb.InputError, match=r"give no torque about (.|\n)*the joint bow is locked: it as ignore says"):
+        tb.adopt(model(tmp_path, three_wheels(), motors(*AXES)), ignore="bow")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (b"<robot xmlns:xacro='http://x'><xacro:wheel/></robot>", r"is a xacro.*run `xacro ship\.urdf`"),
+        ("<mujoco/>".encode("utf-16"), "is UTF-16 text, which MuJoCo does not read; save it as UTF-8"),
+    ],
+)
+def test_models_that_are_nearly_readable_are_named(tmp_path, text, words):
+    path = tmp_path / "ship.urdf"
+    path.write_bytes(text)
+    with pytest.raises(tb.InputError, match=words):
+        tb.adopt(path)

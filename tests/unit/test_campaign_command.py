@@ -251,5 +251,5 @@ def test_why_no_estimator_gave_an_estimate_is_said(tmp_path, capsys):
     unestimated = figures(out)["unestimated"]
     assert unestimated
     assert all(each["runs"] == 2 and "drowns" in each["message"] for each in unestimated)
-    assert " of 2 of 2 runs: J11" in " ".join("".join(capsys.readouterr()).split())
+    assert "of 2 of 2 runs: " in " ".join("".join(capsys.readouterr()).split())
     assert "Runs without an estimate" in (out / "report.html").read_text(encoding="utf-8")

@@ -58,6 +58,9 @@ def test_laws_that_say_the_same_are_equal():
     ("text", "said"),
     [
         ("w_q*w_y", "character 1: 'w_q' is no quantity; did you mean w_z?"),
+        ("abs(abs(w_x))", "character 5: 'abs' in a function; a function takes one quantity"),
+        ("w_x * 3", "character 7: the number 3; put it into the coefficient"),
+        ("gimbal_0", "character 1: 'gimbal_0' is no quantity; gimbals are counted from 1"),
         ("w_x+w_y", "character 4: '+' after the end of the formula; a sum is several tables"),
         ("lag(w_x)", "character 8: ')'; write ',' there"),
         ("w_x*w_x*w_x*w_x", "a product of 4 factors; write at most 3"),

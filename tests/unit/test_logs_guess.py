@@ -410,3 +410,30 @@ def test_topics_without_a_channel_are_listed_where_one_is_missing(tmp_path):
     text = tb.guess_map(path)
     assert "no channel here says what turned the platform" in text
     assert '# Topics without a channel:\n#   "/command_93": ' in text
+
+
+def test_a_gyro_axis_that_holds_text_is_pointed_at(tmp_path):
+    path = tmp_path / "text.csv"
+    rows = "\n".join(f"{n},bad,2,3" for n in range(20))
+    path.write_text(f"t_s,gyro_x_dps,gyro_y_dps,gyro_z_dps\n{rows}\n", encoding="utf-8")
+    text = tb.guess_map(path)
+    assert 'axes = ["y", "z"]  # CHECK: gyro_x_dps holds no number' in text
+    assert '# Columns without a number: "gyro_x_dps"' in text
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b'{"t": 1, "gyro_x": 2}\n', "is JSON, which is not read; write a table of it, such as CSV"),
+        (b"[\n{}]", "is JSON, which is not read"),
+        (
+            "t\tgyro_x\n".encode("utf-16"),
+            "is UTF-16 text, as of a spreadsheet's Unicode export; save it as CSV in UTF-8",
+        ),
+    ],
+)
+def test_logs_in_other_formats_are_named(tmp_path, content, words):
+    path = tmp_path / "log.csv"
+    path.write_bytes(content)
+    with pytest.raises(tb.InputError, match=words):
+        tb.guess_map(path)

@@ -432,3 +432,22 @@ def test_samples_that_are_missing_within_a_run_are_said(tmp_path):
     assert records.pauses == tuple(f"run: {channel} {lost}" for channel in records["run"].channels)
     unsteady = columns | {"t": np.cumsum(np.where(np.arange(38) % 5, 1.0, 4.0) * step)}
     assert imported(tmp_path, {"name": "run"}, unsteady).pauses == ()
+
+
+def test_axes_that_are_named_twice_are_refused(tmp_path):
+    with pytest.raises(tb.InputError, match=r"axes: is z, z, which names an axis twice"):
+        imported(tmp_path, {"axes": ["z", "z"]})
+
+
+def test_quaternions_have_unit_length_or_are_not_sampled(tmp_path):
+    quaternion = np.zeros((40, 4))
+    quaternion[:, 0], quaternion[0] = 2.0, 0.0
+    columns = COLUMNS | dict(zip("ghij", quaternion.T, strict=True))
+    attitude = {"attitude": {"fields": list("ghij"), "unit": "1"}}
+    records = imported(tmp_path, {"channels": SOURCES | attitude}, columns)
+    converted = " ".join(records.channels["attitude"].converted)
+    assert "1 quaternions of length 0 taken as not sampled" in converted
+    assert "quaternions of length 2 to 2 scaled to unit length" in converted
+    values = records.runs[0].channels["attitude"]
+    assert np.isnan(values[0]).all()
+    np.testing.assert_array_equal(values[1:], np.tile([1.0, 0.0, 0.0, 0.0], (39, 1)))
