@@ -131,16 +131,17 @@ def _diagnose(
     with _bars() as bars:
         result = concluded(prepared, stages.last, stages.places, _shown_in(bars))
     _print_end(result)
-    replaced = (*WRITTEN, PARTS) if result.state.complete else WRITTEN
+    whole = result.state.complete and not result.design_interrupted
+    replaced = (*WRITTEN, PARTS) if whole else WRITTEN
     more = folder.deliver(lambda place: result.write(place, command_line()), instead_of=replaced)
     for notice in (*result.closing_notices, *more):
         warn("note", notice)
     _print_next(folder.path, result.next_flight)
     _print_folder(folder.path)
     print_as_json(folder.path / "diagnosis.json")
-    if result.state.complete:
+    if whole:
         return COMPLETED
-    say_interrupted(f"; {_again(folder)}")
+    say_interrupted(f"{' while the next flight was designed' if result.design_interrupted else ''}; {_again(folder)}")
     return INTERRUPTED
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from testbed.cli.alignments import print_alignments
-from testbed.cli.console import command_line, design_progress, further_command, line, print_as_json, say, show
+from testbed.cli.console import command_line, design_progress, further_command, line, print_as_json, say, show, warn
 from testbed.cli.failures import COMPLETED, DIVERGED
 from testbed.cli.notices import print_notices, print_verdict
 from testbed.cli.options import changed_flight, print_folder
@@ -35,6 +35,8 @@ def run_scenario(
         InputError: the scenario, its limits or the output folder cannot be used.
     """
     scenario = changed_flight(source, changes)
+    if drawn and scenario.dispersion is None:
+        warn("note", "the scenario has no [dispersion]: with --dispersed it flies as without")
     with reserved_folder(out, scenario.name) as folder:
         with design_progress(starts_of(scenario)) as report:
             run = fly(scenario, seed=seed, draw=drawn, progress=report)

@@ -8,7 +8,7 @@ from math import exp, inf, isinf, log, log1p, sqrt
 from types import MappingProxyType
 
 import numpy as np
-from scipy.special import chdtr, chdtrc, chdtri, fdtr, fdtrc, fdtri, log_ndtr, logsumexp
+from scipy.special import chdtr, chdtrc, chdtri, fdtr, fdtrc, fdtri, log_ndtr, logsumexp, ndtr
 
 from testbed.arrays import Array, Flags, Series
 from testbed.diagnosis.model import AtComponent, Fit, Hypothesis
@@ -257,9 +257,53 @@ class Candidate(AtComponent):
         return all(each.is_plausible(value) for each, value in zip(self.effect.parameters, values, strict=True))
 
     @property
+    def cancels(self) -> bool:
+        """Whether it and another effect that was found, or all others, make samples of which together little is left.
+
+        Two large errors that hide each other explain what little they leave, and that of any shape; the evidence of one
+        beside the other does not count how rare it is that they agree.
+        """
+        own, placed = self.fit.contribution(self.placed), self.fit.placed
+        others = [self.fit.contribution(each) for each in placed if not each.given and each.key != self.placed.key]
+        return any(_cancel([own, other]) for other in others) or _cancel([own, *others])
+
+    @property
     def significant(self) -> bool:
         """Whether it is significant at the family-wise error."""
         return self.p_value < SETTINGS.family_wise_error
+
+
+def implausibility(fit: Fit) -> float:
+    """Return twice the logarithm of the odds against a model's effects having parameters as no hardware has.
+
+    Zero where all are plausible. Of an estimate near a limit its interval counts, and against no effect are odds longer
+    than `implausible_odds`.
+    """
+    return sum(_implausibility(fit, each) for each in fit.placed if not each.given)
+
+
+def _implausibility(fit: Fit, placed: Hypothesis) -> float:
+    own, parameters = fit.own(placed), placed.effect.parameters
+    values = fit.effect_values[own]
+    if all(each.is_plausible(value) for each, value in zip(parameters, values.tolist(), strict=True)):
+        return 0.0
+    try:
+        std = np.sqrt(np.maximum(np.diag(fit.covariance)[6:][own], 0.0))
+    except np.linalg.LinAlgError:
+        std = np.zeros(len(values))
+    std = np.where(np.isfinite(std), np.maximum(std, _POINT), _POINT)
+    low, high = np.array([each.plausible for each in parameters]).T
+    inside = ndtr((high - values) / std) - ndtr((low - values) / std)
+    return -2.0 * log(max(float(inside.min()), 1.0 / SETTINGS.implausible_odds))
+
+
+_POINT = np.finfo(float).tiny
+"""In the place of no standard deviation."""
+
+
+def _cancel(contributions: Sequence[Array]) -> bool:
+    together = np.sum(contributions, axis=0)
+    return bool(together @ together < SETTINGS.cancelled * sum(each @ each for each in contributions))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -272,6 +316,7 @@ class Screening:
         candidates: refitted ones, the one with the most evidence first.
         linearised: evidence of the others by their linearisation, by key.
         set_aside: hypotheses whose refit is the motion of no body; they cannot be compared.
+        cancelling: hypotheses that would cancel another effect in the model; they are no candidates.
         prior_odds: of none and of what is not modelled.
     """
 
@@ -280,6 +325,7 @@ class Screening:
     candidates: tuple[Candidate, ...]
     linearised: Mapping[str, float] = field(default_factory=dict)
     set_aside: tuple[Hypothesis, ...] = ()
+    cancelling: tuple[Hypothesis, ...] = ()
     prior_odds: PriorOdds = field(default_factory=PriorOdds)
 
     def odds(self, candidate: Candidate) -> float:

@@ -352,9 +352,16 @@ def _inertia_words(diagnosis: Diagnosis) -> Iterator[str]:
 def _set_aside_words(diagnosis: Diagnosis) -> Iterator[str]:
     screenings = [step.screening for step in diagnosis.steps]
     last = [] if diagnosis.remaining is None else [diagnosis.remaining]
-    keys = dict.fromkeys(each.key for screening in (*screenings, *last) for each in screening.set_aside)
-    if keys:
-        yield f"set aside, as no motion of a body could be fitted with it: {', '.join(keys)}"
+    every = (*screenings, *last)
+    runaway = dict.fromkeys(each.key for screening in every for each in screening.set_aside)
+    if runaway:
+        yield f"set aside, as no motion of a body could be fitted with it: {', '.join(runaway)}"
+    cancelling = dict.fromkeys(each.key for screening in every for each in screening.cancelling)
+    if cancelling:
+        yield (
+            "set aside, as it and another effect would cancel each other, two large errors of which next to nothing is "
+            f"left: {', '.join(cancelling)}"
+        )
 
 
 def inertia_change(diagnosis: Diagnosis) -> InertiaChange:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from hashlib import sha256
 from typing import TypeAlias
 
 import numpy as np
@@ -15,6 +14,7 @@ from testbed.diagnosis.actuator_telemetry import unknown_between, where_known, w
 from testbed.diagnosis.belief import Belief
 from testbed.diagnosis.channels import too_exact_torques
 from testbed.diagnosis.control_loop import with_mean_thrust
+from testbed.diagnosis.copies import Flights
 from testbed.diagnosis.data import Runs, runs_of
 from testbed.diagnosis.fitting import fitted, nominal_fit
 from testbed.diagnosis.gate import Gate, require_motion, require_si, require_this_platform
@@ -84,12 +84,12 @@ def gated(records: Sequence[Record], scenario: BodyScenario, nominal: Body, *, a
     usable: Usable = []
     refused: list[str] = []
     notices: list[tuple[str, str]] = []
-    flights: dict[bytes, str] = {}
+    flights = Flights()
     for record in records:
         own: list[tuple[str, str]] = []
         try:
             parts = tuple(parts_of(record, scenario, nominal, own))
-            require_another_flight(record, flights)
+            flights.add(record)
         except InputError as error:
             refused.append(str(error))
         else:
@@ -139,26 +139,6 @@ def _with_telemetry(usable: Usable, telemetry: Iterable[Telemetry]) -> Usable:
 def _together(usable: Usable, like: Runs) -> Runs:
     """Return all parts side by side, with the belief of others."""
     return replace(runs_together(usable, range(len(usable))), belief=like.belief)
-
-
-def require_another_flight(record: Record, flights: dict[bytes, str]) -> None:
-    """Refuse a copy of a flight: it tells nothing new, and what is found in one would be verified on the other.
-
-    Time does not count: the clock of a copy may begin elsewhere.
-
-    Args:
-        record: with a gyro.
-        flights: names by the samples that they hold; this one is added.
-
-    Raises:
-        InputError: another record holds the same samples.
-    """
-    samples = sha256()
-    for name in sorted(record.channels):
-        samples.update(name.encode() + record.channels[name].tobytes())
-    other = flights.setdefault(samples.digest(), record.details.name)
-    if other != record.details.name:
-        raise InputError(f"{record.details.name}: holds the samples of {other}: a copy is no further flight")
 
 
 _KNOWN = 1e-4

@@ -10,7 +10,7 @@ import numpy as np
 
 from testbed.arrays import Array, Covariance
 from testbed.diagnosis.belief import Shown
-from testbed.diagnosis.candidates import Candidate, Screening, SizePrior, log_p_value, mean_over_scan
+from testbed.diagnosis.candidates import Candidate, Screening, SizePrior, implausibility, log_p_value, mean_over_scan
 from testbed.diagnosis.control_loop import shows_the_loop
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.errors_in_variables import taken_out
@@ -64,12 +64,14 @@ def screened(
     order = sorted(best, key=lambda each: -linearised[each.placed.key])
     hopeful = [each for each in order[1 : SETTINGS.most_refits] if linearised[each.placed.key] > _HOPELESS]
     promising = [each for each in (*order[:1], *hopeful) if each.rank]  # the first one also: it came nearest
-    candidates, aside, without = [], [], log_evidence(heldout, fit)
+    candidates, aside, cancelling, without = [], [], [], log_evidence(heldout, fit)
     for signature in promising:
         progress(signature.placed.key)
         candidate = _candidate(runs, heldout, fit, signature, tested, without)
         if candidate is None:
             aside.append(signature.placed)
+        elif candidate.cancels:
+            cancelling.append(signature.placed)
         else:
             candidates.append(candidate)
     return Screening(
@@ -78,6 +80,7 @@ def screened(
         candidates=tuple(sorted(candidates, key=lambda candidate: -candidate.log_bayes_factor)),
         linearised={key: each for key, each in linearised.items() if key not in {one.placed.key for one in promising}},
         set_aside=tuple(aside),
+        cancelling=tuple(cancelling),
         prior_odds=runs.prior_odds,
     )
 
@@ -172,7 +175,7 @@ def _candidate(
         trials_penalty=0.5 * (here - evidence),
         size_penalty=gain - size_evidence,
         heldout_log_likelihood_gain=heldout_gain,
-        log_bayes_factor=evidence,
+        log_bayes_factor=evidence - implausibility(model) + implausibility(fit),
         by_run=own_runs.noise_deviance + [float((part**2).sum()) for part in runs.by_run(model.residual)],
         p_value=p_value_of_all(alone, tested * scan_count_of(runs, placed), heldout_gain),
         nothing_new=nothing_new,

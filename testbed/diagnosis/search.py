@@ -83,7 +83,7 @@ def with_candidate(state: Diagnosis, screening: Screening, placed: Hypothesis, k
     if all(each.placed.key != placed.key for each in screening.signatures):
         return screening
     candidate = refitted(state.runs, state.heldout, state.model, screening, placed, known)
-    if candidate is None or candidate in screening.candidates:
+    if candidate is None or candidate.cancels or candidate in screening.candidates:
         return screening
     others = [each for each in screening.candidates if each.placed.key != placed.key]
     return replace(screening, candidates=tuple(sorted((*others, candidate), key=lambda each: -each.log_bayes_factor)))

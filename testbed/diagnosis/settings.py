@@ -124,6 +124,17 @@ class DiagnosisSettings:
     Source: Vuong, "Likelihood ratio tests for model selection and non-nested hypotheses", Econometrica (1989), at 95 %.
     On the flights above, lag and delay differ by 1.2, latency by 4.1.
     """
+    implausible_odds: float = 1000.0
+    """Odds against an effect with parameters as hardware has none, such as a gyro that drifts by 8 rad/s².
+
+    Source: chosen; where nothing else explains as much it is named all the same, and doubted.
+    """
+    cancelled: float = 0.05
+    """Share of the power of two effects that is left of both together below which they cancel each other.
+
+    Source: chosen. An offset of the centre of mass by 4 cm and a motor without four fifths of its thrust, by which a
+    hexacopter with a motor tilted by 4 degrees was explained, left 0.010; PAIRS.
+    """
     unexplained_p_value: float = 0.01
     """p-value of the residual's χ², of a latent torque or of a torque shape below which the model is not the whole
     truth.

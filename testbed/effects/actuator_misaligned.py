@@ -50,7 +50,11 @@ def across(direction_B: Array) -> Array:
 
 @final
 class ActuatorMisaligned(Effect):
-    """F is turned towards two directions across its own, by the one angle and then by the other; its size stays."""
+    """F is turned towards two directions across its own, by the one angle and then by the other; its size stays.
+
+    The first direction is e × d, the second d × (e × d), with d the actuator's own direction and e the body axis that
+    is the least along it, the first of several: of a propeller that pushes along z the first is -y and the second x.
+    """
 
     id = "actuator_misaligned"
     components = THRUSTERS

@@ -27,8 +27,8 @@ class ActuatorWeak(Effect):
 
     id = "actuator_weak"
     components = THRUSTERS
-    # A motor that gives a seventh more than its command is one whose table is wrong; with age all lose.
-    parameters = (Parameter(name="lost_share", unit="1", typical=0.1, lower=-1.0, upper=1.0, plausible=(-0.15, 1.0)),)
+    # Motors of one kind give the same to some per cent, and with age all lose.
+    parameters = (Parameter(name="lost_share", unit="1", typical=0.1, lower=-1.0, upper=1.0, plausible=(-0.05, 1.0)),)
     needs = ("thrust",)
     measured_by = HOLDING_MOMENTUM
     sentence = "{component} gives less thrust than it is commanded; more, where the lost share is negative."

@@ -60,7 +60,11 @@ def most_likely(
     searches = minima(start, residual, columns)
     if not searches.found.all():
         trials = searches.trials[~searches.found].max()
-        raise InputError(f"output error found no minimum in {trials} evaluations; look at the record's residuals")
+        raise InputError(
+            f"output error found no minimum in {trials} evaluations: over the whole record something turns the "
+            "platform that no channel holds; use a shorter part (usable_from_s, usable_to_s), set "
+            "estimation.constant_torque, or let `testbed diagnose` find what is missing"
+        )
     return searches
 
 

@@ -195,7 +195,10 @@ def _estimation(
         estimates = {name: estimate for name, estimate in estimates.items() if name not in weak}
         estimates[_INTEGRATING] = with_telemetry_noise(estimates[_INTEGRATING], part)
     by_name = considered(estimates, telemetry, settings)
-    checks = checks_of(by_name, telemetry, settings) if checked else None
+    try:
+        checks = checks_of(by_name, telemetry, settings) if checked else None
+    except InputError as error:  # an estimate by which the motion runs away is none
+        by_name, checks, failures = {}, None, failures | dict.fromkeys(by_name, str(error))
     by_name = with_spread(by_name, None if checks is None else checks.compared)
     return Estimation(
         by_name={

@@ -87,6 +87,11 @@ class DiagnosisResult(Shown, Saved):
         return *self.prepared.notices, *self.closing_notices
 
     @property
+    def design_interrupted(self) -> bool:
+        """Whether Ctrl-C came while the next flight was designed: all else is there."""
+        return _INTERRUPTED in self.why_no_flight
+
+    @property
     def closing_notices(self) -> tuple[str, ...]:
         """Those notices that the diagnosis itself gives rise to."""
         return (
@@ -284,6 +289,9 @@ def concluded(
     )
 
 
+_INTERRUPTED = "no next flight: its design was interrupted"
+
+
 def _first_and_last(stages: Iterator[Diagnosis]) -> tuple[Diagnosis, Diagnosis]:
     first = last = next(stages)
     for state in stages:
@@ -302,6 +310,6 @@ def _next_flight(
     try:
         return proposal_of(state, scenario, progress), ()
     except KeyboardInterrupt:
-        return None, ("no next flight: its design was interrupted",)
+        return None, (_INTERRUPTED,)
     except InputError as error:  # a motion that leaves the finite numbers: the diagnosis stands
         return None, (f"no next flight: {error}",)

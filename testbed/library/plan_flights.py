@@ -12,8 +12,9 @@ import numpy as np
 
 from testbed.assembly.extension import SCENARIO
 from testbed.assembly.platform import PlatformModel, nominal_platform, true_platform
+from testbed.diagnosis.copies import Flights
 from testbed.diagnosis.data import joined
-from testbed.diagnosis.reading import data_set_of, require_another_flight
+from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import PARAMETER_NAMES, theta_of
 from testbed.effects.registry import EFFECTS
 from testbed.errors import DivergedFlightError, InputError
@@ -177,9 +178,9 @@ def planned_in(
             used_up = len(state.flights) >= setup.most_flights
             state = state.model_copy(update={"outcome": "used_up", "next": None} if used_up else {"outcome": None})
     given = () if records is None else new_records(state, records.runs)
-    flights: dict[bytes, str] = {}
+    flights = Flights()
     for record in (*known, *given):
-        require_another_flight(telemetry_only(record), flights)
+        flights.add(record)
     try:
         for further, records_so_far in _flights(setup, state, known, given):
             state, known = further, records_so_far

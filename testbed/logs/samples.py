@@ -163,7 +163,8 @@ _UNIT = 1e-3
 
 def _of_unit_length(values: Array) -> tuple[Array, list[str]]:
     """Return quaternions of unit length, those of none as not sampled, and what was done to them."""
-    length = np.linalg.norm(values, axis=1, keepdims=True)
+    with np.errstate(over="ignore"):
+        length = np.linalg.norm(values, axis=1, keepdims=True)
     none, said = length[:, 0] == 0.0, list[str]()
     if none.any():
         values = np.where(none[:, None], np.nan, values)

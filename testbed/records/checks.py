@@ -29,6 +29,9 @@ LARGEST_ACTUATION = 1e9
 LONGEST_RUN = 2e4
 """s; a prediction takes 64 points a second, and a longer run would fill the memory."""
 
+_UNIT = 0.05
+"""By which the length of a quaternion may differ from 1: by rounding, or as a mean of some samples."""
+
 _ACTUATION = (*TURNED_BY, "rotor_speed")
 _LISTED = 10
 
@@ -74,7 +77,24 @@ def value_problems(time: Series, channels: Mapping[str, Array]) -> list[str]:
                 *_series_problems(column, series, needed=name == "body_rate", empty_allowed=empty_allowed),
                 *(_size_problems(column, series) if name in _ACTUATION else ()),
             ]
-    return problems + list(_body_rate_problems(channels["body_rate"]))
+    return [
+        *problems,
+        *_body_rate_problems(channels["body_rate"]),
+        *_attitude_problems(channels.get("attitude", np.zeros((0, 4)))),
+    ]
+
+
+def _attitude_problems(quaternions: Array) -> Iterator[str]:
+    """Find quaternions that are none of an attitude; zeros and empty cells stand for no sample."""
+    with np.errstate(over="ignore"):
+        length = np.linalg.norm(quaternions, axis=1)
+    wrong = np.flatnonzero(np.isfinite(quaternions).all(axis=1) & (length > 0.0) & (np.abs(length - 1.0) > _UNIT))
+    if len(wrong):
+        row = int(wrong[0])
+        yield (
+            f"attitude has quaternions that are not of unit length: {length[row]:.4g} in row {row + 1}; give them with "
+            "the scalar first, divided by their length"
+        )
 
 
 def too_few_samples(body_rate: Array) -> str | None:

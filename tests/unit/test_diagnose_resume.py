@@ -181,3 +181,20 @@ def test_numbers_are_kept_to_the_last_bit():
     assert hash_of((1, 2)) != hash_of(1, 2)
     with pytest.raises(TypeError):
         hash_of(object())
+
+
+def test_ctrl_c_in_the_design_of_the_next_flight_keeps_all_that_led_there(data, whole, tmp_path, monkeypatch, capsys):
+    def ctrl_c(*_):
+        raise KeyboardInterrupt
+
+    out = tmp_path / "out"
+    with monkeypatch.context() as patch:
+        patch.setattr("testbed.library.diagnoses.proposal_of", ctrl_c)
+        assert diagnose(data, out) == 130
+    printed = " ".join("".join(capsys.readouterr()).split())
+    assert "Interrupted while the next flight was designed; what was worked out is kept" in printed
+    assert answer(out)["complete"]
+    assert diagnose(data, out, "--resume") == 0
+    assert "its design was interrupted" not in "".join(capsys.readouterr())
+    assert answer(out)["steps"] == answer(whole[0])["steps"]
+    assert sorted(path.name for path in out.iterdir()) == sorted(path.name for path in whole[0].iterdir())

@@ -174,3 +174,24 @@ def test_an_effect_in_the_model_is_asked_of_however_little_it_promised(start, se
     assert with_candidate(start, screening, own.placed, state.model) is screening
     masked = replace(others, signatures=tuple(each for each in others.signatures if each.placed.key != TRUE))
     assert with_candidate(start, masked, own.placed, state.model) is masked
+
+
+def test_two_effects_that_cancel_are_no_explanation(start, search):
+    """A constant torque that a drag takes away again: of each as much is added as nobody sees of both."""
+    state = added(search, start, "body_torque:platform")
+    candidate = refitted(state.runs, state.heldout, state.model, search.screened(state), _placed(search, TRUE))
+    assert not candidate.cancels
+    own, other = (candidate.fit.own(_placed(search, key)) for key in (TRUE, "body_torque:platform"))
+    jacobian = candidate.fit.jacobian.copy()
+    columns = slice(6 + other.start, 6 + other.stop)
+    sizes = candidate.fit.effect_values
+    wanted = -candidate.fit.contribution(candidate.placed)
+    jacobian[:, columns] = np.outer(wanted, sizes[other]) / (sizes[other] @ sizes[other])
+    assert replace(candidate, fit=replace(candidate.fit, jacobian=jacobian)).cancels
+    jacobian[:, columns] *= 0.5
+    assert not replace(candidate, fit=replace(candidate.fit, jacobian=jacobian)).cancels
+    assert own != other
+
+
+def _placed(search, key):
+    return next(each for each in search.testable if each.key == key)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import testbed as tb
@@ -451,3 +452,19 @@ def test_quaternions_have_unit_length_or_are_not_sampled(tmp_path):
     values = records.runs[0].channels["attitude"]
     assert np.isnan(values[0]).all()
     np.testing.assert_array_equal(values[1:], np.tile([1.0, 0.0, 0.0, 0.0], (39, 1)))
+
+
+def test_quaternions_of_a_table_are_of_unit_length_or_none():
+    time, rate = 0.1 * np.arange(20), np.random.default_rng(0).standard_normal((20, 3))
+    turned = np.tile([0.6, 0.8, 0.0, 0.0], (20, 1))
+    turned[3] = 0.0
+    columns = dict(zip(("body_rate_x_rad_s", "body_rate_y_rad_s", "body_rate_z_rad_s"), rate.T, strict=True))
+    columns |= {f"applied_torque_{axis}_N_m": rate[:, 0] for axis in "xyz"}
+    for length, fault in ((1.0, None), (1.01, None), (2.0, "2 in row 1"), (1e200, "inf in row 1")):
+        attitude = dict(zip((f"attitude_{axis}" for axis in "wxyz"), length * turned.T, strict=True))
+        frame = pd.DataFrame({"time_s": time, **columns, **attitude})
+        if fault is None:
+            assert tb.records_from({"run": frame}).runs
+            continue
+        with pytest.raises(tb.InputError, match=f"attitude has quaternions that are not of unit length: {fault}"):
+            tb.records_from({"run": frame})

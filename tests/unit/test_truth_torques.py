@@ -45,3 +45,15 @@ def test_a_torque_that_runs_away_ends_the_flight_with_what_was_recorded(tmp_path
 def test_so_does_one_of_an_orbit():
     run = tb.fly(tb.read_scenario("basic", {**ORBIT, "environment.torque_N_m": [1e6, 1e6, 1e6]}), seed=1)
     assert run.experiment.outcome == "diverged"
+
+
+def test_a_gyro_that_shows_nothing_of_the_motion_leaves_the_flight():
+    """Its estimates are none, for reasons that are kept; the flight had been lost with an error on units."""
+    run = tb.fly(tb.read_scenario("basic", {"gyro.bias_rad_s": [1e4, 0.0, 0.0]}), seed=1)
+    assert run.experiment.outcome == "completed"
+    assert not run.estimates
+    assert "no estimator gave an estimate" in str(run)
+
+
+def test_without_noise_no_distance_to_a_bound_is_stated():
+    assert "inf" not in str(tb.fly(tb.read_scenario("basic", {"gyro.noise_rad_s": 0.0}), seed=1))
