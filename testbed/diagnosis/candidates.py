@@ -257,6 +257,23 @@ class Candidate(AtComponent):
         return all(each.is_plausible(value) for each, value in zip(self.effect.parameters, values, strict=True))
 
     @property
+    def blurred(self) -> bool:
+        """Whether it has no size of its own beside another effect over windows, where samples are not all that counts.
+
+        What healthy records differ by is in the covariance, and in the evidence only as far as one effect feels it.
+        """
+        if self.fit.torque_noise is None or sum(not each.given for each in self.fit.placed) == 1:
+            return False
+        own, parameters = self.fit.own(self.placed), self.effect.parameters
+        sized = np.flatnonzero([not each.scanned for each in parameters])
+        size = self.fit.effect_values[own][sized] - np.array([parameters[index].absent for index in sized])
+        covariance = self.fit.covariance[6:, 6:][own, own][np.ix_(sized, sized)]
+        if not np.isfinite(covariance).all():
+            return True
+        square = float(size @ np.linalg.pinv(covariance, hermitian=True) @ size)
+        return bool(chdtrc(len(sized), square) > SETTINGS.family_wise_error)
+
+    @property
     def cancels(self) -> bool:
         """Whether it and another effect that was found, or all others, make samples of which together little is left.
 
@@ -372,7 +389,7 @@ def _goes_before(other: Candidate, candidate: Candidate) -> bool:
 
 
 def _is_there(screening: Screening, candidate: Candidate) -> bool:
-    return candidate.significant and screening.odds(candidate) > 0.0
+    return candidate.significant and screening.odds(candidate) > 0.0 and not candidate.blurred
 
 
 def _is_close(candidate: Candidate, best: Candidate) -> bool:

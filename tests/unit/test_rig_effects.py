@@ -70,11 +70,11 @@ def test_late_telemetry_is_nothing_that_is_late_only():
 
 
 def test_a_slow_wheel_is_an_actuator_lag_and_no_gyro_of_half_a_hertz():
-    """Both explain it alike: what decides which is named is that no gyro is as slow."""
+    """Both explain it alike: what decides is that no gyro is as slow, so that it is none of the class either."""
     state = diagnosis(TIMING, lag=0.3)
     added = additions(state)[0]
     assert added.effect.id == "actuator_lag"
-    assert [each.effect.id for each in added.look_alikes] == ["gyro_bandwidth"]
+    assert not added.look_alikes
     assert added.quantities[0].value == pytest.approx(0.3, rel=0.01)
     assert not added.doubts
 
