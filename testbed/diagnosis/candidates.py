@@ -277,7 +277,7 @@ class Candidate(AtComponent):
     def cancels(self) -> bool:
         """Whether it and another effect that was found, or all others, make samples of which together little is left.
 
-        Two large errors that hide each other explain what little they leave, and that of any shape; the evidence of one
+        Two large errors that hide each other can have any small difference; the evidence of one
         beside the other does not count how rare it is that they agree.
         """
         own, placed = self.fit.contribution(self.placed), self.fit.placed

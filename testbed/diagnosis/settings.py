@@ -133,7 +133,7 @@ class DiagnosisSettings:
     """Share of the power of two effects that is left of both together below which they cancel each other.
 
     Source: chosen. An offset of the centre of mass by 4 cm and a motor without four fifths of its thrust, by which a
-    hexacopter with a motor tilted by 4 degrees was explained, left 0.010; PAIRS.
+    hexacopter with a motor tilted by 4 degrees was explained, left 0.010.
     """
     unexplained_p_value: float = 0.01
     """p-value of the residual's χ², of a latent torque or of a torque shape below which the model is not the whole

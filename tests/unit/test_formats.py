@@ -28,6 +28,7 @@ MAY_BE_ABSENT |= {"gimbal_rate", "gimbal_torque", "wheel_torque", "wheel_speed"}
 MAY_BE_ABSENT |= {"center_of_mass_offset_m", "center_of_mass_offset_std_m", "bound_center_of_mass_offset_std_m"}
 MAY_BE_ABSENT |= {"center_of_mass_offset", "largest_tilt_rad"}  # but on an air bearing
 MAY_BE_ABSENT |= {"engine_check"}  # but with --check
+MAY_BE_ABSENT |= {"unestimated"}  # where every estimator estimates every flight
 MAY_BE_ABSENT |= {"healthy_theta_kg_m2", "differs_from_healthy_p_value"}  # but with --reference
 MAY_BE_ABSENT |= {"persistence"}  # in diagnoses of before it was estimated
 OPEN = {"Provenance", "FilesProvenance"}
