@@ -105,7 +105,8 @@ class _Pool:
         if self.deaths[block.index] >= MOST_DEATHS:
             raise InputError(
                 f"{MOST_DEATHS} worker processes in a row died on {runs} (the last was {how}): look whether memory "
-                "runs out, or fly one of these runs alone"
+                "runs out, or fly one of these runs alone; in a script of your own, start campaigns below "
+                'if __name__ == "__main__":, as each worker imports it'
             )
         self.notify(f"a worker process was {how} on {runs}; they are flown again")
         self.waiting.appendleft(block)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import inf
+from math import inf, isclose
 
 import numpy as np
 import scipy
@@ -13,7 +13,7 @@ from testbed.arrays import Array, Flags, Series
 from testbed.errors import InputError
 from testbed.logs.map import ABOUT_AXES, Channel, Clock, FlagRuns, axes_matrix
 from testbed.logs.streams import Numbers, Stream, doubles
-from testbed.logs.units import factor_to
+from testbed.logs.units import factor_to, is_unit_of
 from testbed.rotation.quaternion import quaternion_product
 from testbed.signals import AXES, QUATERNION, SIGNALS
 
@@ -112,11 +112,23 @@ def samples_of(
     if about is not None and name in ABOUT_AXES and values.shape[1] < len(AXES):
         values, converted = _on_body_axes(name, values, about), (*converted, _said_about(name, about))
     time, values, dropped = _in_order(time + channel.offset_s, values, _filled(stream, channel))
+    dropped = (*_contradicted(name, channel, stream), *dropped)
     if infinite.any():
         dropped = (f"{infinite.sum():,} infinite values taken as not sampled", *dropped)
     if channel.offset_s:
         converted = (*converted, f"times shifted by {channel.offset_s:+g} s")
     return Samples(time=time, values=values, converted=converted, dropped=tuple(f"{name}: {each}" for each in dropped))
+
+
+def _contradicted(name: str, channel: Channel, stream: Stream) -> Iterator[str]:
+    """Yield where the log states another unit of a channel's fields than the map does."""
+    target = SIGNALS[name].unit
+    for field in channel.fields:
+        stated = stream.units.get(field)
+        if stated is None or channel.unit is None or not is_unit_of(stated, target):
+            continue
+        if not isclose(factor_to(stated, target), factor_to(channel.unit, target)):
+            yield f"{field} is in {stated} by the log, in {channel.unit} by the map, which is taken"
 
 
 def _nanoseconds(ticks: Numbers, unit: str) -> Numbers:

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from io import BufferedReader
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
@@ -111,7 +112,7 @@ class CsvTable(Log):
             room = Room(self.path)
             columns = _collected(batches, wanted.get(TABLE, ()), room, decimal_comma=layout.decimal_comma)
             unused = [name for name in layout.names if name not in columns]
-        return _content(columns, unused, damage)
+        return _content(columns, unused, damage, layout.units)
 
     @contextmanager
     def _batches(
@@ -291,7 +292,12 @@ def _not_numbers(column: _Column) -> str:
     return f"{column.words} cells are no numbers, the first {column.first_word!r}"
 
 
-def _content(columns: Mapping[str, _Column], unused: Sequence[str], damage: Sequence[str]) -> Content:
+def _content(
+    columns: Mapping[str, _Column],
+    unused: Sequence[str],
+    damage: Sequence[str],
+    stated: Mapping[str, str] = MappingProxyType({}),
+) -> Content:
     words = [
         f"column {name}: {_not_numbers(column)}: taken as not sampled"
         for name, column in columns.items()
@@ -299,7 +305,8 @@ def _content(columns: Mapping[str, _Column], unused: Sequence[str], damage: Sequ
     ]
     fields = {name: column.numbers for name, column in columns.items()}
     held = {name: values for name, values in fields.items() if not np.isnan(doubles(values)).all()}
-    units = {name: column.unit for name, column in columns.items() if column.unit is not None}
+    units = {name: unit for name, unit in stated.items() if name in columns and unit}
+    units |= {name: column.unit for name, column in columns.items() if column.unit is not None}
     return Content(streams={TABLE: Stream(fields=held, units=units)}, unused=tuple(unused), damage=(*damage, *words))
 
 

@@ -17,7 +17,7 @@ from testbed.report.diagnosis.ranking import ranking_rows
 RUNS = 40
 
 
-def candidate(evidence, by_run, effect=EFFECTS["gyro_latency"], value=0.01):
+def candidate(evidence, by_run, effect=EFFECTS["gyro_latency"], value=0.01, torque_noise=None):
     return Candidate(
         placed=SimpleNamespace(key=f"{evidence}", size=1, effect=effect, component="gyro"),
         fit=SimpleNamespace(
@@ -26,6 +26,7 @@ def candidate(evidence, by_run, effect=EFFECTS["gyro_latency"], value=0.01):
             placed=(SimpleNamespace(given=False),),
             effect_values=np.full(len(effect.parameters), value),
             own=lambda _: slice(None),
+            torque_noise=torque_noise,
         ),
         chi_square_reduction=evidence,
         rank=1,
@@ -77,6 +78,15 @@ def test_wrong_models_are_distinguished_by_what_runs_agree_on():
     agreed = left + np.random.default_rng(1).normal(200.0, 200.0, RUNS)
     assert close(candidate(8000.0, left), candidate(6000.0, scattered))
     assert not close(candidate(8000.0, left), candidate(6000.0, agreed))
+
+
+def test_over_windows_no_model_is_right_however_well_it_fits():
+    left = np.full(RUNS, 3.0)
+    scattered = left + np.random.default_rng(1).normal(1.0, 5.0, RUNS)
+    agreed = left + np.random.default_rng(1).normal(4.0, 5.0, RUNS)
+    best = candidate(100.0, left, torque_noise=np.eye(3))
+    assert close(best, candidate(70.0, scattered, torque_noise=np.eye(3)))
+    assert not close(best, candidate(70.0, agreed, torque_noise=np.eye(3)))
 
 
 def test_few_runs_do_not_tell_their_scatter():

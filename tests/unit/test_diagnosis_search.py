@@ -193,5 +193,17 @@ def test_two_effects_that_cancel_are_no_explanation(start, search):
     assert own != other
 
 
+def test_over_windows_an_effect_that_has_no_size_of_its_own_beside_another_is_blurred(start, search):
+    state = added(search, start, "body_torque:platform")
+    candidate = refitted(state.runs, state.heldout, state.model, search.screened(state), _placed(search, TRUE))
+    windows = replace(candidate, fit=replace(candidate.fit, torque_noise=np.eye(3)))
+    own = windows.fit.own(candidate.placed)
+    hardly_shown = windows.fit.jacobian.copy()
+    hardly_shown[:, 6 + own.start : 6 + own.stop] *= 1e-3
+    assert not windows.blurred
+    assert replace(windows, fit=replace(windows.fit, jacobian=hardly_shown)).blurred
+    assert not replace(candidate, fit=replace(candidate.fit, jacobian=hardly_shown)).blurred
+
+
 def _placed(search, key):
     return next(each for each in search.testable if each.key == key)

@@ -468,3 +468,14 @@ def test_quaternions_of_a_table_are_of_unit_length_or_none():
             continue
         with pytest.raises(tb.InputError, match=f"attitude has quaternions that are not of unit length: {fault}"):
             tb.records_from({"run": frame})
+
+
+def test_a_row_of_units_that_contradicts_the_map_is_said(tmp_path):
+    path = tmp_path / "a.csv"
+    rows = "\n".join(f"{0.1 * n},1,2,3,4,5,6" for n in range(20))
+    path.write_text(f"t,a,b,c,d,e,f\n[s],[rad/s],[rad/s],[mrad/s],[N*m],[N*m],[N*m]\n{rows}\n", encoding="utf-8")
+    records = tb.import_log(path, {"schema": 1, "clock": {"field": "t", "unit": "s"}, "channels": SOURCES})
+    assert [each for each in records.dropped if "by the map" in each] == [
+        "body_rate: a is in rad/s by the log, in mrad/s by the map, which is taken",
+        "body_rate: b is in rad/s by the log, in mrad/s by the map, which is taken",
+    ]
