@@ -31,7 +31,7 @@ class ActuatorWeak(Effect):
     parameters = (Parameter(name="lost_share", unit="1", typical=0.1, lower=-1.0, upper=1.0, plausible=(-0.05, 1.0)),)
     needs = ("thrust",)
     measured_by = HOLDING_MOMENTUM
-    sentence = "{component} gives less thrust than it is commanded; more, where the lost share is negative."
+    sentence = "{component} gives less thrust than it is commanded, or more where the lost share is negative."
     look_alikes = ("actuator_misaligned", "thrust_offset", "actuator_gain")
     confirm = "A step of this actuator alone, on a balance or in flight: its thrust falls short in proportion."
     flies = False

@@ -13,9 +13,10 @@ from threadpoolctl import threadpool_limits
 from testbed.arrays import Matrix3
 from testbed.assembly.description import write_mjcf, write_urdf
 from testbed.assembly.extension import write_extended
-from testbed.diagnosis.findings import Addition, additions, doubt_words, model_notices, noise_notices
+from testbed.diagnosis.findings import Addition, additions, doubt_words, noise_notices
 from testbed.diagnosis.keeping import Store, keeping
 from testbed.diagnosis.location import ResidualSegment, located
+from testbed.diagnosis.model_notices import model_notices
 from testbed.diagnosis.result import result_of
 from testbed.diagnosis.run_agreement import Agreement, agreements
 from testbed.diagnosis.run_residuals import residuals_of

@@ -9,8 +9,9 @@ from concealing.files import conceal
 from support.blind_cases import RUNS, blind_case
 from support.diagnosed_records import SCENARIO
 from testbed.assembly.platform import nominal_platform
-from testbed.diagnosis.findings import additions, model_notices
+from testbed.diagnosis.findings import additions
 from testbed.diagnosis.method import diagnosed
+from testbed.diagnosis.model_notices import model_notices
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS

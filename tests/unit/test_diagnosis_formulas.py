@@ -14,10 +14,10 @@ from support.flown_effects import flown, scenario
 from support.processes import ROOT
 from testbed.cli.app import app
 from testbed.cli.failures import exit_code_of
-from testbed.diagnosis.findings import model_notices
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.formulas import screened_formulas
 from testbed.diagnosis.method import diagnosed
+from testbed.diagnosis.model_notices import model_notices
 from testbed.diagnosis.reading import data_set_of
 from testbed.dynamics.inertia import theta_of
 from testbed.effects import contact

@@ -11,9 +11,10 @@ from concealing.flown import fly_case
 from support.blind_cases import blind_case
 from support.diagnosed_records import SCENARIO
 from testbed.assembly.platform import nominal_platform
-from testbed.diagnosis.findings import additions, model_notices
+from testbed.diagnosis.findings import additions
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.method import diagnosed
+from testbed.diagnosis.model_notices import model_notices
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.trims import log_odds_of_own_trims, with_one_trim
 from testbed.dynamics.inertia import theta_of

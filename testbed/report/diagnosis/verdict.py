@@ -7,6 +7,7 @@ from functools import partial
 from math import isfinite
 
 from testbed.diagnosis.findings import Addition, changed_inertia, doubt_words
+from testbed.diagnosis.model_notices import changed_since_healthy
 from testbed.diagnosis.noise import NoiseHypothesis
 from testbed.diagnosis.run_agreement import Agreement
 from testbed.diagnosis.settings import SETTINGS
@@ -53,7 +54,10 @@ def _of_effects(diagnosis: Diagnosis) -> Notice:
         # The misfit above the verdict is in the noise before: two numbers of one model need a reason.
         noise = ", in the noise that its residual shows" if in_other_noise(diagnosis.gap_before, diagnosis.gap) else ""
         text += f"{misfit_words(diagnosis.gap)}, and a gap of {gap_words(diagnosis.gap)}{noise}; noise alone gives 1."
-        return Notice(tone="good", text=f"{text}{_far_words(diagnosis.gap)}")
+        changed = [effect_name(each.effect, each.component) for each in changed_since_healthy(diagnosis)]
+        if changed:
+            text += f" But it is not as in the healthy records, see the notes: {listed(changed)}."
+        return Notice(tone="warn" if changed else "good", text=f"{text}{_far_words(diagnosis.gap)}")
     if diagnosis.verdict == "named":
         doubts = list(doubt_words(diagnosis))
         doubtful = f" Doubtful: {'; '.join(doubts)}." if doubts else ""
