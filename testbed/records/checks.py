@@ -55,7 +55,10 @@ def listing(path: Path, problems: Sequence[str]) -> str:
 
 
 def column_problems(columns: Sequence[str]) -> list[str]:
-    """Check the header alone: units, repeated, missing and half-present columns."""
+    """Check the header alone: blanks, units, repeated, missing and half-present columns."""
+    blank = [column for column in columns if column != column.strip()]
+    if blank:
+        return [f"column names begin or end with a blank, such as {blank[0]!r}: take the blanks out of the header"]
     present = {si_column(column) for column in columns}
     return [
         *(problem for column in columns if (problem := foreign_column_problem(column))),

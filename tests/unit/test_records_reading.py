@@ -343,3 +343,10 @@ def test_a_fault_beyond_the_first_batch_has_its_own_row(tmp_path, monkeypatch):
 def test_a_pipe_in_place_of_a_file_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "run.csv")
     assert "Is a device or a pipe" in refusal(tmp_path / "run.csv")
+
+
+def test_blanks_around_the_names_of_columns_are_pointed_at(tmp_path):
+    path = tmp_path / "spaced.csv"
+    path.write_text("time_s, body_rate_x_rad_s, body_rate_y_rad_s\n0, 1, 2\n", encoding="utf-8")
+    with pytest.raises(InputError, match="with a blank, such as ' body_rate_x_rad_s': take the blanks out"):
+        read_record(path)

@@ -14,6 +14,7 @@ def full_record(name="run", **details):
     """A record with every signal of the table, telemetry sampled in every fifth row only."""
     rng = np.random.default_rng(5)
     channels = {signal.name: rng.normal(size=(60, signal.width)) for signal in SIGNALS.values()}
+    channels["attitude"] /= np.linalg.norm(channels["attitude"], axis=1, keepdims=True)
     for signal in SIGNALS.values():
         channels[signal.name][np.arange(60) % 5 != 0] *= np.nan if signal.telemetry else 1.0
     return Record(
