@@ -415,7 +415,7 @@ def _is_close(candidate: Candidate, best: Candidate) -> bool:
     if best.nothing_new > 0.0 and as_if_new < tied and candidate.plausible:
         return True
     wrong = spread > SETTINGS.misfitting or best.fit.torque_noise is not None
-    return wrong and _differ_by_chance(candidate.by_run - best.by_run)
+    return wrong and candidate.plausible and _differ_by_chance(candidate.by_run - best.by_run)
 
 
 def _differ_by_chance(worse: Series) -> bool:

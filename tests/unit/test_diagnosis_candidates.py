@@ -86,6 +86,7 @@ def test_over_windows_no_model_is_right_however_well_it_fits():
     agreed = left + np.random.default_rng(1).normal(4.0, 5.0, RUNS)
     best = candidate(100.0, left, torque_noise=np.eye(3))
     assert close(best, candidate(70.0, scattered, torque_noise=np.eye(3)))
+    assert not close(best, candidate(70.0, scattered, torque_noise=np.eye(3), value=50.0))  # as no hardware has
     assert not close(best, candidate(70.0, agreed, torque_noise=np.eye(3)))
 
 
