@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ from testbed.effects.registry import EFFECTS, NOISE_EFFECTS
 from testbed.report.diagnosis.page import write_diagnosis_page
 from testbed.report.diagnosis.ranking import on_the_noise, ranking_rows
 from testbed.report.diagnosis.residuals import mean_spectrum, residuals_section
-from testbed.report.diagnosis.verdict import diagnosis_verdict, share_words
+from testbed.report.diagnosis.verdict import diagnosis_verdict, names_of_all, share_words
 from testbed.report.frame.blocks import Figure
 
 FEW = {name: EFFECTS[name] for name in ("gyro_latency", "viscous_drag")}
@@ -248,3 +249,9 @@ def test_residuals_are_drawn_once_where_nothing_was_added():
     quiet = last(records(2))
     figures = [block.title for block in residuals_section(residuals_of(quiet)).blocks if isinstance(block, Figure)]
     assert figures == ["Spectrum over all runs: nominal"]
+
+
+def test_a_class_names_each_effect_once_with_all_its_places():
+    members = [("actuator_weak", "2"), ("body_torque", "platform"), ("actuator_weak", "5"), ("actuator_weak", "1")]
+    placed = [SimpleNamespace(effect=EFFECTS[effect], component=component) for effect, component in members]
+    assert names_of_all(placed) == ["actuator_weak (2, 5 and 1)", "body_torque (platform)"]

@@ -14,7 +14,7 @@ from testbed.diagnosis.location import ResidualSegment
 from testbed.diagnosis.misfit import Misfit
 from testbed.diagnosis.state import Diagnosis, Gap
 from testbed.report.diagnosis.misfit import MEANING, in_other_noise
-from testbed.report.diagnosis.verdict import effect_name
+from testbed.report.diagnosis.verdict import effect_name, names_of_all
 from testbed.report.frame.blocks import Block, Cell, Column, Figure, Paragraph, Section, Table
 from testbed.report.frame.style import color, layout
 from testbed.report.wording import BAND, figures_to, listed
@@ -132,7 +132,7 @@ def _rungs(diagnosis: Diagnosis) -> Iterator[_Rung]:
 def _sentences(diagnosis: Diagnosis) -> Paragraph:
     alike = [
         f"These data do not tell {each.effect.id} from "
-        f"{listed(effect_name(other.effect, other.component) for other in each.look_alikes)}. What would: "
+        f"{listed(names_of_all(each.look_alikes))}. What would: "
         f"{each.effect.confirm}"
         for each in diagnosis.added
         if each.look_alikes

@@ -7,6 +7,7 @@ from functools import partial
 from math import isfinite
 
 from testbed.diagnosis.findings import Addition, changed_inertia, doubt_words
+from testbed.diagnosis.model import Hypothesis
 from testbed.diagnosis.model_notices import changed_since_healthy
 from testbed.diagnosis.noise import NoiseHypothesis
 from testbed.diagnosis.run_agreement import Agreement
@@ -102,7 +103,7 @@ def _without_effects(diagnosis: Diagnosis) -> Gap:
 
 def _alike(added: Step | NoiseHypothesis) -> list[str]:
     """Return the name of an effect that was added, and of those that the data do not distinguish from it."""
-    return [effect_name(each.effect, each.component) for each in (added, *added.look_alikes)]
+    return [effect_name(added.effect, added.component), *names_of_all(added.look_alikes)]
 
 
 def _alone_words(diagnosis: Diagnosis) -> str:
@@ -195,6 +196,14 @@ def effect_name(effect: NamedEffect, component: str) -> str:
     return f"{effect.id} ({component})"
 
 
+def names_of_all(placed: Iterable[Hypothesis | NoiseHypothesis]) -> list[str]:
+    """Return effects with all their places, each effect once, e.g. `actuator_weak (2, 5 and 1)`, in the order given."""
+    places: dict[str, list[str]] = {}
+    for each in placed:
+        places.setdefault(each.effect.id, []).append(each.component)
+    return [f"{effect} ({listed(components)})" for effect, components in places.items()]
+
+
 def gap_words(gap: Gap) -> str:
     """Return a gap's numbers, in sigma."""
     held_out = f" fitted, {gap.heldout:.3f} held out" if isfinite(gap.heldout) else ""
@@ -228,6 +237,6 @@ def addition_words(addition: Addition) -> Iterator[str]:
     yield from (quantity_words(quantity) for quantity in addition.quantities)
     yield from (f"doubtful: {doubt}" for doubt in addition.doubts)
     if addition.look_alikes:
-        others = listed(effect_name(other.effect, other.component) for other in addition.look_alikes)
+        others = listed(names_of_all(addition.look_alikes))
         yield f"indistinguishable from: {others}"
         yield f"to distinguish: {addition.effect.confirm}"
