@@ -15,9 +15,10 @@ from testbed.report.wording import figures
 _MEANING = (
     "The χ² reduction is of the fitted runs; of effects on the noise, twice the log-likelihood ratio of the samples' "
     "scatter. B is the Bayes factor against no missing effect, integrated over the prior of an effect's size, the "
-    "held-out runs included. What lies within 6 of the greatest 2 ln B is indistinguishable from it; where every "
-    "residual exceeds the noise, so is what differs by no more than from run to run. Such a class has one probability, "
-    "and its member with the greatest 2 ln B is added. The p-value is family-wise, over all effects that were tested."
+    "held-out runs included. What lies within 6 of the greatest 2 ln B is indistinguishable from it; where no model is "
+    "exact, so is what differs by no more than from run to run, or from window to window. Such a class has one "
+    "probability, and its member with the greatest 2 ln B is added, unless a more plausible one or a case of it is in "
+    "the class. The p-value is family-wise, over all effects that were tested."
 )
 
 
