@@ -179,10 +179,11 @@ def write_json_mcap(
     clock: str = "us",
     torque_topic: str = "/torque",
     silent: str = "",
+    late_values: int = 0,
 ) -> Path:
     """Write MCAP with JSON messages: gyro at 200 Hz with stamps in two parts, torques at 50 Hz with a clock in us.
 
-    The topic `silent` is there without a message.
+    The topic `silent` is there without a message; so many of the gyro's first messages have no values.
     """
     from mcap.writer import CompressionType, Writer
 
@@ -198,7 +199,8 @@ def write_json_mcap(
         for row, rate in enumerate(rates):
             time = EPOCH * 10**9 + 5_000_000 * row
             stamp = {"sec": time // 10**9, "nsec": time % 10**9}
-            _send(writer, imu, time, {"stamp": stamp, "rate": dict(zip("xyz", rate, strict=True)), "mode": "auto"})
+            read = {"rate": None if row < late_values else dict(zip("xyz", rate, strict=True))}
+            _send(writer, imu, time, {"stamp": stamp, **read, "mode": "auto"})
             if row % 4 == 0:
                 _send(writer, thrusters, time, {clock: time // 1000, "t": torques[row // 4]})
         writer.finish()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from io import BytesIO
@@ -15,7 +16,7 @@ from typing_extensions import override
 from testbed.errors import InputError
 from testbed.files import open_regular
 from testbed.logs.extra import library
-from testbed.logs.messages import Collector, topic_of, undecoded
+from testbed.logs.messages import LOOKED_AT, Collector, topic_of, undecoded, with_further
 from testbed.logs.streams import Content, Log, Room, Topic, Wanted, WholeReads, parsing
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -50,12 +51,16 @@ class Mcap(Log):
 
     @override
     def survey(self) -> Mapping[str, Topic]:
-        """Return the topics of the log, each by its first message; those without one have no fields."""
+        """Return the topics of the log, each by its first messages; those without one have no fields."""
         topics: dict[str, Topic] = {}
+        seen: Counter[str] = Counter()
         scan = _Scan(self.path, most=_SURVEYED)
         for channel, message in scan.messages():
-            if channel.topic not in topics and (decode := scan.decoder_of(channel)) is not None:
-                topics[channel.topic] = topic_of(_decoded(decode, message.data), scan.kind_of(channel))
+            name = channel.topic
+            if seen[name] < LOOKED_AT and (decode := scan.decoder_of(channel)) is not None:
+                seen[name] += 1
+                known = topics.get(name) or topic_of(None, scan.kind_of(channel))
+                topics[name] = with_further(known, _decoded(decode, message.data))
         return scan.silent | topics
 
     @override

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import replace
 from math import nan
 from operator import attrgetter
 from typing import Any, TypeAlias
@@ -39,6 +40,16 @@ def topic_of(message: object, kind: str, *, received: bool = True) -> Topic:
         units={_path(steps): "ns" for steps, value in found if _is_time(value)},
         received=received,
     )
+
+
+LOOKED_AT = 16
+"""Messages of a topic that tell what it offers: of the first ones some may lack a value."""
+
+
+def with_further(topic: Topic, message: object) -> Topic:
+    """Return what a topic offers with the fields of a further message of it."""
+    other = topic_of(message, topic.kind, received=topic.received)
+    return replace(topic, fields={**other.fields, **topic.fields}, units={**other.units, **topic.units})
 
 
 class Collector:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any, ClassVar
 
 from typing_extensions import override
@@ -12,7 +13,7 @@ from typing_extensions import override
 from testbed.errors import InputError
 from testbed.files import FileStamp, stamped
 from testbed.logs.extra import library
-from testbed.logs.messages import Collector, topic_of, undecoded
+from testbed.logs.messages import LOOKED_AT, Collector, topic_of, undecoded, with_further
 from testbed.logs.streams import Content, Log, Room, Topic, Wanted, parsing
 
 MAGICS = (b"#ROSBAG V2.0", b"SQLite format 3\0")
@@ -38,16 +39,14 @@ class Rosbag(Log):
 
     @override
     def survey(self) -> Mapping[str, Topic]:
-        """Return the topics of the bag, each by its first message; those without one have no fields."""
+        """Return the topics of the bag, each by its first messages; those without one have no fields."""
         with self._opened() as reader:
-            topics: dict[str, Topic] = {}
+            topics = {connection.topic: topic_of(None, connection.msgtype) for connection in reader.connections}
             for connection in reader.connections:
-                for _, _, data in reader.messages(connections=[connection]):
+                for _, _, data in islice(reader.messages(connections=[connection]), LOOKED_AT):
                     message = _decoded(reader, data, connection.msgtype)
-                    topics.setdefault(connection.topic, topic_of(message, connection.msgtype))
-                    break
-            silent = {connection.topic: topic_of(None, connection.msgtype) for connection in reader.connections}
-            return silent | topics
+                    topics[connection.topic] = with_further(topics[connection.topic], message)
+            return topics
 
     @override
     def read(self, wanted: Wanted) -> Content:

@@ -437,3 +437,8 @@ def test_logs_in_other_formats_are_named(tmp_path, content, words):
     path.write_bytes(content)
     with pytest.raises(tb.InputError, match=words):
         tb.guess_map(path)
+
+
+def test_a_topic_whose_first_messages_have_no_values_is_proposed_all_the_same(tmp_path):
+    late, usual = (guessed(logs.write_json_mcap(tmp_path / f"{count}.mcap", late_values=count)) for count in (5, 0))
+    assert late["channels"] == usual["channels"]
