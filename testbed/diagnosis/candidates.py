@@ -414,8 +414,11 @@ def _is_close(candidate: Candidate, best: Candidate) -> bool:
     as_if_new = best.log_bayes_factor + best.nothing_new - candidate.log_bayes_factor - candidate.nothing_new
     if best.nothing_new > 0.0 and as_if_new < tied and candidate.plausible:
         return True
-    wrong = spread > SETTINGS.misfitting or best.fit.torque_noise is not None
-    return wrong and candidate.plausible and _differ_by_chance(candidate.by_run - best.by_run)
+    worse = candidate.by_run - best.by_run
+    if spread > SETTINGS.misfitting:
+        return candidate.plausible and _differ_by_chance(worse)
+    # What fits no worse over windows, and has less evidence all the same, takes more to say it.
+    return best.fit.torque_noise is not None and candidate.plausible and worse.sum() > 0.0 and _differ_by_chance(worse)
 
 
 def _differ_by_chance(worse: Series) -> bool:
