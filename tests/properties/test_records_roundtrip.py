@@ -30,6 +30,17 @@ def values(width, rows, elements):
 
 
 @st.composite
+def quaternions(draw, rows):
+    """Of unit length, or not sampled."""
+    table = draw(arrays.arrays(np.float64, (rows, 4), elements=st.floats(-1.0, 1.0)))
+    length = np.linalg.norm(table, axis=1, keepdims=True)
+    table = np.where(length > 1e-3, table / np.maximum(length, 1e-3), [1.0, 0.0, 0.0, 0.0])
+    table[draw(arrays.arrays(np.bool_, rows, elements=st.booleans()))] = np.nan
+    table[draw(st.integers(0, rows - 1))] = [1.0, 0.0, 0.0, 0.0]
+    return table
+
+
+@st.composite
 def details(draw):
     times = draw(st.lists(st.floats(-1e6, 1e6), min_size=2, max_size=2, unique=True).map(sorted))
     return RunDetails(
@@ -51,9 +62,9 @@ def records(draw):
     channels = {"body_rate": draw(arrays.arrays(np.float64, (rows, 3), elements=st.floats(-20, 20)))}
     units = draw(st.sampled_from([1, 3, 4, 6, 8, MOST_UNITS]))  # of every kind as many
     for name in ("applied_torque", *draw(st.lists(st.sampled_from(OPTIONAL_CHANNELS), unique=True, max_size=2))):
-        channels[name] = draw(
-            values(SIGNALS[name].sized(units).width, rows, ACTUATION if name in ACTUATORS else NUMBERS)
-        )
+        elements = ACTUATION if name in ACTUATORS else NUMBERS
+        any_numbers = values(SIGNALS[name].sized(units).width, rows, elements)
+        channels[name] = draw(quaternions(rows) if name == "attitude" else any_numbers)
     return Record(
         time=np.cumsum(steps),
         channels=channels,
