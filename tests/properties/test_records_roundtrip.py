@@ -64,7 +64,7 @@ def records(draw):
     for name in ("applied_torque", *draw(st.lists(st.sampled_from(OPTIONAL_CHANNELS), unique=True, max_size=2))):
         elements = ACTUATION if name in ACTUATORS else NUMBERS
         any_numbers = values(SIGNALS[name].sized(units).width, rows, elements)
-        channels[name] = draw(quaternions(rows) if name == "attitude" else any_numbers)
+        channels[name] = draw(quaternions(rows) if name.endswith("attitude") else any_numbers)
     return Record(
         time=np.cumsum(steps),
         channels=channels,
