@@ -65,6 +65,10 @@ def raised_interrupts() -> Iterator[None]:
         before = signal.signal(signal.SIGINT, note)
         try:
             yield
+        except Exception:
+            if pressed:  # a library kept the exception until another call came upon it (SystemError)
+                raise KeyboardInterrupt from None
+            raise
         finally:
             signal.signal(signal.SIGINT, before)
     if pressed:

@@ -11,6 +11,7 @@ import numpy as np
 
 from testbed.arrays import Array
 from testbed.errors import InfeasibleDesignError
+from testbed.interrupts import raised_interrupts
 from testbed.maneuver.criteria import Criterion
 from testbed.maneuver.design import Design, DesignProblem, Parametrization, Search, Start
 from testbed.maneuver.information import maneuver_information
@@ -85,11 +86,12 @@ def best_of_starts(stages: tuple[Stage, ...], draw: Callable[[np.random.Generato
 def _solved(stages: tuple[Stage, ...], values: Array) -> Solution:
     """Solve one stage after the other; what the first cannot keep within the limits, no later one can."""
     count = len(values)
-    for program, solve in stages:
-        solution = solve(program.completed(values[:count]))
-        if not isfinite(_usable_cost(solution)):
-            break
-        values = solution.variables
+    with raised_interrupts():
+        for program, solve in stages:
+            solution = solve(program.completed(values[:count]))
+            if not isfinite(_usable_cost(solution)):
+                break
+            values = solution.variables
     return solution
 
 

@@ -69,6 +69,25 @@ def test_an_optimiser_that_keeps_ctrl_c_to_itself_is_interrupted_all_the_same():
     assert signal.getsignal(signal.SIGINT) is before
 
 
+def test_what_a_library_makes_of_ctrl_c_is_ctrl_c():
+    """CasADi keeps the exception for itself until the next call comes upon it: a SystemError, one time in many."""
+
+    def kept_and_found():
+        with raised_interrupts():
+            with suppress(KeyboardInterrupt):
+                signal.raise_signal(signal.SIGINT)
+            raise SystemError("<built-in function zeros> returned a result with an exception set")
+
+    def of_its_own():
+        with raised_interrupts():
+            raise SystemError("of its own")
+
+    with pytest.raises(KeyboardInterrupt):
+        kept_and_found()
+    with pytest.raises(SystemError, match="of its own"):
+        of_its_own()
+
+
 def test_handlers_are_given_back():
     before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
     assert exit_code_of(lambda: None) == 0
