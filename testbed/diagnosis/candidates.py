@@ -277,8 +277,8 @@ class Candidate(AtComponent):
     def cancels(self) -> bool:
         """Whether it and another effect that was found, or all others, make samples of which together little is left.
 
-        Two large errors that hide each other can have any small difference; the evidence of one
-        beside the other does not count how rare it is that they agree.
+        Two large errors that hide each other can have any small difference; the evidence of one beside the other does
+        not count how rare it is that they agree.
         """
         own, placed = self.fit.contribution(self.placed), self.fit.placed
         others = [self.fit.contribution(each) for each in placed if not each.given and each.key != self.placed.key]
@@ -417,7 +417,7 @@ def _is_close(candidate: Candidate, best: Candidate) -> bool:
     worse = candidate.by_run - best.by_run
     if spread > SETTINGS.misfitting:
         return candidate.plausible and _differ_by_chance(worse)
-    # What fits no worse over windows, and has less evidence all the same, takes more to say it.
+    # A candidate that fits no worse has less evidence by its prior alone, in which chance has no part.
     return best.fit.torque_noise is not None and candidate.plausible and worse.sum() > 0.0 and _differ_by_chance(worse)
 
 

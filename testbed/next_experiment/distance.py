@@ -47,6 +47,17 @@ class Contrast(NamedTuple):
         return np.asarray(np.sqrt(np.maximum(self.square - explained, 0.0)))
 
 
+def free_of(own: Array, columns: Array) -> Array:
+    """Return columns of flights less what each flight's own ones explain, shape (F, S, C).
+
+    Args:
+        own: derivatives by what is a flight's own, shape (F, S, K).
+        columns: shape (F, S, C).
+    """
+    basis, _ = np.linalg.qr(own)
+    return np.asarray(columns - basis @ (np.swapaxes(basis, -1, -2) @ columns))
+
+
 def contrast(difference: Array, columns: Array, common: int) -> Contrast:
     """Return what whitened predictions say of two models' difference.
 
@@ -55,8 +66,7 @@ def contrast(difference: Array, columns: Array, common: int) -> Contrast:
         columns: the imitator's derivatives, shape (F, S, common + K), the last K the initial rates'.
         common: parameters that all flights share.
     """
-    own, _ = np.linalg.qr(columns[..., common:])
     both = np.concatenate([columns[..., :common], difference[..., None]], axis=-1)
-    free = both - own @ (np.swapaxes(own, -1, -2) @ both)
+    free = free_of(columns[..., common:], both)
     gram = np.swapaxes(free, -1, -2) @ free
     return Contrast(information=gram[:, :-1, :-1], slope=gram[:, :-1, -1], square=gram[:, -1, -1])

@@ -18,6 +18,7 @@ from testbed.diagnosis.data import Runs
 from testbed.diagnosis.data import chosen as chosen_runs
 from testbed.diagnosis.model import Fit
 from testbed.dynamics.inertia import PARAMETER_NAMES
+from testbed.next_experiment.distance import free_of
 from testbed.next_experiment.flight import NextFlight
 from testbed.next_experiment.forecast import blank_runs, forecast_columns
 from testbed.sequential.robust import Case, RobustSpace
@@ -107,9 +108,7 @@ class Forecasts:
         blank = blank_runs(flown, case.runs(like), case.platform(self.space.platform))
         columns = forecast_columns(case.model(model), flown, blank)
         common = _INERTIA + sum(values.shape[1] for values in model.values.effects)
-        own, _ = np.linalg.qr(columns[..., common:])
-        shared = columns[..., :common]
-        return np.asarray(shared - own @ (np.swapaxes(own, -1, -2) @ shared))
+        return free_of(columns[..., common:], columns[..., :common])
 
 
 def _gram(blocks: Sequence[Array]) -> Array:
