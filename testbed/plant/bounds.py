@@ -59,12 +59,13 @@ def xml_root(path: Path) -> ElementTree.Element:
     text = read_bytes(path, "an MJCF file", MOST_TEXT)
     if text.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         raise InputError(f"{path}: is UTF-16 text, which MuJoCo does not read; save it as UTF-8")
-    if b"xacro:" in text:
+    text = _COMMENT.sub(b"", text)
+    if b"<xacro:" in text:
         raise InputError(
             f"{path}: is a xacro, of which a URDF is made: run `xacro {path.name}` and give what it prints"
         )
     try:
-        return ElementTree.fromstring(_COMMENT.sub(b"", text))
+        return ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError) as error:
         raise InputError(f"{path}: not a readable MJCF: {error}; mend it there") from None
 

@@ -490,6 +490,13 @@ def test_which_joints_are_locked_is_said_where_the_others_do_not_suffice(tmp_pat
         tb.adopt(model(tmp_path, three_wheels(), motors(*AXES)), ignore="bow")
 
 
+def test_what_xacro_has_made_is_read_whatever_its_comments_say(tmp_path):
+    path = model(tmp_path, three_wheels(), motors(*AXES))
+    text = path.read_text(encoding="utf-8").replace("<worldbody>", "<!-- <xacro:wheel/> --><worldbody>")
+    path.write_text(text, encoding="utf-8")
+    assert list(roles(tb.adopt(path)).values()).count("wheel") == len(AXES)
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
