@@ -38,13 +38,14 @@ from support.blind_cases import blind_case
 from support.diagnosed_records import SCENARIO
 from testbed.arrays import Array
 from testbed.assembly.platform import nominal_body
-from testbed.diagnosis.candidates import BETWEEN, NONE, UNKNOWN, Candidate, SizePrior
+from testbed.diagnosis.candidates import BETWEEN, NONE, UNKNOWN, Candidate
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.method import baseline
 from testbed.diagnosis.model import Fit, orthonormal, projected_out
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.screening import screened
 from testbed.diagnosis.settings import SETTINGS
+from testbed.diagnosis.size_prior import SizePrior
 from testbed.diagnosis.testable import hypotheses
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.registry import EFFECTS

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
 from testbed.arrays import Array
-from testbed.diagnosis.candidates import evidences
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.latent import fastest_oscillation, gyro_rate_of, on_enough_runs
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.settings import SETTINGS
+from testbed.diagnosis.size_prior import evidences
 from testbed.diagnosis.torque_shapes import AT_ONCE, shape_knots
 from testbed.diagnosis.torque_space import Moved, TorqueSpace, normal, torque_space
 from testbed.effects.body_torque import BodyTorque

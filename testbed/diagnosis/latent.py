@@ -16,11 +16,11 @@ import numpy as np
 import scipy
 
 from testbed.arrays import Array
-from testbed.diagnosis.candidates import p_value
 from testbed.diagnosis.data import Runs, chosen, joined
 from testbed.diagnosis.fitting import fitted_initial_rates
 from testbed.diagnosis.keeping import Content, array_from_content, array_to_content, part
 from testbed.diagnosis.model import Fit, evaluated, orthonormal, projected_out
+from testbed.diagnosis.p_values import p_value
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.torque_space import torque_responses
 from testbed.estimation.random_walk import Increments, likeliest_variance

@@ -23,11 +23,11 @@ from math import ceil, sqrt
 import numpy as np
 
 from testbed.arrays import Array, Series
-from testbed.diagnosis.candidates import exceeded, p_value
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import damped, fitted_initial_rates, pushing_out
 from testbed.diagnosis.keeping import part
 from testbed.diagnosis.model import Fit, evaluated, moved, orthonormal, recurring
+from testbed.diagnosis.p_values import exceeded, p_value
 from testbed.diagnosis.settings import SETTINGS
 from testbed.errors import InputError
 

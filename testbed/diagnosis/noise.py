@@ -15,11 +15,12 @@ import numpy as np
 import scipy
 
 from testbed.arrays import Array, Theta, Vector3
-from testbed.diagnosis.candidates import evidence_of_power, favoured_over_none, normalized
+from testbed.diagnosis.candidates import favoured_over_none, normalized
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import fitted, nominal_fit
 from testbed.diagnosis.model import Fit
 from testbed.diagnosis.settings import SETTINGS
+from testbed.diagnosis.size_prior import evidence_of_power
 from testbed.diagnosis.testable import components_on
 from testbed.dynamics.inertia import inertia_of
 from testbed.effects.fast_changes import variance_ratio

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from testbed.arrays import Array, Flags, Indices
-from testbed.diagnosis.candidates import p_value
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.findings import hidden_parameters
 from testbed.diagnosis.fitting import fitted_initial_rates
 from testbed.diagnosis.model import UNDETERMINED, Fit, Hypothesis, orthonormal, projected_out
+from testbed.diagnosis.p_values import p_value
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.state import Diagnosis
 from testbed.effects.contract import Quantity

@@ -10,15 +10,17 @@ import numpy as np
 
 from testbed.arrays import Array, Covariance
 from testbed.diagnosis.belief import Shown
-from testbed.diagnosis.candidates import Candidate, Screening, SizePrior, implausibility, log_p_value, mean_over_scan
+from testbed.diagnosis.candidates import Candidate, Screening, implausibility, mean_over_scan
 from testbed.diagnosis.control_loop import shows_the_loop
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.errors_in_variables import taken_out
 from testbed.diagnosis.fitting import all_corrected, fitted, in_torque_noise, refit
 from testbed.diagnosis.misfit import log_evidence
 from testbed.diagnosis.model import Fit, Hypothesis
+from testbed.diagnosis.p_values import log_p_value
 from testbed.diagnosis.settings import SETTINGS
 from testbed.diagnosis.signatures import Signature, Start, reach_of, signatures
+from testbed.diagnosis.size_prior import SizePrior
 from testbed.dynamics.inertia import inertia_of
 from testbed.errors import InputError
 from testbed.prediction.grid import Grid

@@ -10,12 +10,13 @@ import numpy as np
 from scipy.special import logsumexp
 
 from testbed.arrays import Vectors3
-from testbed.diagnosis.candidates import Candidate, Screening, accepted, largest_log_odds, log_p_value
+from testbed.diagnosis.candidates import Candidate, Screening, accepted
 from testbed.diagnosis.control_loop import shows_the_loop
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import all_corrected, fitted, fitted_initial_rates, in_torque_noise, refit
 from testbed.diagnosis.misfit import Prior, heldout_misfit_of, log_evidence, misfit_of
 from testbed.diagnosis.model import Fit, Hypothesis
+from testbed.diagnosis.p_values import largest_log_odds, log_p_value
 from testbed.diagnosis.screening import (
     held_out_evidence,
     p_value_of_all,

@@ -18,12 +18,13 @@ import numpy as np
 from scipy.special import logsumexp
 
 from testbed.arrays import Array
-from testbed.diagnosis.candidates import evidences, log_p_value
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.keeping import part
 from testbed.diagnosis.latent import fastest_oscillation, gyro_rate_of, knot_count, on_enough_runs
 from testbed.diagnosis.model import Fit, independent, squares_within
+from testbed.diagnosis.p_values import log_p_value
 from testbed.diagnosis.settings import SETTINGS
+from testbed.diagnosis.size_prior import evidences
 from testbed.diagnosis.torque_space import TorqueSpace, normal, normal_by_run, torque_space
 from testbed.effects.body_torque import BodyTorque
 from testbed.prediction.integration import node_rates

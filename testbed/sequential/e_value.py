@@ -24,7 +24,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from testbed.arrays import Array
-from testbed.diagnosis.candidates import SIZE_FACTORS, SIZE_WEIGHTS
+from testbed.diagnosis.size_prior import SIZE_FACTORS, SIZE_WEIGHTS
 
 _MOST = 1.0 - 1e-12
 """Share of the residual's square that an effect may explain: below one by rounding, where it explains all of it."""

@@ -11,11 +11,12 @@ import numpy as np
 from scipy.special import logsumexp
 
 from testbed.arrays import Theta
-from testbed.diagnosis.candidates import NONE, SizePrior
+from testbed.diagnosis.candidates import NONE
 from testbed.diagnosis.data import Runs
 from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.model import Fit, Hypothesis, orthonormal, projected_out
 from testbed.diagnosis.signatures import Signature, signatures
+from testbed.diagnosis.size_prior import SizePrior
 from testbed.diagnosis.testable import hypotheses
 from testbed.effects.contract import Effect
 from testbed.sequential.e_value import log_e_value

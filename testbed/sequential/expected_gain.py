@@ -17,8 +17,9 @@ from typing import Protocol
 import numpy as np
 
 from testbed.arrays import Array, Theta
-from testbed.diagnosis.candidates import NONE, SizePrior
+from testbed.diagnosis.candidates import NONE
 from testbed.diagnosis.model import Fit, Hypothesis, evaluated
+from testbed.diagnosis.size_prior import SizePrior
 from testbed.dynamics.inertia import PARAMETER_NAMES
 from testbed.next_experiment.distance import contrast
 from testbed.sequential.evidence import Evidence

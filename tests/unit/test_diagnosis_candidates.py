@@ -9,7 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from testbed.diagnosis.candidates import NONE, Candidate, Screening, accepted, largest_log_odds, probabilities_of
+from testbed.diagnosis.candidates import NONE, Candidate, Screening, accepted, probabilities_of
+from testbed.diagnosis.p_values import largest_log_odds
 from testbed.diagnosis.settings import SETTINGS, PriorOdds
 from testbed.effects.registry import EFFECTS
 from testbed.report.diagnosis.ranking import ranking_rows

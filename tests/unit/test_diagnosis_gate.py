@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from support.diagnosed_records import NOISE, nominal, records
-from testbed.diagnosis.candidates import p_value
+from testbed.diagnosis.p_values import p_value
 from testbed.diagnosis.reading import data_set_of
 from testbed.effects.contact import Contact
 from testbed.effects.registry import EFFECTS

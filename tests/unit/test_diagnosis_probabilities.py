@@ -9,18 +9,11 @@ import pytest
 from scipy.stats import norm
 
 from support.diagnosed_records import nominal, records
-from testbed.diagnosis.candidates import (
-    NONE,
-    UNKNOWN,
-    SizePrior,
-    by_class,
-    evidence_of_power,
-    mean_over_scan,
-    probabilities_of,
-)
+from testbed.diagnosis.candidates import NONE, UNKNOWN, by_class, mean_over_scan, probabilities_of
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.settings import SETTINGS
+from testbed.diagnosis.size_prior import SizePrior, evidence_of_power
 from testbed.dynamics.inertia import theta_of
 from testbed.effects.contract import TYPICAL_INERTIA
 from testbed.effects.registry import EFFECTS

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from support.diagnosed_records import nominal, records
-from testbed.diagnosis.candidates import accepted, largest_log_odds
+from testbed.diagnosis.candidates import accepted
 from testbed.diagnosis.fitting import refit
 from testbed.diagnosis.method import diagnosed
+from testbed.diagnosis.p_values import largest_log_odds
 from testbed.diagnosis.reading import data_set_of
 from testbed.diagnosis.screening import refitted
 from testbed.diagnosis.search import Search, odds_together, with_candidate, with_effect
