@@ -12,7 +12,6 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr
-from scipy.sparse import csr_array
 
 from testbed.arrays import Array, Flags, Theta
 from testbed.diagnosis.belief import Belief
@@ -171,8 +170,20 @@ class AtComponent:
 
 
 MANY = 150
-"""Parameters, initial rates included, from which on normal matrices are sparse and solved by the method of Cholesky,
-as those of 50 windows are: 10 to 50 times faster, the same to rounding."""
+"""Parameters, initial rates included, from which on normal matrices are built in parts and solved by the method of
+Cholesky, as those of 50 windows are: 10 to 50 times faster, the same to rounding."""
+_ROWS = 256
+"""Of a Jacobian in one part: of two or three windows, whose columns are a tenth of all. With 128 or 512, as fast."""
+
+
+def _normal_of_windows(jacobian: Array) -> Array:
+    """Return the normal matrix of a Jacobian that is nearly all zero, as initial rates are each window's own."""
+    normal = np.zeros((jacobian.shape[1],) * 2)
+    for first in range(0, len(jacobian), _ROWS):
+        part = jacobian[first : first + _ROWS]
+        own = np.flatnonzero(part.any(axis=0))
+        normal[np.ix_(own, own)] += part[:, own].T @ part[:, own]
+    return normal
 
 
 _LEARNT = 0.05
@@ -269,9 +280,8 @@ class Fit:
     @cached_property
     def normal(self) -> Array:
         """Normal matrix of all parameters, shape (C + 3 R, C + 3 R)."""
-        if self.jacobian.shape[1] > MANY:  # nearly all of it is zero: initial rates are each window's own
-            columns = csr_array(self.jacobian)
-            return np.asarray((columns.T @ columns).toarray())
+        if self.jacobian.shape[1] > MANY:
+            return _normal_of_windows(self.jacobian)
         return np.asarray(self.jacobian.T @ self.jacobian)
 
     @property
@@ -354,6 +364,23 @@ def recurring(fit: Fit) -> Fit:
     )
 
 
+def chi_square_at(runs: Runs, placed: Sequence[Hypothesis], values: Values) -> float:
+    """Return χ² at given parameters if its motion is near the measured one; `evaluated` then begins from that motion.
+
+    Args:
+        runs: whose samples are predicted.
+        placed: the effects in the model.
+        values: one parameter set, P = 1.
+
+    Raises:
+        InputError: the motion is not found from the measured one, or leaves the finite numbers.
+    """
+    hooks, tried = [each.hooks for each in placed], replace(values, as_trial=True)
+    samples, _ = predicted_with_derivatives(runs.grid, hooks, tried, range(1), predicted_channels)
+    residual, _ = _residual_and_beliefs(runs, placed, values, samples)
+    return float(residual @ residual)
+
+
 def evaluated(runs: Runs, placed: tuple[Hypothesis, ...], values: Values, *, as_trial: bool = False) -> Fit:
     """Return residual and Jacobian at given parameters.
 
@@ -366,22 +393,34 @@ def evaluated(runs: Runs, placed: tuple[Hypothesis, ...], values: Values, *, as_
     Raises:
         InputError: the motion leaves the finite numbers or, of a trial, is not found from the measured one.
     """
-    hooks, tried = [each.hooks for each in placed], replace(values, as_trial=as_trial)
+    hooks, tried, common = (
+        [each.hooks for each in placed],
+        replace(values, as_trial=as_trial),
+        common_size(values.effects),
+    )
     samples, derivatives = predicted_with_derivatives(runs.grid, hooks, tried, predict=predicted_channels)
-    residual, common = runs.whitened(samples), common_size(values.effects)
-    away, slopes = believed(runs, [each.key for each in placed], values, common + parameters_of_runs(runs))
+    residual, slopes = _residual_and_beliefs(runs, placed, values, samples)
     return Fit(
         placed=placed,
         values=values,
-        residual=np.concatenate([residual, away]) if len(away) else residual,
+        residual=residual,
         jacobian=stacked(runs, derivatives, common, slopes),
         at_bound=_at_bound(placed, values),
-        believed=len(away),
+        believed=len(slopes),
         trim_of=runs.trim_of,
         belief=runs.belief,
         torque_noise=runs.torque_noise,
         noise_deviance=float(runs.noise_deviance.sum()),
     )
+
+
+def _residual_and_beliefs(
+    runs: Runs, placed: Sequence[Hypothesis], values: Values, samples: Sequence[Array]
+) -> tuple[Array, Array]:
+    """Return the whitened residual of samples and of what is believed, and the slopes of the latter by all columns."""
+    residual, columns = runs.whitened(samples), common_size(values.effects) + parameters_of_runs(runs)
+    away, slopes = believed(runs, [each.key for each in placed], values, columns)
+    return np.concatenate([residual, away]) if len(away) else residual, slopes
 
 
 def parameters_of_runs(runs: Runs) -> int:
