@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from math import exp, log
 
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
+from scipy.optimize import brentq
 
 from testbed.arrays import Array, Flags, Theta
 from testbed.diagnosis.belief import Belief
@@ -39,21 +41,31 @@ _TRIALS = 16
 """Steps of a search: that for a mode that is there takes 4 to 8; for one that is not it wanders along its valley, 25
 steps and more, until it is stopped. Of 126 fits of effects without a scan (cases 9 and 12 of 14 of seed 90817) none
 takes more than four."""
-_ENOUGH = 1e-3
+ENOUGH = 1e-3
 """Gain in χ² that is no longer searched for; one standard error of a parameter is a gain of 1, so that 1e-3 is 3 % of
 it. With 0.1, χ² ends up to 0.08 higher in the same fits."""
 _DAMPING = (1e-6, 1e6)
 """Smallest and largest Levenberg-Marquardt damping, in shares of the normal matrix's diagonal: the least bends a step
 by a millionth where a direction is known, the greatest makes steps of a millionth of the slope's. With a least damping
 of 1e-3, χ² ends up to 0.007 higher in the fits above."""
-_FACTOR = 10.0
-"""By which damping falls after a step that gains, and rises after one that does not; after the next, by its square.
+_SHORTER = 0.25
+"""Of a step that does not gain, how long the next one is at most.
 
-Source: the factor 10 of Marquardt, "An algorithm for least-squares estimation of nonlinear parameters", SIAM (1963).
-"""
+Source: half of the least and the greatest of Moré (1978), 0.1 and 0.5, which he chooses between by χ² there."""
+_POOR, _GOOD = 0.25, 0.75
+"""Share of the gain that the linearised model has, below which the next step is half as long, and above which it may
+be twice as long.
+
+Source: Moré (1978)."""
+_NEAR_RADIUS = 0.2
+"""Relative error of the damping by which a step is as long as it may be: a step's length differs by less.
+
+Source: Moré (1978) stops at a tenth of the length."""
 
 
-def fitted(runs: Runs, placed: Sequence[Hypothesis], theta: Theta, starts: Sequence[Array]) -> Fit:
+def fitted(
+    runs: Runs, placed: Sequence[Hypothesis], theta: Theta, starts: Sequence[Array], near: Fit | None = None
+) -> Fit:
     """Fit inertia, initial rates, trims where they are free, and effects by maximum likelihood.
 
     Args:
@@ -61,6 +73,7 @@ def fitted(runs: Runs, placed: Sequence[Hypothesis], theta: Theta, starts: Seque
         placed: the effects in the model.
         theta: to start from, shape (6,), kg·m².
         starts: of each effect's parameters, shapes (K,).
+        near: another model of the same runs, with whose initial rates and trims to begin, if that leads straight on.
 
     Raises:
         InputError: the nominal motion leaves the finite numbers.
@@ -74,7 +87,9 @@ def fitted(runs: Runs, placed: Sequence[Hypothesis], theta: Theta, starts: Seque
     found: list[Fit] = []
     for number, each in enumerate(begun, start=1):
         try:
-            found.append(_search(runs, tuple(placed), _from_first_samples(runs, each[None], effects)))
+            first = _from_first_samples(runs, each[None], effects)
+            close = None if near is None else _with_first_of(near.values, first)
+            found.append(_search(runs, tuple(placed), first, near=close))
         except InputError:  # the motion runs away
             if number == len(begun) and not found:
                 raise
@@ -98,11 +113,15 @@ def starts_of(runs: Runs, given: Sequence[Hypothesis]) -> list[Array]:
     return [] if runs.belief is None else [runs.belief.effect(each.key)[0] for each in given]
 
 
-def refit(runs: Runs, fit: Fit) -> Fit:
-    """Return a model fitted to runs, from where another fit of it ended."""
-    if runs.belief is not None:  # many windows, of which each fit is dear
-        return _search(runs, fit.placed, fit.values)
-    return fitted(runs, fit.placed, fit.theta, [value[0] for value in fit.values.effects])
+def refit(runs: Runs, fit: Fit, enough: float = ENOUGH) -> Fit:
+    """Return a model fitted to runs, from where another fit of it ended.
+
+    Args:
+        runs: to fit, as many as before.
+        fit: of the model.
+        enough: gain in χ² that is no longer searched for.
+    """
+    return _search(runs, fit.placed, fit.values, enough=enough)
 
 
 def fitted_initial_rates(runs: Runs, fit: Fit) -> Fit:
@@ -139,11 +158,23 @@ def _from_first_samples(runs: Runs, theta: Array, effects: Sequence[Array]) -> V
     return Values(theta=theta, initial_rate=first, effects=tuple(effects), trim=trim, first_turn=turn)
 
 
-def _search(runs: Runs, placed: tuple[Hypothesis, ...], values: Values, *, only_initial: bool = False) -> Fit:
+def _with_first_of(near: Values, values: Values) -> Values:
+    return replace(values, initial_rate=near.initial_rate, trim=near.trim, first_turn=near.first_turn)
+
+
+def _search(
+    runs: Runs,
+    placed: tuple[Hypothesis, ...],
+    values: Values,
+    *,
+    near: Values | None = None,
+    only_initial: bool = False,
+    enough: float = ENOUGH,
+) -> Fit:
     return part(
         "search",
-        (runs, [each.key for each in placed], values, only_initial),
-        work=lambda: _searched(runs, placed, values, only_initial=only_initial),
+        (runs, [each.key for each in placed], values, near, only_initial, enough),
+        work=lambda: _searched(runs, placed, values, near, only_initial=only_initial, enough=enough),
         to_content=lambda fit: _to_content(fit.values),
         from_content=lambda content: evaluated(runs, placed, _from_content(content)),
     )
@@ -161,43 +192,123 @@ def _from_content(content: Content) -> Values:
     return Values(theta=theta, initial_rate=initial_rate, effects=tuple(effects), trim=trim, first_turn=turn)
 
 
-def _searched(runs: Runs, placed: tuple[Hypothesis, ...], values: Values, *, only_initial: bool) -> Fit:
-    """Levenberg-Marquardt with the effects' bounds kept by projection."""
-    fit, damping, rise = evaluated(runs, placed, values), _DAMPING[0], _FACTOR
-    common = common_size(values.effects)
-    free = np.arange(fit.jacobian.shape[1]) >= common if only_initial else np.ones(fit.jacobian.shape[1], dtype=bool)
+def _searched(
+    runs: Runs,
+    placed: tuple[Hypothesis, ...],
+    values: Values,
+    near: Values | None,
+    *,
+    only_initial: bool,
+    enough: float,
+) -> Fit:
+    """Search from values, unless from those near by every step gains: then few lead to the end."""
+    if near is not None:
+        straight = _straight(runs, placed, near, enough)
+        if straight is not None:
+            return straight
+    fit = evaluated(runs, placed, values)
+    columns = np.arange(fit.jacobian.shape[1])
+    return _descended(runs, fit, columns >= (common_size(values.effects) if only_initial else 0), enough)
+
+
+def _straight(runs: Runs, placed: tuple[Hypothesis, ...], values: Values, enough: float) -> Fit | None:
+    """Return where whole steps lead from given values; None where one of them does not gain, or they do not end."""
+    try:
+        fit = evaluated(runs, placed, values)
+    except InputError:
+        return None
     for _ in range(_TRIALS):
-        step, expected = _step(fit, free, damping)
-        if expected < _ENOUGH or damping > _DAMPING[1]:
-            break
-        trial = _better(runs, fit, moved(fit, step))
+        around = _Around.of(fit, np.ones(fit.jacobian.shape[1], dtype=bool))
+        step = around.step(_DAMPING[0])
+        if around.slope @ step < enough:
+            return fit
+        trial = _better(runs, fit, moved(fit, around.own(step)))
         if trial is None:
-            damping, rise = damping * rise, rise * _FACTOR
-        else:
-            fit, damping, rise = trial, max(damping / _FACTOR, _DAMPING[0]), _FACTOR
+            return None
+        fit = trial
+    return None
+
+
+def _descended(runs: Runs, fit: Fit, free: Flags, enough: float) -> Fit:
+    """Levenberg-Marquardt within a trust region, the effects' bounds kept by projection.
+
+    Source: Moré, "The Levenberg-Marquardt algorithm: implementation and theory", Numerical Analysis (1978).
+    """
+    radius = np.inf
+    for _ in range(_TRIALS):
+        around = _Around.of(fit, free)
+        damping, step = around.step_within(radius)
+        if around.slope @ step < enough:
+            break
+        trial, length = _better(runs, fit, moved(fit, around.own(step))), around.length(step)
+        if trial is None:
+            radius = _SHORTER * length
+            continue
+        share = (fit.chi_square - trial.chi_square) / (around.slope @ step + damping * length**2)
+        if share < _POOR:
+            radius = 0.5 * length
+        elif share > _GOOD or damping == _DAMPING[0]:
+            radius = max(radius, 2.0 * length)
+        fit = trial
     return fit
 
 
-def _step(fit: Fit, free: Flags, damping: float) -> tuple[Array, float]:
-    """Return the damped step of the free parameters, and the least that it gains if the model is linear."""
-    slope, normal = fit.jacobian.T @ fit.residual, fit.normal
-    moving = free & ~pushing_out(fit, slope)
-    if fit.belief is None:
-        return _solved(normal, slope, moving, damping)
-    ways, limits = fit.belief.ways(fit.theta)
-    slope, normal = slope.copy(), normal.copy()
-    slope[:6], normal[:6] = ways.T @ slope[:6], ways.T @ normal[:6]
-    normal[:, :6] = normal[:, :6] @ ways
-    moving[:6] &= (limits * slope[:6] <= 0.0) & (fit.belief.log_ratio_std > 0.0)
-    step, expected = _solved(normal, slope, moving, damping)
-    step[:6] = ways @ step[:6]
-    return step, expected
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Around:
+    """χ² near a fit, linearised, in coordinates of which some are free to move.
 
+    Attributes:
+        slope: half of that along which χ² falls, shape (C,).
+        normal: shape (C, C).
+        moving: which move, shape (C,).
+        ways: from coordinates to inertia parameters, shape (6, 6); None where they are these.
+    """
 
-def _solved(normal: Array, slope: Array, moving: Flags, damping: float) -> tuple[Array, float]:
-    step = np.zeros(len(slope))
-    step[moving] = damped(normal[np.ix_(moving, moving)], slope[moving], damping)
-    return step, float(slope @ step)
+    slope: Array
+    normal: Array
+    moving: Flags
+    ways: Array | None
+
+    @staticmethod
+    def of(fit: Fit, free: Flags) -> _Around:
+        """Return that of a fit, of whose parameters some are free."""
+        slope, normal = fit.jacobian.T @ fit.residual, fit.normal
+        moving = free & ~pushing_out(fit, slope)
+        if fit.belief is None:
+            return _Around(slope=slope, normal=normal, moving=moving, ways=None)
+        ways, limits = fit.belief.ways(fit.theta)
+        slope, normal = slope.copy(), normal.copy()
+        slope[:6], normal[:6] = ways.T @ slope[:6], ways.T @ normal[:6]
+        normal[:, :6] = normal[:, :6] @ ways
+        moving[:6] &= (limits * slope[:6] <= 0.0) & (fit.belief.log_ratio_std > 0.0)
+        return _Around(slope=slope, normal=normal, moving=moving, ways=ways)
+
+    def step_within(self, radius: float) -> tuple[float, Array]:
+        """Return the least damping whose step is no longer than a radius, and that step."""
+        step = self.step(_DAMPING[0])
+        if self.length(step) <= radius:
+            return _DAMPING[0], step
+        shortest = self.step(_DAMPING[1])
+        if self.length(shortest) >= radius:
+            return _DAMPING[1], shortest
+        found = brentq(
+            lambda each: log(self.length(self.step(exp(each))) / radius), *np.log(_DAMPING), xtol=_NEAR_RADIUS
+        )
+        return exp(found), self.step(exp(found))
+
+    def step(self, damping: float) -> Array:
+        """Return the damped step, zero where nothing moves."""
+        step = np.zeros(len(self.slope))
+        step[self.moving] = damped(self.normal[np.ix_(self.moving, self.moving)], self.slope[self.moving], damping)
+        return step
+
+    def length(self, step: Array) -> float:
+        """Return the length of a step in standard deviations, as if each coordinate were the only one."""
+        return float(np.sqrt(np.diag(self.normal) @ step**2))
+
+    def own(self, step: Array) -> Array:
+        """Return a step in the parameters themselves."""
+        return step if self.ways is None else np.concatenate([self.ways @ step[:6], step[6:]])
 
 
 def damped(normal: Array, slope: Array, damping: float = 0.0) -> Array:
@@ -243,6 +354,8 @@ _NOISE_ROUNDS = 8
 torque, the lag and delay of the quadcopter of data/crazyflie take six to a hundredth of their deviance."""
 _NOISE_FOUND = 0.5
 """Change of the deviance after which no further round follows; 6 are what decides between hypotheses."""
+_ROUGHLY = 0.05
+"""Gain in χ² that is no longer searched for between such rounds, a tenth of that change."""
 
 
 def in_torque_noise(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, Runs | None, Fit]:
@@ -263,10 +376,11 @@ def in_torque_noise(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, R
         least = None if runs.belief is None else runs.belief.torque_noise
         noise = torque_noise([run.gyro_time for run in runs.grid.runs], runs.gyro_residual(fit.residual), least)
         runs = replace(runs, torque_noise=noise)
-        fit = refit(runs, fit)
+        fit = refit(runs, fit, _ROUGHLY)
         if abs(deviance - fit.deviance) < _NOISE_FOUND:
             break
         deviance = fit.deviance
+    fit = refit(runs, fit)
     freedom = min(runs.noise_freedom, _freedom_of_scatter(runs, fit))
     runs = replace(runs, noise_freedom=freedom)
     return runs, heldout and replace(heldout, torque_noise=noise, noise_freedom=freedom), fit

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import compress
+from math import inf, log10
 from typing import final
 
 import numpy as np
@@ -317,8 +318,9 @@ def _require_inertia(baseline: Fit, theta: Theta, gate: Gate) -> None:
     for ratio in ratios_apart(baseline.theta, covariance, theta):
         said = f"the records show {ratio:.3g} times the scenario's inertia about one axis"
         # No unit makes an inertia negative: that is the far side of an infinite one, whose sign rounding decides.
-        no_unit = ratio < 0.0 or 1.0 / SETTINGS.smallest_unit_factor < ratio < SETTINGS.smallest_unit_factor
-        if no_unit and baseline.chi_square > SETTINGS.misfitting * baseline.freedom:
+        decades = inf if ratio <= 0.0 else abs(log10(ratio))
+        a_unit = log10(SETTINGS.smallest_unit_factor) <= decades <= log10(SETTINGS.largest_unit_factor)
+        if not a_unit and baseline.chi_square > SETTINGS.misfitting * baseline.freedom:
             gate.notices.append(f"without any effect, {said}: what is missing may stand in for it")
             return
         gate.refuse(

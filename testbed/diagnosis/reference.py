@@ -136,7 +136,9 @@ def _shown_by_records(runs: Runs, fit: Fit, signature: Signature, rows: Sequence
     absent = np.array([each.absent for each in placed.effect.parameters])
     try:
         start = np.clip(signature.start + signature.step, *placed.bounds)
-        beside = fitted(runs, [*fit.placed, placed], fit.theta, [*(value[0] for value in fit.values.effects), start])
+        beside = fitted(
+            runs, [*fit.placed, placed], fit.theta, [*(value[0] for value in fit.values.effects), start], fit
+        )
     except InputError:  # the motion runs away: what is known is that it is absent
         columns, residual, mean = signature.columns, fit.residual, np.zeros(len(absent))
     else:

@@ -324,7 +324,7 @@ def _refitted(runs: Runs, fit: Fit, signature: Signature) -> Fit:
     found: list[Fit] = []
     for start in _starts(runs, signature):
         try:
-            found.append(fitted(runs, placed, fit.theta, [*starts, start]))
+            found.append(fitted(runs, placed, fit.theta, [*starts, start], fit))
         except InputError:  # the motion runs away
             continue
         lost = _LOST if runs.belief is None else max(_LOST, _LOST_SHARE * signature.score)
@@ -340,7 +340,7 @@ def _from_known(runs: Runs, fit: Fit, known: Fit, placed: Hypothesis) -> tuple[R
     values = dict(zip([each.key for each in known.placed], known.values.effects, strict=True))
     effects = [*fit.placed, placed]
     runs = replace(runs, torque_noise=known.torque_noise)
-    return runs, fitted(runs, effects, known.theta, [values[each.key][0] for each in effects])
+    return runs, fitted(runs, effects, known.theta, [values[each.key][0] for each in effects], known)
 
 
 def _starts(runs: Runs, signature: Signature) -> Iterator[Array]:

@@ -261,7 +261,7 @@ def _less(state: Diagnosis, kept: Sequence[Hypothesis]) -> Fit:
     """Return a model with but some of its effects, fitted from where it stands."""
     values = dict(zip([each.key for each in state.model.placed], state.model.values.effects, strict=True))
     kept = [*state.baseline.placed, *kept]
-    return fitted(state.runs, kept, state.model.theta, [values[each.key][0] for each in kept])
+    return fitted(state.runs, kept, state.model.theta, [values[each.key][0] for each in kept], state.model)
 
 
 def _again(state: Diagnosis, step: Step) -> Screening:

@@ -406,6 +406,12 @@ class DiagnosisSettings:
     Source: formula: 2π, of revolutions and radians, is the smallest factor between units in use. Viscous friction of a
     rig made the inertia of the bare model 2.2 and 4.4 times the true one (`concealing/rig.py`, seeds 101 to 103).
     """
+    largest_unit_factor: float = 1e10
+    """Ratio from which on another inertia is no other unit either: the fit of a wrong model left for infinity.
+
+    Source: formula: g mm^2 are 1e-9 kg m^2, no unit in use is farther away; another factor of ten for an inertia that
+    is off as well.
+    """
     inertia_ratio_std: float = 5.0
     """Standard deviations by which the ratio has to be beyond that.
 

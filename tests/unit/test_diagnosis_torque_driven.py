@@ -349,10 +349,10 @@ def test_a_candidate_whose_refit_runs_away_is_set_aside(monkeypatch):
     records = [flown(seed, share=(1.0, 1.0, 0.7, 1.0)) for seed in (1, 2, 3)]
     real = screening.fitted
 
-    def runs_away(runs, placed, theta, starts):
+    def runs_away(runs, placed, *others):
         if any(each.key == "actuator_weak:3" for each in placed):
             raise InputError("the motion runs away")
-        return real(runs, placed, theta, starts)
+        return real(runs, placed, *others)
 
     monkeypatch.setattr(screening, "fitted", runs_away)
     state = last_of(data_set_of(records, WHOLE, NOMINAL), ("actuator_weak",))

@@ -16,7 +16,7 @@ from testbed.diagnosis.fitting import fitted
 from testbed.diagnosis.latent import latent_torque, on_enough_runs
 from testbed.diagnosis.method import diagnosed
 from testbed.diagnosis.model import Fit
-from testbed.diagnosis.reading import DataSet, data_set_of
+from testbed.diagnosis.reading import DataSet, belief_of, data_set_of
 from testbed.diagnosis.run_residuals import residuals_of
 from testbed.diagnosis.windows import averaged, parts_of, windows_of
 from testbed.dynamics.inertia import theta_of
@@ -165,7 +165,9 @@ def in_windows(hidden: float) -> tuple[Runs, Fit]:
     )
     windows = list(windows_of(averaged(telemetry, 100.0), 0.2))
     runs = runs_of([f"at {window.gyro_time[0]:.1f} s" for window in windows], windows)
-    return runs, fitted(runs, [], theta_of(NOMINAL.inertia), [])
+    theta = theta_of(NOMINAL.inertia)
+    runs = replace(runs, belief=belief_of(runs, SCENARIO, theta))
+    return runs, fitted(runs, [], theta, [])
 
 
 def test_the_quadcopters_records_are_read_in_windows_by_role():
