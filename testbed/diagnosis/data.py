@@ -13,6 +13,7 @@ from testbed.arrays import Array, Flags, Series, Theta, Vector3
 from testbed.diagnosis.belief import Belief
 from testbed.diagnosis.channels import ChannelNoise, impulse_channels, response_channel, torque_channel, wheel_channel
 from testbed.diagnosis.settings import SETTINGS, PriorOdds
+from testbed.diagnosis.window_noise import WindowNoise
 from testbed.dynamics.inertia import (
     COLUMNS,
     ROWS,
@@ -20,7 +21,6 @@ from testbed.dynamics.inertia import (
 from testbed.estimation.noise_color import NoiseColor
 from testbed.estimation.slow_bias import SlowBias
 from testbed.estimation.telemetry import ALL_AXES, Telemetry, has_momentum
-from testbed.estimation.torque_noise import covariance
 from testbed.prediction.grid import Grid, grid_of
 
 
@@ -194,9 +194,8 @@ class Runs:
 
     def gyro_residual(self, residual: Array) -> list[Array]:
         """Return what of a whitened residual is the gyro's in each run, in rad/s and with its colour, shapes (N, 3)."""
-        if self.torque_noise is not None:
-            parts = zip(self._factors, self.by_run(residual), strict=True)
-            return [np.einsum("anm,ma->na", factor, part) for factor, part in parts]
+        if self._window_noise is not None:
+            return self._window_noise.colored(self.by_run(residual))
         colored = [
             part if self.color is None else self.color.correlated(part, run.gyro_time)
             for part, run in zip(self.by_run(residual), self.grid.runs, strict=True)
@@ -236,7 +235,9 @@ class Runs:
 
     def _whitened(self, blocks: Sequence[Array]) -> list[Array]:
         """Return what is in the blocks' units in units of their noise, without its colour, and where it is compared."""
-        white = [self._still(index, self._in_noise(index, block)) for index, block in enumerate(blocks)]
+        own = [] if self._window_noise is None else self._window_noise.whitened(blocks)
+        others = range(len(own), len(blocks))
+        white = [*own, *(self._still(index, self._in_noise(index, blocks[index])) for index in others)]
         if self.color is not None:
             gyro = zip(white, self.grid.runs, strict=False)  # the inner blocks come behind
             own = [self.color.decorrelated(block, run.gyro_time) for block, run in gyro]
@@ -263,38 +264,27 @@ class Runs:
         return self.grid.runs[run].gyro_time, sigma[run]
 
     def _in_noise(self, block: int, values: Array) -> Array:
-        """Return a block's values, shape (N, width) or (N, width, C), in units of σ, or without the torque's noise."""
+        """Return a block's values, shape (N, width) or (N, width, C), in units of σ."""
         if block >= len(self.names):
             return self.inner_noise[block - len(self.names)].whitened(values)
-        if self.torque_noise is None:
-            return ChannelNoise(sigma=self.sigma[block]).whitened(values)
-        by_axis = values.reshape(*values.shape[:2], -1).transpose(1, 0, 2)
-        return (self._whiteners[block] @ by_axis).transpose(1, 0, 2).reshape(values.shape)
+        return ChannelNoise(sigma=self.sigma[block]).whitened(values)
 
     @cached_property
     def noise_deviance(self) -> Array:
         """Twice the logarithm of what the density of each run's samples is divided by, shape (R,).
 
-        It is that of a covariance C which is estimated with every model: ln det C + ln 1ᵀ C⁻¹ 1, the second for the
-        rate that is free at the first sample. Zero where all models have the same noise.
+        It is that of a covariance which is estimated with every model. Zero where all models have the same noise.
         """
-        if self.torque_noise is None:
+        if self._window_noise is None:
             return np.zeros(len(self.names))
-        logarithms = [np.log(np.diagonal(each, axis1=1, axis2=2)).sum(axis=1) for each in self._factors]
-        constants = [(each.sum(axis=2) ** 2).sum(axis=1) for each in self._whiteners]
-        pairs = zip(logarithms, constants, self.live, strict=True)
-        return np.array([float((2.0 * log + np.log(one))[live].sum()) for log, one, live in pairs])
+        return np.asarray(np.where(self.live, self._window_noise.deviance, 0.0).sum(axis=1))
 
     @cached_property
-    def _factors(self) -> list[Array]:
-        """Cholesky factors of the noise's covariance of each run and axis, shape (3, N, N), rad/s."""
-        assert self.torque_noise is not None
-        return [np.asarray(np.linalg.cholesky(covariance(run.gyro_time, self.torque_noise))) for run in self.grid.runs]
-
-    @cached_property
-    def _whiteners(self) -> list[Array]:
-        """Their inverses."""
-        return [np.asarray(np.linalg.inv(factor)) for factor in self._factors]
+    def _window_noise(self) -> WindowNoise | None:
+        """By which windows are whitened; None where that is sigma."""
+        if self.torque_noise is None:
+            return None
+        return WindowNoise([run.gyro_time for run in self.grid.runs], self.torque_noise)
 
     def _compared(self, block: int) -> Flags | slice:
         """Return which columns of a block are compared."""

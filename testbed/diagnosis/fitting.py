@@ -371,10 +371,11 @@ def in_torque_noise(runs: Runs, heldout: Runs | None, fit: Fit) -> tuple[Runs, R
     """
     if not runs.known_in_part:
         return runs, heldout, fit
-    deviance = np.inf
+    deviance, noise = np.inf, None
+    least = None if runs.belief is None else runs.belief.torque_noise
+    times = [run.gyro_time for run in runs.grid.runs]
     for _ in range(_NOISE_ROUNDS):
-        least = None if runs.belief is None else runs.belief.torque_noise
-        noise = torque_noise([run.gyro_time for run in runs.grid.runs], runs.gyro_residual(fit.residual), least)
+        noise = torque_noise(times, runs.gyro_residual(fit.residual), least, noise)
         runs = replace(runs, torque_noise=noise)
         fit = refit(runs, fit, _ROUGHLY)
         if abs(deviance - fit.deviance) < _NOISE_FOUND:

@@ -377,8 +377,8 @@ class _ClockShifts:
         """Refuse clocks that differ between runs by more than half a sample, where that explains most of the gap."""
         own, common = (float(each @ each) for each in (self._own_residual, self.common_residual))
         gained, excess = common - own, common - len(self.common_residual)
-        periods = [float(np.median(np.diff(run.gyro_time))) for run in self._runs.grid.runs]
-        apart = np.ptp(self._shift) > SETTINGS.clock_shift_periods * max(periods)
+        longest = float(self._runs.grid.gyro_interval.max())
+        apart = np.ptp(self._shift) > SETTINGS.clock_shift_periods * longest
         by_chance = scipy.stats.chi2.sf(gained, max(len(self._shift) - 1, 1))
         if apart and gained > SETTINGS.clock_shift_gain * excess and by_chance < SETTINGS.clock_shift_p_value:
             late = zip(self._runs.names, self._shift, strict=True)

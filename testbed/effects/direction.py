@@ -104,7 +104,7 @@ def scanned(grid: Grid, lowest: float, highest: float, damping_ratio: float, typ
     """
     longest = float(np.ptp(grid.time, axis=1).max())
     lowest = max(min(lowest, _SWINGS / longest), 1.0 / longest)
-    highest = min(highest, max(1.0 / float(np.median(np.diff(run.gyro_time))) for run in grid.runs))
+    highest = min(highest, 1.0 / float(grid.gyro_interval.min()))
     if lowest > highest:
         return np.zeros((0, 5))
     count = 1 + round(np.log(highest / lowest) / np.log(_RATIO))

@@ -42,13 +42,16 @@ _DAMPING, _DAMPED = (1e-6, 1e6), 1e-3
 that gains nothing. Source: chosen; from everywhere the same end is reached, at other speed."""
 
 
-def torque_noise(times: Sequence[Series], residuals: Sequence[Array], least: Array | None = None) -> Array:
+def torque_noise(
+    times: Sequence[Series], residuals: Sequence[Array], least: Array | None = None, begun: Array | None = None
+) -> Array:
     """Return s, rad/s, q, rad/s per √s, b and a, rad/s², and T, s, of each axis by maximum likelihood, shape (3, 5).
 
     Args:
         times: of the samples of every window, shapes (N,), s; windows of the most frequent length are used.
         residuals: of the body rate in each, shapes (N, 3), rad/s.
         least: sizes that there are at least, and T, shape (3, 5); none where None.
+        begun: noise of nearly the same residuals, shape (3, 5), where the search begins; several starts where None.
     """
     lengths = [len(time) for time in times]
     usual = max(set(lengths), key=lengths.count)
@@ -57,27 +60,31 @@ def torque_noise(times: Sequence[Series], residuals: Sequence[Array], least: Arr
     # Contrasts, which no initial rate changes.
     contrasts = np.linalg.svd(np.ones((1, usual)))[2][1:]
     axes = [_Axis(time, contrasts, windows[:, :, axis]) for axis in range(3)]
+    near = [None] * len(axes) if begun is None else list(begun)
     if least is None:
-        return np.stack([axis.likeliest(None) for axis in axes])
-    return np.stack([axis.likeliest(float(own[-1])) for axis, own in zip(axes, least, strict=True)]).clip(min=least)
+        return np.stack([axis.likeliest(None, one) for axis, one in zip(axes, near, strict=True)])
+    known = zip(axes, near, least, strict=True)
+    return np.stack([axis.likeliest(float(own[-1]), one) for axis, one, own in known]).clip(min=least)
 
 
 def covariance(time: Series, noise: Array) -> Array:
-    """Return C of one window for every axis, shape (3, N, N), (rad/s)².
+    """Return C of windows for every axis, shape (..., 3, N, N), (rad/s)².
 
     Args:
-        time: of its samples, shape (N,), s.
+        time: of their samples, shape (..., N), s.
         noise: as `torque_noise`, shape (3, 5).
     """
-    parts = (_parts(time - time[0], own[_SIZES]) for own in noise)
-    return np.stack([np.einsum("k,kmn->mn", own[:_SIZES] ** 2, each) for own, each in zip(noise, parts, strict=True)])
+    parts = (_parts(time - time[..., :1], own[_SIZES]) for own in noise)
+    axes = [np.einsum("k,k...->...", own[:_SIZES] ** 2, each) for own, each in zip(noise, parts, strict=True)]
+    return np.stack(axes, axis=-3)
 
 
-def _parts(time: Series, forgotten: float) -> Array:
-    """Return the parts of C of size one, shape (4, N, N)."""
-    early = np.minimum.outer(time, time)
+def _parts(time: Array, forgotten: float) -> Array:
+    """Return the parts of C of size one, shape (4, ..., N, N), of times of shape (..., N)."""
+    row, column = time[..., :, None], time[..., None, :]
+    early = np.minimum(row, column)
     integrated = forgotten * (2.0 * early - _turned(time, forgotten))
-    return np.stack([np.eye(len(time)), early, integrated, np.outer(time, time)])
+    return np.stack([np.broadcast_to(np.eye(time.shape[-1]), early.shape), early, integrated, row * column])
 
 
 def _by_forgetting(time: Series, forgotten: float) -> Array:
@@ -88,10 +95,10 @@ def _by_forgetting(time: Series, forgotten: float) -> Array:
     return np.asarray(forgotten * (turned + np.add.outer(kept, kept) - since * np.exp(-since / forgotten)))
 
 
-def _turned(time: Series, forgotten: float) -> Array:
-    """Return T (1 - exp(-t/T) - exp(-t'/T) + exp(-|t - t'|/T)), shape (N, N), s."""
-    kept, since = np.exp(-time / forgotten), np.abs(np.subtract.outer(time, time))
-    return np.asarray(forgotten * (1.0 - np.add.outer(kept, kept) + np.exp(-since / forgotten)))
+def _turned(time: Array, forgotten: float) -> Array:
+    """Return T (1 - exp(-t/T) - exp(-t'/T) + exp(-|t - t'|/T)), shape (..., N, N), s."""
+    kept, since = np.exp(-time / forgotten), np.abs(time[..., :, None] - time[..., None, :])
+    return np.asarray(forgotten * (1.0 - kept[..., :, None] - kept[..., None, :] + np.exp(-since / forgotten)))
 
 
 class _Axis:
@@ -106,12 +113,15 @@ class _Axis:
         self._scale = self._whole / np.array([1.0, np.sqrt(time[-1]), time[-1], time[-1]])
         self._reach = np.log([time[1], time[-1]])
 
-    def likeliest(self, forgotten: float | None) -> Array:
+    def likeliest(self, forgotten: float | None, begun: Array | None = None) -> Array:
         """Return s, q, b, a and T, shape (5,); T is searched for between a sample and a window unless it is given."""
         middle = float(np.mean(self._reach)) if forgotten is None else np.log(forgotten)
         free = np.append(np.ones(_SIZES, dtype=bool), forgotten is None)
-        found = [self._search(np.append(np.square(start), middle), free) for start in _STARTS]
-        best = min(found, key=lambda each: each[1])[0]
+        starts = [np.append(np.square(start), middle) for start in _STARTS]
+        if begun is not None:
+            time = np.clip(np.log(begun[_SIZES]), *self._reach) if forgotten is None else middle
+            starts = [np.append(np.square(begun[:_SIZES] / self._scale), time)]
+        best = min((self._search(start, free) for start in starts), key=lambda each: each[1])[0]
         sizes = self._scale * np.sqrt(best[:_SIZES])
         sizes[0] = np.hypot(sizes[0], _LEAST * self._whole)
         return np.append(sizes, np.exp(best[_SIZES]))

@@ -127,6 +127,17 @@ class Grid:
         return tuple(parts)
 
     @cached_property
+    def sample_time(self) -> Array:
+        """Times of the gyro's samples of each run, shape (R, N), s; of one with fewer than N the last one again."""
+        most = max(len(run.gyro_time) for run in self.runs)
+        return np.stack([np.pad(run.gyro_time, (0, most - len(run.gyro_time)), mode="edge") for run in self.runs])
+
+    @cached_property
+    def gyro_interval(self) -> Series:
+        """The usual one between the gyro's samples, of each run, shape (R,), s."""
+        return np.array([np.median(np.diff(run.gyro_time)) for run in self.runs])
+
+    @cached_property
     def actuator_interval(self) -> Series:
         """The usual one between the actuators' samples, of each run, shape (R,), s."""
         return np.array([np.median(np.diff(run.actuator_time)) for run in self.runs])

@@ -95,8 +95,7 @@ def _read(grid: Grid, rates: Array, lag: Array, delay: Array, drift: Array, aver
         averaging: shares of the sampling interval over which is averaged, shapes (P,) or (1,); their sum counts.
     """
     runs, sets, nodes, _ = rates.shape
-    most = max(len(run.gyro_time) for run in grid.runs)
-    times = np.stack([np.pad(run.gyro_time, (0, most - len(run.gyro_time)), mode="edge") for run in grid.runs])
+    times = grid.sample_time
     at = np.repeat((times - grid.node_time[:, :1]) / grid.step[:, None], sets, axis=0)
     if np.any(drift):
         at = at - (times[:, None] * np.broadcast_to(drift, sets)[:, None] / grid.step[:, None, None]).reshape(at.shape)
@@ -104,12 +103,12 @@ def _read(grid: Grid, rates: Array, lag: Array, delay: Array, drift: Array, aver
     motion = _motion(grid, rates.reshape(-1, nodes, 3), sets)
     shown = partial(motion.either_way, at, late)
     if averaging:
-        interval = np.array([np.median(np.diff(run.gyro_time)) for run in grid.runs]) / grid.step
+        interval = grid.gyro_interval / grid.step
         window = (sum(averaging, np.zeros(sets)) * interval[:, None]).ravel()
         read = _averaged(lambda earlier: shown(behind + earlier), window)
     else:
         read = shown(behind)
-    return np.asarray(read.reshape(-1, runs, sets, most, 3))
+    return np.asarray(read.reshape(-1, runs, sets, times.shape[1], 3))
 
 
 def _motion(grid: Grid, rates: Array, sets: int) -> Motion:

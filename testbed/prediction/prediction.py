@@ -309,4 +309,4 @@ def _columns(grid: Grid, hooks: Sequence[Hooks], values: Values, block: range, p
 
 
 def _imaginary(reading: Array) -> Array:
-    return np.moveaxis(reading.imag / COMPLEX_STEP, 0, -1)
+    return (reading.imag / COMPLEX_STEP).transpose(*range(1, reading.ndim), 0)
