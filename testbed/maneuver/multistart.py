@@ -11,7 +11,6 @@ import numpy as np
 
 from testbed.arrays import Array
 from testbed.errors import InfeasibleDesignError
-from testbed.interrupts import raised_interrupts
 from testbed.maneuver.criteria import Criterion
 from testbed.maneuver.design import Design, DesignProblem, Parametrization, Search, Start
 from testbed.maneuver.information import maneuver_information
@@ -19,13 +18,6 @@ from testbed.maneuver.maneuver import Maneuver
 from testbed.maneuver.program import Program, Solution, Solver, solver
 
 _LEADING: Criterion = "D"
-
-
-class Stage(NamedTuple):
-    """A program and its compiled solver."""
-
-    program: Program
-    solve: Solver
 
 
 class Best(NamedTuple):
@@ -42,7 +34,7 @@ class Best(NamedTuple):
     winner: int
 
 
-def compiled_stages(problem: DesignProblem, program_of: Callable[[Criterion], Program]) -> tuple[Stage, ...]:
+def compiled_stages(problem: DesignProblem, program_of: Callable[[Criterion], Program]) -> tuple[Solver, ...]:
     """Return the D criterion and then the problem's own, which starts from what D found.
 
     The determinant is smooth everywhere and forgives a poor start. From random motions the other criteria take up to
@@ -52,11 +44,10 @@ def compiled_stages(problem: DesignProblem, program_of: Callable[[Criterion], Pr
         problem: with the criterion.
         program_of: formulates the problem for a criterion.
     """
-    programs = [program_of(criterion) for criterion in dict.fromkeys((_LEADING, problem.criterion))]
-    return tuple(Stage(program=program, solve=solver(program)) for program in programs)
+    return tuple(solver(program_of(criterion)) for criterion in dict.fromkeys((_LEADING, problem.criterion)))
 
 
-def best_of_starts(stages: tuple[Stage, ...], draw: Callable[[np.random.Generator], Array], search: Search) -> Best:
+def best_of_starts(stages: tuple[Solver, ...], draw: Callable[[np.random.Generator], Array], search: Search) -> Best:
     """Solve from random starts and keep the best that stays within the limits.
 
     Args:
@@ -83,15 +74,14 @@ def best_of_starts(stages: tuple[Stage, ...], draw: Callable[[np.random.Generato
     return Best(variables=solutions[best].variables, starts=tuple(starts), winner=best)
 
 
-def _solved(stages: tuple[Stage, ...], values: Array) -> Solution:
+def _solved(stages: tuple[Solver, ...], values: Array) -> Solution:
     """Solve one stage after the other; what the first cannot keep within the limits, no later one can."""
     count = len(values)
-    with raised_interrupts():
-        for program, solve in stages:
-            solution = solve(program.completed(values[:count]))
-            if not isfinite(_usable_cost(solution)):
-                break
-            values = solution.variables
+    for solve in stages:
+        solution = solve(values[:count])
+        if not isfinite(_usable_cost(solution)):
+            break
+        values = solution.variables
     return solution
 
 

@@ -79,7 +79,7 @@ class Solution(NamedTuple):
 
 
 Solver: TypeAlias = Callable[[Array], Solution]
-"""Solves a program from given initial variables."""
+"""Solves a program from given free parameters of a motion."""
 
 
 def within(name: str, expression: ca.MX, limit: ArrayLike) -> Constraint:
@@ -109,9 +109,9 @@ def solver(program: Program) -> Solver:
     evaluate = ca.Function("evaluate", [program.variables], [program.cost, limits])
 
     def solve(start: Array) -> Solution:
-        with raised_interrupts():
-            variables = ipopt(x0=start, lbg=lower, ubg=upper)["x"]
-        cost, values = (output.full().ravel() for output in evaluate(variables))
+        with raised_interrupts():  # any call of CasADi may be that which comes upon what another one kept
+            variables = ipopt(x0=program.completed(start), lbg=lower, ubg=upper)["x"]
+            cost, values = (output.full().ravel() for output in evaluate(variables))
         return Solution(
             variables=variables.full().ravel(),
             cost=float(cost[0]),

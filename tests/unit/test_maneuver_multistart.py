@@ -8,7 +8,7 @@ import pytest
 
 from testbed.errors import InfeasibleDesignError
 from testbed.maneuver.design import Search
-from testbed.maneuver.multistart import Stage, best_of_starts
+from testbed.maneuver.multistart import best_of_starts
 from testbed.maneuver.program import Constraint, Program, solver, within
 
 
@@ -19,7 +19,7 @@ def stage(*limits, cost=lambda x: (x**2 - 1.0) ** 2 + 0.3 * x):
     program = Program(
         variables=x, cost=cost(x), constraints=constraints, completed=lambda values: values, hessian="exact"
     )
-    return Stage(program=program, solve=solver(program))
+    return solver(program)
 
 
 def draw(rng):
